@@ -1,0 +1,107 @@
+"""Cost of the production engine for a paper-like frame, and against a NumPy sum over paths."""
+
+import time
+
+import numpy as np
+import pytest
+
+from polychirp.model.antenna import ISOTROPIC, AntennaArray
+from polychirp.model.if_frame import sample_times
+from polychirp.model.radar import Radar
+from polychirp.model.ramp import RampSchedule
+from polychirp.model.scene import Actor, Scene
+from polychirp.synthesis.stretch import Stretch
+from polychirp.testing.paths import HandPath, free_space_gain, paths_of
+
+PATHS = 300
+
+
+def diverse_triangles(random, start_time, num_sweeps=16):
+    duration = np.repeat(random.uniform(1e-3, 2e-3, num_sweeps), 2)
+    sweep = np.repeat(random.uniform(0.8e9, 1e9, num_sweeps), 2)
+    sign = np.tile([1.0, -1.0], num_sweeps)
+    return RampSchedule(
+        start_time=start_time + np.cumsum(duration) - duration,
+        duration=duration,
+        start_frequency=np.where(sign > 0, 79e9, 79e9 + sweep),
+        slope=sign * sweep / duration,
+        start_phase=np.zeros(2 * num_sweeps),
+        sweep=np.repeat(np.arange(num_sweeps), 2),
+    )
+
+
+@pytest.fixture(scope="module")
+def frame():
+    """Two radars; from each 300 paths to the first, one of them direct and 20 dB stronger."""
+    random = np.random.default_rng(1)
+    array = AntennaArray(pattern=ISOTROPIC)
+    scene = Scene(
+        time=0.0,
+        actors=(Actor(name="car", kind="vehicle"),),
+        radars=tuple(Radar(name=name, array=array) for name in "ab"),
+        carriers=(0, 0),
+    )
+    plans = [diverse_triangles(random, start) for start in (0.0, 1e-4)]
+    paths = [
+        HandPath(
+            transmitter=transmitter,
+            delay=random.uniform(2e-8, 2e-7),
+            delay_rate=random.uniform(-2e-7, 2e-7),
+            gain=free_space_gain(15.0) * (1.0 if p == 0 else 10 ** random.uniform(-4.0, -1.0)),
+        )
+        for transmitter in (0, 1)
+        for p in range(PATHS)
+    ]
+    snapshots = [paths_of(*paths, reference_time=t) for t in (0.008, 0.024, 0.040)]
+    return scene, plans, snapshots
+
+
+def best_of(function, repeats=3):
+    taken = []
+    for _ in range(repeats):
+        begin = time.process_time()
+        function()
+        taken.append(time.process_time() - begin)
+    return min(taken)
+
+
+def naive_echoes(scene, plans, snapshots):
+    """What a NumPy simulator does: a complex exponential per path, element and sample."""
+    paths = snapshots[0].select(snapshots[0].transmitter == 0)
+    plan, radar = plans[0], scene.radars[0]
+    times = sample_times(plan, radar.converter)
+    out = np.zeros((4, plan.num_ramps, times.most_samples), dtype=np.complex128)
+    for k in range(2):  # two ramps of the 32 tell the cost
+        t = times.time[k] - plan.start_time[k]
+        for p in range(paths.num_paths):
+            delay = paths.delay[p] + paths.delay_rate[p] * t
+            for m in range(4):
+                turns = (plan.start_frequency[k] + plan.slope[k] * t) * delay
+                out[m, k] += np.exp(2j * np.pi * (turns - 0.5 * plan.slope[k] * delay**2))
+    return out
+
+
+@pytest.mark.parametrize("transmitter", [0, 1], ids=["own echoes", "interference"])
+def test_cost_per_path_channel_and_sample(benchmark, frame, transmitter):
+    def synthesized():
+        return Stretch().contribution(*frame, victim=0, transmitter=transmitter)
+
+    synthesized()
+    benchmark.pedantic(synthesized, rounds=3)
+    scene, plans, _ = frame
+    samples = int(sample_times(plans[0], scene.radars[0].converter).num_samples.sum())
+    cost = best_of(synthesized) / (PATHS * 4 * samples)
+    benchmark.extra_info["ns per path, channel and sample"] = 1e9 * cost
+    assert cost < 25e-9
+
+
+def test_own_echoes_against_a_naive_sum_without_a_filter(benchmark, frame):
+    def synthesized():
+        return Stretch().contribution(*frame, victim=0, transmitter=0)
+
+    synthesized()
+    benchmark.pedantic(synthesized, rounds=3)
+    naive = best_of(lambda: naive_echoes(*frame), repeats=1) * 16
+    ratio = naive / best_of(synthesized)
+    benchmark.extra_info["times faster than NumPy"] = ratio
+    assert ratio > 5

@@ -1,0 +1,1 @@
+"""Simulate mutual interference between FMCW automotive radars."""

@@ -1,0 +1,91 @@
+"""Axes travel with arrays: every array field of a noun names its axes, and `seal` checks them."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from functools import cache
+from typing import Annotated, Any, get_type_hints
+
+import numpy as np
+from numpy.typing import NDArray
+
+from polychirp.errors import InputError
+
+
+class Axes:
+    """Names of an array's axes and its element type; a digit is a fixed length."""
+
+    def __init__(self, *names: str, dtype: type = np.float64) -> None:
+        self.names = names
+        self.dtype = dtype
+
+    def __repr__(self) -> str:
+        return f"Axes{self.names}"
+
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+PerRamp = Annotated[FloatArray, Axes("ramp")]
+PerRampIndex = Annotated[IntArray, Axes("ramp", dtype=np.int64)]
+PerPath = Annotated[FloatArray, Axes("path")]
+PerPathIndex = Annotated[IntArray, Axes("path", dtype=np.int64)]
+PerPathVector = Annotated[FloatArray, Axes("path", "3")]
+PerDetection = Annotated[FloatArray, Axes("detection")]
+PerTarget = Annotated[FloatArray, Axes("target")]
+Vector = Annotated[FloatArray, Axes("3")]
+
+
+@cache
+def _array_fields(cls: type) -> tuple[tuple[str, Axes], ...]:
+    hints = get_type_hints(cls, include_extras=True)
+    found = []
+    for field in fields(cls):
+        for note in getattr(hints[field.name], "__metadata__", ()):
+            if isinstance(note, Axes):
+                found.append((field.name, note))
+    return tuple(found)
+
+
+def axes_of(cls: type) -> dict[str, tuple[str, ...]]:
+    """Axis names of every array field of a noun.
+
+    >>> from polychirp.model.ramp import RampSchedule
+    >>> axes_of(RampSchedule)["slope"]
+    ('ramp',)
+    """
+    return {name: axes.names for name, axes in _array_fields(cls)}
+
+
+def seal(noun: Any) -> None:
+    """Check that a noun's arrays agree in their axes, and make them read-only.
+
+    Called at the end of ``__post_init__``. Arrays are converted to the declared element type
+    without a copy where possible; the noun's own view of them cannot be written to.
+
+    Raises
+    ------
+    InputError
+        An array has a wrong number of axes, or an axis two lengths.
+    """
+    lengths: dict[str, tuple[int, str]] = {}
+    for name, axes in _array_fields(type(noun)):  # type: ignore[arg-type]
+        array: NDArray[Any] = np.asarray(getattr(noun, name), dtype=axes.dtype).view()
+        if array.ndim != len(axes.names):
+            raise InputError(
+                f"{type(noun).__name__}.{name} has {array.ndim} axes; it needs "
+                f"({', '.join(axes.names)})"
+            )
+        for axis, length in zip(axes.names, array.shape, strict=True):
+            expected, owner = lengths.setdefault(
+                axis, (int(axis), "its definition") if axis.isdigit() else (length, name)
+            )
+            if length != expected:
+                raise InputError(
+                    f"{type(noun).__name__}.{name} has {length} along '{axis}', "
+                    f"but {owner} has {expected}"
+                )
+        array.flags.writeable = False
+        object.__setattr__(noun, name, array)

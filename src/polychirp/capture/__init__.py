@@ -1,0 +1,1 @@
+"""Recorded converter samples become an `IfFrame`: NumPy arrays and TI's raw files."""

@@ -1,0 +1,157 @@
+r"""Raw files of TI's DCA1000 capture card: int16, little endian, by the device's LVDS lanes.
+
+After TI's application report SWRA581, "Mmwave Radar Device ADC Raw Data Capture":
+
+==================  ===========================================================================
+xWR16xx, 18xx, 68xx two lanes; per ramp one receiver after the other;
+                    complex: I0 I1 Q0 Q1 I2 I3 Q2 Q3 …; real: one sample after the other
+xWR14xx             four lanes, one for each receiver; per sample complex: I of all four, then Q
+                    of all four; real: one of each. Unused receivers hold zeros
+==================  ===========================================================================
+
+Ramps follow each other in time without headers. Where the device was told to swap I and Q, or its
+targets beat at negative frequencies, set ``conjugate`` in the parameter file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from polychirp.axes import ComplexArray
+from polychirp.capture.parameters import CaptureParameters, Device
+from polychirp.capture.recording import Recording, frames_needed, way_out
+from polychirp.errors import InputError
+
+LANES: Final = 4
+"""Of the xWR14xx, used or not."""
+
+Words = NDArray[np.int16]
+
+
+def open_raw(
+    path: Path | str,
+    parameters: CaptureParameters,
+    *,
+    frames: Iterable[int] | None = None,
+) -> Recording:
+    """A recording in a DCA1000 file, mapped into memory.
+
+    Parameters
+    ----------
+    frames : those that will be asked for; where they are given, others may be missing
+
+    Raises
+    ------
+    InputError
+        The parameters name no device; the file is not there, or was cut off before the last frame
+        that is needed; says how many bytes are missing and which frames and ramps are whole.
+    """
+    path = Path(path)
+    device = parameters.device
+    if device is None:
+        raise InputError(f"{path.name}: its parameters name no device; give it, as in 'xwr16xx'")
+    try:
+        size = path.stat().st_size
+    except FileNotFoundError:
+        raise InputError(f"there is no recording '{path}'") from None
+    per_ramp = 2 * _words_per_ramp(parameters, device)
+    per_frame = per_ramp * parameters.num_ramps
+    whole, rest = divmod(size, per_frame)
+    needed = frames_needed(whole + (rest > 0), parameters, frames)
+    if whole < needed:
+        ramps = rest // per_ramp
+        started = f" and the first {ramps} of frame {whole}'s {parameters.num_ramps} ramps"
+        raise InputError(
+            f"{path.name}: {needed * per_frame - size} bytes are missing: {needed} frames of "
+            f"{parameters.num_ramps} ramps are {needed * per_frame} bytes, the file has {size}; "
+            f"it holds {whole} whole frame{'' if whole == 1 else 's'}{started if rest else ''}"
+            + way_out(whole, "the numbers in the parameter file")
+        )
+    stored = np.memmap(path, dtype="<i2", mode="r", shape=(whole, per_frame // 2))
+    return Recording(
+        name=path.name,
+        parameters=parameters,
+        num_frames=whole,
+        read=lambda number: unpack(stored[number], parameters, device=device),
+    )
+
+
+def write_raw(
+    path: Path | str, frames: Iterable[ComplexArray], *, device: Device, is_complex: bool
+) -> None:
+    """Write frames ``(receiver, ramp, fast)`` of whole numbers as the device would.
+
+    Raises
+    ------
+    InputError
+        A sample does not fit 16 bits.
+    """
+    with Path(path).open("wb") as file:
+        for samples in frames:
+            pack = pack_complex if is_complex else pack_real
+            file.write(pack(_as_words(samples), device).tobytes())
+
+
+def unpack(words: Words, parameters: CaptureParameters, *, device: Device) -> ComplexArray:
+    """Samples ``(receiver, ramp, fast)`` of the words of one frame."""
+    receivers, ramps = parameters.num_receivers, parameters.num_ramps
+    parts = 2 if parameters.sampling == "complex" else 1
+    if device == "xwr14xx":
+        table = words.reshape(ramps, parameters.num_samples, parts, LANES)
+        table = table.transpose(3, 0, 1, 2)[:receivers]
+    elif parts == 2:
+        # (ramp, receiver, pair of samples, I or Q, sample of the pair)
+        table = words.reshape(ramps, receivers, parameters.num_samples // 2, 2, 2)
+        table = table.transpose(1, 0, 2, 4, 3).reshape(receivers, ramps, -1, 2)
+    else:
+        table = words.reshape(ramps, receivers, parameters.num_samples, 1).transpose(1, 0, 2, 3)
+    values = table.astype(np.float64)
+    return np.asarray(values[..., 0] + 1j * values[..., 1] if parts == 2 else values[..., 0] + 0j)
+
+
+def pack_complex(words: Words, device: Device) -> Words:
+    """The stream of a frame of words ``(receiver, ramp, fast, I or Q)``."""
+    receivers, ramps, samples, _ = words.shape
+    if device == "xwr14xx":
+        return _on_four_lanes(words)
+    pairs = words.reshape(receivers, ramps, samples // 2, 2, 2)
+    return pairs.transpose(1, 0, 2, 4, 3).reshape(-1)
+
+
+def pack_real(words: Words, device: Device) -> Words:
+    """The stream of a frame of words ``(receiver, ramp, fast, I or Q)``, I only."""
+    if device == "xwr14xx":
+        return _on_four_lanes(words[..., :1])
+    return words[..., 0].transpose(1, 0, 2).reshape(-1)
+
+
+def _on_four_lanes(words: Words) -> Words:
+    receivers, ramps, samples, parts = words.shape
+    lanes = np.zeros((ramps, samples, parts, LANES), dtype="<i2")
+    lanes[..., :receivers] = words.transpose(1, 2, 3, 0)
+    return lanes.reshape(-1)
+
+
+def _as_words(samples: ComplexArray) -> Words:
+    """Words ``(receiver, ramp, fast, I or Q)``."""
+    values = np.rint(np.stack([samples.real, samples.imag], axis=-1))
+    if np.max(np.abs(values + 0.5), initial=0.0) > 32767.5:
+        raise InputError("a sample does not fit 16 bits; scale them to at most 32767")
+    return values.astype("<i2")
+
+
+def _words_per_ramp(parameters: CaptureParameters, device: Device) -> int:
+    parts = 2 if parameters.sampling == "complex" else 1
+    receivers = LANES if device == "xwr14xx" else parameters.num_receivers
+    if parameters.num_receivers > LANES:
+        raise InputError(
+            f"num_receivers: a DCA1000 file has at most {LANES}, not {parameters.num_receivers}"
+        )
+    if parts == 2 and device != "xwr14xx" and parameters.num_samples % 2:
+        raise InputError("num_samples: must be even, for two lanes carry samples in pairs")
+    return parts * receivers * parameters.num_samples

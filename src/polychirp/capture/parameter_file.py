@@ -1,0 +1,165 @@
+"""The TOML file beside a recording: read with the place of every problem, written as a template."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator
+from dataclasses import MISSING, fields
+from pathlib import Path
+from types import UnionType
+from typing import Any, Final, Literal, Union, get_args, get_origin, get_type_hints
+
+from polychirp.capture.parameters import CaptureParameters
+from polychirp.errors import InputError, did_you_mean
+from polychirp.units import Unit
+
+TEMPLATE: Final = """\
+# What polychirp must know of a recording; the file stands beside it under the same name.
+# Values carry their unit, as in study files. Lines that begin with '#' show the default.
+
+# the ramps: wait idle_time, rise for ramp_end_time; adc_start counts from the start of the rise
+start_frequency = "77 GHz"      # at the start of the rise
+slope = "30 MHz/us"
+idle_time = "10 us"
+ramp_end_time = "40 us"
+adc_start = "6 us"
+num_ramps = 128                 # in a frame, those of all transmitters together
+
+# the converter
+sample_rate = "10 MS/s"
+num_samples = 256               # of a ramp
+#sampling = "complex"           # or "real"
+#highest_beat = "9 MHz"         # edge of the pass band; default 0.9 (real: 0.45) of the sample rate
+#full_scale = 32768.0           # stored value that fills the converter
+
+# the antennas: transmitters take turns ramp by ramp, a whole receiving array apart
+num_transmitters = 2
+num_receivers = 4
+#spacing = "1.95 mm"            # of receiving elements; default half a wavelength
+#first_receiver = "right"       # side of receiver 0, seen along the line of sight; or "left"
+
+# the file
+#num_frames = 1                 # that should be there; default: as many as there are
+#conjugate = false              # true where targets beat at negative frequencies, or I and Q swap
+# for raw files (.bin): "xwr14xx", "xwr16xx", "xwr18xx" or "xwr68xx"
+#device = "xwr16xx"
+# for NumPy and Zarr, slowest axis first, out of frame, fast, and
+#   sweep (one ramp of every transmitter), transmitter, receiver, or two of them in one axis:
+#   ramp (sweep and transmitter), channel (transmitter and receiver)
+#axes = ["frame", "ramp", "receiver", "fast"]
+#stored_as = "signed"           # "unsigned" where int16 samples were saved as if uint16
+"""
+"""A parameter file to start from."""
+
+
+def read_parameters(path: Path | str) -> CaptureParameters:
+    """Parameters of a recording from a TOML file.
+
+    Raises
+    ------
+    InputError
+        The file is not there, is not TOML, or a value is wrong; every problem with its place, as
+        in "walk.toml: slope: …".
+    """
+    path = Path(path)
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError(
+            f"there is no parameter file '{path}'; 'polychirp process --describe' writes one to "
+            "fill in, --params names another"
+        ) from None
+    except OSError as error:
+        raise InputError(f"'{path}' cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{path.name}: is not text in UTF-8; it must be a TOML file") from None
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{path.name}: is not TOML: {error}") from None
+    return parameters_from(data, name=path.name)
+
+
+def parameters_from(data: dict[str, Any], *, name: str) -> CaptureParameters:
+    """Parameters from the keys and values of a TOML file called ``name``.
+
+    Raises
+    ------
+    InputError
+        As `read_parameters`.
+
+    Examples
+    --------
+    >>> parameters_from({"slope": 3e13}, name="walk.toml")
+    Traceback (most recent call last):
+        ...
+    polychirp.errors.InputError: walk.toml: slope: 30000000000000.0 needs a unit; write it like
+    '60 MHz/us'
+    walk.toml: start_frequency: is missing; give it, as in "79 GHz"
+    ...
+    """
+    values: dict[str, Any] = {}
+    problems: list[str] = []
+    hints = get_type_hints(CaptureParameters, include_extras=True)
+    for key, value in data.items():
+        try:
+            if key not in hints:
+                raise InputError(f"unknown key; {did_you_mean(key, hints)}")
+            values[key] = _read(hints[key], value)
+        except InputError as error:
+            problems.append(f"{key}: {error}")
+    problems += _missing(hints, data)
+    if not problems:
+        try:
+            return CaptureParameters(**values)
+        except InputError as error:
+            problems.append(str(error))
+    raise InputError("\n".join(f"{name}: {problem}" for problem in problems))
+
+
+def _missing(hints: dict[str, Any], data: dict[str, Any]) -> Iterator[str]:
+    for field in fields(CaptureParameters):
+        if field.default is MISSING and field.name not in data:
+            unit = _unit(hints[field.name])
+            example = f', as in "{unit.example}"' if unit is not None else ""
+            yield f"{field.name}: is missing; give it{example}"
+
+
+def _read(hint: Any, value: object) -> Any:
+    """A value of the file as the type of its field; raises `InputError` where it is none."""
+    unit = _unit(hint)
+    if unit is not None:
+        return unit.read(value)
+    kind = next(member for member in _members(hint) if member is not type(None))
+    if get_origin(kind) is tuple:
+        if not isinstance(value, list):
+            raise InputError(f"must be a list in square brackets, not {value!r}")
+        return tuple(_read(get_args(kind)[0], entry) for entry in value)
+    if get_origin(kind) is Literal:
+        if value not in get_args(kind):
+            hint_text = did_you_mean(str(value), get_args(kind))
+            raise InputError(f"{value!r} is not one of its values; {hint_text}")
+        return value
+    return _read_plain(kind, value)
+
+
+def _read_plain(kind: Any, value: object) -> object:
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    if kind is bool and not isinstance(value, bool):
+        raise InputError(f"must be true or false, not {value!r}")
+    if kind is int and not (is_number and isinstance(value, int)):
+        raise InputError(f"must be a whole number, not {value!r}")
+    if kind is float and not is_number:
+        raise InputError(f"must be a number, not {value!r}")
+    return value
+
+
+def _members(hint: Any) -> tuple[Any, ...]:
+    return get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
+
+
+def _unit(hint: Any) -> Unit | None:
+    """The unit that a field's type names, if any."""
+    for member in _members(hint):
+        for note in getattr(member, "__metadata__", ()):
+            if isinstance(note, Unit):
+                return note
+    return None

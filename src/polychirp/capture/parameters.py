@@ -1,0 +1,218 @@
+"""`CaptureParameters` — what must be known of a recording beside its samples."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, Literal
+
+import numpy as np
+
+from polychirp.axes import FloatArray
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.errors import InputError
+from polychirp.frames import Spec
+from polychirp.model.antenna import ISOTROPIC, AntennaArray
+from polychirp.model.if_frame import SampleTimes
+from polychirp.model.ramp import RampSchedule
+from polychirp.units import Hertz, HertzPerSecond, Metres, SamplesPerSecond, Seconds
+
+AxisName = Literal["frame", "sweep", "transmitter", "receiver", "channel", "ramp", "fast"]
+Sampling = Literal["complex", "real"]
+Storage = Literal["signed", "unsigned"]
+Side = Literal["right", "left"]
+Device = Literal["xwr14xx", "xwr16xx", "xwr18xx", "xwr68xx"]
+
+COMBINED: Final = {"ramp": ("sweep", "transmitter"), "channel": ("transmitter", "receiver")}
+"""An axis that runs over two, the second one faster."""
+
+_USABLE_SHARE: Final = {"complex": 0.9, "real": 0.45}
+"""Of the sample rate: what the decimation filters of TI's converters let through."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CaptureParameters(Spec):
+    """Ramps, converter, antennas and file layout of a recording.
+
+    Times are counted as TI's tools do: a ramp waits ``idle_time``, then rises for
+    ``ramp_end_time``; the converter starts ``adc_start`` after the rise began.
+
+    Parameters
+    ----------
+    start_frequency : Hz, at the beginning of the rise
+    slope : Hz/s, positive
+    idle_time, ramp_end_time, adc_start : s
+    num_ramps : in a frame, those of all transmitters together
+    sample_rate : 1/s
+    num_samples : of a ramp
+    sampling : whether a sample is complex, or its real part only
+    highest_beat : Hz, edge of the converter's pass band; 0.9 of the sample rate (0.45 for real
+        samples) where it is not given
+    num_transmitters : that take turns, ramp by ramp
+    num_receivers : recorded at once
+    spacing : m, of the receiving elements; half a wavelength where it is not given. Transmitters
+        are a whole receiving array apart, so that together they make one longer array
+    first_receiver : side on which receiver 0 sits, seen along the radar's line of sight
+    axes : of the array in a NumPy or Zarr file, slowest first
+    stored_as : "unsigned" where int16 samples were saved as if they were uint16
+    full_scale : stored value that fills the converter
+    conjugate : take the complex conjugate, for recordings whose targets beat at negative
+        frequencies (or whose I and Q are swapped)
+    device : of TI, whose lanes wrote a raw file; needed for ``.bin`` only
+    num_frames : that the recording should have; not checked where it is not given
+    """
+
+    start_frequency: Hertz
+    slope: HertzPerSecond
+    idle_time: Seconds
+    ramp_end_time: Seconds
+    adc_start: Seconds
+    num_ramps: int
+    sample_rate: SamplesPerSecond
+    num_samples: int
+    sampling: Sampling = "complex"
+    highest_beat: Hertz | None = None
+    num_transmitters: int = 1
+    num_receivers: int = 1
+    spacing: Metres | None = None
+    first_receiver: Side = "right"
+    axes: tuple[AxisName, ...] = ("frame", "ramp", "receiver", "fast")
+    stored_as: Storage = "signed"
+    full_scale: float = 32768.0
+    conjugate: bool = False
+    device: Device | None = None
+    num_frames: int | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("start_frequency", "slope", "ramp_end_time", "sample_rate", "full_scale"):
+            if not getattr(self, name) > 0:
+                raise InputError(f"{name}: must be positive")
+        for name in ("idle_time", "adc_start"):
+            if getattr(self, name) < 0:
+                raise InputError(f"{name}: cannot be negative")
+        for name in ("num_ramps", "num_samples", "num_transmitters", "num_receivers"):
+            if getattr(self, name) < 1:
+                raise InputError(f"{name}: must be at least 1")
+        for name in ("highest_beat", "spacing", "num_frames"):
+            value = getattr(self, name)
+            if value is not None and not value > 0:
+                raise InputError(f"{name}: must be positive")
+        self._check_counts()
+        self._check_axes()
+
+    def _check_counts(self) -> None:
+        if self.num_samples < 2 or self.num_ramps < 2 * self.num_transmitters:
+            raise InputError(
+                "num_ramps: a frame needs two samples on a ramp and two ramps of each transmitter"
+            )
+        if self.num_ramps % self.num_transmitters:
+            raise InputError(
+                f"num_ramps: {self.num_ramps} ramps cannot be shared out evenly among "
+                f"{self.num_transmitters} transmitters"
+            )
+        if self.sampling == "real" and self.conjugate:
+            raise InputError("conjugate: has no effect on real samples; leave it out")
+        last = self.adc_start + (self.num_samples - 1) / self.sample_rate
+        if last > self.ramp_end_time * (1 + 1e-9):
+            raise InputError(
+                f"ramp_end_time: the converter's last sample comes {last * 1e6:.4g} us after the "
+                f"ramp's start, but the ramp ends at {self.ramp_end_time * 1e6:.4g} us; lengthen "
+                "the ramp, or take fewer samples, or start earlier"
+            )
+
+    def _check_axes(self) -> None:
+        single = [part for name in self.axes for part in COMBINED.get(name, (name,))]
+        missing = {"sweep", "fast"} - set(single)
+        missing |= {"transmitter"} - set(single) if self.num_transmitters > 1 else set()
+        missing |= {"receiver"} - set(single) if self.num_receivers > 1 else set()
+        if missing:
+            raise InputError(
+                f"axes: '{min(missing)}' is missing ('ramp' is sweep and transmitter, 'channel' "
+                "is transmitter and receiver)"
+            )
+        twice = sorted({name for name in single if single.count(name) > 1})
+        if twice:
+            raise InputError(f"axes: '{twice[0]}' is there twice; name each axis once")
+
+    # ── what follows ──────────────────────────────────────────────────────────
+
+    @property
+    def lengths(self) -> dict[str, int]:
+        """Length of every axis but the frames'."""
+        return {
+            "sweep": self.num_ramps // self.num_transmitters,
+            "transmitter": self.num_transmitters,
+            "receiver": self.num_receivers,
+            "ramp": self.num_ramps,
+            "channel": self.num_transmitters * self.num_receivers,
+            "fast": self.num_samples,
+        }
+
+    @property
+    def usable_beat(self) -> float:
+        """Hz, edge of the pass band."""
+        if self.highest_beat is not None:
+            return self.highest_beat
+        return _USABLE_SHARE[self.sampling] * self.sample_rate
+
+    @property
+    def repetition_interval(self) -> float:
+        """s, from ramp to ramp."""
+        return self.idle_time + self.ramp_end_time
+
+    @property
+    def middle_frequency(self) -> float:
+        """Hz, transmitted in the middle of the sampling window."""
+        middle = self.adc_start + 0.5 * (self.num_samples - 1) / self.sample_rate
+        return self.start_frequency + self.slope * middle
+
+    @property
+    def range_resolution(self) -> float:
+        """m, c/2B with the sampled bandwidth B: cell of the map."""
+        return SPEED_OF_LIGHT / (2.0 * self.slope * self.num_samples / self.sample_rate)
+
+    @property
+    def greatest_range(self) -> float:
+        """m, at which an echo reaches the edge of the pass band."""
+        return self.usable_beat * SPEED_OF_LIGHT / (2.0 * self.slope)
+
+    @property
+    def speed_span(self) -> float:
+        """m/s between aliases, λ/2T with T from a transmitter's ramp to its next one."""
+        wavelength = SPEED_OF_LIGHT / self.middle_frequency
+        return wavelength / (2.0 * self.repetition_interval * self.num_transmitters)
+
+    @property
+    def speed_resolution(self) -> float:
+        """m/s: cell of the map."""
+        return self.speed_span / self.lengths["sweep"]
+
+    @property
+    def array(self) -> AntennaArray:
+        """The receiving elements; their pattern is not known."""
+        spacing = self.spacing
+        if spacing is None:
+            spacing = 0.5 * SPEED_OF_LIGHT / self.middle_frequency
+        return AntennaArray(num_channels=self.num_receivers, spacing=spacing, pattern=ISOTROPIC)
+
+    @property
+    def schedule(self) -> RampSchedule:
+        """What was transmitted in a frame, from the beginning of its first rise."""
+        ramp = np.arange(self.num_ramps)
+        start: FloatArray = ramp * np.float64(self.repetition_interval)
+        return RampSchedule(
+            start_time=start,
+            duration=np.full(self.num_ramps, self.ramp_end_time),
+            start_frequency=np.full(self.num_ramps, self.start_frequency),
+            slope=np.full(self.num_ramps, self.slope),
+            start_phase=np.zeros(self.num_ramps),
+            sweep=ramp // self.num_transmitters,
+        )
+
+    @property
+    def times(self) -> SampleTimes:
+        """When a frame was sampled."""
+        return SampleTimes(
+            first=self.schedule.start_time + self.adc_start,
+            num_samples=np.full(self.num_ramps, self.num_samples),
+            rate=self.sample_rate,
+        )

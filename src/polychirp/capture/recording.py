@@ -1,0 +1,199 @@
+"""`Recording` — frames of stored samples with their parameters, read one by one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from polychirp.axes import ComplexArray
+from polychirp.capture.parameters import COMBINED, CaptureParameters
+from polychirp.errors import InputError
+from polychirp.model.if_frame import IfFrame
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Recording:
+    """Frames of a recording; samples stay on disk until a frame is asked for.
+
+    Parameters
+    ----------
+    name : of the file, for messages
+    parameters : what is known of it
+    num_frames : that are there
+    read : samples ``(receiver, ramp, fast)`` of a frame as they were stored
+    """
+
+    name: str
+    parameters: CaptureParameters
+    num_frames: int
+    read: Callable[[int], ComplexArray]
+
+    def frame(self, number: int) -> IfFrame:
+        """Frame ``number``, in parts of full scale, in polychirp's conventions.
+
+        A real recording holds half of each tone's amplitude at its negative frequency; it is
+        doubled, so that the positive half has the tone's own.
+
+        Raises
+        ------
+        InputError
+            There is no such frame.
+        """
+        if not 0 <= number < self.num_frames:
+            raise InputError(
+                f"{self.name}: there is no frame {number}; it has frames 0 to {self.num_frames - 1}"
+            )
+        parameters = self.parameters
+        samples = np.asarray(self.read(number) / parameters.full_scale, dtype=np.complex128)
+        if parameters.sampling == "real":
+            samples = 2.0 * samples.real.astype(np.complex128)
+        if parameters.conjugate:
+            np.conjugate(samples, out=samples)
+        if parameters.first_receiver == "left":
+            samples = samples[::-1]
+        return IfFrame(
+            samples=samples,
+            times=parameters.times,
+            schedule=parameters.schedule,
+            array=parameters.array,
+        )
+
+
+def from_array(
+    array: NDArray[Any],
+    parameters: CaptureParameters,
+    *,
+    name: str,
+    frames: Iterable[int] | None = None,
+) -> Recording:
+    """A recording from an array with ``parameters.axes``.
+
+    Parameters
+    ----------
+    array : of NumPy, or what behaves like one, as a Zarr array
+    frames : those that will be asked for; where they are given, others may be missing
+
+    Raises
+    ------
+    InputError
+        The array's shape is not what the parameters say, or frames are missing.
+    """
+    axes = parameters.axes
+    expected = [parameters.lengths.get(axis) for axis in axes]
+    fits = len(axes) == array.ndim and all(
+        length in (None, there) for length, there in zip(expected, array.shape, strict=True)
+    )
+    if not fits:
+        told = ", ".join(
+            axis if length is None else f"{axis} {length}"
+            for axis, length in zip(axes, expected, strict=True)
+        )
+        raise InputError(
+            f"{name}: the array has shape {array.shape}, but its parameters say ({told}); "
+            "correct axes or the numbers of ramps, samples, transmitters and receivers"
+        )
+    num_frames = array.shape[axes.index("frame")] if "frame" in axes else 1
+    needed = frames_needed(num_frames, parameters, frames)
+    if num_frames < needed:
+        raise InputError(
+            f"{name}: {num_frames} of {needed} frames are there{way_out(num_frames, 'num_frames')}"
+        )
+
+    def read(number: int) -> ComplexArray:
+        place = tuple(slice(number, number + 1) if a == "frame" else slice(None) for a in axes)
+        one = np.asarray(array[place])
+        return _ordered(_signed(one) if parameters.stored_as == "unsigned" else one, parameters)
+
+    return Recording(name=name, parameters=parameters, num_frames=num_frames, read=read)
+
+
+def frames_needed(there: int, parameters: CaptureParameters, frames: Iterable[int] | None) -> int:
+    """How many frames must be there: to the last one asked for, or all there should be."""
+    if frames is not None:
+        return max(frames, default=-1) + 1
+    return parameters.num_frames or max(1, there)
+
+
+def way_out(whole: int, mistake: str) -> str:
+    """End of a sentence: how to process the frames that are whole, and what may be wrong."""
+    if whole == 0:
+        return f"; record it again, or correct {mistake}"
+    frames, option = (
+        ("frame 0, which is", "0")
+        if whole == 1
+        else (f"frames 0 to {whole - 1}, which are", f"0-{whole - 1}")
+    )
+    return f"; process {frames} whole, with --frames {option}, or correct {mistake}"
+
+
+def _signed(array: NDArray[Any]) -> ComplexArray:
+    """int16 values that were stored as if they were uint16."""
+
+    def wrap(values: NDArray[Any]) -> NDArray[np.float64]:
+        words = values.astype(np.int64).astype(np.uint16)
+        return words.view(np.int16).astype(np.float64)
+
+    if np.iscomplexobj(array):
+        return np.asarray(wrap(array.real) + 1j * wrap(array.imag))
+    return wrap(array).astype(np.complex128)
+
+
+def _ordered(array: NDArray[Any], parameters: CaptureParameters) -> ComplexArray:
+    """Samples ``(receiver, ramp, fast)`` of an array of one frame with ``parameters.axes``."""
+    lengths = {**parameters.lengths, "frame": 1}
+    single = [part for name in parameters.axes for part in COMBINED.get(name, (name,))]
+    split = array.reshape([lengths[name] for name in single])
+    for name in ("frame", "transmitter", "receiver"):
+        if name not in single:
+            split, single = split[..., None], [*single, name]
+    order = [single.index(name) for name in ("frame", "receiver", "sweep", "transmitter", "fast")]
+    return np.asarray(
+        split.transpose(order).reshape(
+            parameters.num_receivers, parameters.num_ramps, parameters.num_samples
+        ),
+        dtype=np.complex128,
+    )
+
+
+def open_numpy(
+    path: Path | str, parameters: CaptureParameters, *, frames: Iterable[int] | None = None
+) -> Recording:
+    """A recording in a ``.npy`` file, mapped into memory.
+
+    Raises
+    ------
+    InputError
+        The file is not there, is no array of numbers, was cut off, or has another shape.
+    """
+    path = Path(path)
+    try:
+        with path.open("rb") as file:
+            version = np.lib.format.read_magic(file)
+            read_header = (
+                np.lib.format.read_array_header_1_0
+                if version == (1, 0)
+                else np.lib.format.read_array_header_2_0
+            )
+            shape, _, dtype = read_header(file)
+            begin = file.tell()
+    except FileNotFoundError:
+        raise InputError(f"there is no recording '{path}'") from None
+    except OSError as error:
+        raise InputError(f"'{path}' cannot be read: {error.strerror}") from None
+    except ValueError:
+        raise InputError(f"{path.name}: is not a NumPy file; save one with numpy.save") from None
+    if dtype.kind not in "iufc":
+        raise InputError(f"{path.name}: holds {dtype}, not numbers")
+    missing = begin + int(np.prod(shape)) * dtype.itemsize - path.stat().st_size
+    if missing > 0:
+        raise InputError(
+            f"{path.name}: is {missing} bytes short of the {shape} numbers it announces; "
+            "copy or save it again"
+        )
+    array = np.load(path, mmap_mode="r", allow_pickle=False)
+    return from_array(array, parameters, name=path.name, frames=frames)

@@ -1,0 +1,157 @@
+"""`RayTracer` — the seam; and how path tables are built and put together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal, Protocol, runtime_checkable
+
+import numpy as np
+
+from polychirp.axes import ComplexArray, FloatArray, IntArray
+from polychirp.model.paths import Bounce, PropagationPaths
+from polychirp.model.scene import Scene
+
+Capability = Literal[
+    "line-of-sight", "occlusion", "points", "facets", "planes", "tubes", "diffraction",
+    "transmission", "diffuse",
+]  # fmt: skip
+"""What a tracer can answer for; a study that needs more is refused before it runs."""
+
+
+@runtime_checkable
+class RayTracer(Protocol):
+    """Whatever turns a scene into its propagation paths.
+
+    A tracer is a spec: frozen, comparable, and without state that a caller could notice.
+    """
+
+    @property
+    def capabilities(self) -> frozenset[Capability]:
+        """Which mechanisms the tracer has."""
+        ...
+
+    def trace(self, scene: Scene) -> PropagationPaths:
+        """Every path between the radars of ``scene``, at its time."""
+        ...
+
+
+def all_pairs(scene: Scene) -> IntArray:
+    """Every (transmitter, receiver), own echoes included: ``(pair, 2)``."""
+    radars = np.arange(len(scene.radars))
+    return np.stack(np.meshgrid(radars, radars, indexing="ij"), axis=-1).reshape(-1, 2)
+
+
+def path_table(
+    *,
+    scene: Scene,
+    frequency: float,
+    pair: IntArray,
+    delay: FloatArray,
+    delay_rate: FloatArray,
+    transfer: ComplexArray,
+    departure: FloatArray,
+    arrival: FloatArray,
+    bounces: Sequence[tuple[Bounce, IntArray, FloatArray]] = (),
+) -> PropagationPaths:
+    """Paths that all meet the same kinds of bounces in the same order.
+
+    Parameters
+    ----------
+    pair : (transmitter, receiver), ``(path, 2)``
+    bounces : for every bounce its kind, the actors ``(path,)`` and the points, m ``(path, xyz)``
+    """
+    num_paths, num_bounces = len(delay), len(bounces)
+    actor = np.zeros((num_paths, num_bounces), dtype=np.int64)
+    kind = np.zeros((num_paths, num_bounces), dtype=np.int64)
+    point = np.zeros((num_paths, num_bounces, 3))
+    for number, (what, whose, where) in enumerate(bounces):
+        kind[:, number], actor[:, number], point[:, number] = what, whose, where
+    return PropagationPaths(
+        reference_time=scene.time,
+        frequency=frequency,
+        transmitter=pair[:, 0],
+        receiver=pair[:, 1],
+        delay=delay,
+        delay_rate=delay_rate,
+        transfer=transfer,
+        departure=departure,
+        arrival=arrival,
+        bounce_start=np.arange(num_paths + 1) * num_bounces,
+        bounce_actor=actor.reshape(-1),
+        bounce_kind=kind.reshape(-1),
+        bounce_point=point.reshape(-1, 3),
+    )
+
+
+def no_paths(scene: Scene, frequency: float) -> PropagationPaths:
+    """A table without paths."""
+    none, vectors = np.zeros(0), np.zeros((0, 3))
+    return path_table(
+        scene=scene,
+        frequency=frequency,
+        pair=np.zeros((0, 2), dtype=np.int64),
+        delay=none,
+        delay_rate=none,
+        transfer=np.zeros((0, 2, 2), dtype=np.complex128),
+        departure=vectors,
+        arrival=vectors,
+    )
+
+
+def gather(tables: Sequence[PropagationPaths]) -> PropagationPaths:
+    """All paths of several tables of one scene, in their order.
+
+    >>> from polychirp.model.scene import Scene
+    >>> nothing = no_paths(Scene(time=0.0, actors=()), 79e9)
+    >>> gather([nothing, nothing]).num_paths
+    0
+    """
+    counts = np.concatenate([table.num_bounces for table in tables])
+    return PropagationPaths(
+        reference_time=tables[0].reference_time,
+        frequency=tables[0].frequency,
+        transmitter=np.concatenate([table.transmitter for table in tables]),
+        receiver=np.concatenate([table.receiver for table in tables]),
+        delay=np.concatenate([table.delay for table in tables]),
+        delay_rate=np.concatenate([table.delay_rate for table in tables]),
+        transfer=np.concatenate([table.transfer for table in tables]),
+        departure=np.concatenate([table.departure for table in tables]),
+        arrival=np.concatenate([table.arrival for table in tables]),
+        bounce_start=np.concatenate([[0], np.cumsum(counts)]),
+        bounce_actor=np.concatenate([table.bounce_actor for table in tables]),
+        bounce_kind=np.concatenate([table.bounce_kind for table in tables]),
+        bounce_point=np.concatenate([table.bounce_point for table in tables]),
+    )
+
+
+def strength(paths: PropagationPaths, scene: Scene) -> FloatArray:
+    """Greatest power ratio of every path, ``(path,)``, as the two radars' elements see it.
+
+    The greater of the matrix's entries, times both elements' gains towards the path. Without the
+    gains, a glint straight below a radar could hide what lies ahead of it.
+    """
+    power = np.max(np.abs(paths.transfer) ** 2, axis=(-2, -1))
+    turn = scene.radar_rotation
+    for ends, direction in (
+        (paths.transmitter, paths.departure),
+        (paths.receiver, paths.arrival),
+    ):
+        for number, radar in enumerate(scene.radars):
+            mine = ends == number
+            power[mine] *= radar.array.pattern.gain(direction[mine] @ turn[number])
+    return np.asarray(power)
+
+
+def strongest_of_pair(paths: PropagationPaths, power: FloatArray, num_radars: int) -> FloatArray:
+    """Greatest of ``power`` ``(path,)`` for every (transmitter, receiver)."""
+    strongest = np.zeros((num_radars, num_radars))
+    np.maximum.at(strongest, (paths.transmitter, paths.receiver), power)
+    return strongest
+
+
+def without_weak(paths: PropagationPaths, scene: Scene, dynamic_range: float) -> PropagationPaths:
+    """The paths whose `strength` is within ``dynamic_range`` (ratio) of their pair's strongest."""
+    power = strength(paths, scene)
+    strongest = strongest_of_pair(paths, power, len(scene.radars))
+    limit = strongest[paths.transmitter, paths.receiver] / dynamic_range
+    return paths.select((power >= limit) & (power > 0))

@@ -1,0 +1,345 @@
+"""Closest hit and occlusion of rays among triangles: a tree of boxes, in double precision.
+
+The tree is stored depth first. Every node knows where to go on when its box is missed, so that a
+traversal is a loop without a stack: descending is the next node, passing by is `skip`.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit, prange
+
+from polychirp.axes import BoolArray, FloatArray, IntArray
+
+Vector = tuple[float, float, float]
+
+LEAF_SIZE = 4
+NUM_BINS = 16
+NOTHING = np.inf
+
+
+class Tree(NamedTuple):
+    """Boxes over triangles.
+
+    ``box`` m ``(node, 6)`` low then high corner; ``skip`` ``(node,)`` where to go on after a
+    miss; ``first``, ``size`` ``(node,)`` the node's triangles, size 0 above the leaves;
+    ``triangle`` m ``(triangle, 9)`` a corner and two edges; ``face`` ``(triangle,)`` their
+    numbers before the tree put them in order.
+    """
+
+    box: FloatArray
+    skip: IntArray
+    first: IntArray
+    size: IntArray
+    triangle: FloatArray
+    face: IntArray
+
+
+@njit(cache=True, nogil=True)
+def _bounds(low: FloatArray, high: FloatArray, order: IntArray, box: FloatArray) -> None:
+    """Box of the triangles named by ``order``."""
+    box[:3], box[3:] = np.inf, -np.inf
+    for t in order:
+        for a in range(3):
+            box[a] = min(box[a], low[t, a])
+            box[3 + a] = max(box[3 + a], high[t, a])
+
+
+@njit(cache=True, nogil=True)
+def _half_area(box: FloatArray) -> float:
+    x, y, z = box[3] - box[0], box[4] - box[1], box[5] - box[2]
+    return x * y + y * z + z * x if x >= 0.0 else 0.0
+
+
+@njit(cache=True, nogil=True)
+def _fill_bins(
+    low: FloatArray,
+    high: FloatArray,
+    order: IntArray,
+    axis: int,
+    boxes: FloatArray,
+    counts: IntArray,
+) -> tuple[float, float]:
+    """Sort triangles by their middle into bins along an axis; the first bin's start, and width."""
+    least, most = np.inf, -np.inf
+    for t in order:
+        middle = 0.5 * (low[t, axis] + high[t, axis])
+        least, most = min(least, middle), max(most, middle)
+    width = (most - least) / NUM_BINS
+    boxes[:, :3], boxes[:, 3:], counts[:] = np.inf, -np.inf, 0
+    if width <= 1e-12:
+        return least, 0.0
+    for t in order:
+        b = _bin(low, high, t, axis, least, width)
+        counts[b] += 1
+        for a in range(3):
+            boxes[b, a] = min(boxes[b, a], low[t, a])
+            boxes[b, 3 + a] = max(boxes[b, 3 + a], high[t, a])
+    return least, width
+
+
+@njit(cache=True, nogil=True)
+def _bin(low: FloatArray, high: FloatArray, t: int, axis: int, least: float, width: float) -> int:
+    middle = 0.5 * (low[t, axis] + high[t, axis])
+    return min(NUM_BINS - 1, int((middle - least) / width))
+
+
+@njit(cache=True, nogil=True)
+def _costs(boxes: FloatArray, counts: IntArray, out: FloatArray) -> None:
+    """Half-area times number of the bins so far, for every number of bins from the first."""
+    grow = np.empty(6)
+    grow[:3], grow[3:], total = np.inf, -np.inf, 0
+    for b in range(NUM_BINS):
+        for a in range(3):
+            grow[a] = min(grow[a], boxes[b, a])
+            grow[3 + a] = max(grow[3 + a], boxes[b, 3 + a])
+        total += counts[b]
+        out[b] = total * _half_area(grow)
+
+
+@njit(cache=True, nogil=True)
+def _split(low: FloatArray, high: FloatArray, order: IntArray) -> int:
+    """Put ``order`` into two parts of least surface-area cost; the size of the first."""
+    best_cost, best_axis, best_edge, best_least, best_width = np.inf, -1, 0, 0.0, 0.0
+    boxes = np.empty((NUM_BINS, 6))
+    counts = np.empty(NUM_BINS, dtype=np.int64)
+    left, right = np.empty(NUM_BINS), np.empty(NUM_BINS)
+    for axis in range(3):
+        least, width = _fill_bins(low, high, order, axis, boxes, counts)
+        if width == 0.0:
+            continue
+        _costs(boxes, counts, left)
+        _costs(boxes[::-1], counts[::-1], right)
+        # first and last bin hold a triangle each, so no part is empty
+        for edge in range(NUM_BINS - 1):
+            cost = left[edge] + right[NUM_BINS - 2 - edge]
+            if cost < best_cost:
+                best_cost, best_axis, best_edge = cost, axis, edge
+                best_least, best_width = least, width
+    if best_axis < 0:
+        return int(order.size // 2)
+    kept = np.empty(order.size, dtype=np.int64)
+    front, back = 0, order.size
+    for t in order:
+        if _bin(low, high, t, best_axis, best_least, best_width) <= best_edge:
+            kept[front] = t
+            front += 1
+        else:
+            back -= 1
+            kept[back] = t
+    order[:] = kept
+    return front
+
+
+@njit(cache=True, nogil=True)
+def _grow_tree(
+    low: FloatArray, high: FloatArray
+) -> tuple[FloatArray, IntArray, IntArray, IntArray, IntArray]:
+    """Box, skip, first, count of the nodes in depth-first order, and the triangles' order."""
+    size = low.shape[0]
+    most = 2 * size + 1
+    box = np.empty((most, 6))
+    skip = np.empty(most, dtype=np.int64)
+    first = np.zeros(most, dtype=np.int64)
+    count = np.zeros(most, dtype=np.int64)
+    order = np.arange(size)
+    # what is still to be built: range of triangles, and whose second child it is
+    begin, end, parent = [0], [size], [0]
+    num = 0
+    owner = np.zeros(most, dtype=np.int64)
+    while len(begin) > 0:
+        a, b, p = begin.pop(), end.pop(), parent.pop()
+        node = num
+        num += 1
+        owner[node] = p
+        _bounds(low, high, order[a:b], box[node])
+        if b - a <= LEAF_SIZE:
+            first[node], count[node] = a, b - a
+            continue
+        middle = a + _split(low, high, order[a:b])
+        for start, stop in ((middle, b), (a, middle)):
+            begin.append(start)
+            end.append(stop)
+            parent.append(node)
+    # a subtree ends where its last descendant does
+    skip[:num] = np.arange(1, num + 1)
+    for node in range(num - 1, 0, -1):
+        skip[owner[node]] = max(skip[owner[node]], skip[node])
+    return box[:num], skip[:num], first[:num], count[:num], order
+
+
+def grow_tree(triangles: FloatArray) -> Tree:
+    """The tree of triangles, m ``(triangle, corner, xyz)``; none at all make an empty box."""
+    corners = np.ascontiguousarray(triangles, dtype=np.float64).reshape(-1, 3, 3)
+    box, skip, first, count, order = _grow_tree(corners.min(axis=1), corners.max(axis=1))
+    ordered = corners[order]
+    edges = ordered[:, 1:] - ordered[:, :1]
+    return Tree(
+        box=box,
+        skip=skip,
+        first=first,
+        size=count,
+        triangle=np.concatenate([ordered[:, 0], edges[:, 0], edges[:, 1]], axis=1),
+        face=order,
+    )
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _inverse(x: float) -> float:
+    # a ray along a box's side must not make 0·∞
+    return 1.0 / x if abs(x) > 1e-300 else 1e300
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def first_hit(
+    box: FloatArray,
+    skip: IntArray,
+    first: IntArray,
+    count: IntArray,
+    triangle: FloatArray,
+    nodes: tuple[int, int],
+    origin: Vector,
+    direction: Vector,
+    span: tuple[float, float],
+    any_will_do: bool,
+) -> tuple[float, int]:
+    """Distance, in lengths of ``direction``, and triangle of a hit strictly within ``span``.
+
+    Nodes ``nodes[0]`` to ``nodes[1]`` are searched. Without a hit the distance is infinite.
+    """
+    ox, oy, oz = origin
+    dx, dy, dz = direction
+    nearest, farthest = span
+    ix, iy, iz = _inverse(dx), _inverse(dy), _inverse(dz)
+    node, stop = nodes
+    found, best = 0, NOTHING
+    while node < stop:
+        a, b = (box[node, 0] - ox) * ix, (box[node, 3] - ox) * ix
+        enter, leave = min(a, b), max(a, b)
+        a, b = (box[node, 1] - oy) * iy, (box[node, 4] - oy) * iy
+        enter, leave = max(enter, min(a, b)), min(leave, max(a, b))
+        a, b = (box[node, 2] - oz) * iz, (box[node, 5] - oz) * iz
+        enter, leave = max(enter, min(a, b)), min(leave, max(a, b))
+        # a flat box must not be missed by rounding
+        slack = 1e-12 * (abs(enter) + abs(leave))
+        if enter > leave + slack or leave + slack < nearest or enter - slack > farthest:
+            node = skip[node]
+            continue
+        for t in range(first[node], first[node] + count[node]):
+            ux, uy, uz = triangle[t, 3], triangle[t, 4], triangle[t, 5]
+            vx, vy, vz = triangle[t, 6], triangle[t, 7], triangle[t, 8]
+            px, py, pz = dy * vz - dz * vy, dz * vx - dx * vz, dx * vy - dy * vx
+            volume = ux * px + uy * py + uz * pz
+            if volume == 0.0:
+                continue
+            scale = 1.0 / volume
+            sx, sy, sz = ox - triangle[t, 0], oy - triangle[t, 1], oz - triangle[t, 2]
+            alpha = (sx * px + sy * py + sz * pz) * scale
+            if alpha < 0.0 or alpha > 1.0:
+                continue
+            qx, qy, qz = sy * uz - sz * uy, sz * ux - sx * uz, sx * uy - sy * ux
+            beta = (dx * qx + dy * qy + dz * qz) * scale
+            if beta < 0.0 or alpha + beta > 1.0:
+                continue
+            distance = (vx * qx + vy * qy + vz * qz) * scale
+            if nearest < distance < farthest:
+                if any_will_do:
+                    return distance, t
+                farthest, best, found = distance, distance, t
+        node += 1
+    return best, found
+
+
+@njit(cache=True, nogil=True, parallel=True)
+def _cast(
+    tree: Tree,
+    origins: FloatArray,
+    directions: FloatArray,
+    farthest: float,
+    any_will_do: bool,
+) -> tuple[FloatArray, IntArray]:
+    num_rays = origins.shape[0]
+    distance = np.empty(num_rays)
+    face = np.empty(num_rays, dtype=np.int64)
+    nodes = (0, tree.skip.size)
+    for i in prange(num_rays):
+        o, d = origins[i], directions[i]
+        distance[i], t = first_hit(
+            tree.box,
+            tree.skip,
+            tree.first,
+            tree.size,
+            tree.triangle,
+            nodes,
+            (o[0], o[1], o[2]),
+            (d[0], d[1], d[2]),
+            (0.0, farthest),
+            any_will_do,
+        )
+        face[i] = tree.face[t]
+    return distance, face
+
+
+class Caster:
+    """Rays among triangles, m ``(triangle, corner, xyz)``.
+
+    Examples
+    --------
+    >>> caster = Caster(np.array([[[1.0, -1, -1], [1.0, 1, -1], [1.0, 0, 1]]]))
+    >>> distance, face = caster.closest(np.zeros((1, 3)), np.array([[1.0, 0, 0]]))
+    >>> float(distance[0]), int(face[0])
+    (1.0, 0)
+    >>> caster.occluded(np.zeros((1, 3)), np.array([[0.5, 0, 0]]))
+    array([False])
+    """
+
+    def __init__(self, triangles: FloatArray) -> None:
+        self._tree = grow_tree(triangles)
+
+    def closest(self, origins: FloatArray, directions: FloatArray) -> tuple[FloatArray, IntArray]:
+        """Distance in m ``(ray,)``, infinite for a miss, and face ``(ray,)`` of the first hit.
+
+        The face of a miss means nothing. Directions ``(ray, xyz)`` may have any length.
+        """
+        start, way = _rays(origins, directions)
+        if not self._tree.face.size:
+            return np.full(len(start), NOTHING), np.zeros(len(start), dtype=np.int64)
+        distance, face = _cast(self._tree, start, way, NOTHING, False)
+        return distance * np.linalg.norm(way, axis=-1), face
+
+    def occluded(self, origins: FloatArray, ends: FloatArray) -> BoolArray:
+        """Whether a triangle lies strictly between origin and end, both ``(ray, xyz)``."""
+        start, stop = _rays(origins, ends)
+        if not self._tree.face.size:
+            return np.zeros(len(start), dtype=np.bool_)
+        return np.asarray(np.isfinite(_cast(self._tree, start, stop - start, 1.0, True)[0]))
+
+
+def _rays(origins: FloatArray, others: FloatArray) -> tuple[FloatArray, FloatArray]:
+    both = np.broadcast_arrays(
+        np.asarray(origins, dtype=np.float64), np.asarray(others, dtype=np.float64)
+    )
+    return np.ascontiguousarray(both[0]), np.ascontiguousarray(both[1])
+
+
+def closest_by_trying_all(
+    triangles: FloatArray, origins: FloatArray, directions: FloatArray
+) -> tuple[FloatArray, IntArray]:
+    """What `Caster.closest` gives, by trying every ray on every triangle: its slow twin."""
+    corner = triangles[:, 0]
+    u, v = triangles[:, 1] - corner, triangles[:, 2] - corner
+    cross = np.cross(directions[:, None], v)
+    volume = np.sum(u * cross, axis=-1)
+    scale = 1.0 / np.where(volume == 0, np.inf, volume)
+    away = origins[:, None] - corner
+    alpha = np.sum(away * cross, axis=-1) * scale
+    turned = np.cross(away, u)
+    beta = np.sum(directions[:, None] * turned, axis=-1) * scale
+    along = np.sum(v * turned, axis=-1) * scale
+    is_hit = (volume != 0) & (alpha >= 0) & (beta >= 0) & (alpha + beta <= 1) & (along > 0)
+    distance = np.where(is_hit, along, np.inf)
+    face = np.argmin(distance, axis=1)
+    nearest = np.take_along_axis(distance, face[:, None], axis=1)[:, 0]
+    return nearest * np.linalg.norm(directions, axis=-1), face

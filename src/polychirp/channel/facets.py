@@ -1,0 +1,350 @@
+r"""Near-field physical optics of facets: what vehicles scatter.
+
+A wave from T meets a triangle of centroid C, normal n and area A along d, over r1, and goes on to
+X along q, over r2. With the incident field E, the Fresnel-reflected one :math:`E_r` along r, and
+the field w that X would make at C,
+
+.. math::
+    J = n\times(d\times E + r\times E_r),\quad M = -n\times(E + E_r),\quad
+    F = J\cdot w + (M\times q)\cdot w
+
+    a = -\frac{j}{8\pi}\,\frac{F A}{r_1 r_2}\,e^{-jk(r_1+r_2)}\,I
+
+where I is the mean of :math:`e^{-jp}` over the triangle, p the phase of the path, linear about C.
+(Gordon 1975, near field by facet.) F is averaged over both ways round, as physical optics by
+itself is reciprocal only where it is right.
+
+**Mirrored views.** Road and walls show transmitter and receiver a second time: the image radiates
+to the facet, its field turned by the plate's Fresnel coefficients at the mirrored leg's angle,
+both parts of the leg free, and the mirror point on the plate. A path has at most one plate, on
+either leg or on both; two different plates are left out.
+
+**From facets to paths.** Every integral is split into terms at the triangle's corners, each with
+its own path length L. Terms are gathered per body in cells of total path length with smooth
+weights (a partition of unity), as complex moments Σc, ΣcL, Σcd, Σcq; the ratios of moments are
+the path's length and directions. That is exact to first order in frequency, in the receiver's
+aperture and in time, where hard range bins or delays at centroids are wrong by −7 dB.
+
+Left out: edges' own currents, creeping waves, second bounces, and the bodies' motion during the
+flight (it moves a delay by v·τ, below 3 µm).
+"""
+
+from __future__ import annotations
+
+import warnings
+from typing import Final
+
+import numpy as np
+
+from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
+from polychirp.channel.base import gather, no_paths, path_table, strength, strongest_of_pair
+from polychirp.channel.fresnel import media
+from polychirp.channel.optics import CELL, Faces, Rows, fields, gather_cells, lit, spread
+from polychirp.channel.views import View, view_table
+from polychirp.channel.world import Blockers, Surface, World, in_frame_of
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.errors import ModelWarning
+from polychirp.model.paths import Bounce, PropagationPaths
+
+OVERSHOOT: Final = 2.0
+"""By how much a body's echo may exceed that of a mirror at its place: Fresnel zones of a body
+that is no plane. A rectangle's greatest is 1.37² (both Fresnel integrals at their maximum)."""
+
+SCATTERERS: Final = ("vehicle", "object")
+"""Kinds of actors whose facets scatter. Trees only block: a crown is no surface."""
+
+
+def facet_echoes(world: World, pairs: IntArray) -> PropagationPaths:
+    """Paths of ``pairs`` over the facets of every body, seen directly."""
+    return _echoes(world, pairs, plates=())
+
+
+def mirrored_facet_echoes(world: World, pairs: IntArray) -> PropagationPaths:
+    r"""Paths of ``pairs`` over the facets of every body, seen directly and in road and walls.
+
+    A plate is tried for a body where it has both before it and may hold a mirror point. A
+    combination of views is left out unseen if its bound
+
+    .. math:: |a| \le 2\,\frac{\lambda}{4\pi L}\,|\Gamma_1\Gamma_2|
+
+    (a mirror in the body's place, doubled; L and Γ at their most favourable over the body's
+    sphere, and the antennas' gains likewise) is below the dynamic range of the pair.
+    """
+    return _echoes(world, pairs, plates=tuple(range(len(world.plates.actor))))
+
+
+def _echoes(world: World, pairs: IntArray, *, plates: tuple[int, ...]) -> PropagationPaths:
+    wanted = {(int(i), int(j)) for i, j in pairs}
+    num_radars = len(world.scene.radars)
+    strongest = np.zeros((num_radars, num_radars))
+    tables = [no_paths(world.scene, world.frequency)]
+    # near bodies first: they raise the level below which images are not worth a look
+    for body in np.argsort([_nearest(world, b) for b in range(len(world.surfaces))]):
+        actor = world.body[body]
+        if world.scene.actors[actor].kind not in SCATTERERS:
+            continue
+        found = _over_body(world, int(body), wanted, plates, strongest)
+        strongest = np.maximum(
+            strongest, strongest_of_pair(found, strength(found, world.scene), num_radars)
+        )
+        tables.append(found)
+    paths = gather(tables)
+    is_wanted = np.zeros((num_radars, num_radars), dtype=np.bool_)
+    is_wanted[pairs[:, 0], pairs[:, 1]] = True
+    return paths.select(is_wanted[paths.transmitter, paths.receiver])
+
+
+def _over_body(
+    world: World,
+    body: int,
+    wanted: set[tuple[int, int]],
+    plates: tuple[int, ...],
+    strongest: FloatArray,
+) -> PropagationPaths:
+    """Paths over one body, of which those by mirrors may be worth more than is known of a pair."""
+    # A radar's own vehicle is within centimetres of the antenna, where neither incident wave
+    # nor facets are what physical optics takes them for: that is part of the installation.
+    carriers = world.scene.carriers
+    radars = [r for r in range(len(carriers)) if carriers[r] != world.body[body]]
+    direct = [View(world=world, radar=r, body=body) for r in radars]
+    mirrored = [
+        view
+        for r in radars
+        for p in plates
+        if (view := View(world=world, radar=r, body=body, plate=p)).is_possible
+    ]
+    combinations = _combinations(direct, direct, wanted) + [
+        (a, b)
+        for a, b in _combinations(direct + mirrored, mirrored, wanted)
+        if _bound(world, a, b) * world.dynamic_range >= strongest[a.radar, b.radar]
+    ]
+    if not combinations:
+        return no_paths(world.scene, world.frequency)
+    return _Scatterer(world, body, combinations).paths()
+
+
+def _nearest(world: World, body: int) -> float:
+    away = world.scene.radar_position - world.centre[body]
+    return float(np.min(np.linalg.norm(away, axis=-1), initial=np.inf))
+
+
+def _bound(world: World, a: View, b: View) -> float:
+    """Greatest power that a path over two views can carry, the elements' gains included."""
+    length = max(a.distance + b.distance, 1e-3)
+    amplitude = OVERSHOOT * a.most_reflection * b.most_reflection / (2 * world.wavenumber * length)
+    return float(amplitude**2 * a.most_gain * b.most_gain)
+
+
+def _combinations(
+    first: list[View], second: list[View], wanted: set[tuple[int, int]]
+) -> list[tuple[View, View]]:
+    """Unordered pairs of views that may make a path: at most one plate, and a wanted pair."""
+    found: dict[frozenset[int], tuple[View, View]] = {}
+    for a in first:
+        for b in second:
+            legal = a.plate is None or b.plate is None or a.plate == b.plate
+            if legal and {(a.radar, b.radar), (b.radar, a.radar)} & wanted:
+                found.setdefault(frozenset((id(a), id(b))), (a, b))
+    return list(found.values())
+
+
+class _Scatterer:
+    """One body's facets, lit by all views that make paths."""
+
+    def __init__(self, world: World, body: int, combinations: list[tuple[View, View]]) -> None:
+        self.world, self.body, self.combinations = world, body, combinations
+        surface = world.surfaces[body]
+        self.faces = faces_of(surface)
+        self.media = media(surface.materials, world.table, world.frequency)
+        views = dict.fromkeys(view for pair in combinations for view in pair)
+        # mirrored views behind direct ones
+        self.views = sorted(views, key=lambda view: view.plate is not None)
+        self.rows, self.row_start = self._lit_rows()
+
+    def _lit_rows(self) -> tuple[Rows, IntArray]:
+        """Fields and currents on the lit facets, view after view; where each view's rows begin."""
+        world, rotation = self.world, self.world.rotation[self.body]
+        blockers = in_frame_of(world, rotation, world.position[self.body])
+        seen = self._seen(blockers)
+        view_of_row, face = np.nonzero(seen)
+        size = len(face)
+        # single precision: a field's error of 1e-7 is no phase error
+        wave = np.empty((size, 2, 4, 2), dtype=np.complex64)
+        rows = Rows(face, np.empty((size, 3)), np.empty(size), wave)
+        fields(
+            self.faces,
+            self.media,
+            view_table(self.views, rotation, world.position[self.body]),
+            blockers,
+            world.plate_media,
+            np.ascontiguousarray(np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0]]) @ rotation),
+            world.wavenumber,
+            view_of_row,
+            rows,
+        )
+        num_direct = sum(view.plate is None for view in self.views)
+        self._check_facets(rows, view_of_row < num_direct)
+        counts = np.bincount(view_of_row, minlength=len(self.views))
+        return rows, np.concatenate([[0], np.cumsum(counts)])
+
+    def _seen(self, blockers: Blockers) -> BoolArray:
+        """Which facets each view sees, ``(view, face)``.
+
+        One shadow ray for every facet and direct view. A mirrored view has two rays for every
+        patch of facets, at the one in its middle: a shadow's edge is as coarse as a patch, at a
+        tenth of the rays.
+        """
+        surface = self.world.surfaces[self.body]
+        rotation, position = self.world.rotation[self.body], self.world.position[self.body]
+        direct = [view for view in self.views if view.plate is None]
+        mirrored = [view for view in self.views if view.plate is not None]
+        seen = np.zeros((len(self.views), len(surface.area)), dtype=np.bool_)
+        if direct:
+            table = view_table(direct, rotation, position)
+            seen[: len(direct)] = lit(self.faces, table, blockers)
+        if mirrored:
+            table = view_table(mirrored, rotation, position)
+            patches = lit(self.faces.of(surface.patch_face), table, blockers)
+            seen[len(direct) :] = spread(self.faces, table, surface.patch, patches)
+        return seen
+
+    def _check_facets(self, rows: Rows, is_direct: BoolArray) -> None:
+        """Warn where most lit facets are so near that the wave front bends within them."""
+        surface = self.world.surfaces[self.body]
+        bend = self.world.wavenumber * surface.reach[rows.face[is_direct]] ** 2
+        if len(bend) and np.median(bend / rows.length[is_direct]) > np.pi / 2:
+            name = self.world.scene.actors[self.world.body[self.body]].name
+            warnings.warn(
+                f"most facets of '{name}' are too large for a radar this near; "
+                "their edges should not exceed √(λR/8)",
+                ModelWarning,
+                stacklevel=2,
+            )
+
+    def paths(self) -> PropagationPaths:
+        """Paths over all combinations of views, both ways round."""
+        world = self.world
+        number = {view: index for index, view in enumerate(self.views)}
+        task = np.array([[number[a], number[b]] for a, b in self.combinations])
+        least = np.array([a.distance + b.distance for a, b in self.combinations])
+        first_cell = np.floor(least / CELL).astype(np.int64) - 1
+        moments = gather_cells(
+            self.faces,
+            self.media.roughness,
+            self.rows,
+            self.row_start,
+            task,
+            first_cell,
+            int(4 * world.radius[self.body] / CELL) + 5,
+            world.wavenumber,
+        )
+        tables = [no_paths(world.scene, world.frequency)]
+        for row, first, (a, b) in zip(moments, first_cell, self.combinations, strict=True):
+            tables += self._tables(a, b, row, int(first))
+        return gather(tables)
+
+    def _tables(
+        self, a: View, b: View, moments: ComplexArray, first_cell: int
+    ) -> list[PropagationPaths]:
+        """Paths from the radar of a to that of b, and back if the views differ."""
+        world = self.world
+        power = np.max(np.abs(moments[:, :4]), axis=-1) ** 2
+        kept = np.flatnonzero(
+            (power > 0) & (power * world.dynamic_range >= np.max(power, initial=0.0))
+        )
+        if not len(kept):
+            return []
+        transfer = moments[kept, :4].reshape(-1, 2, 2)
+        length, out, back = _means(
+            moments[kept],
+            np.asarray((first_cell + kept) * CELL, dtype=np.float64),
+            tuple(self._towards(view) for view in (a, b)),
+            world.rotation[self.body],
+        )
+        transfer = transfer * np.exp(1j * world.wavenumber * length)[:, None, None]
+        velocity = world.velocity[self.body]
+        rate = out @ (velocity - a.image_velocity) + back @ (velocity - b.image_velocity)
+        point = _ellipse_point(a.image, b.image, out, length)
+        ends = [(a, b, out, back, transfer)]
+        if a is not b:
+            ends.append((b, a, back, out, np.swapaxes(transfer, 1, 2)))
+        return [
+            path_table(
+                scene=world.scene,
+                frequency=world.frequency,
+                pair=np.tile([sender.radar, receiver.radar], (len(kept), 1)),
+                delay=length / SPEED_OF_LIGHT,
+                delay_rate=rate / SPEED_OF_LIGHT,
+                transfer=matrix,
+                departure=sender.departure(away),
+                arrival=receiver.departure(home),
+                bounces=[
+                    *self._mirror_bounce(sender, point),
+                    (Bounce.SCATTERING, np.full(len(kept), world.body[self.body]), point),
+                    *self._mirror_bounce(receiver, point),
+                ],
+            )
+            for sender, receiver, away, home, matrix in ends
+        ]
+
+    def _towards(self, view: View) -> FloatArray:
+        way = self.world.centre[self.body] - view.image
+        return np.asarray(way / np.linalg.norm(way))
+
+    def _mirror_bounce(
+        self, view: View, point: FloatArray
+    ) -> list[tuple[Bounce, IntArray, FloatArray]]:
+        if view.plate is None:
+            return []
+        actor = np.full(len(point), self.world.plates.actor[view.plate])
+        return [(Bounce.REFLECTION, actor, view.mirror_point(point))]
+
+
+def faces_of(surface: Surface) -> Faces:
+    """A surface's arrays for the kernels."""
+    return Faces(
+        centroid=surface.centroid,
+        normal=surface.normal,
+        tangent=surface.tangent,
+        corner=surface.corner,
+        area=surface.area,
+        medium=surface.medium,
+    )
+
+
+def _means(
+    moments: ComplexArray,
+    middle: FloatArray,
+    towards: tuple[FloatArray, ...],
+    rotation: FloatArray,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Length (m) and the two directions in the world of cells, from their moments.
+
+    Where a cell's contributions all but cancel, the ratios of moments mean nothing; then the
+    cell's centre and the body's direction stand in. The field at the centre frequency is right
+    in any case.
+    """
+    total = moments[:, 0]
+    divisor = np.where(total == 0, 1.0, total)
+    excess = (moments[:, 4] / divisor).real
+    length = middle + np.clip(excess, -CELL, CELL)
+    directions = []
+    for first, fallback in ((5, towards[0]), (8, towards[1])):
+        mean = (moments[:, first : first + 3] / divisor[:, None]).real @ rotation.T
+        directions.append(np.where(_is_direction(mean)[:, None], mean, fallback))
+    return length, directions[0], directions[1]
+
+
+def _is_direction(vectors: FloatArray) -> BoolArray:
+    return np.asarray(np.abs(np.linalg.norm(vectors, axis=-1) - 1.0) < 0.2)
+
+
+def _ellipse_point(
+    start: FloatArray, end: FloatArray, direction: FloatArray, length: FloatArray
+) -> FloatArray:
+    """M ``(path, xyz)``: where a path of total ``length`` that leaves along ``direction`` turns."""
+    unit = direction / np.linalg.norm(direction, axis=-1, keepdims=True)
+    base = end - start
+    room = 2 * np.maximum(length - unit @ base, 1e-9)
+    share = (length**2 - base @ base) / room
+    return np.asarray(start + share[:, None] * unit)

@@ -1,0 +1,136 @@
+r"""Reflection and transmission at a half-space, a sheet and a conductor; loss by roughness.
+
+e^{+jωt}, ε = ε′ − jε″; s is across the plane of incidence, p in it, with the signs for which a
+perfect conductor has Γs = −1 and Γp = +1. The NumPy functions are what people call and what the
+scalar kernels, which the compiled mechanisms call, are tested against.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike
+
+from polychirp.axes import BoolArray, ComplexArray, FloatArray
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.model.material import Material
+
+
+def half_space(permittivity: complex, cosine: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
+    r"""(Γs, Γp) of a half-space at the cosine of the angle of incidence.
+
+    .. math:: q = \sqrt{\varepsilon - \sin^2\theta}, \quad
+        \Gamma_s = \frac{\cos\theta - q}{\cos\theta + q}, \quad
+        \Gamma_p = \frac{\varepsilon\cos\theta - q}{\varepsilon\cos\theta + q}
+
+    >>> s, p = half_space(4.0, 1.0)
+    >>> float(s.real), float(p.real)
+    (-0.3333333333333333, 0.3333333333333333)
+    """
+    c = np.asarray(cosine, dtype=np.complex128)
+    q = np.sqrt(permittivity - (1.0 - c * c))
+    return (c - q) / (c + q), (permittivity * c - q) / (permittivity * c + q)
+
+
+def sheet(
+    permittivity: complex, thickness: float, cosine: ArrayLike, frequency: float
+) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
+    r"""(Rs, Rp, Ts, Tp) of a sheet (m) with air on both sides.
+
+    .. math:: R = \Gamma\frac{1 - e^2}{1 - \Gamma^2 e^2}, \quad
+        T = \frac{(1 - \Gamma^2)\,e}{1 - \Gamma^2 e^2}, \quad e = e^{-jkqt}
+    """
+    c = np.asarray(cosine, dtype=np.complex128)
+    q = np.sqrt(permittivity - (1.0 - c * c))
+    delay = np.exp(-2j * np.pi * frequency / SPEED_OF_LIGHT * thickness * q)
+    through = []
+    back = []
+    for single in half_space(permittivity, cosine):
+        below = 1.0 - single**2 * delay**2
+        back.append(single * (1.0 - delay**2) / below)
+        through.append((1.0 - single**2) * delay / below)
+    return back[0], back[1], through[0], through[1]
+
+
+def roughness_factor(roughness: float, cosine: ArrayLike, frequency: float) -> FloatArray:
+    r"""What Gaussian roughness (rms, m) leaves of a mirror's amplitude.
+
+    .. math:: \rho = e^{-2 (k\sigma_h\cos\theta)^2}
+    """
+    phase = 2 * np.pi * frequency / SPEED_OF_LIGHT * roughness * np.asarray(cosine)
+    return np.asarray(np.exp(-2.0 * phase**2))
+
+
+def reflection(
+    material: Material, cosine: ArrayLike, frequency: float
+) -> tuple[ComplexArray, ComplexArray]:
+    """(Γs, Γp) of a material's surface, its roughness included."""
+    c = np.asarray(cosine, dtype=np.float64)
+    if material.is_conductor:
+        s, p = -np.ones(c.shape, dtype=np.complex128), np.ones(c.shape, dtype=np.complex128)
+    elif material.thickness > 0:
+        s, p, _, _ = sheet(material.permittivity(frequency), material.thickness, c, frequency)
+    else:
+        s, p = half_space(material.permittivity(frequency), c)
+    loss = roughness_factor(material.roughness, c, frequency)
+    return s * loss, p * loss
+
+
+def power_through(material: Material, frequency: float) -> float:
+    """Power that a material lets through at normal incidence, as a ratio; 0 for a half-space."""
+    if material.is_conductor or material.thickness == 0:
+        return 0.0
+    through = sheet(material.permittivity(frequency), material.thickness, 1.0, frequency)[2]
+    return float(np.abs(through) ** 2)
+
+
+class Media(NamedTuple):
+    """Materials as arrays ``(medium,)`` for the kernels."""
+
+    permittivity: ComplexArray
+    thickness: FloatArray
+    roughness: FloatArray
+    is_conductor: BoolArray
+
+
+def media(names: tuple[str, ...], table: Mapping[str, Material], frequency: float) -> Media:
+    """The materials of ``names``, in their order."""
+    rows = [table[name] for name in names]
+    return Media(
+        permittivity=np.array(
+            # a conductor's number is never used, but must be one
+            [1.0 if row.is_conductor else row.permittivity(frequency) for row in rows],
+            dtype=np.complex128,
+        ),
+        thickness=np.array([row.thickness for row in rows], dtype=np.float64),
+        roughness=np.array([row.roughness for row in rows], dtype=np.float64),
+        is_conductor=np.array([row.is_conductor for row in rows], dtype=np.bool_),
+    )
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _slab(single: complex, square: complex) -> complex:
+    return single * (1.0 - square) / (1.0 - single * single * square)
+
+
+@njit(cache=True, nogil=True)
+def smooth_reflection(
+    media: Media, medium: int, cosine: float, wavenumber: float
+) -> tuple[complex, complex]:
+    """(Γs, Γp) without roughness, for kernels; the twin of `reflection`."""
+    if media.is_conductor[medium]:
+        return complex(-1.0), complex(1.0)
+    permittivity = media.permittivity[medium]
+    q = np.sqrt(permittivity - (1.0 - cosine * cosine))
+    s = (cosine - q) / (cosine + q)
+    p = (permittivity * cosine - q) / (permittivity * cosine + q)
+    thickness = media.thickness[medium]
+    if thickness > 0.0:
+        angle = -2j * wavenumber * thickness * q
+        square = math.exp(angle.real) * complex(math.cos(angle.imag), math.sin(angle.imag))
+        return _slab(s, square), _slab(p, square)
+    return s, p

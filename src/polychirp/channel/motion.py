@@ -1,0 +1,63 @@
+r"""Delays of light between bodies that move in straight lines, without approximation.
+
+A wave received at time t at X left S at :math:`t - \tau`, where
+:math:`c\tau = |X(t) - S(t-\tau)|`. With linear motion this is a quadratic equation in τ.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from polychirp.axes import FloatArray
+from polychirp.constants import SPEED_OF_LIGHT
+
+
+def retarded_leg(
+    *,
+    source: FloatArray,
+    source_velocity: FloatArray,
+    sink: FloatArray,
+    sink_velocity: FloatArray,
+    lateness: FloatArray | float = 0.0,
+    lateness_rate: FloatArray | float = 0.0,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    r"""Delay, its rate, and direction of flight of a wave that arrives at a moving sink.
+
+    The wave arrives at :math:`t - \tau_0(t)`, τ₀ being ``lateness``: the delay of all later legs.
+    With :math:`u` the direction of flight,
+
+    .. math:: \dot\tau = \frac{(1 - \dot\tau_0)\, u\cdot(v_X - v_S)}{c - u\cdot v_S}
+
+    Parameters
+    ----------
+    source, sink : m, ``(…, xyz)`` at time t; velocities m/s
+    lateness, lateness_rate : s and s/s, ``(…,)``
+
+    Returns
+    -------
+    delay : s, ``(…,)``; delay_rate : s/s, ``(…,)``; flight : unit vectors ``(…, xyz)``
+
+    Examples
+    --------
+    A target at 30 m that recedes at 10 m/s, on its way back:
+
+    >>> delay, rate, _ = retarded_leg(source=np.array([30.0, 0, 0]), sink=np.zeros(3),
+    ...     source_velocity=np.array([10.0, 0, 0]), sink_velocity=np.zeros(3))
+    >>> bool(abs(delay - 30.0 / (SPEED_OF_LIGHT + 10.0)) < 1e-21)
+    True
+    """
+    late = np.asarray(lateness)[..., None]
+    # at the moment of arrival
+    gap = (sink - sink_velocity * late) - (source - source_velocity * late)
+    along = np.sum(gap * source_velocity, axis=-1)
+    speed = np.sum(np.asarray(source_velocity) ** 2, axis=-1)
+    distance = np.sum(gap**2, axis=-1)
+    # c²τ² = |gap + v τ|²: the positive root, written so that nothing cancels
+    room = SPEED_OF_LIGHT**2 - speed
+    delay = (along + np.sqrt(along**2 + room * distance)) / room
+    flight = gap + source_velocity * delay[..., None]
+    flight = flight / np.linalg.norm(flight, axis=-1, keepdims=True)
+    closing = np.sum(flight * (sink_velocity - source_velocity), axis=-1)
+    rate = (1.0 - np.asarray(lateness_rate)) * closing
+    rate = rate / (SPEED_OF_LIGHT - np.sum(flight * source_velocity, axis=-1))
+    return np.asarray(delay), np.asarray(rate), np.asarray(flight)

@@ -1,0 +1,173 @@
+"""Views: one radar as one body sees it, directly or mirrored in one plate.
+
+A path over a body joins two views of it: that of the transmitter and that of the receiver.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from polychirp.axes import BoolArray, FloatArray, IntArray
+from polychirp.channel.fresnel import reflection
+from polychirp.channel.world import World, bodies_near, plates_near
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class View:
+    """Radar ``radar`` seen by body ``body``, mirrored in plate ``plate`` if there is one."""
+
+    world: World
+    radar: int
+    body: int
+    plate: int | None = None
+
+    @cached_property
+    def source(self) -> FloatArray:
+        """m, ``(xyz,)`` in the world: where the radar is."""
+        return np.asarray(self.world.scene.radar_position[self.radar])
+
+    @cached_property
+    def image(self) -> FloatArray:
+        """m, ``(xyz,)`` in the world: where the radar seems to be."""
+        return self.source if self.plate is None else self._mirror(self.source)
+
+    @cached_property
+    def image_velocity(self) -> FloatArray:
+        """m/s, ``(xyz,)`` in the world: how the image moves, while the plate moves too."""
+        own = self.world.scene.radar_velocity[self.radar]
+        if self.plate is None:
+            return np.asarray(own)
+        plates = self.world.plates
+        normal = plates.normal[self.plate]
+        carried = np.array(self.world.scene.actors[plates.actor[self.plate]].velocity)
+        return np.asarray(own - 2 * normal * (normal @ (own - carried)))
+
+    def _mirror(self, point: FloatArray) -> FloatArray:
+        normal = self.world.plates.normal[self.plate]
+        return np.asarray(
+            point - 2 * normal * (normal @ (point - self.world.plates.centre[self.plate]))
+        )
+
+    def departure(self, direction: FloatArray) -> FloatArray:
+        """Directions ``(…, xyz)`` as they leave the radar, of those that reach the body."""
+        if self.plate is None:
+            return direction
+        normal = self.world.plates.normal[self.plate]
+        return np.asarray(direction - 2 * (direction @ normal)[..., None] * normal)
+
+    def mirror_point(self, point: FloatArray) -> FloatArray:
+        """m, ``(…, xyz)``: where the way from the radar to ``point`` meets the plate."""
+        plates = self.world.plates
+        normal = plates.normal[self.plate]
+        below = (plates.centre[self.plate] - self.image) @ normal
+        way = point - self.image
+        along = way @ normal
+        share = below / np.where(along == 0, np.inf, along)
+        return np.asarray(self.image + share[..., None] * way)
+
+    @cached_property
+    def distance(self) -> float:
+        """m, least distance from the image to the body's sphere; 0 inside."""
+        away = np.linalg.norm(self.world.centre[self.body] - self.image)
+        return max(0.0, float(away - self.world.radius[self.body]))
+
+    @cached_property
+    def most_gain(self) -> float:
+        """Greatest power gain of the radar's element towards the body's sphere."""
+        pattern = self.world.scene.radars[self.radar].array.pattern
+        centre, radius = self.world.centre[self.body], float(self.world.radius[self.body])
+        if self.plate is not None:
+            centre = self._mirror(centre)
+        way = (centre - self.source) @ self.world.scene.radar_rotation[self.radar]
+        length = float(np.linalg.norm(way))
+        if length <= radius or way[0] / length >= np.sqrt(1 - (radius / length) ** 2):
+            return pattern.peak_gain  # the sphere holds the radar or its boresight
+        cube = np.stack(np.meshgrid(*[[-1.0, 0.0, 1.0]] * 3), axis=-1).reshape(-1, 3)
+        return float(np.max(pattern.gain(way + radius * cube)))
+
+    @cached_property
+    def most_reflection(self) -> float:
+        """Greatest amplitude that the mirror leaves, over the angles to the body's sphere."""
+        if self.plate is None:
+            return 1.0
+        world, plates = self.world, self.world.plates
+        normal = plates.normal[self.plate]
+        away = world.centre[self.body] - self.image
+        length, radius = float(np.linalg.norm(away)), float(world.radius[self.body])
+        least = max(0.0, (away @ normal - radius) / (length + radius))
+        most = min(1.0, (away @ normal + radius) / max(length - radius, 1e-9))
+        material = world.table[world.materials[plates.medium[self.plate]]]
+        both = reflection(material, np.linspace(least, max(least, most), 9), world.frequency)
+        return float(np.max(np.abs(both)))
+
+    @property
+    def is_possible(self) -> bool:
+        """Whether the plate can mirror the radar to the body: both before it, not beside."""
+        if self.plate is None:
+            return True
+        plates, normal = self.world.plates, self.world.plates.normal[self.plate]
+        centre, radius = self.world.centre[self.body], float(self.world.radius[self.body])
+        height = float(normal @ (self.source - plates.centre[self.plate]))
+        body_height = float(normal @ (centre - plates.centre[self.plate]))
+        if height <= 0 or body_height + radius <= 0:
+            return False
+        # mirror points lie between the foot of the radar and those of the body
+        start, end = self.source - plates.centre[self.plate], centre - plates.centre[self.plate]
+        for axis, half in (
+            (plates.across[self.plate], plates.half_across[self.plate]),
+            (plates.along[self.plate], plates.half_along[self.plate]),
+        ):
+            first, last = float(start @ axis), float(end @ axis)
+            if max(first, last + radius) < -half or min(first, last - radius) > half:
+                return False
+        return True
+
+    @cached_property
+    def blockers(self) -> tuple[IntArray, IntArray]:
+        """Bodies and plates that may come between, bodies near the radar first: they hide most."""
+        centre, radius = self.world.centre[self.body], float(self.world.radius[self.body])
+        ways = [np.array([self.image, centre])]
+        if self.plate is not None:  # unfolded at the mirror, and folded back
+            ways.append(np.array([self.source, self._mirror(centre)]))
+        bodies = np.unique(np.concatenate([bodies_near(self.world, w, radius) for w in ways]))
+        plates = np.unique(np.concatenate([plates_near(self.world, w, radius) for w in ways]))
+        away = np.linalg.norm(self.world.centre[bodies] - self.source, axis=-1)
+        bodies = bodies[np.argsort(away, kind="stable")]
+        return bodies, plates[plates != self.plate] if self.plate is not None else plates
+
+
+class ViewTable(NamedTuple):
+    """Views of one body as arrays ``(view, …)`` in the body's frame, for the kernels.
+
+    The blockers of view i are ``bodies[body_start[i]:body_start[i + 1]]``, plates likewise.
+    """
+
+    source: FloatArray
+    image: FloatArray
+    is_mirrored: BoolArray
+    plate: IntArray
+    bodies: IntArray
+    body_start: IntArray
+    plates: IntArray
+    plate_start: IntArray
+
+
+def view_table(views: list[View], rotation: FloatArray, position: FloatArray) -> ViewTable:
+    """Views of one body in its frame, which is turned by ``rotation`` at ``position`` (m)."""
+    bodies = [view.blockers[0] for view in views]
+    plates = [view.blockers[1] for view in views]
+    return ViewTable(
+        source=np.array([(view.source - position) @ rotation for view in views]),
+        image=np.array([(view.image - position) @ rotation for view in views]),
+        is_mirrored=np.array([view.plate is not None for view in views]),
+        # the plate of a view that has none is never looked at
+        plate=np.array([view.plate or 0 for view in views], dtype=np.int64),
+        bodies=np.concatenate(bodies),
+        body_start=np.concatenate([[0], np.cumsum([len(b) for b in bodies])]),
+        plates=np.concatenate(plates),
+        plate_start=np.concatenate([[0], np.cumsum([len(p) for p in plates])]),
+    )

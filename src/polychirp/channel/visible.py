@@ -1,0 +1,276 @@
+"""What a radar could know: the nearest visible point of every body; and where none may sit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from polychirp.axes import FloatArray
+from polychirp.channel.materials import known_materials, material_table
+from polychirp.errors import InputError
+from polychirp.model.material import Material
+from polychirp.model.scene import Actor, Scene
+from polychirp.model.truth import Truth
+
+if TYPE_CHECKING:
+    from polychirp.channel.world import World
+
+GRAIN = 0.05
+"""m, edge of the pieces into which faces are cut to find what is visible of a half-hidden body."""
+
+BATCH = 256
+"""Candidates whose visibility is tested at once, nearest first."""
+
+INSIDE = 0.6
+"""Share of the full sphere that a body must span around a point to hold it.
+
+A point close behind one open sheet has one half, a point in a body with windows almost one.
+"""
+
+
+def truth(
+    scene: Scene,
+    receiver: int,
+    targets: Sequence[str],
+    *,
+    materials: Mapping[str, Material] | None = None,
+    frequency: float = 79e9,
+) -> Truth:
+    r"""Nearest visible point of the metal of every target, from a radar's phase centre.
+
+    A body without metal counts with all its faces, one without faces with its plates, and one
+    without any with its point scatterers. The nearest point is exact on triangles; of a body
+    that is partly hidden, it is the nearest visible one of pieces of 5 cm.
+
+    The range rate is that of the body along the line of sight, :math:`(v_B - v_X)\cdot u`: on a
+    curved body the nearest point slides, but to first order across that line.
+
+    Parameters
+    ----------
+    receiver : number of the radar; targets : names of actors
+    materials : added to the known ones: they decide what blocks
+    frequency : Hz
+
+    Raises
+    ------
+    InputError
+        There is no such actor, or it has neither faces, plates nor points.
+    """
+    from polychirp.channel.world import world_of
+
+    world = world_of(scene, frequency=frequency, dynamic_range=1.0, table=material_table(materials))
+    eye = scene.radar_position[receiver]
+    points, seen = [], []
+    for name in targets:
+        actor = _actor(scene, name)
+        point, is_visible = _nearest_visible(world, actor, eye)
+        points.append(point)
+        seen.append(is_visible)
+    point = np.array(points).reshape(-1, 3)
+    way = point - eye
+    distance = np.linalg.norm(way, axis=-1)
+    towards = way / np.maximum(distance, 1e-12)[:, None]
+    velocity = np.array([_actor(scene, name).velocity for name in targets]).reshape(-1, 3)
+    ahead = towards @ scene.radar_rotation[receiver]
+    return Truth(
+        time=scene.time,
+        name=tuple(targets),
+        range=distance,
+        range_rate=np.sum((velocity - scene.radar_velocity[receiver]) * towards, axis=-1),
+        azimuth=np.arctan2(ahead[:, 1], ahead[:, 0]),
+        point=point,
+        is_visible=np.array(seen, dtype=np.bool_),
+    )
+
+
+def _actor(scene: Scene, name: str) -> Actor:
+    for actor in scene.actors:
+        if actor.name == name:
+            return actor
+    known = ", ".join(actor.name for actor in scene.actors)
+    raise InputError(f"there is no actor '{name}'; the scene has {known}")
+
+
+def _nearest_visible(world: World, actor: Actor, eye: FloatArray) -> tuple[FloatArray, bool]:
+    """The nearest visible point in the world, or the nearest hidden one, and which it is."""
+    from polychirp.channel.occlusion import blocked
+
+    def first_visible(candidates: FloatArray) -> FloatArray | None:
+        gap = eye - candidates
+        away = np.linalg.norm(gap, axis=-1, keepdims=True)
+        ends = candidates + 1e-3 * gap / np.maximum(away, 1e-12)
+        order = np.argsort(away[:, 0], kind="stable")
+        for begin in range(0, len(order), BATCH):
+            batch = order[begin : begin + BATCH]
+            free = ~blocked(world, eye[None], ends[batch])
+            if np.any(free):
+                return np.asarray(candidates[batch[np.argmax(free)]])
+        return None
+
+    corners = target_corners(actor)
+    if not len(corners):
+        points = actor.pose.to_outer(np.array([p.position for p in actor.points]).reshape(-1, 3))
+        if not len(points):
+            raise InputError(f"'{actor.name}' has neither faces nor points to be seen")
+        found = first_visible(points)
+        nearest = points[np.argmin(np.linalg.norm(points - eye, axis=-1))]
+        return (nearest, False) if found is None else (found, True)
+    corners = _facing(actor.pose.to_outer(corners), eye)
+    candidates = nearest_on_triangles(corners, eye)
+    nearest = candidates[np.argmin(np.linalg.norm(candidates - eye, axis=-1))]
+    if first_visible(nearest[None]) is not None:
+        return nearest, True
+    found = first_visible(nearest_on_triangles(_cut(corners), eye))
+    return (nearest, False) if found is None else (found, True)
+
+
+def target_corners(actor: Actor) -> FloatArray:
+    """What counts as the body for `truth`: m ``(face, corner, xyz)`` in the actor's frame."""
+    mesh = actor.mesh
+    if not mesh.num_faces:
+        return _plate_corners(actor)
+    if "metal" in mesh.materials:
+        metal = mesh.corners[mesh.material == mesh.materials.index("metal")]
+        if len(metal):
+            return np.asarray(metal)
+    return mesh.corners
+
+
+def _plate_corners(actor: Actor) -> FloatArray:
+    """Two triangles for every plate."""
+    triangles = []
+    for plate in actor.plates:
+        c, u, v = np.array(plate.centre), np.array(plate.half_u), np.array(plate.half_v)
+        a, b, d, e = c - u - v, c + u - v, c + u + v, c - u + v
+        triangles += [[a, b, d], [a, d, e]]
+    return np.array(triangles).reshape(-1, 3, 3)
+
+
+def _facing(corners: FloatArray, eye: FloatArray) -> FloatArray:
+    """The triangles that turn their front to a point; all of them if none does."""
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    front = np.sum(normal * (eye - corners[:, 0]), axis=-1) > 0
+    return corners[front] if np.any(front) else corners
+
+
+def nearest_on_triangles(corners: FloatArray, point: FloatArray) -> FloatArray:
+    """The point of every triangle ``(face, corner, xyz)`` nearest to a point: ``(face, xyz)``.
+
+    >>> flat = np.array([[[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]])
+    >>> nearest_on_triangles(flat, np.array([2.0, 2.0, 1.0]))
+    array([[0.5, 0.5, 0. ]])
+    """
+    a = corners[:, 0]
+    u, v, w = corners[:, 1] - a, corners[:, 2] - a, point - a
+    uu, uv, vv = np.sum(u * u, -1), np.sum(u * v, -1), np.sum(v * v, -1)
+    wu, wv = np.sum(w * u, -1), np.sum(w * v, -1)
+    area = uu * vv - uv * uv
+    safe = np.where(area > 0, area, 1.0)
+    s, t = (vv * wu - uv * wv) / safe, (uu * wv - uv * wu) / safe
+    best = a + s[:, None] * u + t[:, None] * v
+    best[~((area > 0) & (s >= 0) & (t >= 0) & (s + t <= 1))] = np.inf
+    for first, second in ((0, 1), (1, 2), (2, 0)):
+        start, side = corners[:, first], corners[:, second] - corners[:, first]
+        length = np.maximum(np.sum(side * side, -1), 1e-300)
+        share = np.clip(np.sum((point - start) * side, -1) / length, 0.0, 1.0)
+        other = start + share[:, None] * side
+        nearer = np.sum((other - point) ** 2, -1) < np.sum((best - point) ** 2, -1)
+        best = np.where(nearer[:, None], other, best)
+    return np.asarray(best)
+
+
+def _cut(corners: FloatArray) -> FloatArray:
+    """The same surface in triangles with no edge longer than `GRAIN`, by halving longest edges."""
+    done = []
+    while len(corners):
+        edge = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=-1)
+        long = edge.max(axis=1) > GRAIN
+        done.append(corners[~long])
+        first = np.argmax(edge, axis=1)[long]
+        turned = np.take_along_axis(
+            corners[long], ((first[:, None] + np.arange(3)) % 3)[..., None], axis=1
+        )
+        half = 0.5 * (turned[:, 0] + turned[:, 1])
+        corners = np.concatenate(
+            [
+                np.stack([turned[:, 0], half, turned[:, 2]], axis=1),
+                np.stack([half, turned[:, 1], turned[:, 2]], axis=1),
+            ]
+        )
+    return np.concatenate(done)
+
+
+def refuse_radar_inside_body(scene: Scene) -> None:
+    """Check that every radar is in the open.
+
+    Raises
+    ------
+    InputError
+        A radar is inside a closed mesh (its own vehicle's body too), inside a building, or below
+        the road. Sheets that block nothing, such as bumpers, do not count.
+    """
+    for radar, position in zip(scene.radars, scene.radar_position, strict=True):
+        for actor in scene.actors:
+            place = actor.pose.to_inner(position)
+            if _is_in_mesh(actor, place) or _is_in_box(actor, place):
+                raise InputError(
+                    f"radar '{radar.name}' is inside '{actor.name}'; move its mount outwards"
+                )
+            if actor.kind == "road" and _is_below(actor, place):
+                raise InputError(f"radar '{radar.name}' is below '{actor.name}'; raise its mount")
+
+
+def _is_in_mesh(actor: Actor, place: FloatArray) -> bool:
+    mesh = actor.mesh
+    if not mesh.num_faces:
+        return False
+    solid = np.array([not _is_sheet(name) for name in mesh.materials])[mesh.material]
+    corners = mesh.corners[solid]
+    if not len(corners) or not _is_within(corners.reshape(-1, 3), place):
+        return False
+    return span(corners, place) > INSIDE
+
+
+def _is_sheet(material: str) -> bool:
+    from polychirp.channel.fresnel import power_through
+    from polychirp.channel.world import CLEAR
+
+    row = known_materials().get(material)
+    return row is not None and power_through(row, 79e9) >= CLEAR
+
+
+def _is_within(points: FloatArray, place: FloatArray) -> bool:
+    """Whether a place is strictly within the axis-parallel box of points."""
+    return bool(np.all((points.min(axis=0) < place) & (place < points.max(axis=0))))
+
+
+def span(corners: FloatArray, place: FloatArray) -> float:
+    """Solid angle of triangles seen from behind, as a share of the full sphere.
+
+    1 inside a closed surface, 0 outside (van Oosterom and Strackee 1983).
+    """
+    a, b, c = np.moveaxis(corners - place, 1, 0)
+    la, lb, lc = (np.linalg.norm(x, axis=-1) for x in (a, b, c))
+    volume = np.sum(a * np.cross(b, c), axis=-1)
+    below = la * lb * lc + np.sum(a * b, -1) * lc + np.sum(b * c, -1) * la + np.sum(c * a, -1) * lb
+    return float(np.sum(2 * np.arctan2(volume, below)) / (4 * np.pi))
+
+
+def _is_in_box(actor: Actor, place: FloatArray) -> bool:
+    """Whether a place is behind all plates of an actor, and within the box that they span."""
+    if actor.kind == "road" or not actor.plates:
+        return False
+    behind = all(np.dot(place - plate.centre, plate.normal) < 0 for plate in actor.plates)
+    return behind and _is_within(_plate_corners(actor).reshape(-1, 3), place)
+
+
+def _is_below(actor: Actor, place: FloatArray) -> bool:
+    """Whether a place is under one of a road's plates."""
+    for plate in actor.plates:
+        gap = place - np.array(plate.centre)
+        u, v = np.array(plate.half_u), np.array(plate.half_v)
+        if gap @ plate.normal < 0 and abs(gap @ u) <= u @ u and abs(gap @ v) <= v @ v:
+            return True
+    return False

@@ -1,0 +1,44 @@
+"""``polychirp init`` — write a study to start from."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import Any
+
+from polychirp.errors import InputError, RunError
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add this verb."""
+    parser = subparsers.add_parser(
+        "init",
+        help="write a study with comments",
+        description="Write a small complete study, with a comment on every field.",
+    )
+    parser.add_argument("path", nargs="?", default="study.toml", metavar="PATH")
+    parser.add_argument("--force", action="store_true", help="replace a file that is there")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Write the file."""
+    path = Path(arguments.path)
+    if path.is_dir():
+        path /= "study.toml"
+    if path.exists() and not arguments.force:
+        raise InputError(f"'{path}' is there already; choose another name, or --force replaces it")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(template(), encoding="utf-8")
+    except OSError as error:
+        raise RunError(f"'{path}' cannot be written: {error.strerror}") from error
+    print(f"wrote {path}; next: polychirp check {path}", file=sys.stderr)
+    return 0
+
+
+def template() -> str:
+    """The study that `init` writes."""
+    from importlib.resources import files
+
+    return files("polychirp.cli").joinpath("quickstart.toml").read_text(encoding="utf-8")

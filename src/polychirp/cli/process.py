@@ -1,0 +1,268 @@
+"""``polychirp process`` — the receiver on recorded converter samples."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from polychirp.errors import InputError
+
+if TYPE_CHECKING:
+    from polychirp.capture.parameters import CaptureParameters
+    from polychirp.capture.recording import Recording
+    from polychirp.model.detection import Detections
+    from polychirp.model.if_frame import IfFrame
+    from polychirp.receiver.doppler import SawtoothReceiver
+
+_NO_TRUTH = (
+    "A recording has no ground truth: nothing here says which detections are right. Echoes at rest "
+    "are not removed; channels are not calibrated, so bearings carry the board's phase errors."
+)
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add this verb."""
+    parser = subparsers.add_parser(
+        "process",
+        help="run the receiver on a recording",
+        description="Run the receiver on recorded converter samples (NAME.npy, NAME.zarr, or "
+        "NAME.bin of TI's DCA1000) with their parameters beside them in NAME.toml: prints what the "
+        "ramps resolve and what was detected; writes map, picture and detections.",
+    )
+    parser.add_argument("capture", metavar="CAPTURE", nargs="?", help="the recording")
+    parser.add_argument("--params", metavar="FILE", help="its parameters (default: NAME.toml)")
+    parser.add_argument("--out", metavar="DIR", help="folder of the results (default: out/NAME)")
+    parser.add_argument(
+        "--frames", metavar="N|N-M", help="process these frames only, counted from 0"
+    )
+    parser.add_argument(
+        "--pfa", metavar="P", default="1e-4", help="false alarms per cell of noise (default: 1e-4)"
+    )
+    parser.add_argument("--json", action="store_true", help="print JSON in SI units on stdout")
+    parser.add_argument(
+        "--describe", action="store_true", help="print a parameter file to start from, and end"
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Read, detect, print, write."""
+    from polychirp.capture.parameter_file import TEMPLATE, read_parameters
+    from polychirp.receiver.doppler import SawtoothReceiver
+
+    if arguments.describe:
+        print(TEMPLATE, end="")
+        return 0
+    if arguments.capture is None:
+        raise InputError("name a recording, as in 'polychirp process walk.npy'; or --describe")
+    path = Path(arguments.capture)
+    parameters = read_parameters(arguments.params or path.with_suffix(".toml"))
+    receiver = SawtoothReceiver(
+        highest_beat=parameters.usable_beat,
+        num_transmitters=parameters.num_transmitters,
+        false_alarm_probability=_probability(arguments.pfa),
+    )
+    chosen = _frames(arguments.frames)
+    recording = _open(path, parameters, chosen)
+    numbers = range(recording.num_frames) if chosen is None else chosen
+    folder = Path(arguments.out or Path("out") / path.stem)
+    folder.mkdir(parents=True, exist_ok=True)
+    frames = [_process(recording, receiver, number, folder) for number in numbers]
+    record = {
+        "capture": str(path),
+        "ground_truth": None,
+        "note": _NO_TRUTH,
+        "derived": _derived(parameters),
+        "frames": frames,
+    }
+    (folder / "results.json").write_text(_as_json(record), encoding="utf-8")
+    _write_detections(folder / "detections.csv", frames)
+    if arguments.json:
+        print(_as_json(record), end="")
+    else:
+        _print_derived(parameters)
+        for frame in frames:
+            _print_frame(frame)
+        print(_NO_TRUTH)
+        print(f"stored in {folder}", file=sys.stderr)
+    return 0
+
+
+# ── in ────────────────────────────────────────────────────────────────────────
+
+
+def _open(path: Path, parameters: CaptureParameters, chosen: range | None) -> Recording:
+    from polychirp.capture.dca1000 import open_raw
+    from polychirp.capture.recording import from_array, open_numpy
+
+    match path.suffix:
+        case ".bin":
+            return open_raw(path, parameters, frames=chosen)
+        case ".npy":
+            recording = open_numpy(path, parameters, frames=chosen)
+        case ".zarr":
+            recording = from_array(_zarr_array(path), parameters, name=path.name, frames=chosen)
+        case other:
+            raise InputError(
+                f"'{path}' ends in '{other}'; a recording is a .npy, a .zarr or a .bin"
+            )
+    return recording
+
+
+def _zarr_array(path: Path) -> Any:
+    import zarr
+    from zarr.errors import BaseZarrError
+
+    if not path.exists():
+        raise InputError(f"there is no recording '{path}'")
+    try:
+        return zarr.open_array(path, mode="r")
+    except (BaseZarrError, OSError, ValueError) as error:
+        raise InputError(f"{path.name}: cannot be read as one Zarr array: {error}") from None
+
+
+def _frames(text: str | None) -> range | None:
+    """Frames that ``--frames`` names; None for all."""
+    if text is None:
+        return None
+    first, _, last = text.partition("-")
+    if not (first.isdecimal() and (last.isdecimal() or not last) and text[-1] != "-"):
+        raise InputError(f"--frames: '{text}' is not a frame or a range of them; write 3 or 0-3")
+    frames = range(int(first), int(last or first) + 1)
+    if not frames:
+        raise InputError(f"--frames: '{text}' ends before it begins; write the lower one first")
+    return frames
+
+
+def _probability(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        raise InputError(f"--pfa: '{text}' is not a number; try 1e-4") from None
+    if not 0.0 < value < 1.0:
+        raise InputError(f"--pfa: {text} is not between 0 and 1; try 1e-4")
+    return value
+
+
+# ── one frame ─────────────────────────────────────────────────────────────────
+
+
+def _process(
+    recording: Recording, receiver: SawtoothReceiver, number: int, folder: Path
+) -> dict[str, Any]:
+    """Detect in one frame, write its picture and map; give its part of the record."""
+    from polychirp.report.figures.range_rate import range_rate_picture
+
+    frame: IfFrame = recording.frame(number)
+    spectra = receiver.spectra(frame)
+    map_ = spectra.mean_power
+    found = receiver.detect_in(spectra, frame)
+    expected = receiver.false_alarm_probability * map_.power.size
+    drawing = range_rate_picture(
+        map_,
+        found,
+        title=f"{recording.name}, frame {number}",
+        note=f"{found.num_detections} detections at a false-alarm probability of "
+        f"{receiver.false_alarm_probability:g} per cell: some {expected:.2g} of noise alone. "
+        "No ground truth. Echoes at rest not removed. Channels not calibrated.",
+    )
+    name = f"range_rate_{number:04d}"
+    (folder / f"{name}.png").write_bytes(drawing.png())
+    (folder / f"{name}.csv").write_text(drawing.csv(), encoding="utf-8")
+    return {
+        "frame": number,
+        "picture": f"{name}.png",
+        "map": f"{name}.csv",
+        "false_alarm_probability": receiver.false_alarm_probability,
+        "expected_false_alarms": expected,
+        "detections": _rows(found),
+    }
+
+
+def _rows(found: Detections) -> list[dict[str, float | None]]:
+    """Detections as SI numbers, strongest first; no azimuth where there is one channel."""
+    import numpy as np
+
+    columns = {
+        "range_m": found.range,
+        "range_rate_m_per_s": found.range_rate,
+        "azimuth_rad": found.azimuth,
+        "snr": found.snr,
+        "power_full_scale": found.power,
+    }
+    return [
+        {key: float(value) if np.isfinite(value) else None for key, value in row.items()}
+        for row in (
+            dict(zip(columns, values, strict=True))
+            for values in zip(*columns.values(), strict=True)
+        )
+    ]
+
+
+# ── out ───────────────────────────────────────────────────────────────────────
+
+
+def _derived(parameters: CaptureParameters) -> dict[str, float]:
+    return {
+        "range_resolution_m": parameters.range_resolution,
+        "greatest_range_m": parameters.greatest_range,
+        "speed_resolution_m_per_s": parameters.speed_resolution,
+        "speed_span_m_per_s": parameters.speed_span,
+        "virtual_channels": parameters.num_transmitters * parameters.num_receivers,
+        "frame_duration_s": parameters.num_ramps * parameters.repetition_interval,
+    }
+
+
+def _print_derived(parameters: CaptureParameters) -> None:
+    derived = _derived(parameters)
+    half = 0.5 * derived["speed_span_m_per_s"]
+    print(
+        f"range       cells of {derived['range_resolution_m']:.3g} m to "
+        f"{derived['greatest_range_m']:.4g} m"
+    )
+    print(
+        f"range rate  cells of {derived['speed_resolution_m_per_s']:.3g} m/s, unambiguous "
+        f"within ±{half:.3g} m/s"
+    )
+    print(
+        f"channels    {derived['virtual_channels']:.0f} "
+        f"({parameters.num_transmitters} transmitters in turns × "
+        f"{parameters.num_receivers} receivers)"
+    )
+    print(f"frame       {derived['frame_duration_s'] * 1e3:.3g} ms")
+
+
+def _print_frame(frame: dict[str, Any]) -> None:
+    from math import degrees, log10
+
+    rows = frame["detections"]
+    print(
+        f"\nframe {frame['frame']}: {len(rows)} detections, strongest first; noise alone would "
+        f"give some {frame['expected_false_alarms']:.2g}"
+    )
+    print("  range    range rate   azimuth      SNR      power")
+    for row in rows:
+        azimuth = row["azimuth_rad"]
+        rate = round(row["range_rate_m_per_s"], 2) + 0.0  # no −0.00
+        bearing = "      –" if azimuth is None else f"{degrees(azimuth):+6.1f}°"
+        print(
+            f"{row['range_m']:6.2f} m  {rate:+7.2f} m/s   {bearing}"
+            f"  {10 * log10(row['snr']):4.0f} dB  {10 * log10(row['power_full_scale']):5.0f} dBFS"
+        )
+    print()
+
+
+def _write_detections(path: Path, frames: list[dict[str, Any]]) -> None:
+    keys = ["range_m", "range_rate_m_per_s", "azimuth_rad", "snr", "power_full_scale"]
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, ["frame", *keys], lineterminator="\n")
+        writer.writeheader()
+        for frame in frames:
+            writer.writerows({"frame": frame["frame"], **row} for row in frame["detections"])
+
+
+def _as_json(record: dict[str, Any]) -> str:
+    return json.dumps(record, indent=2, allow_nan=False) + "\n"

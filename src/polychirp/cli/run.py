@@ -1,0 +1,150 @@
+"""``polychirp run`` — run a study, store it, print what was found."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from polychirp.cli.check import add_study_arguments, all_overrides
+from polychirp.cli.progress import progress_bar
+from polychirp.errors import InputError
+
+if TYPE_CHECKING:
+    from polychirp.study.trial import Trial, Victim
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add this verb."""
+    parser = subparsers.add_parser(
+        "run",
+        help="run a study",
+        description="Run a study; store samples, their parts, detections and truth as Zarr; "
+        "print targets found, missed, and ghosts.",
+    )
+    add_study_arguments(parser)
+    parser.add_argument(
+        "--out", metavar="DIR", help="folder of the results (default: out/NAME-HASH)"
+    )
+    parser.add_argument("--force", action="store_true", help="replace another study's results")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Check, run, store, print."""
+    from polychirp.config.load import load_study
+    from polychirp.study.check import check
+    from polychirp.study.provenance import provenance
+    from polychirp.study.store import save_run
+
+    study = load_study(arguments.study, overrides=all_overrides(arguments))
+    check(study)
+    origin = provenance(study)
+    folder = Path(arguments.out or Path("out") / f"{study.name}-{origin.study_hash[:8]}")
+    path = folder / "run.zarr"
+    _need_room(path, study_hash=origin.study_hash, force=arguments.force)
+    # kernels are loaded only now that nothing is left to refuse
+    from polychirp.study.trial import run_trial
+
+    with progress_bar(study.name) as progress:
+        trial = run_trial(study, progress=progress)
+    save_run(path, victims=trial.victims, provenance=origin)
+    if arguments.json:
+        print(json.dumps(_summary(study.name, study.seed, path, trial), indent=2))
+    else:
+        _print_table(trial)
+        print(f"stored in {path}", file=sys.stderr)
+    return 0
+
+
+def _need_room(path: Path, *, study_hash: str, force: bool) -> None:
+    """Refuse, before the run, to write over what is not this study's own result."""
+    from polychirp.study.store import stored_hash
+
+    folder = path.parent
+    for parent in (folder, *folder.parents):
+        if parent.exists() and not parent.is_dir():
+            raise InputError(f"--out: '{parent}' is a file; name a folder")
+    if path.exists() and stored_hash(path) != study_hash and not force:
+        raise InputError(
+            f"'{folder}' holds the results of another study; choose another folder with --out, "
+            "or --force replaces them"
+        )
+
+
+def _summary(name: str, seed: int, path: Path, trial: Trial) -> dict[str, Any]:
+    return {
+        "study": name,
+        "seed": seed,
+        "stored": str(path),
+        "victims": [
+            {
+                "name": victim.name,
+                **_counts(victim),
+                "floor_rise": victim.score.floor_rise,
+                "detected_targets": _targets(victim, found=True),
+                "undetected_targets": _targets(victim, found=False),
+            }
+            for victim in trial.victims
+        ],
+    }
+
+
+def _counts(victim: Victim) -> dict[str, int]:
+    """Targets that are there, seen by line of sight and found; claims that are no target."""
+    score = victim.score
+    return {
+        "targets": len(victim.truth.name),
+        "found": int(score.is_detected.sum()),
+        "missed": score.num_missed,
+        "ghosts": len(score.ghosts),
+        "other_echoes": len(score.numbers("echo")),
+    }
+
+
+def _targets(victim: Victim, *, found: bool) -> list[str]:
+    names = zip(victim.truth.name, victim.score.is_detected, strict=True)
+    return [name for name, is_detected in names if bool(is_detected) is found]
+
+
+def _print_table(trial: Trial) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    from polychirp.units import to_db
+
+    counts = Table(title="what each radar claims", title_justify="left")
+    errors = Table(title="targets found", title_justify="left")
+    counts.add_column("radar")
+    for column in ("targets", "found", "missed", "ghosts", "other echoes", "floor rise"):
+        counts.add_column(column, justify="right")
+    for column in ("radar", "target"):
+        errors.add_column(column)
+    for column in ("range", "its error", "speed error", "azimuth error"):
+        errors.add_column(column, justify="right")
+    for victim in trial.victims:
+        rise = f"{float(to_db(victim.score.floor_rise)):.1f} dB"
+        counts.add_row(victim.name, *(str(count) for count in _counts(victim).values()), rise)
+        for row in _error_rows(victim):
+            errors.add_row(victim.name, *row)
+    console = Console(file=sys.stderr)
+    console.print(counts)
+    if errors.row_count:
+        console.print(errors)
+
+
+def _error_rows(victim: Victim) -> Iterator[tuple[str, ...]]:
+    """Name, true range, and errors in people's units, of every target found."""
+    truth, score = victim.truth, victim.score
+    for number, name in enumerate(truth.name):
+        if score.is_detected[number]:
+            yield (
+                name,
+                f"{truth.range[number]:.2f} m",
+                f"{score.range_error[number]:+.3f} m",
+                f"{3.6 * score.range_rate_error[number]:+.3f} km/h",
+                f"{math.degrees(score.azimuth_error[number]):+.2f}°",
+            )

@@ -1,0 +1,179 @@
+"""From a study file to a `Study`: every problem of the file in one message."""
+
+from __future__ import annotations
+
+import json
+import re
+import tomllib
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import TypeAdapter, ValidationError
+
+from polychirp.config.override import apply_override
+from polychirp.config.problems import Place, problems
+from polychirp.errors import InputError
+from polychirp.frames import Spec
+from polychirp.study.spec import Study
+
+S = TypeVar("S", bound=Spec)
+
+
+def load_study(path: Path | str, *, overrides: Iterable[str] = ()) -> Study:
+    """The study that a TOML file describes.
+
+    The ``overrides``, each like ``radars.0.start_time=1 ms``, change the file as it is written;
+    then keys of ``[defaults.radar]`` go into every ``[[radars]]`` that does not give them itself.
+    Mesh files are looked for beside the study file.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, is not TOML, or does not describe a study; the message lists
+        every problem with its place.
+    """
+    path = Path(path)
+    data = read_toml(path)
+    try:
+        for change in overrides:
+            apply_override(data, change)
+        study = build(Study, with_defaults(data), where=partial(_as_written, data=data))
+    except InputError as error:
+        raise InputError(f"this study cannot be read: {path}\n{_indented(str(error))}") from None
+    return _with_meshes_from(path.parent, study)
+
+
+def _with_meshes_from(folder: Path, study: Study) -> Study:
+    """Mesh files are named relative to the study file."""
+    vehicles = tuple(
+        vehicle if vehicle.mesh is None else replace(vehicle, mesh=str(folder / vehicle.mesh))
+        for vehicle in study.street.vehicles
+    )
+    return replace(study, street=replace(study.street, vehicles=vehicles))
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Tables of a TOML file; raises `InputError` with the line where it is none."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError(
+            f"there is no file '{path}'; 'polychirp init {path}' writes one to start from"
+        ) from None
+    except IsADirectoryError:
+        raise InputError(f"'{path}' is a folder; name the study file in it") from None
+    except OSError as error:
+        raise InputError(f"'{path}' cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise InputError(f"'{path}' is not a text file in UTF-8; a study is TOML text") from None
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(
+            f"this study cannot be read: {path}\n  {_with_its_place_first(str(error))}"
+        ) from None
+
+
+def with_defaults(data: dict[str, Any]) -> dict[str, Any]:
+    """The tables with ``defaults.radar`` moved into every radar.
+
+    Tables are merged key by key, unless a radar chooses another ``kind``.
+
+    Raises
+    ------
+    InputError
+        ``defaults`` holds something else than the table ``radar``.
+
+    Examples
+    --------
+    >>> with_defaults({"defaults": {"radar": {"vehicle": "car"}}, "radars": [{"name": "front"}]})
+    {'radars': [{'vehicle': 'car', 'name': 'front'}]}
+    """
+    defaults = data.get("defaults", {})
+    if not isinstance(defaults, dict):
+        raise InputError("defaults: must be a table, as in [defaults.radar]")
+    for key in defaults.keys() - {"radar"}:
+        raise InputError(f"defaults.{key}: unknown key; only [defaults.radar] is known")
+    shared = defaults.get("radar", {})
+    if not isinstance(shared, dict):
+        raise InputError("defaults.radar: must be a table, as in [defaults.radar]")
+    merged = {key: value for key, value in data.items() if key != "defaults"}
+    if isinstance(merged.get("radars"), list):
+        merged["radars"] = [_merged(shared, radar) for radar in merged["radars"]]
+    return merged
+
+
+def _as_written(place: Place, data: dict[str, Any]) -> Place:
+    """Where in the file a problem stands that was found after defaults were merged."""
+    if len(place) < 3 or place[0] != "radars" or not isinstance(place[1], int):
+        return place
+    own, shared = data["radars"][place[1]], data.get("defaults", {}).get("radar", {})
+    for key in place[2:]:
+        if not (isinstance(shared, dict) and key in shared):
+            return place
+        if not (isinstance(own, dict) and key in own):
+            return ("defaults", "radar", *place[2:])
+        own, shared = own[key], shared[key]
+    return place
+
+
+def _merged(default: Any, own: Any) -> Any:
+    if not (isinstance(default, dict) and isinstance(own, dict)):
+        return own
+    if "kind" in own and own["kind"] != default.get("kind", own["kind"]):
+        return own
+    return {
+        **default,
+        **{key: _merged(default[key], own[key]) if key in default else own[key] for key in own},
+    }
+
+
+def build(spec: type[S], data: object, *, where: Callable[[Place], Place] = tuple) -> S:
+    """A spec from the tables and values of a file.
+
+    Parameters
+    ----------
+    where : from the place of a problem in ``data`` to its place in the file
+
+    Raises
+    ------
+    InputError
+        One line for each problem: where it is, what is wrong, what would work.
+
+    Examples
+    --------
+    >>> from polychirp.waveform import Triangular
+    >>> build(Triangular, {"bandwidth": "1 GHz"}).bandwidth
+    1000000000.0
+    """
+    # Strict JSON makes lists tuples and tables specs, but never text or true a number.
+    text = json.dumps(data, default=str)
+    try:
+        built = TypeAdapter(spec).validate_json(text, strict=True)
+    except ValidationError as error:
+        found = problems(error.errors(include_url=False), spec=spec)
+        raise InputError(_listed((where(place), sentence) for place, sentence in found)) from None
+    return built
+
+
+def _listed(found: Iterable[tuple[Place, str]]) -> str:
+    """One line for each problem, in their order, none twice."""
+    lines = []
+    for place, sentence in found:
+        path = ".".join(str(part) for part in place)
+        lines.append(f"{path}: {sentence}" if path else sentence)
+    return "\n".join(dict.fromkeys(lines))
+
+
+def _indented(text: str) -> str:
+    return "\n".join(f"  {line}" for line in text.splitlines())
+
+
+def _with_its_place_first(message: str) -> str:
+    """'line 3, column 5: …' from the TOML reader's '… (at line 3, column 5)'."""
+    found = re.fullmatch(r"(.*) \(at (.*)\)", message, re.DOTALL)
+    if found is None:
+        return message
+    reason = found[1][:1].lower() + found[1][1:]
+    return f"{found[2]}: {reason}; TOML is written like 'name = \"text\"' or '[table]'"

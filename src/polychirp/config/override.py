@@ -1,0 +1,75 @@
+"""Changes to a study from the command line: ``a.b.0.c=value``."""
+
+from __future__ import annotations
+
+import tomllib
+from typing import Any
+
+from polychirp.errors import InputError
+
+
+def apply_override(data: dict[str, Any], change: str) -> None:
+    """Set one value of a study's tables, in place.
+
+    The value is TOML where it can be read so, and text otherwise, because shells take quotes
+    away. Tables on the way are made where they are missing; entries of lists are not.
+
+    Raises
+    ------
+    InputError
+        The change has no '=', or leads through something that is no table or list.
+
+    Examples
+    --------
+    >>> data = {"radars": [{"name": "front"}]}
+    >>> apply_override(data, "radars.0.converter.sample_rate=2 MS/s")
+    >>> data["radars"][0]["converter"]
+    {'sample_rate': '2 MS/s'}
+    """
+    path, equals, text = change.partition("=")
+    keys = [key.strip() for key in path.split(".")]
+    if not equals or not all(keys):
+        raise InputError(f"'{change}' changes nothing; write it like 'radars.0.start_time=1 ms'")
+    here: Any = data
+    for depth, key in enumerate(keys[:-1]):
+        here = _enter(here, key, place=keys[: depth + 1])
+    _assign(here, keys[-1], read_value(text), place=keys)
+
+
+def read_value(text: str) -> Any:
+    """The value that ``text`` means.
+
+    >>> read_value("3"), read_value("79 GHz"), read_value('["1 ms", "2 ms"]')
+    (3, '79 GHz', ['1 ms', '2 ms'])
+    """
+    try:
+        table = tomllib.loads(f"value = {text}")
+    except tomllib.TOMLDecodeError:
+        return text.strip()
+    return table["value"] if table.keys() == {"value"} else text.strip()
+
+
+def _enter(here: Any, key: str, *, place: list[str]) -> Any:
+    if isinstance(here, list):
+        return here[_index(here, key, place=place)]
+    if not isinstance(here, dict):
+        raise InputError(f"{'.'.join(place[:-1])} is a value; it has no '{key}'")
+    return here.setdefault(key, {})
+
+
+def _assign(here: Any, key: str, value: Any, *, place: list[str]) -> None:
+    if isinstance(here, list):
+        here[_index(here, key, place=place)] = value
+    elif isinstance(here, dict):
+        here[key] = value
+    else:
+        raise InputError(f"{'.'.join(place[:-1])} is a value; it has no '{key}'")
+
+
+def _index(entries: list[Any], key: str, *, place: list[str]) -> int:
+    if not key.isdigit() or int(key) >= len(entries):
+        raise InputError(
+            f"{'.'.join(place)} does not exist; {'.'.join(place[:-1])} has {len(entries)} "
+            "entries, counted from 0"
+        )
+    return int(key)

@@ -1,0 +1,85 @@
+"""Numbers as a study file writes them: the shortest text that reads back as the same number."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import Final
+
+from polychirp.errors import InputError
+from polychirp.units import Unit, to_db
+
+
+def _level(value: float) -> float:
+    return float(to_db(value))
+
+
+_SPELLINGS: Final[dict[str, dict[str, Callable[[float], float]]]] = {
+    "Hz": {"GHz": lambda v: v / 1e9, "MHz": lambda v: v / 1e6, "kHz": lambda v: v / 1e3},
+    "S/s": {"MS/s": lambda v: v / 1e6, "kS/s": lambda v: v / 1e3},
+    "Hz/s": {"GHz/ms": lambda v: v / 1e12, "MHz/us": lambda v: v / 1e12},
+    "s": {"ms": lambda v: v * 1e3, "us": lambda v: v * 1e6, "ns": lambda v: v * 1e9},
+    "m": {"mm": lambda v: v * 1e3, "um": lambda v: v * 1e6},
+    "m/s": {"km/h": lambda v: v * 3.6},
+    "rad": {"deg": math.degrees},
+    "W": {"dBm": lambda v: _level(v) + 30.0},
+    "dB": {"dB": _level},
+    "m^2": {"dBsm": _level},
+    "ppm": {"ppm": lambda v: v * 1e6},
+    "S/m": {},
+}
+"""Units that people use, beside the symbol itself, and how SI becomes them."""
+
+_NEVER_BARE: Final = {"dB", "ppm", "W"}
+"""Symbols that no spelling uses as they are: these quantities are written as levels and ppm."""
+
+
+def write_quantity(value: float, unit: Unit) -> str:
+    """Text of an SI value, the shortest in a unit that people use.
+
+    It reads back as exactly ``value`` wherever some text does; levels in dB cannot name every
+    number, there the last of 16 digits may differ.
+
+    Raises
+    ------
+    InputError
+        The value is infinite, or has no level in dB.
+
+    Examples
+    --------
+    >>> write_quantity(79e9, Unit("Hz")), write_quantity(1.5e-3, Unit("s"))
+    ('79 GHz', '1.5 ms')
+    >>> write_quantity(1000.0, Unit("dB"))
+    '30 dB'
+    """
+    if not math.isfinite(value):
+        raise InputError(f"{value} cannot be written as a value in {unit.symbol}")
+    exact = [text for text in _spellings(value, unit) if unit.read(text) == value]
+    if exact:
+        return min(exact, key=_effort)
+    close = min(_spellings(value, unit), key=lambda text: abs(unit.read(text) - value))
+    if not math.isclose(unit.read(close), value, rel_tol=1e-12):
+        raise InputError(f"{value:g} cannot be written as a value in {unit.symbol}")
+    return close
+
+
+def _spellings(value: float, unit: Unit) -> Iterator[str]:
+    """Candidate texts; the symbol itself first, so that it wins where lengths are equal."""
+    scales = dict(_SPELLINGS[unit.symbol])
+    if unit.symbol not in _NEVER_BARE:
+        scales = {unit.symbol: float, **scales}
+    for name, scale in scales.items():
+        for digits in (*range(1, 13), 15, 16, 17):
+            number = f"{scale(value):.{digits}g}"
+            yield f"{_plain(number)} {name}"
+
+
+def _effort(text: str) -> int:
+    """Length, a digit more below one: 800 MHz reads easier than 0.8 GHz."""
+    return len(text) + text.lstrip("-").startswith("0.")
+
+
+def _plain(number: str) -> str:
+    """Without an exponent where that is as short: 1e+02 becomes 100."""
+    value = float(number)
+    return str(int(value)) if value == int(value) and abs(value) < 1e4 else number

@@ -1,0 +1,113 @@
+"""World, vehicle and radar frames (ISO 8855: x forward, y left, z up; angles positive left, up)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, get_args, get_type_hints
+
+import numpy as np
+
+from polychirp.axes import FloatArray
+from polychirp.units import Metres, Radians
+
+
+class Spec:
+    """A value that a study file can hold: frozen, comparable, refusing unknown keys."""
+
+    __slots__ = ()
+    __pydantic_config__: ClassVar[dict[str, str]] = {"extra": "forbid"}
+
+
+class ByKind:
+    """Marks a union of specs of which a study file chooses one by its ``kind``.
+
+    Written ``Annotated[Sawtooth | Triangular, ByKind()]``; each member has a field
+    ``kind: Literal["…"]``. Without the mark, a reader of files tries every member and reports
+    the faults of all of them.
+    """
+
+    __slots__ = ()
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> dict[str, Any]:
+        """Let ``kind`` choose (pydantic's hook, a plain dictionary)."""
+        return {
+            "type": "tagged-union",
+            "discriminator": "kind",
+            "choices": {
+                kind: handler.generate_schema(member)
+                for member in get_args(source)
+                for kind in get_args(get_type_hints(member)["kind"])
+            },
+        }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pose(Spec):
+    """Where a body is and how it is turned: yaw about z, then pitch about y, then roll about x.
+
+    Positive pitch lifts the nose (a rotation by −pitch about y in the right-hand sense).
+    """
+
+    x: Metres = 0.0
+    y: Metres = 0.0
+    z: Metres = 0.0
+    yaw: Radians = 0.0
+    pitch: Radians = 0.0
+    roll: Radians = 0.0
+
+    @property
+    def position(self) -> FloatArray:
+        """m, ``(xyz,)`` in the outer frame."""
+        return np.array([self.x, self.y, self.z])
+
+    @property
+    def rotation(self) -> FloatArray:
+        """``(xyz, xyz)``: takes a vector of the inner frame to the outer one."""
+        return rotation(self.yaw, self.pitch, self.roll)
+
+    def to_outer(self, points: FloatArray) -> FloatArray:
+        """Points ``(…, xyz)`` of the inner frame in the outer one."""
+        return np.asarray(points @ self.rotation.T + self.position)
+
+    def to_inner(self, points: FloatArray) -> FloatArray:
+        """Points ``(…, xyz)`` of the outer frame in the inner one."""
+        return np.asarray((points - self.position) @ self.rotation)
+
+
+def rotation(yaw: float, pitch: float = 0.0, roll: float = 0.0) -> FloatArray:
+    """Matrix of a turn by yaw (left), pitch (nose up) and roll (right side down).
+
+    >>> rotation(np.pi / 2).round(12) @ np.array([1.0, 0.0, 0.0])
+    array([0., 1., 0.])
+    """
+    cy, sy = np.cos(yaw), np.sin(yaw)
+    cp, sp = np.cos(pitch), np.sin(pitch)
+    cr, sr = np.cos(roll), np.sin(roll)
+    about_z = np.array([[cy, -sy, 0.0], [sy, cy, 0.0], [0.0, 0.0, 1.0]])
+    about_y = np.array([[cp, 0.0, -sp], [0.0, 1.0, 0.0], [sp, 0.0, cp]])
+    about_x = np.array([[1.0, 0.0, 0.0], [0.0, cr, -sr], [0.0, sr, cr]])
+    return np.asarray(about_z @ about_y @ about_x)
+
+
+def direction_angles(direction: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Azimuth and elevation, rad, of directions ``(…, xyz)`` in a radar's frame."""
+    x, y, z = np.moveaxis(np.asarray(direction, dtype=np.float64), -1, 0)
+    return np.arctan2(y, x), np.arctan2(z, np.hypot(x, y))
+
+
+def polarisation_basis(direction: FloatArray) -> FloatArray:
+    """Unit vectors (V, H) across outward directions ``(…, xyz)``: shape ``(…, 2, xyz)``.
+
+    H = z × d, normalised; V = d × H points up. Both ends of a path use the *outward* direction
+    (away from the antenna), so that the transfer matrix of the reversed path is the transpose.
+    A vertical direction takes H = y.
+    """
+    d = np.asarray(direction, dtype=np.float64)
+    d = d / np.linalg.norm(d, axis=-1, keepdims=True)
+    horizontal = np.stack([-d[..., 1], d[..., 0], np.zeros(d.shape[:-1])], axis=-1)
+    length = np.linalg.norm(horizontal, axis=-1, keepdims=True)
+    horizontal = np.where(
+        length > 1e-12, horizontal / np.maximum(length, 1e-12), np.array([0.0, 1.0, 0.0])
+    )
+    vertical = np.cross(d, horizontal)
+    return np.stack([vertical, horizontal], axis=-2)

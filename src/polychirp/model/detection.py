@@ -1,0 +1,35 @@
+"""`Detections` — what a receiver claims."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from polychirp.axes import PerDetection, seal
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Detections:
+    """Claims of a receiver about one frame, strongest first.
+
+    Parameters
+    ----------
+    time : s, to which range and azimuth refer
+    range : m; range_rate : m/s, positive = away; azimuth : rad, positive left
+    power : W at the converter, of one channel, the claim's amplitude squared
+    snr : ratio of the detection statistic to its local floor
+    """
+
+    time: float
+    range: PerDetection
+    range_rate: PerDetection
+    azimuth: PerDetection
+    power: PerDetection
+    snr: PerDetection
+
+    def __post_init__(self) -> None:
+        seal(self)
+
+    @property
+    def num_detections(self) -> int:
+        """How many claims there are."""
+        return int(self.range.size)

@@ -1,0 +1,152 @@
+"""`IfFrame` and `IfParts` — dechirped samples; echo, interference and noise kept apart."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Annotated, Final
+
+import numpy as np
+
+from polychirp.axes import Axes, BoolArray, ComplexArray, FloatArray, PerRamp, PerRampIndex, seal
+from polychirp.errors import InputError
+from polychirp.model.antenna import AntennaArray
+from polychirp.model.radar import Converter
+from polychirp.model.ramp import RampSchedule
+
+PARTS: Final = ("echo", "multipath", "direct", "indirect", "noise")
+"""Own echo without and with a mirror plane; another radar's signal without and with a bounce."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SampleTimes:
+    """When the converter samples: sample n of ramp k is taken at ``first[k] + n/rate``.
+
+    Parameters
+    ----------
+    first : s, ``(ramp,)``
+    num_samples : ``(ramp,)``
+    rate : 1/s
+    """
+
+    first: PerRamp
+    num_samples: PerRampIndex
+    rate: float
+
+    def __post_init__(self) -> None:
+        seal(self)
+
+    @property
+    def most_samples(self) -> int:
+        """Length of the padded ``fast`` axis."""
+        return int(self.num_samples.max())
+
+    @property
+    def is_sample(self) -> BoolArray:
+        """``(ramp, fast)``: false in the padding after a short ramp's last sample."""
+        return np.arange(self.most_samples) < self.num_samples[:, None]
+
+    @property
+    def time(self) -> FloatArray:
+        """s, ``(ramp, fast)``, also where there is only padding."""
+        return self.first[:, None] + np.arange(self.most_samples) / self.rate
+
+
+def sample_times(schedule: RampSchedule, converter: Converter) -> SampleTimes:
+    """The sampling window of every ramp.
+
+    Raises
+    ------
+    InputError
+        A ramp is shorter than the converter's start and margin leave room for two samples.
+    """
+    room = schedule.duration - converter.start - converter.margin
+    # a window that ends on a sample keeps it in spite of rounding
+    count = np.floor(room * converter.sample_rate * (1 + 1e-12) + 1e-9).astype(np.int64) + 1
+    shortest = int(np.argmin(count))
+    if room[shortest] <= 0 or count[shortest] < 2:
+        raise InputError(
+            f"ramp {shortest} lasts {schedule.duration[shortest] * 1e6:.4g} µs, shorter than its "
+            f"converter's start ({converter.start * 1e6:.4g} µs) and margin "
+            f"({converter.margin * 1e6:.4g} µs) and two samples; lengthen the ramp or shorten them"
+        )
+    return SampleTimes(
+        first=schedule.start_time + converter.start, num_samples=count, rate=converter.sample_rate
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class IfFrame:
+    r"""Dechirped samples of one radar over one frame.
+
+    A sample is :math:`y = s_{tx}\,\overline{s_{rx}}`, so that an echo at range R on an up-ramp
+    beats at **+**\ 2bR/c. :math:`|y|^2` is power in W at the converter's input (volts across one
+    ohm). Ramps of different length are padded with zeros behind ``times.num_samples``.
+
+    Parameters
+    ----------
+    samples : V, ``(channel, ramp, fast)`` complex
+    times : when they were taken
+    schedule : what the radar transmitted
+    array : its antenna
+    """
+
+    samples: Annotated[ComplexArray, Axes("channel", "ramp", "fast", dtype=np.complex128)]
+    times: SampleTimes
+    schedule: RampSchedule
+    array: AntennaArray
+
+    def __post_init__(self) -> None:
+        seal(self)
+        expected = (
+            self.array.num_channels,
+            self.schedule.num_ramps,
+            self.times.most_samples,
+        )
+        if self.samples.shape != expected or self.times.first.size != self.schedule.num_ramps:
+            raise InputError(
+                f"IfFrame.samples has shape {self.samples.shape}; its array, schedule and sample "
+                f"times ask for {expected} (channel, ramp, fast)"
+            )
+
+    def with_samples(self, samples: ComplexArray) -> IfFrame:
+        """The same frame with other samples."""
+        return replace(self, samples=samples)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class IfParts:
+    """What a frame's samples are made of: dechirping is linear, so the parts sum to them.
+
+    ``samples`` is V, ``(part, channel, ramp, fast)``, in the order of `PARTS`.
+    """
+
+    samples: Annotated[ComplexArray, Axes("part", "channel", "ramp", "fast", dtype=np.complex128)]
+
+    def __post_init__(self) -> None:
+        seal(self)
+        if self.samples.shape[0] != len(PARTS):
+            raise InputError(f"IfParts.samples needs the parts {', '.join(PARTS)}")
+
+    def __getitem__(self, part: str) -> ComplexArray:
+        """One part, ``(channel, ramp, fast)``."""
+        return np.asarray(self.samples[PARTS.index(part)])
+
+    @property
+    def echo(self) -> ComplexArray:
+        """All of the radar's own echo, mirrored or not."""
+        return self["echo"] + self["multipath"]
+
+    @property
+    def interference(self) -> ComplexArray:
+        """All that other radars put in."""
+        return self["direct"] + self["indirect"]
+
+    @property
+    def noise(self) -> ComplexArray:
+        """Thermal noise."""
+        return self["noise"]
+
+    def total(self, *parts: str) -> ComplexArray:
+        """Sum of the named parts, of all where none is named."""
+        chosen = [PARTS.index(p) for p in parts] or list(range(len(PARTS)))
+        return np.asarray(self.samples[chosen].sum(axis=0))

@@ -1,0 +1,58 @@
+"""`Material` — what a surface is made of, electrically."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from polychirp.constants import VACUUM_PERMITTIVITY
+from polychirp.errors import InputError
+from polychirp.frames import Spec
+from polychirp.units import Hertz, Metres, SiemensPerMetre
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Material(Spec):
+    r"""A homogeneous medium.
+
+    .. math:: \varepsilon_r = \varepsilon' - j\,\sigma / \omega\varepsilon_0 \qquad (e^{+j\omega t})
+
+    Parameters
+    ----------
+    relative_permittivity : ε′, ratio
+    conductivity : σ, S/m; ``inf`` makes a perfect conductor
+    thickness : m, of a sheet with air on both sides; 0 for a half-space
+    roughness : m, rms height of the surface
+    lowest_frequency, highest_frequency : Hz, band in which the values hold
+    source : where the values come from, or that they are an assumption
+    """
+
+    relative_permittivity: float = 1.0
+    conductivity: SiemensPerMetre = 0.0
+    thickness: Metres = 0.0
+    roughness: Metres = 0.0
+    lowest_frequency: Hertz = 76e9
+    highest_frequency: Hertz = 81e9
+    source: str = "study file"
+
+    def __post_init__(self) -> None:
+        if not self.relative_permittivity >= 1.0:
+            raise InputError("a material's relative permittivity must be at least 1")
+        if self.conductivity < 0 or self.thickness < 0 or self.roughness < 0:
+            raise InputError(
+                "a material's conductivity, thickness and roughness cannot be negative"
+            )
+
+    @property
+    def is_conductor(self) -> bool:
+        """Whether the material is a perfect conductor."""
+        return math.isinf(self.conductivity)
+
+    def permittivity(self, frequency: float) -> complex:
+        """ε_r at ``frequency`` (Hz), complex."""
+        omega = 2 * np.pi * frequency
+        return complex(
+            self.relative_permittivity, -self.conductivity / (omega * VACUUM_PERMITTIVITY)
+        )

@@ -1,0 +1,87 @@
+"""`Mesh` — triangles with a material each; `Plate` — a flat rectangle too large to be meshed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from polychirp.axes import Axes, FloatArray, IntArray, seal
+from polychirp.errors import InputError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Mesh:
+    """A triangle mesh in the frame of its actor; faces turn counter-clockwise seen from outside.
+
+    Parameters
+    ----------
+    vertex : m, ``(vertex, xyz)``
+    face : vertex numbers, ``(face, 3)``
+    material : number into ``materials``, ``(face,)``
+    part : number into ``parts``, ``(face,)``
+    materials, parts : names, such as "metal", "glass" and "body", "windscreen"
+    """
+
+    vertex: Annotated[FloatArray, Axes("vertex", "3")]
+    face: Annotated[IntArray, Axes("face", "3", dtype=np.int64)]
+    material: Annotated[IntArray, Axes("face", dtype=np.int64)]
+    part: Annotated[IntArray, Axes("face", dtype=np.int64)]
+    materials: tuple[str, ...]
+    parts: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        seal(self)
+        for name, index, limit in (
+            ("face", self.face, self.vertex.shape[0]),
+            ("material", self.material, len(self.materials)),
+            ("part", self.part, len(self.parts)),
+        ):
+            if index.size and not (index.min() >= 0 and index.max() < limit):
+                raise InputError(f"Mesh.{name} points outside its table of {limit} entries")
+
+    @property
+    def num_faces(self) -> int:
+        """How many triangles there are."""
+        return int(self.face.shape[0])
+
+    @property
+    def corners(self) -> FloatArray:
+        """m, ``(face, corner, xyz)``."""
+        return self.vertex[self.face]
+
+
+EMPTY_MESH = Mesh(
+    vertex=np.zeros((0, 3)),
+    face=np.zeros((0, 3), dtype=np.int64),
+    material=np.zeros(0, dtype=np.int64),
+    part=np.zeros(0, dtype=np.int64),
+    materials=(),
+    parts=(),
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plate:
+    """A flat rectangle such as a road or a wall: mirror, occluder, and one face of the picture.
+
+    Parameters
+    ----------
+    centre : m, ``(x, y, z)`` in the frame of its actor
+    half_u, half_v : m, vectors from the centre to the middle of two sides, perpendicular;
+        the outward normal is ``half_u × half_v``
+    material, part : names
+    """
+
+    centre: tuple[float, float, float]
+    half_u: tuple[float, float, float]
+    half_v: tuple[float, float, float]
+    material: str
+    part: str
+
+    @property
+    def normal(self) -> FloatArray:
+        """Outward unit normal, ``(xyz,)``."""
+        cross = np.cross(self.half_u, self.half_v)
+        return np.asarray(cross / np.linalg.norm(cross))

@@ -1,0 +1,133 @@
+"""`PropagationPaths` — what the channel does, whatever traced it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Annotated
+
+import numpy as np
+
+from polychirp.axes import (
+    Axes,
+    BoolArray,
+    ComplexArray,
+    FloatArray,
+    IntArray,
+    PerPath,
+    PerPathIndex,
+    PerPathVector,
+    seal,
+)
+from polychirp.errors import InputError
+
+
+class Bounce(IntEnum):
+    """What happens to a wave where it meets a surface."""
+
+    SCATTERING = 0
+    """Radiated by currents on a body: a point scatterer or physical optics."""
+    REFLECTION = 1
+    """Mirrored by a plane: road or wall."""
+    DIFFRACTION = 2
+    TRANSMISSION = 3
+    DIFFUSE = 4
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PropagationPaths:
+    r"""Every path of a scene at one instant, between every transmitter and every receiver.
+
+    Without antennas, path p carries the field as
+
+    .. math:: H_p(f, t) = A_p\, e^{-j2\pi f \tau_p(t)}, \qquad
+              \tau_p(t) = \tau_p + \dot\tau_p\,(t - t_0)
+
+    (e^{+jωt}), t being the time of **reception**. A is a 2×2 matrix: row the receiving, column
+    the transmitting polarisation (V, H) of `frames.polarisation_basis`, taken on the outward
+    direction at each end. |A|² is a power ratio between isotropic antennas: a line of sight of
+    length d has A = λ/4πd, λ taken at ``frequency``. All phase of the journey is in the delay.
+
+    Parameters
+    ----------
+    reference_time : s, :math:`t_0`
+    frequency : Hz, at which amplitudes and materials are evaluated
+    transmitter, receiver : numbers of the radars, ``(path,)``
+    delay, delay_rate : s and s/s, ``(path,)``
+    transfer : A, ``(path, 2, 2)`` complex
+    departure, arrival : directions in the world, ``(path, xyz)``: from the transmitter to where
+        the path goes, and from the receiver to where it comes from. Mean directions of a group
+        of contributions, so not exactly of unit length: use them as they are in phases.
+    bounce_start : ``(offset,)``, one more than paths: path p has bounces
+        ``bounce_start[p]:bounce_start[p + 1]``, in the order the wave meets them
+    bounce_actor, bounce_kind, bounce_point : ``(bounce,)``, `Bounce`, and m ``(bounce, xyz)``
+    """
+
+    reference_time: float
+    frequency: float
+    transmitter: PerPathIndex
+    receiver: PerPathIndex
+    delay: PerPath
+    delay_rate: PerPath
+    transfer: Annotated[ComplexArray, Axes("path", "2", "2", dtype=np.complex128)]
+    departure: PerPathVector
+    arrival: PerPathVector
+    bounce_start: Annotated[IntArray, Axes("offset", dtype=np.int64)]
+    bounce_actor: Annotated[IntArray, Axes("bounce", dtype=np.int64)]
+    bounce_kind: Annotated[IntArray, Axes("bounce", dtype=np.int64)]
+    bounce_point: Annotated[FloatArray, Axes("bounce", "3")]
+
+    def __post_init__(self) -> None:
+        seal(self)
+        if self.bounce_start.size != self.num_paths + 1:
+            raise InputError(
+                "PropagationPaths.bounce_start needs one entry more than there are paths"
+            )
+        if self.bounce_start[0] != 0 or self.bounce_start[-1] != self.bounce_actor.size:
+            raise InputError(
+                "PropagationPaths.bounce_start must run from 0 to the number of bounces"
+            )
+
+    @property
+    def num_paths(self) -> int:
+        """How many paths there are, over all pairs."""
+        return int(self.delay.size)
+
+    @property
+    def num_bounces(self) -> IntArray:
+        """``(path,)``."""
+        return np.diff(self.bounce_start)
+
+    @property
+    def is_mirrored(self) -> BoolArray:
+        """``(path,)``: whether a plane reflects the path on its way to or from another body.
+
+        The echo of the plane itself, one single reflection, is not mirrored: the wall is there.
+        """
+        mirrored = (self.bounce_kind == Bounce.REFLECTION).astype(np.int64)
+        total = np.concatenate([[0], np.cumsum(mirrored)])
+        met = total[self.bounce_start[1:]] > total[self.bounce_start[:-1]]
+        return np.asarray(met & (self.num_bounces > 1))
+
+    def select(self, which: BoolArray | IntArray) -> PropagationPaths:
+        """Some of the paths, by mask or by number, bounces included."""
+        chosen = np.arange(self.num_paths)[which]
+        counts = self.num_bounces[chosen]
+        start = np.concatenate([[0], np.cumsum(counts)])
+        inner = np.arange(start[-1]) - np.repeat(start[:-1], counts)
+        bounce = np.repeat(self.bounce_start[chosen], counts) + inner
+        return PropagationPaths(
+            reference_time=self.reference_time,
+            frequency=self.frequency,
+            transmitter=self.transmitter[chosen],
+            receiver=self.receiver[chosen],
+            delay=self.delay[chosen],
+            delay_rate=self.delay_rate[chosen],
+            transfer=self.transfer[chosen],
+            departure=self.departure[chosen],
+            arrival=self.arrival[chosen],
+            bounce_start=start,
+            bounce_actor=self.bounce_actor[bounce],
+            bounce_kind=self.bounce_kind[bounce],
+            bounce_point=self.bounce_point[bounce],
+        )

@@ -1,0 +1,65 @@
+"""`Radar` — front end, antenna, filter, converter and place of one radar."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from polychirp.errors import InputError
+from polychirp.frames import Pose, Spec
+from polychirp.model.antenna import AntennaArray
+from polychirp.model.if_filter import IfFilter
+from polychirp.units import Ratio, SamplesPerSecond, Seconds, Watts, from_db
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Converter(Spec):
+    """When and how fast the dechirped signal is sampled (complex samples).
+
+    On every ramp the first sample is taken ``start`` after the ramp's start, the last one no
+    later than ``margin`` before its end. The defaults keep the IF filter's settling and the
+    round trip of 30 m out of the window: real radars wait likewise.
+    """
+
+    sample_rate: SamplesPerSecond = 1e6
+    start: Seconds = 10e-6
+    margin: Seconds = 10e-6
+
+    def __post_init__(self) -> None:
+        if not self.sample_rate > 0:
+            raise InputError("a converter's sample rate must be positive")
+        if self.start < 0 or self.margin < 0:
+            raise InputError("a converter's start and margin cannot be negative")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Radar(Spec):
+    """One radar without its waveform.
+
+    Gains are power ratios. The defaults read the paper's table 2 as it is printed: 36 dB of
+    transmit and 42 dB of receive gain are 9 and 15 dB of front end around 27-dBi antennas; the
+    paper gives no noise figure, 4.5 dB is ours.
+
+    Parameters
+    ----------
+    name : unique among the radars of a scene
+    mount : pose in the frame of the vehicle that carries it (x forward, y left, z up)
+    transmit_power : W, into the front end's transmit amplifier
+    transmit_gain, receive_gain : ratio, front end without antenna
+    noise_figure : ratio
+    """
+
+    name: str
+    mount: Pose = field(default_factory=Pose)
+    array: AntennaArray = field(default_factory=AntennaArray)
+    transmit_power: Watts = from_db(10.0 - 30.0)
+    transmit_gain: Ratio = from_db(9.0)
+    receive_gain: Ratio = from_db(15.0)
+    noise_figure: Ratio = from_db(4.5)
+    if_filter: IfFilter = field(default_factory=IfFilter)
+    converter: Converter = field(default_factory=Converter)
+
+    def __post_init__(self) -> None:
+        if not (self.transmit_power > 0 and self.transmit_gain > 0 and self.receive_gain > 0):
+            raise InputError(f"radar '{self.name}' needs positive transmit power and gains")
+        if not self.noise_figure >= 1.0:
+            raise InputError(f"radar '{self.name}' has a noise figure below 0 dB; use 0 dB or more")

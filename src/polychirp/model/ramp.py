@@ -1,0 +1,123 @@
+"""`RampSchedule` — what a radar transmits, whatever the waveform family."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from polychirp.axes import FloatArray, PerRamp, PerRampIndex, seal
+from polychirp.errors import InputError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RampSchedule:
+    r"""Linear pieces of frequency, in order of time.
+
+    On ramp k, at :math:`t_k \le t < t_k + T_k`, the transmitted phase in cycles is
+
+    .. math:: \varphi(t) = \varphi_k + f_k (t - t_k) + \tfrac12 b_k (t - t_k)^2
+
+    with absolute radio frequency; between ramps nothing is sent.
+
+    Parameters
+    ----------
+    start_time, duration : s, ``(ramp,)``
+    start_frequency : Hz, ``(ramp,)``, radio frequency at the ramp's start
+    slope : Hz/s, ``(ramp,)``, negative for a down-ramp
+    start_phase : cycles, ``(ramp,)``, see `continuous_phase`
+    sweep : ``(ramp,)``, number of the sweep (triangle) to which the ramp belongs
+
+    Raises
+    ------
+    InputError
+        A ramp has no duration, crosses zero frequency, or starts before the former one ends.
+
+    Examples
+    --------
+    >>> ramps = RampSchedule(start_time=[0.0, 1e-3], duration=[1e-3, 1e-3],
+    ...     start_frequency=[79e9, 80e9], slope=[1e12, -1e12], start_phase=[0, 0], sweep=[0, 0])
+    >>> ramps.num_ramps, float(ramps.stop_frequency[1] / 1e9)
+    (2, 79.0)
+    """
+
+    start_time: PerRamp
+    duration: PerRamp
+    start_frequency: PerRamp
+    slope: PerRamp
+    start_phase: PerRamp
+    sweep: PerRampIndex
+
+    def __post_init__(self) -> None:
+        seal(self)
+        if self.num_ramps == 0:
+            raise InputError("a schedule needs at least one ramp")
+        if not np.all(self.duration > 0):
+            raise InputError(f"ramp {int(np.argmin(self.duration))} has no duration; give it one")
+        if not np.all(np.minimum(self.start_frequency, self.stop_frequency) > 0):
+            raise InputError("a ramp reaches zero frequency; lower its bandwidth or reverse it")
+        overlap = self.end_time[:-1] - self.start_time[1:]
+        # one part in 1e12 of the time axis is rounding, not a plan
+        worst = int(np.argmax(overlap)) if overlap.size else 0
+        if overlap.size and overlap[worst] > 1e-12 * max(1.0, abs(self.end_time[worst])):
+            raise InputError(
+                f"ramp {worst + 1} starts {overlap[worst]:.3g} s before ramp {worst} ends; "
+                f"start it later or shorten ramp {worst}"
+            )
+
+    @property
+    def num_ramps(self) -> int:
+        """How many ramps there are."""
+        return int(self.start_time.size)
+
+    @property
+    def end_time(self) -> FloatArray:
+        """s, ``(ramp,)``."""
+        return self.start_time + self.duration
+
+    @property
+    def stop_frequency(self) -> FloatArray:
+        """Hz, ``(ramp,)``, at the end of each ramp."""
+        return self.start_frequency + self.slope * self.duration
+
+    @property
+    def centre_frequency(self) -> FloatArray:
+        """Hz, ``(ramp,)``, in the middle of each ramp."""
+        return self.start_frequency + 0.5 * self.slope * self.duration
+
+    @property
+    def bandwidth(self) -> FloatArray:
+        """Hz, ``(ramp,)``, positive."""
+        return np.abs(self.slope * self.duration)
+
+    def as_clocked(self, *, start_time: float = 0.0, clock_offset: float = 0.0) -> RampSchedule:
+        r"""The same plan, run late and by an oscillator that is off by ``clock_offset``.
+
+        A clock that is fast by δ plays the plan in 1/(1+δ) of its time at (1+δ) times its
+        frequencies: :math:`b' = b(1+\delta)^2`; phases in cycles are unchanged.
+
+        Parameters
+        ----------
+        start_time : s, added after the clock has scaled the plan
+        clock_offset : ratio δ, positive for a fast clock
+        """
+        rate = 1.0 + clock_offset
+        return replace(
+            self,
+            start_time=self.start_time / rate + start_time,
+            duration=self.duration / rate,
+            start_frequency=self.start_frequency * rate,
+            slope=self.slope * rate**2,
+        )
+
+
+def continuous_phase(
+    *, duration: FloatArray, start_frequency: FloatArray, slope: FloatArray
+) -> FloatArray:
+    """Start phases, cycles ``(ramp,)``, of an oscillator whose phase never jumps between ramps.
+
+    Idle time between ramps does not advance the phase: what the synthesiser does there is not
+    transmitted, and a common phase per ramp cancels in a radar's own echo.
+    """
+    advance = start_frequency * duration + 0.5 * slope * duration**2
+    return np.concatenate([[0.0], np.cumsum(advance)[:-1]]) % 1.0

@@ -1,0 +1,113 @@
+"""`Scene` — the world at one instant, with velocities."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+
+from polychirp.axes import FloatArray
+from polychirp.errors import InputError
+from polychirp.frames import Pose
+from polychirp.model.mesh import EMPTY_MESH, Mesh, Plate
+from polychirp.model.radar import Radar
+
+ActorKind = Literal["vehicle", "road", "building", "tree", "object"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PointScatterer:
+    """An isotropic point of radar cross section ``rcs`` (m²) at ``position`` (m, actor frame)."""
+
+    position: tuple[float, float, float]
+    rcs: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Actor:
+    """One rigid body: its surface in its own frame, where it is, and how it moves.
+
+    ``velocity`` is m/s ``(x, y, z)`` in the world; bodies do not turn within a frame.
+    """
+
+    name: str
+    kind: ActorKind
+    pose: Pose = field(default_factory=Pose)
+    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    mesh: Mesh = EMPTY_MESH
+    plates: tuple[Plate, ...] = ()
+    points: tuple[PointScatterer, ...] = ()
+
+    def at(self, elapsed: float) -> Actor:
+        """The actor ``elapsed`` seconds later."""
+        vx, vy, vz = self.velocity
+        return replace(
+            self,
+            pose=replace(
+                self.pose,
+                x=self.pose.x + vx * elapsed,
+                y=self.pose.y + vy * elapsed,
+                z=self.pose.z + vz * elapsed,
+            ),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Scene:
+    """Actors and radars at ``time`` (s). Radar i rides on ``actors[carriers[i]]``.
+
+    World frame: x along the road, y left, z up.
+    """
+
+    time: float
+    actors: tuple[Actor, ...]
+    radars: tuple[Radar, ...] = ()
+    carriers: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        if len(self.carriers) != len(self.radars):
+            raise InputError("a scene needs one carrier for every radar")
+        for what, names in (
+            ("actor", [a.name for a in self.actors]),
+            ("radar", [r.name for r in self.radars]),
+        ):
+            twice = sorted({n for n in names if names.count(n) > 1})
+            if twice:
+                raise InputError(f"two {what}s are called '{twice[0]}'; give each its own name")
+
+    def at(self, time: float) -> Scene:
+        """The same scene at another time, every body moved along its velocity."""
+        elapsed = time - self.time
+        return replace(self, time=time, actors=tuple(a.at(elapsed) for a in self.actors))
+
+    def actor_index(self, name: str) -> int:
+        """Number of the actor called ``name``."""
+        return [a.name for a in self.actors].index(name)
+
+    def radar_index(self, name: str) -> int:
+        """Number of the radar called ``name``."""
+        return [r.name for r in self.radars].index(name)
+
+    @property
+    def radar_position(self) -> FloatArray:
+        """m, ``(radar, xyz)`` in the world."""
+        points = [
+            self.actors[carrier].pose.to_outer(radar.mount.position)
+            for radar, carrier in zip(self.radars, self.carriers, strict=True)
+        ]
+        return np.array(points).reshape(-1, 3)
+
+    @property
+    def radar_velocity(self) -> FloatArray:
+        """m/s, ``(radar, xyz)`` in the world."""
+        return np.array([self.actors[c].velocity for c in self.carriers]).reshape(-1, 3)
+
+    @property
+    def radar_rotation(self) -> FloatArray:
+        """``(radar, xyz, xyz)``: takes a vector of a radar's frame to the world."""
+        turns = [
+            self.actors[carrier].pose.rotation @ radar.mount.rotation
+            for radar, carrier in zip(self.radars, self.carriers, strict=True)
+        ]
+        return np.array(turns).reshape(-1, 3, 3)

@@ -1,0 +1,50 @@
+"""`Score` — one radar's claims against the truth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from polychirp.axes import Axes, BoolArray, PerDetection, PerTarget, seal
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Score:
+    """What became of every target, and what every detection is.
+
+    Parameters
+    ----------
+    is_detected : ``(target,)``
+    range_error, range_rate_error, azimuth_error : m, m/s, rad, found minus true, ``(target,)``;
+        zero where the target was not detected: read them with ``is_detected``
+    sinr : ratio of own echo to interference and noise in the target's cell, ``(target,)``
+    nature : of every detection: "target", "echo" (a real echo of something else), or the kind of
+        ghost: "multipath", "direct", "indirect", "unexplained"
+    power : W, of every detection, ``(detection,)``
+    target_detection : numbers of the detections that belong to detected targets, in their order
+    num_missed : visible targets without a detection
+    floor_rise : ratio, of the range spectra's floor over noise alone
+    """
+
+    is_detected: Annotated[BoolArray, Axes("target", dtype=bool)]
+    range_error: PerTarget
+    range_rate_error: PerTarget
+    azimuth_error: PerTarget
+    sinr: PerTarget
+    nature: tuple[str, ...]
+    power: PerDetection
+    target_detection: tuple[int, ...]
+    num_missed: int
+    floor_rise: float
+
+    def __post_init__(self) -> None:
+        seal(self)
+
+    def numbers(self, nature: str) -> tuple[int, ...]:
+        """Numbers of the detections of one nature."""
+        return tuple(n for n, what in enumerate(self.nature) if what == nature)
+
+    @property
+    def ghosts(self) -> tuple[int, ...]:
+        """Numbers of the detections where nothing is."""
+        return tuple(n for n, what in enumerate(self.nature) if what not in ("target", "echo"))

@@ -1,0 +1,85 @@
+"""`RangeProfiles`, `RangeRateSpectra` and `RangeRateMap` — spectra with their axes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from polychirp.axes import Axes, ComplexArray, FloatArray, seal
+from polychirp.errors import InputError
+
+PerRange = Annotated[FloatArray, Axes("range")]
+PerRangeRate = Annotated[FloatArray, Axes("range_rate")]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RangeProfiles:
+    """Spectra of single ramps over range; a point has its echo's amplitude at its range.
+
+    Parameters
+    ----------
+    amplitude : V, ``(channel, ramp, range)``
+    range : m, ``(range,)``, growing
+    """
+
+    amplitude: Annotated[ComplexArray, Axes("channel", "ramp", "range", dtype=np.complex128)]
+    range: PerRange
+
+    def __post_init__(self) -> None:
+        seal(self)
+        _check_growing("RangeProfiles.range", self.range)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RangeRateSpectra:
+    """Spectra of a whole frame over range rate and range, one for every channel.
+
+    Parameters
+    ----------
+    amplitude : V, ``(channel, range_rate, range)``
+    range_rate : m/s, positive = away, ``(range_rate,)``, growing
+    range : m, ``(range,)``, growing
+    """
+
+    amplitude: Annotated[ComplexArray, Axes("channel", "range_rate", "range", dtype=np.complex128)]
+    range_rate: PerRangeRate
+    range: PerRange
+
+    def __post_init__(self) -> None:
+        seal(self)
+        _check_growing("RangeRateSpectra.range", self.range)
+        _check_growing("RangeRateSpectra.range_rate", self.range_rate)
+
+    @property
+    def mean_power(self) -> RangeRateMap:
+        """Power averaged over channels: phases between them do not matter."""
+        power = np.mean(self.amplitude.real**2 + self.amplitude.imag**2, axis=0)
+        return RangeRateMap(power=power, range_rate=self.range_rate, range=self.range)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RangeRateMap:
+    """Power over range rate and range.
+
+    Parameters
+    ----------
+    power : W at the converter, ``(range_rate, range)``
+    range_rate : m/s, positive = away, ``(range_rate,)``, growing
+    range : m, ``(range,)``, growing
+    """
+
+    power: Annotated[FloatArray, Axes("range_rate", "range")]
+    range_rate: PerRangeRate
+    range: PerRange
+
+    def __post_init__(self) -> None:
+        seal(self)
+        _check_growing("RangeRateMap.range", self.range)
+        _check_growing("RangeRateMap.range_rate", self.range_rate)
+
+
+def _check_growing(name: str, values: FloatArray) -> None:
+    if values.size == 0 or not np.all(np.diff(values) > 0):
+        raise InputError(f"{name} must grow from entry to entry and have at least one")

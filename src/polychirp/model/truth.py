@@ -1,0 +1,35 @@
+"""`Truth` — what was really there, seen from one radar."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from polychirp.axes import Axes, BoolArray, FloatArray, PerTarget, seal
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Truth:
+    """Nearest visible point of every target body, from a radar's phase centre.
+
+    Parameters
+    ----------
+    time : s
+    name : of the target, ``(target,)``
+    range, range_rate, azimuth : m, m/s (positive = away), rad (positive left), ``(target,)``
+    point : m, ``(target, xyz)`` in the world
+    is_visible : ``(target,)``; where false the other values are those of the nearest hidden point
+    """
+
+    time: float
+    name: tuple[str, ...]
+    range: PerTarget
+    range_rate: PerTarget
+    azimuth: PerTarget
+    point: Annotated[FloatArray, Axes("target", "3")]
+    is_visible: Annotated[BoolArray, Axes("target", dtype=np.bool_)]
+
+    def __post_init__(self) -> None:
+        seal(self)

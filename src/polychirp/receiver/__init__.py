@@ -1,0 +1,1 @@
+"""From dechirped samples to detections."""

@@ -1,0 +1,203 @@
+r"""Bearings from the phases along a uniform linear array: root-MUSIC.
+
+**Sign.** Element m stands at :math:`y_m`, growing to the left. A wave from azimuth :math:`\theta`
+(positive left) reaches an element further left earlier, by :math:`y_m\sin\theta/c`; what it
+receives is :math:`s_{rx,m}(t) = s(t - \tau + y_m\sin\theta/c)`, whose phase is *ahead* by
+:math:`2\pi y_m \sin\theta/\lambda`. The mixer conjugates it, :math:`y = s_{tx}\overline{s_{rx}}`,
+so the beat's phase **falls** from channel to channel for an arrival from the left:
+
+.. math:: a_m(\theta) = e^{-j 2\pi m (d/\lambda) \sin\theta}
+
+with channel 0 the rightmost element (`polychirp.model.antenna.AntennaArray`).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from polychirp.axes import ComplexArray, FloatArray, IntArray
+from polychirp.errors import InputError
+
+
+def covariance(snapshots: ComplexArray, *, subarray: int | None = None) -> ComplexArray:
+    r"""Forward–backward averaged covariance ``(detection, element, element)``.
+
+    .. math:: R = \tfrac12\left(\hat R + J \hat R^* J\right), \qquad
+              \hat R = \frac1{LS}\sum_{l,s} x_{l,s} x_{l,s}^H
+
+    over snapshots l and, where ``subarray`` is given, over the shifted subarrays s (Pillai and
+    Kwon 1989). Several coherent sources, as in a single snapshot, need subarrays: each must
+    keep more elements than there are sources, and twice their number at least as many averages.
+
+    Parameters
+    ----------
+    snapshots : ``(detection, channel, snapshot)``
+    subarray : elements of a subarray; all channels where it is not given
+    """
+    snapshots = np.asarray(snapshots, dtype=np.complex128)
+    if snapshots.ndim != 3:
+        raise InputError(
+            f"snapshots have {snapshots.ndim} axes; they need (detection, channel, snapshot)"
+        )
+    num_channels = snapshots.shape[1]
+    size = num_channels if subarray is None else subarray
+    if not 2 <= size <= num_channels:
+        raise InputError(
+            f"a subarray of {size} elements is not between 2 and the array's {num_channels}"
+        )
+    shifted = [snapshots[:, s : s + size] for s in range(num_channels - size + 1)]
+    stacked = np.concatenate(shifted, axis=2)
+    forward = stacked @ stacked.conj().swapaxes(1, 2) / stacked.shape[2]
+    return np.asarray(0.5 * (forward + forward[:, ::-1, ::-1].conj()))
+
+
+def root_music(snapshots: ComplexArray, *, spacing: float) -> FloatArray:
+    """Sine of the azimuth of the one source in every detection, ``(detection,)``.
+
+    Parameters
+    ----------
+    snapshots : ``(detection, channel, snapshot)``, e.g. the amplitudes of a target per ramp
+    spacing : of neighbouring elements, in wavelengths
+
+    Raises
+    ------
+    InputError
+        A wrong number of axes, or an array of one element.
+
+    Examples
+    --------
+    A wave from 30° left, half-wave spacing: the phase falls by a quarter turn per channel.
+
+    >>> wave = np.exp(-0.5j * np.pi * np.arange(4))
+    >>> root_music(wave[None, :, None], spacing=0.5)
+    array([0.5...])
+    """
+    matrices = covariance(snapshots)
+    return sines_of_sources(matrices, num_sources=1, spacing=spacing)[:, 0]
+
+
+def sines_of_sources(covariances: ComplexArray, *, num_sources: int, spacing: float) -> FloatArray:
+    r"""Sines of the azimuths of several sources, ``(detection, source)``, from right to left.
+
+    Root-MUSIC (Barabell 1983): the sources are the roots nearest to the unit circle, from inside,
+    of :math:`\sum_l z^l \sum_{n-m=l} (E_n E_n^H)_{mn}`, where :math:`E_n` spans the noise
+    subspace. Elements closer than half a wavelength can give a sine beyond 1: no plane wave has
+    that phase, and the caller decides what it means.
+
+    Parameters
+    ----------
+    covariances : ``(detection, element, element)``
+    spacing : of neighbouring elements, in wavelengths
+
+    Raises
+    ------
+    InputError
+        There are no fewer sources than elements.
+    """
+    covariances = np.asarray(covariances, dtype=np.complex128)
+    _check_sources(num_sources, covariances.shape[-1], spacing)
+    return _sines_of_roots(_roots(_null_polynomial(covariances, num_sources)), num_sources, spacing)
+
+
+def sines_of_sources_twin(
+    covariances: ComplexArray, *, num_sources: int, spacing: float
+) -> FloatArray:
+    """The same, one detection after the other."""
+    found = []
+    for matrix in np.asarray(covariances, dtype=np.complex128):
+        _, vector = np.linalg.eigh(matrix)
+        noise = vector[:, : matrix.shape[0] - num_sources]
+        projector = noise @ noise.conj().T
+        last = matrix.shape[0] - 1
+        root = np.roots([np.trace(projector, offset=last - n) for n in range(2 * last + 1)])
+        inner = sorted(root[np.abs(root) < 1.0], key=np.abs)[-num_sources:]
+        found.append(np.sort(-np.angle(inner) / (2.0 * np.pi * spacing)))
+    return np.array(found)
+
+
+def source_count(covariances: ComplexArray, *, num_snapshots: int) -> IntArray:
+    r"""Number of sources in every detection, ``(detection,)``: 0 … elements − 1.
+
+    Minimum description length (Wax and Kailath 1985), with the number of free parameters of a
+    forward–backward averaged covariance (Xu, Roy and Kailath 1994):
+
+    .. math:: \mathrm{MDL}(k) = L(N-k)\ln\frac{a_k}{g_k} + \tfrac14 k(2N-k+1)\ln L
+
+    with the arithmetic and geometric means a and g of the N − k smallest eigenvalues.
+
+    Parameters
+    ----------
+    covariances : ``(detection, element, element)``
+    num_snapshots : L, averages without the backward ones; at least 2
+    """
+    if num_snapshots < 2:
+        raise InputError("the number of sources cannot be told from one snapshot; give it")
+    value = np.linalg.eigvalsh(np.asarray(covariances))
+    value = np.maximum(value, 1e-15 * value[:, -1:] + 1e-300)
+    size = value.shape[1]
+    score = np.empty_like(value)
+    for k in range(size):
+        noise = value[:, : size - k]
+        spread = np.log(noise.mean(axis=1)) - np.log(noise).mean(axis=1)
+        penalty = 0.25 * k * (2 * size - k + 1) * np.log(num_snapshots)
+        score[:, k] = num_snapshots * (size - k) * spread + penalty
+    return np.asarray(np.argmin(score, axis=1))
+
+
+def _null_polynomial(covariances: ComplexArray, num_sources: int) -> ComplexArray:
+    """Coefficients ``(detection, 2·element − 1)``, highest power first."""
+    size = covariances.shape[-1]
+    _, vector = np.linalg.eigh(covariances)
+    noise = vector[:, :, : size - num_sources]
+    projector = noise @ noise.conj().swapaxes(1, 2)
+    diagonals = [
+        np.trace(projector, offset=offset, axis1=1, axis2=2)
+        for offset in range(size - 1, -size, -1)
+    ]
+    return np.stack(diagonals, axis=1)
+
+
+def _roots(polynomial: ComplexArray) -> ComplexArray:
+    """Roots ``(detection, root)`` of all polynomials at once: eigenvalues of their companions.
+
+    Ehrlich and Aberth's iteration, compiled, was tried: slower up to eight elements.
+    """
+    count, degree = polynomial.shape[0], polynomial.shape[1] - 1
+    # Sources can conspire to a vanishing first coefficient; this far root disturbs no other.
+    first = np.where(np.abs(polynomial[:, :1]) < 1e-14, 1e-14, polynomial[:, :1])
+    companion = np.zeros((count, degree, degree), dtype=np.complex128)
+    companion[:, 1:, :-1] = np.eye(degree - 1)
+    companion[:, 0] = -polynomial[:, 1:] / first
+    return np.asarray(np.linalg.eigvals(companion), dtype=np.complex128)
+
+
+def _sines_of_roots(root: ComplexArray, num_sources: int, spacing: float) -> FloatArray:
+    """Take the pair z, 1/z* nearest to the unit circle, and the next, until there are enough.
+
+    Without noise a pair is one double root on the circle, which rounding splits by the square
+    root of the machine's precision, along the circle or across. Both halves may then lie inside,
+    so they are recognised by being partners; their mean direction is exact.
+    """
+    distance = np.abs(np.log(np.abs(root)))
+    sines = np.empty((root.shape[0], num_sources))
+    detection = np.arange(root.shape[0])
+    for k in range(num_sources):
+        nearest = np.argmin(distance, axis=1)
+        z = root[detection, nearest]
+        distance[detection, nearest] = np.inf
+        apart = np.abs(root - (1.0 / z.conj())[:, None])
+        partner = np.argmin(np.where(np.isinf(distance), np.inf, apart), axis=1)
+        other = root[detection, partner]
+        distance[detection, partner] = np.inf
+        direction = z / np.abs(z) + other / np.abs(other)
+        sines[:, k] = -np.angle(direction) / (2.0 * np.pi * spacing)
+    return np.sort(sines, axis=1)
+
+
+def _check_sources(num_sources: int, num_elements: int, spacing: float) -> None:
+    if not 1 <= num_sources < num_elements:
+        raise InputError(
+            f"{num_elements} elements tell 1 to {num_elements - 1} sources apart, not {num_sources}"
+        )
+    if not spacing > 0:
+        raise InputError("the spacing of an array must be positive, in wavelengths")

@@ -1,0 +1,38 @@
+"""Phase-shift beamforming of the receiving channels."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from polychirp.axes import ComplexArray, FloatArray
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.model.antenna import AntennaArray
+
+
+def orthogonal_sines(num_channels: int) -> FloatArray:
+    """Sines of the beams that split half-wave arrays into orthogonal directions, ``(beam,)``.
+
+    Symmetric about boresight, as many as channels. Noise is independent between such beams.
+
+    >>> orthogonal_sines(4)
+    array([-0.75, -0.25,  0.25,  0.75])
+    """
+    return (2.0 * np.arange(num_channels) - (num_channels - 1)) / num_channels
+
+
+def steering(array: AntennaArray, *, frequency: float, sine: FloatArray) -> ComplexArray:
+    r"""Weights ``(beam, channel)`` that add up a wave from azimuth asin(``sine``).
+
+    An element at y hears a wave from the left earlier by :math:`y\sin\theta/c`; in
+    :math:`y = s_{tx}\overline{s_{rx}}` its beat therefore carries the phase
+    :math:`-2\pi f\,y\sin\theta/c`, which the weight takes back. Each row has unit norm, so that
+    the noise power of a beam is that of a channel.
+    """
+    along = array.position[:, 1]
+    cycles = frequency / SPEED_OF_LIGHT * np.outer(sine, along)
+    return np.asarray(np.exp(2j * np.pi * cycles) / np.sqrt(array.num_channels))
+
+
+def beamform(samples: ComplexArray, weights: ComplexArray) -> ComplexArray:
+    """Beams ``(beam, ramp, fast)`` of channels ``(channel, ramp, fast)``."""
+    return np.asarray(np.tensordot(weights, samples, axes=1))

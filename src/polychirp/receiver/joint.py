@@ -1,0 +1,206 @@
+"""Range and range rate together, over ramps of any slopes: the log range-rate map."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numba import njit, prange
+
+from polychirp.axes import ComplexArray, FloatArray
+from polychirp.model.if_frame import SampleTimes
+from polychirp.model.ramp import RampSchedule
+from polychirp.receiver.point import beat_frequency
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Grid:
+    """Range and range-rate axes of a map, evenly spaced: m and m/s, at ``time`` s."""
+
+    range: FloatArray
+    range_rate: FloatArray
+    time: float
+
+    @property
+    def range_step(self) -> float:
+        """Spacing of the range axis, m."""
+        return float(self.range[1] - self.range[0])
+
+    @property
+    def range_rate_step(self) -> float:
+        """Spacing of the range-rate axis, m/s."""
+        return float(self.range_rate[1] - self.range_rate[0])
+
+
+def spectrum_size(times: SampleTimes) -> int:
+    """Length of the zero-padded transforms: at least two points per resolution cell."""
+    return int(2 ** np.ceil(np.log2(2 * times.most_samples)))
+
+
+def log_spectra(
+    samples: ComplexArray, weight: FloatArray, size: int, depletion: FloatArray | None = None
+) -> FloatArray:
+    """Ln of every ramp's windowed spectrum, ``(beam, ramp, frequency)``, noise power kept.
+
+    ``samples`` ``(beam, ramp, fast)``, ``weight`` ``(ramp, fast)``. White noise of power σ² per
+    sample gives cells of mean power σ² (before the logarithm), whatever the window.
+    ``depletion`` ``(ramp, frequency)`` says which share of the noise went out with points that
+    were fitted and removed (`noise_depletion`); it is put back as its mean, so that the notch of
+    a removed point looks like noise and does not pull the floor down.
+    """
+    energy = np.sum(weight**2, axis=-1)
+    scale = 1.0 / np.sqrt(np.maximum(energy, 1e-30))
+    spectrum = np.fft.fft(samples * (weight * scale[:, None]), size, axis=-1)
+    power = spectrum.real**2 + spectrum.imag**2
+    if depletion is not None:
+        noise = np.median(power, axis=-1, keepdims=True) / np.log(2.0)
+        power = power + noise * depletion
+    return np.log(np.maximum(power, 1e-300))
+
+
+def noise_depletion(beats: FloatArray, times: SampleTimes, size: int) -> FloatArray:
+    r"""Share of the noise that removing points took away, ``(ramp, frequency)``, 0 … 1.
+
+    A point fitted with free amplitude on a ramp takes with it what noise looks like it: with the
+    window w, its transform :math:`\kappa(f) = W(f)/W(0)` and the noise correlation
+    :math:`\rho(f) = W_2(f)/W_2(0)` of w², the share :math:`2\rho\kappa - \kappa^2` at distance f.
+
+    ``beats`` is Hz, ``(point, ramp)``, in the middle of each ramp's samples.
+    """
+    ramps = times.num_samples.size
+    out = np.zeros((ramps, size))
+    rows = np.arange(ramps)[:, None]
+    cell = size / times.num_samples  # bins per resolution cell
+    reach = np.arange(-int(np.ceil(2.5 * cell.max())), int(np.ceil(2.5 * cell.max())) + 1)
+    for beat in beats:
+        place = beat * size / times.rate
+        index = np.round(place).astype(np.int64)[:, None] + reach
+        share = _hann_share(np.abs(index - place[:, None]) / cell[:, None])
+        out[rows, index % size] = np.maximum(out[rows, index % size], share)
+    return out
+
+
+def _hann_share(cells: FloatArray) -> FloatArray:
+    """2ρκ − κ² of Hann's window, at distances in resolution cells."""
+    own = _cosine_sum(cells, (0.5, -0.25))  # sin²: 1/2 − 1/2 cos
+    squared = _cosine_sum(cells, (0.375, -0.25, 0.0625))  # sin⁴: 3/8 − 1/2 cos + 1/8 cos 2
+    return np.clip(2.0 * own / 0.5 * squared / 0.375 - (own / 0.5) ** 2, 0.0, 1.0)
+
+
+def _cosine_sum(cells: FloatArray, coefficients: tuple[float, ...]) -> FloatArray:
+    """Transform of a window Σ c_m cos(2πmx), c_m halved for m > 0, at distances in cells.
+
+    Centred windows have alternating signs, hence the shifts of sinc with (−1)^m.
+    """
+    out = coefficients[0] * np.sinc(cells)
+    for m, c in enumerate(coefficients[1:], start=1):
+        out = out + c * (-1.0) ** m * (np.sinc(cells - m) + np.sinc(cells + m))
+    return np.asarray(out)
+
+
+def log_range_rate_map(
+    logs: FloatArray, schedule: RampSchedule, times: SampleTimes, grid: Grid
+) -> FloatArray:
+    r"""Mean over ramps of ln(power) where a point of that range and rate would beat.
+
+    .. math:: S(R, v) = \frac1K \sum_k \ln \left|X_k\big(f_{b,k}(R, v)\big)\right|^2
+
+    Every ramp is read at the beat that *its* slope, carrier and instant give to the point, range
+    migration included, so nothing is assumed equal between ramps. The logarithm (a geometric
+    mean over ramps) asks for the point on every ramp: pairs of an up- with a wrong down-beat,
+    and interference that hits single ramps, do not pass. The nearest bin is read, not a mean of
+    two, so that noise keeps its distribution. Shape ``(beam, range_rate, range)``.
+    """
+    first, step = _lines(schedule, times, grid, logs.shape[-1])
+    return np.asarray(_read_along(logs, first, step, grid.range.size))
+
+
+def unevenness_map(
+    logs: FloatArray, schedule: RampSchedule, times: SampleTimes, grid: Grid
+) -> FloatArray:
+    r"""Ln of the arithmetic over the geometric mean over ramps of the power, same shape.
+
+    .. math:: U = \ln \frac1K \sum_k |X_k|^2 - \frac1K \sum_k \ln |X_k|^2
+
+    Zero for a steady point, 0.58 for a scintillating one or noise; several for the arms of a
+    strong echo, which are there on its up- *or* its down-ramps alone.
+    """
+    top = float(logs.max())
+    first, step = _lines(schedule, times, grid, logs.shape[-1])
+    mean = _read_along(np.exp(np.maximum(logs - top, -300.0)), first, step, grid.range.size)
+    level = log_range_rate_map(logs, schedule, times, grid)
+    return np.asarray(np.log(np.asarray(mean)) + top - level)
+
+
+def log_range_rate_map_by_loops(
+    logs: FloatArray, schedule: RampSchedule, times: SampleTimes, grid: Grid
+) -> FloatArray:
+    """The slow, obvious twin of `log_range_rate_map`: one cell after the other."""
+    beams, ramps, size = logs.shape
+    out = np.zeros((beams, grid.range_rate.size, grid.range.size))
+    for i, rate in enumerate(grid.range_rate):
+        for j, distance in enumerate(grid.range):
+            beat = beat_frequency(
+                schedule, times, distance=distance, range_rate=rate, time=grid.time
+            )
+            place = np.floor(beat * size / times.rate + 0.5).astype(np.int64) % size
+            for k in range(ramps):
+                out[:, i, j] += logs[:, k, place[k]] / ramps
+    return out
+
+
+def _lines(
+    schedule: RampSchedule, times: SampleTimes, grid: Grid, size: int
+) -> tuple[FloatArray, FloatArray]:
+    """Beats are straight lines in range: bin at range zero and bins per range step.
+
+    Both ``(range_rate, ramp)``; the first refers to ``grid.range[0]``.
+    """
+    ends = [
+        beat_frequency(
+            schedule,
+            times,
+            distance=np.full(grid.range_rate.shape, distance),
+            range_rate=grid.range_rate,
+            time=grid.time,
+        )
+        * (size / times.rate)
+        for distance in (grid.range[0], grid.range[-1])
+    ]
+    return ends[0], (ends[1] - ends[0]) / (grid.range.size - 1)
+
+
+@njit(cache=True, nogil=True, parallel=True)
+def _read_along(logs: Any, first: Any, step: Any, num_ranges: int) -> Any:  # pragma: no cover
+    beams, ramps, size = logs.shape
+    rates = first.shape[0]
+    out = np.zeros((beams, rates, num_ranges))
+    for i in prange(rates):
+        for b in range(beams):
+            for k in range(ramps):
+                place = first[i, k]
+                for j in range(num_ranges):
+                    out[b, i, j] += logs[b, k, int(np.floor(place + 0.5)) & (size - 1)]
+                    place += step[i, k]
+            for j in range(num_ranges):
+                out[b, i, j] /= ramps
+    return out
+
+
+def floor_over_range(statistic: FloatArray, block: int) -> FloatArray:
+    """Level of the map without targets, ``(beam, 1, range)``.
+
+    The median over all range rates and ``block`` range cells, a straight line between blocks.
+    A target, its arms, and the notch that it leaves when taken out fill few of those cells; a
+    mean would be pulled by them, and the false alarms with it.
+    """
+    beams, _, ranges = statistic.shape
+    edges = np.linspace(0, ranges, max(1, round(ranges / block)) + 1).astype(np.int64)
+    spans = list(pairwise(edges))
+    level = np.array([np.median(statistic[:, :, a:b], axis=(1, 2)) for a, b in spans])
+    middle = 0.5 * (edges[:-1] + edges[1:] - 1)
+    cells = np.arange(ranges)
+    lines = [np.interp(cells, middle, level[:, beam]) for beam in range(beams)]
+    return np.array(lines)[:, None, :]

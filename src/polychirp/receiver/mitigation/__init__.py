@@ -1,0 +1,1 @@
+"""Receive-side mitigation: from an `IfFrame` to a cleaner one."""

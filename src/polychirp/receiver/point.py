@@ -1,0 +1,215 @@
+"""The IF signal of a moving point: its phase on a ramp, its amplitude there, and its removal."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit, prange
+
+from polychirp.axes import BoolArray, ComplexArray, FloatArray
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.model.if_frame import SampleTimes
+from polychirp.model.ramp import RampSchedule
+
+
+def beat_phase(
+    schedule: RampSchedule, times: SampleTimes, *, motion: FloatArray, time: float
+) -> FloatArray:
+    r"""Phase of the beat at the first sample of a ramp and its derivatives: ``(point, ramp, 3)``.
+
+    A point at range R at ``time`` :math:`t_0`, receding at v and accelerating at a, has
+    :math:`R(t) = R + v\,\Delta + \tfrac12 a\,\Delta^2`, :math:`\Delta = t - t_0`, the round-trip
+    delay :math:`\tau = 2R(t)/(c + \dot R(t))` at reception time t, and the phase
+
+    .. math:: \varphi(t) - \varphi(t-\tau) = f(t)\,\tau(t) - \tfrac12 b\,\tau(t)^2
+
+    in cycles, on each ramp a polynomial of second degree in t (the cubic that an acceleration
+    adds, b a t³/c, is left out: 1e-4 cycles at 10 m/s² and 1 ms). Last axis: value at the first
+    sample, cycles; slope there, Hz; curvature, Hz/s.
+
+    Parameters
+    ----------
+    motion : R, v, a, ``(point, 3)``
+    """
+    delay, drift = _delay_and_drift(motion, times.first - time)
+    frequency = schedule.start_frequency + schedule.slope * (times.first - schedule.start_time)
+    slope = np.broadcast_to(schedule.slope, delay.shape)
+    bend = 2.0 * motion[:, 2, None] / SPEED_OF_LIGHT
+    return np.stack(
+        [
+            frequency * delay - 0.5 * slope * delay**2,
+            slope * delay + (frequency - slope * delay) * drift,
+            2.0 * slope * drift - slope * drift**2 + frequency * bend,
+        ],
+        axis=-1,
+    )
+
+
+def _delay_and_drift(motion: FloatArray, elapsed: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Round-trip delay, s, and its rate, of points ``(point, 3)`` after ``(ramp,)`` seconds."""
+    distance, rate, acceleration = motion[:, 0, None], motion[:, 1, None], motion[:, 2, None]
+    rate_now = rate + acceleration * elapsed
+    distance_now = distance + rate * elapsed + 0.5 * acceleration * elapsed**2
+    drift = 2.0 * rate_now / (SPEED_OF_LIGHT + rate_now)
+    return 2.0 * distance_now / (SPEED_OF_LIGHT + rate_now), drift
+
+
+def beat_frequency(
+    schedule: RampSchedule,
+    times: SampleTimes,
+    *,
+    distance: FloatArray,
+    range_rate: FloatArray,
+    time: float,
+) -> FloatArray:
+    """Beat frequency in the middle of each ramp's samples, Hz: ``(…, ramp)`` for points ``(…)``."""
+    middle = times.first + 0.5 * (times.num_samples - 1) / times.rate
+    away = np.asarray(range_rate)[..., None]
+    drift = 2.0 * away / (SPEED_OF_LIGHT + away)
+    delay = (
+        2.0 * (np.asarray(distance)[..., None] + away * (middle - time)) / (SPEED_OF_LIGHT + away)
+    )
+    frequency = schedule.start_frequency + schedule.slope * (middle - schedule.start_time)
+    return np.asarray(schedule.slope * delay * (1.0 - drift) + frequency * drift)
+
+
+def beat_sensitivity(schedule: RampSchedule, times: SampleTimes, time: float) -> FloatArray:
+    """Beat per metre, per m/s and per m/s² in the middle of each ramp: ``(ramp, 3)``."""
+    middle = times.first + 0.5 * (times.num_samples - 1) / times.rate
+    elapsed = middle - time
+    frequency = schedule.start_frequency + schedule.slope * (middle - schedule.start_time)
+    slope = schedule.slope
+    return (
+        2.0
+        / SPEED_OF_LIGHT
+        * np.stack(
+            [slope, frequency + slope * elapsed, frequency * elapsed + 0.5 * slope * elapsed**2],
+            axis=-1,
+        )
+    )
+
+
+def hann_weights(present: BoolArray) -> FloatArray:
+    """Hann's window over every ramp, ``(ramp, fast)``, zero where no sample is present."""
+    length = np.max(np.where(present, np.arange(present.shape[1]) + 1, 0), axis=1)
+    n = np.arange(present.shape[1])
+    window = np.sin(np.pi * (n + 0.5) / np.maximum(length, 1)[:, None]) ** 2
+    return np.where(present, window, 0.0)
+
+
+def fit_amplitudes(
+    samples: ComplexArray, weight: FloatArray, phases: FloatArray, rate: float
+) -> tuple[ComplexArray, ComplexArray]:
+    r"""Amplitudes of several points at once, and what is left of the samples without them.
+
+    On every ramp and channel the weighted least-squares solution of
+    :math:`y(t) = \sum_p a_p e^{j\varphi_p(t)}`: points that beat alike on one ramp share what is
+    there instead of each taking all of it.
+
+    Parameters
+    ----------
+    samples : ``(channel, ramp, fast)``
+    weight : ``(ramp, fast)``, zero where there is no sample
+    phases : `beat_phase` of each point, ``(point, ramp, 3)``
+    rate : 1/s
+
+    Returns
+    -------
+    amplitude : ``(point, channel, ramp)``
+    residual : ``(channel, ramp, fast)``, zero where there is no sample
+    """
+    channels, ramps, _ = samples.shape
+    amplitude = np.zeros((phases.shape[0], channels, ramps), dtype=np.complex128)
+    residual = np.array(samples)
+    for k in range(ramps):
+        length = int(np.max(np.nonzero(weight[k])[0], initial=-1)) + 1
+        replicas = _replicas(phases[:, k], length, rate)  # (point, fast)
+        weighted = replicas.conj() * weight[k, :length]
+        gram = weighted @ replicas.T
+        total = float(np.sum(weight[k])) or 1.0
+        # points closer than a resolution cell are told apart only as far as noise allows
+        gram[np.diag_indices_from(gram)] += 1e-7 * total
+        solution = np.linalg.solve(gram, weighted @ samples[:, k, :length].T)
+        amplitude[:, :, k] = solution
+        residual[:, k, :length] -= solution.T @ replicas
+    return amplitude, residual * (weight > 0)
+
+
+@njit(cache=True, nogil=True, parallel=True)
+def beat_errors(  # pragma: no cover - compiled
+    residual: Any, weight: Any, phase: Any, amplitude: Any, rate: float
+) -> Any:
+    r"""By how much the residual says each point's beat is wrong: Hz, ``(point, ramp)``.
+
+    A beat that is off by δ leaves :math:`j2\pi\delta\,(t - \bar t)\,a\,e^{j\varphi}` behind;
+    δ is the weighted least-squares fit of that to the residual over all channels.
+    Arguments as `fit_amplitudes` takes and gives.
+    """
+    points = phase.shape[0]
+    channels, ramps, fast = residual.shape
+    out = np.zeros((points, ramps))
+    for p in prange(points):
+        for k in range(ramps):
+            total, mean = 0.0, 0.0
+            for n in range(fast):
+                total += weight[k, n]
+                mean += weight[k, n] * n
+            if total == 0.0:
+                continue
+            mean /= total
+            slope = phase[p, k, 1] / rate
+            bend = phase[p, k, 2] / rate**2
+            turn = np.exp(2j * np.pi * (phase[p, k, 0] % 1.0))
+            step = np.exp(2j * np.pi * (slope + 0.5 * bend))
+            growth = np.exp(2j * np.pi * bend)
+            above, below = 0.0, 0.0
+            strength = 0.0
+            for m in range(channels):
+                strength += abs(amplitude[p, m, k]) ** 2
+            for n in range(fast):
+                w = weight[k, n]
+                if w != 0.0:
+                    found = 0.0j
+                    for m in range(channels):
+                        found += residual[m, k, n] * np.conj(amplitude[p, m, k])
+                    above += w * (n - mean) * (found * np.conj(turn)).imag
+                    below += w * (n - mean) ** 2
+                turn *= step
+                step *= growth
+            if strength > 0.0 and below > 0.0:
+                out[p, k] = above / (2.0 * np.pi * strength * below) * rate
+    return out
+
+
+@njit(cache=True, nogil=True, parallel=True)
+def _replicas(phase: Any, length: int, rate: float) -> Any:  # pragma: no cover - compiled
+    points = phase.shape[0]
+    out = np.empty((points, length), dtype=np.complex128)
+    for p in prange(points):
+        slope = phase[p, 1] / rate
+        bend = phase[p, 2] / rate**2
+        turn = np.exp(2j * np.pi * (phase[p, 0] % 1.0))
+        step = np.exp(2j * np.pi * (slope + 0.5 * bend))
+        growth = np.exp(2j * np.pi * bend)
+        for n in range(length):
+            out[p, n] = turn
+            turn *= step
+            step *= growth
+    return out
+
+
+def replica(
+    schedule: RampSchedule, times: SampleTimes, *, motion: FloatArray, time: float
+) -> ComplexArray:
+    """Unit signal of a point (R, v, a), ``(ramp, fast)``: the slow, obvious twin of the kernels."""
+    distance, rate, acceleration = motion
+    elapsed = times.time - time
+    rate_now = rate + acceleration * elapsed
+    delay = 2.0 * (distance + rate * elapsed + 0.5 * acceleration * elapsed**2)
+    delay = delay / (SPEED_OF_LIGHT + rate_now)
+    frequency = schedule.start_frequency[:, None] + schedule.slope[:, None] * (
+        times.time - schedule.start_time[:, None]
+    )
+    cycles = frequency * delay - 0.5 * schedule.slope[:, None] * delay**2
+    return np.asarray(np.exp(2j * np.pi * (cycles % 1.0)) * times.is_sample)

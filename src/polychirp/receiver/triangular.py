@@ -1,0 +1,47 @@
+"""Range and range rate from the beats of an up- and a down-ramp (the paper's eqs 9 and 10)."""
+
+from __future__ import annotations
+
+from polychirp.axes import FloatArray
+from polychirp.constants import SPEED_OF_LIGHT
+
+
+def range_and_rate(
+    *,
+    up_beat: FloatArray | float,
+    down_beat: FloatArray | float,
+    slope: float,
+    turning_frequency: float,
+) -> tuple[FloatArray | float, FloatArray | float]:
+    r"""Separate range from range rate.
+
+    .. math:: R = \frac{c}{2b}\,\frac{f_{bu} + f_{bd}}{2}, \qquad
+              \dot R = \frac{c}{2 f_0}\,\frac{f_{bu} - f_{bd}}{2}
+
+    Differs from the paper twice. Its eq. 9 has cT/4B, right only if T spans both ramps: b is
+    the slope of one ramp. Its eq. 10 (closing speed, so with the other sign) has λ of the
+    nominal carrier; because the target moves between the ramps, exact is the frequency that
+    both ramps of the triangle have at their *outer* ends: the lowest for up-then-down, the
+    highest for down-then-up. R refers to the apex of the triangle. Derivation: docs, errata 2, 3.
+
+    Parameters
+    ----------
+    up_beat, down_beat : Hz, magnitudes of the mean beat over the up- and the down-ramp
+    slope : Hz/s, of the up-ramp, positive
+    turning_frequency : Hz, at the start of the first ramp and the end of the second
+
+    Returns
+    -------
+    range : m
+    range_rate : m/s, positive = away
+
+    Examples
+    --------
+    >>> distance, rate = range_and_rate(
+    ...     up_beat=100e3, down_beat=100e3, slope=1e12, turning_frequency=79e9)
+    >>> round(distance, 2), rate
+    (14.99, 0.0)
+    """
+    distance = SPEED_OF_LIGHT / (2.0 * slope) * 0.5 * (up_beat + down_beat)
+    rate = SPEED_OF_LIGHT / (2.0 * turning_frequency) * 0.5 * (up_beat - down_beat)
+    return distance, rate

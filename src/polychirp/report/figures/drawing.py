@@ -1,0 +1,78 @@
+"""What a figure function gives: the figure, and the table of what it shows."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import wraps
+from pathlib import Path
+from typing import Any, Final, ParamSpec
+
+import matplotlib as mpl
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+STYLE: Final = Path(__file__).parents[1] / "style.mplstyle"
+
+BLUE: Final = "#0072B2"
+VERMILION: Final = "#D55E00"
+GREEN: Final = "#009E73"
+PURPLE: Final = "#CC79A7"
+ORANGE: Final = "#E69F00"
+SKY: Final = "#56B4E9"
+INK: Final = "#222222"
+GREY: Final = "#7A7A7A"
+
+Column = Sequence[Any] | NDArray[Any]
+"""A column of a table: numbers or words, one for every line."""
+
+P = ParamSpec("P")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Drawing:
+    """A figure and its data: columns of equal length, their names carrying their units."""
+
+    figure: Figure
+    data: Mapping[str, Column]
+
+    def png(self) -> bytes:
+        """The figure as a PNG file, the same bytes whenever it is drawn."""
+        file = io.BytesIO()
+        with mpl.rc_context(fname=STYLE):
+            self.figure.savefig(file, format="png", metadata={"Software": None})
+        return file.getvalue()
+
+    def csv(self) -> str:
+        """The data as a CSV file, numbers to seven digits."""
+        file = io.StringIO()
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(self.data)
+        for line in zip(*self.data.values(), strict=True):
+            writer.writerow(_cell(value) for value in line)
+        return file.getvalue()
+
+
+def _cell(value: Any) -> str:
+    return f"{value:.7g}" if hasattr(value, "__float__") else str(value)
+
+
+def styled(draw: Callable[P, Drawing]) -> Callable[P, Drawing]:
+    """The same function, drawing in the house style whatever the user's settings are."""
+
+    @wraps(draw)
+    def draw_in_style(*args: P.args, **kwargs: P.kwargs) -> Drawing:
+        with mpl.rc_context(fname=STYLE):
+            return draw(*args, **kwargs)
+
+    return draw_in_style
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """An empty figure of ``width`` × ``height`` inches that no global state knows of."""
+    figure = Figure(figsize=(width, height))
+    FigureCanvasAgg(figure)
+    return figure

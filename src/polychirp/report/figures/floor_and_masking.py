@@ -1,0 +1,98 @@
+"""The price of diversity: floor rise, misses and ghosts of every variant side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Final
+
+from matplotlib.axes import Axes
+
+from polychirp.errors import InputError
+from polychirp.report.figures.drawing import BLUE, VERMILION, Column, Drawing, new_figure, styled
+from polychirp.report.verdict import interference_ghosts
+from polychirp.report.words import SCENARIO, WAVEFORM, timing
+from polychirp.study.paper_results import PaperRow
+
+MEASURES: Final[tuple[tuple[str, str, Callable[[PaperRow], float]], ...]] = (
+    ("floor_rise_db", "Floor rise (dB)", lambda row: row.floor_rise_db),
+    ("missed", "Missed targets", lambda row: row.missed),
+    ("interference_ghosts", "Ghosts of interference", lambda row: len(interference_ghosts(row))),
+)
+LOOK: Final = {
+    "none": ("o", BLUE, "no mitigation"),
+    "blanking": ("D", VERMILION, "blanking"),
+}
+
+
+@styled
+def floor_and_masking(rows: Sequence[PaperRow]) -> Drawing:
+    """Dot plots of every row with interference: a line per victim, a panel per measure.
+
+    Raises
+    ------
+    InputError
+        No row has interference.
+    """
+    rows = [row for row in rows if row.scenario != "A"]
+    if not rows:
+        raise InputError("no row has interference; give rows of scenario B or C")
+    cases = list(dict.fromkeys((row.scenario, row.radar) for row in rows))
+    places = list(dict.fromkeys((row.waveform, timing(row)) for row in rows))
+    places.sort(key=lambda place: (list(WAVEFORM).index(place[0]), place[1]))
+
+    figure = new_figure(10.5, 0.9 + len(cases) * (0.7 + 0.3 * len(places)))
+    grid = figure.subplots(len(cases), len(MEASURES), sharex="col", sharey=True, squeeze=False)
+    for line, (scenario, radar) in zip(grid, cases, strict=True):
+        chosen = [row for row in rows if (row.scenario, row.radar) == (scenario, radar)]
+        for axes, (_, _, measure) in zip(line, MEASURES, strict=True):
+            _dots(axes, chosen, places, measure)
+        line[0].set_title(f"{scenario}: {SCENARIO[scenario]} at {radar}")
+        line[0].set_yticks(
+            range(len(places)), [f"{WAVEFORM[waveform]}, {when}" for waveform, when in places]
+        )
+    grid[0, 0].set_ylim(len(places) - 0.5, -0.5)
+    for axes, (_, label, _) in zip(grid[-1], MEASURES, strict=True):
+        axes.set_xlabel(label)
+        axes.set_xlim(left=-0.05 * max(axes.get_xlim()[1], 1.0))
+        if label != MEASURES[0][1]:
+            axes.xaxis.get_major_locator().set_params(integer=True)
+    figure.legend(
+        *grid[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=len(LOOK)
+    )
+    return Drawing(figure=figure, data=_table(rows))
+
+
+def _dots(
+    axes: Axes,
+    rows: Sequence[PaperRow],
+    places: Sequence[tuple[str, str]],
+    measure: Callable[[PaperRow], float],
+) -> None:
+    """One mark per row; the two receivers stand a little apart so that neither hides the other."""
+    for shift, (mitigation, (marker, colour, label)) in zip(
+        (-0.14, 0.14), LOOK.items(), strict=True
+    ):
+        chosen = [row for row in rows if row.mitigation == mitigation]
+        axes.plot(
+            [measure(row) for row in chosen],
+            [places.index((row.waveform, timing(row))) + shift for row in chosen],
+            linestyle="none",
+            marker=marker,
+            color=colour,
+            label=label,
+            clip_on=False,
+            zorder=3,
+        )
+
+
+def _table(rows: Sequence[PaperRow]) -> dict[str, Column]:
+    table: dict[str, Column] = {
+        "scenario": [row.scenario for row in rows],
+        "radar": [row.radar for row in rows],
+        "waveform": [row.waveform for row in rows],
+        "synchronous": [row.synchronous for row in rows],
+        "mitigation": [row.mitigation for row in rows],
+    }
+    for name, _, measure in MEASURES:
+        table[name] = [measure(row) for row in rows]
+    return table

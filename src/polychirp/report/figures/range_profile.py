@@ -1,0 +1,155 @@
+"""Figures 9 to 11: what one radar sees along range, with the truth, the claims and the ghosts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Final
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from polychirp.axes import FloatArray
+from polychirp.report.figures.drawing import (
+    BLUE,
+    GREEN,
+    GREY,
+    INK,
+    ORANGE,
+    PURPLE,
+    VERMILION,
+    Drawing,
+    new_figure,
+    styled,
+)
+from polychirp.report.words import variant_name
+from polychirp.study.paper_results import GhostKind, PaperRow
+
+FARTHEST: Final = 30.0
+"""m, the paper's greatest target range."""
+
+GHOST_LOOK: Final[dict[GhostKind, tuple[str, str, str]]] = {
+    "direct": ("X", VERMILION, "ghost: direct interference"),
+    "indirect": ("P", VERMILION, "ghost: indirect interference"),
+    "multipath": ("s", ORANGE, "ghost: own echo by a mirror"),
+    "unexplained": ("d", PURPLE, "ghost: unexplained"),
+}
+
+
+def common_limits(rows: Iterable[PaperRow]) -> tuple[float, float]:
+    """Power axis, dBm, on which all rows fit, so that figures can be compared.
+
+    It ends at multiples of 10 dB and does not follow a profile more than 20 dB below its noise.
+    """
+    rows = tuple(rows)
+    lowest = min(
+        max(float(row.profile_power_db[_shown(row)].min()), row.noise_floor_db - 20.0)
+        for row in rows
+    )
+    highest = max(float(row.profile_power_db[_shown(row)].max()) for row in rows)
+    lowest = min(lowest, *(row.noise_floor_db for row in rows))
+    return 10.0 * math.floor((lowest - 3.0) / 10.0), 10.0 * math.ceil((highest + 4.0) / 10.0)
+
+
+@styled
+def range_profile(row: PaperRow, *, heading: str, limits: tuple[float, float]) -> Drawing:
+    """Beamformed range profile of a row over 0–30 m; its data are the profile.
+
+    Parameters
+    ----------
+    heading : before the name of the case, such as "Fig. 10a"
+    limits : dBm, ends of the power axis; see `common_limits`
+    """
+    shown = _shown(row)
+    range_, power = row.profile_range[shown], row.profile_power_db[shown]
+    figure = new_figure(8.0, 4.9)
+    axes = figure.add_subplot()
+    axes.plot(range_, power, color=BLUE, label="range profile")
+    axes.axhline(row.noise_floor_db, color=GREY, linestyle=":", label="thermal noise floor")
+    axes.axhline(row.mean_threshold_db, color=INK, linestyle="--", label="mean threshold, eq. 12")
+    _mark_truth(axes, row, limits)
+    _mark_detections(axes, row)
+    _mark_ghosts(axes, row, range_, power)
+    axes.set(
+        xlim=(0.0, FARTHEST),
+        ylim=limits,
+        xlabel="Range (m)",
+        ylabel="Power at the converter (dBm)",
+    )
+    figure.suptitle(f"{heading} · {variant_name(row)}", x=0.01, ha="left", weight="bold", size=11)
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    return Drawing(figure=figure, data={"range_m": range_, "power_dbm": power})
+
+
+def _shown(row: PaperRow) -> FloatArray:
+    return np.asarray((row.profile_range >= 0.0) & (row.profile_range <= FARTHEST))
+
+
+def _mark_truth(axes: Axes, row: PaperRow, limits: tuple[float, float]) -> None:
+    """A line at every target; names stand above the axes, pushed apart where targets are close."""
+    targets = sorted(
+        (t for t in row.targets if 0.0 <= t.range_m <= FARTHEST), key=lambda t: t.range_m
+    )
+    places = spread([t.range_m for t in targets], apart=1.0)
+    span = limits[1] - limits[0]
+    for target, place in zip(targets, places, strict=True):
+        colour = GREEN if target.detected else VERMILION
+        axes.axvline(target.range_m, color=colour, linewidth=0.9, alpha=0.75, zorder=1)
+        axes.annotate(
+            f"{target.name}  {target.range_m:.2f} m{'' if target.detected else '  missed'}",
+            xy=(target.range_m, limits[1]),
+            xytext=(place, limits[1] + 0.02 * span),
+            rotation=38,
+            rotation_mode="anchor",
+            ha="left",
+            va="bottom",
+            size=8.5,
+            color=colour,
+            annotation_clip=False,
+        )
+    if targets:
+        axes.plot([], [], color=GREEN, linewidth=0.9, label="true target")
+
+
+def _mark_detections(axes: Axes, row: PaperRow) -> None:
+    shown = row.detection_range <= FARTHEST
+    if np.any(shown):
+        axes.plot(
+            row.detection_range[shown],
+            row.detection_power_db[shown],
+            linestyle="none",
+            marker="o",
+            markerfacecolor="none",
+            markeredgecolor=INK,
+            label="detection",
+        )
+
+
+def _mark_ghosts(axes: Axes, row: PaperRow, range_: FloatArray, power: FloatArray) -> None:
+    """Ghosts sit on the profile: a ghost's power is known only over that of a target."""
+    for kind, (marker, colour, label) in GHOST_LOOK.items():
+        places = [g.range_m for g in row.ghosts if g.kind == kind and g.range_m <= FARTHEST]
+        if places:
+            axes.plot(
+                places,
+                np.interp(places, range_, power),
+                linestyle="none",
+                marker=marker,
+                markersize=9,
+                markeredgecolor="white",
+                color=colour,
+                label=label,
+                zorder=4,
+            )
+
+
+def spread(places: list[float], *, apart: float) -> list[float]:
+    """Ascending places moved right as little as makes neighbours at least ``apart``.
+
+    >>> spread([1.0, 1.2, 5.0], apart=1.0)
+    [1.0, 2.0, 5.0]
+    """
+    moved: list[float] = []
+    for place in places:
+        moved.append(max(place, moved[-1] + apart) if moved else place)
+    return moved

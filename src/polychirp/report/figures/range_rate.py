@@ -1,0 +1,119 @@
+"""What a radar saw in one frame: power over range and range rate, and its detections from above."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from polychirp.axes import BoolArray
+from polychirp.model.detection import Detections
+from polychirp.model.spectra import RangeRateMap
+from polychirp.report.figures.drawing import (
+    GREY,
+    ORANGE,
+    SKY,
+    Drawing,
+    new_figure,
+    styled,
+)
+from polychirp.units import to_db
+
+SHOWN = 45.0
+"""dB of the colour scale above the noise: weak echoes are seen, strong ones may saturate."""
+
+
+@styled
+def range_rate_picture(
+    map_: RangeRateMap, detections: Detections, *, title: str, note: str, unit: str = "dBFS"
+) -> Drawing:
+    """Range-rate map with its detections, and the detections from above; its data is the map.
+
+    Nothing is taken out of the map: what stands still is the bright column at zero. The colours
+    begin at the median, which is noise, and end 45 dB above it.
+
+    Parameters
+    ----------
+    note : small print under the picture
+    unit : of the power, as a person reads it
+    """
+    figure = new_figure(13.0, 5.4)
+    left, right = figure.subplots(1, 2, width_ratios=[1.12, 1.0])
+    _draw_map(figure, left, map_, unit)
+    still = np.abs(detections.range_rate) < 1.5 * (map_.range_rate[1] - map_.range_rate[0])
+    for axes, x, y in (
+        (left, detections.range_rate, detections.range),
+        (
+            right,
+            -detections.range * np.sin(detections.azimuth),
+            detections.range * np.cos(detections.azimuth),
+        ),
+    ):
+        _draw_detections(axes, x, y, still)
+    greatest = float(map_.range[-1])
+    left.set(xlabel="Range rate (m/s), positive = away", ylabel="Range (m)", ylim=(0.0, greatest))
+    left.set_title("Power over range and range rate")
+    _draw_plan(right, greatest)
+    figure.suptitle(title, x=0.01, ha="left", weight="bold", size=11)
+    figure.supxlabel(note, x=0.01, ha="left", fontsize=8, color=GREY)
+    right.legend(loc="lower right")
+    rate, distance = np.meshgrid(map_.range_rate, map_.range, indexing="ij")
+    return Drawing(
+        figure=figure,
+        data={
+            "range_m": distance.ravel(),
+            "range_rate_m_per_s": rate.ravel(),
+            f"power_{unit.lower()}": to_db(map_.power).ravel(),
+        },
+    )
+
+
+def _draw_map(figure: Figure, axes: Axes, map_: RangeRateMap, unit: str) -> None:
+    level = to_db(map_.power)
+    lowest = float(np.median(level))
+    image = axes.pcolormesh(
+        map_.range_rate,
+        map_.range,
+        level.T,
+        vmin=lowest,
+        vmax=lowest + SHOWN,
+        shading="nearest",
+        rasterized=True,
+    )
+    axes.grid(visible=False)
+    figure.colorbar(
+        image, ax=axes, extend="both", label=f"Power, mean of channels ({unit})", pad=0.02
+    )
+
+
+def _draw_detections(axes: Axes, x: np.ndarray, y: np.ndarray, still: BoolArray) -> None:
+    for mask, marker, colour, label in (
+        (~still, "o", ORANGE, "detected, moving"),
+        (still, "s", SKY, "detected, at rest"),
+    ):
+        axes.plot(
+            x[mask],
+            y[mask],
+            marker,
+            markerfacecolor="none",
+            markeredgecolor=colour,
+            markeredgewidth=1.3,
+            markersize=7,
+            label=label,
+            linestyle="none",
+        )
+
+
+def _draw_plan(axes: Axes, greatest: float) -> None:
+    axes.plot([0.0], [0.0], "^", color=GREY, markersize=11, clip_on=False)
+    for sine in (-0.5, 0.0, 0.5):
+        reach = np.array([0.0, greatest])
+        axes.plot(-reach * sine, reach * np.sqrt(1.0 - sine**2), color="0.85", linewidth=0.8)
+    axes.set(
+        xlabel="Left ← across (m) → right",
+        ylabel="Ahead (m)",
+        xlim=(-0.6 * greatest, 0.6 * greatest),
+        ylim=(0.0, greatest),
+        aspect="equal",
+    )
+    axes.set_title("Detections from above")

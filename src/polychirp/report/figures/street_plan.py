@@ -1,0 +1,181 @@
+"""Figure 8 from above: who stands where, how fast, and where the radars look."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.patches import Rectangle, Wedge
+from matplotlib.ticker import MultipleLocator
+
+from polychirp.axes import FloatArray
+from polychirp.model.scene import Actor, Scene
+from polychirp.report.figures.drawing import INK, Column, Drawing, new_figure, styled
+from polychirp.report.figures.surfaces import Surfaces, extent, radar_paint, surfaces
+
+BEAM_DRAWN: Final = 7.0
+"""m, length of the sectors that show where a radar looks, not how far."""
+
+ROADSIDE: Final = 8.0
+"""m beyond the outermost vehicle that are drawn."""
+
+
+@styled
+def street_plan(scene: Scene, *, lane_width: float = 3.5) -> Drawing:
+    """The street from above; its data are places and velocities of the actors.
+
+    Sectors show every radar's 3-dB beam in azimuth.
+
+    Parameters
+    ----------
+    lane_width : m, of the two lanes whose border is y = 0
+    """
+    figure = new_figure(13.0, 5.2)
+    axes = figure.add_subplot()
+    axes.grid(visible=False)
+    _draw_surfaces(axes, surfaces(scene))
+    left, right = _lanes(axes, scene, lane_width)
+    for number in range(len(scene.radars)):
+        _draw_beam(axes, scene, number)
+    for actor in scene.actors:
+        if actor.points:
+            world = actor.pose.to_outer(np.array([point.position for point in actor.points]))
+            axes.plot(world[:, 0], world[:, 1], ".", color=INK, markersize=2)
+        if actor.kind == "vehicle":
+            _draw_name(axes, actor, scene, lane_width)
+    reach = lane_width + ROADSIDE
+    axes.set(xlim=(left, right), ylim=(-reach, reach), aspect="equal")
+    axes.set(title="The street from above", xlabel="x (m)", ylabel="y (m)")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MultipleLocator(5.0))
+        axis.set_minor_locator(MultipleLocator(1.0))
+    _draw_scale(axes, left + 1.5, -reach + 1.0)
+    return Drawing(figure=figure, data=_table(scene))
+
+
+def _draw_surfaces(axes: Axes, street: Surfaces) -> None:
+    """Highest last; what stands upright has no area from above and is drawn as a line."""
+    flat = street.corners[:, :, :2]
+    (x1, y1), (x2, y2) = (flat[:, 1] - flat[:, 0]).T, (flat[:, 2] - flat[:, 0]).T
+    area = 0.5 * np.abs(x1 * y2 - x2 * y1)
+    light = 0.72 + 0.28 * np.abs(street.normal[:, 2])
+    colour = np.concatenate([street.colour * light[:, None], np.ones((light.size, 1))], axis=1)
+    leaf = np.array([material == "leaf" for material in street.material], dtype=bool)
+    colour[leaf, 3] = 0.35
+    order = np.argsort(street.corners[:, :, 2].max(axis=1), kind="stable")
+    lying = order[area[order] > 1e-4]
+    axes.add_collection(
+        PolyCollection(
+            flat[lying],
+            facecolors=colour[lying],
+            edgecolors="face",  # closes the hairlines between neighbours
+            linewidths=np.where(leaf[lying], 0.0, 0.8),
+            zorder=1,
+        )
+    )
+    walls = order[(area[order] <= 1e-4) & (np.ptp(flat[order], axis=1).max(axis=1) > 2.0)]
+    axes.add_collection(
+        LineCollection(list(flat[walls]), colors=colour[walls], linewidths=2.0, zorder=2)
+    )
+
+
+def _lanes(axes: Axes, scene: Scene, lane_width: float) -> tuple[float, float]:
+    """Lane borders; gives the two ends of what is worth drawing, m."""
+    vehicles = [extent(actor) for actor in scene.actors if actor.kind == "vehicle"]
+    ends = vehicles or [extent(actor) for actor in scene.actors] or [(np.zeros(3), np.zeros(3))]
+    left = min(low[0] for low, _ in ends) - 5.0
+    right = max(high[0] for _, high in ends) + 5.0
+    if any(actor.kind == "road" for actor in scene.actors):
+        axes.plot([left, right], [0.0, 0.0], color="white", dashes=(8, 8), linewidth=1.0)
+        for side in (-lane_width, lane_width):
+            axes.plot([left, right], [side, side], color="white", linewidth=0.8)
+    return float(left), float(right)
+
+
+def _draw_beam(axes: Axes, scene: Scene, number: int) -> None:
+    radar, colour = scene.radars[number], radar_paint(number)
+    place, boresight = scene.radar_position[number], scene.radar_rotation[number][:, 0]
+    middle = np.degrees(np.arctan2(boresight[1], boresight[0]))
+    half = min(0.5 * np.degrees(radar.array.pattern.azimuth_beamwidth), 180.0)
+    sector = (tuple(place[:2]), BEAM_DRAWN, middle - half, middle + half)
+    axes.add_patch(Wedge(*sector, facecolor=colour, alpha=0.16, zorder=3))
+    axes.add_patch(Wedge(*sector, facecolor="none", edgecolor=colour, linewidth=1.2, zorder=4))
+    axes.plot(*place[:2], "o", color=colour, markeredgecolor="white", zorder=6)
+
+
+def _draw_name(axes: Axes, actor: Actor, scene: Scene, lane_width: float) -> None:
+    """Name and speed beside the lane, and an arrow that shows where one second takes a tenth."""
+    low, high = extent(actor)
+    middle = 0.5 * (low + high)
+    side = 1.0 if middle[1] >= 0 else -1.0
+    radars = [
+        radar.name
+        for radar, carrier in zip(scene.radars, scene.carriers, strict=True)
+        if scene.actors[carrier] is actor
+    ]
+    speed = float(np.hypot(*actor.velocity[:2])) * 3.6
+    lines = [actor.name, f"{speed:.0f} km/h", *(f"radar: {name}" for name in radars)]
+    axes.annotate(
+        "\n".join(lines),
+        xy=(middle[0], middle[1] + side * 0.5 * (high[1] - low[1])),
+        xytext=(middle[0], side * (lane_width + 1.2)),
+        ha="center",
+        va="bottom" if side > 0 else "top",
+        size=8,
+        arrowprops={"arrowstyle": "-", "color": INK, "linewidth": 0.6},
+        bbox={"boxstyle": "round,pad=0.25", "facecolor": "white", "edgecolor": "0.8", "alpha": 0.9},
+        zorder=7,
+    )
+    _draw_velocity(axes, middle, actor)
+
+
+def _draw_velocity(axes: Axes, middle: FloatArray, actor: Actor) -> None:
+    tip = middle[:2] + 0.1 * np.array(actor.velocity[:2])
+    if np.any(actor.velocity):
+        axes.annotate(
+            "",
+            xy=tuple(tip),
+            xytext=tuple(middle[:2]),
+            arrowprops={"arrowstyle": "-|>", "color": "white", "linewidth": 1.6},
+            zorder=6,
+        )
+
+
+def _draw_scale(axes: Axes, x: float, y: float) -> None:
+    """Five metres, each its own cell, on a patch that keeps walls off."""
+    axes.add_patch(Rectangle((x - 0.6, y - 0.3), 6.6, 1.5, color="white", alpha=0.9, zorder=8))
+    for cell in range(5):
+        axes.add_patch(
+            Rectangle(
+                (x + cell, y),
+                1.0,
+                0.3,
+                facecolor=INK if cell % 2 else "white",
+                edgecolor=INK,
+                linewidth=0.7,
+                zorder=8,
+            )
+        )
+    for metres in (1, 5):
+        axes.text(x + metres, y + 0.45, f"{metres} m", ha="center", size=7.5, zorder=8)
+
+
+def _table(scene: Scene) -> dict[str, Column]:
+    names = [radar.name for radar in scene.radars]
+    radars = [
+        ", ".join(n for n, c in zip(names, scene.carriers, strict=True) if c == number)
+        for number in range(len(scene.actors))
+    ]
+    poses = [actor.pose for actor in scene.actors]
+    return {
+        "actor": [actor.name for actor in scene.actors],
+        "kind": [actor.kind for actor in scene.actors],
+        "x_m": [pose.x for pose in poses],
+        "y_m": [pose.y for pose in poses],
+        "yaw_deg": [float(np.degrees(pose.yaw)) for pose in poses],
+        "velocity_x_mps": [actor.velocity[0] for actor in scene.actors],
+        "velocity_y_mps": [actor.velocity[1] for actor in scene.actors],
+        "radars": radars,
+    }

@@ -1,0 +1,84 @@
+"""What `polychirp paper` leaves behind: figures, their data, the record and the page."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+
+from polychirp.report.figures.drawing import Drawing
+from polychirp.report.figures.floor_and_masking import floor_and_masking
+from polychirp.report.figures.range_profile import common_limits, range_profile
+from polychirp.report.figures.spectrogram import band_of, spectrogram
+from polychirp.report.figures.street_plan import street_plan
+from polychirp.report.figures.street_view import RayCaster, street_view
+from polychirp.report.html import page
+from polychirp.report.record import results_json
+from polychirp.report.verdict import row_of
+from polychirp.report.words import figure_name
+from polychirp.study.paper_results import PaperClaim, PaperResults
+
+
+def write_paper(
+    results: PaperResults,
+    folder: Path,
+    *,
+    caster: RayCaster | None = None,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Path:
+    """Everything about `results` under ``folder``; gives the page to open, ``report.html``.
+
+    Written are ``results.json``, ``report.html``, and ``figures/NAME.png`` with the data of each
+    figure beside it as ``NAME.csv``.
+
+    Parameters
+    ----------
+    caster : for the picture of the street; the channel's own if absent
+    progress : told the name of every file when it is about to be written
+    """
+    figures = folder / "figures"
+    figures.mkdir(parents=True, exist_ok=True)
+    progress("results.json")
+    record = json.dumps(results_json(results), indent=1, allow_nan=False, ensure_ascii=False)
+    (folder / "results.json").write_text(record + "\n", encoding="utf-8")
+    pictures: dict[str, bytes] = {}
+    for name, draw in _drawings(results, caster):
+        progress(f"figures/{name}.png")
+        drawing = draw()
+        pictures[name] = drawing.png()
+        (figures / f"{name}.png").write_bytes(pictures[name])
+        (figures / f"{name}.csv").write_text(drawing.csv(), encoding="utf-8")
+    progress("report.html")
+    report = folder / "report.html"
+    report.write_text(page(results, pictures), encoding="utf-8")
+    return report
+
+
+def _drawings(
+    results: PaperResults, caster: RayCaster | None
+) -> Iterator[tuple[str, Callable[[], Drawing]]]:
+    """Names and makers of the figures, in the paper's order, then our own."""
+    band = band_of(results.conventional, results.diverse)
+    for name, schedule, title in (
+        ("fig04a", results.conventional, "Fig. 4a · conventional triangular sweep"),
+        ("fig04b", results.diverse, "Fig. 4b · triangular sweep with time and frequency diversity"),
+    ):
+        yield name, partial(spectrogram, schedule, title=title, band=band)
+    yield "fig08-plan", partial(street_plan, results.scene)
+    yield "fig08-view", partial(street_view, results.scene, caster=caster)
+    for claim in results.claims:
+        if row_of(results, claim) is not None:
+            yield figure_name(claim), partial(_profile, results, claim)
+    if any(row.scenario != "A" for row in results.rows):
+        yield "floor-and-masking", partial(floor_and_masking, results.rows)
+
+
+def _profile(results: PaperResults, claim: PaperClaim) -> Drawing:
+    """A panel on the scale of its figure: 10a and 10b have the same axes."""
+    number = claim.figure[:-1]
+    row = row_of(results, claim)
+    panels = [row_of(results, other) for other in results.claims if other.figure[:-1] == number]
+    assert row is not None
+    limits = common_limits(panel for panel in panels if panel is not None)
+    return range_profile(row, heading=f"Fig. {claim.figure}", limits=limits)

@@ -1,0 +1,66 @@
+"""The record of `polychirp paper`: everything it found as strict JSON."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, fields
+from typing import Any
+
+from polychirp.report.verdict import Verdict, verdicts
+from polychirp.study.paper_results import PaperResults, PaperRow
+
+
+def results_json(results: PaperResults) -> dict[str, Any]:
+    """Results as values of strict JSON, ``json.dumps(…, allow_nan=False)``: NaN becomes null.
+
+    Range profiles are not in it: they are the tables beside the figures.
+    """
+    record = {
+        "seed": results.seed,
+        "versions": dict(results.versions),
+        "wall_time_s": results.wall_time_s,
+        "scenarios": [_scenario(row) for row in results.rows],
+        "all_radars": [_scenario(row) for row in results.everyone],
+        "claims": [_claim(verdict) for verdict in verdicts(results)],
+        "notes": list(results.notes),
+    }
+    finite: dict[str, Any] = _finite(record)
+    return finite
+
+
+def _scenario(row: PaperRow) -> dict[str, Any]:
+    arrays = {"profile_range", "profile_power_db", "detection_range", "detection_power_db"}
+    plain = {f.name: getattr(row, f.name) for f in fields(row) if f.name not in arrays}
+    return {
+        **plain,
+        "targets": [asdict(target) for target in row.targets],
+        "ghosts": [asdict(ghost) for ghost in row.ghosts],
+        "detections": [
+            {"range_m": float(range_), "power_dbm": float(power)}
+            for range_, power in zip(row.detection_range, row.detection_power_db, strict=True)
+        ],
+    }
+
+
+def _claim(verdict: Verdict) -> dict[str, Any]:
+    return {
+        **asdict(verdict.claim),
+        "holds": verdict.holds,
+        "differences": list(verdict.differences),
+    }
+
+
+def _finite(value: Any) -> Any:
+    """The same value with plain Python numbers, and null for what is no number."""
+    if isinstance(value, Mapping):
+        return {str(key): _finite(inner) for key, inner in value.items()}
+    if isinstance(value, str) or value is None:
+        return value
+    if isinstance(value, Sequence):
+        return [_finite(inner) for inner in value]
+    if hasattr(value, "item"):  # a NumPy number
+        value = value.item()
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

@@ -1,0 +1,74 @@
+"""The tables of `polychirp paper` for a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rich import box
+from rich.table import Table
+from rich.text import Text
+
+from polychirp.report.verdict import interference_ghosts, verdicts
+from polychirp.report.words import MITIGATION, WAVEFORM, decimal, target_words, timing
+from polychirp.study.paper_results import PaperResults, PaperRow
+
+
+def claims_table(results: PaperResults) -> Table:
+    """Every claim of the paper beside our truth, what was found, and the verdict."""
+    table = _empty("The paper, side by side", ("Fig.", "Case", "The paper's claim"), "Verdict")
+    for verdict in verdicts(results):
+        claim = verdict.claim
+        outcome = "as claimed" if verdict.holds else "\n".join(verdict.differences)
+        table.add_row(
+            claim.figure,
+            f"{claim.scenario}, {claim.radar}\n{claim.waveform}",
+            Text(claim.text),
+            *_findings(verdict.row),
+            Text(outcome, style="green" if verdict.holds else "yellow"),
+        )
+    return table
+
+
+def variants_table(rows: Sequence[PaperRow]) -> Table:
+    """Every row with its waveform, its timing and its receiver."""
+    table = _empty("Every case", ("Case", "Waveform", "Starts", "Receiver"))
+    for row in rows:
+        table.add_row(
+            f"{row.scenario}, {row.radar}",
+            WAVEFORM[row.waveform],
+            timing(row) if row.scenario != "A" else "–",
+            MITIGATION[row.mitigation],
+            *_findings(row),
+        )
+    return table
+
+
+def _empty(title: str, first: tuple[str, ...], *last: str) -> Table:
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, show_lines=True)
+    for name in (*first, "Truth (m)", "Found (m)", "Ghosts (m)"):
+        table.add_column(name)
+    table.add_column("Missed", justify="right")
+    table.add_column("Floor rise (dB)", justify="right")
+    for name in last:
+        table.add_column(name)
+    return table
+
+
+def _findings(row: PaperRow | None) -> list[Text]:
+    """Truth, detected, ghosts of interference, misses and floor rise."""
+    if row is None:
+        return [Text("–")] * 5
+    return [
+        Text("\n".join(f"{target.name} {decimal(target.range_m)}" for target in row.targets)),
+        Text("\n".join(target_words(t) for t in row.targets if t.detected) or "–"),
+        Text(
+            "\n".join(
+                f"{ghost.kind} {decimal(ghost.range_m)}, "
+                f"{decimal(ghost.power_over_strongest_target_db, 1, signed=True)} dB"
+                for ghost in interference_ghosts(row)
+            )
+            or "none"
+        ),
+        Text(str(row.missed), style="yellow" if row.missed else ""),
+        Text(decimal(row.floor_rise_db, 1)),
+    ]

@@ -1,0 +1,69 @@
+"""Claims against truth: who was found, how well, and what else was claimed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from polychirp.axes import FloatArray
+from polychirp.model.detection import Detections
+from polychirp.model.if_frame import PARTS
+from polychirp.model.paths import PropagationPaths
+from polychirp.model.score import Score
+from polychirp.model.truth import Truth
+from polychirp.scoring.association import Gate, associate
+from polychirp.scoring.ghosts import dominated_by_interference, natures
+
+
+def compare(
+    detections: Detections,
+    truth: Truth,
+    *,
+    powers: FloatArray,
+    own_paths: PropagationPaths,
+    floor_rise: float,
+    gate: Gate | None = None,
+) -> Score:
+    """Score one radar's detections.
+
+    Parameters
+    ----------
+    powers : W, power of every part in every detection, ``(detection, part)``
+    own_paths : of the victim to itself, at the time of the detections
+    floor_rise : ratio
+    """
+    gate = gate or Gate()
+    target, detection = associate(
+        detections, truth, gate=gate, is_claim=~dominated_by_interference(powers)
+    )
+
+    def per_target(values: FloatArray) -> FloatArray:
+        out = np.zeros(len(truth.name))
+        out[target] = values
+        return out
+
+    is_detected = np.zeros(len(truth.name), dtype=bool)
+    is_detected[target] = True
+    return Score(
+        is_detected=is_detected,
+        range_error=per_target(detections.range[detection] - truth.range[target]),
+        range_rate_error=per_target(detections.range_rate[detection] - truth.range_rate[target]),
+        azimuth_error=per_target(detections.azimuth[detection] - truth.azimuth[target]),
+        sinr=per_target(_sinr(powers)[detection]),
+        nature=tuple(
+            nature.value
+            for nature in natures(
+                detections, powers, own_paths, targets=detection.tolist(), gate=gate
+            )
+        ),
+        power=detections.power,
+        target_detection=tuple(int(n) for n in detection),
+        num_missed=int(np.sum(truth.is_visible & ~is_detected)),
+        floor_rise=floor_rise,
+    )
+
+
+def _sinr(powers: FloatArray) -> FloatArray:
+    """Own echo over interference and noise, ``(detection,)``."""
+    part = {name: powers[:, n] for n, name in enumerate(PARTS)}
+    disturbed = part["direct"] + part["indirect"] + part["noise"]
+    return (part["echo"] + part["multipath"]) / np.maximum(disturbed, 1e-300)

@@ -1,0 +1,1 @@
+"""Whole experiments: what is varied, run, kept and compared."""

@@ -1,0 +1,109 @@
+"""Where stored numbers come from: the study as canonical text, its hash, versions, platform."""
+
+from __future__ import annotations
+
+import json
+import platform
+from dataclasses import dataclass, fields, is_dataclass, replace
+from enum import Enum
+from hashlib import sha256
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path, PurePath
+from typing import Any, Final
+
+from polychirp.errors import InputError
+from polychirp.study.spec import Study
+
+LIBRARIES: Final = ("polychirp", "numpy", "scipy", "numba", "zarr")
+"""Whose versions can change a number."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Provenance:
+    """What is needed to make the same numbers again.
+
+    Parameters
+    ----------
+    study : the study as canonical JSON, in SI, defaults included
+    study_hash : SHA-256 of that text
+    seed : of all random streams
+    versions : of the libraries, by name
+    platform : operating system, processor and Python
+    """
+
+    study: str
+    study_hash: str
+    seed: int
+    versions: dict[str, str]
+    platform: str
+
+
+def versions() -> dict[str, str]:
+    """Of polychirp and of the libraries that numbers depend on, by name."""
+    return {name: _version(name) for name in LIBRARIES}
+
+
+def provenance(study: Study) -> Provenance:
+    """Provenance of numbers that are about to be computed from ``study``.
+
+    No time of day is kept, and mesh files count by what they hold, not by where they are: equal
+    studies give equal bytes.
+
+    Raises
+    ------
+    InputError
+        A mesh file cannot be read.
+    """
+    text = canonical_json(_with_mesh_contents(study))
+    return Provenance(
+        study=text,
+        study_hash=sha256(text.encode()).hexdigest(),
+        seed=study.seed,
+        versions=versions(),
+        platform=f"{platform.system()} {platform.machine()}, Python {platform.python_version()}",
+    )
+
+
+def _with_mesh_contents(study: Study) -> Study:
+    vehicles = tuple(
+        vehicle if vehicle.mesh is None else replace(vehicle, mesh=_content(Path(vehicle.mesh)))
+        for vehicle in study.street.vehicles
+    )
+    return replace(study, street=replace(study.street, vehicles=vehicles))
+
+
+def _content(path: Path) -> str:
+    try:
+        return f"{path.name} sha256:{sha256(path.read_bytes()).hexdigest()}"
+    except OSError as error:
+        raise InputError(f"the mesh file '{path}' cannot be read: {error.strerror}") from None
+
+
+def canonical_json(spec: Any) -> str:
+    """A spec as JSON: keys sorted, SI numbers in their shortest exact form, defaults included.
+
+    >>> from polychirp.model.antenna import AntennaArray
+    >>> canonical_json(AntennaArray(num_channels=2))[:18]
+    '{"num_channels": 2'
+    """
+    return json.dumps(plain(spec), sort_keys=True, ensure_ascii=False)
+
+
+def plain(value: Any) -> Any:
+    """Tables, lists and values of a spec; a spec without ``kind`` is told by its place."""
+    if is_dataclass(value):
+        return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
+    if isinstance(value, tuple | list):
+        return [plain(entry) for entry in value]
+    if isinstance(value, dict):
+        return {str(key): plain(entry) for key, entry in value.items()}
+    if isinstance(value, PurePath):
+        return value.as_posix()
+    return value.value if isinstance(value, Enum) else value
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "absent"

@@ -1,0 +1,129 @@
+"""`Study` — a whole experiment as one frozen value."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated
+
+from polychirp.channel.composite import Composite
+from polychirp.channel.free_space import FreeSpace
+from polychirp.errors import InputError
+from polychirp.frames import ByKind, Spec
+from polychirp.model.radar import Radar
+from polychirp.model.ramp import RampSchedule
+from polychirp.model.scene import Scene
+from polychirp.receiver.chain import Receiver
+from polychirp.rng import Streams
+from polychirp.traffic.street import Street
+from polychirp.units import Fraction, Seconds
+from polychirp.waveform import AnyWaveform
+
+AnyTracer = Annotated[Composite | FreeSpace, ByKind()]
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyRadar(Radar):
+    """A radar, the vehicle that carries it, what it transmits, and how its clock runs.
+
+    Parameters
+    ----------
+    vehicle : name of the vehicle that carries the radar
+    waveform : what it transmits
+    start_time : s, when its first ramp starts
+    clock_offset : relative error of its oscillator, positive for a fast clock
+    """
+
+    vehicle: str
+    waveform: AnyWaveform
+    start_time: Seconds = 0.0
+    clock_offset: Fraction = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not abs(self.clock_offset) < 0.01:
+            raise InputError(
+                f"radar '{self.name}' has a clock offset of {self.clock_offset * 1e6:g} ppm; "
+                "oscillators are right to within 10 000 ppm"
+            )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Study(Spec):
+    """One experiment: a street, its radars, and how their frames are traced and received.
+
+    Parameters
+    ----------
+    name : of the experiment; results are stored under it
+    seed : of all random streams, 0 or more
+    num_sweeps : sweeps in a frame
+    street : road, vehicles and what stands beside the road, at 0 s
+    radars : all radars of the street; each of them interferes with all others
+    victims : names of the radars whose frames are computed; none named means all
+    targets : names of the vehicles and points that count as targets; none named means all but
+        a radar's own vehicle
+    tracer : how waves find their way
+    refresh_interval : s, after so long the scene is traced anew
+    receiver : from samples to detections, for every victim
+
+    Examples
+    --------
+    >>> from polychirp.traffic.street import Street, Vehicle
+    >>> from polychirp.waveform import Triangular
+    >>> street = Street(vehicles=(Vehicle(name="car", x=0.0, y=0.0),))
+    >>> radar = StudyRadar(name="front", vehicle="car", waveform=Triangular())
+    >>> study = Study(name="alone", street=street, radars=(radar,))
+    >>> schedules(study)[0].num_ramps
+    32
+    """
+
+    name: str
+    seed: int = 1
+    num_sweeps: int = 16
+    street: Street
+    radars: tuple[StudyRadar, ...]
+    victims: tuple[str, ...] = ()
+    targets: tuple[str, ...] = ()
+    tracer: AnyTracer = field(default_factory=Composite)
+    refresh_interval: Seconds = 1e-3
+    receiver: Receiver = field(default_factory=Receiver)
+
+
+def schedule_of(study: Study, radar: StudyRadar) -> RampSchedule:
+    """What one radar transmits, on the common clock of the scene."""
+    streams = Streams(seed=study.seed).of("radar", radar.name)
+    plan = radar.waveform.schedule(num_sweeps=study.num_sweeps, streams=streams)
+    return plan.as_clocked(start_time=radar.start_time, clock_offset=radar.clock_offset)
+
+
+def schedules(study: Study) -> tuple[RampSchedule, ...]:
+    """What each radar transmits, in the order of the radars."""
+    return tuple(schedule_of(study, radar) for radar in study.radars)
+
+
+def scene_of(study: Study) -> Scene:
+    """The street with its radars at 0 s.
+
+    Raises
+    ------
+    InputError
+        A radar rides on no vehicle of the street, or a mesh file cannot be used.
+    """
+    return study.street.scene([(radar, radar.vehicle) for radar in study.radars])
+
+
+def victim_indices(study: Study) -> tuple[int, ...]:
+    """Numbers of the radars whose frames are computed, in the order of the radars."""
+    wanted = study.victims or tuple(radar.name for radar in study.radars)
+    return tuple(i for i, radar in enumerate(study.radars) if radar.name in wanted)
+
+
+def body_names(street: Street) -> tuple[str, ...]:
+    """Names of what can be a target: vehicles and points."""
+    vehicles = tuple(vehicle.name for vehicle in street.vehicles)
+    return vehicles + tuple(point.name for point in street.points)
+
+
+def target_names(study: Study, radar: StudyRadar) -> tuple[str, ...]:
+    """Names of the targets of ``radar``: never the vehicle that carries it."""
+    wanted = study.targets or body_names(study.street)
+    return tuple(name for name in wanted if name != radar.vehicle)

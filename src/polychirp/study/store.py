@@ -1,0 +1,317 @@
+"""A run on disk: one Zarr 3 group with samples, parts, schedules, detections, truth, provenance.
+
+.. code-block:: text
+
+    run.zarr                          format, version, provenance, names of the victims
+    └── victim-0                      name, antenna array
+        ├── samples                   V (channel, ramp, fast)
+        ├── parts                     V (part, channel, ramp, fast)
+        ├── times/first …             s (ramp); attribute rate, 1/s
+        ├── schedule/start_time …     (ramp)
+        ├── detections/range …        (detection); attribute time, s
+        ├── truth/range …             (target); attributes time, s, and name
+        └── score/range_error …       (target), power (detection); attributes nature …
+
+Every array names its axes (``dimension_names``, as xarray reads them) and its unit.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Protocol, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from polychirp.axes import axes_of
+from polychirp.errors import InputError, RunError
+from polychirp.model.antenna import AntennaArray, ElementPattern
+from polychirp.model.detection import Detections
+from polychirp.model.if_frame import PARTS, IfFrame, IfParts, SampleTimes
+from polychirp.model.ramp import RampSchedule
+from polychirp.model.score import Score
+from polychirp.model.truth import Truth
+from polychirp.study.provenance import Provenance
+
+if TYPE_CHECKING:
+    from zarr import Group
+
+FORMAT: Final = "polychirp run"
+FORMAT_VERSION: Final = 1
+
+UNITS: Final[Mapping[type, Mapping[str, str]]] = {
+    IfFrame: {"samples": "V"},
+    IfParts: {"samples": "V"},
+    SampleTimes: {"first": "s", "num_samples": "1"},
+    RampSchedule: {
+        "start_time": "s",
+        "duration": "s",
+        "start_frequency": "Hz",
+        "slope": "Hz/s",
+        "start_phase": "cycle",
+        "sweep": "1",
+    },
+    Detections: {"range": "m", "range_rate": "m/s", "azimuth": "rad", "power": "W", "snr": "1"},
+    Score: {
+        "is_detected": "1",
+        "range_error": "m",
+        "range_rate_error": "m/s",
+        "azimuth_error": "rad",
+        "sinr": "1",
+        "power": "W",
+    },
+    Truth: {"range": "m", "range_rate": "m/s", "azimuth": "rad", "point": "m", "is_visible": "1"},
+}
+"""Unit of every stored array."""
+
+_AXIS_NAMES: Final = {"3": "xyz"}
+
+
+class VictimResult(Protocol):
+    """What one radar saw and claimed in one trial."""
+
+    @property
+    def name(self) -> str:
+        """Of the radar."""
+
+    @property
+    def frame(self) -> IfFrame:
+        """Samples as its receiver got them."""
+
+    @property
+    def parts(self) -> IfParts:
+        """What the samples are made of."""
+
+    @property
+    def detections(self) -> Detections:
+        """What the receiver claims."""
+
+    @property
+    def truth(self) -> Truth:
+        """What was there."""
+
+    @property
+    def score(self) -> Score:
+        """What became of targets and detections."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class StoredVictim:
+    """One radar of a stored run; samples have come back from single precision."""
+
+    name: str
+    frame: IfFrame
+    parts: IfParts
+    detections: Detections
+    truth: Truth
+    score: Score
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class StoredRun:
+    """A run as it was stored."""
+
+    provenance: Provenance
+    victims: tuple[StoredVictim, ...]
+
+    def victim(self, name: str) -> StoredVictim:
+        """The radar called ``name``."""
+        for victim in self.victims:
+            if victim.name == name:
+                return victim
+        raise InputError(
+            f"this run has no radar '{name}'; it has {', '.join(v.name for v in self.victims)}"
+        )
+
+
+def save_run(path: Path | str, *, victims: Iterable[VictimResult], provenance: Provenance) -> None:
+    """Store a run; equal runs give equal files.
+
+    Samples and parts are stored as ``complex64``, everything else in full. What was at ``path``
+    is replaced, and only once the new run is complete.
+
+    Raises
+    ------
+    RunError
+        The folder cannot be written.
+    """
+    path = Path(path)
+    unfinished = path.with_name(f"{path.name}.unfinished")
+    try:
+        shutil.rmtree(unfinished, ignore_errors=True)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        _write(unfinished, victims=tuple(victims), provenance=provenance)
+        shutil.rmtree(path, ignore_errors=True)
+        unfinished.rename(path)
+    except OSError as error:
+        raise RunError(f"'{path}' cannot be written: {error.strerror or error}") from error
+
+
+def _write(path: Path, *, victims: tuple[VictimResult, ...], provenance: Provenance) -> None:
+    import zarr
+
+    root = zarr.create_group(store=path, zarr_format=3)
+    root.attrs.update(
+        {
+            "format": FORMAT,
+            "format_version": FORMAT_VERSION,
+            "provenance": asdict(provenance),
+            "victims": [victim.name for victim in victims],
+        }
+    )
+    for number, victim in enumerate(victims):
+        group = root.create_group(f"victim-{number}")
+        group.attrs.update({"name": victim.name, "array": _array_attributes(victim.frame.array)})
+        frame = victim.frame
+        _write_array(group, "samples", frame.samples, noun=IfFrame, field="samples")
+        _write_array(group, "parts", victim.parts.samples, noun=IfParts, field="samples")
+        group["parts"].attrs["part"] = list(PARTS)
+        _write_noun(group, "times", frame.times, {"rate": frame.times.rate})
+        _write_noun(group, "schedule", frame.schedule, {})
+        found, truth = victim.detections, victim.truth
+        _write_noun(group, "detections", found, {"time": found.time})
+        _write_noun(group, "truth", truth, {"time": truth.time, "name": list(truth.name)})
+        _write_noun(group, "score", victim.score, _score_attributes(victim.score))
+
+
+def _score_attributes(score: Score) -> dict[str, Any]:
+    return {
+        "nature": list(score.nature),
+        "target_detection": list(score.target_detection),
+        "num_missed": score.num_missed,
+        "floor_rise": score.floor_rise,
+    }
+
+
+def _write_noun(parent: Group, name: str, noun: Any, attributes: dict[str, Any]) -> None:
+    group = parent.create_group(name)
+    group.attrs.update(attributes)
+    for field in axes_of(type(noun)):
+        _write_array(group, field, getattr(noun, field), noun=type(noun), field=field)
+
+
+def _write_array(group: Group, name: str, values: NDArray[Any], *, noun: type, field: str) -> None:
+    from zarr.codecs import BloscCodec
+
+    stored = values.astype(np.complex64) if np.iscomplexobj(values) else values
+    # a part is a chunk, so that one of them can be read alone
+    whole = tuple(max(1, length) for length in stored.shape)
+    chunks = (1, *whole[1:]) if name == "parts" else whole
+    array = group.create_array(
+        name,
+        shape=stored.shape,
+        dtype=stored.dtype,
+        chunks=chunks,
+        compressors=BloscCodec(cname="lz4", shuffle="bitshuffle", typesize=stored.dtype.itemsize),
+        dimension_names=[_AXIS_NAMES.get(axis, axis) for axis in axes_of(noun)[field]],
+        attributes={"units": UNITS[noun][field]},
+    )
+    if stored.size:
+        array[...] = stored
+
+
+def load_run(path: Path | str) -> StoredRun:
+    """A stored run.
+
+    Raises
+    ------
+    InputError
+        There is no complete run at ``path``, or another version of polychirp wrote it.
+    """
+    import zarr
+    from zarr.errors import NodeNotFoundError
+
+    path = Path(path)
+    try:
+        root = zarr.open_group(store=path, mode="r", zarr_format=3)
+    except (FileNotFoundError, NodeNotFoundError, NotADirectoryError):
+        raise InputError(
+            f"there is no run in '{path}'; name the folder that ends in .zarr"
+        ) from None
+    attributes = dict(root.attrs)
+    if attributes.get("format") != FORMAT:
+        raise InputError(f"'{path}' is not a run of polychirp; it has no such format mark")
+    if attributes.get("format_version") != FORMAT_VERSION:
+        raise InputError(
+            f"'{path}' has format version {attributes.get('format_version')}; this polychirp "
+            f"reads version {FORMAT_VERSION}, so run the study again"
+        )
+    try:
+        count = len(cast("list[str]", attributes["victims"]))
+        return StoredRun(
+            provenance=Provenance(**cast("dict[str, Any]", attributes["provenance"])),
+            victims=tuple(_read_victim(_group(root, f"victim-{i}")) for i in range(count)),
+        )
+    except (KeyError, TypeError, FileNotFoundError, NodeNotFoundError) as error:
+        raise InputError(
+            f"the run in '{path}' is damaged ({error}); run the study again"
+        ) from error
+
+
+def _read_victim(group: Group) -> StoredVictim:
+    array = str(group.attrs["array"])
+    frame = IfFrame(
+        samples=_values(group, "samples"),
+        times=_read_noun(SampleTimes, _group(group, "times")),
+        schedule=_read_noun(RampSchedule, _group(group, "schedule")),
+        array=_array_from(array),
+    )
+    return StoredVictim(
+        name=str(group.attrs["name"]),
+        frame=frame,
+        parts=IfParts(samples=_values(group, "parts")),
+        detections=_read_noun(Detections, _group(group, "detections")),
+        truth=_read_noun(Truth, _group(group, "truth")),
+        score=_read_noun(Score, _group(group, "score")),
+    )
+
+
+def _read_noun(noun: Any, group: Group) -> Any:
+    attributes = {
+        name: tuple(value) if isinstance(value, list) else value
+        for name, value in group.attrs.items()
+    }
+    return noun(**attributes, **{field: _values(group, field) for field in axes_of(noun)})
+
+
+def _group(parent: Group, name: str) -> Group:
+    from zarr import Group as ZarrGroup
+
+    node = parent[name]
+    if not isinstance(node, ZarrGroup):
+        raise TypeError(f"{name} is no group")
+    return node
+
+
+def _values(group: Group, name: str) -> NDArray[Any]:
+    from zarr import Array
+
+    node = group[name]
+    if not isinstance(node, Array):
+        raise TypeError(f"{name} is no array")
+    return np.asarray(node[...])
+
+
+def _array_attributes(array: AntennaArray) -> str:
+    # JSON text, since an isotropic element's infinite beamwidth is no JSON number for Zarr
+    return json.dumps(asdict(array))
+
+
+def _array_from(text: str) -> AntennaArray:
+    values = json.loads(text)
+    pattern = ElementPattern(**values.pop("pattern"))
+    return AntennaArray(**values, pattern=pattern)
+
+
+def stored_hash(path: Path) -> str | None:
+    """Hash of the study whose run is stored at ``path``; None where there is no run."""
+    try:
+        with (path / "zarr.json").open(encoding="utf-8") as file:
+            attributes = json.load(file)["attributes"]
+        return str(attributes["provenance"]["study_hash"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return None

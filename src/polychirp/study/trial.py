@@ -1,0 +1,151 @@
+"""One trial: the only place that calls the stages in order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from polychirp.channel.base import RayTracer
+from polychirp.channel.visible import truth
+from polychirp.model.detection import Detections
+from polychirp.model.if_frame import IfFrame, IfParts
+from polychirp.model.paths import PropagationPaths
+from polychirp.model.ramp import RampSchedule
+from polychirp.model.scene import Scene
+from polychirp.model.score import Score
+from polychirp.model.truth import Truth
+from polychirp.receiver.chain import Receiver
+from polychirp.receiver.dissect import floor_rise, part_powers
+from polychirp.rng import Streams
+from polychirp.scoring.compare import compare
+from polychirp.study.spec import (
+    Study,
+    scene_of,
+    schedules,
+    target_names,
+    victim_indices,
+)
+from polychirp.synthesis.base import synthesize
+from polychirp.synthesis.stretch import Stretch
+
+Progress = Callable[[str, int, int], None]
+"""Told what is being done, how many steps of it are done, and of how many."""
+
+
+def silent(what: str, done: int, total: int) -> None:
+    """Tell nobody."""
+    del what, done, total
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Victim:
+    """What one radar heard, claimed, and what was there."""
+
+    name: str
+    frame: IfFrame
+    parts: IfParts
+    detections: Detections
+    truth: Truth
+    score: Score
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Trial:
+    """All that one run of a study gives."""
+
+    scene: Scene
+    snapshots: tuple[PropagationPaths, ...]
+    victims: tuple[Victim, ...]
+
+    def victim(self, name: str) -> Victim:
+        """What the radar called ``name`` saw."""
+        return next(v for v in self.victims if v.name == name)
+
+
+def run_trial(study: Study, *, progress: Progress = silent) -> Trial:
+    """Run a study once: scene, ramps, paths, samples, detections, score."""
+    streams = Streams(study.seed)
+    scene = scene_of(study)
+    plans = schedules(study)
+    snapshots = trace_frame(
+        study.tracer,
+        scene,
+        [plans[i] for i in victim_indices(study)],
+        refresh_interval=study.refresh_interval,
+        progress=progress,
+    )
+    victims = []
+    for n, victim in enumerate(victim_indices(study)):
+        radar = study.radars[victim]
+        progress("radars", n, len(victim_indices(study)))
+        frame, parts = synthesize(
+            Stretch(), scene, plans, snapshots, victim=victim, interferers=None, streams=streams
+        )
+        victims.append(
+            judged(
+                study.receiver,
+                scene,
+                snapshots,
+                victim=victim,
+                frame=frame,
+                parts=parts,
+                targets=target_names(study, radar),
+            )
+        )
+    progress("radars", len(victims), len(victims))
+    return Trial(scene=scene, snapshots=snapshots, victims=tuple(victims))
+
+
+def trace_frame(
+    tracer: RayTracer,
+    scene: Scene,
+    plans: Sequence[RampSchedule],
+    *,
+    refresh_interval: float,
+    progress: Progress = silent,
+) -> tuple[PropagationPaths, ...]:
+    """Paths of the scene all through the frames of ``plans``, traced anew at every interval."""
+    first = min(float(plan.start_time[0]) for plan in plans)
+    last = max(float(plan.end_time[-1]) for plan in plans)
+    count = max(1, int(np.ceil((last - first) / refresh_interval * (1 - 1e-12))))
+    times = first + (np.arange(count) + 0.5) * (last - first) / count
+    snapshots = []
+    for n, time in enumerate(times):
+        progress("ray tracing", n, count)
+        snapshots.append(tracer.trace(scene.at(float(time))))
+    progress("ray tracing", count, count)
+    return tuple(snapshots)
+
+
+def judged(
+    receiver: Receiver,
+    scene: Scene,
+    snapshots: Sequence[PropagationPaths],
+    *,
+    victim: int,
+    frame: IfFrame,
+    parts: IfParts,
+    targets: Sequence[str],
+) -> Victim:
+    """What the receiver makes of a frame, scored against the truth at the time it refers to."""
+    found = receiver.detect(frame)
+    seen = truth(scene.at(found.time), victim, targets)
+    nearest = min(snapshots, key=lambda paths: abs(paths.reference_time - found.time))
+    own = (nearest.transmitter == victim) & (nearest.receiver == victim)
+    score = compare(
+        found,
+        seen,
+        powers=part_powers(receiver, frame, parts, found),
+        own_paths=nearest.select(own),
+        floor_rise=floor_rise(receiver, frame, parts),
+    )
+    return Victim(
+        name=scene.radars[victim].name,
+        frame=frame,
+        parts=parts,
+        detections=found,
+        truth=seen,
+        score=score,
+    )

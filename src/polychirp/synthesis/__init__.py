@@ -1,0 +1,1 @@
+"""Synthesis: from schedules and propagation paths to dechirped samples at the converter."""

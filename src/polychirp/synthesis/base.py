@@ -1,0 +1,128 @@
+"""What every synthesis engine does, and the sum of its contributions to one radar's frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from polychirp.axes import ComplexArray
+from polychirp.errors import InputError
+from polychirp.model.if_frame import PARTS, IfFrame, IfParts, sample_times
+from polychirp.model.paths import PropagationPaths
+from polychirp.model.ramp import RampSchedule
+from polychirp.model.scene import Scene
+from polychirp.rng import Streams
+from polychirp.synthesis.noise import thermal_noise
+
+
+@runtime_checkable
+class SynthesisEngine(Protocol):
+    """From paths to samples: exact for delays that are linear in time while a ramp lasts."""
+
+    def contribution(
+        self,
+        scene: Scene,
+        schedules: Sequence[RampSchedule],
+        snapshots: Sequence[PropagationPaths],
+        *,
+        victim: int,
+        transmitter: int,
+    ) -> ComplexArray:
+        """What one transmitter puts into the victim's IF: V, ``(2, channel, ramp, fast)``.
+
+        The two entries are unmirrored and mirrored paths for the victim's own transmitter
+        (`PropagationPaths.is_mirrored`), paths without and with a bounce for another. Free of
+        noise; zero behind the last sample of a short ramp.
+        """
+        ...
+
+
+def synthesize(
+    engine: SynthesisEngine,
+    scene: Scene,
+    schedules: Sequence[RampSchedule],
+    snapshots: Sequence[PropagationPaths],
+    *,
+    victim: int,
+    interferers: Sequence[int] | None,
+    streams: Streams,
+) -> tuple[IfFrame, IfParts]:
+    """Samples of one radar over one frame, and the parts that sum to them.
+
+    Parameters
+    ----------
+    schedules : one per radar of the scene, clocked, in absolute time
+    snapshots : geometry during the frame, in order of time; every ramp of the victim uses the
+        one whose reference time is nearest to the middle of the ramp
+    victim : number of the radar
+    interferers : numbers of the radars that disturb it; None: all others
+    streams : noise comes from ``streams["noise", name of the victim]``
+
+    Raises
+    ------
+    InputError
+        A radar without schedule, a number that is no radar's, an interferer named twice or the
+        victim itself, no or unordered snapshots, or a ramp too short for the converter.
+
+    Examples
+    --------
+    An empty world gives noise alone:
+
+    >>> from polychirp.model.radar import Radar
+    >>> from polychirp.model.scene import Actor
+    >>> from polychirp.synthesis.stretch import Stretch
+    >>> from polychirp.testing.paths import paths_of
+    >>> ramps = RampSchedule(start_time=[0.0], duration=[1e-3], start_frequency=[79e9],
+    ...     slope=[1e12], start_phase=[0], sweep=[0])
+    >>> scene = Scene(time=0.0, actors=(Actor(name="car", kind="vehicle"),),
+    ...     radars=(Radar(name="front"),), carriers=(0,))
+    >>> frame, parts = synthesize(Stretch(), scene, [ramps], [paths_of()],
+    ...     victim=0, interferers=None, streams=Streams(seed=1))
+    >>> frame.samples.shape, bool(np.all(frame.samples == parts.noise))
+    ((4, 1, 981), True)
+    """
+    others = [i for i in range(len(scene.radars)) if i != victim]
+    chosen = others if interferers is None else list(interferers)
+    _check(scene, schedules, snapshots, victim, chosen)
+    radar = scene.radars[victim]
+    schedule = schedules[victim]
+    times = sample_times(schedule, radar.converter)
+    samples = np.zeros(
+        (len(PARTS), radar.array.num_channels, schedule.num_ramps, times.most_samples),
+        dtype=np.complex128,
+    )
+    samples[0:2] = engine.contribution(
+        scene, schedules, snapshots, victim=victim, transmitter=victim
+    )
+    for transmitter in chosen:
+        samples[2:4] += engine.contribution(
+            scene, schedules, snapshots, victim=victim, transmitter=transmitter
+        )
+    samples[4] = thermal_noise(radar, times, streams["noise", radar.name])
+    parts = IfParts(samples=samples)
+    frame = IfFrame(samples=parts.total(), times=times, schedule=schedule, array=radar.array)
+    return frame, parts
+
+
+def _check(
+    scene: Scene,
+    schedules: Sequence[RampSchedule],
+    snapshots: Sequence[PropagationPaths],
+    victim: int,
+    interferers: Sequence[int],
+) -> None:
+    radars = range(len(scene.radars))
+    if len(schedules) != len(radars):
+        raise InputError(
+            f"{len(schedules)} schedules for {len(radars)} radars; give every radar its own"
+        )
+    for number in (victim, *interferers):
+        if number not in radars:
+            raise InputError(f"there is no radar {number}; the scene has 0 to {len(radars) - 1}")
+    if victim in interferers or len(set(interferers)) < len(interferers):
+        raise InputError("interferers are other radars than the victim, each named once")
+    moments = [paths.reference_time for paths in snapshots]
+    if not moments or moments != sorted(moments):
+        raise InputError("synthesis needs one snapshot of paths or more, in order of time")

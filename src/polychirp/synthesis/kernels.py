@@ -1,0 +1,685 @@
+"""Compiled sums over paths, elements and samples; `stretch` prepares their tables.
+
+Everything here is in the time of one victim ramp (zero at its start), frequencies in Hz, phases in
+cycles. The signal of a piece is exp(j2π(φ + f t + ½ μ t²)) from one end of the piece to the other
+and zero elsewhere; a sample is its integral with h over the window of ± half the filter's support.
+
+`contract` is the only freedom of fast arithmetic that is taken: it fuses multiplications and
+additions, which rounds less, not more.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Final, NamedTuple, TypeVar, cast
+
+import numpy as np
+from numba import njit
+
+from polychirp.axes import ComplexArray, FloatArray, IntArray
+from polychirp.synthesis.chirp_response import TAYLOR_ORDER
+
+TAU: Final = 2.0 * math.pi
+LANES: Final = 16
+"""Samples that a recurrence advances together."""
+
+LONGEST_BLOCK: Final = 4096
+"""Samples after which a recurrence starts anew, for rounding."""
+
+STEADY: Final = 0.05
+"""Change of the beat within a block, in units of 1/S, that a cubic gain follows to 1e-9."""
+
+
+class Ramps(NamedTuple):
+    """A schedule's columns, ``(ramp,)`` each, times in s from a common origin."""
+
+    start: FloatArray
+    duration: FloatArray
+    frequency: FloatArray
+    slope: FloatArray
+    phase: FloatArray
+
+
+class Window(NamedTuple):
+    """The victim's samples, ``(ramp,)``: the first from the ramp's start, their number, 1/rate.
+
+    The filter reaches from them to the victim's ramps from ``low`` to before ``high``.
+    """
+
+    first: FloatArray
+    num_samples: IntArray
+    step: float
+    low: IntArray
+    high: IntArray
+
+
+class Lines(NamedTuple):
+    """Links of all snapshots in one table: those of snapshot i are ``start[i]:start[i + 1]``.
+
+    ``limit`` is the gain below which nothing of a path needs to be added.
+    """
+
+    start: IntArray
+    reference_time: FloatArray
+    chosen: IntArray
+    delay: FloatArray
+    delay_rate: FloatArray
+    element_delay: FloatArray
+    amplitude: ComplexArray
+    limit: FloatArray
+    part: IntArray
+
+
+class Pairs(NamedTuple):
+    """Pairs of a victim's and a transmitted ramp: of ramp k, ``start[k]:start[k + 1]``.
+
+    They are with the transmitted ramps ``sent[k]`` and following. Per pair: its table of G, the
+    entries ``begin[pair]:begin[pair + 1]`` of ``moment`` (`ResponseTable`), about ``rate``, and
+    the beat ``far`` above which the end-point series is right.
+    """
+
+    start: IntArray
+    sent: IntArray
+    begin: IntArray
+    rate: FloatArray
+    far: FloatArray
+    step: float
+    moment: ComplexArray
+    envelope: FloatArray
+
+
+class Chirp(NamedTuple):
+    """A piece of a chirp: exp(j2π(φ + f t + ½ μ t²)) times ``amplitude`` from begin to end.
+
+    A gain below ``limit`` need not be added.
+    """
+
+    amplitude: complex
+    limit: float
+    phase: float
+    beat: float
+    rate: float
+    begin: float
+    end: float
+
+
+class Taps(NamedTuple):
+    """The impulse response h, up to ``half`` = S/2 on both sides.
+
+    ``taylor`` has its derivatives over order!, ``(node, order)``, at nodes ``step`` apart from
+    −S/2 on; ``peak`` and ``edge`` are its magnitudes at most and at ±S/2.
+    """
+
+    half: float
+    stopband: float
+    step: float
+    taylor: FloatArray
+    peak: float
+    edge: float
+    bessel: FloatArray
+    node: FloatArray
+    weight: FloatArray
+
+
+F = TypeVar("F", bound=Callable[..., object])
+
+
+def compiled(function: F) -> F:
+    """Compile for one sample or one path; every such function is a leaf of `add_contribution`."""
+    return cast("F", njit(cache=True, nogil=True, fastmath={"contract"})(function))
+
+
+def inlined(function: F) -> F:
+    """Compile into the caller: tables handed to a call would be counted references to them."""
+    return cast(
+        "F", njit(cache=True, nogil=True, fastmath={"contract"}, forceinline=True)(function)
+    )
+
+
+@inlined
+def _phase(chirp: Chirp, time: float) -> float:
+    return chirp.phase + time * (chirp.beat + 0.5 * chirp.rate * time)
+
+
+@njit(cache=True, nogil=True)
+def _turns(frequency: float, time: float) -> float:
+    """The fraction of frequency × time in cycles, without the rounding of the product.
+
+    Dekker's product: both factors are split into halves whose products are exact. Fusing would
+    spoil the splitting, so none is allowed here.
+    """
+    product = frequency * time
+    big = 134217729.0 * frequency
+    f_high = big - (big - frequency)
+    f_low = frequency - f_high
+    big = 134217729.0 * time
+    t_high = big - (big - time)
+    t_low = time - t_high
+    rest = ((f_high * t_high - product) + f_high * t_low + f_low * t_high) + f_low * t_low
+    return (product - math.floor(product)) + rest
+
+
+@inlined
+def _unit(cycles: float) -> complex:
+    angle = TAU * (cycles - math.floor(cycles))
+    return complex(math.cos(angle), math.sin(angle))
+
+
+# ── the filter ────────────────────────────────────────────────────────────────────────────────
+
+
+@inlined
+def _tap(taps: Taps, s: float) -> float:
+    """The impulse response h at s, by Taylor's series from the nearest node."""
+    node = int((s + taps.half) / taps.step + 0.5)
+    off = s + taps.half - node * taps.step
+    value = 0.0
+    for j in range(TAYLOR_ORDER - 1, -1, -1):
+        value = value * off + taps.taylor[node, j]
+    return value
+
+
+@inlined
+def _derivative(taps: Taps, s: float, order: int) -> float:
+    """A derivative of h at s."""
+    node = int((s + taps.half) / taps.step + 0.5)
+    off = s + taps.half - node * taps.step
+    value = 0.0
+    for j in range(order + TAYLOR_ORDER - 1, order - 1, -1):
+        factor = 1.0
+        for i in range(order):
+            factor *= j - i
+        value = value * off + factor * taps.taylor[node, j]
+    return value
+
+
+@inlined
+def _gain(pairs: Pairs, pair: int, beat: float, detune: complex) -> complex:
+    """G from its table by Lagrange's polynomial through eight entries; G is even in the beat.
+
+    ``detune`` is jπ(μ − μ₀)S²/4.
+    """
+    place = abs(beat) / pairs.step
+    node = int(place)
+    x = place - node
+    low = pairs.begin[pair] + node + 1  # tables begin four entries below zero
+    orders = pairs.moment.shape[1]
+    below = np.empty(8)
+    running = 1.0
+    for i in range(8):
+        below[i] = running
+        running *= x + 3.0 - i
+    total = 0.0j
+    running = 1.0
+    for i in range(7, -1, -1):
+        entry = pairs.moment[low + i, orders - 1]
+        for j in range(orders - 2, -1, -1):
+            entry = entry * detune + pairs.moment[low + i, j]
+        total += below[i] * running * _LAGRANGE[i] * entry
+        running *= x + 3.0 - i
+    return total
+
+
+_LAGRANGE: Final = np.array(
+    [(-1.0) ** (7 - i) / (math.factorial(i) * math.factorial(7 - i)) for i in range(8)]
+)
+
+
+# ── ends of a window or of a chirp, where the beat is far out of band ─────────────────────────
+
+
+@inlined
+def _num_terms(taps: Taps, beat: float, rate: float) -> int:
+    """Terms that the end-point series needs: the first one left out is below 1e-10."""
+    most: int = taps.bessel.shape[0]
+    size = taps.peak / (TAU * abs(beat))
+    for j in range(1, most):
+        size *= (taps.stopband + 2 * j * abs(rate) / (TAU * abs(beat))) / abs(beat)
+        if size < 1e-10:
+            return j
+    return most
+
+
+@inlined
+def _end_series(taps: Taps, beat: float, rate: float, weight: ComplexArray) -> int:
+    """Weights of h and its derivatives in the value of an end, and their number.
+
+    Repeated partial integration of ∫h(s) exp(j2πψ) ds, where −dψ/ds is the beat f − μs: with q
+    its inverse and c = j/2π, an upper end at s contributes Σ_j (−1)^j c^(j+1) D_j times the
+    exponential there, D_0 = hq, D_(j+1) = q D_j', or D_j = Σ_i B_ji μ^i h^(j−i) q^(j+1+i) with
+    the coefficients B of Bessel's polynomials. ``beat`` is the one at the end.
+    """
+    count = _num_terms(taps, beat, rate)
+    q = 1.0 / beat
+    weight[:count] = 0.0
+    c = complex(0.0, q / TAU)
+    for j in range(count):
+        chirping = 1.0
+        for i in range(j + 1):
+            weight[j - i] += c * (chirping * taps.bessel[j, i])
+            chirping *= rate * q
+        c *= complex(0.0, -q / TAU)
+    return count
+
+
+@compiled
+def _add_corner(
+    real: FloatArray,
+    imag: FloatArray,
+    taps: Taps,
+    chirp: Chirp,
+    corner: float,
+    time: float,
+    step: float,
+) -> None:
+    """Add what a beginning (or, with negative amplitude, an ending) of the chirp contributes.
+
+    The chirp's value and beat at the corner are the same for all samples; only h differs.
+    """
+    beat = chirp.beat + chirp.rate * corner
+    if taps.peak < chirp.limit * TAU * abs(beat):
+        return
+    weight = np.empty(taps.bessel.shape[0], dtype=np.complex128)
+    count = _end_series(taps, beat, chirp.rate, weight)
+    value = chirp.amplitude * _unit(_phase(chirp, corner))
+    for n in range(real.size):
+        s = min(max(time + n * step - corner, -taps.half), taps.half)
+        total = weight[0] * _tap(taps, s)
+        for j in range(1, count):
+            total += weight[j] * _derivative(taps, s, j)
+        total *= value
+        real[n] += total.real
+        imag[n] += total.imag
+
+
+@inlined
+def _edge_gain(taps: Taps, node: int, beat: float, rate: float, weight: ComplexArray) -> complex:
+    """What an edge of the filter's window gives, relative to the chirp's value there."""
+    count = _end_series(taps, beat, rate, weight)
+    total = 0.0j
+    factorial = 1.0
+    for j in range(count):
+        factorial *= max(j, 1)
+        total += weight[j] * (factorial * taps.taylor[node, j])
+    return total
+
+
+@compiled
+def _add_edge(
+    real: FloatArray,
+    imag: FloatArray,
+    taps: Taps,
+    chirp: Chirp,
+    side: int,
+    time: float,
+    step: float,
+) -> None:
+    """Add what the upper (side 1) or lower (−1) edge of the window gives to far samples.
+
+    It is the chirp, ±half a support earlier, times a gain h/2πf: samples share a cubic where that
+    is right to 1e-9, or a tenth of the limit. Between f(1 − κ) and f(1 + κ) a cubic at Chebyshev
+    nodes misses 1/f by κ⁴/8 of it.
+    """
+    rate, change = chirp.rate, chirp.rate * step
+    node = 0 if side < 0 else taps.taylor.shape[0] - 1
+    amplitude = side * chirp.amplitude
+    weight = np.empty(taps.bessel.shape[0], dtype=np.complex128)
+    gain = np.empty(4, dtype=np.complex128)
+    time -= side * taps.half
+    start = chirp.beat + rate * time
+    reach = np.inf if chirp.limit <= 0.0 else taps.edge / (TAU * chirp.limit)
+    n, end = _range_of_beats(start, change, reach, real.size - 1)
+    while n <= end:
+        beat = start + change * n
+        phase = _phase(chirp, time + step * n)
+        height = taps.edge / (TAU * abs(beat))
+        span = min((8.0 * max(1e-9, 0.1 * chirp.limit) / height) ** 0.25, 0.33)
+        receding = math.copysign(span, beat * change)
+        most = 2.0 * span / (1.0 - receding) * abs(beat) / max(abs(change), 1e-300)
+        count = min(int(min(most, LONGEST_BLOCK)), end + 1 - n)
+        if 2 * count >= LANES:
+            gain[:] = 0.0
+            for i in range(4):
+                here = beat + change * count * _CHEBYSHEV[i]
+                value = _edge_gain(taps, node, here, rate, weight)
+                for j in range(4):
+                    gain[j] += _TO_POWERS[j, i] * value
+            part = slice(n, n + count)
+            _add_steady(real[part], imag[part], amplitude, phase, beat, rate, step, gain)
+            n += count
+        else:
+            value = amplitude * _unit(phase) * _edge_gain(taps, node, beat, rate, weight)
+            real[n] += value.real
+            imag[n] += value.imag
+            n += 1
+
+
+# ── samples that meet the chirp where it is near the band ─────────────────────────────────────
+
+
+@compiled
+def _quadrature(taps: Taps, low: float, high: float, beat: float, rate: float) -> complex:
+    """∫h(s) exp(j2π(−f s + ½ μ s²)) ds from low to high, in panels of at most two cycles."""
+    fastest = max(abs(beat - rate * low), abs(beat - rate * high)) + taps.stopband
+    panels = math.ceil(0.5 * fastest * (high - low)) + 1
+    width = (high - low) / panels
+    total = 0.0j
+    for panel in range(panels):
+        begin = low + panel * width
+        for i in range(taps.node.size):
+            s = begin + width * taps.node[i]
+            value = _unit(s * (0.5 * rate * s - beat))
+            total += (width * taps.weight[i] * _tap(taps, s)) * value
+    return total
+
+
+@compiled
+def _add_cut(
+    real: FloatArray, imag: FloatArray, taps: Taps, chirp: Chirp, time: float, step: float
+) -> None:
+    """Add the samples, from ``time`` on, whose windows are cut where the beat is low."""
+    for n in range(real.size):
+        t = time + n * step
+        low, high = max(-taps.half, t - chirp.end), min(taps.half, t - chirp.begin)
+        if high > low:
+            value = _quadrature(taps, low, high, chirp.beat + chirp.rate * t, chirp.rate)
+            value *= chirp.amplitude * _unit(_phase(chirp, t))
+            real[n] += value.real
+            imag[n] += value.imag
+
+
+@compiled
+def _add_steady(
+    real: FloatArray,
+    imag: FloatArray,
+    amplitude: complex,
+    phase: float,
+    beat: float,
+    rate: float,
+    step: float,
+    gain: ComplexArray,
+) -> None:
+    """Add a chirp with a cubic gain: lanes of samples advance by complex multiplications.
+
+    ``phase`` and ``beat`` are those at the first sample; ``gain`` is in powers of n/size.
+    """
+    count = real.size
+    zr, zi = np.empty(LANES), np.empty(LANES)
+    wr, wi = np.empty(LANES), np.empty(LANES)
+    f, mu = beat * step, rate * step * step
+    z = amplitude * _unit(phase)
+    one = _unit(f + 0.5 * mu)
+    bend = _unit(mu)
+    many = _unit(LANES * (f + 0.5 * mu * LANES))
+    bends = _unit(mu * LANES)
+    for lane in range(LANES):
+        zr[lane], zi[lane], wr[lane], wi[lane] = z.real, z.imag, many.real, many.imag
+        z *= one
+        one *= bend
+        many *= bends
+    turn = _unit(mu * LANES * LANES)
+    qr, qi = turn.real, turn.imag
+    a0, a1, a2, a3 = gain[0].real, gain[1].real, gain[2].real, gain[3].real
+    b0, b1, b2, b3 = gain[0].imag, gain[1].imag, gain[2].imag, gain[3].imag
+    scale = 1.0 / count
+    whole = count // LANES * LANES
+    for n in range(0, whole, LANES):
+        for lane in range(LANES):
+            u = (n + lane) * scale
+            g = a0 + u * (a1 + u * (a2 + u * a3))
+            h = b0 + u * (b1 + u * (b2 + u * b3))
+            x, y = zr[lane], zi[lane]
+            p, q = wr[lane], wi[lane]
+            real[n + lane] += x * g - y * h
+            imag[n + lane] += x * h + y * g
+            zr[lane] = x * p - y * q
+            zi[lane] = x * q + y * p
+            wr[lane] = p * qr - q * qi
+            wi[lane] = p * qi + q * qr
+    for n in range(whole, count):
+        u = n * scale
+        z = complex(zr[n - whole], zi[n - whole])
+        z *= gain[0] + u * (gain[1] + u * (gain[2] + u * gain[3]))
+        real[n] += z.real
+        imag[n] += z.imag
+
+
+_CHEBYSHEV: Final = 0.5 - 0.5 * np.cos(np.pi * (np.arange(4) + 0.5) / 4)
+_TO_POWERS: Final = np.ascontiguousarray(np.linalg.inv(_CHEBYSHEV[:, None] ** np.arange(4)))
+
+
+@compiled
+def _add_near(
+    real: FloatArray,
+    imag: FloatArray,
+    pairs: Pairs,
+    taps: Taps,
+    pair: int,
+    chirp: Chirp,
+    time: float,
+    step: float,
+) -> None:
+    """Add, from ``time`` on, the chirp times G, as if it had no ends; beats are in the table."""
+    half, rate = taps.half, chirp.rate
+    start, change = chirp.beat + rate * time, rate * step
+    reach = _reach(pairs, pair, chirp.limit)
+    n, end = _range_of_beats(start, change, reach, real.size - 1)
+    detune = complex(0.0, math.pi * (rate - pairs.rate[pair]) * half * half)
+    block = int(min(STEADY / (2.0 * half * max(abs(change), 1e-300)), LONGEST_BLOCK))
+    gain = np.empty(4, dtype=np.complex128)
+    while n <= end:
+        beat = start + change * n
+        phase = _phase(chirp, time + step * n)
+        count = min(block, end + 1 - n)
+        if count >= LANES:
+            gain[:] = 0.0
+            for i in range(4):
+                value = _gain(pairs, pair, beat + change * count * _CHEBYSHEV[i], detune)
+                for j in range(4):
+                    gain[j] += _TO_POWERS[j, i] * value
+            part = slice(n, n + count)
+            _add_steady(real[part], imag[part], chirp.amplitude, phase, beat, rate, step, gain)
+            n += count
+        else:
+            value = chirp.amplitude * _unit(phase) * _gain(pairs, pair, beat, detune)
+            real[n] += value.real
+            imag[n] += value.imag
+            n += 1
+
+
+@inlined
+def _reach(pairs: Pairs, pair: int, limit: float) -> float:
+    """Hz, the beat from which on the table's gain is below ``limit``, or its end."""
+    low, high = pairs.begin[pair] + 4, pairs.begin[pair + 1] - 1
+    if pairs.envelope[high] >= limit:
+        return np.inf
+    while high - low > 1:
+        middle = (low + high) // 2
+        if pairs.envelope[middle] < limit:
+            high = middle
+        else:
+            low = middle
+    return float(high - pairs.begin[pair] - 4) * pairs.step
+
+
+@inlined
+def _range_of_beats(beat: float, change: float, reach: float, last: int) -> tuple[int, int]:
+    """First and last n from 0 to ``last`` with |beat + change·n| ≤ reach; empty: last < first."""
+    if change == 0.0 or reach == np.inf:
+        return (0, last) if abs(beat) <= reach else (0, -1)
+    one, other = (-reach - beat) / change, (reach - beat) / change
+    begin = max(min(one, other), 0.0)
+    end = min(max(one, other), float(last))
+    return (math.ceil(begin), math.floor(end)) if begin <= end else (0, -1)
+
+
+# ── one chirp, all samples ────────────────────────────────────────────────────────────────────
+
+
+@inlined
+def _behind(time: float, first: float, step: float, count: int) -> int:
+    """Number of the samples at ``first + n·step`` that lie before ``time``, at most ``count``."""
+    return math.ceil(min(max((time - first) / step, 0.0), float(count)))
+
+
+@compiled
+def _add_chirp(
+    real: FloatArray,
+    imag: FloatArray,
+    pairs: Pairs,
+    taps: Taps,
+    pair: int,
+    chirp: Chirp,
+    first: float,
+    step: float,
+) -> None:
+    """Add a chirp to samples at ``first + n·step``.
+
+    A sample's window is [t − S/2, t + S/2]. Where it is cut and the beat at the cut is low, it is
+    integrated. Every other sample is the sum of its ends: corners of the chirp that lie in the
+    window, and edges of the window that lie in the chirp. Where some of the window is near the
+    band, G replaces the sum of both its edges.
+    """
+    half, size, far = taps.half, real.size, pairs.far[pair]
+    n0 = _behind(chirp.begin - half, first, step, size)
+    n3 = _behind(chirp.end + half, first, step, size)
+    if n3 <= n0:
+        return
+    # the samples whose windows have no beginning, and no ending, in them
+    whole_from = min(max(_behind(chirp.begin + half, first, step, size), n0), n3)
+    whole_until = min(max(_behind(chirp.end - half, first, step, size), n0), n3)
+    begin_beat = chirp.beat + chirp.rate * chirp.begin
+    end_beat = chirp.beat + chirp.rate * chirp.end
+    low, high = n0, n3
+    if abs(begin_beat) < far:
+        low = whole_from
+        part = slice(n0, low)
+        _add_cut(real[part], imag[part], taps, chirp, first + n0 * step, step)
+    if abs(end_beat) < far:
+        high = max(whole_until, low)
+        part = slice(high, n3)
+        _add_cut(real[part], imag[part], taps, chirp, first + high * step, step)
+    if high <= low:
+        return
+    if abs(begin_beat) >= far and whole_from > low:
+        part = slice(low, min(whole_from, high))
+        _add_corner(real[part], imag[part], taps, chirp, chirp.begin, first + low * step, step)
+    negative = Chirp(
+        -chirp.amplitude, chirp.limit, chirp.phase, chirp.beat, chirp.rate, chirp.begin, chirp.end
+    )
+    if abs(end_beat) >= far and whole_until < high:
+        n = max(whole_until, low)
+        part = slice(n, high)
+        _add_corner(real[part], imag[part], taps, negative, chirp.end, first + n * step, step)
+    near_from, near_until = _near_samples(chirp, far, half, first, step, low, high)
+    if near_until > near_from:
+        part = slice(near_from, near_until)
+        time = first + near_from * step
+        _add_near(real[part], imag[part], pairs, taps, pair, chirp, time, step)
+    # upper edge: in the chirp from whole_from on; G has it too early
+    _add_edges(real, imag, taps, chirp, 1, first, step, max(low, whole_from), near_from)
+    _add_edges(real, imag, taps, chirp, 1, first, step, max(near_until, whole_from), high)
+    _add_edges(real, imag, taps, negative, 1, first, step, near_from, min(near_until, whole_from))
+    # lower edge: in the chirp until whole_until
+    _add_edges(real, imag, taps, chirp, -1, first, step, low, min(near_from, whole_until))
+    _add_edges(real, imag, taps, chirp, -1, first, step, near_until, min(high, whole_until))
+    _add_edges(real, imag, taps, negative, -1, first, step, max(near_from, whole_until), near_until)
+
+
+@compiled
+def _near_samples(
+    chirp: Chirp, far: float, half: float, first: float, step: float, low: int, high: int
+) -> tuple[int, int]:
+    """Samples from low to high whose windows meet the chirp where its beat is below ``far``."""
+    if chirp.rate == 0.0:
+        begin, end = (chirp.begin, chirp.end) if abs(chirp.beat) < far else (0.0, 0.0)
+    else:
+        one, other = (-far - chirp.beat) / chirp.rate, (far - chirp.beat) / chirp.rate
+        begin, end = max(chirp.begin, min(one, other)), min(chirp.end, max(one, other))
+    if end <= begin:
+        return low, low
+    near_from = max(_behind(begin - half, first, step, high), low)
+    return near_from, max(_behind(end + half, first, step, high), near_from)
+
+
+@compiled
+def _add_edges(
+    real: FloatArray,
+    imag: FloatArray,
+    taps: Taps,
+    chirp: Chirp,
+    side: int,
+    first: float,
+    step: float,
+    begin: int,
+    end: int,
+) -> None:
+    if end > begin:
+        part = slice(begin, end)
+        _add_edge(real[part], imag[part], taps, chirp, side, first + begin * step, step)
+
+
+@inlined
+def _received(
+    own: Ramps,
+    k: int,
+    sent: Ramps,
+    i: int,
+    delay: float,
+    delay_rate: float,
+    amplitude: complex,
+    limit: float,
+) -> Chirp:
+    """The product of the victim's ramp k and the transmitted ramp i, ``delay`` late at time 0."""
+    f, g = sent.frequency[i], sent.slope[i]
+    stretched = 1.0 - delay_rate
+    ahead = own.start[k] - sent.start[i]
+    into = ahead - delay  # time into the transmitted ramp at time 0
+    turns = own.phase[k] - sent.phase[i] + (_turns(f, delay) - _turns(f, ahead))
+    return Chirp(
+        amplitude,
+        limit,
+        turns - 0.5 * g * into * into,
+        (own.frequency[k] - f) + delay_rate * f - stretched * g * into,
+        own.slope[k] - stretched * stretched * g,
+        max(0.0, -into / stretched),
+        min(own.duration[k], (sent.duration[i] - into) / stretched),
+    )
+
+
+@compiled
+def add_contribution(
+    real: FloatArray,
+    imag: FloatArray,
+    own: Ramps,
+    sent: Ramps,
+    window: Window,
+    lines: Lines,
+    pairs: Pairs,
+    taps: Taps,
+) -> None:
+    """Add to ``(part, channel, ramp, fast)`` what every pair of ramps makes of every path.
+
+    One thread, but without Python's lock: victims and trials are what runs side by side.
+    """
+    for r in range(real.shape[2]):
+        for k in range(window.low[r], window.high[r]):
+            shot = lines.chosen[k]
+            first = window.first[r] + (own.start[r] - own.start[k])
+            since = own.start[k] - lines.reference_time[shot]
+            for p in range(lines.start[shot], lines.start[shot + 1]):
+                drift = lines.delay_rate[p]
+                for m in range(real.shape[1]):
+                    delay = lines.delay[p] + drift * since + lines.element_delay[p, m]
+                    row_real = real[lines.part[p], m, r, : window.num_samples[r]]
+                    row_imag = imag[lines.part[p], m, r, : window.num_samples[r]]
+                    for pair in range(pairs.start[k], pairs.start[k + 1]):
+                        i = pairs.sent[k] + pair - pairs.start[k]
+                        chirp = _received(
+                            own, k, sent, i, delay, drift, lines.amplitude[p], lines.limit[p]
+                        )
+                        if chirp.end > chirp.begin:
+                            _add_chirp(
+                                row_real, row_imag, pairs, taps, pair, chirp, first, window.step
+                            )

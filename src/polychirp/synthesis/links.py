@@ -1,0 +1,101 @@
+"""`Links` — the paths between one transmitter and one victim, antennas and front ends included."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from polychirp.axes import (
+    Axes,
+    ComplexArray,
+    FloatArray,
+    IntArray,
+    PerPath,
+    PerPathIndex,
+    seal,
+)
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.frames import polarisation_basis
+from polychirp.model.antenna import ElementPattern
+from polychirp.model.paths import PropagationPaths
+from polychirp.model.ramp import RampSchedule
+from polychirp.model.scene import Scene
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Links:
+    r"""What one transmitter's signal meets on its way to one victim, at one snapshot.
+
+    The victim's element m receives path p, at time t of reception, as :math:`\sqrt{W}` times the
+    transmitted unit signal at :math:`t - \tau_p - \dot\tau_p (t - t_0) - \delta_{pm}`, times
+
+    .. math:: a_p = \sqrt{P_t G_{ft} G_t}\;(j_r^T A_p\, j_t)\,\sqrt{G_r G_{fr}}.
+
+    Parameters
+    ----------
+    reference_time : s, :math:`t_0`
+    delay, delay_rate : s and s/s, ``(path,)``
+    element_delay : s, :math:`\delta_{pm}` of an element against the phase centre, negative for
+        one nearer to where the wave comes from, ``(path, channel)``
+    amplitude : V, :math:`a_p`, ``(path,)`` complex
+    part : which of the two parts of a contribution the path belongs to, ``(path,)``
+    """
+
+    reference_time: float
+    delay: PerPath
+    delay_rate: PerPath
+    element_delay: Annotated[FloatArray, Axes("path", "channel")]
+    amplitude: Annotated[ComplexArray, Axes("path", dtype=np.complex128)]
+    part: PerPathIndex
+
+    def __post_init__(self) -> None:
+        seal(self)
+
+    def delay_at(self, time: float) -> FloatArray:
+        """s, ``(path, channel)``, of what is received at ``time``."""
+        centre = self.delay + self.delay_rate * (time - self.reference_time)
+        return centre[:, None] + self.element_delay
+
+
+def links_between(scene: Scene, paths: PropagationPaths, *, victim: int, transmitter: int) -> Links:
+    """The links of one snapshot from one transmitter to one victim."""
+    chosen = paths.select((paths.receiver == victim) & (paths.transmitter == transmitter))
+    sender, receiver = scene.radars[transmitter], scene.radars[victim]
+    turn_out, turn_in = scene.radar_rotation[transmitter], scene.radar_rotation[victim]
+    sent = _field(sender.array.pattern, chosen.departure, turn_out)
+    received = _field(receiver.array.pattern, chosen.arrival, turn_in)
+    power = (
+        sender.transmit_power * sender.transmit_gain * receiver.receive_gain
+    )  # G_t and G_r are in the fields
+    element = receiver.array.position @ turn_in.T
+    own = transmitter == victim
+    return Links(
+        reference_time=chosen.reference_time,
+        delay=chosen.delay,
+        delay_rate=chosen.delay_rate,
+        element_delay=-(chosen.arrival @ element.T) / SPEED_OF_LIGHT,
+        amplitude=np.sqrt(power) * np.einsum("pi,pij,pj->p", received, chosen.transfer, sent),
+        part=(chosen.is_mirrored if own else chosen.num_bounces > 0).astype(np.int64),
+    )
+
+
+def _field(pattern: ElementPattern, direction: FloatArray, turn: FloatArray) -> FloatArray:
+    """Root of the gain times the polarisation in the world's (V, H) basis: ``(path, 2)``.
+
+    The antenna's own V and H lean with the radar: seen from the world they are turned about the
+    direction of the wave. Without pitch and roll the two bases agree.
+    """
+    local = direction @ turn
+    polarisation = pattern.jones @ polarisation_basis(local) @ turn.T
+    in_world = np.einsum("pbx,px->pb", polarisation_basis(direction), polarisation)
+    return np.asarray(np.sqrt(pattern.gain(local))[:, None] * in_world)
+
+
+def nearest_snapshots(schedule: RampSchedule, snapshots: Sequence[PropagationPaths]) -> IntArray:
+    """Number of the snapshot nearest to the middle of every ramp, ``(ramp,)``."""
+    moments = np.array([paths.reference_time for paths in snapshots])
+    middle = schedule.start_time + 0.5 * schedule.duration
+    return np.asarray(np.argmin(np.abs(middle[:, None] - moments), axis=1), dtype=np.int64)

@@ -1,0 +1,1 @@
+"""What tests of polychirp and of its plug-ins share."""

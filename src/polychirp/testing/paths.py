@@ -1,0 +1,59 @@
+"""Propagation paths written by hand."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.model.paths import Bounce, PropagationPaths
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HandPath:
+    """One path that keeps the polarisation; `PropagationPaths` has the meaning of the fields."""
+
+    delay: float
+    delay_rate: float = 0.0
+    gain: complex = 1.0
+    transmitter: int = 0
+    receiver: int = 0
+    departure: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    arrival: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    bounces: tuple[Bounce, ...] = ()
+
+
+def paths_of(
+    *paths: HandPath, reference_time: float = 0.0, frequency: float = 79e9
+) -> PropagationPaths:
+    """A snapshot of the given paths.
+
+    >>> paths_of(HandPath(delay=1e-7, bounces=(Bounce.SCATTERING,))).num_bounces
+    array([1])
+    """
+    kinds = [kind for path in paths for kind in path.bounces]
+    return PropagationPaths(
+        reference_time=reference_time,
+        frequency=frequency,
+        transmitter=np.array([path.transmitter for path in paths], dtype=np.int64),
+        receiver=np.array([path.receiver for path in paths], dtype=np.int64),
+        delay=np.array([path.delay for path in paths]),
+        delay_rate=np.array([path.delay_rate for path in paths]),
+        transfer=np.array([path.gain * np.eye(2) for path in paths]).reshape(-1, 2, 2),
+        departure=np.array([path.departure for path in paths]).reshape(-1, 3),
+        arrival=np.array([path.arrival for path in paths]).reshape(-1, 3),
+        bounce_start=np.cumsum([0, *(len(path.bounces) for path in paths)]),
+        bounce_actor=np.zeros(len(kinds), dtype=np.int64),
+        bounce_kind=np.array(kinds, dtype=np.int64),
+        bounce_point=np.zeros((len(kinds), 3)),
+    )
+
+
+def free_space_gain(distance: float, *, frequency: float = 79e9) -> float:
+    """λ/4πd, the amplitude between isotropic antennas (Friis).
+
+    >>> round(float(20 * np.log10(free_space_gain(10.0))), 2)
+    -90.4
+    """
+    return SPEED_OF_LIGHT / (frequency * 4.0 * np.pi * distance)

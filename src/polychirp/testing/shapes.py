@@ -1,0 +1,115 @@
+"""Canonical bodies as meshes, and a scene of one body and bare antennas around it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from polychirp.axes import ComplexArray, FloatArray
+from polychirp.frames import Pose
+from polychirp.model.antenna import ISOTROPIC, AntennaArray
+from polychirp.model.mesh import Mesh
+from polychirp.model.paths import PropagationPaths
+from polychirp.model.radar import Radar
+from polychirp.model.scene import Actor, Scene
+
+
+def mesh_of(corners: FloatArray, material: str = "metal") -> Mesh:
+    """A mesh of triangles, m ``(face, corner, xyz)``, of one material."""
+    size = len(corners)
+    return Mesh(
+        vertex=corners.reshape(-1, 3),
+        face=np.arange(3 * size).reshape(-1, 3),
+        material=np.zeros(size, dtype=np.int64),
+        part=np.zeros(size, dtype=np.int64),
+        materials=(material,),
+        parts=("body",),
+    )
+
+
+def _sheet(points: FloatArray) -> FloatArray:
+    """Two triangles for every mesh of a net of points ``(row, column, xyz)``."""
+    a, b, c, d = points[:-1, :-1], points[1:, :-1], points[1:, 1:], points[:-1, 1:]
+    return np.concatenate(
+        [
+            np.stack([a, b, c], axis=2).reshape(-1, 3, 3),
+            np.stack([a, c, d], axis=2).reshape(-1, 3, 3),
+        ]
+    )
+
+
+def plate(side: float, edge: float) -> FloatArray:
+    """A square in the plane x = 0 that faces +x: m ``(face, corner, xyz)``, edges below ``edge``.
+
+    >>> plate(0.1, 0.06).shape
+    (8, 3, 3)
+    """
+    line = np.linspace(-side / 2, side / 2, int(np.ceil(side / edge)) + 1)
+    y, z = np.meshgrid(line, line, indexing="ij")
+    return _sheet(np.stack([np.zeros_like(y), y, z], axis=-1))
+
+
+def sphere(radius: float, edge: float) -> FloatArray:
+    """A sphere about the origin, m ``(face, corner, xyz)``, edges below about ``edge``."""
+    count = int(np.ceil(np.pi / 2 * radius / edge))
+    line = np.tan(np.linspace(-np.pi / 4, np.pi / 4, count + 1))
+    u, v = np.meshgrid(line, line, indexing="ij")
+    faces = []
+    for axis in range(3):
+        for sign in (1.0, -1.0):
+            points = np.stack([np.full_like(u, sign), sign * u, v], axis=-1)
+            faces.append(_sheet(np.roll(points, axis, axis=-1)))
+    corners = np.concatenate(faces)
+    return np.asarray(radius * corners / np.linalg.norm(corners, axis=-1, keepdims=True))
+
+
+def box(size: Sequence[float], edge: float) -> FloatArray:
+    """A box about the origin with sides ``size`` (m, xyz): m ``(face, corner, xyz)``."""
+    faces = []
+    for axis in range(3):
+        u, v = (
+            np.linspace(-0.5, 0.5, int(np.ceil(size[(axis + k) % 3] / edge)) + 1) for k in (1, 2)
+        )
+        for sign in (1.0, -1.0):
+            y, z = np.meshgrid(sign * u, v, indexing="ij")
+            points = np.stack([np.full_like(y, 0.5 * sign), y, z], axis=-1)
+            faces.append(_sheet(np.roll(points, axis, axis=-1)))
+    return np.asarray(np.concatenate(faces) * np.array(size))
+
+
+def around(
+    actors: Sequence[Actor],
+    places: Sequence[Sequence[float]],
+    *,
+    velocities: Sequence[Sequence[float]] | None = None,
+) -> Scene:
+    """Isotropic radars "0", "1", … at places (m) in the world, each on a carrier without a body."""
+    moves = velocities or [(0.0, 0.0, 0.0)] * len(places)
+    carriers = tuple(
+        Actor(
+            name=f"carrier {number}",
+            kind="vehicle",
+            pose=Pose(x=float(x), y=float(y), z=float(z)),
+            velocity=(float(move[0]), float(move[1]), float(move[2])),
+        )
+        for number, ((x, y, z), move) in enumerate(zip(places, moves, strict=True))
+    )
+    return Scene(
+        time=0.0,
+        actors=(*carriers, *actors),
+        radars=tuple(
+            Radar(name=str(number), array=AntennaArray(pattern=ISOTROPIC))
+            for number in range(len(places))
+        ),
+        carriers=tuple(range(len(places))),
+    )
+
+
+def transfer_at(
+    paths: PropagationPaths, frequency: float, transmitter: int = 0, receiver: int = 0
+) -> ComplexArray:
+    """Sum of a pair's paths at a frequency (Hz), phase and all: ``(receiving, transmitting)``."""
+    mine = paths.select((paths.transmitter == transmitter) & (paths.receiver == receiver))
+    turn = np.exp(-2j * np.pi * frequency * mine.delay)
+    return np.asarray(np.sum(mine.transfer * turn[:, None, None], axis=0))

@@ -1,0 +1,1 @@
+"""Traffic: vehicles, roadside and street become a `Scene`."""

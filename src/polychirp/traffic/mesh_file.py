@@ -1,0 +1,187 @@
+"""Meshes from and to files: GLB and OBJ."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Literal
+
+import numpy as np
+
+from polychirp.axes import FloatArray
+from polychirp.errors import InputError
+from polychirp.model.mesh import Mesh
+from polychirp.traffic.surface import subdivided
+
+if TYPE_CHECKING:
+    import trimesh
+
+TABLE_MATERIALS: Final = (
+    "metal",
+    "glass",
+    "rubber",
+    "plastic",
+    "asphalt",
+    "brick",
+    "wood",
+    "leaf",
+)
+"""Material names that need no translation: those of the paper's table 1."""
+
+_COLOUR: Final = {
+    "metal": (140, 155, 190, 255),
+    "glass": (90, 190, 215, 120),
+    "rubber": (30, 30, 30, 255),
+    "plastic": (65, 65, 70, 255),
+}
+
+
+def load_mesh(
+    path: str | Path,
+    *,
+    materials: Mapping[str, str] | None = None,
+    scale: float = 1.0,
+    up_axis: Literal["y", "z"] = "y",
+    max_edge: float = math.inf,
+) -> Mesh:
+    """A mesh from a GLB or OBJ file; the names of its objects become parts.
+
+    Parameters
+    ----------
+    path : of the file
+    materials : material of polychirp by material name in the file; names of table 1 such as
+        "metal" need no entry
+    scale : metres per unit of the file
+    up_axis : "y" as in glTF (x forward, z right), or "z" as in polychirp
+    max_edge : m, longer edges are halved
+
+    Raises
+    ------
+    InputError
+        The file is missing, cannot be read or has no triangles, or a material is not mapped.
+    """
+    import trimesh
+
+    file = Path(path)
+    if not file.is_file():
+        raise InputError(f"there is no mesh file '{file}'; give the path of a GLB or OBJ file")
+    if not scale > 0:
+        raise InputError("the scale of a mesh file must be positive")
+    try:
+        scene = trimesh.load_scene(file, process=False)
+    except Exception as error:  # trimesh raises whatever its parsers raise
+        raise InputError(f"'{file}' cannot be read as a mesh: {error}") from error
+    pieces = [
+        (part, _material_name(geometry), geometry)
+        for part, geometry in _placed(scene, trimesh)
+        if len(geometry.faces)
+    ]
+    if not pieces:
+        raise InputError(f"'{file}' holds no triangles; export the body as a mesh")
+    known = {name: name for name in TABLE_MATERIALS} | dict(materials or {})
+    unknown = sorted({name for _, name, _ in pieces} - set(known))
+    if unknown:
+        raise InputError(
+            f"'{file}' uses the material '{unknown[0]}', which is not mapped; "
+            f"map it to one of {', '.join(TABLE_MATERIALS)}"
+        )
+    mesh = _joined([(part, known[name], geometry) for part, name, geometry in pieces])
+    vertex = scale * (mesh.vertex if up_axis == "z" else _from_y_up(mesh.vertex))
+    mesh = Mesh(
+        vertex=vertex,
+        face=mesh.face,
+        material=mesh.material,
+        part=mesh.part,
+        materials=mesh.materials,
+        parts=mesh.parts,
+    )
+    return mesh if math.isinf(max_edge) else subdivided(mesh, max_edge)
+
+
+def save_glb(mesh: Mesh, path: str | Path) -> None:
+    """Write a mesh as GLB, y up as glTF demands; parts become nodes, materials keep their names.
+
+    A part of several materials becomes one node for each; vertices are single precision.
+
+    Raises
+    ------
+    InputError
+        The mesh is empty.
+    """
+    if mesh.num_faces == 0:
+        raise InputError(f"there is nothing to write to '{path}': the mesh has no faces")
+    import trimesh as library
+
+    trimesh: Any = library  # its visuals are not typed
+    scene = trimesh.Scene()
+    looks = {
+        name: trimesh.visual.material.PBRMaterial(
+            name=name, baseColorFactor=_COLOUR.get(name, (160, 140, 110, 255))
+        )
+        for name in mesh.materials
+    }
+    for part, name in enumerate(mesh.parts):
+        for material in np.unique(mesh.material[mesh.part == part]):
+            chosen = (mesh.part == part) & (mesh.material == material)
+            used, face = np.unique(mesh.face[chosen], return_inverse=True)
+            label = mesh.materials[material]
+            geometry = trimesh.Trimesh(
+                vertices=_to_y_up(mesh.vertex[used]),
+                faces=face.reshape(-1, 3),
+                visual=trimesh.visual.TextureVisuals(material=looks[label]),
+                process=False,
+            )
+            title = f"{name}{_SEPARATOR}{label}"
+            scene.add_geometry(geometry, node_name=title, geom_name=title)
+    Path(path).write_bytes(scene.export(file_type="glb"))
+
+
+_SEPARATOR: Final = "·"
+
+
+def _placed(scene: trimesh.Scene, library: Any) -> list[tuple[str, Any]]:
+    """Part name and geometry, in the scene's frame, of every node that has triangles."""
+    found = []
+    for node in scene.graph.nodes_geometry:
+        transform, name = scene.graph[node]
+        geometry = scene.geometry[name]
+        if isinstance(geometry, library.Trimesh):
+            placed = geometry.copy()
+            placed.apply_transform(transform)
+            found.append((str(node).partition(_SEPARATOR)[0], placed))
+    return found
+
+
+def _material_name(geometry: Any) -> str:
+    return str(getattr(getattr(geometry.visual, "material", None), "name", None) or "unnamed")
+
+
+def _joined(pieces: list[tuple[str, str, Any]]) -> Mesh:
+    """One mesh from (part, material, geometry)."""
+    parts = tuple(dict.fromkeys(part for part, _, _ in pieces))
+    materials = tuple(dict.fromkeys(material for _, material, _ in pieces))
+    counts = [len(geometry.faces) for _, _, geometry in pieces]
+    starts = np.cumsum([0, *(len(geometry.vertices) for _, _, geometry in pieces)])
+    return Mesh(
+        vertex=np.concatenate([np.asarray(geometry.vertices) for _, _, geometry in pieces]),
+        face=np.concatenate(
+            [
+                np.asarray(geometry.faces) + start
+                for (_, _, geometry), start in zip(pieces, starts, strict=False)
+            ]
+        ),
+        material=np.repeat([materials.index(material) for _, material, _ in pieces], counts),
+        part=np.repeat([parts.index(part) for part, _, _ in pieces], counts),
+        materials=materials,
+        parts=parts,
+    )
+
+
+def _to_y_up(vertex: FloatArray) -> FloatArray:
+    """(x forward, y left, z up) as (x, z, −y)."""
+    return np.column_stack([vertex[:, 0], vertex[:, 2], -vertex[:, 1]])
+
+
+def _from_y_up(vertex: FloatArray) -> FloatArray:
+    return np.column_stack([vertex[:, 0], -vertex[:, 2], vertex[:, 1]])

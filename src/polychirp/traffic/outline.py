@@ -1,0 +1,97 @@
+"""`Outline` — a car's shape seen from above, of five tangent arcs on each side."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from polychirp.axes import FloatArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class End:
+    """The plan of one end: how far it reaches, how round its face and its corners are (m)."""
+
+    x: float
+    radius: float
+    corner: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outline:
+    """Left half of a convex plan: front face, corner, side, corner, rear face; all arcs, no kink.
+
+    Points are found by arc (0…4) and by the angle of their outward normal, from 0 (forward)
+    over π/2 (left) to π (backward).
+
+    Parameters
+    ----------
+    front, rear : `End`
+    half_width : m, at ``widest``
+    widest : m, x of the widest place
+    side : m, radius of the side
+    """
+
+    front: End
+    rear: End
+    half_width: float
+    widest: float
+    side: float
+
+    @cached_property
+    def _turns(self) -> tuple[float, float, float, float]:
+        """Normal angles at which one arc passes into the next."""
+        front_face, front_side = self._joints(self.front, self.front.x - self.widest)
+        rear_face, rear_side = self._joints(self.rear, self.widest - self.rear.x)
+        half = np.pi / 2
+        return front_face, half - front_side, half + rear_side, np.pi - rear_face
+
+    def _joints(self, end: End, length: float) -> tuple[float, float]:
+        """Turn of half the face and of the side, from the width and the length they span."""
+        face = side = 0.0
+        for _ in range(60):  # a contraction: the side's turn moves the face by a few per cent
+            across = self.half_width - end.corner * np.cos(side) - self.side * (1 - np.cos(side))
+            face = float(np.arcsin(across / (end.radius - end.corner)))
+            along = length - end.radius * (1 - np.cos(face)) - end.corner * np.cos(face)
+            side = float(np.arcsin(along / (self.side - end.corner)))
+        return face, side
+
+    def angles(self, arc: int) -> tuple[float, float]:
+        """Normal angles, rad, at the start and the end of an arc."""
+        turns = (0.0, *self._turns, np.pi)
+        return turns[arc], turns[arc + 1]
+
+    def radius(self, arc: int) -> float:
+        """Radius of an arc, m."""
+        front, rear = self.front, self.rear
+        return (front.radius, front.corner, self.side, rear.corner, rear.radius)[arc]
+
+    def length(self, arc: int) -> float:
+        """Length of an arc, m."""
+        start, stop = self.angles(arc)
+        return self.radius(arc) * (stop - start)
+
+    def point(self, arc: int, angle: FloatArray) -> FloatArray:
+        """m, ``(point, xy)`` where the outward normal has ``angle`` (rad)."""
+        return self._centre(arc) + self.radius(arc) * unit(angle)
+
+    def angle_at(self, x: FloatArray) -> FloatArray:
+        """Normal angle, rad, of the side arc at ``x`` (m)."""
+        return np.asarray(np.arccos((np.asarray(x) - self.widest) / self.side))
+
+    def _centre(self, arc: int) -> FloatArray:
+        if arc == 2:
+            return np.array([self.widest, self.half_width - self.side])
+        end, sign = (self.front, 1.0) if arc < 2 else (self.rear, -1.0)
+        face = np.array([end.x - sign * end.radius, 0.0])
+        if arc in (0, 4):
+            return face
+        joint = self._turns[0] if arc == 1 else self._turns[3]
+        return face + (end.radius - end.corner) * unit(np.array(joint))
+
+
+def unit(angle: FloatArray) -> FloatArray:
+    """Unit vectors ``(…, xy)``."""
+    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)

@@ -1,0 +1,302 @@
+"""`Street` — vehicles, buildings, trees, a road and points, as a study file holds them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from itertools import combinations
+from typing import Literal
+
+import numpy as np
+
+from polychirp.axes import FloatArray
+from polychirp.errors import InputError
+from polychirp.frames import Pose, Spec
+from polychirp.model.mesh import Mesh
+from polychirp.model.radar import Radar
+from polychirp.model.scene import Actor, PointScatterer, Scene
+from polychirp.traffic import roadside
+from polychirp.traffic.mesh_file import load_mesh
+from polychirp.traffic.shapes import Body
+from polychirp.traffic.vehicle import vehicle_mesh, vehicle_size
+from polychirp.units import Metres, MetresPerSecond, Radians, SquareMetres
+
+Footprint = tuple[str, FloatArray]
+"""A name with a sentence's article, and corners m ``(4, xy)``."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Vehicle(Spec):
+    """A vehicle at (x, y), the middle of its length, that drives straight along ``heading``.
+
+    Parameters
+    ----------
+    body : built-in body, used unless ``mesh`` is given
+    mesh : path of a GLB or OBJ file with x forward and the origin on the ground below the middle
+    materials : pairs (material name in the file, material here); names of table 1 need none
+    scale : metres per unit of the file
+    up_axis : of the file
+    max_edge : m, of facets on flats
+    coarseness : multiplies the edges on curves, see `vehicle_mesh`
+    """
+
+    name: str
+    body: Body = "sedan"
+    mesh: str | None = None
+    materials: tuple[tuple[str, str], ...] = ()
+    scale: float = 1.0
+    up_axis: Literal["y", "z"] = "y"
+    x: Metres
+    y: Metres
+    heading: Radians = 0.0
+    speed: MetresPerSecond = 0.0
+    max_edge: Metres = 0.05
+    coarseness: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not (self.max_edge > 0 and self.coarseness > 0 and self.scale > 0):
+            raise InputError(
+                f"vehicle '{self.name}' needs a positive max_edge, coarseness and scale"
+            )
+
+    @property
+    def pose(self) -> Pose:
+        """Of the vehicle's frame in the world."""
+        return Pose(x=self.x, y=self.y, yaw=self.heading)
+
+    def surface(self) -> Mesh:
+        """The vehicle's mesh in its own frame."""
+        if self.mesh is None:
+            return vehicle_mesh(self.body, max_edge=self.max_edge, coarseness=self.coarseness)
+        return _loaded(self.mesh, self.materials, self.scale, self.up_axis, self.max_edge)
+
+    def actor(self) -> Actor:
+        """The vehicle with its mesh and velocity."""
+        return Actor(
+            name=self.name,
+            kind="vehicle",
+            pose=self.pose,
+            velocity=(
+                self.speed * math.cos(self.heading),
+                self.speed * math.sin(self.heading),
+                0.0,
+            ),
+            mesh=self.surface(),
+        )
+
+    def footprint(self) -> Footprint:
+        """The rectangle that the vehicle covers, without mirrors if its body is built in."""
+        label = f"vehicle '{self.name}'"
+        if self.mesh is None:
+            length, width = vehicle_size(self.body)
+            return label, _rectangle(self.pose, -length / 2, length / 2, -width / 2, width / 2)
+        low, high = self.surface().vertex.min(axis=0), self.surface().vertex.max(axis=0)
+        return label, _rectangle(self.pose, low[0], high[0], low[1], high[1])
+
+
+@cache
+def _loaded(
+    path: str,
+    materials: tuple[tuple[str, str], ...],
+    scale: float,
+    up_axis: Literal["y", "z"],
+    max_edge: float,
+) -> Mesh:
+    return load_mesh(
+        path, materials=dict(materials), scale=scale, up_axis=up_axis, max_edge=max_edge
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Building(Spec):
+    """A box of ``length`` along ``heading`` and ``width`` across, its middle at (x, y)."""
+
+    name: str
+    x: Metres
+    y: Metres
+    length: Metres
+    width: Metres
+    height: Metres
+    material: str = "brick"
+    heading: Radians = 0.0
+    num_windows: int = 0
+
+    def actor(self) -> Actor:
+        """The building's walls, roof and windows."""
+        return roadside.building(
+            self.name,
+            x=self.x,
+            y=self.y,
+            length=self.length,
+            width=self.width,
+            height=self.height,
+            material=self.material,
+            heading=self.heading,
+            num_windows=self.num_windows,
+        )
+
+    def footprint(self) -> Footprint:
+        """The rectangle that the building covers."""
+        pose = Pose(x=self.x, y=self.y, yaw=self.heading)
+        length, width = self.length / 2, self.width / 2
+        return f"building '{self.name}'", _rectangle(pose, -length, length, -width, width)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tree(Spec):
+    """A tree at (x, y)."""
+
+    name: str
+    x: Metres
+    y: Metres
+    height: Metres
+    crown_radius: Metres
+
+    def actor(self) -> Actor:
+        """Trunk and crown."""
+        return roadside.tree(
+            self.name, x=self.x, y=self.y, height=self.height, crown_radius=self.crown_radius
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Road(Spec):
+    """A level road along x, its middle at (x, y)."""
+
+    length: Metres
+    width: Metres
+    material: str = "asphalt"
+    x: Metres = 0.0
+    y: Metres = 0.0
+
+    def actor(self) -> Actor:
+        """The road's surface."""
+        return roadside.road(
+            length=self.length, width=self.width, material=self.material, x=self.x, y=self.y
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Point(Spec):
+    """An isolated isotropic scatterer of radar cross section ``rcs`` that moves at ``velocity``."""
+
+    name: str
+    x: Metres
+    y: Metres
+    z: Metres
+    rcs: SquareMetres
+    velocity: tuple[MetresPerSecond, MetresPerSecond, MetresPerSecond] = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        if self.rcs < 0:
+            raise InputError(f"point '{self.name}' cannot have a negative radar cross section")
+
+    def actor(self) -> Actor:
+        """The point as a body of its own."""
+        return Actor(
+            name=self.name,
+            kind="object",
+            pose=Pose(x=self.x, y=self.y, z=self.z),
+            velocity=self.velocity,
+            points=(PointScatterer(position=(0.0, 0.0, 0.0), rcs=self.rcs),),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Street(Spec):
+    """Everything on and beside a road at time 0.
+
+    Raises
+    ------
+    InputError
+        Two things share a name, or a vehicle stands in another or in a building. Vehicles from
+        files are measured when the scene is made.
+
+    Examples
+    --------
+    >>> street = Street(vehicles=(
+    ...     Vehicle(name="a", x=0.0, y=0.0, coarseness=4.0),
+    ...     Vehicle(name="b", x=10.0, y=0.0, coarseness=4.0)))
+    >>> scene = street.scene([(Radar(name="r"), "a")])
+    >>> scene.carriers, [actor.name for actor in scene.actors]
+    ((0,), ['a', 'b'])
+    """
+
+    road: Road | None = None
+    vehicles: tuple[Vehicle, ...] = ()
+    buildings: tuple[Building, ...] = ()
+    trees: tuple[Tree, ...] = ()
+    points: tuple[Point, ...] = ()
+
+    def __post_init__(self) -> None:
+        bodies: tuple[Vehicle | Building | Tree | Point, ...] = (
+            *self.vehicles,
+            *self.buildings,
+            *self.trees,
+            *self.points,
+        )
+        names = [body.name for body in bodies] + (["road"] if self.road else [])
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise InputError(
+                f"two things on the street are called '{twice[0]}'; give each its own name"
+            )
+        _check_room([v for v in self.vehicles if v.mesh is None], self.buildings)
+
+    def scene(self, radars: Sequence[tuple[Radar, str]] = ()) -> Scene:
+        """The street at time 0 with radars, each beside the name of the vehicle that carries it.
+
+        Raises
+        ------
+        InputError
+            A carrier is not among the vehicles, or a vehicle from a file does not fit.
+        """
+        names = [vehicle.name for vehicle in self.vehicles]
+        for radar, carrier in radars:
+            if carrier not in names:
+                raise InputError(
+                    f"radar '{radar.name}' rides on '{carrier}', which is no vehicle of this "
+                    f"street; choose among {', '.join(names) or 'none: add a vehicle'}"
+                )
+        if any(vehicle.mesh is not None for vehicle in self.vehicles):
+            _check_room(self.vehicles, self.buildings)
+        road = () if self.road is None else (self.road,)
+        bodies = (*self.vehicles, *self.points, *road, *self.buildings, *self.trees)
+        return Scene(
+            time=0.0,
+            actors=tuple(body.actor() for body in bodies),
+            radars=tuple(radar for radar, _ in radars),
+            carriers=tuple(names.index(carrier) for _, carrier in radars),
+        )
+
+
+def _rectangle(pose: Pose, rear: float, front: float, right: float, left: float) -> FloatArray:
+    corners = np.array([[rear, right, 0], [front, right, 0], [front, left, 0], [rear, left, 0]])
+    return pose.to_outer(corners)[:, :2]
+
+
+def _check_room(vehicles: Sequence[Vehicle], buildings: Sequence[Building]) -> None:
+    """Refuse vehicles that overlap each other or a building."""
+    cars = [vehicle.footprint() for vehicle in vehicles]
+    houses = [building.footprint() for building in buildings]
+    pairs = [*combinations(cars, 2), *((car, house) for car in cars for house in houses)]
+    for (name, corners), (other, others) in pairs:
+        if overlap(corners, others):
+            raise InputError(f"{name} and {other} overlap; move one of them")
+
+
+def overlap(first: FloatArray, second: FloatArray) -> bool:
+    """Whether two rectangles ``(4, xy)`` share area: no side of either separates them.
+
+    >>> square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    >>> overlap(square, square + 0.9), overlap(square, square + 1.1)
+    (True, False)
+    """
+    for rectangle in (first, second):
+        for side in (rectangle[1] - rectangle[0], rectangle[3] - rectangle[0]):
+            a, b = first @ side, second @ side
+            if a.max() <= b.min() or b.max() <= a.min():
+                return False
+    return True

@@ -1,0 +1,226 @@
+"""Triangles from lines: how long an edge may be, and strips between neighbouring lines."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+
+from polychirp.axes import FloatArray, IntArray
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.errors import InputError
+from polychirp.model.mesh import Mesh
+
+WAVELENGTH: Final = SPEED_OF_LIGHT / 79e9
+"""m, for which vehicles are meshed."""
+
+
+def edge_limit(radius: float, distance: float = math.inf) -> float:
+    r"""Longest edge, m, that facets may have on a surface of ``radius`` seen from ``distance``.
+
+    .. math:: e = \min\left(\tfrac12\sqrt{\lambda r/2},\ \sqrt{\lambda R/8}\right)
+              = \sqrt{\lambda \min(r, R)/8}
+
+    An edge of this length stands λ/64 off the surface (:math:`e^2/8r`), or off the wave front:
+    11° of two-way phase, in the middle of a facet. It lies between edges at which facet physical
+    optics of a sphere of r = 0.25 m is 0.03 dB (5 mm) and 1.5 dB (20 mm) wrong at 79 GHz, in
+    convergence runs. The rule holds along the direction that curves; across it a facet may be
+    longer.
+
+    Parameters
+    ----------
+    radius : m, of the surface along the edge; ``inf`` for a flat
+    distance : m, to the nearer radar
+
+    Examples
+    --------
+    >>> edge_limit(0.25), edge_limit(1.0), edge_limit(math.inf, 10.0)
+    (0.0109, 0.0218, 0.0689)
+    """
+    return math.sqrt(WAVELENGTH * min(radius, distance) / 8)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fineness:
+    """How finely a surface is cut: ``max_edge`` (m) on flats, ``edge_limit`` on curves.
+
+    ``coarseness`` multiplies the curvature rule: 1 obeys it, 4 is enough for shadows.
+    """
+
+    max_edge: float
+    coarseness: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not (self.max_edge > 0 and self.coarseness > 0):
+            raise InputError("a mesh needs a positive max_edge and a positive coarseness")
+
+    def edge(self, radius: float = math.inf) -> float:
+        """Longest edge, m, along a direction in which the surface has ``radius`` (m)."""
+        return min(self.max_edge, self.coarseness * edge_limit(radius))
+
+    def steps(self, length: float, radius: float = math.inf) -> int:
+        """How many edges a line of ``length`` (m) needs, at least one."""
+        return max(1, math.ceil(length / self.edge(radius) - 1e-9))
+
+
+class SurfaceBuilder:
+    """Collects points and strips of triangles, and makes a `Mesh` of them.
+
+    Lines are arrays of point numbers. Strips between lines that share point numbers are joined
+    without a seam, so closed surfaces are watertight by construction.
+    """
+
+    def __init__(self) -> None:
+        self._points: list[FloatArray] = []
+        self._num_points = 0
+        self._faces: list[IntArray] = []
+        self._labels: list[tuple[str, str]] = []
+
+    def line(self, points: FloatArray) -> IntArray:
+        """Numbers of new points ``(point, xyz)``."""
+        points = np.atleast_2d(points)
+        self._points.append(points)
+        self._num_points += len(points)
+        return np.arange(self._num_points - len(points), self._num_points)
+
+    def triangles(self, faces: IntArray, *, part: str, material: str) -> None:
+        """Add triangles ``(face, 3)``; those with a corner twice are left out."""
+        a, b, c = faces.T
+        self._faces.append(faces[(a != b) & (b != c) & (c != a)])
+        self._labels.append((part, material))
+
+    def strip(
+        self,
+        first: IntArray,
+        second: IntArray,
+        *,
+        part: str,
+        material: str,
+        first_at: FloatArray | None = None,
+        second_at: FloatArray | None = None,
+    ) -> None:
+        """Triangles between two lines, which may have different numbers of points.
+
+        The outside is where (along the lines) × (from first to second) points. Points are
+        matched by their places ``*_at`` along the lines, by default evenly spread.
+        """
+        advance_first = _advances(first, first_at)
+        advance_second = _advances(second, second_at)
+        order = np.argsort(np.concatenate([advance_first, advance_second]), kind="stable")
+        on_first = order < advance_first.size
+        i: IntArray = np.cumsum(on_first) - on_first
+        j: IntArray = np.cumsum(~on_first) - ~on_first
+        # the last column: whichever line advances brings its next point
+        following = np.where(
+            on_first,
+            first[np.minimum(i + 1, len(first) - 1)],
+            second[np.minimum(j + 1, len(second) - 1)],
+        )
+        self.triangles(
+            np.column_stack([first[i], following, second[j]]), part=part, material=material
+        )
+
+    def net(self, lines: list[IntArray], *, part: str, material: str) -> None:
+        """Strips between each line and the next."""
+        for first, second in pairwise(lines):
+            self.strip(first, second, part=part, material=material)
+
+    def mesh(self) -> Mesh:
+        """Everything that was added; points without a face are left out."""
+        vertex = np.concatenate(self._points)
+        face = np.concatenate(self._faces)
+        parts = tuple(dict.fromkeys(part for part, _ in self._labels))
+        materials = tuple(dict.fromkeys(material for _, material in self._labels))
+        counts = [len(faces) for faces in self._faces]
+        used, face = np.unique(face, return_inverse=True)
+        return Mesh(
+            vertex=vertex[used],
+            face=face.reshape(-1, 3),
+            part=np.repeat([parts.index(part) for part, _ in self._labels], counts),
+            material=np.repeat([materials.index(m) for _, m in self._labels], counts),
+            parts=parts,
+            materials=materials,
+        )
+
+
+def _advances(line: IntArray, places: FloatArray | None) -> FloatArray:
+    """Where a line steps to its next point: half way, and never backwards."""
+    at = np.linspace(0.0, 1.0, len(line)) if places is None else places
+    return np.maximum.accumulate(0.5 * (at[1:] + at[:-1]))
+
+
+def mirrored(mesh: Mesh) -> Mesh:
+    """A mesh of the left half (y ≥ 0) and its mirror image, joined where y = 0.
+
+    Parts called ``…-left`` come back as ``…-right`` on the other side.
+    """
+    number = mesh.vertex.shape[0]
+    is_inner = np.abs(mesh.vertex[:, 1]) < 1e-9
+    vertex = np.where(is_inner[:, None], mesh.vertex * [1.0, 0.0, 1.0], mesh.vertex)
+    twin = np.where(is_inner, np.arange(number), number + np.cumsum(~is_inner) - 1)
+    other_names = [name.replace("-left", "-right") for name in mesh.parts]
+    parts = tuple(dict.fromkeys((*mesh.parts, *other_names)))
+    other_part = np.array([parts.index(name) for name in other_names])
+    return Mesh(
+        vertex=np.concatenate([vertex, vertex[~is_inner] * [1.0, -1.0, 1.0]]),
+        face=np.concatenate([mesh.face, twin[mesh.face][:, ::-1]]),
+        material=np.tile(mesh.material, 2),
+        part=np.concatenate([mesh.part, other_part[mesh.part]]),
+        materials=mesh.materials,
+        parts=parts,
+    )
+
+
+def subdivided(mesh: Mesh, max_edge: float) -> Mesh:
+    """The same surface with no edge longer than ``max_edge`` (m), without open seams.
+
+    Every edge that is too long is halved in all the faces that it borders, until none is left.
+    """
+    if not max_edge > 0:
+        raise InputError("a mesh needs a positive max_edge")
+    vertex, face = mesh.vertex, mesh.face
+    owner = np.arange(mesh.num_faces)
+    while True:
+        ends = np.sort(face[:, [[0, 1], [1, 2], [2, 0]]], axis=-1).reshape(-1, 2)
+        edge, of_face = np.unique(ends, axis=0, return_inverse=True)
+        of_face = of_face.reshape(-1, 3)
+        is_long = np.linalg.norm(vertex[edge[:, 0]] - vertex[edge[:, 1]], axis=1) > max_edge
+        if not is_long.any():
+            break
+        middle = np.where(is_long, len(vertex) + np.cumsum(is_long) - 1, -1)
+        vertex = np.concatenate([vertex, vertex[edge[is_long]].mean(axis=1)])
+        face, kept = _split(face, middle[of_face])
+        owner = owner[kept]
+    return Mesh(
+        vertex=vertex,
+        face=face,
+        material=mesh.material[owner],
+        part=mesh.part[owner],
+        materials=mesh.materials,
+        parts=mesh.parts,
+    )
+
+
+def _split(face: IntArray, middle: IntArray) -> tuple[IntArray, IntArray]:
+    """Faces cut at the middles of their edges (ab, bc, ca; −1: not cut), and their origins."""
+    pieces, origins = [], []
+    count = (middle >= 0).sum(axis=1)
+    # turn each face so that its only cut edge, or its only whole edge, comes first
+    turn = np.where(count == 1, np.argmax(middle >= 0, axis=1), np.argmin(middle >= 0, axis=1))
+    order = (turn[:, None] + np.arange(3)) % 3
+    a, b, c = np.take_along_axis(face, order, axis=1).T
+    p, q, r = np.take_along_axis(middle, order, axis=1).T
+    for cuts, triangles in (
+        (0, ((a, b, c),)),
+        (1, ((a, p, c), (p, b, c))),
+        (2, ((a, b, q), (a, q, r), (r, q, c))),
+        (3, ((a, p, r), (p, b, q), (r, q, c), (p, q, r))),
+    ):
+        (chosen,) = np.nonzero(count == cuts)
+        for corners in triangles:
+            pieces.append(np.column_stack([corner[chosen] for corner in corners]))
+            origins.append(chosen)
+    return np.concatenate(pieces), np.concatenate(origins)

@@ -1,0 +1,343 @@
+"""Parametric vehicles: curved shells of metal, glass, plastic and rubber, meshed for 79 GHz."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cache, partial
+from itertools import pairwise
+
+import numpy as np
+
+from polychirp.axes import FloatArray
+from polychirp.errors import InputError
+from polychirp.model.mesh import Mesh
+from polychirp.traffic.outline import End, Outline
+from polychirp.traffic.shapes import SHAPES, Body, Shape, Tier, Wheels
+from polychirp.traffic.shell import Arch, Cabin, Cover, Shell, flank
+from polychirp.traffic.surface import Fineness, SurfaceBuilder, mirrored
+
+WEAK = 1.6
+"""Edges on curved plastic and rubber over those on metal and glass.
+
+Both reflect below −8 dB (3 mm of polypropylene at its best, n = 1.48), and an edge 1.6 times as
+long costs their glints less than 1 dB.
+"""
+
+SKIN_GAP = 0.008
+"""m, by which the bumpers' plastic stands off the metal beside it, as at a shut line."""
+
+
+@cache
+def vehicle_mesh(body: Body, *, max_edge: float = 0.05, coarseness: float = 1.0) -> Mesh:
+    """The surface of a ``body`` in the vehicle's frame; equal calls share one `Mesh`.
+
+    Origin on the ground below the middle of the length, x forward, y left, z up. Body, bonnet,
+    boot lid and rims are metal; windows and mirrors glass, bumpers plastic (single sheets each);
+    tyres rubber: table 1 of the paper. The metal begins about 0.45 m behind the plastic nose and
+    0.15 m before the plastic tail, and is convex and smooth there, so that a radar at bumper
+    height sees one specular point that nothing opaque hides.
+
+    Parameters
+    ----------
+    body : one of ``"sedan"``, ``"hatchback"``, ``"van"``, ``"truck"``
+    max_edge : m, on flats
+    coarseness : multiplies the edges that `surface.edge_limit` allows on curves: 1 for echoes,
+        about 4 for shadows and pictures
+
+    Raises
+    ------
+    InputError
+        The body is unknown, or an edge is not positive.
+
+    Examples
+    --------
+    >>> mesh = vehicle_mesh("sedan", max_edge=0.2, coarseness=4.0)
+    >>> sorted(mesh.materials)
+    ['glass', 'metal', 'plastic', 'rubber']
+    >>> mesh is vehicle_mesh("sedan", max_edge=0.2, coarseness=4.0)
+    True
+    """
+    if body not in SHAPES:
+        raise InputError(f"there is no body '{body}'; choose among {', '.join(SHAPES)}")
+    fine = Fineness(max_edge=max_edge, coarseness=coarseness)
+    shape = SHAPES[body]
+    weak = replace(fine, coarseness=WEAK * fine.coarseness)
+    builder = SurfaceBuilder()
+    metal = _metal_shell(shape)
+    _lower_body(builder, fine, shape, metal)
+    _front_bumper(builder, weak, shape)
+    _rear_bumper(builder, weak, shape, metal)
+    for tier in shape.tiers:
+        _cabin(builder, fine, shape, tier)
+    for axle, x in (("front", shape.wheels.front), ("rear", shape.wheels.rear)):
+        flank_y = metal.outline.point(2, metal.outline.angle_at(np.array(x)))[1]
+        _wheel(builder, weak, x, _wheel_section(shape.wheels, float(flank_y) - 0.015), axle)
+    _mirror(builder, fine, shape)
+    return mirrored(builder.mesh())
+
+
+def vehicle_size(body: Body) -> tuple[float, float]:
+    """Length and width of a body without its mirrors, m."""
+    return SHAPES[body].length, SHAPES[body].width
+
+
+def _outline(shape: Shape, front: End, rear: End, margin: float = 0.0) -> Outline:
+    return Outline(
+        front=front,
+        rear=rear,
+        half_width=shape.width / 2 - SKIN_GAP + margin,
+        widest=shape.widest,
+        side=shape.side + margin,
+    )
+
+
+def _arches(shape: Shape) -> tuple[Arch, ...]:
+    wheels, sill = shape.wheels, shape.flank.sill
+    reach = wheels.radius + wheels.gap
+    return tuple(
+        Arch(x=x, half_width=reach, sill=sill, height=wheels.radius + reach - sill)
+        for x in (wheels.front, wheels.rear)
+    )
+
+
+def _metal_shell(shape: Shape) -> Shell:
+    return Shell(
+        outline=_outline(shape, shape.metal_front, shape.metal_rear),
+        front=shape.front,
+        side=shape.flank,
+        rear=shape.rear,
+        shoulder=shape.shoulder,
+        deck=shape.deck_height,
+        arches=_arches(shape),
+    )
+
+
+def _lower_body(builder: SurfaceBuilder, fine: Fineness, shape: Shape, metal: Shell) -> None:
+    """A closed metal tub: flanks with wheel openings, bonnet, belt, boot lid and underbody."""
+    ribs = metal.ribs(builder, fine, metal.stations(fine))
+    flank(builder, ribs, part="body", material="metal")
+
+    def part_at(x: float) -> str:
+        if x > shape.bonnet_stop:
+            return "bonnet"
+        return "boot-lid" if x < shape.boot_start else "body"
+
+    deck = Cover(
+        height=shape.deck_height,
+        part=part_at,
+        rim_part="body",
+        across=shape.deck_crown,
+        along=shape.deck_radius,
+    )
+    deck.fill(builder, fine, ribs)
+    # No radar above the road looks at the underbody, so its facets may be three times as long.
+    rough = replace(fine, max_edge=3 * fine.max_edge)
+    floor = Cover(height=None, part=lambda _: "underbody", rim_part="underbody")
+    floor.fill(builder, rough, ribs)
+
+
+def _front_bumper(builder: SurfaceBuilder, fine: Fineness, shape: Shape) -> None:
+    """The plastic nose: a skin before the metal, drawn back over the edge of the bonnet."""
+
+    def deck(x: FloatArray, y: FloatArray) -> FloatArray:
+        return shape.deck_height(x, y) + SKIN_GAP
+
+    skin = Shell(
+        outline=_outline(shape, shape.skin_front, shape.skin_rear, SKIN_GAP),
+        front=shape.skin_front_profile,
+        side=shape.flank,
+        rear=shape.rear,
+        shoulder=shape.shoulder,
+        deck=deck,
+        arches=_arches(shape),
+    )
+    stop = shape.front_bumper_stop
+    ribs = skin.ribs(builder, fine, skin.stations(fine, stop=stop))
+    flank(builder, ribs, part="front-bumper", material="plastic")
+    runs = []
+    for point, (x, y, _) in zip(ribs.top_line, ribs.top, strict=True):
+        back = np.linspace(x, stop, fine.steps(max(x - stop, 0.0), shape.deck_radius) + 1)[1:]
+        level = np.column_stack([back, np.full_like(back, y), deck(back, y + 0 * back)])
+        runs.append(np.append([point], builder.line(level)) if x - stop > 0.01 else point[None])
+    builder.net(runs[::-1], part="front-bumper", material="plastic")
+
+
+def _rear_bumper(builder: SurfaceBuilder, fine: Fineness, shape: Shape, metal: Shell) -> None:
+    """The plastic tail: a skin behind the metal, closed above by a ledge that runs into it."""
+
+    def ledge_height(x: FloatArray, y: FloatArray) -> FloatArray:
+        return np.full(np.broadcast_shapes(x.shape, y.shape), shape.rear_bumper_top)
+
+    skin = Shell(
+        outline=_outline(shape, shape.skin_front, shape.skin_rear, SKIN_GAP),
+        front=shape.front,
+        side=shape.flank,
+        rear=shape.skin_rear_profile,
+        shoulder=0.02,
+        deck=ledge_height,
+        arches=_arches(shape),
+    )
+    stations = skin.stations(fine, start=shape.rear_bumper_start)
+    ribs = skin.ribs(builder, fine, stations)
+    flank(builder, ribs, part="rear-bumper", material="plastic")
+    ledges = []
+    _, sides, rear = stations.weights(skin.outline)
+    depth = 0.05 * sides + (metal.outline.rear.x - skin.outline.rear.x + 0.04) * rear
+    _, normal, _ = skin.planes(stations)
+    hidden = ribs.top - np.column_stack([depth[:, None] * normal, 0 * depth])
+    for point, outer, inner in zip(ribs.top_line, ribs.top, hidden, strict=True):
+        count = fine.steps(float(np.linalg.norm(inner - outer)))
+        line = outer + np.linspace(0, 1, count + 1)[1:, None] * (inner - outer)
+        ledges.append(np.append([point], builder.line(line)))
+    builder.net(ledges[::-1], part="rear-bumper", material="plastic")
+
+
+def _cabin(builder: SurfaceBuilder, fine: Fineness, shape: Shape, tier: Tier) -> None:
+    """Walls, panes and roof of one tier."""
+    middle = (tier.roof_front.x + tier.roof_rear.x) / 2
+
+    def foot(x: FloatArray, y: FloatArray) -> FloatArray:
+        return shape.deck_height(x, y) - 0.01
+
+    def roof(x: FloatArray, y: FloatArray) -> FloatArray:
+        along, across = tier.crown
+        return tier.height - (x - middle) ** 2 / (2 * along) - y * y / (2 * across)
+
+    def outline(front: End, rear: End, half_width: float) -> Outline:
+        widest = (front.x + rear.x) / 2
+        return Outline(front=front, rear=rear, half_width=half_width, widest=widest, side=tier.side)
+
+    cabin = Cabin(
+        base=outline(tier.base_front, tier.base_rear, tier.base_half_width),
+        roof=outline(tier.roof_front, tier.roof_rear, tier.roof_half_width),
+        deck=foot,
+        top=roof,
+        front=tier.walls[0],
+        side=tier.walls[1],
+        rear=tier.walls[2],
+        edge=tier.edge,
+        windows=tier.windows,
+        pane_low=tier.panes[0],
+        pane_high=tier.panes[1],
+        part=tier.part,
+    )
+    ribs = cabin.build(builder, fine)
+    cover = Cover(
+        height=roof,
+        part=lambda _: tier.roof_part,
+        rim_part=tier.roof_part,
+        across=tier.crown[1],
+        along=tier.crown[0],
+    )
+    cover.fill(builder, fine, ribs)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ring:
+    """A circle about an axle (m); a round one borders a curved strip, others a flat one."""
+
+    radius: float
+    y: float
+    part: str
+    material: str
+    is_round: bool = False
+
+
+def _wheel_section(wheels: Wheels, outer: float) -> tuple[Ring, ...]:
+    """A wheel's rings from the axle's inner to its outer end: rim, tyre, dished rim."""
+    inner, radius, rim, chamfer = outer - wheels.width, wheels.radius, 0.66 * wheels.radius, 0.025
+    metal = partial(Ring, part="rim", material="metal")
+    rubber = partial(Ring, part="wheel", material="rubber")
+    return (
+        metal(radius=0.0, y=inner + 0.03),
+        metal(radius=rim, y=inner + 0.03),
+        rubber(radius=rim, y=inner),
+        rubber(radius=radius - chamfer, y=inner, is_round=True),
+        rubber(radius=radius, y=inner + chamfer, is_round=True),
+        rubber(radius=radius, y=outer - chamfer, is_round=True),
+        rubber(radius=radius - chamfer, y=outer, is_round=True),
+        rubber(radius=rim, y=outer - 0.01),
+        metal(radius=rim - 0.02, y=outer - 0.05),
+        metal(radius=0.35 * rim, y=outer - 0.03),
+        metal(radius=0.25 * rim, y=outer - 0.015),
+        metal(radius=0.0, y=outer - 0.015),
+    )
+
+
+def _wheel(
+    builder: SurfaceBuilder, fine: Fineness, x: float, section: tuple[Ring, ...], axle: str
+) -> None:
+    """A closed wheel that stands on the ground at ``x`` (m)."""
+    height = max(ring.radius for ring in section)
+    lines = [builder.line(_circle(fine, x, height, section[0]))]
+    for before, after in pairwise(section):
+        count = fine.steps(math.hypot(after.radius - before.radius, after.y - before.y))
+        for t in np.linspace(0, 1, count + 1)[1:]:
+            radius = before.radius + t * (after.radius - before.radius)
+            ring = replace(after, radius=radius, y=before.y + t * (after.y - before.y))
+            points = builder.line(_circle(fine, x, height, ring))
+            lines.append(points if radius < 1e-9 else np.append(points, points[0]))
+            builder.strip(
+                lines[-1], lines[-2], part=f"{after.part}-{axle}-left", material=after.material
+            )
+
+
+def _circle(fine: Fineness, x: float, z: float, ring: Ring) -> FloatArray:
+    """Points of a ring, one on the axle; ``(point, xyz)``."""
+    if ring.radius < 1e-9:
+        return np.array([[x, ring.y, z]])
+    length = 2 * math.pi * ring.radius
+    count = max(12, fine.steps(length, ring.radius if ring.is_round else math.inf))
+    turn = np.arange(count) * 2 * math.pi / count - math.pi / 2  # the first one is the lowest
+    return np.column_stack(
+        [
+            x + ring.radius * np.cos(turn),
+            np.full(count, ring.y),
+            z + ring.radius * np.sin(turn),
+        ]
+    )
+
+
+def _mirror(builder: SurfaceBuilder, fine: Fineness, shape: Shape) -> None:
+    """A mirror: one slightly convex sheet of glass in a faceted housing of plastic."""
+    mirror = shape.mirror
+    y, z = mirror.y, mirror.z
+    rear = _frame(mirror.x, y, y + mirror.width, z, z + mirror.height)
+    shrink = 0.035
+    front = _frame(
+        mirror.x + 0.1, y, y + mirror.width - shrink, z + shrink, z + mirror.height - shrink
+    )
+    for k in range(4):
+        corners = np.array([rear[k], rear[(k + 1) % 4], front[(k + 1) % 4], front[k]])
+        sheet(builder, fine, corners, part="mirror-left", material="plastic")
+    sheet(builder, fine, front, part="mirror-left", material="plastic")
+    sheet(builder, fine, rear[::-1], part="mirror-left", material="glass", bulge=0.004, radius=1.3)
+
+
+def _frame(x: float, right: float, left: float, low: float, high: float) -> FloatArray:
+    """Corners, counter-clockwise seen from the front: ``(4, xyz)``."""
+    return np.array([[x, right, low], [x, left, low], [x, left, high], [x, right, high]])
+
+
+def sheet(
+    builder: SurfaceBuilder,
+    fine: Fineness,
+    corners: FloatArray,
+    *,
+    part: str,
+    material: str,
+    bulge: float = 0.0,
+    radius: float = math.inf,
+) -> None:
+    """A bilinear sheet, corners counter-clockwise from outside, lifted by ``bulge`` (m) inside."""
+    a, b, c, d = corners
+    normal = np.cross(b - a, d - a)
+    normal /= np.linalg.norm(normal)
+    across = np.linspace(0, 1, fine.steps(float(np.linalg.norm(d - a)), radius) + 1)
+    along = np.linspace(0, 1, fine.steps(float(np.linalg.norm(b - a)), radius) + 1)[:, None]
+    lines = []
+    for v in across:
+        flat = (1 - v) * ((1 - along) * a + along * b) + v * ((1 - along) * d + along * c)
+        lines.append(builder.line(flat + 16 * bulge * v * (1 - v) * along * (1 - along) * normal))
+    builder.net(lines, part=part, material=material)

@@ -1,0 +1,154 @@
+"""Units at the edge: text such as ``"79 GHz"`` becomes an SI number, and back.
+
+A field declared ``duration: Seconds`` says its unit once. The same annotation documents the
+field, reads it from a study file, and writes it into the JSON schema. Inside polychirp a number
+is SI, linear and in radians; this module is the only door.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any, Final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from polychirp.errors import InputError
+
+
+def from_db(level: float) -> float:
+    """Power ratio of a level in dB.
+
+    >>> from_db(30.0)
+    1000.0
+    """
+    return float(10.0 ** (level / 10.0))
+
+
+def to_db(ratio: ArrayLike) -> NDArray[np.float64]:
+    """Level in dB of a power ratio; the floor of a zero is −400 dB, not minus infinity.
+
+    >>> float(to_db(1000.0))
+    30.0
+    """
+    return np.asarray(10.0 * np.log10(np.maximum(np.asarray(ratio, dtype=np.float64), 1e-40)))
+
+
+_PREFIX: Final = {"n": 1e-9, "u": 1e-6, "µ": 1e-6, "m": 1e-3, "": 1.0, "k": 1e3, "M": 1e6, "G": 1e9}
+
+
+def _scaled(factor: float) -> Callable[[float], float]:
+    return lambda value: value * factor
+
+
+def _prefixed(symbol: str, prefixes: str) -> dict[str, Callable[[float], float]]:
+    names = [*prefixes.split(), ""]
+    return {f"{name}{symbol}": _scaled(_PREFIX[name]) for name in names}
+
+
+_READERS: Final[Mapping[str, Mapping[str, Callable[[float], float]]]] = {
+    "Hz": _prefixed("Hz", "k M G"),
+    "S/s": _prefixed("S/s", "k M G"),
+    "Hz/s": {
+        **_prefixed("Hz/s", "k M G"),
+        "MHz/us": _scaled(1e12),
+        "MHz/µs": _scaled(1e12),
+        "MHz/ms": _scaled(1e9),
+        "GHz/ms": _scaled(1e12),
+    },
+    "s": _prefixed("s", "n u µ m"),
+    "m": {**_prefixed("m", "m u µ k"), "cm": _scaled(1e-2)},
+    "m/s": {"m/s": _scaled(1.0), "km/h": _scaled(1 / 3.6)},
+    "rad": {"rad": _scaled(1.0), "deg": math.radians, "°": math.radians},
+    "W": {**_prefixed("W", "n u µ m"), "dBm": lambda v: from_db(v - 30.0), "dBW": from_db},
+    "dB": {"dB": from_db, "dBi": from_db},
+    "m^2": {"m^2": _scaled(1.0), "m2": _scaled(1.0), "dBsm": from_db},
+    "ppm": {"ppm": _scaled(1e-6), "ppb": _scaled(1e-9)},
+    "S/m": {"S/m": _scaled(1.0)},
+}
+
+_EXAMPLE: Final = {
+    "Hz": "79 GHz",
+    "S/s": "1 MS/s",
+    "Hz/s": "60 MHz/us",
+    "s": "1.5 ms",
+    "m": "0.5 m",
+    "m/s": "50 km/h",
+    "rad": "90 deg",
+    "W": "10 dBm",
+    "dB": "4.5 dB",
+    "m^2": "10 dBsm",
+    "ppm": "20 ppm",
+    "S/m": "1.4 S/m",
+}
+
+_QUANTITY: Final = re.compile(r"^\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S.*?)\s*$")
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """The unit of a field, and the reader of its text.
+
+    Examples
+    --------
+    >>> Unit("Hz").read("79 GHz")
+    79000000000.0
+    >>> Unit("Hz").read("79 ms")
+    Traceback (most recent call last):
+        ...
+    polychirp.errors.InputError: '79 ms' is not a value in Hz; write it like '79 GHz'
+    """
+
+    symbol: str
+
+    @property
+    def example(self) -> str:
+        """A value as a study file writes it."""
+        return _EXAMPLE[self.symbol]
+
+    def read(self, text: object) -> float:
+        """SI value of ``text``; raises `InputError` for a bare number or another dimension."""
+        if isinstance(text, bool) or not isinstance(text, str):
+            raise InputError(f"{text!r} needs a unit; write it like '{self.example}'")
+        match = _QUANTITY.match(text)
+        reader = _READERS[self.symbol].get(match[2]) if match else None
+        if match is None or reader is None:
+            raise InputError(
+                f"'{text}' is not a value in {self.symbol}; write it like '{self.example}'"
+            )
+        value = reader(float(match[1]))
+        if not math.isfinite(value):
+            raise InputError(f"'{text}' is too large to be a number")
+        return value
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> dict[str, Any]:
+        """Read text before the number is checked (pydantic's hook, a plain dictionary)."""
+        return {
+            "type": "function-before",
+            "function": {"type": "no-info", "function": self.read},
+            "schema": handler(source),
+        }
+
+    def __get_pydantic_json_schema__(self, core: Any, handler: Any) -> dict[str, Any]:
+        """What an editor needs to know of the field."""
+        del core, handler
+        return {"type": "string", "x-unit": self.symbol, "examples": [self.example]}
+
+
+Hertz = Annotated[float, Unit("Hz")]
+HertzPerSecond = Annotated[float, Unit("Hz/s")]
+SamplesPerSecond = Annotated[float, Unit("S/s")]
+Seconds = Annotated[float, Unit("s")]
+Metres = Annotated[float, Unit("m")]
+MetresPerSecond = Annotated[float, Unit("m/s")]
+Radians = Annotated[float, Unit("rad")]
+Watts = Annotated[float, Unit("W")]
+Ratio = Annotated[float, Unit("dB")]
+"""A linear power ratio, written in dB at the edge."""
+SquareMetres = Annotated[float, Unit("m^2")]
+Fraction = Annotated[float, Unit("ppm")]
+"""A small relative deviation, written in ppm at the edge."""
+SiemensPerMetre = Annotated[float, Unit("S/m")]

@@ -1,0 +1,17 @@
+"""What radars transmit: the waveform families a study file may name by their ``kind``."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from polychirp.frames import ByKind
+from polychirp.waveform.base import Waveform as Waveform
+from polychirp.waveform.sawtooth import Sawtooth as Sawtooth
+from polychirp.waveform.triangular import DiverseTriangular as DiverseTriangular
+from polychirp.waveform.triangular import FixedTriangular as FixedTriangular
+from polychirp.waveform.triangular import Triangular as Triangular
+
+AnyWaveform = Annotated[
+    Sawtooth | Triangular | DiverseTriangular | FixedTriangular,
+    ByKind(),
+]

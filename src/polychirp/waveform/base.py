@@ -1,0 +1,59 @@
+"""The seam of waveform families: whatever the family, it becomes a `RampSchedule`."""
+
+from __future__ import annotations
+
+from typing import Protocol, runtime_checkable
+
+from polychirp.errors import InputError
+from polychirp.model.ramp import RampSchedule
+from polychirp.rng import Streams
+
+
+@runtime_checkable
+class Waveform(Protocol):
+    """A plan of what one radar transmits."""
+
+    def schedule(self, *, num_sweeps: int, streams: Streams) -> RampSchedule:
+        """Ramps of ``num_sweeps`` sweeps, the first starting at 0 s of the radar's own clock.
+
+        All randomness comes from ``streams``, which belongs to one radar: equal streams give
+        equal ramps, and a longer schedule begins with the shorter one.
+
+        Raises
+        ------
+        InputError
+            Fewer than one sweep is asked for.
+        """
+        ...
+
+
+def need_sweeps(num_sweeps: int) -> None:
+    """Refuse a schedule without a sweep."""
+    if num_sweeps < 1:
+        raise InputError(f"a schedule of {num_sweeps} sweeps is empty; ask for at least one")
+
+
+def need_positive(owner: str, **values: float) -> None:
+    """Refuse a value that is not positive, by its name."""
+    for name, value in values.items():
+        if not value > 0:
+            raise InputError(f"{owner} needs a positive {name}, not {value:g}")
+
+
+def need_not_negative(owner: str, **values: float) -> None:
+    """Refuse a negative value, by its name."""
+    for name, value in values.items():
+        if not value >= 0:
+            raise InputError(f"{owner} cannot have a negative {name}; use 0 or more")
+
+
+def need_limits(owner: str, **limits: tuple[float, float]) -> None:
+    """Refuse limits that are inverted or not positive, by their name."""
+    for name, (lowest, highest) in limits.items():
+        if not lowest > 0:
+            raise InputError(f"{owner} needs a positive lower limit of {name}, not {lowest:g}")
+        if not lowest <= highest:
+            raise InputError(
+                f"{owner} has limits of {name} in the wrong order "
+                f"({lowest:g} to {highest:g}); write the smaller one first"
+            )

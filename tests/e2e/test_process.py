@@ -1,0 +1,209 @@
+"""``polychirp process``: a point written as a capture, a real capture, and captures that fail."""
+
+import csv
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from polychirp.capture.dca1000 import write_raw
+from polychirp.capture.parameter_file import TEMPLATE, read_parameters
+from polychirp.capture.recording import open_numpy
+from polychirp.cli.app import main
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.receiver.doppler import SawtoothReceiver
+
+ROOT = Path(__file__).parents[2]
+REAL = ROOT / ".." / "shared" / "data" / "openradar" / "doppler_example_1.npy"
+REAL_PARAMETERS = ROOT / "studies" / "captures" / "openradar-doppler-example-1.toml"
+
+DISTANCE, RANGE_RATE = 14.0, -4.0
+
+needs_real = pytest.mark.skipif(
+    not REAL.exists(), reason="the recording doppler_example_1.npy of OpenRadar is not here"
+)
+
+
+def point(frames: int) -> np.ndarray:
+    """Frames ``(frame, receiver, ramp, fast)`` of a point straight ahead, by the template's ramps.
+
+    y = tx · conj(rx), with the phase of the delay at the time of each sample; range refers to the
+    middle of the frame.
+    """
+    ramp, fast = np.arange(128)[:, None], np.arange(256)
+    elapsed = 6e-6 + fast / 10e6
+    time = ramp * 50e-6 + elapsed
+    delay = 2 * (DISTANCE + RANGE_RATE * (time - 64 * 50e-6)) / SPEED_OF_LIGHT
+    samples = 300 * np.exp(2j * np.pi * (77e9 + 30e12 * (elapsed - delay / 2)) * delay)
+    random = np.random.default_rng(1)
+    noise = random.normal(scale=100, size=(2, frames, 4, 128, 256))
+    return samples + noise[0] + 1j * noise[1]
+
+
+@pytest.fixture
+def raw(tmp_path: Path) -> Path:
+    """A raw capture of two frames with its parameters."""
+    write_raw(tmp_path / "walk.bin", point(2), device="xwr16xx", is_complex=True)
+    text = TEMPLATE.replace('#device = "xwr16xx"', 'device = "xwr16xx"')
+    (tmp_path / "walk.toml").write_text(text, encoding="utf-8")
+    return tmp_path / "walk.bin"
+
+
+def test_a_point_written_by_the_ti_writer_is_found(raw: Path, capsys: pytest.CaptureFixture[str]):
+    out = raw.parent / "results"
+    assert main(["process", str(raw), "--out", str(out), "--pfa", "1e-8", "--json"]) == 0
+    record = json.loads(capsys.readouterr().out)
+    assert record == json.loads((out / "results.json").read_text(encoding="utf-8"))
+    assert record["ground_truth"] is None
+    assert [frame["frame"] for frame in record["frames"]] == [0, 1]
+    for frame in record["frames"]:
+        (found,) = frame["detections"]
+        assert found["range_m"] == pytest.approx(DISTANCE, abs=0.01)
+        assert found["range_rate_m_per_s"] == pytest.approx(RANGE_RATE, abs=0.01)
+        assert found["azimuth_rad"] == pytest.approx(0.0, abs=0.005)
+        assert (out / frame["picture"]).read_bytes().startswith(b"\x89PNG")
+        assert (out / frame["map"]).read_text(encoding="utf-8").startswith("range_m,")
+    with (out / "detections.csv").open(encoding="utf-8") as file:
+        assert [float(row["range_m"]) for row in csv.DictReader(file)] == [
+            frame["detections"][0]["range_m"] for frame in record["frames"]
+        ]
+
+
+def test_people_read_what_the_ramps_resolve_and_that_there_is_no_truth(
+    raw: Path, capsys: pytest.CaptureFixture[str]
+):
+    """c/2B of 768 MHz is 0.195 m, λ/2T of 100 µs ± 9.7 m/s."""
+    out = raw.parent / "results"
+    arguments = ["process", str(raw), "--out", str(out), "--frames", "1", "--pfa", "1e-8"]
+    assert main(arguments) == 0
+    text = capsys.readouterr().out
+    assert "cells of 0.195 m to 44.97 m" in text
+    assert "unambiguous within ±9.66 m/s" in text
+    assert "frame 1: 1 detections" in text
+    assert " 14.00 m    -4.00 m/s" in text
+    assert "no ground truth" in text
+    assert [path.name for path in sorted(out.glob("*.png"))] == ["range_rate_0001.png"]
+
+
+def test_a_capture_that_was_cut_off_is_processed_as_far_as_it_goes(
+    raw: Path, capsys: pytest.CaptureFixture[str]
+):
+    os.truncate(raw, raw.stat().st_size - 1000)
+    out = str(raw.parent / "results")
+    assert main(["process", str(raw), "--out", out]) == 2
+    message = capsys.readouterr().err
+    assert "1000 bytes are missing" in message
+    assert "--frames 0" in message
+    assert main(["process", str(raw), "--out", out, "--frames", "0", "--json"]) == 0
+    assert len(json.loads(capsys.readouterr().out)["frames"]) == 1
+
+
+@pytest.mark.parametrize("form", ["npy", "zarr"])
+def test_numpy_and_zarr_arrays_are_processed_alike(
+    tmp_path: Path, form: str, capsys: pytest.CaptureFixture[str]
+):
+    array = point(1).transpose(0, 2, 1, 3)  # the template's axes
+    path = tmp_path / f"walk.{form}"
+    if form == "npy":
+        np.save(path, array)
+    else:
+        zarr = pytest.importorskip("zarr")
+        zarr.save_array(path, array)
+    (tmp_path / "walk.toml").write_text(TEMPLATE, encoding="utf-8")
+    assert (
+        main(["process", str(path), "--out", str(tmp_path / "o"), "--pfa", "1e-8", "--json"]) == 0
+    )
+    (found,) = json.loads(capsys.readouterr().out)["frames"][0]["detections"]
+    assert found["range_m"] == pytest.approx(DISTANCE, abs=0.01)
+
+
+def test_describe_writes_a_parameter_file(capsys: pytest.CaptureFixture[str]):
+    assert main(["process", "--describe"]) == 0
+    assert capsys.readouterr().out == TEMPLATE
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["process"], "name a recording"),
+        (["process", "walk.npy"], "there is no parameter file"),
+        (["process", "walk.bin", "--pfa", "1"], "not between 0 and 1"),
+        (["process", "walk.bin", "--pfa", "often"], "'often' is not a number"),
+        (["process", "walk.bin", "--frames", "3-1"], "ends before it begins"),
+        (["process", "walk.bin", "--frames", "all"], "not a frame or a range"),
+        (["process", "walk.wav", "--params", "walk.toml"], "ends in '.wav'"),
+        (["process", "gone.zarr", "--params", "walk.toml"], "there is no recording"),
+        (["process", "walk.zarr", "--params", "walk.toml"], "cannot be read as one Zarr array"),
+    ],
+)
+def test_what_cannot_be_processed_is_refused_in_one_sentence(
+    raw: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    arguments: list[str],
+    message: str,
+    capsys: pytest.CaptureFixture[str],
+):
+    monkeypatch.chdir(raw.parent)
+    raw.with_suffix(".toml").rename("walk.toml")
+    Path("walk.zarr").mkdir()
+    if "walk.npy" in arguments:
+        Path("walk.toml").unlink()
+    assert main(arguments) == 2
+    assert message in capsys.readouterr().err
+
+
+# ── the real one ──────────────────────────────────────────────────────────────
+
+
+@needs_real
+def test_the_noise_of_the_real_capture_ends_where_the_converters_filter_ends():
+    """Complex sampling at f_s passes 0 … 0.9 f_s: the noise has its gap at the top, not below.
+
+    Were the samples conjugated, the gap would be at the lowest beats. Noise is taken from range
+    rates of more than 2.5 m/s, where nobody walks.
+    """
+    parameters = read_parameters(REAL_PARAMETERS)
+    receiver = SawtoothReceiver(highest_beat=parameters.sample_rate, num_transmitters=2)
+    map_ = receiver.spectra(open_numpy(REAL, parameters).frame(0)).mean_power
+    noise = np.median(map_.power[np.abs(map_.range_rate) > 2.5], axis=0)
+    inside = np.median(noise[10:110])
+    assert noise[120:126].mean() < inside / 4
+    assert noise[2:8].mean() > inside / 4
+
+
+@needs_real
+def test_the_real_capture_shows_a_still_room_and_people_who_walk():
+    """What needs no ground truth: most power at rest, a few bodies at walking speed in between."""
+    parameters = read_parameters(REAL_PARAMETERS)
+    frame = open_numpy(REAL, parameters).frame(0)
+    receiver = SawtoothReceiver(
+        highest_beat=parameters.usable_beat, num_transmitters=2, false_alarm_probability=1e-6
+    )
+    spectra = receiver.spectra(frame)
+    found = receiver.detect_in(spectra, frame)
+    by_rate = spectra.mean_power.power.sum(axis=1)
+    assert spectra.mean_power.range_rate[np.argmax(by_rate)] == 0.0
+    strong = found.snr > 100.0
+    walking = strong & (np.abs(found.range_rate) > 0.3)
+    assert np.any(found.range_rate[walking] > 0.3)
+    assert np.any(found.range_rate[walking] < -0.3)
+    assert np.all(np.abs(found.range_rate[walking]) < 1.5)
+    assert np.all((found.range[walking] > 2.5) & (found.range[walking] < 4.0))
+    # two persons: who recedes is to the right of who approaches
+    receding = found.azimuth[walking & (found.range_rate > 0) & (found.range < 3.2)]
+    approaching = found.azimuth[walking & (found.range_rate < 0) & (found.range < 3.2)]
+    assert receding.max() < approaching.min()
+
+
+@needs_real
+def test_the_real_capture_is_processed_from_the_command_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    arguments = ["process", str(REAL), "--params", str(REAL_PARAMETERS), "--out", str(tmp_path)]
+    assert main(arguments) == 0
+    text = capsys.readouterr().out
+    assert "cells of 0.0488 m to 5.62 m" in text
+    assert "8 (2 transmitters in turns × 4 receivers)" in text
+    assert (tmp_path / "range_rate_0000.png").stat().st_size > 50_000

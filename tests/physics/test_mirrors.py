@@ -1,0 +1,243 @@
+"""Reflection in planes: coefficients, an endless mirror, edges, and bodies seen in a mirror."""
+
+import numpy as np
+import pytest
+
+from polychirp.channel.composite import Composite, NamedMaterial
+from polychirp.channel.fresnel import (
+    half_space,
+    media,
+    reflection,
+    roughness_factor,
+    sheet,
+    smooth_reflection,
+)
+from polychirp.channel.materials import known_materials
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.frames import Pose
+from polychirp.model.mesh import Plate
+from polychirp.model.paths import Bounce
+from polychirp.model.scene import Actor, PointScatterer
+from polychirp.testing.shapes import around, mesh_of, sphere, transfer_at
+from polychirp.units import to_db
+
+WAVELENGTH = SPEED_OF_LIGHT / 79e9
+SMOOTH = NamedMaterial(name="smooth", relative_permittivity=5.0)
+TRACER = Composite(materials=(SMOOTH,))
+
+
+def wall(half=30.0, *, material="metal", **pose):
+    """A square in the plane x = 0 that faces +x."""
+    return Actor(
+        name="wall",
+        kind="building",
+        pose=Pose(**pose),
+        plates=(
+            Plate(
+                centre=(0, 0, 0),
+                half_u=(0, half, 0),
+                half_v=(0, 0, half),
+                material=material,
+                part="wall",
+            ),
+        ),
+    )
+
+
+# |Γ| by hand from ITU-R P.2040: at 0°; s and p at 45°; s and p at 80°
+TABLE = {
+    "concrete": (0.3926, 0.5104, 0.2605, 0.8453, 0.3885),
+    "glass": (0.4309, 0.5467, 0.2989, 0.8604, 0.3567),
+    "wood": (0.1714, 0.2678, 0.0717, 0.7078, 0.4907),
+    "brick": (0.3283, 0.4462, 0.1991, 0.8161, 0.4327),
+}
+
+
+@pytest.mark.parametrize("name", TABLE)
+def test_half_spaces_reflect_as_fresnel_says(name):
+    permittivity = known_materials()[name].permittivity(79e9)
+    s, p = half_space(permittivity, np.cos(np.radians([0.0, 45.0, 80.0])))
+    found = np.abs([s[0], s[1], p[1], s[2], p[2]])
+    np.testing.assert_allclose(found, TABLE[name], atol=1e-4)
+
+
+def test_a_pane_reflects_and_transmits_as_a_slab():
+    pane = known_materials()["glass"]
+    rs, rp, ts, _ = sheet(
+        pane.permittivity(79e9), pane.thickness, np.cos(np.radians([0.0, 45.0, 70.0])), 79e9
+    )
+    found = np.abs([rs[0], ts[0], rs[1], rp[1], rs[2], rp[2]])
+    np.testing.assert_allclose(found, [0.5106, 0.5419, 0.3978, 0.1996, 0.6179, 0.0260], atol=2e-4)
+
+
+def test_a_lossless_sheet_keeps_all_power():
+    """|R|² + |T|² = 1."""
+    rs, rp, ts, tp = sheet(4.0, 1.3e-3, np.linspace(0.05, 1, 20), 79e9)
+    np.testing.assert_allclose(np.abs(rs) ** 2 + np.abs(ts) ** 2, 1.0, rtol=1e-12)
+    np.testing.assert_allclose(np.abs(rp) ** 2 + np.abs(tp) ** 2, 1.0, rtol=1e-12)
+
+
+def test_roughness_of_three_tenths_of_a_millimetre_costs_four_decibels():
+    """2 (kσ)² in nepers: 8.686 · 2 · (1655.7 · 3e-4)² = 4.29 dB; a hundredth of it at 84.3°."""
+    assert to_db(roughness_factor(3e-4, 1.0, 79e9) ** 2) == pytest.approx(-4.29, abs=0.01)
+    assert to_db(roughness_factor(3e-4, 0.1, 79e9) ** 2) == pytest.approx(-0.0429, abs=1e-3)
+
+
+def test_the_kernel_reflects_as_the_plain_formulas():
+    names = tuple(known_materials())
+    table = media(names, known_materials(), 79e9)
+    for number, name in enumerate(names):
+        for cosine in (1.0, 0.6, 0.1, 1e-3):
+            plain = reflection(known_materials()[name], cosine, 79e9)
+            rough = roughness_factor(known_materials()[name].roughness, cosine, 79e9)
+            found = smooth_reflection(table, number, cosine, 2 * np.pi / WAVELENGTH)
+            np.testing.assert_allclose(np.array(found) * rough, plain, rtol=1e-10, atol=1e-13)
+
+
+def test_a_large_mirror_shows_the_radar_itself_at_twice_the_distance():
+    """λ/4π(2R) = λ/8πR, and the sign of a conductor: the field turns over."""
+    paths = TRACER.trace(around([wall()], [(8.0, 1.0, 2.0)]))
+    assert paths.num_paths == 1
+    expected = -WAVELENGTH / (8 * np.pi * 8.0) * np.eye(2)
+    # edges 28 m away leave 1/(π·140) of ripple each
+    np.testing.assert_allclose(paths.transfer[0], expected, atol=0.006 * abs(expected[0, 0]))
+    assert paths.delay[0] * SPEED_OF_LIGHT == pytest.approx(16.0)
+    assert list(paths.bounce_kind) == [Bounce.REFLECTION]
+    assert not paths.is_mirrored[0]
+
+
+def test_a_mirror_at_an_angle_keeps_both_polarisations_apart():
+    """Radars at one height beside a vertical wall: V is across the plane of incidence, H in it."""
+    paths = TRACER.trace(around([wall(material="smooth")], [(5, -5, 0), (5, 5, 0)]))
+    mirrored = paths.select((paths.num_bounces == 1) & (paths.transmitter != paths.receiver))
+    s, p = half_space(5.0, np.cos(np.pi / 4))
+    length = 10 * np.sqrt(2)
+    spread = WAVELENGTH / (4 * np.pi * length)
+    found = np.abs(mirrored.transfer[0]) / spread
+    np.testing.assert_allclose(found, np.abs(np.diag([s, p])), atol=0.006)
+
+
+def test_half_a_mirror_halves_the_field():
+    """At its edge F = ½."""
+    half = 30.0
+    paths = TRACER.trace(around([wall(half)], [(8.0, half, 0.0)]))
+    expected = 0.5 * WAVELENGTH / (8 * np.pi * 8.0)
+    assert abs(paths.transfer[0, 0, 0]) == pytest.approx(expected, rel=0.01)
+
+
+@pytest.mark.parametrize("half", [0.05, 0.15, 0.5])
+@pytest.mark.parametrize("angle", [0.0, 45.0])
+def test_a_finite_mirror_has_the_integral_of_its_fresnel_zones(half, angle):
+    """Against the diffraction integral over the plate by quadrature; notes of it: 0.1 dB."""
+    distance, k = 10.0, 2 * np.pi / WAVELENGTH
+    c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    places = [(distance * c, -distance * s, 0.0), (distance * c, distance * s, 0.0)]
+    ends = (0, 1) if angle else (0, 0)
+    node, weight = np.polynomial.legendre.leggauss(600)
+    y, z = np.meshgrid(half * node, half * node)
+    w = np.outer(weight, weight) * half**2
+    r1 = np.sqrt((distance * c) ** 2 + (y + distance * s) ** 2 + z**2)
+    r2 = np.sqrt((distance * c) ** 2 + (y - distance * s) ** 2 + z**2)
+    inner = np.sum(w * np.exp(-1j * k * (r1 + r2 - 2 * distance)) / (r1 * r2)) * c
+    exact = np.abs(inner) / (4 * np.pi)  # F = 1 makes this λ/4π(r1+r2)
+    paths = TRACER.trace(around([wall(half)], places[: ends[1] + 1]))
+    found = paths.select(
+        (paths.num_bounces == 1) & (paths.transmitter == ends[0]) & (paths.receiver == ends[1])
+    )
+    assert to_db(np.abs(found.transfer[0, 0, 0]) ** 2 / exact**2) == pytest.approx(0, abs=0.12)
+
+
+def test_a_wall_that_comes_nearer_moves_its_echo_by_twice_its_speed():
+    """The image moves at twice the wall's speed: delay rate −2v/c."""
+    moving = Actor(
+        name="truck", kind="building", velocity=(5.0, 0, 0), plates=wall().plates, pose=Pose()
+    )
+    paths = TRACER.trace(around([moving], [(8.0, 0, 0)]))
+    assert paths.delay_rate[0] * SPEED_OF_LIGHT == pytest.approx(-10.0, rel=1e-6)
+
+
+def test_a_mirror_shows_a_body_a_second_and_a_third_time():
+    """A ball before a metal wall: direct, over the wall one way (twice), and both ways.
+
+    The image of the radar is 2·6 m behind: legs by Pythagoras. A sphere echoes with
+    λr/8πr₁r₂ whatever the angle between the legs, if both are long (here r/r₁ < 2 %: 0.2 dB).
+    """
+    radius = 0.1
+    ball = Actor(
+        name="ball",
+        kind="object",
+        mesh=mesh_of(sphere(radius, 3e-3)),
+        pose=Pose(x=4.0, y=7.0, yaw=0.3, pitch=0.2),
+    )
+    paths = Composite(dynamic_range=1e12).trace(around([ball, wall()], [(6.0, 0, 0)]))
+    direct, image = np.hypot(2, 7), np.hypot(10, 7)
+    over = paths.select(_meeting(paths, Bounce.SCATTERING))
+    expected = {1: 1 / direct**2, 2: 1 / (direct * image), 3: 1 / image**2}
+    for bounces, ratio in expected.items():
+        mine = over.select(over.num_bounces == bounces)
+        # the path there over the wall, and the one back, are two of a kind
+        field = abs(transfer_at(mine, 79e9)[0, 0]) / (2 if bounces == 2 else 1)
+        sphere_echo = WAVELENGTH * radius / (8 * np.pi) * ratio
+        assert to_db(field**2 / sphere_echo**2) == pytest.approx(0, abs=0.3)
+        assert np.all(mine.is_mirrored == (bounces > 1))
+
+
+def before_a_wall(velocity=(0.0, 0.0, 0.0)):
+    """A ball, a wall at x = 0 that moves, and two radars that move."""
+    ball = Actor(
+        name="ball",
+        kind="object",
+        mesh=mesh_of(sphere(0.1, 5e-3)),
+        pose=Pose(x=4.0, y=7.0, yaw=0.3, pitch=0.2),
+        velocity=(-7.0, 11.0, 0.0),
+    )
+    mirror = Actor(name="wall", kind="building", velocity=velocity, plates=wall().plates)
+    places, moves = [(6.0, 0, 0), (5.0, 3.0, 0.4)], [(3.0, 9.0, 0), (-5.0, -2.0, 0)]
+    return around([ball, mirror], places, velocities=moves)
+
+
+def test_mirrored_paths_leave_for_their_mirror_points():
+    """Departure and arrival point from the radars to the first and the last bounce."""
+    scene = before_a_wall()
+    paths = Composite(dynamic_range=1e4).trace(scene)
+    paths = paths.select(_meeting(paths, Bounce.SCATTERING))
+    for ends, direction, bounce in (
+        (paths.transmitter, paths.departure, paths.bounce_start[:-1]),
+        (paths.receiver, paths.arrival, paths.bounce_start[1:] - 1),
+    ):
+        way = paths.bounce_point[bounce] - scene.radar_position[ends]
+        way /= np.linalg.norm(way, axis=-1, keepdims=True)
+        # the point of a gathered path is a mean, too, of a body of 0.1 m
+        assert np.all(np.sum(way * direction, axis=-1) > np.cos(0.02))
+    mirror = paths.bounce_point[paths.bounce_kind == Bounce.REFLECTION]
+    np.testing.assert_allclose(mirror[:, 0], 0.0, atol=1e-12)
+
+
+def test_mirrored_paths_foretell_the_next_tenth_of_a_millisecond():
+    """Everything moves, the mirror too; foretold phases of the strongest pairs, below −30 dB."""
+    scene, later = before_a_wall((2.0, 0.0, 0.0)), 1e-4
+    tracer = Composite(dynamic_range=1e12)
+    now, then = tracer.trace(scene), tracer.trace(scene.at(later))
+    for t, x in ((0, 0), (0, 1), (1, 0)):
+        for bounces in (2, 3):
+            old, new = (
+                p.select((p.transmitter == t) & (p.receiver == x) & (p.num_bounces == bounces))
+                for p in (now, then)
+            )
+            turn = np.exp(-2j * np.pi * 79e9 * (old.delay + old.delay_rate * later))
+            foretold = np.sum(old.transfer[:, 0, 0] * turn)
+            exact = transfer_at(new, 79e9, t, x)[0, 0]
+            assert 20 * np.log10(abs(foretold / exact - 1)) < -30
+
+
+def _meeting(paths, kind):
+    """Numbers of the paths that have a bounce of a kind."""
+    owner = np.repeat(np.arange(paths.num_paths), paths.num_bounces)
+    return np.unique(owner[paths.bounce_kind == kind])
+
+
+def test_a_point_is_not_mirrored_but_hidden():
+    """Points are isotropic and have no surface: walls only hide them."""
+    target = Actor(name="p", kind="object", points=(PointScatterer(position=(-3, 0, 0), rcs=1.0),))
+    paths = TRACER.trace(around([target, wall()], [(8.0, 0, 0)]))
+    assert np.all(paths.bounce_kind == Bounce.REFLECTION)

@@ -1,0 +1,126 @@
+"""The fast engine against the slow one, as waveforms: the same samples, not the same energy."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from polychirp.model.antenna import ISOTROPIC, AntennaArray
+from polychirp.model.if_filter import IfFilter
+from polychirp.model.paths import Bounce
+from polychirp.model.radar import Converter, Radar
+from polychirp.model.ramp import RampSchedule
+from polychirp.model.scene import Actor, Scene
+from polychirp.synthesis.fullband import FullBand
+from polychirp.synthesis.stretch import Stretch
+from polychirp.testing.paths import HandPath, paths_of
+from polychirp.units import from_db
+
+AGREEMENT = 1e-6
+"""Of the strongest sample: what full-rate references are compared with."""
+
+
+def between(low, high):
+    return st.floats(low, high, allow_nan=False)
+
+
+@st.composite
+def schedules(draw, start):
+    """Three ramps, up and down, of 8 to 15 µs, touching or apart, at one carrier or hopping."""
+    number = 3
+    duration = np.array([draw(between(8e-6, 15e-6)) for _ in range(number)])
+    idle = np.array([draw(st.sampled_from([0.0, 0.7e-6])) for _ in range(number)])
+    bandwidth = np.array([draw(between(20e6, 250e6)) for _ in range(number)])
+    sign = np.array([draw(st.sampled_from([-1, 1])) for _ in range(number)])
+    return RampSchedule(
+        start_time=draw(start) + np.cumsum(duration + idle) - duration - idle,
+        duration=duration,
+        start_frequency=[79e9 + draw(st.sampled_from([0.0, 7e6, 90e6])) for _ in range(number)],
+        slope=sign * bandwidth / duration,
+        start_phase=[draw(between(0.0, 1.0)) for _ in range(number)],
+        sweep=np.arange(number),
+    )
+
+
+@st.composite
+def hand_paths(draw, transmitter):
+    azimuth = draw(between(-1.5, 1.5))
+    return HandPath(
+        transmitter=transmitter,
+        delay=draw(between(0.0, 1e-6)),
+        delay_rate=draw(between(-4e-7, 4e-7)),
+        gain=draw(between(0.1, 1.0)) * np.exp(1j * draw(between(-3.0, 3.0))),
+        arrival=(float(np.cos(azimuth)), float(np.sin(azimuth)), 0.0),
+        bounces=draw(st.sampled_from([(), (Bounce.SCATTERING,)])),
+    )
+
+
+FILTERS = st.builds(
+    lambda edge, ratio, level: IfFilter(
+        passband=edge, stopband=ratio * edge, attenuation=from_db(level)
+    ),
+    between(2e6, 5e6),
+    between(1.6, 2.5),
+    between(50.0, 100.0),
+)
+
+
+def two_radars(if_filter):
+    """Windows that open with the ramp, so that the filter reaches across every kind of end."""
+    radar = Radar(
+        name="victim",
+        array=AntennaArray(num_channels=2, spacing=5e-3, pattern=ISOTROPIC),
+        if_filter=if_filter,
+        converter=Converter(sample_rate=10e6, start=0.1e-6, margin=0.1e-6),
+    )
+    other = Radar(name="other", array=AntennaArray(pattern=ISOTROPIC))
+    car = Actor(name="car", kind="vehicle")
+    return Scene(time=0.0, actors=(car,), radars=(radar, other), carriers=(0, 0))
+
+
+def largest_difference(scene, plans, snapshots, transmitter):
+    fast = Stretch().contribution(scene, plans, snapshots, victim=0, transmitter=transmitter)
+    slow = FullBand().contribution(scene, plans, snapshots, victim=0, transmitter=transmitter)
+    return np.abs(fast - slow).max() / np.abs(slow).max()
+
+
+@settings(max_examples=25)
+@given(
+    own=schedules(st.just(0.0)),
+    sent=schedules(between(-12e-6, 12e-6)),
+    paths=st.lists(hand_paths(1), min_size=1, max_size=2),
+    if_filter=FILTERS,
+)
+def test_interference_is_the_same_from_both_engines(own, sent, paths, if_filter):
+    snapshots = [paths_of(*paths, reference_time=4e-6)]
+    assert largest_difference(two_radars(if_filter), [own, sent], snapshots, 1) < AGREEMENT
+
+
+@settings(max_examples=15)
+@given(
+    own=schedules(between(0.0, 1e-4)),
+    paths=st.lists(hand_paths(0), min_size=2, max_size=2),
+    if_filter=FILTERS,
+)
+def test_echoes_are_the_same_from_both_engines_over_two_snapshots(own, paths, if_filter):
+    snapshots = [
+        paths_of(*paths, reference_time=own.start_time[0]),
+        paths_of(*paths[:1], reference_time=own.end_time[-1]),
+    ]
+    plans = [own, own]
+    assert largest_difference(two_radars(if_filter), plans, snapshots, 0) < AGREEMENT
+
+
+@pytest.mark.parametrize("slope", [1e12, 1.0005e12, 1.01e12, 2e12, -3e12])
+def test_a_paper_like_ramp_is_the_same_from_both_engines(slope):
+    """60 µs behind the default filter, met in the middle at equal, like and quite other slopes."""
+    common = {"duration": [60e-6], "start_phase": [0.2], "sweep": [0]}
+    own = RampSchedule(start_time=[0.0], start_frequency=[79e9], slope=[1e12], **common)
+    crossing = 79e9 + (1e12 - slope) * 30e-6 + 1e6
+    sent = RampSchedule(start_time=[1e-6], start_frequency=[crossing], slope=[slope], **common)
+    radar = Radar(name="a", array=AntennaArray(num_channels=1, pattern=ISOTROPIC))
+    car = Actor(name="car", kind="vehicle")
+    other = Radar(name="b", array=AntennaArray(pattern=ISOTROPIC))
+    scene = Scene(time=0.0, actors=(car,), radars=(radar, other), carriers=(0, 0))
+    snapshots = [paths_of(HandPath(transmitter=1, delay=50e-9, delay_rate=-1e-7))]
+    assert largest_difference(scene, [own, sent], snapshots, 1) < AGREEMENT

@@ -1,0 +1,82 @@
+"""How often thresholds are wrong on noise alone: stated against measured."""
+
+import math
+
+import numpy as np
+import pytest
+
+from polychirp.model.if_frame import sample_times
+from polychirp.model.radar import Converter
+from polychirp.receiver.beamform import beamform, orthogonal_sines, steering
+from polychirp.receiver.chain import Receiver, search_grid
+from polychirp.receiver.joint import (
+    floor_over_range,
+    log_range_rate_map,
+    log_spectra,
+    spectrum_size,
+)
+from polychirp.receiver.point import hann_weights
+from polychirp.receiver.threshold import log_mean_threshold, log_median_of_noise, mean_threshold
+from polychirp.rng import Streams
+from polychirp.testing.points import frame_of
+from polychirp.waveform import DiverseTriangular
+
+
+def test_the_papers_threshold_calls_half_of_the_noise_targets():
+    """Rayleigh: P(a > mean a) = exp(−π/4); exponential: 1/e. 2e5 cells: ±0.35 % at 3 sigma."""
+    noise = np.random.default_rng(1).normal(size=(2, 200_000))
+    amplitude = np.hypot(*noise)
+    assert np.mean(amplitude > mean_threshold(amplitude)) == pytest.approx(
+        math.exp(-math.pi / 4), abs=0.0035
+    )
+    power = amplitude**2
+    assert np.mean(power > mean_threshold(power)) == pytest.approx(math.exp(-1), abs=0.0035)
+
+
+@pytest.mark.parametrize("probability", [1e-1, 1e-3, 1e-6])
+def test_one_ramp_has_the_exponential_tail(probability):
+    """P(ln P > x) = exp(−eˣ), so the threshold is ln(−ln p); saddle point: 2 % of p."""
+    level = log_mean_threshold(num_ramps=1, false_alarm_probability=probability)
+    assert math.exp(-math.exp(level)) == pytest.approx(probability, rel=0.02 + 0.03)
+
+
+@pytest.mark.parametrize("probability", [1e-1, 1e-2, 1e-3])
+def test_the_mean_of_logs_exceeds_its_threshold_as_often_as_stated(probability):
+    """4e5 draws of 8 ramps: binomial, 4 sigma, and 1 % for the formula."""
+    draws = np.log(np.random.default_rng(2).exponential(size=(400_000, 8))).mean(axis=1)
+    level = log_mean_threshold(num_ramps=8, false_alarm_probability=probability)
+    sigma = math.sqrt(probability / draws.size)
+    assert np.mean(draws > level) == pytest.approx(probability, abs=4 * sigma + 0.01 * probability)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("probability", [1e-2, 1e-3])
+def test_the_receivers_map_has_the_stated_false_alarm_rate(probability):
+    """Whole chain on noise: beams, window, diverse ramps, median floor, all cells of 20 frames.
+
+    Cells share bins, so the effective number is about a tenth: 4 sigma of that. The floor is
+    taken from the same map and follows it a little, which costs false alarms, never adds any.
+    """
+    receiver = Receiver(false_alarm_probability=probability)
+    ramps = DiverseTriangular().schedule(num_sweeps=16, streams=Streams(2))
+    times = sample_times(ramps, Converter())
+    crossings, cells = 0, 0
+    for seed in range(20):
+        frame = frame_of(ramps, [], seed=seed)
+        beams = steering(
+            frame.array,
+            frequency=float(np.mean(ramps.centre_frequency)),
+            sine=orthogonal_sines(4),
+        )
+        logs = log_spectra(
+            beamform(frame.samples, beams), hann_weights(times.is_sample), spectrum_size(times)
+        )
+        grid = search_grid(receiver, frame, 0.0)
+        statistic = log_range_rate_map(logs, ramps, times, grid)
+        excess = statistic - floor_over_range(statistic, round(6.0 / grid.range_step))
+        per_beam = 1.0 - (1.0 - probability) ** 0.25
+        level = log_mean_threshold(num_ramps=32, false_alarm_probability=per_beam)
+        crossings += np.sum(excess.max(axis=0) > level - log_median_of_noise(32))
+        cells += excess[0].size
+    sigma = math.sqrt(probability / (0.1 * cells))
+    assert 0.75 * probability - 4 * sigma < crossings / cells < probability + 4 * sigma

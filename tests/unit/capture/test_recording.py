@@ -1,0 +1,242 @@
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from polychirp.capture.dca1000 import open_raw, pack_complex, pack_real, write_raw
+from polychirp.capture.parameters import CaptureParameters
+from polychirp.capture.recording import from_array, open_numpy
+from polychirp.errors import InputError
+
+PARAMETERS = CaptureParameters(
+    start_frequency=77e9,
+    slope=20e12,
+    idle_time=10e-6,
+    ramp_end_time=50e-6,
+    adc_start=6e-6,
+    num_ramps=6,
+    sample_rate=1e6,
+    num_samples=8,
+    num_transmitters=2,
+    num_receivers=3,
+    full_scale=1.0,
+    device="xwr16xx",
+)
+SHAPE = (3, 6, 8)
+
+
+def words(*shape: int, seed: int = 1) -> np.ndarray:
+    """Complex samples of whole numbers over all 16 bits."""
+    random = np.random.default_rng(seed)
+    parts = random.integers(-32768, 32768, (2, *shape))
+    return parts[0] + 1j * parts[1]
+
+
+# ── arrays ────────────────────────────────────────────────────────────────────
+
+
+@pytest.mark.parametrize(
+    "axes",
+    [
+        ("ramp", "receiver", "fast"),
+        ("receiver", "ramp", "fast"),
+        ("fast", "ramp", "receiver"),
+        ("sweep", "channel", "fast"),
+        ("channel", "sweep", "fast"),
+        ("transmitter", "fast", "sweep", "receiver"),
+        ("frame", "ramp", "receiver", "fast"),
+        ("ramp", "frame", "receiver", "fast"),
+    ],
+)
+def test_axes_in_any_order_give_the_same_frame(axes: tuple[str, ...]):
+    """Samples numbered by where they belong: (receiver, sweep, transmitter, fast)."""
+    expected = np.arange(np.prod(SHAPE)).reshape(SHAPE) + 0j
+    full = expected.reshape(1, 3, 3, 2, 8)
+    names = ["frame", "receiver", "sweep", "transmitter", "fast"]
+    pairs = {"ramp": ["sweep", "transmitter"], "channel": ["transmitter", "receiver"]}
+    single = [part for axis in axes for part in pairs.get(axis, [axis])]
+    moved = full.transpose(
+        [names.index(n) for n in single] + [k for k, n in enumerate(names) if n not in single]
+    )
+    lengths = {**PARAMETERS.lengths, "frame": 1}
+    stored = moved.reshape([lengths[axis] for axis in axes])
+    recording = from_array(stored, replace(PARAMETERS, axes=axes), name="x")
+    np.testing.assert_array_equal(recording.frame(0).samples, expected)
+
+
+def test_frames_are_told_apart():
+    stored = words(4, 6, 3, 8)
+    recording = from_array(stored, PARAMETERS, name="x")
+    assert recording.num_frames == 4
+    np.testing.assert_array_equal(recording.frame(2).samples, stored[2].transpose(1, 0, 2))
+    with pytest.raises(InputError, match="no frame 4; it has frames 0 to 3"):
+        recording.frame(4)
+
+
+def test_signed_words_stored_as_unsigned_are_themselves_again():
+    stored = words(1, 6, 3, 8)
+    unsigned = (stored.real % 65536) + 1j * (stored.imag % 65536)
+    parameters = replace(PARAMETERS, stored_as="unsigned")
+    np.testing.assert_array_equal(
+        from_array(unsigned, parameters, name="x").frame(0).samples,
+        from_array(stored, PARAMETERS, name="x").frame(0).samples,
+    )
+
+
+def test_conjugate_left_and_full_scale_do_what_they_say():
+    stored = words(1, 6, 3, 8)
+    plain = from_array(stored, PARAMETERS, name="x").frame(0).samples
+    for change, expected in (
+        ({"conjugate": True}, plain.conj()),
+        ({"first_receiver": "left"}, plain[::-1]),
+        ({"full_scale": 32768.0}, plain / 32768.0),
+        ({"sampling": "real"}, 2.0 * plain.real),
+    ):
+        read = from_array(stored, replace(PARAMETERS, **change), name="x").frame(0)
+        np.testing.assert_array_equal(read.samples, expected)
+
+
+def test_an_array_of_another_shape_is_refused_with_both_shapes():
+    message = r"shape \(1, 6, 3, 9\), but its parameters say \(frame, ramp 6, receiver 3, fast 8\)"
+    with pytest.raises(InputError, match=message):
+        from_array(np.zeros((1, 6, 3, 9)), PARAMETERS, name="x")
+    with pytest.raises(InputError, match=r"shape \(6, 3, 8\)"):
+        from_array(np.zeros((6, 3, 8)), PARAMETERS, name="x")
+
+
+def test_missing_frames_are_refused_unless_others_are_asked_for():
+    parameters = replace(PARAMETERS, num_frames=4)
+    with pytest.raises(InputError, match="3 of 4 frames are there; process frames 0 to 2"):
+        from_array(words(3, 6, 3, 8), parameters, name="x")
+    assert from_array(words(3, 6, 3, 8), parameters, name="x", frames=[0, 2]).num_frames == 3
+
+
+# ── NumPy files ───────────────────────────────────────────────────────────────
+
+
+def test_a_numpy_file_is_its_array(tmp_path: Path):
+    stored = words(2, 6, 3, 8)
+    np.save(tmp_path / "walk.npy", stored)
+    recording = open_numpy(tmp_path / "walk.npy", PARAMETERS)
+    expected = from_array(stored, PARAMETERS, name="x").frame(1).samples
+    np.testing.assert_array_equal(recording.frame(1).samples, expected)
+
+
+def test_a_numpy_file_that_was_cut_off_says_how_much_is_missing(tmp_path: Path):
+    path = tmp_path / "walk.npy"
+    np.save(path, words(2, 6, 3, 8))
+    path.write_bytes(path.read_bytes()[:-100])
+    with pytest.raises(InputError, match=r"walk.npy: is 100 bytes short"):
+        open_numpy(path, PARAMETERS)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [(b"", "is not a NumPy file"), (b"hello world, no array", "is not a NumPy file")],
+)
+def test_what_is_no_numpy_file_is_refused(tmp_path: Path, content: bytes, message: str):
+    path = tmp_path / "walk.npy"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=message):
+        open_numpy(path, PARAMETERS)
+    np.save(path, np.array(["a"]))
+    with pytest.raises(InputError, match="not numbers"):
+        open_numpy(path, PARAMETERS)
+    with pytest.raises(InputError, match="there is no recording"):
+        open_numpy(tmp_path / "run.npy", PARAMETERS)
+
+
+# ── TI's raw files ────────────────────────────────────────────────────────────
+
+
+@pytest.mark.parametrize("device", ["xwr14xx", "xwr16xx", "xwr18xx", "xwr68xx"])
+@pytest.mark.parametrize("sampling", ["complex", "real"])
+def test_what_is_written_raw_is_read_again(tmp_path: Path, device, sampling: str):
+    frames = words(2, *SHAPE)
+    path = tmp_path / "walk.bin"
+    write_raw(path, frames, device=device, is_complex=sampling == "complex")
+    parameters = replace(PARAMETERS, device=device, sampling=sampling)
+    recording = open_raw(path, parameters)
+    assert recording.num_frames == 2
+    expected = frames if sampling == "complex" else frames.real
+    for number in range(2):
+        np.testing.assert_array_equal(recording.read(number), expected[number])
+
+
+def numbered(receivers: int, samples: int) -> np.ndarray:
+    """Words of one ramp: 100 × receiver + sample, Q negative."""
+    value = 100 * np.arange(receivers)[:, None] + np.arange(samples)
+    return np.stack([value, -value - 1], axis=-1)[:, None].astype("<i2")
+
+
+def test_two_lanes_carry_two_i_then_two_q_one_receiver_after_the_other():
+    """SWRA581, xWR16xx complex: I0 I1 Q0 Q1 I2 I3 Q2 Q3 of a receiver, then the next one."""
+    stream = pack_complex(numbered(2, 4), "xwr16xx")
+    assert stream.tolist() == [
+        *(0, 1, -1, -2, 2, 3, -3, -4),
+        *(100, 101, -101, -102, 102, 103, -103, -104),
+    ]
+    assert pack_real(numbered(2, 4), "xwr16xx").tolist() == [0, 1, 2, 3, 100, 101, 102, 103]
+
+
+def test_four_lanes_carry_i_of_all_receivers_then_q_of_all():
+    """SWRA581, xWR14xx: one lane for each receiver, sample by sample; unused lanes are zero."""
+    stream = pack_complex(numbered(3, 2), "xwr14xx")
+    assert stream.tolist() == [
+        *(0, 100, 200, 0, -1, -101, -201, 0),
+        *(1, 101, 201, 0, -2, -102, -202, 0),
+    ]
+    assert pack_real(numbered(3, 2), "xwr14xx").tolist() == [0, 100, 200, 0, 1, 101, 201, 0]
+
+
+def test_a_raw_file_that_was_cut_off_says_what_is_missing_and_what_is_whole(tmp_path: Path):
+    """A ramp is 3 receivers × 8 samples × 4 bytes = 96 bytes, a frame 576."""
+    path = tmp_path / "walk.bin"
+    write_raw(path, words(3, *SHAPE), device="xwr16xx", is_complex=True)
+    path.write_bytes(path.read_bytes()[: 2 * 576 + 200])
+    with pytest.raises(InputError) as caught:
+        open_raw(path, PARAMETERS)
+    message = str(caught.value)
+    assert "walk.bin: 376 bytes are missing" in message
+    assert "2 whole frames and the first 2 of frame 2's 6 ramps" in message
+    assert "process frames 0 to 1, which are whole, with --frames 0-1" in message
+    assert open_raw(path, PARAMETERS, frames=range(2)).num_frames == 2
+    with pytest.raises(InputError, match="376 bytes are missing"):
+        open_raw(path, PARAMETERS, frames=[2])
+
+
+def test_fewer_whole_frames_than_there_should_be_are_refused(tmp_path: Path):
+    path = tmp_path / "walk.bin"
+    write_raw(path, words(1, *SHAPE), device="xwr16xx", is_complex=True)
+    with pytest.raises(InputError, match=r"1152 bytes are missing.*1 whole frame; process frame 0"):
+        open_raw(path, replace(PARAMETERS, num_frames=3))
+
+
+def test_an_empty_raw_file_has_nothing_to_process(tmp_path: Path):
+    path = tmp_path / "walk.bin"
+    path.write_bytes(b"")
+    with pytest.raises(InputError, match=r"576 bytes are missing.*0 whole frames; record it again"):
+        open_raw(path, PARAMETERS)
+    with pytest.raises(InputError, match="there is no recording"):
+        open_raw(tmp_path / "run.bin", PARAMETERS)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"device": None}, "name no device"),
+        ({"num_samples": 7}, "must be even"),
+        ({"num_receivers": 5}, "at most 4"),
+    ],
+)
+def test_what_no_device_writes_is_refused(tmp_path: Path, changes, message: str):
+    path = tmp_path / "walk.bin"
+    path.write_bytes(bytes(576))
+    with pytest.raises(InputError, match=message):
+        open_raw(path, replace(PARAMETERS, **changes))
+
+
+def test_a_sample_beyond_16_bits_is_refused(tmp_path: Path):
+    with pytest.raises(InputError, match="does not fit 16 bits"):
+        write_raw(tmp_path / "x.bin", [np.full(SHAPE, 32768.0)], device="xwr16xx", is_complex=True)

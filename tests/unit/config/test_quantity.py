@@ -1,0 +1,59 @@
+"""Written quantities are short and read back."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from polychirp.config.quantity import write_quantity
+from polychirp.errors import InputError
+from polychirp.units import Unit
+
+LINEAR = ("Hz", "S/s", "Hz/s", "s", "m", "m/s", "S/m")
+
+
+@pytest.mark.parametrize(
+    ("symbol", "text"),
+    [
+        ("Hz", "79 GHz"),
+        ("Hz", "800 MHz"),
+        ("Hz", "0 Hz"),
+        ("S/s", "1 MS/s"),
+        ("Hz/s", "60 GHz/ms"),
+        ("s", "1.5 ms"),
+        ("s", "10 us"),
+        ("s", "-3 ns"),
+        ("m", "1.75 m"),
+        ("m/s", "50 km/h"),
+        ("rad", "90 deg"),
+        ("W", "10 dBm"),
+        ("dB", "4.5 dB"),
+        ("dB", "-30 dB"),
+        ("m^2", "10 m^2"),
+        ("ppm", "20 ppm"),
+        ("S/m", "1.4 S/m"),
+    ],
+)
+def test_what_people_write_is_written_again(symbol, text):
+    unit = Unit(symbol)
+    assert write_quantity(unit.read(text), unit) == text
+
+
+@pytest.mark.parametrize("symbol", LINEAR)
+@given(value=st.floats(-1e15, 1e15))
+def test_a_written_quantity_reads_back_exactly(symbol, value):
+    assert Unit(symbol).read(write_quantity(value, Unit(symbol))) == value
+
+
+@given(level=st.floats(-150.0, 150.0))
+def test_a_written_level_reads_back_to_its_last_digits(level):
+    """A double holds 16 digits; a level of 150 dB turns its last one into 8e-15 of the ratio."""
+    ratio = 10.0 ** (level / 10.0)
+    assert math.isclose(Unit("dB").read(write_quantity(ratio, Unit("dB"))), ratio, rel_tol=1e-13)
+
+
+@pytest.mark.parametrize(("value", "symbol"), [(math.inf, "rad"), (0.0, "dB"), (-1.0, "W")])
+def test_what_has_no_text_is_refused(value, symbol):
+    with pytest.raises(InputError, match="cannot be written as a value in"):
+        write_quantity(value, Unit(symbol))

@@ -1,0 +1,64 @@
+"""From samples to detections."""
+
+import numpy as np
+import pytest
+
+from polychirp.receiver.chain import Receiver, unrelated
+from polychirp.receiver.mitigation.blanking import Blanking
+from polychirp.rng import Streams
+from polychirp.testing.points import HandPoint, frame_of
+from polychirp.waveform import DiverseTriangular, Triangular
+
+STREET = [
+    HandPoint(range=5.0, range_rate=12.0, azimuth=-0.7, power=3e4),
+    HandPoint(range=9.0, range_rate=-17.0, acceleration=6.0, azimuth=0.3, power=1e3),
+    HandPoint(range=17.0, range_rate=0.2, azimuth=0.0, power=100.0),
+    HandPoint(range=24.0, range_rate=25.0, azimuth=0.9, power=10.0),
+]
+
+
+@pytest.mark.parametrize("family", [Triangular(), DiverseTriangular()])
+def test_every_point_is_found_once_with_its_range_rate_and_bearing(family):
+    """35 dB between them, arms of the strong across the weak, range walk, an acceleration."""
+    ramps = family.schedule(num_sweeps=16, streams=Streams(2))
+    found = Receiver().detect(frame_of(ramps, STREET))
+    assert found.num_detections == len(STREET)
+    for n, point in enumerate(STREET):  # both are strongest first
+        assert found.range[n] == pytest.approx(point.range, abs=5e-3)
+        assert found.range_rate[n] == pytest.approx(point.range_rate, abs=0.05)
+        assert found.azimuth[n] == pytest.approx(point.azimuth, abs=0.02)
+        assert found.power[n] == pytest.approx(point.power, rel=0.05)
+
+
+def test_noise_alone_is_no_target():
+    """1e-6 per cell and some 1e5 dependent cells: one frame in ten or more."""
+    ramps = DiverseTriangular().schedule(num_sweeps=16, streams=Streams(2))
+    found = sum(Receiver().detect(frame_of(ramps, [], seed=s)).num_detections for s in range(3))
+    assert found <= 1
+
+
+def test_what_is_below_the_dynamic_range_is_not_claimed():
+    ramps = Triangular().schedule(num_sweeps=16, streams=Streams(2))
+    points = [HandPoint(range=5.0, power=1e6), HandPoint(range=20.0, power=30.0)]  # 45 dB
+    frame = frame_of(ramps, points)
+    assert Receiver().detect(frame).num_detections == 1
+    assert Receiver(dynamic_range=1e6).detect(frame).num_detections == 2
+
+
+def test_a_blanked_burst_hides_no_target():
+    """A crossing interferer, 60 dB above the echoes in 2 % of every ramp."""
+    ramps = DiverseTriangular().schedule(num_sweeps=16, streams=Streams(2))
+    frame = frame_of(ramps, STREET[2:])
+    samples = frame.samples.copy()
+    draw = np.random.default_rng(4)
+    for k in range(ramps.num_ramps):
+        start = draw.integers(0, int(frame.times.num_samples[k]) - 20)
+        samples[:, k, start : start + 20] += 1e4 * np.exp(2j * np.pi * draw.random(20))
+    hit = frame.with_samples(samples)
+    assert Receiver(mitigation=Blanking()).detect(hit).num_detections == 2
+    assert Receiver().detect(hit).num_detections < 2
+
+
+def test_candidates_that_share_beats_wait():
+    beats = np.array([[10.0, -10.0], [10.0, -40.0], [60.0, -60.0]]) * 1e3
+    assert unrelated(beats, np.array([1e3, 1e3])) == [0, 2]

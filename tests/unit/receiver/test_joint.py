@@ -1,0 +1,102 @@
+"""The log range-rate map."""
+
+import numpy as np
+import pytest
+
+from polychirp.model.if_frame import sample_times
+from polychirp.model.radar import Converter
+from polychirp.receiver.joint import (
+    Grid,
+    floor_over_range,
+    log_range_rate_map,
+    log_range_rate_map_by_loops,
+    log_spectra,
+    noise_depletion,
+    spectrum_size,
+    unevenness_map,
+)
+from polychirp.receiver.point import beat_frequency, beat_phase, fit_amplitudes, hann_weights
+from polychirp.rng import Streams
+from polychirp.testing.points import HandPoint, frame_of
+from polychirp.waveform import DiverseTriangular, Triangular
+
+RAMPS = DiverseTriangular().schedule(num_sweeps=4, streams=Streams(3))
+TIMES = sample_times(RAMPS, Converter())
+GRID = Grid(range=np.arange(1.0, 4.0, 0.1), range_rate=np.linspace(-9.0, 9.0, 7), time=0.0)
+
+
+def spectra_of(frame):
+    weight = hann_weights(frame.times.is_sample)
+    return log_spectra(frame.samples, weight, spectrum_size(frame.times))
+
+
+def test_the_fast_map_equals_its_twin():
+    logs = spectra_of(frame_of(RAMPS, [HandPoint(range=2.0)]))
+    fast = log_range_rate_map(logs, RAMPS, TIMES, GRID)
+    slow = log_range_rate_map_by_loops(logs, RAMPS, TIMES, GRID)
+    # a beat on the edge between two bins may round either way
+    assert np.mean(np.abs(fast - slow) > 1e-9) < 1e-3
+
+
+def test_the_map_peaks_where_the_point_is():
+    """With ramps of different slopes and a range that migrates by half a metre in the frame."""
+    ramps = DiverseTriangular().schedule(num_sweeps=16, streams=Streams(3))
+    frame = frame_of(ramps, [HandPoint(range=2.5, range_rate=-9.0, power=10.0)])
+    values = log_range_rate_map(spectra_of(frame), ramps, frame.times, GRID).sum(axis=0)
+    i, j = np.unravel_index(np.argmax(values), values.shape)
+    assert GRID.range_rate[i] == pytest.approx(-9.0)
+    assert GRID.range[j] == pytest.approx(2.5, abs=0.11)
+
+
+def test_white_noise_has_the_same_level_in_every_spectrum():
+    """E ln|X|² of unit noise is −γ, whatever window and length."""
+    logs = spectra_of(frame_of(RAMPS, [], noise=1.0))
+    cells = TIMES.num_samples.sum() * 4 / 2.0  # Hann: about half of the bins independent
+    assert logs.mean() == pytest.approx(-np.euler_gamma, abs=4 * 1.28 / np.sqrt(cells))
+
+
+def test_an_arm_is_uneven_and_a_point_is_not():
+    """On the up-ramps alone a strong echo is there; nothing is on the down-ramps."""
+    ramps = Triangular().schedule(num_sweeps=4, streams=Streams(1))
+    frame = frame_of(ramps, [HandPoint(range=2.5, power=1e4)])
+    coupling = ramps.centre_frequency[0] / ramps.slope[0]  # metres of range per m/s, up-ramps
+    grid = Grid(
+        range=np.array([2.5, 2.5 - 6.0 * coupling]), range_rate=np.array([0.0, 6.0]), time=0.0
+    )
+    uneven = unevenness_map(spectra_of(frame), ramps, frame.times, grid)
+    assert uneven[0, 0, 0] < 0.1
+    assert uneven[0, 1, 1] > 4.0
+
+
+def test_the_notch_of_a_removed_point_is_filled_with_noise():
+    """Noise alone, a point fitted to it and removed: the level there is as elsewhere."""
+    levels = []
+    for seed in range(12):
+        frame = frame_of(RAMPS, [], seed=seed)
+        weight = hann_weights(TIMES.is_sample)
+        motion = np.array([[2.0, 3.0, 0.0]])
+        phases = beat_phase(RAMPS, TIMES, motion=motion, time=0.0)
+        _, residual = fit_amplitudes(frame.samples, weight, phases, TIMES.rate)
+        size = spectrum_size(TIMES)
+        beats = beat_frequency(
+            RAMPS, TIMES, distance=motion[:, 0], range_rate=motion[:, 1], time=0.0
+        )
+        depletion = noise_depletion(beats, TIMES, size)
+        power = np.exp(log_spectra(residual, weight, size, depletion))
+        rows = np.arange(RAMPS.num_ramps)
+        for shift in (0.0, 0.7, 1.3):
+            place = np.round(
+                (beats[0] + shift * TIMES.rate / TIMES.num_samples) * size / TIMES.rate
+            )
+            levels.append(power[:, rows, place.astype(int) % size].mean())
+    assert np.mean(levels) == pytest.approx(1.0, abs=0.12)  # 1100 cells, two thirds depleted
+
+
+def test_the_floor_ignores_targets_and_notches():
+    draw = np.random.default_rng(1)
+    statistic = draw.normal(size=(2, 40, 120))
+    statistic[:, 10:14, 30:50] += 100.0
+    statistic[:, 20:24, 30:50] -= 100.0
+    floor = floor_over_range(statistic, 40)
+    assert floor.shape == (2, 1, 120)
+    assert np.abs(floor).max() < 0.15  # median of 1600 cells: 1.25/40, and the shift of 5 %

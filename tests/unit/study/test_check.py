@@ -1,0 +1,162 @@
+"""Derived physics of a study, by hand."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from polychirp.channel.free_space import FreeSpace
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.errors import InputError, ModelWarning, PhysicsError
+from polychirp.frames import Pose
+from polychirp.model.if_filter import IfFilter
+from polychirp.model.radar import Converter
+from polychirp.study.check import check, num_snapshots
+from polychirp.study.spec import (
+    Study,
+    StudyRadar,
+    schedule_of,
+    schedules,
+    target_names,
+    victim_indices,
+)
+from polychirp.traffic.street import Building, Point, Street, Vehicle
+from polychirp.waveform import DiverseTriangular, Sawtooth, Triangular
+
+PLAIN = Triangular(bandwidth=1e9, ramp_duration=1e-3)
+BUMPER = Pose(x=2.4, z=0.5)
+FRONT = StudyRadar(name="front", vehicle="ego", waveform=PLAIN, mount=BUMPER)
+OTHER = StudyRadar(
+    name="other", vehicle="car", waveform=DiverseTriangular(), mount=BUMPER, start_time=5e-3
+)
+STUDY = Study(
+    name="two",
+    street=Street(
+        vehicles=(
+            Vehicle(name="ego", x=0.0, y=0.0, coarseness=4.0),
+            Vehicle(name="car", x=10.0, y=0.0, coarseness=4.0),
+            Vehicle(name="van", x=20.0, y=0.0, coarseness=4.0),
+        )
+    ),
+    radars=(FRONT, OTHER),
+)
+
+
+def test_what_a_radar_resolves_is_what_its_ramps_say():
+    """16 triangles of 2 · 1 ms from 79 to 80 GHz: 32 ms about 79.5 GHz, slope 1e12 Hz/s."""
+    radar = check(STUDY).radars[0]
+    wavelength = SPEED_OF_LIGHT / 79.5e9
+    assert radar.range_resolution == pytest.approx((SPEED_OF_LIGHT / 2e9,) * 2)
+    assert radar.speed_resolution == pytest.approx(wavelength / (2 * 32e-3))
+    assert radar.unambiguous_speed == pytest.approx(wavelength / (4 * 2e-3))
+    assert radar.greatest_range == pytest.approx(SPEED_OF_LIGHT * 0.3e6 / 2e12)
+    assert radar.beat_band == pytest.approx((0.0, 2e12 * 30.0 / SPEED_OF_LIGHT))
+    assert radar.ramp_duration == pytest.approx((1e-3, 1e-3))
+    assert radar.frame_duration == pytest.approx(32e-3)
+    assert (radar.num_ramps, radar.samples_per_ramp) == (32, (981, 981))
+    assert radar.samples_per_frame == 32 * 981
+    assert radar.memory == 4 * 32 * 981 * 6 * 16
+
+
+def test_a_sweep_of_one_ramp_doubles_the_unambiguous_speed():
+    sawtooth = replace(FRONT, waveform=Sawtooth(bandwidth=1e9, ramp_duration=1e-3))
+    one, two = check(replace(STUDY, radars=(sawtooth,))), check(STUDY)
+    assert one.radars[0].unambiguous_speed == pytest.approx(2 * two.radars[0].unambiguous_speed)
+
+
+def test_diverse_ramps_give_limits_instead_of_values():
+    radar = check(STUDY).radars[1]
+    assert 0.149 < radar.range_resolution[0] < radar.range_resolution[1] < 0.188
+    assert 1e-3 < radar.ramp_duration[0] < radar.ramp_duration[1] < 2e-3
+    assert radar.samples_per_ramp[0] < radar.samples_per_ramp[1]
+
+
+def test_radars_draw_from_streams_of_their_own_name():
+    """Taking a radar away, or adding one, moves no draw of another."""
+    alone = replace(STUDY, radars=(OTHER,))
+    np.testing.assert_array_equal(schedules(alone)[0].slope, schedules(STUDY)[1].slope)
+    renamed = replace(STUDY, radars=(replace(OTHER, name="third"),))
+    assert not np.array_equal(schedules(renamed)[0].slope, schedules(STUDY)[1].slope)
+
+
+def test_a_radar_runs_on_its_own_clock():
+    late = schedule_of(STUDY, replace(FRONT, start_time=1e-3, clock_offset=1e-4))
+    right = schedule_of(STUDY, FRONT)
+    np.testing.assert_allclose(late.start_time, 1e-3 + right.start_time / 1.0001)
+    np.testing.assert_allclose(late.start_frequency, right.start_frequency * 1.0001)
+
+
+def test_nobody_named_means_everybody_and_nobody_is_its_own_target():
+    assert victim_indices(STUDY) == (0, 1)
+    assert victim_indices(replace(STUDY, victims=("other",))) == (1,)
+    assert target_names(STUDY, FRONT) == ("car", "van")
+    assert target_names(replace(STUDY, targets=("ego", "van")), FRONT) == ("van",)
+
+
+def test_memory_and_cost_count_victims_only():
+    derived = check(replace(STUDY, victims=("other",)))
+    assert derived.victims == ("other",)
+    assert derived.memory == derived.radars[1].memory
+    assert derived.cost < check(STUDY).cost
+
+
+def test_snapshots_cover_the_victims_frames():
+    """A frame of 32 ms holds 32 intervals of 1 ms, and a part of one of 1 s."""
+    study = replace(STUDY, victims=("front",), refresh_interval=1e-3)
+    assert num_snapshots(study, schedules(study)) == 32
+    assert num_snapshots(replace(study, refresh_interval=1.0), schedules(study)) == 1
+
+
+def test_every_problem_is_told_with_its_place():
+    bad = replace(
+        STUDY, name="a/b", radars=(replace(FRONT, vehicle="bus"), FRONT), targets=("tram",)
+    )
+    with pytest.raises(InputError) as caught:
+        check(bad)
+    assert [line.split(":")[0].strip() for line in str(caught.value).splitlines()] == [
+        "this study cannot run",
+        "name",
+        "radars.1.name",
+        "radars.0.vehicle",
+        "targets.0",
+    ]
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"converter": Converter(sample_rate=0.3e6)},
+        {"if_filter": IfFilter(passband=0.1e6, stopband=0.15e6)},
+    ],
+    ids=["converter", "filter"],
+)
+def test_beats_that_a_radar_cannot_sample_are_refused(change):
+    """Echoes from 30 m on 1e12 Hz/s beat at 200 kHz."""
+    with pytest.raises(PhysicsError, match=r"radars\.0: .*200\.1 kHz.*samples no more than 150"):
+        check(replace(STUDY, radars=(replace(FRONT, **change),)))
+
+
+def test_a_problem_of_one_radars_place_names_that_radar():
+    inside = replace(OTHER, mount=Pose(z=0.6))
+    with pytest.raises(InputError, match=r"radars\.1\.mount: radar 'other' is inside 'car'"):
+        check(replace(STUDY, radars=(FRONT, inside)))
+
+
+def test_an_unknown_material_is_found_before_anything_is_traced():
+    house = Building(
+        name="house", x=0.0, y=20.0, length=10.0, width=10.0, height=5.0, material="brik"
+    )
+    with pytest.raises(InputError, match=r"street: 'house' cannot be traced: .*'brik'"):
+        check(replace(STUDY, street=replace(STUDY.street, buildings=(house,))))
+
+
+def test_vehicles_that_free_space_cannot_show_are_noted():
+    with pytest.warns(ModelWarning, match="gives vehicles no echo, so 'car' cannot be found"):
+        check(replace(STUDY, tracer=FreeSpace()))
+
+
+def test_points_are_targets_that_free_space_can_show():
+    point = Point(name="post", x=9.0, y=2.0, z=0.5, rcs=1.0)
+    study = replace(STUDY, street=replace(STUDY.street, points=(point,)), victims=("front",))
+    assert check(study).targets == (("car", "van", "post"),)
+    assert check(replace(study, tracer=FreeSpace(), targets=("post",))).targets == (("post",),)

@@ -1,0 +1,218 @@
+"""A stored run comes back, names its axes and units, and is the same every time."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import zarr
+
+from polychirp.errors import InputError, RunError
+from polychirp.model.antenna import ISOTROPIC, AntennaArray
+from polychirp.model.detection import Detections
+from polychirp.model.if_frame import PARTS, IfFrame, IfParts, sample_times
+from polychirp.model.radar import Converter
+from polychirp.model.score import Score
+from polychirp.model.truth import Truth
+from polychirp.rng import Streams
+from polychirp.study.provenance import canonical_json, provenance
+from polychirp.study.spec import Study, StudyRadar
+from polychirp.study.store import load_run, save_run, stored_hash
+from polychirp.traffic.street import Street, Vehicle
+from polychirp.waveform import DiverseTriangular
+
+ARRAY = AntennaArray(num_channels=2, pattern=ISOTROPIC)
+
+
+@dataclass(frozen=True)
+class Victim:
+    name: str
+    frame: IfFrame
+    parts: IfParts
+    detections: Detections
+    truth: Truth
+    score: Score
+
+
+def victim(name: str, *, num_detections: int = 3) -> Victim:
+    schedule = DiverseTriangular(ramp_duration=(1e-4, 2e-4)).schedule(
+        num_sweeps=2, streams=Streams(1).of(name)
+    )
+    times = sample_times(schedule, Converter())
+    rng = np.random.default_rng(1)
+    shape = (len(PARTS), 2, schedule.num_ramps, times.most_samples)
+    parts = IfParts(samples=rng.normal(size=shape) + 1j * rng.normal(size=shape))
+    column = rng.normal(size=num_detections)
+    return Victim(
+        name=name,
+        frame=IfFrame(samples=parts.total(), times=times, schedule=schedule, array=ARRAY),
+        parts=parts,
+        detections=Detections(
+            time=0.5, range=column, range_rate=column, azimuth=column, power=column, snr=column
+        ),
+        truth=Truth(
+            time=0.25,
+            name=("car", "van"),
+            range=[1.0, 2.0],
+            range_rate=[0.0, 1.0],
+            azimuth=[0.1, 0.2],
+            point=np.zeros((2, 3)),
+            is_visible=[True, False],
+        ),
+        score=Score(
+            is_detected=[True, False],
+            range_error=[0.1, 0.0],
+            range_rate_error=[0.2, 0.0],
+            azimuth_error=[0.3, 0.0],
+            sinr=[1e3, 0.0],
+            nature=("direct",) * num_detections,
+            power=column,
+            target_detection=(0,),
+            num_missed=1,
+            floor_rise=2.5,
+        ),
+    )
+
+
+STUDY = Study(
+    name="alone",
+    seed=7,
+    street=Street(vehicles=(Vehicle(name="car", x=0.0, y=0.0),)),
+    radars=(StudyRadar(name="front", vehicle="car", waveform=DiverseTriangular()),),
+)
+ORIGIN = provenance(STUDY)
+
+
+@pytest.fixture
+def stored(tmp_path: Path) -> Path:
+    path = tmp_path / "results" / "run.zarr"
+    save_run(path, victims=[victim("front"), victim("rear", num_detections=0)], provenance=ORIGIN)
+    return path
+
+
+def files(path: Path) -> dict[str, bytes]:
+    return {
+        str(file.relative_to(path)): file.read_bytes()
+        for file in sorted(path.rglob("*"))
+        if file.is_file()
+    }
+
+
+def test_a_run_comes_back(stored):
+    run = load_run(stored)
+    assert run.provenance == ORIGIN
+    assert [v.name for v in run.victims] == ["front", "rear"]
+    expected, found = victim("front"), run.victim("front")
+    # single precision keeps 24 bits
+    np.testing.assert_allclose(found.frame.samples, expected.frame.samples, rtol=1e-6)
+    np.testing.assert_allclose(found.parts.samples, expected.parts.samples, rtol=1e-6)
+    assert found.frame.array == ARRAY
+    assert found.frame.times.rate == expected.frame.times.rate
+    for name in ("start_time", "duration", "start_frequency", "slope", "start_phase", "sweep"):
+        np.testing.assert_array_equal(
+            getattr(found.frame.schedule, name), getattr(expected.frame.schedule, name)
+        )
+    np.testing.assert_array_equal(found.detections.range, expected.detections.range)
+    assert (found.detections.time, found.truth.time) == (0.5, 0.25)
+    assert found.truth.name == ("car", "van")
+    np.testing.assert_array_equal(found.truth.is_visible, [True, False])
+    np.testing.assert_array_equal(found.score.range_error, [0.1, 0.0])
+    assert (found.score.ghosts, found.score.target_detection) == ((0, 1, 2), (0,))
+    assert (found.score.num_missed, found.score.floor_rise) == (1, 2.5)
+
+
+def test_a_frame_without_detections_comes_back(stored):
+    assert load_run(stored).victim("rear").detections.num_detections == 0
+
+
+def test_the_same_run_gives_the_same_bytes(stored, tmp_path):
+    again = tmp_path / "again.zarr"
+    save_run(again, victims=[victim("front"), victim("rear", num_detections=0)], provenance=ORIGIN)
+    assert files(again) == files(stored)
+
+
+def test_every_array_names_its_axes_and_its_unit(stored):
+    group = zarr.open_group(store=stored, mode="r")["victim-0"]
+    arrays = dict(group.members(max_depth=None))
+    found = {
+        name: (array.metadata.dimension_names, array.attrs["units"])
+        for name, array in arrays.items()
+        if isinstance(array, zarr.Array)
+    }
+    assert len(found) == 2 + 2 + 6 + 5 + 5 + 6
+    assert found["samples"] == (("channel", "ramp", "fast"), "V")
+    assert found["parts"] == (("part", "channel", "ramp", "fast"), "V")
+    assert found["schedule/slope"] == (("ramp",), "Hz/s")
+    assert found["truth/point"] == (("target", "xyz"), "m")
+    assert arrays["parts"].attrs["part"] == list(PARTS)
+
+
+def test_storing_again_replaces_and_leaves_nothing_unfinished(stored):
+    save_run(stored, victims=[victim("other")], provenance=ORIGIN)
+    assert [v.name for v in load_run(stored).victims] == ["other"]
+    assert [path.name for path in stored.parent.iterdir()] == ["run.zarr"]
+
+
+def test_a_run_that_fails_while_it_is_stored_leaves_the_old_one(stored):
+    with pytest.raises(AttributeError):
+        save_run(stored, victims=[victim("new"), None], provenance=ORIGIN)  # type: ignore[list-item]
+    assert [v.name for v in load_run(stored).victims] == ["front", "rear"]
+
+
+def test_the_hash_of_a_stored_study_is_read_without_its_arrays(stored, tmp_path):
+    assert stored_hash(stored) == ORIGIN.study_hash
+    assert stored_hash(tmp_path / "nothing") is None
+
+
+def test_a_folder_without_a_run_is_refused(tmp_path):
+    with pytest.raises(InputError, match="there is no run in"):
+        load_run(tmp_path / "nothing")
+    zarr.create_group(store=tmp_path / "other.zarr", zarr_format=3)
+    with pytest.raises(InputError, match="is not a run of polychirp"):
+        load_run(tmp_path / "other.zarr")
+
+
+def test_a_run_of_another_version_is_refused(stored):
+    zarr.open_group(store=stored, mode="a").attrs["format_version"] = 99
+    with pytest.raises(InputError, match="format version 99"):
+        load_run(stored)
+
+
+def test_a_damaged_run_is_refused(stored):
+    (stored / "victim-1" / "schedule" / "slope" / "zarr.json").unlink()
+    with pytest.raises(InputError, match="damaged"):
+        load_run(stored)
+
+
+def test_a_radar_that_is_not_stored_is_refused(stored):
+    with pytest.raises(InputError, match="no radar 'side'; it has front, rear"):
+        load_run(stored).victim("side")
+
+
+def test_a_place_that_cannot_be_written_is_told(tmp_path):
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    with pytest.raises(RunError, match="cannot be written"):
+        save_run(tmp_path / "file" / "run.zarr", victims=[], provenance=ORIGIN)
+
+
+def test_equal_studies_have_equal_hashes_and_others_have_others():
+    assert provenance(replace(STUDY)) == ORIGIN
+    assert provenance(replace(STUDY, num_sweeps=3)).study_hash != ORIGIN.study_hash
+
+
+def test_a_mesh_file_counts_by_what_it_holds_and_not_by_where_it_is(tmp_path):
+    def hash_with(content: bytes, folder: str) -> str:
+        path = tmp_path / folder / "car.glb"
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(content)
+        car = Vehicle(name="car", x=0.0, y=0.0, mesh=str(path))
+        return provenance(replace(STUDY, street=Street(vehicles=(car,)))).study_hash
+
+    assert hash_with(b"mesh", "here") == hash_with(b"mesh", "there")
+    assert hash_with(b"mesh", "here") != hash_with(b"other", "here")
+
+
+def test_canonical_text_keeps_every_digit():
+    """Python writes the shortest text that reads back as the same double."""
+    text = canonical_json(DiverseTriangular(idle=0.1 + 0.2))
+    assert '"idle": 0.30000000000000004' in text
