@@ -34,7 +34,7 @@ def record_ratio(benchmark, fast, slow, share):
 
 
 def test_facets_of_one_body(benchmark):
-    """Own echo of a sphere of 60 000 facets, occlusion included, against NumPy."""
+    """Own echo of a sphere of 120 000 facets, occlusion included, against NumPy."""
     corners = sphere(0.5, 8e-3)
     scene = around([Actor(name="b", kind="object", mesh=mesh_of(corners))], [(8.0, 0, 0.5)])
     tracer = Composite()
@@ -51,7 +51,7 @@ def test_facets_of_one_body(benchmark):
 
 @pytest.mark.parametrize("query", ["closest", "occluded"])
 def test_rays_at_a_sphere(benchmark, query):
-    """A million rays a second and more, at 60 000 triangles."""
+    """A million rays a second and more, at 120 000 triangles."""
     corners = sphere(1.0, 16e-3)
     rng = np.random.default_rng(0)
     origins = rng.normal(size=(100_000, 3))

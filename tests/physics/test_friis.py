@@ -7,6 +7,7 @@ from polychirp.channel.composite import Composite
 from polychirp.channel.free_space import FreeSpace
 from polychirp.channel.motion import retarded_leg
 from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.errors import InputError
 from polychirp.frames import Pose
 from polychirp.model.scene import Actor, PointScatterer
 from polychirp.testing.shapes import around
@@ -41,6 +42,13 @@ def test_the_direct_path_obeys_friis(tracer):
 @BOTH
 def test_a_radar_hears_itself_only_by_echo(tracer):
     assert tracer.trace(around([], [(0, 0, 0.5)])).num_paths == 0
+
+
+@BOTH
+def test_two_radars_at_one_place_are_refused(tracer):
+    """Friis has no answer there."""
+    with pytest.raises(InputError, match="radars '0' and '1' are at one place"):
+        tracer.trace(around([], [(0, 0, 0.5), (0, 0, 0.5)]))
 
 
 @BOTH

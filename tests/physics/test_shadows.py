@@ -85,7 +85,7 @@ def test_a_radar_looks_out_of_its_own_skin_but_not_through_its_car(proud):
 
 def test_the_skin_of_neither_radar_hides_one_from_the_other():
     """Both sit 5 mm behind the faces that their cars turn to each other."""
-    mesh = mesh_of(box((4, 1.8, 1.4), 0.3))
+    mesh = mesh_of(box((4, 1.8, 1.4), 0.1))
     cars = tuple(
         Actor(name=name, kind="vehicle", mesh=mesh, pose=Pose(x=x, yaw=yaw))
         for name, x, yaw in (("a", 0.0, 0.0), ("b", 20.0, np.pi))

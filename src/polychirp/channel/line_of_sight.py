@@ -7,6 +7,7 @@ import numpy as np
 from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import path_table
 from polychirp.channel.motion import retarded_leg
+from polychirp.errors import InputError
 from polychirp.frames import polarisation_basis
 from polychirp.model.paths import PropagationPaths
 from polychirp.model.scene import Scene
@@ -33,9 +34,18 @@ def line_of_sight(scene: Scene, *, frequency: float, pairs: IntArray) -> Propaga
 
     Friis, with d from where the transmitter was to where the receiver is; the delay is exact for
     linear motion.
+
+    Raises
+    ------
+    InputError
+        Two radars are at the same place.
     """
     pair = pairs[pairs[:, 0] != pairs[:, 1]]
     place, speed = scene.radar_position, scene.radar_velocity
+    same = np.all(place[pair[:, 0]] == place[pair[:, 1]], axis=-1)
+    if np.any(same):
+        names = [scene.radars[number].name for number in pair[np.argmax(same)]]
+        raise InputError(f"radars '{names[0]}' and '{names[1]}' are at one place; move one")
     delay, delay_rate, flight = retarded_leg(
         source=place[pair[:, 0]],
         source_velocity=speed[pair[:, 0]],

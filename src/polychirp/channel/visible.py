@@ -21,7 +21,7 @@ GRAIN = 0.05
 """m, edge of the pieces into which faces are cut to find what is visible of a half-hidden body."""
 
 BATCH = 256
-"""Candidates whose visibility is tested at once, nearest first."""
+"""Candidates whose visibility is tested at first, nearest first; then four times as many."""
 
 INSIDE = 0.6
 """Share of the full sphere that a body must span around a point to hold it.
@@ -102,11 +102,13 @@ def _nearest_visible(world: World, actor: Actor, eye: FloatArray) -> tuple[Float
         away = np.linalg.norm(gap, axis=-1, keepdims=True)
         ends = candidates + 1e-3 * gap / np.maximum(away, 1e-12)
         order = np.argsort(away[:, 0], kind="stable")
-        for begin in range(0, len(order), BATCH):
-            batch = order[begin : begin + BATCH]
+        begin, size = 0, BATCH
+        while begin < len(order):
+            batch = order[begin : begin + size]
             free = ~blocked(world, eye[None], ends[batch])
             if np.any(free):
                 return np.asarray(candidates[batch[np.argmax(free)]])
+            begin, size = begin + size, 4 * size
         return None
 
     corners = target_corners(actor)

@@ -66,7 +66,7 @@ class Surface:
     radius: float
 
 
-@lru_cache(maxsize=32)
+@lru_cache(maxsize=64)
 def surface_of(mesh: Mesh, blocks: tuple[bool, ...]) -> Surface:
     """The surface of a mesh, of whose materials some block; kept for the next snapshot."""
     corners = mesh.corners
@@ -118,7 +118,7 @@ class Forest(NamedTuple):
     root: IntArray
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=2)
 def forest_of(surfaces: tuple[Surface, ...]) -> Forest:
     """The trees of all bodies behind one another."""
     trees = [surface.tree for surface in surfaces] or [grow_tree(np.zeros((0, 3, 3)))]

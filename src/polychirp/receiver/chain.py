@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from polychirp.axes import BoolArray, FloatArray, IntArray
+from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
 from polychirp.frames import Spec
@@ -14,6 +14,7 @@ from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame
 from polychirp.receiver.angle import root_music
 from polychirp.receiver.beamform import beamform, orthogonal_sines, steering
+from polychirp.receiver.coherence import coherence
 from polychirp.receiver.joint import (
     Grid,
     floor_over_range,
@@ -21,7 +22,6 @@ from polychirp.receiver.joint import (
     log_spectra,
     noise_depletion,
     spectrum_size,
-    unevenness_map,
 )
 from polychirp.receiver.mitigation.blanking import Blanking
 from polychirp.receiver.point import (
@@ -36,8 +36,9 @@ from polychirp.receiver.refine import motion_steps, range_and_rate_from_beats
 from polychirp.receiver.threshold import log_mean_threshold, log_median_of_noise
 from polychirp.units import Metres, MetresPerSecond, Ratio, from_db
 
-GREATEST_UNEVENNESS = 2.0
-"""Of a point's power over ramps (`unevenness_map`): three times that of a scintillating point."""
+LEAST_COHERENCE = 0.35
+"""Asked of a point's ramps (`coherence`): false pairs stay below 0.3, bodies on a street reach 0.4
+to 1; what passes within a few metres at high speed may not, and is then not claimed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,6 +48,7 @@ class Receiver(Spec):
     Points are found strongest first. Each one is refined, its amplitude on every ramp and channel
     taken out of the samples, and the map drawn anew, until nothing crosses the threshold: so a
     weak target is not lost under the skirts of a strong one, and those skirts are no targets.
+    What crosses it but does not move like one point over the frame (`coherence`) is no claim.
 
     Parameters
     ----------
@@ -55,7 +57,7 @@ class Receiver(Spec):
     dynamic_range : ratio to the strongest echo, below which nothing is claimed: what is left of
         extended bodies, taken out as points, would be
     least_range, greatest_range, greatest_speed : m and m/s, limits of the map
-    most_detections : stop after so many
+    most_detections : stop when there are so many
     """
 
     mitigation: Blanking | None = None
@@ -87,7 +89,7 @@ class Receiver(Spec):
 
 
 class _Search:
-    """Points of one frame, found and taken out until only noise is left."""
+    """Points of one frame, found and taken out until nothing coherent is left."""
 
     def __init__(self, receiver: Receiver, frame: IfFrame) -> None:
         self.receiver = receiver
@@ -110,29 +112,38 @@ class _Search:
         self.sensitivity = beat_sensitivity(frame.schedule, frame.times, self.time)
         self.resolution = frame.times.rate / frame.times.num_samples
         self.motion = np.zeros((0, 3))
-        self.floor = np.zeros(0)
-        self.top = -np.inf
         self.amplitude = np.zeros((0, *frame.samples.shape[:2]), dtype=np.complex128)
+        self.floor = np.zeros(0)
+        self.is_tried = np.zeros((self.grid.range_rate.size, self.grid.range.size), dtype=bool)
+        self.top = -np.inf
 
     def next_points(self) -> bool:
         """Find and take out the strongest points left; False when there is none."""
         logs = self._log_spectra()
         statistic = log_range_rate_map(logs, self.frame.schedule, self.frame.times, self.grid)
         floor = floor_over_range(statistic, round(6.0 / self.grid.range_step))
-        uneven = unevenness_map(logs, self.frame.schedule, self.frame.times, self.grid)
         self.top = max(self.top, float(statistic.max()))
         weak = statistic < self.top - np.log(self.receiver.dynamic_range)
-        excess = np.where(weak | (uneven > GREATEST_UNEVENNESS), -np.inf, statistic - floor)
-        candidates = strongest_peaks(excess, self.threshold, self.grid)
-        for n in unrelated(self._beats_of(candidates), self.resolution)[:6]:
-            beam, i, j = candidates[n]
-            self._add(logs[beam], float(floor[beam, 0, j]), i, j)
-        if candidates:
-            self._take_out()
-        return bool(candidates) and len(self.motion) < self.receiver.most_detections
+        excess = np.where(weak, -np.inf, statistic - floor)
+        excess[:, self.is_tried] = -np.inf
+        found = 0
+        while not found:
+            peaks = strongest_peaks(excess, self.threshold, self.grid)
+            for n in unrelated(self._beats_of(peaks), self.resolution):
+                beam, i, j = peaks[n]
+                place = (slice(max(0, i - 1), i + 2), slice(max(0, j - 1), j + 2))
+                excess[:, *place] = -np.inf
+                if self._add(logs[beam], float(floor[beam, 0, j]), i, j):
+                    # once is enough: what the joint fit drops would come back for ever
+                    self.is_tried[place] = True
+                    found += 1
+            if not peaks:
+                return False
+        self._take_out()
+        return len(self.motion) < self.receiver.most_detections
 
-    def _beats_of(self, candidates: list[tuple[int, int, int]]) -> FloatArray:
-        cells = np.array(candidates, dtype=np.int64).reshape(-1, 3)
+    def _beats_of(self, peaks: list[tuple[int, int, int]]) -> FloatArray:
+        cells = np.array(peaks, dtype=np.int64).reshape(-1, 3)
         return beat_frequency(
             self.frame.schedule,
             self.frame.times,
@@ -156,7 +167,8 @@ class _Search:
             noise_depletion(beats, self.frame.times, self.size),
         )
 
-    def _add(self, logs: FloatArray, floor: float, i: int, j: int) -> None:
+    def _add(self, logs: FloatArray, floor: float, i: int, j: int) -> bool:
+        """Take a peak as a point if its ramps cohere."""
         distance, rate = range_and_rate_from_beats(
             logs,
             self.frame.schedule,
@@ -165,8 +177,23 @@ class _Search:
             range_rate=float(self.grid.range_rate[i]),
             time=self.time,
         )
-        self.motion = np.vstack([self.motion, [distance, rate, 0.0]])
+        motion = np.array([[distance, rate, 0.0]])
+        amplitude, _ = fit_amplitudes(
+            self.residual, self.weight, self._phases(motion), self.frame.times.rate
+        )
+        if self._coherence(amplitude)[0] < LEAST_COHERENCE:
+            return False
+        self.motion = np.vstack([self.motion, motion])
         self.floor = np.append(self.floor, floor)
+        return True
+
+    def _coherence(self, amplitude: ComplexArray) -> FloatArray:
+        schedule = self.frame.schedule
+        middle = schedule.start_time + 0.5 * schedule.duration
+        return coherence(amplitude, schedule.centre_frequency, middle)
+
+    def _phases(self, motion: FloatArray) -> FloatArray:
+        return beat_phase(self.frame.schedule, self.frame.times, motion=motion, time=self.time)
 
     def _take_out(self, steps: int = 2) -> None:
         """Fit all points to the samples together, by turns amplitudes and motions."""
@@ -179,33 +206,38 @@ class _Search:
             step = motion_steps(errors, strength, self.sensitivity, self.resolution)
             limit = np.array([0.5 * self.grid.range_step, self.grid.range_rate_step, 10.0])
             self.motion = self.motion + np.clip(step, -limit, limit)
-            self._drop(self.excess() < self.threshold)
         self._fit()
+        is_point = self._is_point()
+        if not np.all(is_point):
+            self._keep(is_point)
+            self._fit()
+
+    def _fit(self) -> FloatArray:
+        phases = self._phases(self.motion)
+        self.amplitude, self.residual = fit_amplitudes(
+            self.frame.samples, self.weight, phases, self.frame.times.rate
+        )
+        return phases
 
     def excess(self) -> FloatArray:
-        """How far the fitted points stand above the floor in the map's statistic, ``(point,)``.
-
-        A crossing of two strong points' arms passes for a point until those two are fitted with
-        it: then little is left to it, and it goes.
-        """
+        """How far the fitted points stand above the floor in the map's statistic, ``(point,)``."""
         gain = np.sum(self.weight, axis=1) ** 2 / np.maximum(np.sum(self.weight**2, axis=1), 1e-30)
         power = np.sum(np.abs(self.amplitude) ** 2, axis=1) * gain
         return np.asarray(np.mean(np.log(np.maximum(power, 1e-300)), axis=1) - self.floor)
 
-    def _drop(self, which: BoolArray) -> None:
-        self.motion = self.motion[~which]
-        self.floor = self.floor[~which]
+    def _is_point(self) -> BoolArray:
+        """Points that are still one when the others are fitted with them, ``(point,)``."""
+        is_loud = self.excess() >= self.threshold
+        return is_loud & (self._coherence(self.amplitude) >= LEAST_COHERENCE)
 
-    def _fit(self) -> FloatArray:
-        schedule, times = self.frame.schedule, self.frame.times
-        phases = beat_phase(schedule, times, motion=self.motion, time=self.time)
-        self.amplitude, self.residual = fit_amplitudes(
-            self.frame.samples, self.weight, phases, times.rate
-        )
-        return phases
+    def _keep(self, which: BoolArray) -> None:
+        self.motion = self.motion[which]
+        self.floor = self.floor[which]
+        self.amplitude = self.amplitude[which]
 
     def detections(self) -> Detections:
         """Points as claims, those dropped that only mend a stronger one's skirt."""
+        self._keep(self._is_point())
         power = np.mean(np.abs(self.amplitude) ** 2, axis=(1, 2))
         distance, rate = self.motion[:, 0], self.motion[:, 1]
         kept = resolved(self.frame, distance=distance, range_rate=rate, power=power)

@@ -33,12 +33,12 @@ def part_powers(
     phases = beat_phase(frame.schedule, frame.times, motion=motion, time=detections.time)
     weights = _steering(frame, np.sin(detections.azimuth))
     out = np.zeros((detections.num_detections, len(PARTS)))
-    for number, part in enumerate(PARTS):
-        samples = parts[part] * present
-        for n in range(detections.num_detections):
-            amplitude, _ = fit_amplitudes(samples, weight, phases[n : n + 1], frame.times.rate)
-            power = np.abs(weights[n] @ amplitude[0]) ** 2
-            out[n, number] = np.exp(np.mean(np.log(np.maximum(power, 1e-300))))
+    stacked = (parts.samples * present).reshape(-1, *present.shape)  # parts and channels
+    for n in range(detections.num_detections):
+        amplitude, _ = fit_amplitudes(stacked, weight, phases[n : n + 1], frame.times.rate)
+        by_part = amplitude[0].reshape(len(PARTS), -1, frame.schedule.num_ramps)
+        power = np.abs(np.einsum("c,pck->pk", weights[n], by_part)) ** 2
+        out[n] = np.exp(np.mean(np.log(np.maximum(power, 1e-300)), axis=1))
     return out
 
 

@@ -117,23 +117,6 @@ def log_range_rate_map(
     return np.asarray(_read_along(logs, first, step, grid.range.size))
 
 
-def unevenness_map(
-    logs: FloatArray, schedule: RampSchedule, times: SampleTimes, grid: Grid
-) -> FloatArray:
-    r"""Ln of the arithmetic over the geometric mean over ramps of the power, same shape.
-
-    .. math:: U = \ln \frac1K \sum_k |X_k|^2 - \frac1K \sum_k \ln |X_k|^2
-
-    Zero for a steady point, 0.58 for a scintillating one or noise; several for the arms of a
-    strong echo, which are there on its up- *or* its down-ramps alone.
-    """
-    top = float(logs.max())
-    first, step = _lines(schedule, times, grid, logs.shape[-1])
-    mean = _read_along(np.exp(np.maximum(logs - top, -300.0)), first, step, grid.range.size)
-    level = log_range_rate_map(logs, schedule, times, grid)
-    return np.asarray(np.log(np.asarray(mean)) + top - level)
-
-
 def log_range_rate_map_by_loops(
     logs: FloatArray, schedule: RampSchedule, times: SampleTimes, grid: Grid
 ) -> FloatArray:

@@ -119,21 +119,90 @@ def fit_amplitudes(
     amplitude : ``(point, channel, ramp)``
     residual : ``(channel, ramp, fast)``, zero where there is no sample
     """
-    channels, ramps, _ = samples.shape
-    amplitude = np.zeros((phases.shape[0], channels, ramps), dtype=np.complex128)
-    residual = np.array(samples)
-    for k in range(ramps):
-        length = int(np.max(np.nonzero(weight[k])[0], initial=-1)) + 1
-        replicas = _replicas(phases[:, k], length, rate)  # (point, fast)
-        weighted = replicas.conj() * weight[k, :length]
-        gram = weighted @ replicas.T
-        total = float(np.sum(weight[k])) or 1.0
-        # points closer than a resolution cell are told apart only as far as noise allows
-        gram[np.diag_indices_from(gram)] += 1e-7 * total
-        solution = np.linalg.solve(gram, weighted @ samples[:, k, :length].T)
+    return _fit(samples, weight, phases, rate)  # type: ignore[no-any-return]
+
+
+RIDGE = 1e-7
+"""Share of a point's own energy added to the normal equations: points closer than a resolution
+cell are told apart only as far as rounding allows, and a ramp without samples has a solution."""
+
+
+@njit(cache=True, nogil=True, parallel=True)
+def _fit(samples: Any, weight: Any, phases: Any, rate: float) -> Any:  # pragma: no cover
+    """Compiled `fit_amplitudes`."""
+    channels, ramps, fast = samples.shape
+    points = phases.shape[0]
+    amplitude = np.zeros((points, channels, ramps), dtype=np.complex128)
+    residual = np.zeros((channels, ramps, fast), dtype=np.complex128)
+    for k in prange(ramps):
+        real = np.empty((points, fast))
+        imag = np.empty((points, fast))
+        for p in range(points):
+            _replica_into(real[p], imag[p], phases[p, k], rate)
+        gram, right = _normal_equations(samples[:, k], weight[k], real, imag)
+        solution = np.linalg.solve(gram, right)
         amplitude[:, :, k] = solution
-        residual[:, k, :length] -= solution.T @ replicas
-    return amplitude, residual * (weight > 0)
+        for m in range(channels):
+            _residual_into(residual[m, k], samples[m, k], weight[k], solution[:, m], real, imag)
+    return amplitude, residual
+
+
+@njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
+def _normal_equations(  # pragma: no cover
+    samples: Any, weight: Any, real: Any, imag: Any
+) -> Any:
+    """Gram matrix and right-hand sides of one ramp; sums may be reordered, which is rounding."""
+    points, fast = real.shape
+    channels = samples.shape[0]
+    gram = np.zeros((points, points), dtype=np.complex128)
+    right = np.zeros((points, channels), dtype=np.complex128)
+    ridge = RIDGE * np.sum(weight) + 1e-300
+    for p in range(points):
+        a = real[p] * weight
+        b = imag[p] * weight
+        for q in range(p, points):
+            x, y = 0.0, 0.0
+            for n in range(fast):
+                x += a[n] * real[q, n] + b[n] * imag[q, n]
+                y += a[n] * imag[q, n] - b[n] * real[q, n]
+            gram[p, q] = complex(x, y)
+            gram[q, p] = complex(x, -y)
+        gram[p, p] += ridge
+        for m in range(channels):
+            x, y = 0.0, 0.0
+            for n in range(fast):
+                sample = samples[m, n]
+                x += a[n] * sample.real + b[n] * sample.imag
+                y += a[n] * sample.imag - b[n] * sample.real
+            right[p, m] = complex(x, y)
+    return gram, right
+
+
+@njit(cache=True, nogil=True)
+def _residual_into(  # pragma: no cover
+    residual: Any, samples: Any, weight: Any, amplitude: Any, real: Any, imag: Any
+) -> None:
+    """What is left of one channel's samples on one ramp."""
+    for n in range(samples.size):
+        if weight[n] > 0.0:
+            left = samples[n]
+            for p in range(amplitude.size):
+                left -= amplitude[p] * complex(real[p, n], imag[p, n])
+            residual[n] = left
+
+
+@njit(cache=True, nogil=True)
+def _replica_into(real: Any, imag: Any, phase: Any, rate: float) -> None:  # pragma: no cover
+    """Unit signal of one point on one ramp, by the recurrence of a quadratic phase."""
+    bend = phase[2] / rate**2
+    turn = np.exp(2j * np.pi * (phase[0] % 1.0))
+    step = np.exp(2j * np.pi * (phase[1] / rate + 0.5 * bend))
+    growth = np.exp(2j * np.pi * bend)
+    for n in range(real.size):
+        real[n] = turn.real
+        imag[n] = turn.imag
+        turn *= step
+        step *= growth
 
 
 @njit(cache=True, nogil=True, parallel=True)
@@ -158,11 +227,9 @@ def beat_errors(  # pragma: no cover - compiled
             if total == 0.0:
                 continue
             mean /= total
-            slope = phase[p, k, 1] / rate
-            bend = phase[p, k, 2] / rate**2
-            turn = np.exp(2j * np.pi * (phase[p, k, 0] % 1.0))
-            step = np.exp(2j * np.pi * (slope + 0.5 * bend))
-            growth = np.exp(2j * np.pi * bend)
+            real = np.empty(fast)
+            imag = np.empty(fast)
+            _replica_into(real, imag, phase[p, k], rate)
             above, below = 0.0, 0.0
             strength = 0.0
             for m in range(channels):
@@ -173,10 +240,8 @@ def beat_errors(  # pragma: no cover - compiled
                     found = 0.0j
                     for m in range(channels):
                         found += residual[m, k, n] * np.conj(amplitude[p, m, k])
-                    above += w * (n - mean) * (found * np.conj(turn)).imag
+                    above += w * (n - mean) * (found * complex(real[n], -imag[n])).imag
                     below += w * (n - mean) ** 2
-                turn *= step
-                step *= growth
             if strength > 0.0 and below > 0.0:
                 out[p, k] = above / (2.0 * np.pi * strength * below) * rate
     return out

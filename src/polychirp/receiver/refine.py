@@ -9,7 +9,7 @@ from polychirp.model.if_frame import SampleTimes
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.point import beat_frequency
 
-TYPICAL_ACCELERATION = 10.0
+TYPICAL_ACCELERATION = 20.0
 """m/s², of a point's distance: braking, and the lateral motion of what passes by."""
 
 

@@ -35,14 +35,14 @@ LANE_2: Final = 1.75
 
 _VEHICLES: Final[tuple[tuple[str, Body, int, float, float], ...]] = (
     # name, body, lane, x in m, speed in m/s
-    ("vehicle-1", "sedan", 1, 0.0, 12.4),
+    ("vehicle-1", "sedan", 1, 0.0, 9.0),
     ("vehicle-2", "hatchback", 1, 22.0, 11.2),
     ("vehicle-3", "van", 2, -2.7, 11.8),
     ("vehicle-4", "sedan", 2, 39.17489, 8.4),
     ("target-1", "truck", 2, 14.0, 8.7),
     ("target-2", "van", 1, 39.11348, 11.5),
-    ("target-3", "hatchback", 2, -12.83107, 12.1),
-    ("target-4", "sedan", 1, -10.66493, 12.2),
+    ("target-3", "hatchback", 2, -12.83107, 9.2),
+    ("target-4", "sedan", 1, -10.66493, 9.6),
 )
 
 _BUILDINGS: Final = (

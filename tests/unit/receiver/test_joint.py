@@ -13,12 +13,11 @@ from polychirp.receiver.joint import (
     log_spectra,
     noise_depletion,
     spectrum_size,
-    unevenness_map,
 )
 from polychirp.receiver.point import beat_frequency, beat_phase, fit_amplitudes, hann_weights
 from polychirp.rng import Streams
 from polychirp.testing.points import HandPoint, frame_of
-from polychirp.waveform import DiverseTriangular, Triangular
+from polychirp.waveform import DiverseTriangular
 
 RAMPS = DiverseTriangular().schedule(num_sweeps=4, streams=Streams(3))
 TIMES = sample_times(RAMPS, Converter())
@@ -53,19 +52,6 @@ def test_white_noise_has_the_same_level_in_every_spectrum():
     logs = spectra_of(frame_of(RAMPS, [], noise=1.0))
     cells = TIMES.num_samples.sum() * 4 / 2.0  # Hann: about half of the bins independent
     assert logs.mean() == pytest.approx(-np.euler_gamma, abs=4 * 1.28 / np.sqrt(cells))
-
-
-def test_an_arm_is_uneven_and_a_point_is_not():
-    """On the up-ramps alone a strong echo is there; nothing is on the down-ramps."""
-    ramps = Triangular().schedule(num_sweeps=4, streams=Streams(1))
-    frame = frame_of(ramps, [HandPoint(range=2.5, power=1e4)])
-    coupling = ramps.centre_frequency[0] / ramps.slope[0]  # metres of range per m/s, up-ramps
-    grid = Grid(
-        range=np.array([2.5, 2.5 - 6.0 * coupling]), range_rate=np.array([0.0, 6.0]), time=0.0
-    )
-    uneven = unevenness_map(spectra_of(frame), ramps, frame.times, grid)
-    assert uneven[0, 0, 0] < 0.1
-    assert uneven[0, 1, 1] > 4.0
 
 
 def test_the_notch_of_a_removed_point_is_filled_with_noise():

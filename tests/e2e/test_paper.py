@@ -1,0 +1,95 @@
+"""The paper's claims, each as an assertion on what `polychirp paper` computes."""
+
+import pytest
+
+from polychirp.report.record import results_json
+from polychirp.report.verdict import verdicts
+from polychirp.study.paper import TARGETS, paper_cases, run_paper
+
+pytestmark = pytest.mark.slow
+
+CELL = 0.19
+"""m, range resolution of 800 MHz."""
+
+
+@pytest.fixture(scope="module")
+def results():
+    return run_paper(seed=1)
+
+
+def rows(results, **wanted):
+    return [r for r in results.rows if all(getattr(r, k) == v for k, v in wanted.items())]
+
+
+def ghosts(row):
+    return sorted(g.range_m for g in row.ghosts if g.kind in ("direct", "indirect"))
+
+
+def test_every_case_has_its_row(results):
+    expected = [(c.scenario, c.victim, c.waveform) for c in paper_cases()]
+    found = [(r.scenario, r.radar, r.waveform) for r in (*results.rows, *results.everyone)]
+    assert found == expected
+
+
+def test_without_interference_all_four_targets_are_found_within_a_cell(results):
+    truth = {"target-4": 6.5, "target-3": 9.15, "target-2": 12.6, "vehicle-4": 13.65}
+    for row in rows(results, scenario="A"):
+        for target in row.targets:
+            assert target.range_m == pytest.approx(truth[target.name], abs=0.01)
+            assert target.detected
+            assert abs(target.range_error_m) < CELL
+            assert abs(target.speed_error_mps) < 0.15
+            assert abs(target.azimuth_error_deg) < 2.0
+        assert not [g for g in row.ghosts if g.kind == "unexplained"]
+        assert row.floor_rise_db == pytest.approx(0.0, abs=0.01)
+
+
+def test_identical_radars_in_step_make_two_indirect_ghosts(results):
+    row = rows(results, scenario="B", waveform="conventional", synchronous=True, mitigation="none")[
+        0
+    ]
+    assert ghosts(row) == pytest.approx([5.6, 7.4], abs=0.1)
+    assert row.missed == 0
+
+
+def test_an_oncoming_radar_in_step_makes_a_ghost_stronger_than_the_targets(results):
+    row = rows(results, scenario="C", waveform="conventional", synchronous=True, mitigation="none")[
+        0
+    ]
+    assert ghosts(row) == pytest.approx([6.6], abs=0.03)
+    assert row.ghosts[0].power_over_strongest_target_db > 20.0
+    assert row.missed == 0
+
+
+@pytest.mark.parametrize("scenario", ["B", "C"])
+@pytest.mark.parametrize("waveform", ["diverse", "fixed-per-radar"])
+def test_different_slopes_leave_no_ghost_and_keep_the_targets(results, scenario, waveform):
+    for row in rows(results, scenario=scenario, waveform=waveform):
+        assert ghosts(row) == []
+        assert row.missed == 0
+
+
+def test_diversity_removes_ghosts_but_not_energy(results):
+    """The direct interferer lifts the floor by tens of dB; blanking takes that away again."""
+    for synchronous in (True, False):
+        plain, blanked = (
+            rows(results, scenario="C", waveform="diverse", synchronous=synchronous, mitigation=m)[
+                0
+            ]
+            for m in ("none", "blanking")
+        )
+        assert plain.floor_rise_db > 50.0
+        assert blanked.floor_rise_db < 1.0
+
+
+def test_radars_that_are_not_in_step_make_no_ghost(results):
+    for row in rows(results, synchronous=False):
+        assert ghosts(row) == []
+
+
+def test_all_verdicts_hold_and_are_recorded(results):
+    assert all(verdict.holds for verdict in verdicts(results))
+    record = results_json(results)
+    assert len(record["scenarios"]) == len(results.rows)
+    assert {entry["radar"] for entry in record["scenarios"]} == {"vehicle-1", "vehicle-2"}
+    assert {entry["radar"] for entry in record["all_radars"]} == set(TARGETS)

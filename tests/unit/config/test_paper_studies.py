@@ -1,0 +1,38 @@
+"""The study files of the paper's street are the studies that the code makes."""
+
+from pathlib import Path
+
+import pytest
+
+from polychirp.config.load import load_study
+from polychirp.study.paper import paper_study
+
+FOLDER = Path(__file__).parents[3] / "studies" / "paper"
+STUDIES = {
+    "fig09-ideal": paper_study("conventional", radars=("vehicle-1", "vehicle-2")),
+    "fig10-indirect": paper_study("conventional", radars=("vehicle-1", "vehicle-3")),
+    "fig11-direct": paper_study("conventional", radars=("vehicle-2", "vehicle-4")),
+    "street-diverse": paper_study("diverse", synchronous=False),
+}
+
+
+def test_every_file_is_looked_at():
+    assert {path.stem for path in FOLDER.glob("*.toml")} == set(STUDIES)
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_a_file_of_the_paper_is_the_study_that_the_code_makes(name):
+    assert load_study(FOLDER / f"{name}.toml") == STUDIES[name]
+
+
+def test_a_comment_of_a_file_says_what_works():
+    path = FOLDER / "fig11-direct.toml"
+    changes = [
+        'victims=["vehicle-2"]',
+        'defaults.radar.waveform={kind="diverse-triangular"}',
+        'receiver.mitigation={kind="blanking"}',
+    ]
+    study = load_study(path, overrides=changes)
+    assert study.victims == ("vehicle-2",)
+    assert {radar.waveform.kind for radar in study.radars} == {"diverse-triangular"}
+    assert study.receiver.mitigation is not None
