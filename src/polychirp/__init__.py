@@ -1,1 +1,44 @@
-"""Simulate mutual interference between FMCW automotive radars."""
+"""polychirp: mutual interference between FMCW automotive radars in ray-traced traffic.
+
+The public names load when they are first used, so that ``import polychirp`` costs nothing.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from polychirp.config.load import load_study as load_study
+    from polychirp.receiver.chain import Receiver as Receiver
+    from polychirp.receiver.mitigation.blanking import Blanking as Blanking
+    from polychirp.study.paper import paper_study as paper_study
+    from polychirp.study.paper import run_paper as run_paper
+    from polychirp.study.spec import Study as Study
+    from polychirp.study.spec import StudyRadar as StudyRadar
+    from polychirp.study.store import load_run as load_run
+    from polychirp.study.trial import run_trial as run_trial
+
+_HOMES = {
+    "Blanking": "polychirp.receiver.mitigation.blanking",
+    "Receiver": "polychirp.receiver.chain",
+    "Study": "polychirp.study.spec",
+    "StudyRadar": "polychirp.study.spec",
+    "load_run": "polychirp.study.store",
+    "load_study": "polychirp.config.load",
+    "paper_study": "polychirp.study.paper",
+    "run_paper": "polychirp.study.paper",
+    "run_trial": "polychirp.study.trial",
+}
+
+__all__ = ["Blanking", "Receiver", "Study", "StudyRadar", "load_run", "load_study"]
+__all__ += ["paper_study", "run_paper", "run_trial"]
+
+
+def __getattr__(name: str) -> Any:
+    """Load a public name from its home."""
+    if name not in _HOMES:
+        raise AttributeError(f"module 'polychirp' has no attribute '{name}'")
+    return getattr(import_module(_HOMES[name]), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(_HOMES)

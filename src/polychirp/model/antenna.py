@@ -24,7 +24,7 @@ class ElementPattern(Spec):
 
     the Gaussian main lobe with a floor that 3GPP TR 38.901 table 7.3-1 uses; the beamwidths are
     full 3-dB widths. The default is the ±80° × ±10° beam of the paper with its 27 dBi of table 2,
-    which contradict each other (a beam that wide has about 11 dBi: signal.md of the docs).
+    which contradict each other (a beam that wide has about 11 dBi: errata 9 of the docs).
 
     Parameters
     ----------

@@ -17,8 +17,10 @@ from polychirp.model.detection import Detections
 from polychirp.receiver.chain import Receiver
 from polychirp.receiver.dissect import range_response
 from polychirp.receiver.mitigation.blanking import Blanking
+from polychirp.receiver.paper_chain import PaperReceiver
 from polychirp.receiver.threshold import mean_threshold
 from polychirp.rng import Streams
+from polychirp.scoring.association import Gate, associate
 from polychirp.study.paper_results import (
     GhostKind,
     GhostRow,
@@ -60,6 +62,9 @@ TARGETS: Final = {
 
 GREATEST_CLOCK_OFFSET: Final = 20e-6
 """Of radars that are not synchronised: a crystal's tolerance."""
+
+PAPER_GATE: Final = Gate(range=0.4, range_rate=2.0, azimuth=math.radians(15.0))
+"""Wider in speed than ours: the paper's receiver knows it to a Doppler cell, 1.3 m/s."""
 
 GHOST_EXTENT: Final = (1.0, 2.0)
 """m and m/s: ghosts of one kind that are closer than this are one ghost, as one body is one."""
@@ -243,6 +248,8 @@ def paper_row(case: Case, victim: Victim, receiver: Receiver) -> PaperRow:
     """One row of the table: numbers in people's units."""
     response = range_response(receiver, victim.frame, victim.parts)
     score = victim.score
+    by_the_paper = PaperReceiver().detect(victim.frame)
+    found, _ = associate(by_the_paper, victim.truth, gate=PAPER_GATE)
     return PaperRow(
         scenario=case.scenario,
         radar=case.victim,
@@ -260,6 +267,8 @@ def paper_row(case: Case, victim: Victim, receiver: Receiver) -> PaperRow:
         mean_threshold_db=float(_dbm(mean_threshold(np.sqrt(response.power)) ** 2)),
         detection_range=victim.detections.range,
         detection_power_db=_dbm(victim.detections.power),
+        paper_claims=by_the_paper.num_detections,
+        paper_found=int(found.size),
     )
 
 

@@ -68,6 +68,8 @@ class PaperRow:
     mean_threshold_db : dBm, equation (12) of the paper on that profile
     detection_range : m, ``(detection,)``, of everything detected
     detection_power_db : dBm, ``(detection,)``
+    paper_claims, paper_found : how many detections the paper's own receiver makes of the same
+        samples, and how many of the targets are among them
     """
 
     scenario: Scenario
@@ -86,6 +88,8 @@ class PaperRow:
     mean_threshold_db: float
     detection_range: Annotated[FloatArray, Axes("detection")]
     detection_power_db: Annotated[FloatArray, Axes("detection")]
+    paper_claims: int = 0
+    paper_found: int = 0
 
     def __post_init__(self) -> None:
         seal(self)
