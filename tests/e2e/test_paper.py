@@ -27,8 +27,8 @@ def ghosts(row):
 
 def test_every_case_has_its_row(results):
     expected = [(c.scenario, c.victim, c.waveform) for c in paper_cases()]
-    found = [(r.scenario, r.radar, r.waveform) for r in (*results.rows, *results.everyone)]
-    assert found == expected
+    every = (*results.rows, *results.consistent, *results.everyone)
+    assert [(r.scenario, r.radar, r.waveform) for r in every] == expected
 
 
 def test_without_interference_all_four_targets_are_found_within_a_cell(results):
@@ -80,6 +80,23 @@ def test_diversity_removes_ghosts_but_not_energy(results):
         )
         assert plain.floor_rise_db > 50.0
         assert blanked.floor_rise_db < 1.0
+
+
+def test_a_consistent_antenna_takes_its_gain_from_every_level(results):
+    """16 dB at each end: an echo loses 32 dB, and so does the interferer: the ghost stays."""
+    for weak in results.consistent:
+        strong = rows(
+            results,
+            scenario=weak.scenario,
+            radar=weak.radar,
+            waveform=weak.waveform,
+            synchronous=True,
+            mitigation="none",
+        )[0]
+        assert weak.missed == 0
+        assert strong.detection_power_db.max() - weak.detection_power_db.max() == pytest.approx(
+            32.0, abs=0.3
+        )
 
 
 def test_radars_that_are_not_in_step_make_no_ghost(results):

@@ -38,6 +38,10 @@ def test_the_parts_are_the_samples(trial):
         assert np.abs(total - victim.frame.samples).max() <= 1e-12 * np.abs(total).max()
 
 
+def test_the_other_radar_is_heard(trial):
+    assert np.abs(trial.victims[0].parts.interference).max() > 0.0
+
+
 def test_the_same_study_gives_the_same_bytes(study, trial):
     again = run_trial(study)
     for one, two in zip(trial.victims, again.victims, strict=True):

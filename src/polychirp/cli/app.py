@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 import warnings
 from collections.abc import Callable, Iterator, Sequence
@@ -82,6 +83,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     except PolychirpError as error:
         print(f"polychirp: {error}", file=sys.stderr)
         return error.exit_code
+    except BrokenPipeError:
+        # the reader of a pipe (`| head`) has seen enough; keep the interpreter from complaining
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
     except KeyboardInterrupt:
         print("polychirp: stopped before the end; nothing unfinished was kept", file=sys.stderr)
         return _STOPPED

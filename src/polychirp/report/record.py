@@ -22,6 +22,7 @@ def results_json(results: PaperResults) -> dict[str, Any]:
         "wall_time_s": results.wall_time_s,
         "scenarios": [_scenario(row) for row in results.rows],
         "all_radars": [_scenario(row) for row in results.everyone],
+        "consistent_antenna": [_scenario(row) for row in results.consistent],
         "claims": [_claim(verdict) for verdict in verdicts(results)],
         "notes": list(results.notes),
     }

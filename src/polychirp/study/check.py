@@ -20,6 +20,7 @@ from polychirp.study.spec import (
     Study,
     StudyRadar,
     body_names,
+    refresh_times,
     scene_of,
     schedule_of,
     schedules,
@@ -126,7 +127,8 @@ def check(study: Study) -> Derived:
         _need_audible(radar, derived, number=number, study=study)
     _warn_of_silent_targets(study)
     victims = [radars[i] for i in victim_indices(study)]
-    snapshots = num_snapshots(study, plans)
+    frames = [plans[i] for i in victim_indices(study)]
+    snapshots = int(refresh_times(frames, study.refresh_interval).size)
     return Derived(
         radars=radars,
         victims=tuple(victim.name for victim in victims),
@@ -155,13 +157,6 @@ def _warn_of_silent_targets(study: Study) -> None:
             ModelWarning,
             stacklevel=3,
         )
-
-
-def num_snapshots(study: Study, plans: tuple[RampSchedule, ...]) -> int:
-    """How often the scene is traced: once in the middle of every refresh interval."""
-    first = min(float(plans[i].start_time[0]) for i in victim_indices(study))
-    last = max(float(plans[i].end_time[-1]) for i in victim_indices(study))
-    return max(1, int(np.ceil((last - first) / study.refresh_interval * (1 - 1e-12))))
 
 
 def _problems(study: Study) -> Iterator[tuple[str, str]]:

@@ -16,6 +16,9 @@ it, the whole street with all four radars on."""
 
 WaveformKind = Literal["conventional", "diverse", "fixed-per-radar"]
 Mitigation = Literal["none", "blanking"]
+Antenna = Literal["table 2", "consistent"]
+"""Table 2's 27 dBi as printed, or the 11 dBi that a beam of ±80° × ±10° can have."""
+
 GhostKind = Literal["direct", "indirect", "multipath", "unexplained"]
 
 INTERFERENCE_GHOSTS: Final = ("direct", "indirect")
@@ -70,6 +73,7 @@ class PaperRow:
     detection_power_db : dBm, ``(detection,)``
     paper_claims, paper_found : how many detections the paper's own receiver makes of the same
         samples, and how many of the targets are among them
+    antenna : of all radars
     """
 
     scenario: Scenario
@@ -90,6 +94,7 @@ class PaperRow:
     detection_power_db: Annotated[FloatArray, Axes("detection")]
     paper_claims: int = 0
     paper_found: int = 0
+    antenna: Antenna = "table 2"
 
     def __post_init__(self) -> None:
         seal(self)
@@ -193,6 +198,7 @@ class PaperResults:
     wall_time_s : what the computation took
     rows : one per scenario A, B, C, victim and variant
     everyone : one per radar and waveform, with all four radars on
+    consistent : scenarios A and C again, with the antenna that the beam allows
     claims : see `paper_claims`
     conventional, diverse : sixteen sweeps of one radar, for figure 4
     scene : the street, for figure 8
@@ -204,6 +210,7 @@ class PaperResults:
     wall_time_s: float
     rows: tuple[PaperRow, ...]
     everyone: tuple[PaperRow, ...] = ()
+    consistent: tuple[PaperRow, ...] = ()
     claims: tuple[PaperClaim, ...]
     conventional: RampSchedule
     diverse: RampSchedule

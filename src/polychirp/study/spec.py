@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Annotated
 
+import numpy as np
+
+from polychirp.axes import FloatArray
 from polychirp.channel.composite import Composite
 from polychirp.channel.free_space import FreeSpace
 from polychirp.errors import InputError
@@ -127,3 +131,14 @@ def target_names(study: Study, radar: StudyRadar) -> tuple[str, ...]:
     """Names of the targets of ``radar``: never the vehicle that carries it."""
     wanted = study.targets or body_names(study.street)
     return tuple(name for name in wanted if name != radar.vehicle)
+
+
+def refresh_times(plans: Sequence[RampSchedule], refresh_interval: float) -> FloatArray:
+    """When the scene is traced, s: the middles of equal parts of the frames of ``plans``.
+
+    No part is longer than ``refresh_interval``.
+    """
+    first = min(float(plan.start_time[0]) for plan in plans)
+    last = max(float(plan.end_time[-1]) for plan in plans)
+    count = max(1, int(np.ceil((last - first) / refresh_interval * (1 - 1e-12))))
+    return first + (np.arange(count) + 0.5) * (last - first) / count

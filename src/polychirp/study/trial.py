@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from polychirp.channel.base import RayTracer
 from polychirp.channel.visible import truth
 from polychirp.model.detection import Detections
@@ -22,6 +20,7 @@ from polychirp.rng import Streams
 from polychirp.scoring.compare import compare
 from polychirp.study.spec import (
     Study,
+    refresh_times,
     scene_of,
     schedules,
     target_names,
@@ -107,15 +106,12 @@ def trace_frame(
     progress: Progress = silent,
 ) -> tuple[PropagationPaths, ...]:
     """Paths of the scene all through the frames of ``plans``, traced anew at every interval."""
-    first = min(float(plan.start_time[0]) for plan in plans)
-    last = max(float(plan.end_time[-1]) for plan in plans)
-    count = max(1, int(np.ceil((last - first) / refresh_interval * (1 - 1e-12))))
-    times = first + (np.arange(count) + 0.5) * (last - first) / count
+    times = refresh_times(plans, refresh_interval)
     snapshots = []
     for n, time in enumerate(times):
-        progress("ray tracing", n, count)
+        progress("ray tracing", n, times.size)
         snapshots.append(tracer.trace(scene.at(float(time))))
-    progress("ray tracing", count, count)
+    progress("ray tracing", times.size, times.size)
     return tuple(snapshots)
 
 

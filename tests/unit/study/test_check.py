@@ -11,10 +11,11 @@ from polychirp.errors import InputError, ModelWarning, PhysicsError
 from polychirp.frames import Pose
 from polychirp.model.if_filter import IfFilter
 from polychirp.model.radar import Converter
-from polychirp.study.check import check, num_snapshots
+from polychirp.study.check import check
 from polychirp.study.spec import (
     Study,
     StudyRadar,
+    refresh_times,
     schedule_of,
     schedules,
     target_names,
@@ -102,9 +103,9 @@ def test_memory_and_cost_count_victims_only():
 
 def test_snapshots_cover_the_victims_frames():
     """A frame of 32 ms holds 32 intervals of 1 ms, and a part of one of 1 s."""
-    study = replace(STUDY, victims=("front",), refresh_interval=1e-3)
-    assert num_snapshots(study, schedules(study)) == 32
-    assert num_snapshots(replace(study, refresh_interval=1.0), schedules(study)) == 1
+    plans = schedules(replace(STUDY, victims=("front",)))[:1]
+    assert refresh_times(plans, 1e-3).size == 32
+    assert refresh_times(plans, 1.0).tolist() == pytest.approx([16e-3])
 
 
 def test_every_problem_is_told_with_its_place():
