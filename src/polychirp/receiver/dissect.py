@@ -72,7 +72,8 @@ class RangeResponse:
     Parameters
     ----------
     range : m, ``(range,)``
-    power : W, ``(range,)``: geometric mean over ramps, strongest beam and range rate
+    power : W of one channel, ``(range,)``: geometric mean over ramps, strongest beam and range
+        rate, the array's gain taken out
     noise : W, the same for thermal noise alone, mean over range
     """
 
@@ -94,8 +95,10 @@ def range_response(receiver: Receiver, frame: IfFrame, parts: IfParts) -> RangeR
         statistic = log_range_rate_map(logs, frame.schedule, frame.times, grid)
         return np.asarray(np.exp(statistic.max(axis=(0, 1))))
 
-    # a tone of power P gives a cell of P (Σw)²/Σw²: shown as the tone's own power
-    gain = float(np.mean(np.sum(weight, axis=1) ** 2 / np.sum(weight**2, axis=1)))
+    # a tone of power P per channel gives a cell of P M (Σw)²/Σw²: shown is P
+    gain = frame.array.num_channels * float(
+        np.mean(np.sum(weight, axis=1) ** 2 / np.sum(weight**2, axis=1))
+    )
     return RangeResponse(
         range=grid.range,
         power=along_range(frame.samples) / gain,

@@ -53,7 +53,8 @@ def floor_and_masking(rows: Sequence[PaperRow]) -> Drawing:
     grid[0, 0].set_ylim(len(places) - 0.5, -0.5)
     for axes, (_, label, _) in zip(grid[-1], MEASURES, strict=True):
         axes.set_xlabel(label)
-        axes.set_xlim(left=-0.05 * max(axes.get_xlim()[1], 1.0))
+        right = max(axes.get_xlim()[1], 1.0)  # counts that are all zero still get an axis
+        axes.set_xlim(-0.05 * right, right)
         if label != MEASURES[0][1]:
             axes.xaxis.get_major_locator().set_params(integer=True)
     figure.legend(
