@@ -1,5 +1,8 @@
 """One whole trial on the shipped quickstart, and that it can be repeated to the bit."""
 
+import os
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -49,6 +52,37 @@ def test_the_same_study_gives_the_same_bytes(study, trial):
         assert one.detections.range.tobytes() == two.detections.range.tobytes()
         assert one.detections.azimuth.tobytes() == two.detections.azimuth.tobytes()
         assert one.score.nature == two.score.nature
+
+
+DIGEST = """
+import hashlib, sys
+from dataclasses import replace
+from polychirp import load_study, run_trial
+trial = run_trial(replace(load_study(sys.argv[1]), num_sweeps=4))
+digest = hashlib.sha256()
+for victim in trial.victims:
+    for array in (victim.frame.samples, victim.detections.range, victim.detections.power):
+        digest.update(array.tobytes())
+print(digest.hexdigest())
+"""
+
+
+@pytest.mark.slow
+def test_the_number_of_threads_changes_no_bit():
+    """Sums that a library splits among threads round differently; none is in the chain."""
+    digests = set()
+    for threads in ("1", "2"):
+        names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
+        environment = {**os.environ, **dict.fromkeys(names, threads)}
+        done = subprocess.run(
+            [sys.executable, "-c", DIGEST, str(QUICKSTART)],
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        digests.add(done.stdout)
+    assert len(digests) == 1
 
 
 def test_another_seed_changes_the_noise(study, trial):

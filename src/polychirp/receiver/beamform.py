@@ -34,5 +34,11 @@ def steering(array: AntennaArray, *, frequency: float, sine: FloatArray) -> Comp
 
 
 def beamform(samples: ComplexArray, weights: ComplexArray) -> ComplexArray:
-    """Beams ``(beam, ramp, fast)`` of channels ``(channel, ramp, fast)``."""
-    return np.asarray(np.tensordot(weights, samples, axes=1))
+    """Beams ``(beam, ramp, fast)`` of channels ``(channel, ramp, fast)``.
+
+    Added up channel by channel: a matrix product rounds differently with every number of threads.
+    """
+    beams = weights[:, 0, None, None] * samples[0]
+    for channel in range(1, samples.shape[0]):
+        beams += weights[:, channel, None, None] * samples[channel]
+    return np.asarray(beams)
