@@ -142,24 +142,21 @@ class _Search:
         self._take_out()
         return len(self.motion) < self.receiver.most_detections
 
-    def _beats_of(self, peaks: list[tuple[int, int, int]]) -> FloatArray:
-        cells = np.array(peaks, dtype=np.int64).reshape(-1, 3)
+    def _beats(self, distance: FloatArray, range_rate: FloatArray) -> FloatArray:
         return beat_frequency(
             self.frame.schedule,
             self.frame.times,
-            distance=self.grid.range[cells[:, 2]],
-            range_rate=self.grid.range_rate[cells[:, 1]],
+            distance=distance,
+            range_rate=range_rate,
             time=self.time,
         )
 
+    def _beats_of(self, peaks: list[tuple[int, int, int]]) -> FloatArray:
+        cells = np.array(peaks, dtype=np.int64).reshape(-1, 3)
+        return self._beats(self.grid.range[cells[:, 2]], self.grid.range_rate[cells[:, 1]])
+
     def _log_spectra(self) -> FloatArray:
-        beats = beat_frequency(
-            self.frame.schedule,
-            self.frame.times,
-            distance=self.motion[:, 0],
-            range_rate=self.motion[:, 1],
-            time=self.time,
-        )
+        beats = self._beats(self.motion[:, 0], self.motion[:, 1])
         return log_spectra(
             beamform(self.residual, self.beams),
             self.weight,
