@@ -68,6 +68,7 @@ _READERS: Final[Mapping[str, Mapping[str, Callable[[float], float]]]] = {
     "m^2": {"m^2": _scaled(1.0), "m2": _scaled(1.0), "dBsm": from_db},
     "ppm": {"ppm": _scaled(1e-6), "ppb": _scaled(1e-9)},
     "S/m": {"S/m": _scaled(1.0)},
+    "dB/m": {"dB/m": _scaled(math.log(10.0) / 10.0)},
 }
 
 _EXAMPLE: Final = {
@@ -83,6 +84,7 @@ _EXAMPLE: Final = {
     "m^2": "10 dBsm",
     "ppm": "20 ppm",
     "S/m": "1.4 S/m",
+    "dB/m": "0.4 dB/m",
 }
 
 _QUANTITY: Final = re.compile(r"^\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S.*?)\s*$")
@@ -152,3 +154,5 @@ SquareMetres = Annotated[float, Unit("m^2")]
 Fraction = Annotated[float, Unit("ppm")]
 """A small relative deviation, written in ppm at the edge."""
 SiemensPerMetre = Annotated[float, Unit("S/m")]
+PerMetre = Annotated[float, Unit("dB/m")]
+"""Rate at which power fades, α in e^{−αx}; written in dB/m at the edge."""

@@ -52,6 +52,7 @@ def path_table(
     departure: FloatArray,
     arrival: FloatArray,
     bounces: Sequence[tuple[Bounce, IntArray, FloatArray]] = (),
+    coherence_time: FloatArray | None = None,
 ) -> PropagationPaths:
     """Paths that all meet the same kinds of bounces in the same order.
 
@@ -59,6 +60,7 @@ def path_table(
     ----------
     pair : (transmitter, receiver), ``(path, 2)``
     bounces : for every bounce its kind, the actors ``(path,)`` and the points, m ``(path, xyz)``
+    coherence_time : s, ``(path,)``; none for single journeys
     """
     num_paths, num_bounces = len(delay), len(bounces)
     actor = np.zeros((num_paths, num_bounces), dtype=np.int64)
@@ -80,6 +82,7 @@ def path_table(
         bounce_actor=actor.reshape(-1),
         bounce_kind=kind.reshape(-1),
         bounce_point=point.reshape(-1, 3),
+        coherence_time=np.full(num_paths, np.inf) if coherence_time is None else coherence_time,
     )
 
 
@@ -121,6 +124,7 @@ def gather(tables: Sequence[PropagationPaths]) -> PropagationPaths:
         bounce_actor=np.concatenate([table.bounce_actor for table in tables]),
         bounce_kind=np.concatenate([table.bounce_kind for table in tables]),
         bounce_point=np.concatenate([table.bounce_point for table in tables]),
+        coherence_time=np.concatenate([table.coherence_time for table in tables]),
     )
 
 

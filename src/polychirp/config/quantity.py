@@ -27,10 +27,11 @@ _SPELLINGS: Final[dict[str, dict[str, Callable[[float], float]]]] = {
     "m^2": {"dBsm": _level},
     "ppm": {"ppm": lambda v: v * 1e6},
     "S/m": {},
+    "dB/m": {"dB/m": lambda v: v * 10.0 / math.log(10.0)},
 }
 """Units that people use, beside the symbol itself, and how SI becomes them."""
 
-_NEVER_BARE: Final = {"dB", "ppm", "W"}
+_NEVER_BARE: Final = {"dB", "dB/m", "ppm", "W"}
 """Symbols that no spelling uses as they are: these quantities are written as levels and ppm."""
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from polychirp.constants import VACUUM_PERMITTIVITY
 from polychirp.errors import InputError
 from polychirp.frames import Spec
-from polychirp.units import Hertz, Metres, SiemensPerMetre
+from polychirp.units import Hertz, Metres, PerMetre, SiemensPerMetre
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,6 +25,10 @@ class Material(Spec):
     conductivity : σ, S/m; ``inf`` makes a perfect conductor
     thickness : m, of a sheet with air on both sides; 0 for a half-space
     roughness : m, rms height of the surface
+    attenuation : 1/m, α of a cloud of small scatterers such as foliage, in which power fades as
+        e^{−αx}; such a material fills its mesh, has no surface, and its other constants are those
+        of its leaves
+    albedo : share of what a cloud takes away that it scatters, ratio of powers 0…1
     lowest_frequency, highest_frequency : Hz, band in which the values hold
     source : where the values come from, or that they are an assumption
     """
@@ -33,6 +37,8 @@ class Material(Spec):
     conductivity: SiemensPerMetre = 0.0
     thickness: Metres = 0.0
     roughness: Metres = 0.0
+    attenuation: PerMetre = 0.0
+    albedo: float = 0.0
     lowest_frequency: Hertz = 76e9
     highest_frequency: Hertz = 81e9
     source: str = "study file"
@@ -40,15 +46,21 @@ class Material(Spec):
     def __post_init__(self) -> None:
         if not self.relative_permittivity >= 1.0:
             raise InputError("a material's relative permittivity must be at least 1")
-        if self.conductivity < 0 or self.thickness < 0 or self.roughness < 0:
-            raise InputError(
-                "a material's conductivity, thickness and roughness cannot be negative"
-            )
+        for what in ("conductivity", "thickness", "roughness", "attenuation"):
+            if getattr(self, what) < 0:
+                raise InputError(f"a material's {what} cannot be negative")
+        if not 0.0 <= self.albedo <= 1.0:
+            raise InputError("a material's albedo must be between 0 and 1")
 
     @property
     def is_conductor(self) -> bool:
         """Whether the material is a perfect conductor."""
         return math.isinf(self.conductivity)
+
+    @property
+    def is_cloud(self) -> bool:
+        """Whether the material is a cloud of small scatterers instead of a surface."""
+        return self.attenuation > 0.0
 
     def permittivity(self, frequency: float) -> complex:
         """ε_r at ``frequency`` (Hz), complex."""

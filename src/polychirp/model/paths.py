@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Annotated
 
@@ -54,6 +54,9 @@ class PropagationPaths:
     frequency : Hz, at which amplitudes and materials are evaluated
     transmitter, receiver : numbers of the radars, ``(path,)``
     delay, delay_rate : s and s/s, ``(path,)``
+    coherence_time : s, ``(path,)``: a path that stands for many contributions holds together until
+        its delays have been extrapolated by so much time, when their phases have spread by 1 rad
+        rms. Infinite for a single journey, and when it is not given.
     transfer : A, ``(path, 2, 2)`` complex
     departure, arrival : directions in the world, ``(path, xyz)``: from the transmitter to where
         the path goes, and from the receiver to where it comes from. Mean directions of a group
@@ -76,8 +79,11 @@ class PropagationPaths:
     bounce_actor: Annotated[IntArray, Axes("bounce", dtype=np.int64)]
     bounce_kind: Annotated[IntArray, Axes("bounce", dtype=np.int64)]
     bounce_point: Annotated[FloatArray, Axes("bounce", "3")]
+    coherence_time: PerPath = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
+        if not self.coherence_time.size:
+            object.__setattr__(self, "coherence_time", np.full(self.delay.size, np.inf))
         seal(self)
         if self.bounce_start.size != self.num_paths + 1:
             raise InputError(
@@ -130,4 +136,5 @@ class PropagationPaths:
             bounce_actor=self.bounce_actor[bounce],
             bounce_kind=self.bounce_kind[bounce],
             bounce_point=self.bounce_point[bounce],
+            coherence_time=self.coherence_time[chosen],
         )
