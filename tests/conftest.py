@@ -1,6 +1,40 @@
-"""What every test shares: property tests draw the same examples on every machine."""
+"""What every test shares: reproducible property tests, and the record of validating ones."""
 
+from pathlib import Path
+
+import pytest
 from hypothesis import settings
+
+from polychirp.testing.validation import Comparison, write_comparisons
 
 settings.register_profile("reproducible", derandomize=True, deadline=None, database=None)
 settings.load_profile("reproducible")
+
+COMPARED = pytest.StashKey[list[Comparison]]()
+
+
+def pytest_addoption(parser):
+    parser.addoption(
+        "--record", type=Path, metavar="FILE", help="write all that tests compare to a JSON file"
+    )
+
+
+def pytest_configure(config):
+    config.stash[COMPARED] = []
+
+
+def pytest_sessionfinish(session):
+    if session.config.option.record:
+        write_comparisons(session.config.stash[COMPARED], session.config.option.record)
+
+
+@pytest.fixture
+def compare(request):
+    """Assert that a measured value is what it should be, and keep both for docs/validation."""
+
+    def comparing(**row):
+        comparison = Comparison(**row)
+        request.config.stash[COMPARED].append(comparison)
+        assert comparison.is_met, str(comparison)
+
+    return comparing
