@@ -22,15 +22,15 @@ def screen(material, x=5.0):
     )
 
 
-@pytest.mark.parametrize("material", ["metal", "glass", "rubber", "brick", "wood"])
+@pytest.mark.parametrize("material", ["metal", "rubber", "brick", "wood"])
 def test_a_body_between_two_radars_silences_them(material):
     paths = TRACER.trace(around([screen(material)], PLACES))
     assert not np.any(paths.num_bounces == 0)
 
 
-def test_a_bumper_lets_waves_through():
-    """Of 3 mm polypropylene 87 % of the power goes through."""
-    paths = TRACER.trace(around([screen("plastic")], PLACES))
+@pytest.mark.parametrize("material", ["plastic", "glass", "leaf"])
+def test_sheets_and_leaves_let_waves_through(material):
+    paths = TRACER.trace(around([screen(material)], PLACES))
     assert np.count_nonzero(paths.num_bounces == 0) == 2
 
 
@@ -57,9 +57,9 @@ def test_a_hidden_body_has_no_echo_and_returns_when_the_screen_goes():
     assert open_.num_paths > 0
 
 
-def test_a_tree_hides_but_does_not_echo():
+def test_a_trunk_hides_but_has_no_surface_to_echo():
     tree = Actor(
-        name="tree", kind="tree", pose=Pose(x=5, z=0.5), mesh=mesh_of(box((1, 1, 1), 0.5), "leaf")
+        name="tree", kind="tree", pose=Pose(x=5, z=0.5), mesh=mesh_of(box((1, 1, 1), 0.5), "wood")
     )
     assert TRACER.trace(around([tree], PLACES)).num_paths == 0
 
@@ -117,7 +117,7 @@ def test_what_stands_in_either_part_of_a_mirrored_leg_hides_the_image(place):
         ),
     )
     ball = Actor(name="ball", kind="object", pose=Pose(x=10), mesh=mesh_of(sphere(0.2, 0.02)))
-    cover = mesh_of(box((1.0, 0.8, 2.0), 0.5), "leaf")
+    cover = mesh_of(box((1.0, 0.8, 2.0), 0.5), "wood")
     tree = Actor(name="cover", kind="tree", pose=Pose(x=place[0], y=place[1]), mesh=cover)
 
     def kinds(*actors):

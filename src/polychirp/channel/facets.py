@@ -40,8 +40,9 @@ from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import gather, no_paths, path_table, strength, strongest_of_pair
 from polychirp.channel.fresnel import media
 from polychirp.channel.optics import CELL, Faces, Rows, fields, gather_cells, lit, spread
+from polychirp.channel.view_losses import losses_of
 from polychirp.channel.views import View, view_table
-from polychirp.channel.world import Blockers, Surface, World, in_frame_of
+from polychirp.channel.world import UPWARDS, Blockers, Surface, World, in_frame_of
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import ModelWarning
 from polychirp.model.paths import Bounce, PropagationPaths
@@ -165,21 +166,24 @@ class _Scatterer:
         """Fields and currents on the lit facets, view after view; where each view's rows begin."""
         world, rotation = self.world, self.world.rotation[self.body]
         blockers = in_frame_of(world, rotation, world.position[self.body])
-        seen = self._seen(blockers)
-        view_of_row, face = np.nonzero(seen)
+        table = view_table(self.views, rotation, world.position[self.body])
+        view_of_row, face = np.nonzero(self._seen(blockers))
+        losses = losses_of(world, self.body, table, self.faces, (view_of_row, face))
         size = len(face)
         # single precision: a field's error of 1e-7 is no phase error
         wave = np.empty((size, 2, 4, 2), dtype=np.complex64)
-        rows = Rows(face, np.empty((size, 3)), np.empty(size), wave)
+        loss = losses.number[view_of_row, world.surfaces[self.body].patch[face]]
+        rows = Rows(face, loss, np.empty((size, 3)), np.empty(size), wave)
         fields(
             self.faces,
             self.media,
-            view_table(self.views, rotation, world.position[self.body]),
+            table,
             blockers,
-            world.plate_media,
-            np.ascontiguousarray(np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0]]) @ rotation),
+            world.media,
+            np.ascontiguousarray(UPWARDS @ rotation),
             world.wavenumber,
             view_of_row,
+            losses.matrix,
             rows,
         )
         num_direct = sum(view.plate is None for view in self.views)

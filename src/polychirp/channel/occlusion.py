@@ -9,7 +9,7 @@ from numba import njit, prange
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
 from polychirp.channel.caster import Vector, first_hit
-from polychirp.channel.world import SKIN, Blockers, World, everything, in_frame_of
+from polychirp.channel.world import SKIN, Blockers, World, everything_opaque, in_frame_of
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -101,7 +101,7 @@ def blocked(
     skin : m from the start within which nothing blocks
     but_body : number of the one body that does not block
     """
-    bodies, plates = everything(world)
+    bodies, plates = everything_opaque(world)
     start, end = np.broadcast_arrays(starts, ends)
     return np.asarray(
         _blocked(

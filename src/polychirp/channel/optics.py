@@ -53,12 +53,14 @@ class Faces(NamedTuple):
 class Rows(NamedTuple):
     """Lit facets of several views, one view behind the other, ``(row, …)``.
 
-    ``face``; ``direction`` from the image to the centroid, unit; ``length`` m; and ``wave``
-    ``(row, polarisation, quantity, tangent)`` complex: the tangential E and H of a wave that left
-    V- or H-polarised, and the currents J and M that it induces.
+    ``face``; ``loss``, a number of `view_losses.Losses`, 0 for none; ``direction`` from the image
+    to the centroid, unit; ``length`` m; and ``wave`` ``(row, polarisation, quantity, tangent)``
+    complex: the tangential E and H of a wave that left V- or H-polarised, and the currents J and M
+    that it induces.
     """
 
     face: IntArray
+    loss: IntArray
     direction: FloatArray
     length: FloatArray
     wave: NDArray[np.complex64]
@@ -94,7 +96,7 @@ def _across(direction: Vector, normal: Vector, spare: Vector) -> Vector:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _mirror_point(centre: Vector, normal: Vector, image: Vector, point: Vector) -> Vector:
+def meet_mirror(centre: Vector, normal: Vector, image: Vector, point: Vector) -> Vector:
     """Where the line from an image to a point meets the plate."""
     gx, gy, gz = point[0] - image[0], point[1] - image[1], point[2] - image[2]
     above = _dot(normal, (centre[0] - image[0], centre[1] - image[1], centre[2] - image[2]))
@@ -122,7 +124,7 @@ def _sees(
     above = (lifted[0] - centre[0], lifted[1] - centre[1], lifted[2] - centre[2])
     if _dot(above, upright) <= 0.0:
         return False
-    meet = _mirror_point(centre, upright, _vector(views.image[view]), lifted)
+    meet = meet_mirror(centre, upright, _vector(views.image[view]), lifted)
     gap = (meet[0] - centre[0], meet[1] - centre[1], meet[2] - centre[2])
     if abs(_dot(gap, _vector(blockers.plate_across[number]))) > blockers.half_across[number]:
         return False
@@ -173,11 +175,16 @@ def fields(
     upwards: FloatArray,
     wavenumber: float,
     view_of_row: IntArray,
+    losses: ComplexArray,
     rows: Rows,
 ) -> None:
-    """Fill fields and currents of all rows; ``upwards`` are the world's z and y, ``(2, xyz)``."""
+    """Fill fields and currents of all rows.
+
+    ``upwards`` are the world's z and y, ``(2, xyz)``; ``losses`` the matrices of
+    `view_losses.Losses`.
+    """
     # a parallel loop writes to arrays, but not to members of a tuple
-    direction, length, wave = rows[1], rows[2], rows[3]
+    direction, length, wave = rows[2], rows[3], rows[4]
     for row in prange(view_of_row.size):
         view, f = view_of_row[row], rows.face[row]
         c, s = faces.centroid[f], views.image[view]
@@ -187,6 +194,8 @@ def fields(
         length[row] = size
         direction[row, 0], direction[row, 1], direction[row, 2] = d
         both = _incident(views, blockers, plate_media, upwards, wavenumber, view, d)
+        if rows.loss[row] > 0:
+            both = _weakened(both, d, upwards, losses[rows.loss[row]])
         _induce(faces, media, f, d, both, wavenumber, wave[row])
 
 
@@ -230,6 +239,35 @@ def _incident(
         _reflected(v, leaving, d, side, turn_s, turn_p),
         _reflected(h, leaving, d, side, turn_s, turn_p),
     )
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+def _weakened(
+    both: tuple[ComplexVector, ComplexVector], d: Vector, upwards: FloatArray, loss: ComplexArray
+) -> tuple[ComplexVector, ComplexVector]:
+    """Fields along d after losses before and behind the mirror, ``loss`` ``(leg, 2, 2)``."""
+    h = _across(_vector(upwards[0]), d, _vector(upwards[1]))
+    v = _cross(d, h)
+    first, last = loss[0], loss[1]
+    return (
+        _in_basis(v, h, last, _mixed(both, first[0, 0], first[1, 0])),
+        _in_basis(v, h, last, _mixed(both, first[0, 1], first[1, 1])),
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True, inline="always")
+def _mixed(both: tuple[ComplexVector, ComplexVector], a: complex, b: complex) -> ComplexVector:
+    v, h = both
+    return a * v[0] + b * h[0], a * v[1] + b * h[1], a * v[2] + b * h[2]
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+def _in_basis(v: Vector, h: Vector, matrix: ComplexArray, field: ComplexVector) -> ComplexVector:
+    """A matrix in the basis (v, h) applied to a field across both."""
+    a = field[0] * v[0] + field[1] * v[1] + field[2] * v[2]
+    b = field[0] * h[0] + field[1] * h[1] + field[2] * h[2]
+    x, y = matrix[0, 0] * a + matrix[0, 1] * b, matrix[1, 0] * a + matrix[1, 1] * b
+    return x * v[0] + y * h[0], x * v[1] + y * h[1], x * v[2] + y * h[2]
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True)

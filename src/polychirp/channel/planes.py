@@ -11,11 +11,14 @@ the cross term of the phase is left out, which matters within a Fresnel zone of 
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import no_paths, path_table
 from polychirp.channel.fresnel import reflection
+from polychirp.channel.legs import through, with_legs
 from polychirp.channel.motion import retarded_leg
 from polychirp.channel.occlusion import blocked
 from polychirp.channel.world import Plates, World
@@ -74,7 +77,10 @@ def _reflections(world: World, pair: IntArray, number: IntArray) -> PropagationP
     )
     # just before the plate, so that it does not hide itself
     before = _onto(plates, meet) + 1e-6 * plates.normal
-    return paths.select(~(blocked(world, source, before) | blocked(world, sink, before)))
+    free = ~(blocked(world, source, before) | blocked(world, sink, before))
+    legs = [through(world, end[free], before[free]) for end in (source, sink)]
+    paths = paths.select(free)
+    return replace(paths, transfer=with_legs(paths.transfer, *legs))
 
 
 def _mirrored(vector: FloatArray, normal: FloatArray) -> FloatArray:

@@ -127,7 +127,7 @@ class View:
         return True
 
     @cached_property
-    def blockers(self) -> tuple[IntArray, IntArray]:
+    def between(self) -> tuple[IntArray, IntArray]:
         """Bodies and plates that may come between, bodies near the radar first: they hide most."""
         centre, radius = self.world.centre[self.body], float(self.world.radius[self.body])
         ways = [np.array([self.image, centre])]
@@ -143,7 +143,8 @@ class View:
 class ViewTable(NamedTuple):
     """Views of one body as arrays ``(view, …)`` in the body's frame, for the kernels.
 
-    The blockers of view i are ``bodies[body_start[i]:body_start[i + 1]]``, plates likewise.
+    What may hide view i are ``bodies[body_start[i]:body_start[i + 1]]`` and plates likewise; what
+    may weaken it are the plates ``panes`` and the bodies ``veiled``.
     """
 
     source: FloatArray
@@ -154,20 +155,30 @@ class ViewTable(NamedTuple):
     body_start: IntArray
     plates: IntArray
     plate_start: IntArray
+    panes: IntArray
+    pane_start: IntArray
+    veiled: IntArray
+    veiled_start: IntArray
 
 
 def view_table(views: list[View], rotation: FloatArray, position: FloatArray) -> ViewTable:
     """Views of one body in its frame, which is turned by ``rotation`` at ``position`` (m)."""
-    bodies = [view.blockers[0] for view in views]
-    plates = [view.blockers[1] for view in views]
+    bodies = [view.between[0] for view in views]
+    plates = [view.between[1] for view in views]
+    is_pane = views[0].world.plate_is_pane
     return ViewTable(
-        source=np.array([(view.source - position) @ rotation for view in views]),
-        image=np.array([(view.image - position) @ rotation for view in views]),
-        is_mirrored=np.array([view.plate is not None for view in views]),
+        np.array([(view.source - position) @ rotation for view in views]),
+        np.array([(view.image - position) @ rotation for view in views]),
+        np.array([view.plate is not None for view in views]),
         # the plate of a view that has none is never looked at
-        plate=np.array([view.plate or 0 for view in views], dtype=np.int64),
-        bodies=np.concatenate(bodies),
-        body_start=np.concatenate([[0], np.cumsum([len(b) for b in bodies])]),
-        plates=np.concatenate(plates),
-        plate_start=np.concatenate([[0], np.cumsum([len(p) for p in plates])]),
+        np.array([view.plate or 0 for view in views], dtype=np.int64),
+        *_joined(bodies),
+        *_joined([number[~is_pane[number]] for number in plates]),
+        *_joined([number[is_pane[number]] for number in plates]),
+        *_joined([np.intersect1d(number, views[0].world.veiled) for number in bodies]),
     )
+
+
+def _joined(numbers: list[IntArray]) -> tuple[IntArray, IntArray]:
+    """Lists behind one another, and where each begins."""
+    return np.concatenate(numbers), np.concatenate([[0], np.cumsum([len(n) for n in numbers])])

@@ -17,6 +17,11 @@ from polychirp.model.truth import Truth
 if TYPE_CHECKING:
     from polychirp.channel.world import World
 
+CLEAR = 0.5
+"""Power that must get through sheets and leaves, in both polarisations, for a point to be seen.
+
+A bumper lets 0.87 through, a pane of glass 0.29."""
+
 GRAIN = 0.05
 """m, edge of the pieces into which faces are cut to find what is visible of a half-hidden body."""
 
@@ -95,6 +100,7 @@ def _actor(scene: Scene, name: str) -> Actor:
 
 def _nearest_visible(world: World, actor: Actor, eye: FloatArray) -> tuple[FloatArray, bool]:
     """The nearest visible point in the world, or the nearest hidden one, and which it is."""
+    from polychirp.channel.legs import through
     from polychirp.channel.occlusion import blocked
 
     def first_visible(candidates: FloatArray) -> FloatArray | None:
@@ -106,6 +112,8 @@ def _nearest_visible(world: World, actor: Actor, eye: FloatArray) -> tuple[Float
         while begin < len(order):
             batch = order[begin : begin + size]
             free = ~blocked(world, eye[None], ends[batch])
+            left = np.linalg.svd(through(world, eye[None], ends[batch]), compute_uv=False)[:, -1]
+            free &= left**2 >= CLEAR
             if np.any(free):
                 return np.asarray(candidates[batch[np.argmax(free)]])
             begin, size = begin + size, 4 * size
@@ -237,7 +245,6 @@ def _is_in_mesh(actor: Actor, place: FloatArray) -> bool:
 
 def _is_sheet(material: str) -> bool:
     from polychirp.channel.fresnel import power_through
-    from polychirp.channel.world import CLEAR
 
     row = known_materials().get(material)
     return row is not None and power_through(row, 79e9) >= CLEAR

@@ -10,23 +10,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import Final, NamedTuple
+from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
-from polychirp.axes import FloatArray, IntArray
+from polychirp.axes import BoolArray, FloatArray, IntArray
 from polychirp.channel.caster import Tree, grow_tree
-from polychirp.channel.fresnel import Media, media, power_through
+from polychirp.channel.fresnel import Media, media
 from polychirp.channel.materials import check_materials
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.material import Material
 from polychirp.model.mesh import Mesh
 from polychirp.model.scene import Scene
-
-CLEAR: Final = 0.75
-"""Power a sheet must let through at normal incidence to block nothing: a bumper's 0.87 is 0.6 dB.
-
-The loss of the crossing is left out; a mechanism for transmission would put it in."""
 
 PATCH: Final = 0.08
 """m, size of the patches of a surface that are in the shadow of a mirror together."""
@@ -35,9 +30,25 @@ SKIN: Final = 0.02
 """m from a radar within which nothing blocks: its own cover and what it is mounted on."""
 
 
+UPWARDS: Final = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])
+"""z, and y in its place along z: what `frames.polarisation_basis` is built on."""
+
+Role = Literal["opaque", "pane", "cloud"]
+"""What a face is to a ray: its end; a thin sheet to cross; the border of a cloud of leaves."""
+
+ROLES: Final[tuple[Role, ...]] = ("opaque", "pane", "cloud")
+
+
+def role_of(material: Material) -> Role:
+    """What a face of the material is to a ray."""
+    if material.is_cloud:
+        return "cloud"
+    return "pane" if material.is_sheet else "opaque"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Surface:
-    """A mesh in its own frame, as physical optics and rays need it.
+    """A mesh in its own frame, as physical optics and rays need it; clouds have no faces.
 
     Parameters
     ----------
@@ -45,7 +56,8 @@ class Surface:
         second tangent
     corner : m from the centroid, ``(face, corner, xyz)``; the farthest is at ``reach`` ``(face,)``
     area : m², ``(face,)``; medium : number into ``materials``, ``(face,)``
-    tree : of the faces that block
+    trees : of the faces of every `Role`
+    tree_medium : number into ``materials`` of the triangles of every tree
     patch : number of the patch of neighbours that turn alike, ``(face,)``
     patch_face : the face in the middle of every patch, ``(patch,)``
     centre, radius : m, of a sphere around all
@@ -59,7 +71,8 @@ class Surface:
     area: FloatArray
     medium: IntArray
     materials: tuple[str, ...]
-    tree: Tree
+    trees: Mapping[Role, Tree]
+    tree_medium: Mapping[Role, IntArray]
     patch: IntArray
     patch_face: IntArray
     centre: FloatArray
@@ -67,21 +80,23 @@ class Surface:
 
 
 @lru_cache(maxsize=64)
-def surface_of(mesh: Mesh, blocks: tuple[bool, ...]) -> Surface:
-    """The surface of a mesh, of whose materials some block; kept for the next snapshot."""
+def surface_of(mesh: Mesh, roles: tuple[Role, ...]) -> Surface:
+    """The surface of a mesh, with the roles of its materials; kept for the next snapshot."""
     corners = mesh.corners
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    double = np.linalg.norm(cross, axis=-1)
+    double = _double_area(corners)
     real = double > 0  # a face without area neither scatters nor blocks
-    corners, cross, double = corners[real], cross[real], double[real]
-    medium = mesh.material[real]
-    normal = cross / double[:, None]
-    edge = corners[:, 1] - corners[:, 0]
-    centroid = corners.mean(axis=1)
+    corners, medium = corners[real], mesh.material[real]
+    role = np.array(roles)[medium]
+    trees = {name: grow_tree(corners[role == name]) for name in ROLES}
     low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
     centre = 0.5 * (low + high)
+    face = corners[role != "cloud"]
+    double = _double_area(face)
+    normal = np.cross(face[:, 1] - face[:, 0], face[:, 2] - face[:, 0]) / double[:, None]
+    edge = face[:, 1] - face[:, 0]
+    centroid = face.mean(axis=1)
     patch, patch_face = _patches(centroid, normal)
-    offset = np.ascontiguousarray(corners - centroid[:, None])
+    offset = np.ascontiguousarray(face - centroid[:, None])
     return Surface(
         centroid=centroid,
         normal=normal,
@@ -89,14 +104,20 @@ def surface_of(mesh: Mesh, blocks: tuple[bool, ...]) -> Surface:
         corner=offset,
         reach=np.sqrt(np.max(np.sum(offset**2, axis=-1), axis=-1)),
         area=0.5 * double,
-        medium=medium,
+        medium=medium[role != "cloud"],
         materials=mesh.materials,
-        tree=grow_tree(corners[np.asarray(blocks, dtype=np.bool_)[medium]]),
+        trees=trees,
+        tree_medium={name: medium[role == name][tree.face] for name, tree in trees.items()},
         patch=patch,
         patch_face=patch_face,
         centre=centre,
         radius=float(np.sqrt(np.max(np.sum((corners - centre) ** 2, axis=-1)))),
     )
+
+
+def _double_area(corners: FloatArray) -> FloatArray:
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return np.asarray(np.linalg.norm(cross, axis=-1))
 
 
 def _patches(centroid: FloatArray, normal: FloatArray) -> tuple[IntArray, IntArray]:
@@ -108,7 +129,7 @@ def _patches(centroid: FloatArray, normal: FloatArray) -> tuple[IntArray, IntArr
     middle = np.stack([np.bincount(patch, weights=x) / counts for x in centroid.T], axis=-1)
     off = np.sum((centroid - middle[patch]) ** 2, axis=-1)
     order = np.lexsort([off, patch])
-    return patch, order[np.concatenate([[0], np.cumsum(counts)[:-1]])]
+    return patch, order[np.cumsum(counts) - counts]
 
 
 class Forest(NamedTuple):
@@ -118,10 +139,10 @@ class Forest(NamedTuple):
     root: IntArray
 
 
-@lru_cache(maxsize=2)
-def forest_of(surfaces: tuple[Surface, ...]) -> Forest:
+@lru_cache(maxsize=6)
+def forest_of(surfaces: tuple[Surface, ...], role: Role) -> Forest:
     """The trees of all bodies behind one another."""
-    trees = [surface.tree for surface in surfaces] or [grow_tree(np.zeros((0, 3, 3)))]
+    trees = [surface.trees[role] for surface in surfaces] or [grow_tree(np.zeros((0, 3, 3)))]
     root = np.concatenate([[0], np.cumsum([tree.skip.size for tree in trees])])
     offset = np.concatenate([[0], np.cumsum([tree.face.size for tree in trees])])
     return Forest(
@@ -135,6 +156,20 @@ def forest_of(surfaces: tuple[Surface, ...]) -> Forest:
         ),
         root=root,
     )
+
+
+@lru_cache(maxsize=6)
+def forest_medium(
+    surfaces: tuple[Surface, ...], role: Role, materials: tuple[str, ...]
+) -> IntArray:
+    """Number into ``materials`` of every triangle of a forest, ``(triangle,)``."""
+    numbers = [
+        np.array([materials.index(name) for name in surface.materials], dtype=np.int64)[
+            surface.tree_medium[role]
+        ]
+        for surface in surfaces
+    ]
+    return np.concatenate([np.zeros(0, dtype=np.int64), *numbers])
 
 
 class Plates(NamedTuple):
@@ -204,7 +239,7 @@ class World:
     body : their actors, ``(body,)``
     rotation, position, velocity : of the bodies, ``(body, xyz, xyz)``, m and m/s ``(body, xyz)``
     plates : in the world
-    materials : of the plates' media
+    materials : of all media
     table : materials by name
     """
 
@@ -228,7 +263,39 @@ class World:
     @cached_property
     def forest(self) -> Forest:
         """All that blocks, plates apart."""
-        return forest_of(self.surfaces)
+        return forest_of(self.surfaces, "opaque")
+
+    @cached_property
+    def panes(self) -> Forest:
+        """Thin sheets, plates apart."""
+        return forest_of(self.surfaces, "pane")
+
+    @cached_property
+    def clouds(self) -> Forest:
+        """The borders of clouds of leaves."""
+        return forest_of(self.surfaces, "cloud")
+
+    def medium_of(self, role: Role) -> IntArray:
+        """Number into ``materials`` of the triangles of a role's forest, ``(triangle,)``."""
+        return forest_medium(self.surfaces, role, self.materials)
+
+    @cached_property
+    def veiled(self) -> IntArray:
+        """Numbers of the bodies that have panes or clouds."""
+        return np.array(
+            [
+                number
+                for number, surface in enumerate(self.surfaces)
+                if surface.trees["pane"].face.size or surface.trees["cloud"].face.size
+            ],
+            dtype=np.int64,
+        )
+
+    @cached_property
+    def plate_is_pane(self) -> BoolArray:
+        """``(plate,)``: whether a plate is a thin sheet."""
+        is_pane = np.array([self.table[name].is_sheet for name in self.materials], dtype=np.bool_)
+        return is_pane[self.plates.medium]
 
     @cached_property
     def centre(self) -> FloatArray:
@@ -242,8 +309,8 @@ class World:
         return np.array([surface.radius for surface in self.surfaces])
 
     @cached_property
-    def plate_media(self) -> Media:
-        """Of the plates, in the order of ``materials``."""
+    def media(self) -> Media:
+        """In the order of ``materials``."""
         return media(self.materials, self.table, self.frequency)
 
     def bodies_of(self, actor: int) -> IntArray:
@@ -265,7 +332,6 @@ def world_of(
     used = {plate.material for actor in scene.actors for plate in actor.plates}
     used.update(name for index in meshed for name in scene.actors[index].mesh.materials)
     check_materials(used, table, frequency)
-    clear = {name for name in used if power_through(table[name], frequency) >= CLEAR}
     materials = tuple(sorted(used))
     actors = [scene.actors[index] for index in meshed]
     return World(
@@ -273,7 +339,7 @@ def world_of(
         frequency=frequency,
         dynamic_range=dynamic_range,
         surfaces=tuple(
-            surface_of(actor.mesh, tuple(name not in clear for name in actor.mesh.materials))
+            surface_of(actor.mesh, tuple(role_of(table[name]) for name in actor.mesh.materials))
             for actor in actors
         ),
         body=np.array(meshed, dtype=np.int64),
@@ -345,7 +411,7 @@ def bodies_near(world: World, ends: FloatArray, radius: float) -> IntArray:
 
 
 def plates_near(world: World, ends: FloatArray, radius: float) -> IntArray:
-    """Plates that can block between a point and a sphere: those not wholly on one side."""
+    """Plates that can come between a point and a sphere: those not wholly on one side."""
     sides = np.einsum("epx,px->ep", ends[:, None] - world.plates.centre, world.plates.normal)
     return np.flatnonzero(
         (np.minimum(sides[0], sides[1] - radius) <= 0)
@@ -353,6 +419,6 @@ def plates_near(world: World, ends: FloatArray, radius: float) -> IntArray:
     )
 
 
-def everything(world: World) -> tuple[IntArray, IntArray]:
-    """Numbers of all bodies and all plates."""
-    return np.arange(len(world.surfaces)), np.arange(len(world.plates.actor))
+def everything_opaque(world: World) -> tuple[IntArray, IntArray]:
+    """Numbers of all bodies, and of all plates that are no panes."""
+    return np.arange(len(world.surfaces)), np.flatnonzero(~world.plate_is_pane)

@@ -58,6 +58,11 @@ class Material(Spec):
         return math.isinf(self.conductivity)
 
     @property
+    def is_sheet(self) -> bool:
+        """Whether the material is a thin sheet, through which part of a wave goes on."""
+        return self.thickness > 0.0 and not self.is_conductor and not self.is_cloud
+
+    @property
     def is_cloud(self) -> bool:
         """Whether the material is a cloud of small scatterers instead of a surface."""
         return self.attenuation > 0.0

@@ -1,4 +1,4 @@
-"""Expected beside measured: what a validating test compares, kept for the pages of docs/validation."""
+"""Expected beside measured: what validating tests compare, for the pages of docs/validation."""
 
 from __future__ import annotations
 
