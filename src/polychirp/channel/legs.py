@@ -134,7 +134,7 @@ def with_legs(transfer: ComplexArray, first: ComplexArray, last: ComplexArray) -
     Both are those of `through` from the radar at their end outwards.
 
     >>> half = 0.5 * np.eye(2, dtype=complex)[None]
-    >>> with_legs(np.ones((1, 2, 2), dtype=complex), half, half)[0, 0, 0].real
+    >>> float(with_legs(np.ones((1, 2, 2), dtype=complex), half, half)[0, 0, 0].real)
     0.25
     """
     return np.asarray(np.swapaxes(last, -1, -2) @ transfer @ first)

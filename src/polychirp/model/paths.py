@@ -82,8 +82,8 @@ class PropagationPaths:
     coherence_time: PerPath = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
-        if not self.coherence_time.size:
-            object.__setattr__(self, "coherence_time", np.full(self.delay.size, np.inf))
+        if not np.size(self.coherence_time):
+            object.__setattr__(self, "coherence_time", np.full(np.size(self.delay), np.inf))
         seal(self)
         if self.bounce_start.size != self.num_paths + 1:
             raise InputError(
