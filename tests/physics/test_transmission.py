@@ -91,9 +91,7 @@ def through_of(actor, roll):
 
 def test_losses_of_two_panes_multiply():
     panes = [screen("glass"), screen("glass", x=6.0, name="other", yaw=0.4)]
-    np.testing.assert_allclose(
-        np.diag(direct(panes)), slab(1.0) * slab(np.cos(0.4)), rtol=1e-9
-    )
+    np.testing.assert_allclose(np.diag(direct(panes)), slab(1.0) * slab(np.cos(0.4)), rtol=1e-9)
 
 
 @pytest.mark.parametrize("name", ["glass", "plastic", "plexiglass", "plasterboard"])

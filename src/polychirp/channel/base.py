@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Literal, Protocol, runtime_checkable
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Literal, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.model.paths import Bounce, PropagationPaths
 from polychirp.model.scene import Scene
+
+if TYPE_CHECKING:
+    from polychirp.channel.world import World
 
 Capability = Literal[
     "line-of-sight", "occlusion", "points", "facets", "planes", "tubes", "diffraction",
@@ -35,10 +38,31 @@ class RayTracer(Protocol):
         ...
 
 
-def all_pairs(scene: Scene) -> IntArray:
-    """Every (transmitter, receiver), own echoes included: ``(pair, 2)``."""
+class Part(NamedTuple):
+    """One kind of path, or the paths over one body: what is traced, and renewed, as a whole.
+
+    ``trace`` takes the world, (transmitter, receiver) pairs ``(pair, 2)``, and what is known of
+    the strongest path of every pair ``(transmitter, receiver)``: what cannot matter beside it
+    may be left out.
+    """
+
+    name: str
+    trace: Callable[[World, IntArray, FloatArray], PropagationPaths]
+
+
+def all_pairs(scene: Scene, receivers: Sequence[int] | None = None) -> IntArray:
+    """Every (transmitter, receiver), own echoes included, of some or all receivers: ``(pair, 2)``.
+
+    >>> from polychirp.model.radar import Radar
+    >>> from polychirp.model.scene import Actor
+    >>> scene = Scene(time=0.0, actors=(Actor(name="car", kind="vehicle"),), carriers=(0, 0),
+    ...     radars=(Radar(name="front"), Radar(name="rear")))
+    >>> all_pairs(scene, receivers=[1]).tolist()
+    [[0, 1], [1, 1]]
+    """
     radars = np.arange(len(scene.radars))
-    return np.stack(np.meshgrid(radars, radars, indexing="ij"), axis=-1).reshape(-1, 2)
+    heard = radars if receivers is None else np.asarray(receivers, dtype=np.int64)
+    return np.stack(np.meshgrid(radars, heard, indexing="ij"), axis=-1).reshape(-1, 2)
 
 
 def path_table(

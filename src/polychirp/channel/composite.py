@@ -3,9 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Literal
 
-from polychirp.channel.base import Capability, all_pairs, gather, without_weak
+import numpy as np
+
+from polychirp.channel.base import (
+    Capability,
+    Part,
+    all_pairs,
+    gather,
+    no_paths,
+    strength,
+    strongest_of_pair,
+    without_weak,
+)
 from polychirp.channel.materials import material_table
 from polychirp.errors import InputError
 from polychirp.frames import Spec
@@ -19,8 +31,6 @@ if TYPE_CHECKING:
 
     from polychirp.axes import IntArray
     from polychirp.channel.world import World
-
-    Mechanism = Callable[[World, IntArray], PropagationPaths]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,24 +107,29 @@ class Composite(Spec):
             table=material_table({row.name: row for row in self.materials}),
         )
 
-    @property
-    def mechanisms(self) -> tuple[Mechanism, ...]:
-        """Functions from a world and its (transmitter, receiver) pairs to a table of paths.
+    def parts(self, world: World) -> tuple[Part, ...]:
+        """What the tracer traces, from the surest to the least: one entry for every mechanism.
 
-        Whatever comes later (tubes, diffraction, transmission, diffuse) is one more of them.
+        Bodies have one each, so that what passes by closely can be renewed more often than the
+        rest. A new mechanism is one more part.
         """
-        from polychirp.channel.facets import facet_echoes, mirrored_facet_echoes
+        from polychirp.channel.facets import facet_echoes, scattering_bodies
         from polychirp.channel.planes import mirror_paths
         from polychirp.channel.sight import visible_line_of_sight, visible_point_echoes
 
-        if self.reflecting_planes:
-            return (
-                visible_line_of_sight,
-                visible_point_echoes,
-                mirror_paths,
-                mirrored_facet_echoes,
-            )
-        return visible_line_of_sight, visible_point_echoes, facet_echoes
+        names = [world.scene.actors[actor].name for actor in world.body]
+        return (
+            _part("line of sight", visible_line_of_sight),
+            _part("points", visible_point_echoes),
+            *([_part("mirrors", mirror_paths)] if self.reflecting_planes else []),
+            *(
+                Part(
+                    f"facets of {names[body]}",
+                    partial(facet_echoes, body=body, mirrors=self.reflecting_planes),
+                )
+                for body in scattering_bodies(world)
+            ),
+        )
 
     def trace(self, scene: Scene) -> PropagationPaths:
         """Every path between the radars of ``scene``, at its time.
@@ -125,5 +140,18 @@ class Composite(Spec):
             A surface is of an unknown material.
         """
         world, pairs = self.prepare(scene), all_pairs(scene)
-        tables = [mechanism(world, pairs) for mechanism in self.mechanisms]
+        num_radars = len(scene.radars)
+        strongest = np.zeros((num_radars, num_radars))
+        tables = [no_paths(scene, self.frequency)]
+        for part in self.parts(world):
+            found = part.trace(world, pairs, strongest)
+            strongest = np.maximum(
+                strongest, strongest_of_pair(found, strength(found, scene), num_radars)
+            )
+            tables.append(found)
         return without_weak(gather(tables), scene, self.dynamic_range)
+
+
+def _part(name: str, mechanism: Callable[[World, IntArray], PropagationPaths]) -> Part:
+    """A part that is traced whatever else there is."""
+    return Part(name, lambda world, pairs, _: mechanism(world, pairs))

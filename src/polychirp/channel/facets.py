@@ -37,7 +37,7 @@ from typing import Final
 import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
-from polychirp.channel.base import gather, no_paths, path_table, strength, strongest_of_pair
+from polychirp.channel.base import gather, no_paths, path_table
 from polychirp.channel.fresnel import media
 from polychirp.channel.optics import CELL, Faces, Rows, fields, gather_cells, lit, spread
 from polychirp.channel.view_losses import losses_of
@@ -55,13 +55,17 @@ SCATTERERS: Final = ("vehicle", "object")
 """Kinds of actors whose facets scatter. Trees only block: a crown is no surface."""
 
 
-def facet_echoes(world: World, pairs: IntArray) -> PropagationPaths:
-    """Paths of ``pairs`` over the facets of every body, seen directly."""
-    return _echoes(world, pairs, plates=())
+def scattering_bodies(world: World) -> tuple[int, ...]:
+    """Numbers of the bodies whose facets scatter, the nearest to a radar first."""
+    actors = world.scene.actors
+    chosen = [b for b in range(len(world.body)) if actors[world.body[b]].kind in SCATTERERS]
+    return tuple(sorted(chosen, key=lambda body: _nearest(world, body)))
 
 
-def mirrored_facet_echoes(world: World, pairs: IntArray) -> PropagationPaths:
-    r"""Paths of ``pairs`` over the facets of every body, seen directly and in road and walls.
+def facet_echoes(
+    world: World, pairs: IntArray, strongest: FloatArray, *, body: int, mirrors: bool
+) -> PropagationPaths:
+    r"""Paths of ``pairs`` over the facets of one body, seen directly and in road and walls.
 
     A plate is tried for a body where it has both before it and may hold a mirror point. A
     combination of views is left out unseen if its bound
@@ -70,27 +74,17 @@ def mirrored_facet_echoes(world: World, pairs: IntArray) -> PropagationPaths:
 
     (a mirror in the body's place, doubled; L and Γ at their most favourable over the body's
     sphere, and the antennas' gains likewise) is below the dynamic range of the pair.
+
+    Parameters
+    ----------
+    strongest : what is known of the strongest path of every pair, ``(transmitter, receiver)``
+    body : number of the body
+    mirrors : whether road and walls mirror
     """
-    return _echoes(world, pairs, plates=tuple(range(len(world.plates.actor))))
-
-
-def _echoes(world: World, pairs: IntArray, *, plates: tuple[int, ...]) -> PropagationPaths:
     wanted = {(int(i), int(j)) for i, j in pairs}
-    num_radars = len(world.scene.radars)
-    strongest = np.zeros((num_radars, num_radars))
-    tables = [no_paths(world.scene, world.frequency)]
-    # near bodies first: they raise the level below which images are not worth a look
-    for body in np.argsort([_nearest(world, b) for b in range(len(world.surfaces))]):
-        actor = world.body[body]
-        if world.scene.actors[actor].kind not in SCATTERERS:
-            continue
-        found = _over_body(world, int(body), wanted, plates, strongest)
-        strongest = np.maximum(
-            strongest, strongest_of_pair(found, strength(found, world.scene), num_radars)
-        )
-        tables.append(found)
-    paths = gather(tables)
-    is_wanted = np.zeros((num_radars, num_radars), dtype=np.bool_)
+    plates = tuple(range(len(world.plates.actor))) if mirrors else ()
+    paths = _over_body(world, body, wanted, plates, strongest)
+    is_wanted = np.zeros(strongest.shape, dtype=np.bool_)
     is_wanted[pairs[:, 0], pairs[:, 1]] = True
     return paths.select(is_wanted[paths.transmitter, paths.receiver])
 
@@ -240,6 +234,8 @@ class _Scatterer:
             task,
             first_cell,
             int(4 * world.radius[self.body] / CELL) + 5,
+            np.array([[self._slide(view) for view in pair] for pair in self.combinations])
+            @ world.rotation[self.body],
             world.wavenumber,
         )
         tables = [no_paths(world.scene, world.frequency)]
@@ -266,8 +262,11 @@ class _Scatterer:
             world.rotation[self.body],
         )
         transfer = transfer * np.exp(1j * world.wavenumber * length)[:, None, None]
-        velocity = world.velocity[self.body]
-        rate = out @ (velocity - a.image_velocity) + back @ (velocity - b.image_velocity)
+        slide = np.array([self._slide(view) for view in (a, b)])
+        rate = out @ slide[0] + back @ slide[1]
+        coherence = _coherence_time(
+            moments[kept], slide @ world.rotation[self.body], rate, world.wavenumber
+        )
         point = _ellipse_point(a.image, b.image, out, length)
         ends = [(a, b, out, back, transfer)]
         if a is not b:
@@ -287,9 +286,14 @@ class _Scatterer:
                     (Bounce.SCATTERING, np.full(len(kept), world.body[self.body]), point),
                     *self._mirror_bounce(receiver, point),
                 ],
+                coherence_time=coherence,
             )
             for sender, receiver, away, home, matrix in ends
         ]
+
+    def _slide(self, view: View) -> FloatArray:
+        """How the body moves against a view's image, m/s ``(xyz,)`` in the world."""
+        return np.asarray(self.world.velocity[self.body] - view.image_velocity)
 
     def _towards(self, view: View) -> FloatArray:
         way = self.world.centre[self.body] - view.image
@@ -337,6 +341,29 @@ def _means(
         mean = (moments[:, first : first + 3] / divisor[:, None]).real @ rotation.T
         directions.append(np.where(_is_direction(mean)[:, None], mean, fallback))
     return length, directions[0], directions[1]
+
+
+def _coherence_time(
+    moments: ComplexArray, slide: FloatArray, rate: FloatArray, wavenumber: float
+) -> FloatArray:
+    r"""Time, s ``(path,)``, after which a cell's contributions c no longer move as one.
+
+    Carried on at the rate :math:`\nu_0`, their sum is wrong by
+
+    .. math:: \frac{\sum c\,e^{-jk(\nu-\nu_0)t}}{\sum c} - 1 \approx
+        -jkt\,\overline{(\nu-\nu_0)} - \tfrac12 k^2t^2\,\overline{(\nu-\nu_0)^2}
+
+    with means over c, which are complex. The time is that at which the two terms' sizes add up to
+    one half: a spread of 1 rad rms, if the first vanishes.
+    """
+    divisor = np.where(moments[:, 0] == 0, 1.0, moments[:, 0])
+    out, back = moments[:, 5:8] / divisor[:, None], moments[:, 8:11] / divisor[:, None]
+    mean = out @ slide[0] + back @ slide[1]
+    square = moments[:, 11] / divisor - 2 * rate * mean + rate**2
+    first, second = wavenumber * np.abs(mean - rate), 0.5 * wavenumber**2 * np.abs(square)
+    # ½ = first·t + second·t², written so that nothing cancels
+    below = first + np.sqrt(first**2 + 2 * second)
+    return np.asarray(1.0 / np.maximum(below, 1e-12))
 
 
 def _is_direction(vectors: FloatArray) -> BoolArray:

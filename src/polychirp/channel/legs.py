@@ -358,9 +358,7 @@ def lose(
 @njit(cache=True, nogil=True, error_model="numpy")
 def _face_normal(triangle: FloatArray, turn: FloatArray) -> Vector:
     """Unit normal of a triangle of a body, in the frame that ``turn`` takes to the body's."""
-    n = _cross(
-        (triangle[3], triangle[4], triangle[5]), (triangle[6], triangle[7], triangle[8])
-    )
+    n = _cross((triangle[3], triangle[4], triangle[5]), (triangle[6], triangle[7], triangle[8]))
     size = math.sqrt(_dot(n, n))
     return (
         (turn[0, 0] * n[0] + turn[1, 0] * n[1] + turn[2, 0] * n[2]) / size,

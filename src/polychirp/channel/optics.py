@@ -21,8 +21,8 @@ LIFT = 3e-3
 CELL = 0.04
 """m of total path length: width of the smooth cells in which contributions are gathered."""
 
-NUM_MOMENTS = 11
-"""Of a cell: transfer (4), V–V-weighted excess length (1) and two directions (3 + 3)."""
+NUM_MOMENTS = 12
+"""Of a cell: transfer (4); V–V-weighted excess length (1), two directions (3 + 3), rate² (1)."""
 
 Vector = tuple[float, float, float]
 ComplexVector = tuple[complex, complex, complex]
@@ -426,12 +426,14 @@ def gather_cells(
     task: IntArray,
     first_cell: IntArray,
     num_cells: int,
+    slide: FloatArray,
     wavenumber: float,
 ) -> ComplexArray:
     """Moments ``(task, cell, moment)`` of all facets that both views of a task see.
 
     ``task`` ``(task, 2)`` holds the views of transmitter and receiver; cell j of a task is
-    centred at a path length of ``(first_cell + j) · CELL``.
+    centred at a path length of ``(first_cell + j) · CELL``. ``slide`` ``(task, view, xyz)`` is how
+    the body moves against both images, m/s.
     """
     out = np.zeros((task.shape[0], num_cells, NUM_MOMENTS), dtype=np.complex128)
     for k in prange(task.shape[0]):
@@ -446,7 +448,7 @@ def gather_cells(
                 b += 1
             else:
                 _add_facet(
-                    faces, roughness, rows, a, b, wavenumber, first_cell[k], out[k],
+                    faces, roughness, rows, a, b, wavenumber, first_cell[k], slide[k], out[k],
                     weight, place, response,
                 )  # fmt: skip
                 a += 1
@@ -463,6 +465,7 @@ def _add_facet(  # noqa: PLR0913, PLR0917 (scratch arrays come from outside the 
     b: int,
     wavenumber: float,
     first_cell: int,
+    slide: FloatArray,
     cells: ComplexArray,
     weight: ComplexArray,
     place: FloatArray,
@@ -494,14 +497,10 @@ def _add_facet(  # noqa: PLR0913, PLR0917 (scratch arrays come from outside the 
             p0 * corner[0, 2] + p1 * corner[1, 2] + p2 * corner[2, 2],
         )
         length = r1 + r2 + gx * offset[0] + gy * offset[1] + gz * offset[2]
-        _deposit(
-            cells,
-            length / CELL - first_cell,
-            common * weight[i],
-            response,
-            _direction_to(d1, r1, offset),
-            _direction_to(d2, r2, offset),
-        )
+        out, back = _direction_to(d1, r1, offset), _direction_to(d2, r2, offset)
+        rate = _dot(out, _vector(slide[0])) + _dot(back, _vector(slide[1]))
+        position = length / CELL - first_cell
+        _deposit(cells, position, common * weight[i], response, out, back, rate)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -523,6 +522,7 @@ def _deposit(
     response: ComplexArray,
     out: Vector,
     back: Vector,
+    rate: float,
 ) -> None:
     """Add one term to the two cells beside its position, given in cells."""
     cell = int(position)
@@ -544,3 +544,4 @@ def _deposit(
         into[8] += vv * back[0]
         into[9] += vv * back[1]
         into[10] += vv * back[2]
+        into[11] += vv * (rate * rate)

@@ -166,7 +166,7 @@ def paper_study(
             for name in radars
         ),
         targets=tuple(dict.fromkeys(target for name in radars for target in TARGETS[name])),
-        refresh_interval=2e-3,
+        refresh_interval=1e-3,
     )
 
 

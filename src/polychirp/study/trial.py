@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from polychirp.channel.base import RayTracer
+from polychirp.channel.follow import follow
 from polychirp.channel.visible import truth
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame, IfParts
@@ -73,6 +74,7 @@ def run_trial(study: Study, *, progress: Progress = silent) -> Trial:
         scene,
         [plans[i] for i in victim_indices(study)],
         refresh_interval=study.refresh_interval,
+        receivers=victim_indices(study),
         progress=progress,
     )
     victims = []
@@ -103,16 +105,17 @@ def trace_frame(
     plans: Sequence[RampSchedule],
     *,
     refresh_interval: float,
+    receivers: Sequence[int] | None = None,
     progress: Progress = silent,
 ) -> tuple[PropagationPaths, ...]:
-    """Paths of the scene all through the frames of ``plans``, traced anew at every interval."""
-    times = refresh_times(plans, refresh_interval)
-    snapshots = []
-    for n, time in enumerate(times):
-        progress("ray tracing", n, times.size)
-        snapshots.append(tracer.trace(scene.at(float(time))))
-    progress("ray tracing", times.size, times.size)
-    return tuple(snapshots)
+    """Paths to ``receivers`` (None: all) all through the frames of ``plans``, at every interval."""
+    return follow(
+        tracer,
+        scene,
+        refresh_times(plans, refresh_interval),
+        receivers=receivers,
+        progress=lambda done, total: progress("ray tracing", done, total),
+    )
 
 
 def judged(

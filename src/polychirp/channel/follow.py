@@ -1,0 +1,192 @@
+r"""The paths of a scene all through a frame, each part traced only as often as it must be.
+
+Between two traces a path's delay runs on linearly. That is wrong by the power
+
+.. math:: e(t) = \min\{1, \tfrac12 (t/t_c)^2\}^2
+
+of a path whose coherence time is :math:`t_c` (half its amplitude at :math:`t_c`, and growing as
+t², or more slowly). A part, such as the facets of one body, is traced again before the errors of
+its paths add up to `ERROR` of the power of any pair that it belongs to: a car that passes at two
+metres at every step, one that stands ahead every few milliseconds. Meanwhile what the part hides
+and where its shadows fall stay as they were.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final, Protocol, runtime_checkable
+
+import numpy as np
+
+from polychirp.axes import FloatArray
+from polychirp.channel.base import (
+    Part,
+    RayTracer,
+    all_pairs,
+    gather,
+    strength,
+    strongest_of_pair,
+    without_weak,
+)
+from polychirp.model.paths import PropagationPaths
+from polychirp.model.scene import Scene
+
+if TYPE_CHECKING:
+    from polychirp.channel.world import World
+
+ERROR: Final = 1e-3
+"""Power that extrapolation may get wrong, relative to all power of a pair."""
+
+LONGEST: Final = 8e-3
+"""s, after which a part is traced again in any case: shadows move too."""
+
+
+@runtime_checkable
+class PartedTracer(RayTracer, Protocol):
+    """A tracer whose parts can be traced one by one."""
+
+    @property
+    def dynamic_range(self) -> float:
+        """Ratio by which a path may be weaker than its pair's strongest."""
+        ...
+
+    def prepare(self, scene: Scene) -> World:
+        """The scene made ready."""
+        ...
+
+    def parts(self, world: World) -> tuple[Part, ...]:
+        """What is traced."""
+        ...
+
+
+def _silent(done: int, total: int) -> None:
+    """Tell nobody."""
+    del done, total
+
+
+def follow(
+    tracer: RayTracer,
+    scene: Scene,
+    times: FloatArray,
+    *,
+    receivers: Sequence[int] | None = None,
+    progress: Callable[[int, int], None] = _silent,
+) -> tuple[PropagationPaths, ...]:
+    """Paths at every one of ``times`` (s, rising, evenly spaced).
+
+    Parameters
+    ----------
+    scene : at any time
+    receivers : numbers of the radars that listen; None: all. Other tracers than those with parts
+        trace all pairs at every time
+    progress : told how many traces are done, and of how many at most
+
+    Examples
+    --------
+    >>> from polychirp.channel.composite import Composite
+    >>> from polychirp.frames import Pose
+    >>> from polychirp.model.radar import Radar
+    >>> from polychirp.model.scene import Actor
+    >>> cars = (Actor(name="a", kind="vehicle"), Actor(name="b", kind="vehicle", pose=Pose(x=9.0)))
+    >>> scene = Scene(time=0.0, actors=cars, carriers=(0, 1),
+    ...     radars=(Radar(name="front"), Radar(name="rear", mount=Pose(yaw=3.14))))
+    >>> [paths.num_paths for paths in follow(Composite(), scene, np.array([0.0, 1e-3]))]
+    [2, 2]
+    """
+    if not isinstance(tracer, PartedTracer):
+        return _every_time(tracer, scene, times, progress)
+    return _Frame(tracer, scene, times, receivers).snapshots(progress)
+
+
+def _every_time(
+    tracer: RayTracer, scene: Scene, times: FloatArray, progress: Callable[[int, int], None]
+) -> tuple[PropagationPaths, ...]:
+    snapshots = []
+    for number, time in enumerate(times):
+        progress(number, len(times))
+        snapshots.append(tracer.trace(scene.at(float(time))))
+    progress(len(times), len(times))
+    return tuple(snapshots)
+
+
+class _Frame:
+    """The parts of one frame, and when they were traced."""
+
+    def __init__(
+        self,
+        tracer: PartedTracer,
+        scene: Scene,
+        times: FloatArray,
+        receivers: Sequence[int] | None,
+    ) -> None:
+        self.tracer, self.times = tracer, times
+        self.scenes = [scene.at(float(time)) for time in times]
+        self.worlds = [tracer.prepare(moment) for moment in self.scenes]
+        self.pairs = all_pairs(scene, receivers)
+        self.parts = tracer.parts(self.worlds[0])
+
+    def snapshots(self, progress: Callable[[int, int], None]) -> tuple[PropagationPaths, ...]:
+        total = len(self.parts) * len(self.times)
+        first = self._first()
+        whole = gather(first)
+        power = np.zeros((len(self.scenes[0].radars),) * 2)
+        np.add.at(power, (whole.transmitter, whole.receiver), strength(whole, self.scenes[0]))
+        strongest = strongest_of_pair(whole, strength(whole, self.scenes[0]), len(power))
+        rows = []
+        for number, (part, begin) in enumerate(zip(self.parts, first, strict=True)):
+            progress(number * len(self.times), total)
+            rows.append(self._row(part, begin, power, strongest))
+        progress(total, total)
+        return tuple(
+            without_weak(
+                gather([_nearest(row, float(time)) for row in rows]),
+                moment,
+                self.tracer.dynamic_range,
+            )
+            for time, moment in zip(self.times, self.scenes, strict=True)
+        )
+
+    def _first(self) -> list[PropagationPaths]:
+        """All parts at the first time, each with what is known from those before it."""
+        num_radars = len(self.scenes[0].radars)
+        strongest, tables = np.zeros((num_radars, num_radars)), []
+        for part in self.parts:
+            found = part.trace(self.worlds[0], self.pairs, strongest)
+            power = strength(found, self.scenes[0])
+            strongest = np.maximum(strongest, strongest_of_pair(found, power, num_radars))
+            tables.append(found)
+        return tables
+
+    def _row(
+        self, part: Part, begin: PropagationPaths, power: FloatArray, strongest: FloatArray
+    ) -> list[PropagationPaths]:
+        """One part at all the times at which it must be traced; the last is near the end."""
+        row, number, last = [begin], 0, len(self.times) - 1
+        while number < last:
+            step = self._step(row[-1], self.scenes[number], power)
+            # the nearer trace serves a time, so that half a step is bridged at most
+            number = last if number + step >= last else number + step
+            row.append(part.trace(self.worlds[number], self.pairs, strongest))
+        return row
+
+    def _step(self, paths: PropagationPaths, scene: Scene, power: FloatArray) -> int:
+        """After how many times a part is to be traced again."""
+        grid = float(self.times[1] - self.times[0])
+        step = max(1, int(LONGEST / grid * (1 + 1e-9)))
+        weight = strength(paths, scene) / power[paths.transmitter, paths.receiver]
+        while step > 1:
+            wrong = np.minimum(1.0, 0.5 * (0.5 * step * grid / paths.coherence_time) ** 2) ** 2
+            of_pair = np.zeros_like(power)
+            np.add.at(of_pair, (paths.transmitter, paths.receiver), weight * wrong)
+            if np.max(of_pair) <= ERROR:
+                break
+            step = (step + 1) // 2
+        return step
+
+
+def _nearest(row: Sequence[PropagationPaths], time: float) -> PropagationPaths:
+    """The table of a part whose time is nearest, carried on to ``time`` (s)."""
+    paths = min(row, key=lambda table: abs(table.reference_time - time))
+    elapsed = time - paths.reference_time
+    return replace(paths, reference_time=time, delay=paths.delay + paths.delay_rate * elapsed)
