@@ -101,18 +101,20 @@ def _over_body(
     # nor facets are what physical optics takes them for: that is part of the installation.
     carriers = world.scene.carriers
     radars = [r for r in range(len(carriers)) if carriers[r] != world.body[body]]
-    direct = [View(world=world, radar=r, body=body) for r in radars]
+    near = [View(world=world, radar=r, body=body) for r in radars]
+    direct = [view for view in near if view.distance <= world.max_length]
     mirrored = [
         view
-        for r in radars
+        for d in direct
         for p in plates
-        if (view := View(world=world, radar=r, body=body, plate=p)).is_possible
+        if (view := View(world=world, radar=d.radar, body=body, plate=p)).is_possible
     ]
     combinations = _combinations(direct, direct, wanted) + [
         (a, b)
         for a, b in _combinations(direct + mirrored, mirrored, wanted)
         if _bound(world, a, b) * world.dynamic_range >= strongest[a.radar, b.radar]
     ]
+    combinations = [(a, b) for a, b in combinations if a.distance + b.distance <= world.max_length]
     if not combinations:
         return no_paths(world.scene, world.frequency)
     return _Scatterer(world, body, combinations).paths()

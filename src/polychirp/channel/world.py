@@ -39,11 +39,11 @@ Role = Literal["opaque", "pane", "cloud"]
 ROLES: Final[tuple[Role, ...]] = ("opaque", "pane", "cloud")
 
 
-def role_of(material: Material) -> Role:
-    """What a face of the material is to a ray."""
+def role_of(material: Material, *, transmission: bool = True) -> Role:
+    """What a face of the material is to a ray, if sheets let waves through or not."""
     if material.is_cloud:
         return "cloud"
-    return "pane" if material.is_sheet else "opaque"
+    return "pane" if transmission and material.is_sheet else "opaque"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -241,6 +241,8 @@ class World:
     plates : in the world
     materials : of all media
     table : materials by name
+    transmission : whether thin sheets let waves through; otherwise they block
+    max_length : m, of the longest path that is followed
     """
 
     scene: Scene
@@ -254,6 +256,8 @@ class World:
     plates: Plates
     materials: tuple[str, ...]
     table: Mapping[str, Material]
+    transmission: bool = True
+    max_length: float = np.inf
 
     @property
     def wavenumber(self) -> float:
@@ -294,8 +298,8 @@ class World:
     @cached_property
     def plate_is_pane(self) -> BoolArray:
         """``(plate,)``: whether a plate is a thin sheet."""
-        is_pane = np.array([self.table[name].is_sheet for name in self.materials], dtype=np.bool_)
-        return is_pane[self.plates.medium]
+        roles = [role_of(self.table[m], transmission=self.transmission) for m in self.materials]
+        return np.array([role == "pane" for role in roles], dtype=np.bool_)[self.plates.medium]
 
     @cached_property
     def centre(self) -> FloatArray:
@@ -319,7 +323,13 @@ class World:
 
 
 def world_of(
-    scene: Scene, *, frequency: float, dynamic_range: float, table: Mapping[str, Material]
+    scene: Scene,
+    *,
+    frequency: float,
+    dynamic_range: float,
+    table: Mapping[str, Material],
+    transmission: bool = True,
+    max_length: float = np.inf,
 ) -> World:
     """A scene made ready.
 
@@ -333,13 +343,14 @@ def world_of(
     used.update(name for index in meshed for name in scene.actors[index].mesh.materials)
     check_materials(used, table, frequency)
     materials = tuple(sorted(used))
+    roles = {name: role_of(table[name], transmission=transmission) for name in used}
     actors = [scene.actors[index] for index in meshed]
     return World(
         scene=scene,
         frequency=frequency,
         dynamic_range=dynamic_range,
         surfaces=tuple(
-            surface_of(actor.mesh, tuple(role_of(table[name]) for name in actor.mesh.materials))
+            surface_of(actor.mesh, tuple(roles[name] for name in actor.mesh.materials))
             for actor in actors
         ),
         body=np.array(meshed, dtype=np.int64),
@@ -349,6 +360,8 @@ def world_of(
         plates=_plates(scene, materials),
         materials=materials,
         table=table,
+        transmission=transmission,
+        max_length=max_length,
     )
 
 

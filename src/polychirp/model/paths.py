@@ -28,10 +28,13 @@ class Bounce(IntEnum):
     SCATTERING = 0
     """Radiated by currents on a body: a point scatterer or physical optics."""
     REFLECTION = 1
-    """Mirrored by a plane: road or wall."""
+    """Mirrored by a plane, road or wall, or by the facets of a body on the way to another."""
     DIFFRACTION = 2
+    """Bent round the edge of what stands in or near the way."""
     TRANSMISSION = 3
+    """Through a thin sheet."""
     DIFFUSE = 4
+    """Scattered with a random phase by a rough plane or by leaves."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -105,15 +108,24 @@ class PropagationPaths:
         return np.diff(self.bounce_start)
 
     @property
-    def is_mirrored(self) -> BoolArray:
-        """``(path,)``: whether a plane reflects the path on its way to or from another body.
+    def is_direct(self) -> BoolArray:
+        """``(path,)``: whether a path goes straight on, but for edges and thin sheets it meets."""
+        onwards = np.isin(self.bounce_kind, (Bounce.DIFFRACTION, Bounce.TRANSMISSION))
+        return np.asarray(self._count(~onwards) == 0)
 
-        The echo of the plane itself, one single reflection, is not mirrored: the wall is there.
+    @property
+    def is_mirrored(self) -> BoolArray:
+        """``(path,)``: whether a surface reflects the path on its way to or from another body.
+
+        The echo of a plane itself, one single reflection, is not mirrored: the wall is there.
         """
-        mirrored = (self.bounce_kind == Bounce.REFLECTION).astype(np.int64)
-        total = np.concatenate([[0], np.cumsum(mirrored)])
-        met = total[self.bounce_start[1:]] > total[self.bounce_start[:-1]]
+        met = self._count(self.bounce_kind == Bounce.REFLECTION) > 0
         return np.asarray(met & (self.num_bounces > 1))
+
+    def _count(self, bounces: BoolArray) -> IntArray:
+        """How many of a path's bounces are among some, ``(path,)``."""
+        total = np.concatenate([[0], np.cumsum(bounces.astype(np.int64))])
+        return np.asarray(total[self.bounce_start[1:]] - total[self.bounce_start[:-1]])
 
     def select(self, which: BoolArray | IntArray) -> PropagationPaths:
         """Some of the paths, by mask or by number, bounces included."""

@@ -33,7 +33,7 @@ class SynthesisEngine(Protocol):
         """What one transmitter puts into the victim's IF: V, ``(2, channel, ramp, fast)``.
 
         The two entries are unmirrored and mirrored paths for the victim's own transmitter
-        (`PropagationPaths.is_mirrored`), paths without and with a bounce for another. Free of
+        (`PropagationPaths.is_mirrored`), direct and other paths (`is_direct`) for another. Free of
         noise; zero behind the last sample of a short ramp.
         """
         ...

@@ -78,7 +78,7 @@ def links_between(scene: Scene, paths: PropagationPaths, *, victim: int, transmi
         delay_rate=chosen.delay_rate,
         element_delay=-(chosen.arrival @ element.T) / SPEED_OF_LIGHT,
         amplitude=np.sqrt(power) * np.einsum("pi,pij,pj->p", received, chosen.transfer, sent),
-        part=(chosen.is_mirrored if own else chosen.num_bounces > 0).astype(np.int64),
+        part=(chosen.is_mirrored if own else ~chosen.is_direct).astype(np.int64),
     )
 
 
