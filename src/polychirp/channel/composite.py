@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
@@ -24,13 +24,17 @@ from polychirp.frames import Spec
 from polychirp.model.material import Material
 from polychirp.model.paths import PropagationPaths
 from polychirp.model.scene import Scene
-from polychirp.units import Hertz, Ratio, from_db
+from polychirp.units import Hertz, Metres, Ratio, from_db
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from polychirp.axes import IntArray
     from polychirp.channel.world import World
+
+
+MOST_BOUNCES: Final = 8
+"""Of one path: more would leave less than a millionth of the power at painted metal's edges."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,11 +46,12 @@ class NamedMaterial(Material):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Composite(Spec):
-    """Line of sight, point scatterers, mirrors in road and walls, and facets of vehicles.
+    """Every mechanism of the package, each where it is right.
 
-    Single bounce: what one body scatters, with at most one mirror on each leg. Surfaces block;
-    thin sheets that let most of the power through (bumpers) do not. Diffraction, transmission
-    loss, multiple bounces between bodies and diffuse scattering are left out.
+    Line of sight, bent round what stands in the way; point scatterers; mirror images in road and
+    walls and in their corners; facets of vehicles, seen directly and in mirrors; bounces between
+    bodies; rough planes and leaves with random phases. Surfaces block; thin sheets, such as panes
+    and bumpers, let part through.
 
     A snapshot of one scene after another is cheap: meshes are prepared once, and kept.
 
@@ -56,6 +61,12 @@ class Composite(Spec):
     dynamic_range : ratio by which a path may be weaker than the strongest of its transmitter and
         receiver, as their antennas' elements see it
     reflecting_planes : whether road and walls mirror; they block in any case
+    max_bounces : surfaces that a path between bodies may meet; 1 leaves these paths out
+    diffraction : whether direct paths bend round edges
+    transmission : whether thin sheets let waves through; otherwise they block
+    diffuse : whether rough planes and leaves scatter
+    max_length : m, of the longest path that is followed
+    seed : of the random places and phases of diffuse scattering
     materials : added to the known ones, or in their place
 
     Examples
@@ -73,6 +84,12 @@ class Composite(Spec):
     frequency: Hertz = 79e9
     dynamic_range: Ratio = from_db(60.0)
     reflecting_planes: bool = True
+    max_bounces: int = 3
+    diffraction: bool = True
+    transmission: bool = True
+    diffuse: bool = True
+    max_length: Metres = 1000.0
+    seed: int = 1
     materials: tuple[NamedMaterial, ...] = ()
     kind: Literal["composite"] = "composite"
 
@@ -81,14 +98,25 @@ class Composite(Spec):
             raise InputError("a tracer needs a positive frequency")
         if not self.dynamic_range >= 1:
             raise InputError("a tracer's dynamic range must be at least 0 dB")
+        if not 1 <= self.max_bounces <= MOST_BOUNCES:
+            raise InputError(f"a tracer follows 1 to {MOST_BOUNCES} bounces")
+        if not self.max_length > 0:
+            raise InputError("a tracer's longest path must be longer than 0 m")
+        if self.seed < 0:
+            raise InputError("a tracer's seed must be 0 or more")
 
     @property
     def capabilities(self) -> frozenset[Capability]:
         """Which mechanisms the tracer has."""
         found: set[Capability] = {"line-of-sight", "occlusion", "points", "facets"}
-        if self.reflecting_planes:
-            found.add("planes")
-        return frozenset(found)
+        switched: dict[Capability, bool] = {
+            "planes": self.reflecting_planes,
+            "tubes": self.max_bounces > 1,
+            "diffraction": self.diffraction,
+            "transmission": self.transmission,
+            "diffuse": self.diffuse,
+        }
+        return frozenset(found.union(name for name, is_on in switched.items() if is_on))
 
     def prepare(self, scene: Scene) -> World:
         """The scene made ready, as `trace` makes it; meshes met before are not prepared again.
@@ -105,6 +133,8 @@ class Composite(Spec):
             frequency=self.frequency,
             dynamic_range=self.dynamic_range,
             table=material_table({row.name: row for row in self.materials}),
+            transmission=self.transmission,
+            max_length=self.max_length,
         )
 
     def parts(self, world: World) -> tuple[Part, ...]:
@@ -113,23 +143,44 @@ class Composite(Spec):
         Bodies have one each, so that what passes by closely can be renewed more often than the
         rest. A new mechanism is one more part.
         """
-        from polychirp.channel.facets import facet_echoes, scattering_bodies
-        from polychirp.channel.planes import mirror_paths
+        parts = [*self._direct_parts(), *self._mirror_parts(), *self._body_parts(world)]
+        if self.max_bounces > 1:
+            from polychirp.channel.tubes import tube_paths
+
+            parts.append(_part("bounces", partial(tube_paths, max_bounces=self.max_bounces)))
+        if self.diffuse:
+            from polychirp.channel.diffuse import diffuse_paths
+            from polychirp.channel.foliage import foliage_paths
+
+            parts.append(_part("rough planes", partial(diffuse_paths, seed=self.seed)))
+            parts.append(_part("leaves", partial(foliage_paths, seed=self.seed)))
+        return tuple(parts)
+
+    def _direct_parts(self) -> Iterator[Part]:
         from polychirp.channel.sight import visible_line_of_sight, visible_point_echoes
 
-        names = [world.scene.actors[actor].name for actor in world.body]
-        return (
-            _part("line of sight", visible_line_of_sight),
-            _part("points", visible_point_echoes),
-            *([_part("mirrors", mirror_paths)] if self.reflecting_planes else []),
-            *(
-                Part(
-                    f"facets of {names[body]}",
-                    partial(facet_echoes, body=body, mirrors=self.reflecting_planes),
-                )
-                for body in scattering_bodies(world)
-            ),
-        )
+        yield _part("line of sight", visible_line_of_sight)
+        if self.diffraction:
+            from polychirp.channel.diffraction import diffracted_paths
+
+            yield _part("diffraction", diffracted_paths)
+        yield _part("points", visible_point_echoes)
+
+    def _mirror_parts(self) -> Iterator[Part]:
+        if self.reflecting_planes:
+            from polychirp.channel.corners import corner_paths
+            from polychirp.channel.planes import mirror_paths
+
+            yield _part("mirrors", mirror_paths)
+            yield _part("corners", corner_paths)
+
+    def _body_parts(self, world: World) -> Iterator[Part]:
+        from polychirp.channel.facets import facet_echoes, scattering_bodies
+
+        for body in scattering_bodies(world):
+            name = world.scene.actors[world.body[body]].name
+            trace = partial(facet_echoes, body=body, mirrors=self.reflecting_planes)
+            yield Part(f"facets of {name}", trace)
 
     def trace(self, scene: Scene) -> PropagationPaths:
         """Every path between the radars of ``scene``, at its time.

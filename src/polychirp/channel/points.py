@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from polychirp.axes import IntArray
+from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import no_paths, path_table
 from polychirp.channel.motion import retarded_leg
 from polychirp.constants import SPEED_OF_LIGHT
@@ -22,17 +22,45 @@ def point_echoes(scene: Scene, *, frequency: float, pairs: IntArray) -> Propagat
     :math:`\tau = 2R/(c+v)`.
     """
     found = [
-        (index, actor.pose.to_outer(np.array(point.position)), actor.velocity, point.rcs)
+        (index, actor.pose.to_outer(np.array(point.position)), point.rcs)
         for index, actor in enumerate(scene.actors)
         for point in actor.points
     ]
     if not found or not len(pairs):
         return no_paths(scene, frequency)
     pair = np.repeat(pairs, len(found), axis=0)
-    actor = np.tile([entry[0] for entry in found], len(pairs))
-    point = np.tile([entry[1] for entry in found], (len(pairs), 1))
-    velocity = np.tile([entry[2] for entry in found], (len(pairs), 1))
-    rcs = np.tile([entry[3] for entry in found], len(pairs))
+    rcs = np.tile([entry[2] for entry in found], len(pairs))
+    return echoes_over(
+        scene,
+        frequency=frequency,
+        pair=pair,
+        actor=np.tile([entry[0] for entry in found], len(pairs)),
+        point=np.tile([entry[1] for entry in found], (len(pairs), 1)),
+        scattering=np.sqrt(rcs)[:, None, None] * np.eye(2),
+    )
+
+
+def echoes_over(
+    scene: Scene,
+    *,
+    frequency: float,
+    pair: IntArray,
+    actor: IntArray,
+    point: FloatArray,
+    scattering: FloatArray | ComplexArray,
+) -> PropagationPaths:
+    r"""One path over each of these points, which ride on actors.
+
+    .. math:: A = \frac{\lambda}{(4\pi)^{3/2} r_1 r_2}\, S
+
+    Parameters
+    ----------
+    pair : (transmitter, receiver), ``(path, 2)``
+    actor : that carries the point, ``(path,)``
+    point : where it is at the time of the scene, m ``(path, xyz)``
+    scattering : S, m, ``(path, 2, 2)``: |S|² is the cross section between two polarisations
+    """
+    velocity = np.array([one.velocity for one in scene.actors])[actor]
     place, speed = scene.radar_position, scene.radar_velocity
     back, back_rate, back_flight = retarded_leg(
         source=point,
@@ -49,14 +77,13 @@ def point_echoes(scene: Scene, *, frequency: float, pairs: IntArray) -> Propagat
         lateness_rate=back_rate,
     )
     spread = (4 * np.pi) ** 1.5 * out * back * SPEED_OF_LIGHT * frequency
-    amplitude = np.sqrt(rcs) / spread
     return path_table(
         scene=scene,
         frequency=frequency,
         pair=pair,
         delay=out + back,
         delay_rate=out_rate + back_rate,
-        transfer=amplitude[:, None, None] * np.eye(2, dtype=np.complex128),
+        transfer=np.asarray(scattering / spread[:, None, None], dtype=np.complex128),
         departure=out_flight,
         arrival=-back_flight,
         bounces=[(Bounce.SCATTERING, actor, point - velocity * back[:, None])],

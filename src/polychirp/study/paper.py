@@ -278,8 +278,6 @@ _NOTES: Final = (
     "street have all four radars on.",
     "Detections that belong together were not merged into objects; ghosts of one kind within "
     f"{GHOST_EXTENT[0]:g} m and {GHOST_EXTENT[1]:g} m/s of each other are shown as one.",
-    "Transmission through plastic and glass, diffraction and bounces between bodies are not "
-    "traced yet.",
 )
 
 
