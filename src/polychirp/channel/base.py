@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from polychirp.channel.world import World
 
 Capability = Literal[
-    "line-of-sight", "occlusion", "points", "facets", "planes", "tubes", "diffraction",
-    "transmission", "diffuse",
+    "line-of-sight", "occlusion", "points", "vehicle-points", "facets", "planes", "tubes",
+    "diffraction", "transmission", "diffuse",
 ]  # fmt: skip
 """What a tracer can answer for; a study that needs more is refused before it runs."""
 

@@ -86,7 +86,7 @@ class PointVehicles(Spec):
     @property
     def capabilities(self) -> frozenset[Capability]:
         """Which mechanisms the tracer has."""
-        found: set[Capability] = {"line-of-sight", "occlusion", "points"}
+        found: set[Capability] = {"line-of-sight", "occlusion", "points", "vehicle-points"}
         if self.reflecting_planes:
             found.add("planes")
         return frozenset(found)

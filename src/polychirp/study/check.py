@@ -10,6 +10,8 @@ import numpy as np
 
 from polychirp.channel.composite import Composite
 from polychirp.channel.materials import check_materials, material_table
+from polychirp.channel.point_vehicles import PointVehicles
+from polychirp.channel.sionna import SionnaRt
 from polychirp.channel.visible import refuse_radar_inside_body
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError, ModelWarning, PhysicsError, did_you_mean
@@ -150,10 +152,11 @@ def _warn_of_silent_targets(study: Study) -> None:
             name for i in victim_indices(study) for name in target_names(study, study.radars[i])
         )
     )
-    if silent and "facets" not in study.tracer.capabilities:
+    if silent and not {"facets", "vehicle-points"} & study.tracer.capabilities:
         warnings.warn(
-            f"the tracer '{study.tracer.kind}' gives vehicles no echo, so '{silent[0]}' cannot be "
-            "found; name points as targets, or use the tracer 'composite'",
+            f"the tracer '{study.tracer.kind}' gives vehicles no echo to rely on, so '{silent[0]}' "
+            "may not be found; use the tracer 'composite' or 'point-vehicles', or name points as "
+            "targets if it has them",
             ModelWarning,
             stacklevel=3,
         )
@@ -246,7 +249,7 @@ def _street_problems(study: Study) -> Iterator[tuple[str, str]]:
             refuse_radar_inside_body(_with_only_radar(scene, number))
         except InputError as error:
             yield f"radars.{number}.mount", str(error)
-    if isinstance(study.tracer, Composite):
+    if isinstance(study.tracer, Composite | PointVehicles | SionnaRt):
         yield from _material_problems(scene, study.tracer)
 
 
@@ -254,7 +257,9 @@ def _with_only_radar(scene: Scene, number: int) -> Scene:
     return replace(scene, radars=(scene.radars[number],), carriers=(scene.carriers[number],))
 
 
-def _material_problems(scene: Scene, tracer: Composite) -> Iterator[tuple[str, str]]:
+def _material_problems(
+    scene: Scene, tracer: Composite | PointVehicles | SionnaRt
+) -> Iterator[tuple[str, str]]:
     table = material_table({row.name: row for row in tracer.materials})
     for actor in scene.actors:
         names = {*actor.mesh.materials, *(plate.material for plate in actor.plates)}

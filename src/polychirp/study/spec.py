@@ -12,6 +12,7 @@ from polychirp.axes import FloatArray
 from polychirp.channel.composite import Composite
 from polychirp.channel.free_space import FreeSpace
 from polychirp.channel.point_vehicles import PointVehicles
+from polychirp.channel.sionna import SionnaRt
 from polychirp.errors import InputError
 from polychirp.frames import ByKind, Spec
 from polychirp.model.radar import Radar
@@ -23,7 +24,7 @@ from polychirp.traffic.street import Street
 from polychirp.units import Fraction, Seconds
 from polychirp.waveform import AnyWaveform
 
-AnyTracer = Annotated[Composite | FreeSpace | PointVehicles, ByKind()]
+AnyTracer = Annotated[Composite | FreeSpace | PointVehicles | SionnaRt, ByKind()]
 
 
 @dataclass(frozen=True, kw_only=True)
