@@ -50,8 +50,12 @@ class Part(NamedTuple):
     trace: Callable[[World, IntArray, FloatArray], PropagationPaths]
 
 
-def all_pairs(scene: Scene, receivers: Sequence[int] | None = None) -> IntArray:
+def all_pairs(
+    scene: Scene, receivers: Sequence[int] | None = None, *, max_length: float = np.inf
+) -> IntArray:
     """Every (transmitter, receiver), own echoes included, of some or all receivers: ``(pair, 2)``.
+
+    Radars that are farther apart than ``max_length`` (m) make no pair.
 
     >>> from polychirp.model.radar import Radar
     >>> from polychirp.model.scene import Actor
@@ -62,7 +66,9 @@ def all_pairs(scene: Scene, receivers: Sequence[int] | None = None) -> IntArray:
     """
     radars = np.arange(len(scene.radars))
     heard = radars if receivers is None else np.asarray(receivers, dtype=np.int64)
-    return np.stack(np.meshgrid(radars, heard, indexing="ij"), axis=-1).reshape(-1, 2)
+    pairs = np.stack(np.meshgrid(radars, heard, indexing="ij"), axis=-1).reshape(-1, 2)
+    place = scene.radar_position[pairs]
+    return pairs[np.linalg.norm(place[:, 1] - place[:, 0], axis=-1) <= max_length]
 
 
 def path_table(

@@ -190,7 +190,7 @@ class Composite(Spec):
         InputError
             A surface is of an unknown material.
         """
-        world, pairs = self.prepare(scene), all_pairs(scene)
+        world, pairs = self.prepare(scene), all_pairs(scene, max_length=self.max_length)
         num_radars = len(scene.radars)
         strongest = np.zeros((num_radars, num_radars))
         tables = [no_paths(scene, self.frequency)]

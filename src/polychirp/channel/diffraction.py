@@ -43,12 +43,14 @@ of excess length with complex moments, exact to first order in frequency, apertu
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Final, NamedTuple
 
 import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import gather, no_paths, path_table
+from polychirp.channel.legs import through
 from polychirp.channel.line_of_sight import line_of_sight, projection
 from polychirp.channel.sight import visible_line_of_sight
 from polychirp.channel.silhouette import CELL, Obstacles, Pair, Waves, edge_waves
@@ -103,6 +105,9 @@ def diffracted_paths(world: World, pairs: IntArray) -> PropagationPaths:
     clear = np.zeros((num_radars, num_radars), dtype=np.bool_)
     clear[seen.transmitter, seen.receiver] = True
     is_clear = clear[direct.transmitter, direct.receiver]
+    # edges are so near the line that what weakens it weakens them
+    place = world.scene.radar_position
+    losses = through(world, place[direct.transmitter], place[direct.receiver])
     found: dict[tuple[int, int, bool], _Fan] = {}
     bodies, plates = _in_the_way(world, direct, is_clear)
     for number in np.flatnonzero(np.any(bodies, axis=-1) | np.any(plates, axis=-1)):
@@ -112,7 +117,8 @@ def diffracted_paths(world: World, pairs: IntArray) -> PropagationPaths:
             found[key] = _fan(
                 world, key, _sorted(world, key, bodies[number]), np.flatnonzero(plates[number])
             )
-        tables.append(_table(world, direct, int(number), found[key]))
+        table = _table(world, direct, int(number), found[key])
+        tables.append(replace(table, transfer=table.transfer @ losses[number]))
     return gather(tables)
 
 
@@ -137,6 +143,7 @@ def _in_the_way(
     heights = [np.einsum("epx,px->ep", end[:, None] - plates.centre, plates.normal) for end in ends]
     between = heights[0] * heights[1] < 0
     size = np.hypot(plates.half_across, plates.half_along)
+    between &= ~world.plate_is_pane
     return meets(world.centre, world.radius), meets(plates.centre, size) & between
 
 

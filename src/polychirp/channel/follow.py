@@ -51,6 +51,11 @@ class PartedTracer(RayTracer, Protocol):
         """Ratio by which a path may be weaker than its pair's strongest."""
         ...
 
+    @property
+    def max_length(self) -> float:
+        """M, of the longest path that is followed."""
+        ...
+
     def prepare(self, scene: Scene) -> World:
         """The scene made ready."""
         ...
@@ -123,7 +128,7 @@ class _Frame:
         self.tracer, self.times = tracer, times
         self.scenes = [scene.at(float(time)) for time in times]
         self.worlds = [tracer.prepare(moment) for moment in self.scenes]
-        self.pairs = all_pairs(scene, receivers)
+        self.pairs = all_pairs(self.scenes[0], receivers, max_length=tracer.max_length)
         self.parts = tracer.parts(self.worlds[0])
 
     def snapshots(self, progress: Callable[[int, int], None]) -> tuple[PropagationPaths, ...]:

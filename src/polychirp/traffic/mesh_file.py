@@ -1,4 +1,4 @@
-"""Meshes from and to files: GLB and OBJ."""
+"""Meshes from files (GLB, OBJ, STL), and to GLB."""
 
 from __future__ import annotations
 
@@ -41,17 +41,19 @@ def load_mesh(
     path: str | Path,
     *,
     materials: Mapping[str, str] | None = None,
+    default_material: str | None = None,
     scale: float = 1.0,
     up_axis: Literal["y", "z"] = "y",
     max_edge: float = math.inf,
 ) -> Mesh:
-    """A mesh from a GLB or OBJ file; the names of its objects become parts.
+    """A mesh from a GLB, OBJ or STL file; the names of its objects become parts.
 
     Parameters
     ----------
     path : of the file
     materials : material of polychirp by material name in the file; names of table 1 such as
         "metal" need no entry
+    default_material : of polychirp, for all others; an STL file names none
     scale : metres per unit of the file
     up_axis : "y" as in glTF (x forward, z right), or "z" as in polychirp
     max_edge : m, longer edges are halved
@@ -65,7 +67,7 @@ def load_mesh(
 
     file = Path(path)
     if not file.is_file():
-        raise InputError(f"there is no mesh file '{file}'; give the path of a GLB or OBJ file")
+        raise InputError(f"there is no mesh file '{file}'; give the path of a GLB, OBJ or STL file")
     if not scale > 0:
         raise InputError("the scale of a mesh file must be positive")
     try:
@@ -81,7 +83,9 @@ def load_mesh(
         raise InputError(f"'{file}' holds no triangles; export the body as a mesh")
     known = {name: name for name in TABLE_MATERIALS} | dict(materials or {})
     unknown = sorted({name for _, name, _ in pieces} - set(known))
-    if unknown:
+    if default_material is not None:
+        known |= dict.fromkeys(unknown, default_material)
+    elif unknown:
         raise InputError(
             f"'{file}' uses the material '{unknown[0]}', which is not mapped; "
             f"map it to one of {', '.join(TABLE_MATERIALS)}"

@@ -1,0 +1,196 @@
+r"""Radar cross section of a mesh: what the radar equation reads from its echo.
+
+.. math:: \sigma = |a|^2\,\frac{(4\pi)^3 R^4}{\lambda^2}
+
+with the echo's amplitude a between isotropic antennas and R from the radar to the middle of the
+mesh's bounding box, from which azimuth and elevation count as well. At a finite R that is the
+*apparent* cross section: closer than :math:`2D^2/\lambda` (11 km for a car at 79 GHz) it depends
+on R, and it is what a radar there would measure.
+
+No road, no mirrors: the body hangs in free space.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Annotated, Final
+
+import numpy as np
+
+from polychirp.axes import Axes, ComplexArray, FloatArray, seal
+from polychirp.channel.base import gather
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.errors import InputError
+from polychirp.frames import Pose
+from polychirp.model.antenna import ISOTROPIC, AntennaArray
+from polychirp.model.mesh import Mesh
+from polychirp.model.radar import Radar
+from polychirp.model.scene import Actor, Scene
+
+if TYPE_CHECKING:
+    from polychirp.channel.composite import Composite
+
+BATCH: Final = 16
+"""Aspects in one scene: each lit facet of each takes some 200 bytes."""
+
+EVERY_PATH: Final = 1e30
+"""A dynamic range that leaves nothing out."""
+
+FLATNESS: Final = 0.01
+"""rad, by which a wave front from afar may bend over the body, there and back."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CrossSections:
+    """Cross sections over azimuth, at one distance and elevation.
+
+    Parameters
+    ----------
+    azimuth : rad, ``(aspect,)``: 0 from the front (+x), positive towards the body's left
+    rcs : m², ``(aspect, receiving, transmitting)``, polarisations V and H
+    distance : m, from ``centre`` to the radar
+    elevation : rad, of the radar over ``centre``
+    centre : m, ``(x, y, z)`` in the mesh's frame: the middle of its bounding box
+    """
+
+    azimuth: Annotated[FloatArray, Axes("aspect")]
+    rcs: Annotated[FloatArray, Axes("aspect", "2", "2")]
+    distance: float
+    elevation: float
+    centre: tuple[float, float, float]
+
+    def __post_init__(self) -> None:
+        seal(self)
+
+
+def cross_sections(
+    mesh: Mesh,
+    azimuth: FloatArray,
+    *,
+    tracer: Composite,
+    distance: float,
+    elevation: float = 0.0,
+    progress: Callable[[int, int], None] = lambda _done, _total: None,
+) -> CrossSections:
+    """Monostatic cross sections of a mesh, all polarisations, with every mechanism of ``tracer``.
+
+    The echo is summed at the tracer's frequency, phases and all, and nothing is left out as weak.
+
+    Parameters
+    ----------
+    azimuth : rad, ``(aspect,)``
+    distance : m, from the middle of the mesh; see `far_distance` for plane waves
+    elevation : rad
+    progress : told how many aspects are done, and of how many
+
+    Raises
+    ------
+    InputError
+        The mesh has no faces, or the radar would be inside the sphere around it.
+
+    Examples
+    --------
+    A sphere of 10 cm has πr² from everywhere: −15.0 dBsm.
+
+    >>> from polychirp.channel.composite import Composite
+    >>> from polychirp.testing.shapes import mesh_of, sphere
+    >>> from polychirp.units import to_db
+    >>> ball = mesh_of(sphere(0.1, 4e-3))
+    >>> found = cross_sections(ball, np.array([0.1, 0.2]), tracer=Composite(), distance=100.0)
+    >>> to_db(found.rcs[:, 0, 0]).round(0)
+    array([-15., -15.])
+    """
+    centre, radius = sphere_around(mesh)
+    if distance <= radius:
+        raise InputError(
+            f"a radar at {distance:.3g} m is inside the sphere around the body; "
+            f"its range must exceed {radius:.3g} m"
+        )
+    toward = np.stack(
+        [
+            np.cos(elevation) * np.cos(azimuth),
+            np.cos(elevation) * np.sin(azimuth),
+            np.full(azimuth.shape, np.sin(elevation)),
+        ],
+        axis=-1,
+    )
+    complete = replace(tracer, dynamic_range=EVERY_PATH)
+    echo = np.empty((azimuth.size, 2, 2), dtype=np.complex128)
+    for start in range(0, azimuth.size, BATCH):
+        progress(start, azimuth.size)
+        some = slice(start, start + BATCH)
+        echo[some] = _echoes(complete, mesh, centre + distance * toward[some])
+    progress(azimuth.size, azimuth.size)
+    wavelength = SPEED_OF_LIGHT / tracer.frequency
+    return CrossSections(
+        azimuth=azimuth,
+        rcs=np.abs(echo) ** 2 * (4 * np.pi) ** 3 * distance**4 / wavelength**2,
+        distance=distance,
+        elevation=elevation,
+        centre=(float(centre[0]), float(centre[1]), float(centre[2])),
+    )
+
+
+def _echoes(tracer: Composite, mesh: Mesh, places: FloatArray) -> ComplexArray:
+    """Sums of the paths back to each place, m ``(radar, xyz)``: ``(radar, receiving, sending)``."""
+    radars = tuple(
+        Radar(
+            name=str(number),
+            mount=Pose(x=float(x), y=float(y), z=float(z)),
+            array=AntennaArray(pattern=ISOTROPIC),
+        )
+        for number, (x, y, z) in enumerate(places)
+    )
+    actors = (Actor(name="body", kind="object", mesh=mesh), Actor(name="radars", kind="object"))
+    scene = Scene(time=0.0, actors=actors, radars=radars, carriers=(1,) * len(radars))
+    world, own = tracer.prepare(scene), np.repeat(np.arange(len(radars))[:, None], 2, axis=1)
+    paths = gather([mechanism(world, own) for mechanism in tracer.mechanisms])
+    turn = np.exp(-2j * np.pi * tracer.frequency * paths.delay)
+    echo = np.zeros((len(radars), 2, 2), dtype=np.complex128)
+    np.add.at(echo, paths.transmitter, paths.transfer * turn[:, None, None])
+    return echo
+
+
+def sphere_around(mesh: Mesh) -> tuple[FloatArray, float]:
+    """Middle of a mesh's bounding box, m ``(xyz,)``, and how far its corners are from there, m.
+
+    Raises
+    ------
+    InputError
+        The mesh has no faces.
+    """
+    if not mesh.num_faces:
+        raise InputError("a mesh without faces has no echo; give it triangles")
+    corners = mesh.corners.reshape(-1, 3)
+    centre = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
+    return centre, float(np.sqrt(np.max(np.sum((corners - centre) ** 2, axis=-1))))
+
+
+def far_distance(mesh: Mesh, frequency: float) -> float:
+    r"""Distance, m, from which a mesh sees plane waves.
+
+    .. math:: R = k\rho^2 / \varphi
+
+    There and back a wave front bends by φ = `FLATNESS` over a body within ρ of its middle: 0.01
+    rad, at 1000 km for a car. A phase of 2kR = 3·10⁹ rad is good to 5·10⁻⁷ rad in double
+    precision, so the sum needs no other formula than near by.
+    """
+    wavenumber = 2 * np.pi * frequency / SPEED_OF_LIGHT
+    return wavenumber * sphere_around(mesh)[1] ** 2 / FLATNESS
+
+
+def running_median(values: FloatArray, azimuth: FloatArray, window: float) -> FloatArray:
+    """Median of what is within ± ``window`` (rad) around the circle of every azimuth (rad).
+
+    >>> turns = np.radians([-180.0, -90.0, 0.0, 90.0])
+    >>> running_median(np.array([1.0, 5.0, 2.0, 3.0]), turns, np.radians(91.0))
+    array([3., 2., 3., 2.])
+    """
+    return np.array([np.median(values[near(azimuth, at, window)]) for at in azimuth])
+
+
+def near(azimuth: FloatArray, middle: float, window: float) -> FloatArray:
+    """Which azimuths (rad) are within ± ``window`` (rad) of ``middle``, around the circle."""
+    off = np.angle(np.exp(1j * (azimuth - middle)))
+    return np.asarray(np.abs(off) <= window + 1e-9)

@@ -1,0 +1,215 @@
+"""``polychirp rcs`` — the radar cross section of a body over aspect."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from polychirp.errors import InputError
+
+if TYPE_CHECKING:
+    from polychirp.channel.rcs import CrossSections
+    from polychirp.model.mesh import Mesh
+
+BODIES: Final = ("sedan", "hatchback", "van", "truck")
+SUFFIXES: Final = (".glb", ".obj", ".stl")
+
+LARGEST: Final = 100.0
+"""m, above which a body's size is taken for a mistake of units."""
+
+SMALLEST: Final = 0.02
+"""m, five wavelengths: below it physical optics says nothing."""
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add this verb."""
+    parser = subparsers.add_parser(
+        "rcs",
+        help="radar cross section of a mesh over aspect",
+        description="Trace the monostatic echo of a body from all around, and print and plot its "
+        "radar cross section: what the radar equation reads at that range. MESH is a file "
+        "(.glb, .obj, .stl) or one of sedan, hatchback, van, truck. Range, azimuth (0 = front, "
+        "positive left) and elevation count from the middle of the mesh's bounding box.",
+    )
+    parser.add_argument("mesh", metavar="MESH", help="a mesh file or a built-in body")
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument("--range", metavar="R", default="10 m", help="of the radar (default: 10 m)")
+    where.add_argument("--far", action="store_true", help="plane waves: the far field")
+    parser.add_argument("--elevation", metavar="A", default="0 deg", help="(default: 0 deg)")
+    parser.add_argument("--step", metavar="A", default="0.5 deg", help="(default: 0.5 deg)")
+    parser.add_argument("--frequency", metavar="F", default="79 GHz", help="(default: 79 GHz)")
+    parser.add_argument(
+        "--polarisation",
+        choices=("VV", "VH", "HV", "HH"),
+        default="VV",
+        help="received, transmitted: what is printed and drawn; the CSV has all (default: VV)",
+    )
+    parser.add_argument("--material", metavar="NAME", help="make all of it of this material")
+    parser.add_argument(
+        "--max-edge", metavar="L", default="5 cm", help="longest edge of a facet (default: 5 cm)"
+    )
+    parser.add_argument(
+        "--smooth", metavar="A", default="2 deg", help="half window of the median (default: 2 deg)"
+    )
+    parser.add_argument(
+        "--scale", metavar="X", default="1", help="metres per unit of the file: 0.001 for mm"
+    )
+    parser.add_argument(
+        "--up", choices=("y", "z"), help="upward axis of the file (default: y, of an STL file z)"
+    )
+    parser.add_argument("-o", "--out", metavar="DIR", help="folder (default: out/rcs-NAME)")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Trace, print, plot."""
+    import numpy as np
+
+    from polychirp.channel.composite import Composite
+    from polychirp.channel.rcs import cross_sections, far_distance
+    from polychirp.cli.progress import progress_bar
+
+    step, window = _positive(arguments, "step", "rad"), _positive(arguments, "smooth", "rad")
+    if not step <= math.radians(45.0):
+        raise InputError("--step: use at most 45 deg; cross sections change within a degree")
+    elevation = _read(arguments, "elevation", "rad")
+    if abs(elevation) > math.pi / 2:
+        raise InputError("--elevation: use -90 deg to 90 deg")
+    tracer = Composite(frequency=_positive(arguments, "frequency", "Hz"))
+    distance = _positive(arguments, "range", "m")
+    mesh = _mesh(arguments)
+    if arguments.far:
+        distance = far_distance(mesh, tracer.frequency)
+    count = max(1, round(2 * math.pi / step))
+    with progress_bar("rcs") as show:
+        found = cross_sections(
+            mesh,
+            np.asarray((np.arange(count) - count // 2) * (2 * math.pi / count), dtype=np.float64),
+            tracer=tracer,
+            distance=distance,
+            elevation=elevation,
+            progress=lambda done, total: show("aspects", done, total),
+        )
+    if not np.any(found.rcs):
+        raise InputError(f"'{arguments.mesh}' has no echo; turn its faces outwards")
+    _report(arguments, mesh, found, window)
+    return 0
+
+
+# ── in ────────────────────────────────────────────────────────────────────────
+
+
+def _read(arguments: argparse.Namespace, name: str, unit: str) -> float:
+    """An option's value in SI."""
+    from polychirp.units import Unit
+
+    try:
+        return Unit(unit).read(getattr(arguments, name))
+    except InputError as error:
+        raise InputError(f"--{name.replace('_', '-')}: {error}") from None
+
+
+def _positive(arguments: argparse.Namespace, name: str, unit: str) -> float:
+    value = _read(arguments, name, unit)
+    if not value > 0:
+        raise InputError(f"--{name.replace('_', '-')}: use a value above zero")
+    return value
+
+
+def _mesh(arguments: argparse.Namespace) -> Mesh:
+    """The body, of a sensible size, cut to the edges asked for."""
+    from dataclasses import replace
+
+    from polychirp.traffic.surface import subdivided
+    from polychirp.traffic.vehicle import vehicle_mesh
+
+    longest = _positive(arguments, "max_edge", "m")
+    if arguments.mesh in BODIES:
+        mesh = vehicle_mesh(arguments.mesh, max_edge=longest)
+        if arguments.material is None:
+            return mesh
+        return replace(mesh, materials=(arguments.material,) * len(mesh.materials))
+    mesh = _from_file(arguments)
+    _check_size(arguments.mesh, mesh)
+    return subdivided(mesh, longest)
+
+
+def _from_file(arguments: argparse.Namespace) -> Mesh:
+    from dataclasses import replace
+
+    from polychirp.channel.materials import known_materials
+    from polychirp.traffic.mesh_file import load_mesh
+
+    name, path = arguments.mesh, Path(arguments.mesh)
+    if path.suffix.lower() not in SUFFIXES:
+        raise InputError(
+            f"'{name}' is neither a mesh file ({', '.join(SUFFIXES)}) nor one of "
+            f"{', '.join(BODIES)}"
+        )
+    is_stl = path.suffix.lower() == ".stl"
+    if is_stl and arguments.material is None:
+        raise InputError(f"'{name}' names no materials; say --material metal")
+    try:
+        scale = float(arguments.scale)
+    except ValueError:
+        raise InputError(f"--scale: '{arguments.scale}' is not a number; try 0.001") from None
+    mesh = load_mesh(
+        path,
+        materials={known: known for known in known_materials()},
+        default_material=arguments.material,
+        scale=scale,
+        up_axis=arguments.up or ("z" if is_stl else "y"),
+    )
+    if arguments.material is None:
+        return mesh
+    return replace(mesh, materials=(arguments.material,) * len(mesh.materials))
+
+
+def _check_size(name: str, mesh: Mesh) -> None:
+    """Refuse what is metres taken for millimetres, or the reverse."""
+    corners = mesh.corners.reshape(-1, 3)
+    size = float((corners.max(axis=0) - corners.min(axis=0)).max())
+    if size > LARGEST:
+        raise InputError(f"'{name}' is {size:.4g} m large; if it is in mm, say --scale 0.001")
+    if size < SMALLEST:
+        raise InputError(
+            f"'{name}' is {1e3 * size:.3g} mm large, too small for physical optics; "
+            "say --scale with the metres per unit of the file"
+        )
+
+
+# ── out ───────────────────────────────────────────────────────────────────────
+
+
+def _report(arguments: argparse.Namespace, mesh: Mesh, found: CrossSections, window: float) -> None:
+    """Print the table; write picture and data."""
+    from polychirp.report.figures.rcs import of_polarisation, rcs_picture, statistics
+
+    name = Path(arguments.mesh).stem
+    frequency = _read(arguments, "frequency", "Hz")
+    place = "in the far field" if arguments.far else f"at {found.distance:.4g} m"
+    place += f", elevation {math.degrees(found.elevation):g}°, {frequency / 1e9:g} GHz"
+    middle = ", ".join(f"{x + 0.0:.2f}" for x in found.centre)
+    note = (
+        f"{mesh.num_faces} facets, {found.azimuth.size} aspects about ({middle}) m; free space, "
+        "no edge currents."
+    )
+    drawing = rcs_picture(
+        found,
+        polarisation=arguments.polarisation,
+        window=window,
+        title=f"{name} {place}",
+        note=note,
+    )
+    folder = Path(arguments.out or Path("out") / f"rcs-{name}")
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "rcs.png").write_bytes(drawing.png())
+    (folder / "rcs.csv").write_text(drawing.csv(), encoding="utf-8")
+    print(f"{name} {place}: {arguments.polarisation}, dBsm")
+    shown = of_polarisation(found, arguments.polarisation)
+    for what, value in statistics(shown, found.azimuth).items():
+        print(f"  {what:<14}{value:7.1f}")
+    print(note)
+    print(f"stored in {folder}", file=sys.stderr)

@@ -1,0 +1,101 @@
+"""Radar cross section over aspect, as a polar plot seen from above, the front upwards."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+from matplotlib.projections.polar import PolarAxes
+
+from polychirp.axes import FloatArray
+from polychirp.channel.rcs import CrossSections, near, running_median
+from polychirp.report.figures.drawing import BLUE, GREY, INK, Drawing, new_figure, styled
+from polychirp.units import to_db
+
+POLARISATIONS: Final = ("VV", "VH", "HV", "HH")
+"""Received, then transmitted; in the order of the entries of a transfer."""
+
+SECTOR: Final = math.radians(10.0)
+"""rad, on either side of straight ahead, abeam and astern, for the medians of the sides."""
+
+SHOWN: Final = 50.0
+"""dB below the outermost circle at which the plot ends."""
+
+
+def of_polarisation(found: CrossSections, polarisation: str) -> FloatArray:
+    """m², ``(aspect,)``: one of `POLARISATIONS`."""
+    return found.rcs.reshape(-1, 4)[:, POLARISATIONS.index(polarisation)]
+
+
+def statistics(rcs: FloatArray, azimuth: FloatArray) -> dict[str, float]:
+    """dBsm: mean and median over all aspects, and medians of ± `SECTOR` about the four sides.
+
+    A side without aspects is left out.
+
+    >>> around = np.radians(np.arange(0.0, 360.0))
+    >>> statistics(np.full(360, 10.0), around)["front median"]
+    10.0
+    """
+    level = {"mean": np.mean(rcs), "median": np.median(rcs)}
+    turns = {"front": (0.0,), "side": (math.pi / 2, -math.pi / 2), "rear": (math.pi,)}
+    for side, middles in turns.items():
+        inside = np.any([near(azimuth, middle, SECTOR) for middle in middles], axis=0)
+        if np.any(inside):
+            level[f"{side} median"] = np.median(rcs[inside])
+    return {name: float(to_db(value)) for name, value in level.items()}
+
+
+@styled
+def rcs_picture(
+    found: CrossSections, *, polarisation: str, window: float, title: str, note: str
+) -> Drawing:
+    """Raw cross section (thin), its running median (thick) and a box of statistics.
+
+    The data hold all polarisations, dBsm; −400 dBsm stands for none at all.
+
+    Parameters
+    ----------
+    polarisation : which of `POLARISATIONS` is drawn
+    window : rad, the median is over ± so much
+    """
+    shown = of_polarisation(found, polarisation)
+    level = to_db(shown)
+    smooth = to_db(running_median(shown, found.azimuth, window))
+    top = 10.0 * math.ceil((float(np.max(level)) + 1.0) / 10.0)
+    figure = new_figure(7.0, 7.4)
+    axes = figure.add_subplot(projection="polar")
+    assert isinstance(axes, PolarAxes)
+    axes.set_theta_zero_location("N")
+    closed = np.append(np.arange(found.azimuth.size), 0)
+    for values, colour, width, label in (
+        (level, GREY, 0.5, "every aspect"),
+        (smooth, BLUE, 2.2, f"median over ±{math.degrees(window):g}°"),
+    ):
+        radius = np.maximum(values, top - SHOWN)
+        axes.plot(found.azimuth[closed], radius[closed], color=colour, linewidth=width, label=label)
+    axes.set(ylim=(top - SHOWN, top), yticks=np.arange(top - SHOWN, top + 1.0, 10.0))
+    axes.yaxis.set_major_formatter("{x:.0f}")
+    axes.set_rlabel_position(45.0)
+    axes.set_xticks(
+        np.radians(np.arange(0, 360, 45)),
+        ["front", "45°", "left", "135°", "rear", "−135°", "right", "−45°"],
+    )
+    box = "\n".join(
+        f"{name} {value + 0.0:.1f}" for name, value in statistics(shown, found.azimuth).items()
+    )
+    figure.text(0.01, 0.05, f"{polarisation}, dBsm\n{box}", color=INK, size=8.5, va="bottom")
+    figure.suptitle(title, x=0.01, ha="left", weight="bold", size=11)
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside upper right", ncols=2)
+    figure.text(0.01, 0.01, note, color=GREY, size=8, va="bottom")
+    columns = {
+        f"{name.lower()}_dbsm": to_db(of_polarisation(found, name)) for name in POLARISATIONS
+    }
+    return Drawing(
+        figure=figure,
+        data={
+            "azimuth_deg": np.degrees(found.azimuth),
+            **columns,
+            f"{polarisation.lower()}_median_dbsm": smooth,
+        },
+    )
