@@ -23,6 +23,14 @@ def pytest_configure(config):
     config.stash[COMPARED] = []
 
 
+def pytest_collection_modifyitems(config, items):
+    """Recording needs only the tests that compare."""
+    if config.option.record:
+        others = [item for item in items if "compare" not in getattr(item, "fixturenames", ())]
+        config.hook.pytest_deselected(items=others)
+        items[:] = [item for item in items if "compare" in getattr(item, "fixturenames", ())]
+
+
 def pytest_sessionfinish(session):
     if session.config.option.record:
         write_comparisons(session.config.stash[COMPARED], session.config.option.record)

@@ -11,6 +11,7 @@ from polychirp.errors import InputError
 from polychirp.frames import Pose
 from polychirp.model.scene import Actor, PointScatterer
 from polychirp.testing.shapes import around
+from polychirp.units import to_db
 
 WAVELENGTH = SPEED_OF_LIGHT / 79e9
 BOTH = pytest.mark.parametrize("tracer", [FreeSpace(), Composite()])
@@ -28,7 +29,7 @@ def point(place, *, rcs=1.0, velocity=(0.0, 0.0, 0.0)):
 
 
 @BOTH
-def test_the_direct_path_obeys_friis(tracer):
+def test_the_direct_path_obeys_friis(compare, tracer):
     """|A|² = (λ/4πd)², and V keeps its sign while H, turned with the antenna, changes it."""
     paths = tracer.trace(around([], [(0, 0, 0.5), (10, 3, 0.5)]))
     distance = np.hypot(10, 3)
@@ -37,6 +38,15 @@ def test_the_direct_path_obeys_friis(tracer):
     np.testing.assert_allclose(paths.delay, distance / SPEED_OF_LIGHT, rtol=1e-14)
     expected = WAVELENGTH / (4 * np.pi * distance) * np.diag([1, -1])
     np.testing.assert_allclose(paths.transfer[0], expected, atol=1e-17)
+    compare(
+        page="paths",
+        case=f"{tracer.kind}, 10.44 m",
+        quantity="gain of the line of sight, dB",
+        expected=20 * np.log10(WAVELENGTH / (4 * np.pi * distance)),
+        measured=float(to_db(np.abs(paths.transfer[0, 0, 0]) ** 2)),
+        tolerance=1e-3,
+        source="Friis: (λ/4πd)²",
+    )
 
 
 @BOTH
@@ -52,7 +62,7 @@ def test_two_radars_at_one_place_are_refused(tracer):
 
 
 @BOTH
-def test_a_point_obeys_the_radar_equation(tracer):
+def test_a_point_obeys_the_radar_equation(compare, tracer):
     """|A|² = σλ²/((4π)³ r₁² r₂²), for the own echo and between two radars."""
     paths = tracer.trace(around([point((0, 0, 0), rcs=3.0)], [(10, 0, 0), (0, 20, 0)]))
     legs = np.array([10.0, 20.0])
@@ -64,14 +74,30 @@ def test_a_point_obeys_the_radar_equation(tracer):
         power = np.abs(np.diag(echoes.transfer[p])) ** 2
         np.testing.assert_allclose(power, expected, rtol=1e-12)
         assert echoes.delay[p] * SPEED_OF_LIGHT == pytest.approx(r1 + r2, rel=1e-14)
+    compare(
+        page="paths",
+        case=f"{tracer.kind}, 3 m² at 10 m",
+        quantity="gain of the echo of a point, dB",
+        expected=10 * np.log10(3.0 * WAVELENGTH**2 / ((4 * np.pi) ** 3 * 10.0**4)),
+        measured=float(to_db(np.abs(echoes.transfer[0, 0, 0]) ** 2)),
+        tolerance=1e-3,
+        source="radar equation: σλ²/((4π)³R⁴)",
+    )
 
 
 @BOTH
-def test_eight_metres_per_second_shift_79_gigahertz_by_4216_hertz(tracer):
+def test_eight_metres_per_second_shift_79_gigahertz_by_4216_hertz(compare, tracer):
     """2v/λ = 2 · 8 · 79e9/c = 4216.250 Hz; during the flight a target goes v/c further."""
     scene = around([point((10, 0, 0), velocity=(-8.0, 0, 0))], [(0, 0, 0)])
-    shift = -79e9 * tracer.trace(scene).delay_rate[0]
-    assert shift == pytest.approx(4216.250, abs=1e-3)
+    compare(
+        page="paths",
+        case=f"{tracer.kind}, point, 8 m/s",
+        quantity="Doppler shift at 79 GHz, Hz",
+        expected=4216.250,
+        measured=float(-79e9 * tracer.trace(scene).delay_rate[0]),
+        tolerance=1e-3,
+        source="2v/λ",
+    )
 
 
 @BOTH

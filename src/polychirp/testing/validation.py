@@ -1,4 +1,4 @@
-"""Expected beside measured: what validating tests compare, for the pages of docs/validation."""
+"""Expected beside measured: what a validating test compares, for the pages of docs/validation."""
 
 from __future__ import annotations
 
@@ -49,9 +49,9 @@ class Comparison:
 
 
 def write_comparisons(rows: Sequence[Comparison], path: Path) -> None:
-    """Store comparisons as JSON, in the order of page and test, to five digits."""
+    """Store comparisons as JSON, in the order of page and test, to six digits."""
     table = [
-        {key: float(f"{v:.5g}") if isinstance(v, float) else v for key, v in asdict(row).items()}
+        {key: float(f"{v:.6g}") if isinstance(v, float) else v for key, v in asdict(row).items()}
         for row in rows
     ]
     path.write_text(json.dumps(table, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")

@@ -1,0 +1,29 @@
+"""Markdown, as far as generated pages need it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    r"""A Markdown table; a column of numbers only is right-aligned.
+
+    >>> print(table(["case", "dB"], [["disc", "20.5"], ["a|b", "-0.8"]]))
+    | case | dB |
+    |---|---:|
+    | disc | 20.5 |
+    | a\|b | -0.8 |
+    """
+    columns = list(zip(*rows, strict=True)) or [()] * len(head)
+    marks = ["---:" if all(_is_number(cell) for cell in column) else "---" for column in columns]
+    lines = [f"|{'|'.join(marks)}|"]
+    for row in (head, *rows):
+        cells = (cell.replace("|", "\\|") for cell in row)
+        lines.append(f"| {' | '.join(cells)} |")
+    lines[0], lines[1] = lines[1], lines[0]
+    return "\n".join(lines)
+
+
+def _is_number(cell: str) -> bool:
+    return re.fullmatch(r"[-+−]?[\d.]+(e[-+]?\d+)?", cell) is not None
