@@ -75,7 +75,8 @@ def cross_sections(
 ) -> CrossSections:
     """Monostatic cross sections of a mesh, all polarisations, with every mechanism of ``tracer``.
 
-    The echo is summed at the tracer's frequency, phases and all, and nothing is left out as weak.
+    The echo is summed at the tracer's frequency, phases and all, and nothing is left out as weak
+    or far.
 
     Parameters
     ----------
@@ -115,7 +116,7 @@ def cross_sections(
         ],
         axis=-1,
     )
-    complete = replace(tracer, dynamic_range=EVERY_PATH)
+    complete = replace(tracer, dynamic_range=EVERY_PATH, max_length=np.inf)
     echo = np.empty((azimuth.size, 2, 2), dtype=np.complex128)
     for start in range(0, azimuth.size, BATCH):
         progress(start, azimuth.size)
@@ -145,7 +146,8 @@ def _echoes(tracer: Composite, mesh: Mesh, places: FloatArray) -> ComplexArray:
     actors = (Actor(name="body", kind="object", mesh=mesh), Actor(name="radars", kind="object"))
     scene = Scene(time=0.0, actors=actors, radars=radars, carriers=(1,) * len(radars))
     world, own = tracer.prepare(scene), np.repeat(np.arange(len(radars))[:, None], 2, axis=1)
-    paths = gather([mechanism(world, own) for mechanism in tracer.mechanisms])
+    nothing_known = np.zeros((len(radars), len(radars)))
+    paths = gather([part.trace(world, own, nothing_known) for part in tracer.parts(world)])
     turn = np.exp(-2j * np.pi * tracer.frequency * paths.delay)
     echo = np.zeros((len(radars), 2, 2), dtype=np.complex128)
     np.add.at(echo, paths.transmitter, paths.transfer * turn[:, None, None])

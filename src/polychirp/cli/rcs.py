@@ -49,6 +49,13 @@ def add_parser(subparsers: Any) -> None:
     )
     parser.add_argument("--material", metavar="NAME", help="make all of it of this material")
     parser.add_argument(
+        "--bounces",
+        metavar="N",
+        type=int,
+        default=1,
+        help="most surfaces that a path may meet (default: 1)",
+    )
+    parser.add_argument(
         "--max-edge", metavar="L", default="5 cm", help="longest edge of a facet (default: 5 cm)"
     )
     parser.add_argument(
@@ -77,7 +84,9 @@ def run(arguments: argparse.Namespace) -> int:
     elevation = _read(arguments, "elevation", "rad")
     if abs(elevation) > math.pi / 2:
         raise InputError("--elevation: use -90 deg to 90 deg")
-    tracer = Composite(frequency=_positive(arguments, "frequency", "Hz"))
+    tracer = Composite(
+        frequency=_positive(arguments, "frequency", "Hz"), max_bounces=arguments.bounces
+    )
     distance = _positive(arguments, "range", "m")
     mesh = _mesh(arguments)
     if arguments.far:
