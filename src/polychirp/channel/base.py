@@ -68,7 +68,7 @@ def all_pairs(
     heard = radars if receivers is None else np.asarray(receivers, dtype=np.int64)
     pairs = np.stack(np.meshgrid(radars, heard, indexing="ij"), axis=-1).reshape(-1, 2)
     place = scene.radar_position[pairs]
-    return pairs[np.linalg.norm(place[:, 1] - place[:, 0], axis=-1) <= max_length]
+    return np.asarray(pairs[np.linalg.norm(place[:, 1] - place[:, 0], axis=-1) <= max_length])
 
 
 def path_table(

@@ -29,8 +29,10 @@ from polychirp.units import Hertz, Metres, Ratio, from_db
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from polychirp.axes import IntArray
+    from polychirp.axes import FloatArray, IntArray
     from polychirp.channel.world import World
+
+    Mechanism = Callable[[World, IntArray], PropagationPaths]
 
 
 MOST_BOUNCES: Final = 8
@@ -65,7 +67,8 @@ class Composite(Spec):
     diffraction : whether direct paths bend round edges
     transmission : whether thin sheets let waves through; otherwise they block
     diffuse : whether rough planes and leaves scatter
-    max_length : m, of the longest path that is followed
+    diffuse_range : like ``dynamic_range``, of a single such path
+    max_length : m, of the longest path that is followed; a few hundred save time in long streets
     seed : of the random places and phases of diffuse scattering
     materials : added to the known ones, or in their place
 
@@ -88,7 +91,8 @@ class Composite(Spec):
     diffraction: bool = True
     transmission: bool = True
     diffuse: bool = True
-    max_length: Metres = 1000.0
+    diffuse_range: Ratio = from_db(40.0)
+    max_length: Metres = 1e6
     seed: int = 1
     materials: tuple[NamedMaterial, ...] = ()
     kind: Literal["composite"] = "composite"
@@ -96,8 +100,8 @@ class Composite(Spec):
     def __post_init__(self) -> None:
         if not self.frequency > 0:
             raise InputError("a tracer needs a positive frequency")
-        if not self.dynamic_range >= 1:
-            raise InputError("a tracer's dynamic range must be at least 0 dB")
+        if not min(self.dynamic_range, self.diffuse_range) >= 1:
+            raise InputError("a tracer's dynamic ranges must be at least 0 dB")
         if not 1 <= self.max_bounces <= MOST_BOUNCES:
             raise InputError(f"a tracer follows 1 to {MOST_BOUNCES} bounces")
         if not self.max_length > 0:
@@ -152,9 +156,19 @@ class Composite(Spec):
             from polychirp.channel.diffuse import diffuse_paths
             from polychirp.channel.foliage import foliage_paths
 
-            parts.append(_part("rough planes", partial(diffuse_paths, seed=self.seed)))
-            parts.append(_part("leaves", partial(foliage_paths, seed=self.seed)))
+            parts.append(self._clutter("rough planes", partial(diffuse_paths, seed=self.seed)))
+            parts.append(self._clutter("leaves", partial(foliage_paths, seed=self.seed)))
         return tuple(parts)
+
+    def _clutter(self, name: str, mechanism: Mechanism) -> Part:
+        """A part of many weak paths, kept within ``diffuse_range`` of what their pairs have."""
+
+        def trace(world: World, pairs: IntArray, strongest: FloatArray) -> PropagationPaths:
+            found = mechanism(world, pairs)
+            limit = strongest[found.transmitter, found.receiver] / self.diffuse_range
+            return found.select(strength(found, world.scene) >= limit)
+
+        return Part(name, trace)
 
     def _direct_parts(self) -> Iterator[Part]:
         from polychirp.channel.sight import visible_line_of_sight, visible_point_echoes
@@ -203,6 +217,6 @@ class Composite(Spec):
         return without_weak(gather(tables), scene, self.dynamic_range)
 
 
-def _part(name: str, mechanism: Callable[[World, IntArray], PropagationPaths]) -> Part:
+def _part(name: str, mechanism: Mechanism) -> Part:
     """A part that is traced whatever else there is."""
     return Part(name, lambda world, pairs, _: mechanism(world, pairs))

@@ -78,6 +78,42 @@ def box(size: Sequence[float], edge: float) -> FloatArray:
     return np.asarray(np.concatenate(faces) * np.array(size))
 
 
+def dihedral(side: float, edge: float) -> FloatArray:
+    """Two squares at right angles, open towards +x: m ``(face, corner, xyz)``, crease along z.
+
+    >>> dihedral(0.1, 0.1).shape
+    (4, 3, 3)
+    """
+    turn = np.sqrt(0.5)
+    flat = plate(side, edge) + np.array([0.0, side / 2, 0.0])
+    left = flat @ np.array([[turn, -turn, 0.0], [turn, turn, 0.0], [0.0, 0.0, 1.0]])
+    right = left[:, ::-1] * np.array([1.0, -1.0, 1.0])
+    return np.concatenate([left, right])
+
+
+def trihedral(side: float, edge: float) -> FloatArray:
+    """Three triangles with right angles at the origin, open along x: m ``(face, corner, xyz)``.
+
+    ``side`` is that of a right angle; each triangle is cut in similar ones, their right angles'
+    sides below ``edge``.
+
+    >>> trihedral(0.1, 0.05).shape
+    (12, 3, 3)
+    """
+    count = int(np.ceil(side / edge))
+    # corners of the small triangles in steps along both sides of the right angle
+    u, v = np.meshgrid(np.arange(count), np.arange(count), indexing="ij")
+    cell = np.stack([u, v], axis=-1).reshape(-1, 1, 2)
+    lower = cell + np.array([[0, 0], [1, 0], [0, 1]])
+    upper = cell + np.array([[1, 0], [1, 1], [0, 1]])
+    steps = np.concatenate([t[t.sum(axis=-1).max(axis=-1) <= count] for t in (lower, upper)])
+    # the sides, at equal angles about x
+    angle = 2 * np.pi / 3 * np.arange(3)
+    ways = np.stack([np.full(3, np.sqrt(0.5)), np.cos(angle), np.sin(angle)], axis=-1)
+    ways *= side / count * np.sqrt(2 / 3)
+    return np.concatenate([steps @ ways[[i, (i + 1) % 3]] for i in range(3)])
+
+
 def around(
     actors: Sequence[Actor],
     places: Sequence[Sequence[float]],
