@@ -303,7 +303,7 @@ class Caster:
 
         The face of a miss means nothing. Directions ``(ray, xyz)`` may have any length.
         """
-        start, way = _rays(origins, directions)
+        start, way = rays(origins, directions)
         if not self._tree.face.size:
             return np.full(len(start), NOTHING), np.zeros(len(start), dtype=np.int64)
         distance, face = _cast(self._tree, start, way, NOTHING, False)
@@ -311,13 +311,14 @@ class Caster:
 
     def occluded(self, origins: FloatArray, ends: FloatArray) -> BoolArray:
         """Whether a triangle lies strictly between origin and end, both ``(ray, xyz)``."""
-        start, stop = _rays(origins, ends)
+        start, stop = rays(origins, ends)
         if not self._tree.face.size:
             return np.zeros(len(start), dtype=np.bool_)
         return np.asarray(np.isfinite(_cast(self._tree, start, stop - start, 1.0, True)[0]))
 
 
-def _rays(origins: FloatArray, others: FloatArray) -> tuple[FloatArray, FloatArray]:
+def rays(origins: FloatArray, others: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Two ends, or start and way, of as many rays, each ``(ray, xyz)`` in double precision."""
     both = np.broadcast_arrays(
         np.asarray(origins, dtype=np.float64), np.asarray(others, dtype=np.float64)
     )

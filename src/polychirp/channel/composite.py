@@ -69,6 +69,8 @@ class Composite(Spec):
     diffuse : whether rough planes and leaves scatter
     diffuse_range : like ``dynamic_range``, of a single such path
     max_length : m, of the longest path that is followed; a few hundred save time in long streets
+    caster : what asks whether single rays are blocked: "numba" is always there, "embree" needs the
+        extra of that name. Both find the same, but for rays past an edge within a micrometre
     seed : of the random places and phases of diffuse scattering
     materials : added to the known ones, or in their place
 
@@ -93,6 +95,7 @@ class Composite(Spec):
     diffuse: bool = True
     diffuse_range: Ratio = from_db(40.0)
     max_length: Metres = 1e6
+    caster: Literal["numba", "embree"] = "numba"
     seed: int = 1
     materials: tuple[NamedMaterial, ...] = ()
     kind: Literal["composite"] = "composite"
@@ -139,6 +142,7 @@ class Composite(Spec):
             table=material_table({row.name: row for row in self.materials}),
             transmission=self.transmission,
             max_length=self.max_length,
+            caster=self.caster,
         )
 
     def parts(self, world: World) -> tuple[Part, ...]:

@@ -39,9 +39,20 @@ import numpy as np
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import gather, no_paths, path_table
 from polychirp.channel.fresnel import media
-from polychirp.channel.optics import CELL, Faces, Rows, fields, gather_cells, lit, spread
+from polychirp.channel.optics import (
+    CELL,
+    LIT,
+    Faces,
+    Rows,
+    agree,
+    fields,
+    gather_cells,
+    look,
+    look_closer,
+    spread,
+)
 from polychirp.channel.view_losses import losses_of
-from polychirp.channel.views import View, view_table
+from polychirp.channel.views import View, ViewTable, view_table
 from polychirp.channel.world import UPWARDS, Blockers, Surface, World, in_frame_of
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import ModelWarning
@@ -190,23 +201,35 @@ class _Scatterer:
     def _seen(self, blockers: Blockers) -> BoolArray:
         """Which facets each view sees, ``(view, face)``.
 
-        One shadow ray for every facet and direct view. A mirrored view has two rays for every
-        patch of facets, at the one in its middle: a shadow's edge is as coarse as a patch, at a
-        tenth of the rays.
+        A view that sees no panel's middle sees nothing. Of others, shadow rays go to the middle
+        of every patch, and to the facets of patches that do not agree with those around them;
+        to facets only from direct views. The shadow's edge in a mirrored view is as coarse as a
+        patch.
         """
         surface = self.world.surfaces[self.body]
-        rotation, position = self.world.rotation[self.body], self.world.position[self.body]
-        direct = [view for view in self.views if view.plate is None]
-        mirrored = [view for view in self.views if view.plate is not None]
+        panels, patches = (self.faces.of(f) for f in (surface.panel_face, surface.patch_face))
         seen = np.zeros((len(self.views), len(surface.area)), dtype=np.bool_)
-        if direct:
-            table = view_table(direct, rotation, position)
-            seen[: len(direct)] = lit(self.faces, table, blockers)
-        if mirrored:
-            table = view_table(mirrored, rotation, position)
-            patches = lit(self.faces.of(surface.patch_face), table, blockers)
-            seen[len(direct) :] = spread(self.faces, table, surface.patch, patches)
+        every = self._table(np.arange(len(self.views)))
+        open_ = np.flatnonzero(np.any(look(panels, every, blockers) == LIT, axis=1))
+        if not len(open_):
+            return seen
+        found = look(patches, self._table(open_), blockers)
+        seen[open_] = spread(self.faces, self._table(open_), surface.patch, found == LIT)
+        is_direct = np.array([self.views[number].plate is None for number in open_])
+        direct = open_[is_direct]
+        if len(direct):
+            agreed = agree(found[is_direct], surface.patch_near)
+            table = self._table(direct)
+            seen[direct] = look_closer(self.faces, table, blockers, surface.patch, agreed) == LIT
         return seen
+
+    def _table(self, numbers: IntArray) -> ViewTable:
+        """The views of these numbers, in the body's frame."""
+        return view_table(
+            [self.views[number] for number in numbers],
+            self.world.rotation[self.body],
+            self.world.position[self.body],
+        )
 
     def _check_facets(self, rows: Rows, is_direct: BoolArray) -> None:
         """Warn where most lit facets are so near that the wave front bends within them."""
@@ -225,8 +248,14 @@ class _Scatterer:
         """Paths over all combinations of views, both ways round."""
         world = self.world
         number = {view: index for index, view in enumerate(self.views)}
-        task = np.array([[number[a], number[b]] for a, b in self.combinations])
-        least = np.array([a.distance + b.distance for a, b in self.combinations])
+        is_lit = np.diff(self.row_start) > 0
+        combinations = [
+            (a, b) for a, b in self.combinations if is_lit[number[a]] and is_lit[number[b]]
+        ]
+        if not combinations:
+            return no_paths(world.scene, world.frequency)
+        task = np.array([[number[a], number[b]] for a, b in combinations])
+        least = np.array([a.distance + b.distance for a, b in combinations])
         first_cell = np.floor(least / CELL).astype(np.int64) - 1
         moments = gather_cells(
             self.faces,
@@ -241,7 +270,7 @@ class _Scatterer:
             world.wavenumber,
         )
         tables = [no_paths(world.scene, world.frequency)]
-        for row, first, (a, b) in zip(moments, first_cell, self.combinations, strict=True):
+        for row, first, (a, b) in zip(moments, first_cell, combinations, strict=True):
             tables += self._tables(a, b, row, int(first))
         return gather(tables)
 

@@ -207,9 +207,14 @@ def _plate_hit(veil: Veil, p: int, start: Vector, way: Vector, nearest: float) -
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _pane_hit(
-    veil: Veil, b: int, start: Vector, way: Vector, span: tuple[float, float]
+    veil: Veil,
+    b: int,
+    start: Vector,
+    way: Vector,
+    span: tuple[float, float],
+    any_will_do: bool,
 ) -> tuple[float, int]:
-    """Share of the leg, and triangle, of a body's first pane within a span of the leg."""
+    """Share of the leg, and triangle, of a body's first or any pane within a span of the leg."""
     return first_hit(
         veil.pane_box,
         veil.pane_skip,
@@ -220,7 +225,7 @@ def _pane_hit(
         start,
         way,
         span,
-        False,
+        any_will_do,
     )
 
 
@@ -267,7 +272,7 @@ def is_veiled(
             return True
     for b in bodies:
         place, along = _in_body(veil, b, start, way)
-        if _pane_hit(veil, b, place, along, span)[0] < math.inf:
+        if _pane_hit(veil, b, place, along, span, True)[0] < math.inf:
             return True
         # from inside a cloud to inside it no border is met
         if veil.cloud_root[b + 1] - veil.cloud_root[b] > 1 and (
@@ -343,11 +348,11 @@ def lose(
             _cross_sheet(media, veil.plate_medium[p], normal, d, (v, h), wavenumber, out)
     for b in bodies:
         place, along = _in_body(veil, b, start, way)
-        t, triangle = _pane_hit(veil, b, place, along, (nearest, 1.0))
+        t, triangle = _pane_hit(veil, b, place, along, (nearest, 1.0), False)
         while t < math.inf:
             normal = _face_normal(veil.pane_triangle[triangle], veil.turn[b])
             _cross_sheet(media, veil.pane_medium[triangle], normal, d, (v, h), wavenumber, out)
-            t, triangle = _pane_hit(veil, b, place, along, (t * (1.0 + PAST), 1.0))
+            t, triangle = _pane_hit(veil, b, place, along, (t * (1.0 + PAST), 1.0), False)
         if veil.cloud_root[b + 1] - veil.cloud_root[b] > 1:
             share, triangle = _chord(veil, b, place, along, (nearest, 1.0))
             if share > 0.0:

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit, prange
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
-from polychirp.channel.caster import Vector, first_hit
+from polychirp.channel.caster import Vector, first_hit, rays
 from polychirp.channel.world import SKIN, Blockers, World, everything_opaque, in_frame_of
 
 
@@ -102,14 +102,12 @@ def blocked(
     but_body : number of the one body that does not block
     """
     bodies, plates = everything_opaque(world)
-    start, end = np.broadcast_arrays(starts, ends)
-    return np.asarray(
-        _blocked(
-            in_frame_of(world, np.eye(3), np.zeros(3)),
-            bodies[bodies != but_body],
-            plates,
-            np.ascontiguousarray(start, dtype=np.float64),
-            np.ascontiguousarray(end, dtype=np.float64),
-            skin,
-        )
-    )
+    bodies = bodies[bodies != but_body]
+    start, end = rays(starts, ends)
+    blockers = in_frame_of(world, np.eye(3), np.zeros(3))
+    if world.caster == "numba":
+        return np.asarray(_blocked(blockers, bodies, plates, start, end, skin))
+    from polychirp.channel.embree import blocked_by_bodies
+
+    by_plates = _blocked(blockers, bodies[:0], plates, start, end, skin)
+    return np.asarray(by_plates | blocked_by_bodies(world, bodies, start, end, skin))

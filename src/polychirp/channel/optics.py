@@ -21,6 +21,11 @@ LIFT = 3e-3
 CELL = 0.04
 """m of total path length: width of the smooth cells in which contributions are gathered."""
 
+AWAY, HIDDEN, LIT = 0, 1, 2
+"""A facet that is turned from a view; that turns to it, and is in a shadow; and is seen."""
+
+SideArray = NDArray[np.int8]
+
 NUM_MOMENTS = 12
 """Of a cell: transfer (4); V–V-weighted excess length (1), two directions (3 + 3), rate² (1)."""
 
@@ -135,19 +140,69 @@ def _sees(
     return not is_blocked(blockers, bodies, plates, lifted, meet, 0.0)
 
 
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _is_away(faces: Faces, views: ViewTable, view: int, f: int) -> bool:
+    c, n, s = faces.centroid[f], faces.normal[f], views.image[view]
+    return bool(_dot(_vector(n), (s[0] - c[0], s[1] - c[1], s[2] - c[2])) <= 0.0)
+
+
 @njit(cache=True, nogil=True, error_model="numpy", parallel=True)
-def lit(faces: Faces, views: ViewTable, blockers: Blockers) -> BoolArray:
-    """Where a view sees a facet's front, ``(view, face)``."""
+def look(faces: Faces, views: ViewTable, blockers: Blockers) -> SideArray:
+    """How each view finds a facet: `AWAY`, `HIDDEN` or `LIT`, ``(view, face)``."""
     num_views, num_faces = views.image.shape[0], faces.area.size
-    out = np.zeros((num_views, num_faces), dtype=np.bool_)
+    out = np.full((num_views, num_faces), AWAY, dtype=np.int8)
     for row in prange(num_views * num_faces):
         view, f = row // num_faces, row % num_faces
-        c, n = _vector(faces.centroid[f]), _vector(faces.normal[f])
-        s = views.image[view]
-        if _dot(n, (s[0] - c[0], s[1] - c[1], s[2] - c[2])) <= 0.0:
+        if _is_away(faces, views, view, f):
             continue
-        if _sees(views, blockers, view, c, n):
-            out[view, f] = True
+        sees = _sees(views, blockers, view, _vector(faces.centroid[f]), _vector(faces.normal[f]))
+        out[view, f] = LIT if sees else HIDDEN
+    return out
+
+
+@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
+def look_closer(
+    faces: Faces,
+    views: ViewTable,
+    blockers: Blockers,
+    part: IntArray,
+    agreed: SideArray,
+) -> SideArray:
+    """What `look` gives, with rays only where the facets' parts are not agreed.
+
+    Parameters
+    ----------
+    part : that a facet belongs to, ``(face,)``
+    agreed : of each part, as `agree` gives it, ``(view, part)``
+    """
+    num_views, num_faces = views.image.shape[0], faces.area.size
+    out = np.full((num_views, num_faces), AWAY, dtype=np.int8)
+    for row in prange(num_views * num_faces):
+        view, f = row // num_faces, row % num_faces
+        if _is_away(faces, views, view, f):
+            continue
+        known = agreed[view, part[f]]
+        if known != AWAY:
+            out[view, f] = known
+            continue
+        sees = _sees(views, blockers, view, _vector(faces.centroid[f]), _vector(faces.normal[f]))
+        out[view, f] = LIT if sees else HIDDEN
+    return out
+
+
+@njit(cache=True, nogil=True, parallel=True)
+def agree(found: SideArray, near: IntArray) -> SideArray:
+    """What all parts around a part that turn to a view say, ``(view, part)``.
+
+    Of what `look` found, ``(view, part)``; `AWAY` where they differ, or none turns to the view.
+    """
+    out = np.empty_like(found)
+    for part in prange(found.shape[1]):
+        for view in range(found.shape[0]):
+            both = 0
+            for other in near[part]:
+                both |= found[view, other]
+            out[view, part] = both if both != HIDDEN | LIT else AWAY
     return out
 
 

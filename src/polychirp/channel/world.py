@@ -13,6 +13,7 @@ from functools import cached_property, lru_cache
 from typing import Final, Literal, NamedTuple
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
 from polychirp.channel.caster import Tree, grow_tree
@@ -26,12 +27,20 @@ from polychirp.model.scene import Scene
 PATCH: Final = 0.08
 """m, size of the patches of a surface that are in the shadow of a mirror together."""
 
+PANEL: Final = 0.24
+"""m, size of the panels of patches of which a view must see one before it is looked at closer."""
+
+NUM_NEAR: Final = 9
+"""A patch and those around it, that must agree before no more rays are spent on its facets."""
+
 SKIN: Final = 0.02
 """m from a radar within which nothing blocks: its own cover and what it is mounted on."""
 
 
 UPWARDS: Final = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])
 """z, and y in its place along z: what `frames.polarisation_basis` is built on."""
+
+CasterName = Literal["numba", "embree", "auto"]
 
 Role = Literal["opaque", "pane", "cloud"]
 """What a face is to a ray: its end; a thin sheet to cross; the border of a cloud of leaves."""
@@ -60,6 +69,8 @@ class Surface:
     tree_medium : number into ``materials`` of the triangles of every tree
     patch : number of the patch of neighbours that turn alike, ``(face,)``
     patch_face : the face in the middle of every patch, ``(patch,)``
+    patch_near : the patches around every patch, itself among them, ``(patch, near)``
+    panel_face : the face in the middle of every panel of patches that turn alike, ``(panel,)``
     centre, radius : m, of a sphere around all
     """
 
@@ -75,6 +86,8 @@ class Surface:
     tree_medium: Mapping[Role, IntArray]
     patch: IntArray
     patch_face: IntArray
+    patch_near: IntArray
+    panel_face: IntArray
     centre: FloatArray
     radius: float
 
@@ -95,7 +108,8 @@ def surface_of(mesh: Mesh, roles: tuple[Role, ...]) -> Surface:
     normal = np.cross(face[:, 1] - face[:, 0], face[:, 2] - face[:, 0]) / double[:, None]
     edge = face[:, 1] - face[:, 0]
     centroid = face.mean(axis=1)
-    patch, patch_face = _patches(centroid, normal)
+    patch, patch_face = _patches(centroid, normal, PATCH)
+    _, panel_middle = _patches(centroid[patch_face], normal[patch_face], PANEL)
     offset = np.ascontiguousarray(face - centroid[:, None])
     return Surface(
         centroid=centroid,
@@ -110,6 +124,8 @@ def surface_of(mesh: Mesh, roles: tuple[Role, ...]) -> Surface:
         tree_medium={name: medium[role == name][tree.face] for name, tree in trees.items()},
         patch=patch,
         patch_face=patch_face,
+        patch_near=_near(centroid[patch_face]),
+        panel_face=patch_face[panel_middle],
         centre=centre,
         radius=float(np.sqrt(np.max(np.sum((corners - centre) ** 2, axis=-1)))),
     )
@@ -120,9 +136,9 @@ def _double_area(corners: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.norm(cross, axis=-1))
 
 
-def _patches(centroid: FloatArray, normal: FloatArray) -> tuple[IntArray, IntArray]:
+def _patches(centroid: FloatArray, normal: FloatArray, size: float) -> tuple[IntArray, IntArray]:
     """Patch of every face, and the face nearest to the middle of every patch."""
-    key = np.concatenate([np.floor(centroid / PATCH), np.round(1.5 * normal)], axis=1)
+    key = np.concatenate([np.floor(centroid / size), np.round(1.5 * normal)], axis=1)
     _, patch = np.unique(key.astype(np.int64), axis=0, return_inverse=True)
     patch = patch.reshape(-1)
     counts = np.bincount(patch)
@@ -130,6 +146,15 @@ def _patches(centroid: FloatArray, normal: FloatArray) -> tuple[IntArray, IntArr
     off = np.sum((centroid - middle[patch]) ** 2, axis=-1)
     order = np.lexsort([off, patch])
     return patch, order[np.cumsum(counts) - counts]
+
+
+def _near(middle: FloatArray) -> IntArray:
+    """The nearest of some points to each of them, itself among them, ``(point, near)``."""
+    count = min(NUM_NEAR, len(middle))
+    if not count:
+        return np.zeros((0, 0), dtype=np.int64)
+    number = cKDTree(middle).query(middle, k=count)[1]
+    return np.asarray(number, dtype=np.int64).reshape(len(middle), count)
 
 
 class Forest(NamedTuple):
@@ -243,6 +268,7 @@ class World:
     table : materials by name
     transmission : whether thin sheets let waves through; otherwise they block
     max_length : m, of the longest path that is followed
+    caster : what `occlusion.blocked` asks about bodies; facets' shadows are always numba's
     """
 
     scene: Scene
@@ -258,6 +284,7 @@ class World:
     table: Mapping[str, Material]
     transmission: bool = True
     max_length: float = np.inf
+    caster: Literal["numba", "embree"] = "numba"
 
     @property
     def wavenumber(self) -> float:
@@ -330,6 +357,7 @@ def world_of(
     table: Mapping[str, Material],
     transmission: bool = True,
     max_length: float = np.inf,
+    caster: Literal["numba", "embree"] = "numba",
 ) -> World:
     """A scene made ready.
 
@@ -362,6 +390,7 @@ def world_of(
         table=table,
         transmission=transmission,
         max_length=max_length,
+        caster=caster,
     )
 
 
@@ -412,15 +441,21 @@ def in_frame_of(world: World, rotation: FloatArray, position: FloatArray) -> Blo
 def bodies_near(world: World, ends: FloatArray, radius: float) -> IntArray:
     """Bodies that can block between a point and a sphere: m ``(2, xyz)`` and its radius at end 1.
 
-    The two span a cone inside the capsule of that radius, which a body's own sphere must touch.
+    The two span a cone, of radius t·``radius`` at the share t of the way, which a body's own
+    sphere must touch. Their gap is a convex function of t, least where its slope is zero.
     """
     if not len(world.surfaces):
         return np.zeros(0, dtype=np.int64)
     start, way = ends[0], ends[1] - ends[0]
-    length = max(float(way @ way), 1e-30)
-    where = np.clip((world.centre - start) @ way / length, 0.0, 1.0)
-    gap = np.linalg.norm(world.centre - start - where[:, None] * way, axis=-1)
-    return np.flatnonzero(gap <= world.radius + radius)
+    length = max(float(np.linalg.norm(way)), 1e-15)
+    gap = world.centre - start
+    foot = gap @ way / length**2
+    off = np.linalg.norm(gap - foot[:, None] * way, axis=-1)
+    where = np.ones(len(foot))
+    if length > radius:
+        where = np.clip(foot + off * radius / (length * np.sqrt(length**2 - radius**2)), 0.0, 1.0)
+    away = np.hypot(off, (where - foot) * length)
+    return np.flatnonzero(away - where * radius <= world.radius)
 
 
 def plates_near(world: World, ends: FloatArray, radius: float) -> IntArray:
