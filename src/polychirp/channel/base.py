@@ -21,6 +21,10 @@ Capability = Literal[
 """What a tracer can answer for; a study that needs more is refused before it runs."""
 
 
+CasterName = Literal["numba", "embree", "auto"]
+"""What may find out whether rays are blocked; `embree.caster_name` says what "auto" means here."""
+
+
 @runtime_checkable
 class RayTracer(Protocol):
     """Whatever turns a scene into its propagation paths.

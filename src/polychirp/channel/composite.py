@@ -10,6 +10,7 @@ import numpy as np
 
 from polychirp.channel.base import (
     Capability,
+    CasterName,
     Part,
     all_pairs,
     gather,
@@ -69,8 +70,9 @@ class Composite(Spec):
     diffuse : whether rough planes and leaves scatter
     diffuse_range : like ``dynamic_range``, of a single such path
     max_length : m, of the longest path that is followed; a few hundred save time in long streets
-    caster : what asks whether single rays are blocked: "numba" is always there, "embree" needs the
-        extra of that name. Both find the same, but for rays past an edge within a micrometre
+    caster : what finds out whether single rays are blocked: "numba" is always there, "embree" needs
+        the extra of that name, "auto" takes Embree where it is installed. Both find the same, but
+        for rays past an edge within some micrometres
     seed : of the random places and phases of diffuse scattering
     materials : added to the known ones, or in their place
 
@@ -95,7 +97,7 @@ class Composite(Spec):
     diffuse: bool = True
     diffuse_range: Ratio = from_db(40.0)
     max_length: Metres = 1e6
-    caster: Literal["numba", "embree"] = "numba"
+    caster: CasterName = "numba"
     seed: int = 1
     materials: tuple[NamedMaterial, ...] = ()
     kind: Literal["composite"] = "composite"
@@ -131,8 +133,9 @@ class Composite(Spec):
         Raises
         ------
         InputError
-            A surface is of an unknown material.
+            A surface is of an unknown material, or Embree is asked for and not installed.
         """
+        from polychirp.channel.embree import caster_name
         from polychirp.channel.world import world_of
 
         return world_of(
@@ -142,7 +145,7 @@ class Composite(Spec):
             table=material_table({row.name: row for row in self.materials}),
             transmission=self.transmission,
             max_length=self.max_length,
-            caster=self.caster,
+            caster=caster_name(self.caster),
         )
 
     def parts(self, world: World) -> tuple[Part, ...]:

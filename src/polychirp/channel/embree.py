@@ -9,13 +9,14 @@ for rays that pass an edge by less than the rounding.
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Final, Protocol
+from typing import Final, Literal, Protocol
 
 import numpy as np
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
+from polychirp.channel.base import CasterName
 from polychirp.channel.caster import Caster, rays
-from polychirp.channel.world import CasterName, Surface, World
+from polychirp.channel.world import Surface, World
 from polychirp.errors import InputError
 
 SHARE: Final = 1e-6
@@ -60,9 +61,30 @@ def caster_of(triangles: FloatArray, name: CasterName = "auto") -> RayCaster:
     >>> float(caster.closest(np.zeros((1, 3)), np.array([[1.0, 0, 0]]))[0][0])
     1.0
     """
-    if name == "numba" or (name == "auto" and not has_embree()):
-        return Caster(triangles)
-    return EmbreeCaster(triangles)
+    return Caster(triangles) if caster_name(name) == "numba" else EmbreeCaster(triangles)
+
+
+def caster_name(name: CasterName) -> Literal["numba", "embree"]:
+    """Which caster a name stands for here.
+
+    Raises
+    ------
+    InputError
+        Embree is asked for and not installed.
+
+    Examples
+    --------
+    >>> caster_name("numba")
+    'numba'
+    """
+    if name == "auto":
+        return "embree" if has_embree() else "numba"
+    if name == "embree" and not has_embree():
+        raise InputError(
+            "rays on Embree need the package 'embreex' (pip install \"polychirp[embree]\"); "
+            "install it, or use the caster 'numba'"
+        )
+    return name
 
 
 class EmbreeCaster:
@@ -78,10 +100,7 @@ class EmbreeCaster:
     """
 
     def __init__(self, triangles: FloatArray) -> None:
-        if not has_embree():
-            raise InputError(
-                "rays on Embree need the package 'embreex'; install it, or ask for 'numba'"
-            )
+        caster_name("embree")
         from embreex.mesh_construction import TriangleMesh
         from embreex.rtcore_scene import EmbreeScene
 

@@ -214,7 +214,7 @@ def _meet_pane(
 ) -> tuple[float, int]:
     """Distance and triangle of the first pane of a body; infinite for a miss."""
     start, along = _in_body(veil, body, point, direction)
-    return _pane_hit(veil, body, start, along, span)
+    return _pane_hit(veil, body, start, along, span, False)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

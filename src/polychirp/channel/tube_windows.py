@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from polychirp.axes import FloatArray
 from polychirp.channel.world import Surface, World
+
+
+NEAR: Final = 10.0
+"""m, up to which tubes are as wide as asked for."""
 
 
 class Window(NamedTuple):
@@ -47,11 +51,16 @@ def box_of(surface: Surface) -> tuple[FloatArray, FloatArray]:
 
 
 def windows_over(world: World, radar: int, body: int, tube: float) -> list[Window]:
-    """Windows of a radar over a body, whose tubes are ``tube`` m wide where the body is nearest."""
+    """Windows of a radar over a body, whose tubes are ``tube`` m wide where the body is nearest.
+
+    Farther than `NEAR` they are wider as the root of the distance, so that a wave front bends as
+    much within them.
+    """
     low, high = box_of(world.surfaces[body])
     rotation, position = world.rotation[body], world.position[body]
     place = (world.scene.radar_position[radar] - position) @ rotation
-    found = box_windows(place, low, high, tube)
+    distance = float(np.linalg.norm(np.clip(place, low, high) - place))
+    found = box_windows(place, low, high, tube * max(1.0, distance / NEAR) ** 0.5)
     return [
         window._replace(origin=window.origin @ rotation.T + position, axes=window.axes @ rotation.T)
         for window in found

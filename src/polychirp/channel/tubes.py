@@ -86,7 +86,7 @@ def tube_paths(
 
     Parameters
     ----------
-    tube : m, width of the tubes where they meet the first body
+    tube : m, width of the tubes where they meet the first body, up to 10 m away; see `windows_over`
     max_bounces : reflections, by bodies and plates together, that are followed; at least 2
 
     Raises

@@ -40,8 +40,6 @@ SKIN: Final = 0.02
 UPWARDS: Final = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])
 """z, and y in its place along z: what `frames.polarisation_basis` is built on."""
 
-CasterName = Literal["numba", "embree", "auto"]
-
 Role = Literal["opaque", "pane", "cloud"]
 """What a face is to a ray: its end; a thin sheet to cross; the border of a cloud of leaves."""
 
