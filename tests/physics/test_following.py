@@ -1,5 +1,7 @@
 """Paths through a frame: what is traced again when, and how wrong what lies between may be."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,7 +12,7 @@ from polychirp.channel.follow import ERROR, follow
 from polychirp.channel.free_space import FreeSpace
 from polychirp.frames import Pose
 from polychirp.model.scene import Actor
-from polychirp.testing.shapes import around, box, mesh_of, transfer_at
+from polychirp.testing.shapes import around, box, mesh_of, plate, transfer_at
 
 TIMES = np.arange(9) * 1e-3
 CAR = mesh_of(box((4.0, 1.8, 1.4), 0.03))
@@ -90,6 +92,27 @@ def test_a_coherence_time_is_when_extrapolation_is_half_wrong():
         said, found = np.sum(power * wrong) / np.sum(power), found / np.sum(np.abs(new) ** 2)
         assert found == pytest.approx(said, rel=3.0)
         assert said == pytest.approx(found, rel=3.0)
+
+
+def test_a_radar_that_sees_nothing_changes_no_coherence_time():
+    """It drives away fast behind a screen; the other radar's echoes hold as long as without it."""
+    ahead = car("ahead", x=12.0, y=0.0, speed=6.0)
+    screen = Actor(name="screen", kind="tree", pose=Pose(x=0.3, z=0.6), mesh=mesh_of(plate(1, 0.5)))
+    places, times = [(0, 0, 0.6), (0, 3.0, 0.6)], []
+    for some in (places, places[1:]):
+        scene = around([ahead, screen], some)
+        actors = [
+            replace(actor, velocity=(-40.0, 0, 0)) if number == scene.carriers[0] else actor
+            for number, actor in enumerate(scene.actors)
+        ]
+        if some is places:
+            scene = replace(scene, actors=tuple(actors))
+        paths = Composite(max_bounces=1, diffuse=False).trace(scene)
+        number = len(some) - 1
+        own = paths.select((paths.transmitter == number) & (paths.receiver == number))
+        times.append(own.coherence_time)
+    assert len(times[0])
+    np.testing.assert_allclose(times[0], times[1], rtol=1e-6)
 
 
 def test_only_the_listeners_pairs_are_traced():

@@ -11,7 +11,9 @@ from polychirp.model.radar import Radar
 from polychirp.model.scene import Actor, Scene
 from polychirp.testing.shapes import around, box, mesh_of, plate, sphere
 
-TRACER = Composite(reflecting_planes=False)
+TRACER = Composite(reflecting_planes=False, max_bounces=1, diffraction=False, diffuse=False)
+"""Straight ways only."""
+
 PLACES = [(0.0, 0.0, 0.5), (10.0, 0.0, 0.5)]
 
 

@@ -265,7 +265,7 @@ class _Scatterer:
             task,
             first_cell,
             int(4 * world.radius[self.body] / CELL) + 5,
-            np.array([[self._slide(view) for view in pair] for pair in self.combinations])
+            np.array([[self._slide(view) for view in pair] for pair in combinations])
             @ world.rotation[self.body],
             world.wavenumber,
         )

@@ -6,9 +6,9 @@ Between two traces a path's delay runs on linearly. That is wrong by the power
 
 of a path whose coherence time is :math:`t_c` (half its amplitude at :math:`t_c`, and growing as
 t², or more slowly). A part, such as the facets of one body, is traced again before the errors of
-its paths add up to `ERROR` of the power of any pair that it belongs to: a car that passes at two
-metres at every step, one that stands ahead every few milliseconds. Meanwhile what the part hides
-and where its shadows fall stay as they were.
+its paths add up to `ERROR` of what they are heard among: all echoes of a radar's own, or all that
+it hears of others. A car that passes at two metres is traced at every step, one that stands ahead
+every few milliseconds. Meanwhile what the part hides and where its shadows fall stay as they were.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from polychirp.channel.world import World
 
 ERROR: Final = 1e-3
-"""Power that extrapolation may get wrong, relative to all power of a pair."""
+"""Power that extrapolation may get wrong, relative to all that it is heard among."""
 
 LONGEST: Final = 8e-3
 """s, after which a part is traced again in any case: shadows move too."""
@@ -135,13 +135,13 @@ class _Frame:
         total = len(self.parts) * len(self.times)
         first = self._first()
         whole = gather(first)
-        power = np.zeros((len(self.scenes[0].radars),) * 2)
-        np.add.at(power, (whole.transmitter, whole.receiver), strength(whole, self.scenes[0]))
-        strongest = strongest_of_pair(whole, strength(whole, self.scenes[0]), len(power))
+        power = strength(whole, self.scenes[0])
+        strongest = strongest_of_pair(whole, power, len(self.scenes[0].radars))
+        heard = _heard(_of_pairs(whole, power, len(strongest)))
         rows = []
         for number, (part, begin) in enumerate(zip(self.parts, first, strict=True)):
             progress(number * len(self.times), total)
-            rows.append(self._row(part, begin, power, strongest))
+            rows.append(self._row(part, begin, heard, strongest))
         progress(total, total)
         return tuple(
             without_weak(
@@ -164,30 +164,41 @@ class _Frame:
         return tables
 
     def _row(
-        self, part: Part, begin: PropagationPaths, power: FloatArray, strongest: FloatArray
+        self, part: Part, begin: PropagationPaths, heard: FloatArray, strongest: FloatArray
     ) -> list[PropagationPaths]:
         """One part at all the times at which it must be traced; the last is near the end."""
         row, number, last = [begin], 0, len(self.times) - 1
         while number < last:
-            step = self._step(row[-1], self.scenes[number], power)
+            step = self._step(row[-1], self.scenes[number], heard)
             # the nearer trace serves a time, so that half a step is bridged at most
             number = last if number + step >= last else number + step
             row.append(part.trace(self.worlds[number], self.pairs, strongest))
         return row
 
-    def _step(self, paths: PropagationPaths, scene: Scene, power: FloatArray) -> int:
+    def _step(self, paths: PropagationPaths, scene: Scene, heard: FloatArray) -> int:
         """After how many times a part is to be traced again."""
         grid = float(self.times[1] - self.times[0])
         step = max(1, int(LONGEST / grid * (1 + 1e-9)))
-        weight = strength(paths, scene) / power[paths.transmitter, paths.receiver]
+        power = strength(paths, scene)
         while step > 1:
             wrong = np.minimum(1.0, 0.5 * (0.5 * step * grid / paths.coherence_time) ** 2) ** 2
-            of_pair = np.zeros_like(power)
-            np.add.at(of_pair, (paths.transmitter, paths.receiver), weight * wrong)
-            if np.max(of_pair) <= ERROR:
+            if np.all(_heard(_of_pairs(paths, power * wrong, heard.shape[1])) <= ERROR * heard):
                 break
             step = (step + 1) // 2
         return step
+
+
+def _of_pairs(paths: PropagationPaths, power: FloatArray, num_radars: int) -> FloatArray:
+    """Sums of ``power`` ``(path,)`` for every pair, ``(transmitter, receiver)``."""
+    total = np.zeros((num_radars, num_radars))
+    np.add.at(total, (paths.transmitter, paths.receiver), power)
+    return total
+
+
+def _heard(power: FloatArray) -> FloatArray:
+    """What every receiver hears of its own transmitter and of all others, ``(2, receiver)``."""
+    own = np.diagonal(power)
+    return np.stack([own, power.sum(axis=0) - own])
 
 
 def _nearest(row: Sequence[PropagationPaths], time: float) -> PropagationPaths:

@@ -10,7 +10,6 @@ import numpy as np
 from polychirp.axes import FloatArray
 from polychirp.channel.world import Surface, World
 
-
 NEAR: Final = 10.0
 """m, up to which tubes are as wide as asked for."""
 

@@ -21,7 +21,10 @@ def scene(*bodies):
 
 
 def test_a_mirror_adds_what_its_image_carries():
-    """A metal road: as strong as the direct path but for its length and the antennas' pattern."""
+    """A metal road: as strong as the direct path but for its length and the antennas' pattern.
+
+    Within 2 %: the plate ends 90 m away, which ripples.
+    """
     plate = Plate(
         centre=(6, 0, 0), half_u=(90, 0, 0), half_v=(0, 90, 0), material="metal", part="road"
     )
@@ -30,10 +33,9 @@ def test_a_mirror_adds_what_its_image_carries():
     found = compare_mechanisms(world, Composite())
     gain = world.radars[0].array.pattern.gain(np.array([[6.0, 0, -0.5], [1.0, 0, 0]]))
     image = (gain[0] / gain[1]) ** 2 * 144 / 145
-    # both together: images and direct path add by power over the band, as the phase turns little
     direct = found.share["mirrors"][0, 1] * found.power[0, 1] / image
     alone = compare_mechanisms(scene(), Composite()).power[0, 1]
-    assert direct == pytest.approx(alone, rel=1e-3)
+    assert direct == pytest.approx(alone, rel=2e-2)
 
 
 def test_what_is_not_there_adds_nothing():
