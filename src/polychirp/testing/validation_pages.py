@@ -4,7 +4,8 @@ A page is a Markdown file. Lines between the marks ``<!-- generated: NAME -->`` 
 ``<!-- end of NAME -->`` are replaced by `write_pages`; all others are kept, so that what a table
 means can be written beside it. ``comparisons`` are the page's rows of ``comparisons.json``, which
 ``./run validation`` records; ``index`` lists the pages; the blocks of
-`polychirp.testing.material_tables` follow the table of materials.
+`polychirp.testing.material_tables` follow the table of materials, and `mechanisms` the record that
+`polychirp.testing.mechanism_table` makes.
 
 ``python -m polychirp.testing.validation_pages docs/validation`` writes all pages.
 """
@@ -21,6 +22,8 @@ from typing import Final
 from polychirp.errors import InputError
 from polychirp.testing.markdown import table
 from polychirp.testing.material_tables import paper_materials, sensitivity
+from polychirp.testing.mechanism_table import RECORD as MECHANISMS
+from polychirp.testing.mechanism_table import mechanism_table
 from polychirp.testing.validation import Comparison, read_comparisons
 
 RECORD: Final = "comparisons.json"
@@ -142,6 +145,8 @@ def rendered(folder: Path) -> dict[str, str]:
         "paper-materials": paper_materials(),
         "sensitivity": sensitivity(),
     }
+    if (folder / MECHANISMS).exists():
+        common["mechanisms"] = mechanism_table(folder)
     pages = {}
     for name, text in texts.items():
         mine = [row for row in rows if row.page == Path(name).stem]
