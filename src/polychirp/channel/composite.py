@@ -53,8 +53,8 @@ class Composite(Spec):
 
     Line of sight, bent round what stands in the way; point scatterers; mirror images in road and
     walls and in their corners; facets of vehicles, seen directly and in mirrors; bounces between
-    bodies; rough planes and leaves with random phases. Surfaces block; thin sheets, such as panes
-    and bumpers, let part through.
+    bodies; on request, rough planes and leaves with random phases. Surfaces block; thin sheets,
+    such as panes and bumpers, let part through.
 
     A snapshot of one scene after another is cheap: meshes are prepared once, and kept.
 
@@ -67,7 +67,8 @@ class Composite(Spec):
     max_bounces : surfaces that a path between bodies may meet; 1 leaves these paths out
     diffraction : whether direct paths bend round edges
     transmission : whether thin sheets let waves through; otherwise they block
-    diffuse : whether rough planes and leaves scatter
+    diffuse : whether rough planes and leaves scatter: hundreds of weak paths more for every radar,
+        most of them from the road within 5 m, which receivers take for that many objects
     diffuse_range : like ``dynamic_range``, of a single such path
     max_length : m, of the longest path that is followed; a few hundred save time in long streets
     caster : what finds out whether single rays are blocked: "numba" is always there, "embree" needs
@@ -94,7 +95,7 @@ class Composite(Spec):
     max_bounces: int = 3
     diffraction: bool = True
     transmission: bool = True
-    diffuse: bool = True
+    diffuse: bool = False
     diffuse_range: Ratio = from_db(40.0)
     max_length: Metres = 1e6
     caster: CasterName = "numba"

@@ -71,4 +71,4 @@ def write_mechanisms(found: Mechanisms, path: Path) -> None:
 
 if __name__ == "__main__":
     street = scene_of(paper_study("conventional"))
-    write_mechanisms(compare_mechanisms(street, Composite()), Path(sys.argv[1]))
+    write_mechanisms(compare_mechanisms(street, Composite(diffuse=True)), Path(sys.argv[1]))
