@@ -6,9 +6,10 @@ Between two traces a path's delay runs on linearly. That is wrong by the power
 
 of a path whose coherence time is :math:`t_c` (half its amplitude at :math:`t_c`, and growing as
 t², or more slowly). A part, such as the facets of one body, is traced again before the errors of
-its paths add up to `ERROR` of what they are heard among: all echoes of a radar's own, or all that
-it hears of others. A car that passes at two metres is traced at every step, one that stands ahead
-every few milliseconds. Meanwhile what the part hides and where its shadows fall stay as they were.
+its paths add up to `ERROR` of its power, among a radar's own echoes or among what it hears of
+others; parts that are weaker there than `FAINT` need not be better than that. A car that passes at
+two metres is traced at every step, one that stands ahead every few milliseconds. Meanwhile what
+the part hides and where its shadows fall stay as they were.
 """
 
 from __future__ import annotations
@@ -35,8 +36,11 @@ from polychirp.model.scene import Scene
 if TYPE_CHECKING:
     from polychirp.channel.world import World
 
-ERROR: Final = 1e-3
-"""Power that extrapolation may get wrong, relative to all that it is heard among."""
+ERROR: Final = 3e-3
+"""Power that extrapolation may get wrong, relative to that of a part."""
+
+FAINT: Final = 1e-4
+"""Power of a part, relative to all that it is heard among, below which its errors matter less."""
 
 LONGEST: Final = 8e-3
 """s, after which a part is traced again in any case: shadows move too."""
@@ -180,9 +184,12 @@ class _Frame:
         grid = float(self.times[1] - self.times[0])
         step = max(1, int(LONGEST / grid * (1 + 1e-9)))
         power = strength(paths, scene)
+        num_radars = heard.shape[1]
+        own = _heard(_of_pairs(paths, power, num_radars))
+        allowed = ERROR * np.maximum(own, FAINT * heard)
         while step > 1:
             wrong = np.minimum(1.0, 0.5 * (0.5 * step * grid / paths.coherence_time) ** 2) ** 2
-            if np.all(_heard(_of_pairs(paths, power * wrong, heard.shape[1])) <= ERROR * heard):
+            if np.all(_heard(_of_pairs(paths, power * wrong, num_radars)) <= allowed):
                 break
             step = (step + 1) // 2
         return step

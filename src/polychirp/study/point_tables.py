@@ -75,7 +75,7 @@ def echo_paths(
         radars=(Radar(name="radar", mount=Pose(yaw=azimuth + np.pi)),),
         carriers=(1,),
     )
-    return Composite(reflecting_planes=False).trace(scene), pose.position
+    return Composite(reflecting_planes=False, max_bounces=1).trace(scene), pose.position
 
 
 def mean_power(paths: PropagationPaths) -> float:
