@@ -29,10 +29,13 @@ MESHES = (
 """Likewise, of what is compared."""
 
 
+TRACER = Composite(max_bounces=1, diffuse=False)
+
+
 def levels(max_edge, coarseness, azimuth):
     """dBsm of the sedan at 10 m, vertically polarised, and how many facets it has."""
     mesh = vehicle_mesh("sedan", max_edge=max_edge, coarseness=coarseness)
-    found = cross_sections(mesh, azimuth, tracer=Composite(), distance=10.0, elevation=-0.022)
+    found = cross_sections(mesh, azimuth, tracer=TRACER, distance=10.0, elevation=-0.022)
     return to_db(found.rcs[:, 0, 0]), mesh.num_faces
 
 

@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Literal
 
 import numpy as np
 
@@ -51,8 +52,12 @@ class Arch:
         return np.where(inside >= 0, self.sill + self.height * np.sqrt(np.abs(inside)), -np.inf)
 
     def places(self, fine: Fineness) -> FloatArray:
-        """X of ribs that are evenly spaced along the edge, from front to rear."""
-        count = fine.steps(math.pi / 2 * max(self.half_width, self.height))
+        """X of ribs that are evenly spaced along the edge, from front to rear.
+
+        Chords twice as long as a surface's edges leave an edge λ/16 off, in a narrow sickle.
+        """
+        radius = min(self.half_width, self.height)
+        count = fine.steps(math.pi / 2 * radius, radius)
         return self.x + self.half_width * np.cos(np.linspace(0, math.pi, count + 1))
 
 
@@ -97,6 +102,18 @@ def join(pieces: list[tuple[int, FloatArray]]) -> Stations:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Rim:
+    """What a cover closes: point numbers ``(rib,)`` and places ``(rib, xyz)``, from nose to tail.
+
+    ``corners`` are the numbers with which the front face ends and the rear face begins.
+    """
+
+    line: IntArray
+    points: FloatArray
+    corners: tuple[int, int]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Ribs:
     """Ribs as lines of point numbers, ``segment[rib]``, that share their ends; and both ends."""
 
@@ -120,6 +137,11 @@ class Ribs:
     def top_line(self) -> IntArray:
         """Point numbers of the upper ends, ``(rib,)``."""
         return np.array([rib[-1] for rib in self.segments[-1]])
+
+    @property
+    def upper_rim(self) -> Rim:
+        """The upper ends, which a deck or roof closes."""
+        return Rim(line=self.top_line, points=self.top, corners=self.corners)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -243,6 +265,47 @@ class Shell:
         ]
         return draw(builder, fine, stations, arcs)
 
+    def undercut(
+        self,
+        builder: SurfaceBuilder,
+        fine: Fineness,
+        ribs: Ribs,
+        inset: float,
+        *,
+        part: str,
+        material: str,
+    ) -> Rim:
+        """Straight lines from the ribs' lower ends in to a flat floor; the floor's rim.
+
+        The floor is as low as the flank's sill and begins ``inset`` (m) inside the outline. At
+        the wheels' arches the lines make the wheel houses.
+        """
+        stations, inner = ribs.stations, self._within(inset)
+        level = np.full(len(ribs.bottom), self.side.sill)
+        ends = np.column_stack([stations.on(self.outline, inner).points(inner), level])
+        lines = []
+        for point, outer, end in zip(ribs.bottom_line, ribs.bottom, ends, strict=True):
+            count = fine.steps(float(np.linalg.norm(end - outer)))
+            way = outer + np.linspace(0, 1, count + 1)[1:, None] * (end - outer)
+            lines.append(np.append([point], builder.line(way)))
+        builder.net(lines, part=part, material=material)
+        return Rim(line=np.array([way[-1] for way in lines]), points=ends, corners=ribs.corners)
+
+    def _within(self, inset: float) -> Outline:
+        """The outline ``inset`` (m) further in, with corners as round."""
+        outline = self.outline
+        front, rear = (
+            replace(end, x=end.x - math.copysign(inset, end.x))
+            for end in (outline.front, outline.rear)
+        )
+        return Outline(
+            front=front,
+            rear=rear,
+            half_width=outline.half_width - inset,
+            widest=outline.widest,
+            side=outline.side,
+        )
+
     def _upper(self, stations: Stations) -> tuple[FloatArray, FloatArray, FloatArray]:
         r"""Radius above the waist, and elevations where shoulder and deck begin, ``(rib,)``.
 
@@ -323,32 +386,31 @@ class Cover:
 
     Parameters
     ----------
-    height : z over x and y; None for a floor as high as its rim
+    height : z over x and y
     across, along : m, radii in the two directions
     part, rim_part : part by x (m) of a line, and that of the ring
+    turn : 1 for what is seen from above, −1 for a floor
     """
 
-    height: Height | None
+    height: Height
     part: Callable[[float], str]
     rim_part: str
     across: float = math.inf
     along: float = math.inf
+    turn: Literal[1, -1] = 1
 
-    def fill(self, builder: SurfaceBuilder, fine: Fineness, ribs: Ribs) -> None:
-        """Close the upper ends of the ribs, or the lower ones with a floor."""
-        is_floor = self.height is None
-        loop, rim = (ribs.bottom_line, ribs.bottom) if is_floor else (ribs.top_line, ribs.top)
-        nose, tail = ribs.corners
+    def fill(self, builder: SurfaceBuilder, fine: Fineness, border: Rim) -> None:
+        """Close a rim that is at the cover's height."""
+        loop, rim, turn = border.line, border.points, self.turn
+        nose, tail = border.corners
         chosen = nose + _sparse(rim[nose : tail + 1], fine.edge(self.along))
         bow = Bow(rim=rim, nose=nose, tail=tail)
-        turn = -1 if is_floor else 1
         lines, inner, inner_at = [], [], []
         for number in chosen:
             width = rim[number, 1] - min(0.5 * rim[number, 1], 0.6 * fine.edge(self.along))
             y = np.linspace(0.0, width, fine.steps(width, self.across) + 1)
             x = bow.places(int(number), y)
-            z = np.full_like(y, rim[number, 2]) if self.height is None else self.height(x, y)
-            lines.append(builder.line(np.column_stack([x, y, z])))
+            lines.append(builder.line(np.column_stack([x, y, self.height(x, y)])))
             # the ring's inner side: along the first line, down the ends, back along the last
             ends = slice(0, None) if number in (chosen[0], chosen[-1]) else slice(-1, None)
             order = slice(None, None, -1 if number == chosen[-1] else 1)

@@ -17,12 +17,17 @@ from polychirp.traffic.shapes import SHAPES, Body, Shape, Tier, Wheels
 from polychirp.traffic.shell import Arch, Cabin, Cover, Shell, flank
 from polychirp.traffic.surface import Fineness, SurfaceBuilder, mirrored
 
-WEAK = 1.6
-"""Edges on curved plastic and rubber over those on metal and glass.
+LOWER = 0.8
+"""Edges on the lower body's curves, a car's strongest echo, over what the rule of edges allows."""
 
-Both reflect below −8 dB (3 mm of polypropylene at its best, n = 1.48), and an edge 1.6 times as
-long costs their glints less than 1 dB.
-"""
+WEAK = 1.28
+"""Likewise on bumpers. They reflect below −8 dB (3 mm of polypropylene at its best, n = 1.48)."""
+
+WHEEL = 2.0
+"""Likewise on wheels: edges of 2 cm, whose chords leave a circle λ/16 off."""
+
+UNDERCUT = 0.3
+"""m, from the outline in to the flat floor: room for a wheel."""
 
 SKIN_GAP = 0.008
 """m, by which the bumpers' plastic stands off the metal beside it, as at a shut line."""
@@ -43,7 +48,7 @@ def vehicle_mesh(body: Body, *, max_edge: float = 0.05, coarseness: float = 1.0)
     body : one of ``"sedan"``, ``"hatchback"``, ``"van"``, ``"truck"``
     max_edge : m, on flats
     coarseness : multiplies the edges that `surface.edge_limit` allows on curves: 1 for echoes,
-        about 4 for shadows and pictures
+        about 4 for shadows and pictures; see `LOWER`, `WEAK` and `WHEEL`
 
     Raises
     ------
@@ -62,17 +67,19 @@ def vehicle_mesh(body: Body, *, max_edge: float = 0.05, coarseness: float = 1.0)
         raise InputError(f"there is no body '{body}'; choose among {', '.join(SHAPES)}")
     fine = Fineness(max_edge=max_edge, coarseness=coarseness)
     shape = SHAPES[body]
-    weak = replace(fine, coarseness=WEAK * fine.coarseness)
+    lower, weak, wheel = (
+        replace(fine, coarseness=factor * fine.coarseness) for factor in (LOWER, WEAK, WHEEL)
+    )
     builder = SurfaceBuilder()
     metal = _metal_shell(shape)
-    _lower_body(builder, fine, shape, metal)
+    _lower_body(builder, lower, shape, metal)
     _front_bumper(builder, weak, shape)
     _rear_bumper(builder, weak, shape, metal)
     for tier in shape.tiers:
         _cabin(builder, fine, shape, tier)
     for axle, x in (("front", shape.wheels.front), ("rear", shape.wheels.rear)):
         flank_y = metal.outline.point(2, metal.outline.angle_at(np.array(x)))[1]
-        _wheel(builder, weak, x, _wheel_section(shape.wheels, float(flank_y) - 0.015), axle)
+        _wheel(builder, wheel, x, _wheel_section(shape.wheels, float(flank_y) - 0.015), axle)
     _mirror(builder, fine, shape)
     return mirrored(builder.mesh())
 
@@ -130,11 +137,17 @@ def _lower_body(builder: SurfaceBuilder, fine: Fineness, shape: Shape, metal: Sh
         across=shape.deck_crown,
         along=shape.deck_radius,
     )
-    deck.fill(builder, fine, ribs)
-    # No radar above the road looks at the underbody, so its facets may be three times as long.
+    deck.fill(builder, fine, ribs.upper_rim)
+    bottom = metal.undercut(builder, fine, ribs, UNDERCUT, part="underbody", material="metal")
+    # No radar above a flat floor looks at it, so its facets may be three times as long.
     rough = replace(fine, max_edge=3 * fine.max_edge)
-    floor = Cover(height=None, part=lambda _: "underbody", rim_part="underbody")
-    floor.fill(builder, rough, ribs)
+    floor = Cover(
+        height=lambda x, _: np.full_like(x, shape.flank.sill),
+        part=lambda _: "underbody",
+        rim_part="underbody",
+        turn=-1,
+    )
+    floor.fill(builder, rough, bottom)
 
 
 def _front_bumper(builder: SurfaceBuilder, fine: Fineness, shape: Shape) -> None:
@@ -230,18 +243,17 @@ def _cabin(builder: SurfaceBuilder, fine: Fineness, shape: Shape, tier: Tier) ->
         across=tier.crown[1],
         along=tier.crown[0],
     )
-    cover.fill(builder, fine, ribs)
+    cover.fill(builder, fine, ribs.upper_rim)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ring:
-    """A circle about an axle (m); a round one borders a curved strip, others a flat one."""
+    """A circle about an axle (m), of the part and material of the strip up to it."""
 
     radius: float
     y: float
     part: str
     material: str
-    is_round: bool = False
 
 
 def _wheel_section(wheels: Wheels, outer: float) -> tuple[Ring, ...]:
@@ -253,10 +265,10 @@ def _wheel_section(wheels: Wheels, outer: float) -> tuple[Ring, ...]:
         metal(radius=0.0, y=inner + 0.03),
         metal(radius=rim, y=inner + 0.03),
         rubber(radius=rim, y=inner),
-        rubber(radius=radius - chamfer, y=inner, is_round=True),
-        rubber(radius=radius, y=inner + chamfer, is_round=True),
-        rubber(radius=radius, y=outer - chamfer, is_round=True),
-        rubber(radius=radius - chamfer, y=outer, is_round=True),
+        rubber(radius=radius - chamfer, y=inner),
+        rubber(radius=radius, y=inner + chamfer),
+        rubber(radius=radius, y=outer - chamfer),
+        rubber(radius=radius - chamfer, y=outer),
         rubber(radius=rim, y=outer - 0.01),
         metal(radius=rim - 0.02, y=outer - 0.05),
         metal(radius=0.35 * rim, y=outer - 0.03),
@@ -288,7 +300,7 @@ def _circle(fine: Fineness, x: float, z: float, ring: Ring) -> FloatArray:
     if ring.radius < 1e-9:
         return np.array([[x, ring.y, z]])
     length = 2 * math.pi * ring.radius
-    count = max(12, fine.steps(length, ring.radius if ring.is_round else math.inf))
+    count = max(12, fine.steps(length, ring.radius))
     turn = np.arange(count) * 2 * math.pi / count - math.pi / 2  # the first one is the lowest
     return np.column_stack(
         [

@@ -13,7 +13,7 @@ from polychirp.model.mesh import Mesh
 from polychirp.traffic.mounting import GAP, bumper_mount
 from polychirp.traffic.shapes import SHAPES
 from polychirp.traffic.surface import WAVELENGTH
-from polychirp.traffic.vehicle import WEAK, vehicle_mesh, vehicle_size
+from polychirp.traffic.vehicle import WEAK, WHEEL, vehicle_mesh, vehicle_size
 
 BODIES = tuple(SHAPES)
 COARSE = {"max_edge": 0.15, "coarseness": 3.0}
@@ -103,11 +103,14 @@ def test_sheets_face_outward(body):
 
 @pytest.mark.parametrize("body", BODIES)
 def test_no_facet_is_degenerate_or_turned_over(body):
-    """Across an edge of a smooth shell two facets never fold back by more than a right angle."""
+    """Across an edge of a smooth shell two facets never fold back by more than a right angle.
+
+    The smallest are of 2 mm by 0.5 mm: on the shoulder, above a wheel arch's steep ends.
+    """
     mesh = vehicle_mesh(body)
     corners = mesh.corners
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    assert np.linalg.norm(cross, axis=1).min() > 1e-6
+    assert np.linalg.norm(cross, axis=1).min() > 4e-7
     chosen = faces_of(mesh, *TUB - {"underbody"})
     face, normal = mesh.face[chosen], normals(corners[chosen])
     owner = {}
@@ -122,14 +125,19 @@ def test_facets_stand_at_most_a_sixty_fourth_of_a_wavelength_off_the_surface(bod
     """The edge rule, measured: e ≤ ½√(λr/2) is a sagitta of λ/64 = 59 µm.
 
     Over a cell that curves by one sagitta s in each direction the centroid of a triangle is 16/9 s
-    off. Plastic is allowed `WEAK`² times as much. The reference is a mesh with 0.4 of the edges.
+    off. Plastic is allowed `WEAK`², wheels `WHEEL`² times as much. The reference is a mesh with
+    0.4 of the edges.
     """
     mesh = vehicle_mesh(body)
     fine = vehicle_mesh(body, max_edge=0.02, coarseness=0.4)
-    smooth = faces_of(mesh, "underbody", *(n for n in mesh.parts if n.startswith(("rim", "wheel"))))
+    wheels = faces_of(mesh, *(n for n in mesh.parts if n.startswith(("rim", "wheel"))))
     random = np.random.default_rng(1)
-    for materials, factor in ((("metal", "glass"), 1.0), (("plastic",), WEAK**2)):
-        chosen = np.flatnonzero(of_material(mesh, *materials) & ~smooth)
+    for materials, some, factor in (
+        (("metal", "glass"), ~wheels & ~faces_of(mesh, "underbody"), 1.0),
+        (("plastic",), ~wheels, WEAK**2),
+        (("metal", "rubber"), wheels, WHEEL**2),
+    ):
+        chosen = np.flatnonzero(of_material(mesh, *materials) & some)
         centres = mesh.corners[random.choice(chosen, 1500)].mean(axis=1)
         target = fine.corners[of_material(fine, *materials)]
         _, near = cKDTree(target.mean(axis=1)).query(centres, k=40)
@@ -137,6 +145,24 @@ def test_facets_stand_at_most_a_sixty_fourth_of_a_wavelength_off_the_surface(bod
         limit = factor * WAVELENGTH / 64
         assert np.quantile(distance, 0.95) < 16 / 9 * limit
         assert np.quantile(distance, 0.99) < 2.2 * limit
+
+
+@pytest.mark.parametrize("body", BODIES)
+def test_the_underbody_is_the_same_whatever_the_mesh(body, closest):
+    """A flat floor at the sill, which no radar above it looks at, and straight ways up to the rim.
+
+    Beside a mesh of a seventh of the edges. Chords of 6 cm stand 1.4 mm off an arch of r = 0.37 m;
+    the ways, as they turn from rib to rib, stand off as much again.
+    """
+    coarse, fine = vehicle_mesh(body, **COARSE), vehicle_mesh(body, max_edge=0.02, coarseness=0.4)
+    corners, target = (mesh.corners[faces_of(mesh, "underbody")] for mesh in (coarse, fine))
+    sill = SHAPES[body].flank.sill
+    assert corners[..., 2].min() == pytest.approx(sill)
+    is_floor = np.all(np.abs(corners[..., 2] - sill) < 1e-9, axis=1)
+    assert np.all(normals(corners[is_floor])[:, 2] < -0.999)
+    centres = corners.mean(axis=1)
+    _, near = cKDTree(target.mean(axis=1)).query(centres, k=40)
+    assert closest(centres[:, None], target[near])[0].min(axis=1).max() < 0.005
 
 
 def test_edges_on_flats_obey_max_edge():
@@ -178,8 +204,8 @@ def test_a_vehicle_is_its_own_mirror_image(body):
 
 
 @pytest.mark.parametrize("body", ["sedan", "hatchback"])
-def test_a_car_stays_below_seventy_thousand_facets(body):
-    assert 30_000 < vehicle_mesh(body).num_faces < 70_000
+def test_a_car_stays_below_a_hundred_and_five_thousand_facets(body):
+    assert 30_000 < vehicle_mesh(body).num_faces < 105_000
 
 
 @pytest.mark.parametrize("body", BODIES)
