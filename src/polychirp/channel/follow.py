@@ -6,8 +6,8 @@ Between two traces a path's delay runs on linearly. That is wrong by the power
 
 of a path whose coherence time is :math:`t_c` (half its amplitude at :math:`t_c`, and growing as
 t², or more slowly). A part, such as the facets of one body, is traced again before the errors of
-its paths add up to `ERROR` of its power, among a radar's own echoes or among what it hears of
-others; parts that are weaker there than `FAINT` need not be better than that. A car that passes at
+its paths add up to `ERROR` of its power, or to `FAINT` of all that they are heard among: a radar's
+own echoes, or what it hears of others. A car that passes at
 two metres is traced at every step, one that stands ahead every few milliseconds. Meanwhile what
 the part hides and where its shadows fall stay as they were.
 """
@@ -39,8 +39,9 @@ if TYPE_CHECKING:
 ERROR: Final = 3e-3
 """Power that extrapolation may get wrong, relative to that of a part."""
 
-FAINT: Final = 1e-4
-"""Power of a part, relative to all that it is heard among, below which its errors matter less."""
+FAINT: Final = 1e-3
+"""Power of errors, relative to all that they are heard among, that nothing is claimed by: it is
+spread over thousands of cells of range and speed."""
 
 LONGEST: Final = 8e-3
 """s, after which a part is traced again in any case: shadows move too."""
@@ -186,7 +187,7 @@ class _Frame:
         power = strength(paths, scene)
         num_radars = heard.shape[1]
         own = _heard(_of_pairs(paths, power, num_radars))
-        allowed = ERROR * np.maximum(own, FAINT * heard)
+        allowed = np.maximum(ERROR * own, FAINT * heard)
         while step > 1:
             wrong = np.minimum(1.0, 0.5 * (0.5 * step * grid / paths.coherence_time) ** 2) ** 2
             if np.all(_heard(_of_pairs(paths, power * wrong, num_radars)) <= allowed):
