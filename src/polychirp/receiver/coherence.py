@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray
@@ -27,6 +29,16 @@ def coherence(amplitude: ComplexArray, frequency: FloatArray, elapsed: FloatArra
     frequency : Hz, mean on each ramp, ``(ramp,)``
     elapsed : s, middle of each ramp, ``(ramp,)``
     """
+    turns = _turns(frequency.tobytes(), elapsed.tobytes())
+    total = np.abs(np.einsum("pck,sk->pcs", amplitude, turns)) ** 2
+    power = elapsed.size * np.sum(np.abs(amplitude) ** 2, axis=(1, 2))
+    return np.asarray(total.sum(axis=1).max(axis=1) / np.maximum(power, 1e-300))
+
+
+@lru_cache(maxsize=4)
+def _turns(frequencies: bytes, times: bytes) -> ComplexArray:
+    """The corrections that are tried, ``(correction, ramp)``: the same for all of a frame."""
+    frequency, elapsed = np.frombuffer(frequencies), np.frombuffer(times)
     span = float(np.ptp(elapsed)) or 1.0
     centred = elapsed - float(np.mean(elapsed))
     wavelength = SPEED_OF_LIGHT / float(np.mean(frequency))
@@ -36,7 +48,6 @@ def coherence(amplitude: ComplexArray, frequency: FloatArray, elapsed: FloatArra
     count = int(np.ceil(GREATEST_ACCELERATION / step))
     acceleration = step * np.arange(-count, count + 1)
     way = rate[:, None, None] * centred + 0.5 * acceleration[:, None] * centred**2
-    turns = np.exp(-4j * np.pi * frequency / SPEED_OF_LIGHT * way).reshape(-1, elapsed.size)
-    total = np.abs(np.einsum("pck,sk->pcs", amplitude, turns)) ** 2
-    power = elapsed.size * np.sum(np.abs(amplitude) ** 2, axis=(1, 2))
-    return np.asarray(total.sum(axis=1).max(axis=1) / np.maximum(power, 1e-300))
+    return np.asarray(
+        np.exp(-4j * np.pi * frequency / SPEED_OF_LIGHT * way).reshape(-1, elapsed.size)
+    )
