@@ -224,7 +224,7 @@ UNREADABLE = [
     ),
     in_file("num_sweeps = 8", "num_sweeps == 8", "line 11, column 13: ", name="TOML syntax error"),
     in_file("num_sweeps = 8", "seed = 2", "line 11, column 9: ", name="key given twice"),
-    in_file("[tracer]", "[tracer", "line 18, column 8: ", name="open bracket"),
+    in_file("[tracer]", "[tracer", "line 19, column 8: ", name="open bracket"),
     in_file(
         'name = "ahead"',
         'name = "ego"',

@@ -11,7 +11,7 @@ from polychirp.channel.fresnel import sheet
 from polychirp.channel.materials import known_materials
 from polychirp.channel.plain_optics import scattered
 from polychirp.channel.plain_tubes import PlainBody, multiple_bounces
-from polychirp.channel.tube_windows import box_windows
+from polychirp.channel.tube_windows import NEAR, box_windows
 from polychirp.channel.tubes import tube_paths
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
@@ -162,7 +162,9 @@ def test_the_width_of_tubes_does_not_matter_to_a_dihedral(compare):
     levels = {}
     for tube in (1e-3, 2e-3, 5e-3):
         scene = around([body(dihedral(0.1, 0.05), yaw=0.05, pitch=0.003)], [(100, 0, 0)])
-        levels[tube] = apparent_rcs(transfer_at(tubes(scene, tube=tube), FREQUENCY), 100.0)[0]
+        # so far away they are made √10 as wide as asked for
+        paths = tubes(scene, tube=tube / np.sqrt(100.0 / NEAR))
+        levels[tube] = apparent_rcs(transfer_at(paths, FREQUENCY), 100.0)[0]
     for tube in (2e-3, 5e-3):
         compare(
             page="multi-bounce",

@@ -99,7 +99,7 @@ def test_no_rays_have_no_answers():
 
 def test_without_the_package_embree_says_what_to_do(monkeypatch):
     monkeypatch.setattr("polychirp.channel.embree.has_embree", lambda: False)
-    with pytest.raises(InputError, match="install it, or ask for 'numba'"):
+    with pytest.raises(InputError, match="install it, or use the caster 'numba'"):
         caster_of(bumpy(), "embree")
     assert isinstance(caster_of(bumpy(), "auto"), Caster)
 
