@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from polychirp.testing.validation import Comparison, write_comparisons
+from polychirp.testing.validation import Comparison, read_comparisons, write_comparisons
 
 settings.register_profile("reproducible", derandomize=True, deadline=None, database=None)
 settings.load_profile("reproducible")
@@ -32,8 +32,13 @@ def pytest_collection_modifyitems(config, items):
 
 
 def pytest_sessionfinish(session):
-    if session.config.option.record:
-        write_comparisons(session.config.stash[COMPARED], session.config.option.record)
+    """Pages whose tests cannot run here, such as those of an engine, keep what they have."""
+    record = session.config.option.record
+    if record:
+        rows = session.config.stash[COMPARED]
+        pages = {row.page for row in rows}
+        stored = read_comparisons(record) if record.exists() else ()
+        write_comparisons([*rows, *(row for row in stored if row.page not in pages)], record)
 
 
 @pytest.fixture

@@ -44,8 +44,8 @@ def street(places=(), speeds=()):
 
 
 def echoes(scene, *, frequency=FREQUENCY, dynamic_range=1e20):
-    """What the bodies scatter, without the lines of sight, beside which they are weak."""
-    paths = Composite(frequency=frequency, dynamic_range=1e20).trace(scene)
+    """What facets scatter: without lines of sight, beside which it is weak, and second bounces."""
+    paths = Composite(frequency=frequency, dynamic_range=1e20, max_bounces=1).trace(scene)
     owner = np.repeat(np.arange(paths.num_paths), paths.num_bounces)
     scattered = np.unique(owner[paths.bounce_kind == Bounce.SCATTERING])
     return without_weak(paths.select(scattered), scene, dynamic_range)

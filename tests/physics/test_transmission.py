@@ -21,8 +21,8 @@ ENDS = [(0.0, 0.0, 0.5), (10.0, 0.0, 0.5)]
 GLASS = known_materials()["glass"]
 
 
-def screen(material, *, x=5.0, side=2.0, name="screen", **turn):
-    pose = Pose(x=x, z=0.5, **turn)
+def screen(material, *, x=5.0, side=2.0, name="screen", z=0.5, **turn):
+    pose = Pose(x=x, z=z, **turn)
     return Actor(name=name, kind="tree", pose=pose, mesh=mesh_of(plate(side, 0.5), material))
 
 
@@ -161,3 +161,12 @@ def test_a_way_within_a_crown_loses_all_along():
     world = TRACER.prepare(around([crown], ENDS))
     left = through(world, np.array([[0.0, -0.5, 0]]), np.array([[0.0, 1.0, 0]]), skin=0.0)
     assert to_db(abs(left[0, 0, 0]) ** 2) == pytest.approx(-0.4 * 1.5, abs=1e-3)
+
+
+def test_a_cover_right_before_one_radar_is_the_same_both_ways():
+    """A bumper 1 cm before the receiver is its skin, and no more so when it transmits."""
+    cover = screen("plastic", x=9.99)
+    edge = screen("metal", x=5.0, side=1.0, name="edge", z=-0.02)
+    paths = TRACER.trace(around([cover, edge], ENDS))
+    there, back = (transfer_at(paths, 79e9, *pair) for pair in ((0, 1), (1, 0)))
+    np.testing.assert_allclose(there, back.T, rtol=1e-6)

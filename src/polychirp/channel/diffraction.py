@@ -52,7 +52,7 @@ from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import gather, no_paths, path_table
 from polychirp.channel.legs import through
 from polychirp.channel.line_of_sight import line_of_sight, projection
-from polychirp.channel.sight import visible_line_of_sight
+from polychirp.channel.sight import short_of, visible_line_of_sight
 from polychirp.channel.silhouette import CELL, Obstacles, Pair, Waves, edge_waves
 from polychirp.channel.world import SKIN, World
 from polychirp.constants import SPEED_OF_LIGHT
@@ -107,7 +107,8 @@ def diffracted_paths(world: World, pairs: IntArray) -> PropagationPaths:
     is_clear = clear[direct.transmitter, direct.receiver]
     # edges are so near the line that what weakens it weakens them
     place = world.scene.radar_position
-    losses = through(world, place[direct.transmitter], place[direct.receiver])
+    start, end = place[direct.transmitter], place[direct.receiver]
+    losses = through(world, start, short_of(start, end, SKIN))
     found: dict[tuple[int, int, bool], _Fan] = {}
     bodies, plates = _in_the_way(world, direct, is_clear)
     for number in np.flatnonzero(np.any(bodies, axis=-1) | np.any(plates, axis=-1)):

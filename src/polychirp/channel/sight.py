@@ -20,7 +20,7 @@ def visible_line_of_sight(world: World, pairs: IntArray) -> PropagationPaths:
     paths = line_of_sight(world.scene, frequency=world.frequency, pairs=pairs)
     place = world.scene.radar_position
     start, end = place[paths.transmitter], place[paths.receiver]
-    end = _short_of(start, end, SKIN)
+    end = short_of(start, end, SKIN)
     free = ~blocked(world, start, end)
     paths = paths.select(free)
     return replace(paths, transfer=paths.transfer @ through(world, start[free], end[free]))
@@ -41,7 +41,7 @@ def visible_point_echoes(world: World, pairs: IntArray) -> PropagationPaths:
     return replace(paths, transfer=with_legs(paths.transfer, legs[0], legs[1])).select(free)
 
 
-def _short_of(start: FloatArray, end: FloatArray, gap: float) -> FloatArray:
+def short_of(start: FloatArray, end: FloatArray, gap: float) -> FloatArray:
     """Points ``gap`` m before ``end`` on the way from ``start``."""
     way = end - start
     length = np.linalg.norm(way, axis=-1, keepdims=True)

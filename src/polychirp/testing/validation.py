@@ -52,7 +52,7 @@ def write_comparisons(rows: Sequence[Comparison], path: Path) -> None:
     """Store comparisons as JSON, in the order of page and test, to six digits."""
     table = [
         {key: float(f"{v:.6g}") if isinstance(v, float) else v for key, v in asdict(row).items()}
-        for row in rows
+        for row in sorted(rows, key=lambda row: row.page)
     ]
     path.write_text(json.dumps(table, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
