@@ -93,7 +93,7 @@ def facet_curve():
 
 def main(folder):
     panels = {
-        "vehicles, with 4 radars": curve((8, 25, 50, 100, 200), lambda n: street(n, 4), TRACERS),
+        "vehicles, with 4 radars": curve((8, 16, 32, 64, 128, 200), lambda n: street(n, 4), TRACERS),
         "radars, among 64 vehicles": curve((4, 8, 16, 32, 64), lambda n: street(64, n), TRACERS),
         "facets, single bounce": facet_curve(),
     }

@@ -69,6 +69,7 @@ from polychirp.channel.tube_optics import (
 from polychirp.channel.tube_windows import Window, windows_over
 from polychirp.channel.views import View
 from polychirp.channel.world import Blockers, Role, World, in_frame_of
+from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
 from polychirp.model.paths import PropagationPaths
 
@@ -116,7 +117,8 @@ def tube_paths(
     # tubes are for both ways round
     tracing = _Tracing(world, is_wanted | is_wanted.T, tube, max_bounces)
     paths = cell_paths(world, tracing.contributions())
-    paths = paths.select(is_wanted[paths.transmitter, paths.receiver])
+    is_short = paths.delay * SPEED_OF_LIGHT <= world.max_length
+    paths = paths.select(is_wanted[paths.transmitter, paths.receiver] & is_short)
     return without_weak(paths, world.scene, world.dynamic_range)
 
 
@@ -132,8 +134,13 @@ def _place_of(world: World) -> _Place:
     actors = world.scene.actors
     speeds = [actors[actor].velocity for actor in world.plates.actor]
 
+    gap = world.scene.radar_position[:, None] - world.centre
+    away = np.min(np.linalg.norm(gap, axis=-1), axis=0) - world.radius
+    is_near = away <= world.max_length
+
     def having(role: Role) -> IntArray:
-        return np.flatnonzero([surface.trees[role].face.size > 0 for surface in world.surfaces])
+        has = [surface.trees[role].face.size > 0 for surface in world.surfaces]
+        return np.flatnonzero(np.array(has) & is_near)
 
     return _Place(
         faces=in_frame_of(world, np.eye(3), np.zeros(3)),
@@ -200,6 +207,7 @@ class _Tracing:
             for body in range(len(world.surfaces))
             if self.place.bodies.scatters[body]
             and world.body[body] != carrier
+            and self.views[radar, body].distance <= world.max_length
             and any(
                 self._bound(radar, body, int(receiver)) * world.dynamic_range
                 >= self.known[radar, receiver]

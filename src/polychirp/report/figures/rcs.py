@@ -76,7 +76,7 @@ def rcs_picture(
         axes.plot(found.azimuth[closed], radius[closed], color=colour, linewidth=width, label=label)
     axes.set(ylim=(top - SHOWN, top), yticks=np.arange(top - SHOWN, top + 1.0, 10.0))
     axes.yaxis.set_major_formatter("{x:.0f}")
-    axes.set_rlabel_position(45.0)
+    axes.set_rlabel_position(28.0)
     axes.set_xticks(
         np.radians(np.arange(0, 360, 45)),
         ["front", "45°", "left", "135°", "rear", "−135°", "right", "−45°"],
