@@ -53,7 +53,15 @@ def convergence_picture(rows: Sequence[Fineness], *, note: str) -> Drawing:
         )
     axes.axhline(1.0, color=GREY, linestyle=":")
     axes.set(xscale="log", yscale="log", xlabel="Facets", ylabel="|Error| of the RCS (dB)")
-    axes.yaxis.set_major_formatter("{x:g}")
+    axes.set_ylim(bottom=0.5 * min(row.median for row in rows))
+    for axis, ticks in (
+        (axes.xaxis, (25_000, 50_000, 100_000, 200_000, 400_000)),
+        (axes.yaxis, (0.2, 0.5, 1, 2, 5, 10)),
+    ):
+        low, high = axis.get_view_interval()
+        axis.set_ticks([tick for tick in ticks if low <= tick <= high])
+        axis.set_major_formatter("{x:,g}")
+    axes.minorticks_off()
     axes.set_title(note, size=8.5, weight="normal")
     axes.legend(loc="upper right")
     columns = [asdict(row) for row in rows]
