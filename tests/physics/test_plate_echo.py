@@ -9,7 +9,7 @@ from polychirp.channel.plain_optics import scattered
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.frames import Pose
 from polychirp.model.scene import Actor
-from polychirp.testing.more_shapes import cylinder, disc
+from polychirp.testing.revolved import cylinder, disc
 from polychirp.testing.shapes import around, mesh_of, plate, transfer_at
 from polychirp.units import to_db
 

@@ -34,9 +34,19 @@ def scaling_picture(
         line = np.array([first[0][0], first[-1][0]])
         axes.plot(line, first[0][1] * line / line[0], color=GREY, linestyle=":", label="linear")
         axes.set(xscale="log", yscale="log", xlabel=size.capitalize())
-        axes.set_xticks([n for n, _ in first], [f"{n:g}" for n, _ in first])
+        ticks = _apart([n for n, _ in max(lines.values(), key=len)])
+        axes.set_xticks(ticks, [f"{n:g}" if n < 1e4 else f"{n / 1e6:.2f} M" for n in ticks])
         axes.minorticks_off()
     all_axes[0].set_ylabel("CPU time of a snapshot (s)")
-    all_axes[-1].legend(loc="best")
+    all_axes[0].legend(loc="center right", bbox_to_anchor=(1.0, 0.4))
     figure.suptitle(note, size=8.5)
     return Drawing(figure=figure, data=data)
+
+
+def _apart(sizes: Sequence[float]) -> list[float]:
+    """Sizes of which each is a fifth greater than the one before, so that labels have room."""
+    kept: list[float] = []
+    for size in sizes:
+        if not kept or size >= 1.2 * kept[-1]:
+            kept.append(size)
+    return kept
