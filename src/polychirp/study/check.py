@@ -34,7 +34,7 @@ Limits = tuple[float, float]
 """Least and greatest value over the ramps of a frame."""
 
 _BYTES_OF_A_SAMPLE = 16
-_SECONDS_OF_A_TRACE = 0.04
+_SECONDS_OF_A_TRACE = 0.15
 _SECONDS_OF_A_SAMPLE = 1e-6
 _SECONDS_OF_A_RECEIVER = 2.0
 
