@@ -170,3 +170,9 @@ def test_a_cover_right_before_one_radar_is_the_same_both_ways():
     paths = TRACER.trace(around([cover, edge], ENDS))
     there, back = (transfer_at(paths, 79e9, *pair) for pair in ((0, 1), (1, 0)))
     np.testing.assert_allclose(there, back.T, rtol=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["object", "vehicle", "tree"])
+def test_what_is_all_leaves_has_no_echo_of_a_surface(kind):
+    hedge = Actor(name="hedge", kind=kind, pose=Pose(x=5), mesh=mesh_of(sphere(0.5, 0.2), "leaf"))
+    assert TRACER.trace(around([hedge], [(0, 0, 0)])).num_paths == 0

@@ -68,9 +68,14 @@ SCATTERERS: Final = ("vehicle", "object")
 
 def scattering_bodies(world: World) -> tuple[int, ...]:
     """Numbers of the bodies whose facets scatter, the nearest to a radar first."""
-    actors = world.scene.actors
-    chosen = [b for b in range(len(world.body)) if actors[world.body[b]].kind in SCATTERERS]
+    chosen = [body for body in range(len(world.body)) if scatters(world, body)]
     return tuple(sorted(chosen, key=lambda body: _nearest(world, body)))
+
+
+def scatters(world: World, body: int) -> bool:
+    """Whether a body has facets that scatter: clouds of leaves have none, trees do not."""
+    kind = world.scene.actors[world.body[body]].kind
+    return kind in SCATTERERS and bool(world.surfaces[body].area.size)
 
 
 def facet_echoes(

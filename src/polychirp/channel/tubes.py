@@ -52,7 +52,7 @@ import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import no_paths, strength, strongest_of_pair, without_weak
-from polychirp.channel.facets import OVERSHOOT, SCATTERERS
+from polychirp.channel.facets import OVERSHOOT, scatters
 from polychirp.channel.legs import Veil, through, veil_of
 from polychirp.channel.optics import LIFT
 from polychirp.channel.sight import visible_line_of_sight
@@ -150,7 +150,7 @@ def _place_of(world: World) -> _Place:
             radius=world.radius,
             velocity=world.velocity,
             plate_velocity=np.array(speeds).reshape(-1, 3),
-            scatters=np.array([actors[a].kind in SCATTERERS for a in world.body]),
+            scatters=np.array([scatters(world, body) for body in range(len(world.body))]),
             is_pane=world.plate_is_pane,
             face_medium=world.medium_of("opaque"),
             opaque=having("opaque"),
