@@ -48,6 +48,7 @@ def echoes_over(
     actor: IntArray,
     point: FloatArray,
     scattering: FloatArray | ComplexArray,
+    kind: Bounce = Bounce.SCATTERING,
 ) -> PropagationPaths:
     r"""One path over each of these points, which ride on actors.
 
@@ -59,6 +60,7 @@ def echoes_over(
     actor : that carries the point, ``(path,)``
     point : where it is at the time of the scene, m ``(path, xyz)``
     scattering : S, m, ``(path, 2, 2)``: |S|² is the cross section between two polarisations
+    kind : what the points do to the wave
     """
     velocity = np.array([one.velocity for one in scene.actors])[actor]
     place, speed = scene.radar_position, scene.radar_velocity
@@ -86,5 +88,5 @@ def echoes_over(
         transfer=np.asarray(scattering / spread[:, None, None], dtype=np.complex128),
         departure=out_flight,
         arrival=-back_flight,
-        bounces=[(Bounce.SCATTERING, actor, point - velocity * back[:, None])],
+        bounces=[(kind, actor, point - velocity * back[:, None])],
     )

@@ -25,13 +25,12 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
-from polychirp.channel.base import no_paths, path_table
+from polychirp.channel.base import no_paths
 from polychirp.channel.legs import through, with_legs
-from polychirp.channel.motion import retarded_leg
 from polychirp.channel.occlusion import blocked
+from polychirp.channel.points import echoes_over
 from polychirp.channel.ranking import strong_and_free
 from polychirp.channel.world import World
-from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.paths import Bounce, PropagationPaths
 
 MOST: Final = 2000
@@ -147,37 +146,16 @@ class _Sight:
 
 def _paths(world: World, pair: IntArray, number: IntArray, points: Scatterers) -> PropagationPaths:
     """Paths of pairs ``(path, 2)`` over points of a number each, all free."""
-    scene = world.scene
-    place, speed = scene.radar_position, scene.radar_velocity
-    position, actor = points.position[number], points.actor[number]
-    velocity = np.array([row.velocity for row in scene.actors])[actor]
-    back, back_rate, back_flight = retarded_leg(
-        source=position,
-        source_velocity=velocity,
-        sink=place[pair[:, 1]],
-        sink_velocity=speed[pair[:, 1]],
-    )
-    out, out_rate, out_flight = retarded_leg(
-        source=place[pair[:, 0]],
-        source_velocity=speed[pair[:, 0]],
-        sink=position,
-        sink_velocity=velocity,
-        lateness=back,
-        lateness_rate=back_rate,
-    )
     reach = points.reach[pair[:, 0], number] * points.reach[pair[:, 1], number]
-    amplitude = reach / ((4 * np.pi) ** 1.5 * out * back * SPEED_OF_LIGHT * world.frequency)
     legs = _losses(world, pair.T, number, points.position)
-    return path_table(
-        scene=scene,
+    return echoes_over(
+        world.scene,
         frequency=world.frequency,
         pair=pair,
-        delay=out + back,
-        delay_rate=out_rate + back_rate,
-        transfer=with_legs(amplitude[:, None, None] * points.matrix[number], *legs),
-        departure=out_flight,
-        arrival=-back_flight,
-        bounces=[(Bounce.DIFFUSE, actor, position - velocity * back[:, None])],
+        actor=points.actor[number],
+        point=points.position[number],
+        scattering=with_legs(reach[:, None, None] * points.matrix[number], *legs),
+        kind=Bounce.DIFFUSE,
     )
 
 

@@ -25,7 +25,7 @@ from polychirp.model.mesh import Mesh
 from polychirp.model.scene import Scene
 
 PATCH: Final = 0.08
-"""m, size of the patches of a surface that are in the shadow of a mirror together."""
+"""m, size of the patches of a surface that share a first shadow ray, and losses in sheets."""
 
 PANEL: Final = 0.24
 """m, size of the panels of patches of which a view must see one before it is looked at closer."""

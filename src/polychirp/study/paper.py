@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import Final
@@ -256,19 +256,24 @@ def run_paper(*, seed: int = 1, progress: Progress = silent) -> PaperResults:
         seed=seed,
         versions=versions(),
         wall_time_s=time.perf_counter() - started,
-        rows=tuple(
-            row
-            for case, row in rows.items()
-            if case.scenario != "all" and case.antenna == "table 2"
-        ),
-        consistent=tuple(row for case, row in rows.items() if case.antenna == "consistent"),
-        everyone=tuple(row for case, row in rows.items() if case.scenario == "all"),
+        **_tables(rows),
         claims=paper_claims(radar_1="vehicle-1", radar_2="vehicle-2"),
         conventional=plans["conventional", True][0],
         diverse=plans["diverse", True][0],
         scene=scene,
         notes=_NOTES,
     )
+
+
+def _tables(rows: Mapping[Case, PaperRow]) -> dict[str, tuple[PaperRow, ...]]:
+    """The rows of each table of the results, by name."""
+    named: dict[str, list[PaperRow]] = {"rows": [], "consistent": [], "everyone": []}
+    for case, row in rows.items():
+        if case.scenario == "all":
+            named["everyone"].append(row)
+        else:
+            named["rows" if case.antenna == "table 2" else "consistent"].append(row)
+    return {name: tuple(some) for name, some in named.items()}
 
 
 _NOTES: Final = (
