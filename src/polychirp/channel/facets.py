@@ -25,8 +25,8 @@ weights (a partition of unity), as complex moments Σc, ΣcL, Σcd, Σcq; the ra
 the path's length and directions. That is exact to first order in frequency, in the receiver's
 aperture and in time, where hard range bins or delays at centroids are wrong by −7 dB.
 
-Left out: edges' own currents (decision 6), creeping waves, second bounces (`tubes`), and the bodies'
-motion during the flight (it moves a delay by v·τ, below 3 µm).
+Left out: edges' own currents (decision 6), creeping waves, second bounces (`tubes`), and the
+bodies' motion during the flight (it moves a delay by v·τ, below 3 µm).
 """
 
 from __future__ import annotations

@@ -22,6 +22,7 @@ from numba import njit, prange
 from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.channel.caster import Vector, first_hit
 from polychirp.channel.fresnel import Media, sheet_transmission
+from polychirp.channel.vectors import cross, dot, row
 from polychirp.channel.world import SKIN, UPWARDS, World
 
 PAST = 1e-9
@@ -161,25 +162,6 @@ def _through(
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _dot(a: Vector, b: Vector) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _cross(a: Vector, b: Vector) -> Vector:
-    return (
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    )
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _row(a: FloatArray, i: int) -> Vector:
-    return a[i, 0], a[i, 1], a[i, 2]
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _turned(matrix: FloatArray, v: Vector) -> Vector:
     return (
         matrix[0, 0] * v[0] + matrix[0, 1] * v[1] + matrix[0, 2] * v[2],
@@ -191,18 +173,18 @@ def _turned(matrix: FloatArray, v: Vector) -> Vector:
 @njit(cache=True, nogil=True, error_model="numpy")
 def _plate_hit(veil: Veil, p: int, start: Vector, way: Vector, nearest: float) -> bool:
     """Whether a leg crosses a plate."""
-    n, c = _row(veil.plate_normal, p), _row(veil.plate_centre, p)
-    slope = _dot(n, way)
+    n, c = row(veil.plate_normal, p), row(veil.plate_centre, p)
+    slope = dot(n, way)
     if slope == 0.0:
         return False
     gap = (start[0] - c[0], start[1] - c[1], start[2] - c[2])
-    t = -_dot(n, gap) / slope
+    t = -dot(n, gap) / slope
     if not nearest < t < 1.0:
         return False
     meet = (gap[0] + t * way[0], gap[1] + t * way[1], gap[2] + t * way[2])
-    if abs(_dot(_row(veil.plate_across, p), meet)) > veil.half_across[p]:
+    if abs(dot(row(veil.plate_across, p), meet)) > veil.half_across[p]:
         return False
-    return bool(abs(_dot(_row(veil.plate_along, p), meet)) <= veil.half_along[p])
+    return bool(abs(dot(row(veil.plate_along, p), meet)) <= veil.half_along[p])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -250,7 +232,7 @@ def _cloud_hit(
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _in_body(veil: Veil, b: int, start: Vector, way: Vector) -> tuple[Vector, Vector]:
-    place, shift = _turned(veil.turn[b], start), _row(veil.shift, b)
+    place, shift = _turned(veil.turn[b], start), row(veil.shift, b)
     return (
         (place[0] + shift[0], place[1] + shift[1], place[2] + shift[2]),
         _turned(veil.turn[b], way),
@@ -263,7 +245,7 @@ def is_veiled(
 ) -> bool:
     """Whether a pane or a cloud of ``bodies`` or ``plates`` is on the way between two points."""
     way = (end[0] - start[0], end[1] - start[1], end[2] - start[2])
-    length = math.sqrt(_dot(way, way))
+    length = math.sqrt(dot(way, way))
     if length <= skin:
         return False
     span = (skin / length, 1.0)
@@ -309,16 +291,16 @@ def _chord(
 def _leaves(triangle: FloatArray, way: Vector) -> bool:
     """Whether a way crosses a triangle from behind."""
     u, v = (triangle[3], triangle[4], triangle[5]), (triangle[6], triangle[7], triangle[8])
-    return _dot(_cross(u, v), way) > 0.0
+    return dot(cross(u, v), way) > 0.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def basis(direction: Vector, upwards: FloatArray) -> tuple[Vector, Vector]:
     """(V, H) of `frames.polarisation_basis`; ``upwards`` are the world's z and y, ``(2, xyz)``."""
-    h = _cross(_row(upwards, 0), direction)
-    size = math.sqrt(_dot(h, h))
-    h = _row(upwards, 1) if size < 1e-9 else (h[0] / size, h[1] / size, h[2] / size)
-    return _cross(direction, h), h
+    h = cross(row(upwards, 0), direction)
+    size = math.sqrt(dot(h, h))
+    h = row(upwards, 1) if size < 1e-9 else (h[0] / size, h[1] / size, h[2] / size)
+    return cross(direction, h), h
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -336,7 +318,7 @@ def lose(
 ) -> None:
     """Fill the matrix ``(2, 2)`` of one leg, as `through` gives it."""
     way = (end[0] - start[0], end[1] - start[1], end[2] - start[2])
-    length = math.sqrt(_dot(way, way))
+    length = math.sqrt(dot(way, way))
     d = (way[0] / length, way[1] / length, way[2] / length)
     v, h = basis(d, upwards)
     out[0, 0] = out[1, 1] = 1.0
@@ -344,7 +326,7 @@ def lose(
     nearest = skin / length
     for p in plates:
         if _plate_hit(veil, p, start, way, nearest):
-            normal = _row(veil.plate_normal, p)
+            normal = row(veil.plate_normal, p)
             _cross_sheet(media, veil.plate_medium[p], normal, d, (v, h), wavenumber, out)
     for b in bodies:
         place, along = _in_body(veil, b, start, way)
@@ -363,8 +345,8 @@ def lose(
 @njit(cache=True, nogil=True, error_model="numpy")
 def _face_normal(triangle: FloatArray, turn: FloatArray) -> Vector:
     """Unit normal of a triangle of a body, in the frame that ``turn`` takes to the body's."""
-    n = _cross((triangle[3], triangle[4], triangle[5]), (triangle[6], triangle[7], triangle[8]))
-    size = math.sqrt(_dot(n, n))
+    n = cross((triangle[3], triangle[4], triangle[5]), (triangle[6], triangle[7], triangle[8]))
+    size = math.sqrt(dot(n, n))
     return (
         (turn[0, 0] * n[0] + turn[1, 0] * n[1] + turn[2, 0] * n[2]) / size,
         (turn[0, 1] * n[0] + turn[1, 1] * n[1] + turn[2, 1] * n[2]) / size,
@@ -383,13 +365,13 @@ def _cross_sheet(
     out: ComplexArray,
 ) -> None:
     """Multiply a matrix from the left by what a sheet lets through."""
-    pass_s, pass_p = sheet_transmission(media, medium, abs(_dot(normal, d)), wavenumber)
-    s = _cross(d, normal)
-    size = math.sqrt(_dot(s, s))
+    pass_s, pass_p = sheet_transmission(media, medium, abs(dot(normal, d)), wavenumber)
+    s = cross(d, normal)
+    size = math.sqrt(dot(s, s))
     if size < 1e-9:  # straight through, both pass alike
         out *= pass_s
         return
-    along, up = _dot(s, vh[0]) / size, _dot(s, vh[1]) / size  # s in V and H; p is (up, −along)
+    along, up = dot(s, vh[0]) / size, dot(s, vh[1]) / size  # s in V and H; p is (up, −along)
     vv = pass_s * along * along + pass_p * up * up
     hh = pass_s * up * up + pass_p * along * along
     vh_ = (pass_s - pass_p) * along * up

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.channel.fresnel import Media, smooth_reflection
 from polychirp.channel.occlusion import is_blocked
+from polychirp.channel.vectors import cross, dot, vector
 from polychirp.channel.views import ViewTable
 from polychirp.channel.world import SKIN, Blockers
 
@@ -72,29 +73,10 @@ class Rows(NamedTuple):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _dot(a: Vector, b: Vector) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _cross(a: Vector, b: Vector) -> Vector:
-    return (
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    )
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _vector(a: FloatArray) -> Vector:
-    return a[0], a[1], a[2]
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _across(direction: Vector, normal: Vector, spare: Vector) -> Vector:
     """Unit vector across the plane of incidence; ``spare`` where that is not defined."""
-    c = _cross(direction, normal)
-    size = math.sqrt(_dot(c, c))
+    c = cross(direction, normal)
+    size = math.sqrt(dot(c, c))
     if size < 1e-9:
         return spare
     return c[0] / size, c[1] / size, c[2] / size
@@ -104,8 +86,8 @@ def _across(direction: Vector, normal: Vector, spare: Vector) -> Vector:
 def meet_mirror(centre: Vector, normal: Vector, image: Vector, point: Vector) -> Vector:
     """Where the line from an image to a point meets the plate."""
     gx, gy, gz = point[0] - image[0], point[1] - image[1], point[2] - image[2]
-    above = _dot(normal, (centre[0] - image[0], centre[1] - image[1], centre[2] - image[2]))
-    t = above / _dot(normal, (gx, gy, gz))
+    above = dot(normal, (centre[0] - image[0], centre[1] - image[1], centre[2] - image[2]))
+    t = above / dot(normal, (gx, gy, gz))
     return image[0] + t * gx, image[1] + t * gy, image[2] + t * gz
 
 
@@ -116,7 +98,7 @@ def _sees(
     """Whether nothing hides a facet that faces the view's image."""
     bodies = views.bodies[views.body_start[view] : views.body_start[view + 1]]
     plates = views.plates[views.plate_start[view] : views.plate_start[view + 1]]
-    source = _vector(views.source[view])
+    source = vector(views.source[view])
     lifted = (
         centroid[0] + LIFT * normal[0],
         centroid[1] + LIFT * normal[1],
@@ -125,15 +107,15 @@ def _sees(
     if not views.is_mirrored[view]:
         return not is_blocked(blockers, bodies, plates, source, lifted, SKIN)
     number = views.plate[view]
-    centre, upright = _vector(blockers.plate_centre[number]), _vector(blockers.plate_normal[number])
+    centre, upright = vector(blockers.plate_centre[number]), vector(blockers.plate_normal[number])
     above = (lifted[0] - centre[0], lifted[1] - centre[1], lifted[2] - centre[2])
-    if _dot(above, upright) <= 0.0:
+    if dot(above, upright) <= 0.0:
         return False
-    meet = meet_mirror(centre, upright, _vector(views.image[view]), lifted)
+    meet = meet_mirror(centre, upright, vector(views.image[view]), lifted)
     gap = (meet[0] - centre[0], meet[1] - centre[1], meet[2] - centre[2])
-    if abs(_dot(gap, _vector(blockers.plate_across[number]))) > blockers.half_across[number]:
+    if abs(dot(gap, vector(blockers.plate_across[number]))) > blockers.half_across[number]:
         return False
-    if abs(_dot(gap, _vector(blockers.plate_along[number]))) > blockers.half_along[number]:
+    if abs(dot(gap, vector(blockers.plate_along[number]))) > blockers.half_along[number]:
         return False
     if is_blocked(blockers, bodies, plates, source, meet, SKIN):
         return False
@@ -143,7 +125,7 @@ def _sees(
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _is_away(faces: Faces, views: ViewTable, view: int, f: int) -> bool:
     c, n, s = faces.centroid[f], faces.normal[f], views.image[view]
-    return bool(_dot(_vector(n), (s[0] - c[0], s[1] - c[1], s[2] - c[2])) <= 0.0)
+    return bool(dot(vector(n), (s[0] - c[0], s[1] - c[1], s[2] - c[2])) <= 0.0)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", parallel=True)
@@ -155,7 +137,7 @@ def look(faces: Faces, views: ViewTable, blockers: Blockers) -> SideArray:
         view, f = row // num_faces, row % num_faces
         if _is_away(faces, views, view, f):
             continue
-        sees = _sees(views, blockers, view, _vector(faces.centroid[f]), _vector(faces.normal[f]))
+        sees = _sees(views, blockers, view, vector(faces.centroid[f]), vector(faces.normal[f]))
         out[view, f] = LIT if sees else HIDDEN
     return out
 
@@ -185,7 +167,7 @@ def look_closer(
         if known != AWAY:
             out[view, f] = known
             continue
-        sees = _sees(views, blockers, view, _vector(faces.centroid[f]), _vector(faces.normal[f]))
+        sees = _sees(views, blockers, view, vector(faces.centroid[f]), vector(faces.normal[f]))
         out[view, f] = LIT if sees else HIDDEN
     return out
 
@@ -212,11 +194,11 @@ def spread(faces: Faces, views: ViewTable, patch: IntArray, lit_patch: BoolArray
     num_views, num_faces = views.image.shape[0], faces.area.size
     out = np.zeros((num_views, num_faces), dtype=np.bool_)
     for f in prange(num_faces):
-        c, n = _vector(faces.centroid[f]), _vector(faces.normal[f])
+        c, n = vector(faces.centroid[f]), vector(faces.normal[f])
         for view in range(num_views):
             if lit_patch[view, patch[f]]:
                 s = views.image[view]
-                out[view, f] = _dot(n, (s[0] - c[0], s[1] - c[1], s[2] - c[2])) > 0.0
+                out[view, f] = dot(n, (s[0] - c[0], s[1] - c[1], s[2] - c[2])) > 0.0
     return out
 
 
@@ -244,7 +226,7 @@ def fields(
         view, f = view_of_row[row], rows.face[row]
         c, s = faces.centroid[f], views.image[view]
         d = (c[0] - s[0], c[1] - s[1], c[2] - s[2])
-        size = math.sqrt(_dot(d, d))
+        size = math.sqrt(dot(d, d))
         d = (d[0] / size, d[1] / size, d[2] / size)
         length[row] = size
         direction[row, 0], direction[row, 1], direction[row, 2] = d
@@ -268,22 +250,22 @@ def _incident(
     leaving, number = d, views.plate[view]
     normal = (0.0, 0.0, 1.0)
     if views.is_mirrored[view]:
-        normal = _vector(blockers.plate_normal[number])
-        turn = 2.0 * _dot(d, normal)
+        normal = vector(blockers.plate_normal[number])
+        turn = 2.0 * dot(d, normal)
         leaving = (
             d[0] - turn * normal[0],
             d[1] - turn * normal[1],
             d[2] - turn * normal[2],
         )
     # the basis of frames.polarisation_basis
-    h = _across(_vector(upwards[0]), leaving, _vector(upwards[1]))
-    v = _cross(leaving, h)
+    h = _across(vector(upwards[0]), leaving, vector(upwards[1]))
+    v = cross(leaving, h)
     if not views.is_mirrored[view]:
         return (
             (complex(v[0]), complex(v[1]), complex(v[2])),
             (complex(h[0]), complex(h[1]), complex(h[2])),
         )
-    cosine = -_dot(leaving, normal)
+    cosine = -dot(leaving, normal)
     medium = blockers.plate_medium[number]
     gamma_s, gamma_p = smooth_reflection(plate_media, medium, cosine, wavenumber)
     phase = wavenumber * plate_media.roughness[medium] * cosine
@@ -301,8 +283,8 @@ def _weakened(
     both: tuple[ComplexVector, ComplexVector], d: Vector, upwards: FloatArray, loss: ComplexArray
 ) -> tuple[ComplexVector, ComplexVector]:
     """Fields along d after losses before and behind the mirror, ``loss`` ``(leg, 2, 2)``."""
-    h = _across(_vector(upwards[0]), d, _vector(upwards[1]))
-    v = _cross(d, h)
+    h = _across(vector(upwards[0]), d, vector(upwards[1]))
+    v = cross(d, h)
     first, last = loss[0], loss[1]
     return (
         _in_basis(v, h, last, _mixed(both, first[0, 0], first[1, 0])),
@@ -336,14 +318,14 @@ def _induce(
     wave: NDArray[np.complex64],
 ) -> None:
     """Tangential E, H, J and M on a facet of two incident fields along d."""
-    n, t1 = _vector(faces.normal[f]), _vector(faces.tangent[f])
-    t2 = _cross(n, t1)
-    cosine = -_dot(n, d)
+    n, t1 = vector(faces.normal[f]), vector(faces.tangent[f])
+    t2 = cross(n, t1)
+    cosine = -dot(n, d)
     gamma_s, gamma_p = smooth_reflection(media, faces.medium[f], cosine, wavenumber)
     side = _across(d, n, t1)
-    inward, forth = _cross(d, side), _cross(n, side)
-    side1, side2 = _dot(side, t1), _dot(side, t2)
-    forth1, forth2 = _dot(forth, t1), _dot(forth, t2)
+    inward, forth = cross(d, side), cross(n, side)
+    side1, side2 = dot(side, t1), dot(side, t2)
+    forth1, forth2 = dot(forth, t1), dot(forth, t2)
     for polarisation in range(2):
         e, out = both[polarisation], wave[polarisation]
         h = (d[1] * e[2] - d[2] * e[1], d[2] * e[0] - d[0] * e[2], d[0] * e[1] - d[1] * e[0])
@@ -365,8 +347,8 @@ def _reflected(
     field: Vector, leaving: Vector, arriving: Vector, side: Vector, turn_s: complex, turn_p: complex
 ) -> ComplexVector:
     """A field after a plate has turned it from one direction to another."""
-    before, after = _cross(leaving, side), _cross(arriving, side)
-    s, p = turn_s * _dot(field, side), turn_p * _dot(field, before)
+    before, after = cross(leaving, side), cross(arriving, side)
+    s, p = turn_s * dot(field, side), turn_p * dot(field, before)
     return (
         s * side[0] + p * after[0],
         s * side[1] + p * after[1],
@@ -529,7 +511,7 @@ def _add_facet(  # noqa: PLR0913, PLR0917 (scratch arrays come from outside the 
     """Add what one facet scatters from one view to another."""
     f = rows.face[a]
     corner = faces.corner[f]
-    d1, d2 = _vector(rows.direction[a]), _vector(rows.direction[b])
+    d1, d2 = vector(rows.direction[a]), vector(rows.direction[b])
     r1, r2 = rows.length[a], rows.length[b]
     gx, gy, gz = d1[0] + d2[0], d1[1] + d2[1], d1[2] + d2[2]
     e0 = gx * corner[0, 0] + gy * corner[0, 1] + gz * corner[0, 2]
@@ -553,7 +535,7 @@ def _add_facet(  # noqa: PLR0913, PLR0917 (scratch arrays come from outside the 
         )
         length = r1 + r2 + gx * offset[0] + gy * offset[1] + gz * offset[2]
         out, back = _direction_to(d1, r1, offset), _direction_to(d2, r2, offset)
-        rate = _dot(out, _vector(slide[0])) + _dot(back, _vector(slide[1]))
+        rate = dot(out, vector(slide[0])) + dot(back, vector(slide[1]))
         position = length / CELL - first_cell
         _deposit(cells, position, common * weight[i], response, out, back, rate)
 
@@ -561,7 +543,7 @@ def _add_facet(  # noqa: PLR0913, PLR0917 (scratch arrays come from outside the 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _direction_to(direction: Vector, length: float, offset: Vector) -> Vector:
     """Unit direction to a point a little off the end of a leg."""
-    scale = 1.0 / (length + _dot(direction, offset))
+    scale = 1.0 / (length + dot(direction, offset))
     return (
         scale * (length * direction[0] + offset[0]),
         scale * (length * direction[1] + offset[1]),

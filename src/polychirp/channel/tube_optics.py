@@ -20,11 +20,9 @@ from polychirp.channel.optics import (
     Vector,
     _across,
     _any_across,
-    _cross,
-    _dot,
     _phasor,
-    _vector,
 )
+from polychirp.channel.vectors import cross, dot, vector
 from polychirp.channel.world import SKIN, Blockers
 
 FAINT = 1e-8
@@ -159,7 +157,7 @@ def _turned_field(
     turn: tuple[complex, complex],
 ) -> ComplexVector:
     """A field that goes on along another direction, its parts across and in a plane weighed."""
-    into, out = _cross(before, side), _cross(after, side)
+    into, out = cross(before, side), cross(after, side)
     s = turn[0] * (field[0] * side[0] + field[1] * side[1] + field[2] * side[2])
     p = turn[1] * (field[0] * into[0] + field[1] * into[1] + field[2] * into[2])
     return (
@@ -224,8 +222,8 @@ def _is_in_reach(
     """Whether a ray meets the sphere around a body."""
     c, r = bodies.centre[body], bodies.radius[body]
     gap = (c[0] - point[0], c[1] - point[1], c[2] - point[2])
-    along = _dot(gap, direction)
-    room = r * r - _dot(gap, gap) + along * along
+    along = dot(gap, direction)
+    room = r * r - dot(gap, gap) + along * along
     if room < 0.0:
         return False
     half = math.sqrt(room)
@@ -305,7 +303,7 @@ def _fade(veil: Veil, media: Media, bodies: Bodies, ray: Ray, distance: float) -
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _mirrored(a: Vector, normal: Vector) -> Vector:
-    turn = 2.0 * _dot(a, normal)
+    turn = 2.0 * dot(a, normal)
     return a[0] - turn * normal[0], a[1] - turn * normal[1], a[2] - turn * normal[2]
 
 
@@ -342,7 +340,7 @@ def _induce(
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _footprint(edge: Vector, ray: Ray, normal: Vector, cosine: float, length: float) -> Vector:
     """Side of a tube's footprint: L (∂D + g D), g = −(∂D·n)/(D·n)."""
-    g = _dot(edge, normal) / cosine
+    g = dot(edge, normal) / cosine
     d = ray.direction
     return (
         length * (edge[0] + g * d[0]),
@@ -361,7 +359,7 @@ def _through(
     wavenumber: float,
 ) -> ComplexVector:
     """A field behind a sheet."""
-    cosine = abs(_dot(direction, normal))
+    cosine = abs(dot(direction, normal))
     ts, tp = sheet_transmission(media, medium, cosine, wavenumber)
     side = _across(direction, normal, _any_across(normal))
     return _turned_field(wave, direction, direction, side, (ts, tp))
@@ -394,7 +392,7 @@ def _bounced(
 ) -> Ray:
     """The ray after a smooth surface at rest that is no body."""
     point = _ahead(ray.point, ray.direction, distance)
-    cosine = -_dot(ray.direction, normal)
+    cosine = -dot(ray.direction, normal)
     after = _mirrored(ray.direction, normal)
     turn = smooth_reflection(media, medium, cosine, wavenumber)
     side = _across(ray.direction, normal, _any_across(normal))
@@ -438,7 +436,7 @@ def _with(ray: Ray, loss: float, rate: float, met: int) -> Ray:
 def _record(hits: Hits, slot: int, ray: Ray, bounced: Ray, normal: Vector, body: int,
             roughness: float) -> None:  # fmt: skip
     """Keep where a ray meets a body, before and after."""
-    cosine = -_dot(ray.direction, normal)
+    cosine = -dot(ray.direction, normal)
     hits.point[slot] = bounced.point
     hits.direction[slot] = ray.direction
     hits.normal[slot] = normal
@@ -467,11 +465,11 @@ def _surface(
     """Normal, medium and velocity of what was met."""
     if kind == PLATE:
         return (
-            _vector(faces.plate_normal[number]),
+            vector(faces.plate_normal[number]),
             faces.plate_medium[number],
-            _vector(bodies.plate_velocity[number]),
+            vector(bodies.plate_velocity[number]),
         )
-    velocity = _vector(bodies.velocity[number])
+    velocity = vector(bodies.velocity[number])
     if kind == FACE:
         normal = _face_normal(faces.triangle[triangle], faces.turn[number])
         return normal, bodies.face_medium[triangle], velocity
@@ -508,7 +506,7 @@ def _follow(
         if kind == NOTHING:
             continue
         normal, medium, velocity = _surface(faces, veil, bodies, kind, number, triangle)
-        cosine = -_dot(ray.direction, normal)
+        cosine = -dot(ray.direction, normal)
         is_sheet = kind == PANE or (kind == PLATE and bodies.is_pane[number])
         if bodies.cloudy.size > 0:
             ray = _with(ray, _fade(veil, media, bodies, ray, distance), 0.0, 0)
@@ -533,7 +531,7 @@ def _follow(
         if bounced.turns < most_turns:
             phase = wavenumber * roughness * cosine
             # v·(d − r): by Fermat's principle the point may glide along the surface
-            rate = -2.0 * cosine * _dot(velocity, normal)
+            rate = -2.0 * cosine * dot(velocity, normal)
             bounced = _with(bounced, math.exp(-2.0 * phase * phase), rate, 1 if is_body else 0)
             if _is_heard(bounced):
                 waiting.append(bounced)
@@ -543,28 +541,28 @@ def _follow(
 @njit(cache=True, nogil=True, error_model="numpy")
 def _launched(window: FloatArray, row: int, column: int) -> Ray:
     """The tube in a row and a column of a window, as it leaves."""
-    origin, velocity, u, v = window[0], window[1], _vector(window[3]), _vector(window[4])
+    origin, velocity, u, v = window[0], window[1], vector(window[3]), vector(window[4])
     step_a, step_b = window[6, 0], window[6, 1]
     a, b = window[5, 0] + row * step_a, window[5, 1] + column * step_b
-    d = _ahead(_ahead(_vector(window[2]), u, a), v, b)
-    size = math.sqrt(_dot(d, d))
+    d = _ahead(_ahead(vector(window[2]), u, a), v, b)
+    size = math.sqrt(dot(d, d))
     d = (d[0] / size, d[1] / size, d[2] / size)
     share_a, share_b = step_a / size, step_b / size
-    ua, vb = _ahead(u, d, -_dot(d, u)), _ahead(v, d, -_dot(d, v))
+    ua, vb = _ahead(u, d, -dot(d, u)), _ahead(v, d, -dot(d, v))
     # the basis of frames.polarisation_basis
     h = _across((0.0, 0.0, 1.0), d, (0.0, 1.0, 0.0))
-    up = _cross(d, h)
+    up = cross(d, h)
     return Ray(
-        _vector(origin),
+        vector(origin),
         d,
         (share_a * ua[0], share_a * ua[1], share_a * ua[2]),
         (share_b * vb[0], share_b * vb[1], share_b * vb[2]),
         0.0,
-        -_dot(d, _vector(velocity)),
+        -dot(d, vector(velocity)),
         0,
         0,
         d,
-        _vector(origin),
+        vector(origin),
         (complex(up[0]), complex(up[1]), complex(up[2])),
         (complex(h[0]), complex(h[1]), complex(h[2])),
     )
@@ -575,7 +573,7 @@ def _is_behind(faces: Blockers, bodies: Bodies, hider: int, body: int, ray: Ray)
     """Whether a body hides all of the sphere around another from a new ray."""
     c, r = bodies.centre[body], bodies.radius[body]
     away = (c[0] - ray.point[0], c[1] - ray.point[1], c[2] - ray.point[2])
-    near = math.sqrt(_dot(away, away)) - r
+    near = math.sqrt(dot(away, away)) - r
     if near <= SKIN or not _is_in_reach(bodies, hider, ray.point, ray.direction, (SKIN, near)):
         return False
     return _meet_body(faces, hider, ray.point, ray.direction, (SKIN, near))[0] < np.inf
@@ -659,7 +657,7 @@ def _sinc(x: float) -> float:
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _heard(current: NDArray[np.complex64], back: Vector, field: Vector) -> complex:
     """F = J·w + (M×q)·w of one wave."""
-    turned = _cross(back, field)
+    turned = cross(back, field)
     total = 0j
     for x in range(3):
         total += current[0, x] * field[x] + current[1, x] * turned[x]
@@ -669,13 +667,13 @@ def _heard(current: NDArray[np.complex64], back: Vector, field: Vector) -> compl
 @njit(cache=True, nogil=True, error_model="numpy")
 def _radiated(hits: Hits, i: int, back: Vector, r2: float, wavenumber: float) -> complex:
     """What multiplies F: −(j/8π) dS e^{−jk(L+r2)}/(L r2) and the footprint's phases."""
-    a, b, d = _vector(hits.side_a[i]), _vector(hits.side_b[i]), _vector(hits.direction[i])
+    a, b, d = vector(hits.side_a[i]), vector(hits.side_b[i]), vector(hits.direction[i])
     turn = (d[0] - back[0], d[1] - back[1], d[2] - back[2])
-    square = _cross(a, b)
-    area = math.sqrt(_dot(square, square))
+    square = cross(a, b)
+    area = math.sqrt(dot(square, square))
     half = 0.5 * wavenumber
-    share = _sinc(half * _dot(turn, a)) * _sinc(half * _dot(turn, b))
-    phase = wavenumber * hits.roughness[i] * _dot(turn, _vector(hits.normal[i]))
+    share = _sinc(half * dot(turn, a)) * _sinc(half * dot(turn, b))
+    phase = wavenumber * hits.roughness[i] * dot(turn, vector(hits.normal[i]))
     if phase != 0.0:
         share *= math.exp(-0.5 * phase * phase)
     scale = area * share / (8.0 * math.pi * hits.length[i] * r2)
@@ -697,15 +695,15 @@ def radiate(
     for i in prange(size):
         c = hits.point[i]
         q = (sink[0] - c[0], sink[1] - c[1], sink[2] - c[2])
-        r2 = math.sqrt(_dot(q, q))
+        r2 = math.sqrt(dot(q, q))
         q = (q[0] / r2, q[1] / r2, q[2] / r2)
         backs[i, 0], backs[i, 1], backs[i, 2] = q
         lengths[i] = r2
-        if hits.body[i] == not_from or _dot(q, _vector(hits.normal[i])) <= 0.0:
+        if hits.body[i] == not_from or dot(q, vector(hits.normal[i])) <= 0.0:
             continue
         away = (-q[0], -q[1], -q[2])
         h = _across((0.0, 0.0, 1.0), away, (0.0, 1.0, 0.0))
-        v = _cross(away, h)
+        v = cross(away, h)
         weight = _radiated(hits, i, q, r2, wavenumber)
         for t in range(2):
             transfer[i, t] = weight * _heard(hits.current[i, t], q, v)
@@ -730,12 +728,12 @@ def unhidden(
     for row in prange(which.size):
         i = which[row]
         b = hits.body[i]
-        lifted = _ahead(_vector(hits.point[i]), _vector(hits.normal[i]), LIFT)
+        lifted = _ahead(vector(hits.point[i]), vector(hits.normal[i]), LIFT)
         out[row] = not is_blocked(
             faces,
             bodies[body_start[b] : body_start[b + 1]],
             plates[plate_start[b] : plate_start[b + 1]],
-            _vector(sink),
+            vector(sink),
             lifted,
             SKIN,
         )

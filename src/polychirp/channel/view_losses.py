@@ -16,6 +16,7 @@ from polychirp.channel.caster import Vector
 from polychirp.channel.fresnel import Media
 from polychirp.channel.legs import Veil, is_veiled, lose, veil_of
 from polychirp.channel.optics import LIFT, Faces, meet_mirror
+from polychirp.channel.vectors import row
 from polychirp.channel.views import ViewTable
 from polychirp.channel.world import SKIN, UPWARDS, World
 
@@ -59,11 +60,6 @@ def _identities(count: int) -> ComplexArray:
     return matrix
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _row(a: FloatArray, i: int) -> Vector:
-    return a[i, 0], a[i, 1], a[i, 2]
-
-
 @njit(cache=True, nogil=True, error_model="numpy")
 def _stations(
     table: ViewTable, veil: Veil, view: int, faces: Faces, patch: int
@@ -71,12 +67,12 @@ def _stations(
     """The radar, the mirror point, and the patch; without a mirror the last two are the same."""
     c, n = faces.centroid[patch], faces.normal[patch]
     end = (c[0] + LIFT * n[0], c[1] + LIFT * n[1], c[2] + LIFT * n[2])
-    start = _row(table.source, view)
+    start = row(table.source, view)
     if not table.is_mirrored[view]:
         return start, end, end
     p = table.plate[view]
     meet = meet_mirror(
-        _row(veil.plate_centre, p), _row(veil.plate_normal, p), _row(table.image, view), end
+        row(veil.plate_centre, p), row(veil.plate_normal, p), row(table.image, view), end
     )
     return start, meet, end
 
