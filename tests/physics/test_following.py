@@ -36,15 +36,16 @@ def street():
 
 
 def counted(tracer, monkeypatch):
-    """How often each part is traced, by name."""
+    """How often each part is traced, by name, and by name and pair."""
     counts = {}
     parts = type(tracer).parts
 
     def noted(self, world):
         def one(part):
-            def trace(*arguments):
-                counts[part.name] = counts.get(part.name, 0) + 1
-                return part.trace(*arguments)
+            def trace(world, pairs, strongest):
+                for key in (part.name, *((part.name, *pair) for pair in pairs.tolist())):
+                    counts[key] = counts.get(key, 0) + 1
+                return part.trace(world, pairs, strongest)
 
             return Part(part.name, trace)
 
@@ -60,6 +61,16 @@ def test_what_passes_by_is_traced_often_and_what_stands_ahead_seldom(monkeypatch
     follow(tracer, street(), TIMES)
     assert counts["facets of beside"] == len(TIMES)
     assert counts["facets of ahead"] == 2
+
+
+def test_a_body_is_traced_often_for_the_radar_that_it_passes_alone(monkeypatch):
+    tracer = Composite(max_bounces=1)
+    counts = counted(tracer, monkeypatch)
+    beside = car("beside", x=1.0, y=2.5, speed=25.0)
+    paths = follow(tracer, around([beside], [(0, 0, 0.6), (-60.0, 0, 0.6)]), TIMES)
+    assert counts["facets of beside", 0, 0] == len(TIMES)
+    assert counts["facets of beside", 1, 1] == 2
+    assert all(np.any((table.transmitter == 1) & (table.receiver == 1)) for table in paths)
 
 
 def response(paths, pair, frequencies):

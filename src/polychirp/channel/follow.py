@@ -1,14 +1,14 @@
-r"""The paths of a scene all through a frame, each part traced only as often as it must be.
+r"""The paths of a scene all through a frame, each traced only as often as it must be.
 
 Between two traces a path's delay runs on linearly. That is wrong by the power
 
 .. math:: e(t) = \min\{1, \tfrac12 (t/t_c)^2\}^2
 
 of a path whose coherence time is :math:`t_c` (half its amplitude at :math:`t_c`, and growing as
-t², or more slowly). A part, such as the facets of one body, is traced again before the errors of
-its paths add up to `ERROR` of its power, or to `FAINT` of all that they are heard among: a radar's
-own echoes, or what it hears of others. A car that passes at
-two metres is traced at every step, one that stands ahead every few milliseconds. Meanwhile what
+t², or more slowly). A part, such as the facets of one body, is traced again for a pair of radars
+before the errors of that pair's paths add up to `ERROR` of their power, or to `FAINT` of all that
+they are heard among: a radar's own echoes, or what it hears of others. A car that passes a radar at
+two metres is traced for it at every step, for the others every few milliseconds. Meanwhile what
 the part hides and where its shadows fall stay as they were.
 """
 
@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Final, Protocol, runtime_checkable
 
 import numpy as np
 
-from polychirp.axes import FloatArray
+from polychirp.axes import FloatArray, IntArray
 from polychirp.channel.base import (
     Part,
     RayTracer,
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from polychirp.channel.world import World
 
 ERROR: Final = 3e-3
-"""Power that extrapolation may get wrong, relative to that of a part."""
+"""Power that extrapolation may get wrong, relative to that of a part between two radars."""
 
 FAINT: Final = 1e-3
 """Power of errors, relative to all that they are heard among, that nothing is claimed by: it is
@@ -120,6 +120,42 @@ def _every_time(
     return tuple(snapshots)
 
 
+class _Row:
+    """One part at all the times at which it was traced, each for some of the pairs."""
+
+    def __init__(self, times: FloatArray, num_radars: int) -> None:
+        self.times = times
+        self.tables: dict[int, PropagationPaths] = {}
+        self.is_traced = np.zeros((len(times), num_radars, num_radars), dtype=bool)
+
+    def add(self, number: int, pairs: IntArray, paths: PropagationPaths) -> None:
+        """Keep what was traced at time ``number`` for ``pairs``."""
+        self.tables[number] = paths
+        self.is_traced[number, pairs[:, 0], pairs[:, 1]] = True
+
+    def snapshots(self) -> list[PropagationPaths]:
+        """At every time, each pair's table that is nearest, carried on to that time."""
+        number = np.arange(len(self.times))[:, None, None]
+        before = np.maximum.accumulate(np.where(self.is_traced, number, -len(number)))
+        behind = np.where(self.is_traced, number, 3 * len(number))[::-1]
+        after = np.minimum.accumulate(behind)[::-1]
+        nearest = np.where(number - before <= after - number, before, after)
+        return [
+            gather([self._carried(k, int(source), here) for source in self._among(here)])
+            for k, here in enumerate(nearest)
+        ]
+
+    def _among(self, nearest: IntArray) -> list[int]:
+        return [number for number in self.tables if np.any(nearest == number)]
+
+    def _carried(self, number: int, source: int, nearest: IntArray) -> PropagationPaths:
+        """Those pairs' paths of the table traced at ``source`` that serve time ``number``."""
+        table, time = self.tables[source], float(self.times[number])
+        paths = table.select(nearest[table.transmitter, table.receiver] == source)
+        elapsed = time - paths.reference_time
+        return replace(paths, reference_time=time, delay=paths.delay + paths.delay_rate * elapsed)
+
+
 class _Frame:
     """The parts of one frame, and when they were traced."""
 
@@ -142,19 +178,15 @@ class _Frame:
         whole = gather(first)
         power = strength(whole, self.scenes[0])
         strongest = strongest_of_pair(whole, power, len(self.scenes[0].radars))
-        heard = _heard(_of_pairs(whole, power, len(strongest)))
+        faint = _faint(_of_pairs(whole, power, len(strongest)))
         rows = []
         for number, (part, begin) in enumerate(zip(self.parts, first, strict=True)):
             progress(number * len(self.times), total)
-            rows.append(self._row(part, begin, heard, strongest))
+            rows.append(self._row(part, begin, faint, strongest).snapshots())
         progress(total, total)
         return tuple(
-            without_weak(
-                gather([_nearest(row, float(time)) for row in rows]),
-                moment,
-                self.tracer.dynamic_range,
-            )
-            for time, moment in zip(self.times, self.scenes, strict=True)
+            without_weak(gather(tables), moment, self.tracer.dynamic_range)
+            for *tables, moment in zip(*rows, self.scenes, strict=True)
         )
 
     def _first(self) -> list[PropagationPaths]:
@@ -169,31 +201,40 @@ class _Frame:
         return tables
 
     def _row(
-        self, part: Part, begin: PropagationPaths, heard: FloatArray, strongest: FloatArray
-    ) -> list[PropagationPaths]:
-        """One part at all the times at which it must be traced; the last is near the end."""
-        row, number, last = [begin], 0, len(self.times) - 1
-        while number < last:
-            step = self._step(row[-1], self.scenes[number], heard)
+        self, part: Part, begin: PropagationPaths, faint: FloatArray, strongest: FloatArray
+    ) -> _Row:
+        """One part, traced for each pair as often as that pair asks for, and near the end."""
+        last = len(self.times) - 1
+        row = _Row(self.times, len(faint))
+        row.add(0, self.pairs, begin)
+        due = np.minimum(self._steps(begin, self.scenes[0], faint), last)
+        for number in range(1, last + 1):
+            pairs = self.pairs[due[self.pairs[:, 0], self.pairs[:, 1]] == number]
+            if not len(pairs):
+                continue
+            found = part.trace(self.worlds[number], pairs, strongest)
+            row.add(number, pairs, found)
             # the nearer trace serves a time, so that half a step is bridged at most
-            number = last if number + step >= last else number + step
-            row.append(part.trace(self.worlds[number], self.pairs, strongest))
+            next_due = np.minimum(number + self._steps(found, self.scenes[number], faint), last)
+            due = np.where(due == number, next_due, due)
         return row
 
-    def _step(self, paths: PropagationPaths, scene: Scene, heard: FloatArray) -> int:
-        """After how many times a part is to be traced again."""
-        grid = float(self.times[1] - self.times[0])
+    def _steps(self, paths: PropagationPaths, scene: Scene, faint: FloatArray) -> IntArray:
+        """After how many times each pair is to be traced again, ``(transmitter, receiver)``."""
+        grid = float(self.times[1] - self.times[0]) if len(self.times) > 1 else LONGEST
         step = max(1, int(LONGEST / grid * (1 + 1e-9)))
         power = strength(paths, scene)
-        num_radars = heard.shape[1]
-        own = _heard(_of_pairs(paths, power, num_radars))
-        allowed = np.maximum(ERROR * own, FAINT * heard)
+        allowed = np.maximum(ERROR * _of_pairs(paths, power, len(faint)), faint)
+        steps = np.full(faint.shape, step)
         while step > 1:
             wrong = np.minimum(1.0, 0.5 * (0.5 * step * grid / paths.coherence_time) ** 2) ** 2
-            if np.all(_heard(_of_pairs(paths, power * wrong, num_radars)) <= allowed):
+            is_wrong = _of_pairs(paths, power * wrong, len(faint)) > allowed
+            if not np.any(is_wrong):
                 break
-            step = (step + 1) // 2
-        return step
+            shorter = (step + 1) // 2
+            steps[is_wrong] = shorter
+            step = shorter
+        return steps
 
 
 def _of_pairs(paths: PropagationPaths, power: FloatArray, num_radars: int) -> FloatArray:
@@ -203,14 +244,11 @@ def _of_pairs(paths: PropagationPaths, power: FloatArray, num_radars: int) -> Fl
     return total
 
 
-def _heard(power: FloatArray) -> FloatArray:
-    """What every receiver hears of its own transmitter and of all others, ``(2, receiver)``."""
+def _faint(power: FloatArray) -> FloatArray:
+    """Power of errors that each pair may make among what its receiver hears, like ``power``.
+
+    Own echoes are heard among own echoes; other transmitters share a part of what they all make.
+    """
     own = np.diagonal(power)
-    return np.stack([own, power.sum(axis=0) - own])
-
-
-def _nearest(row: Sequence[PropagationPaths], time: float) -> PropagationPaths:
-    """The table of a part whose time is nearest, carried on to ``time`` (s)."""
-    paths = min(row, key=lambda table: abs(table.reference_time - time))
-    elapsed = time - paths.reference_time
-    return replace(paths, reference_time=time, delay=paths.delay + paths.delay_rate * elapsed)
+    others = (power.sum(axis=0) - own) / max(len(power) - 1, 1)
+    return FAINT * np.where(np.eye(len(power), dtype=bool), own, others)
