@@ -31,6 +31,7 @@ from polychirp.receiver.point import (
     beat_sensitivity,
     fit_amplitudes,
     hann_weights,
+    matched_amplitudes,
 )
 from polychirp.receiver.refine import motion_steps, range_and_rate_from_beats
 from polychirp.receiver.threshold import log_mean_threshold, log_median_of_noise
@@ -175,7 +176,7 @@ class _Search:
             time=self.time,
         )
         motion = np.array([[distance, rate, 0.0]])
-        amplitude, _ = fit_amplitudes(
+        amplitude = matched_amplitudes(
             self.residual, self.weight, self._phases(motion), self.frame.times.rate
         )
         if self._coherence(amplitude)[0] < LEAST_COHERENCE:

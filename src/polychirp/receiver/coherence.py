@@ -30,7 +30,7 @@ def coherence(amplitude: ComplexArray, frequency: FloatArray, elapsed: FloatArra
     elapsed : s, middle of each ramp, ``(ramp,)``
     """
     turns = _turns(frequency.tobytes(), elapsed.tobytes())
-    total = np.abs(np.einsum("pck,sk->pcs", amplitude, turns)) ** 2
+    total = np.abs(amplitude @ turns.T) ** 2
     power = elapsed.size * np.sum(np.abs(amplitude) ** 2, axis=(1, 2))
     return np.asarray(total.sum(axis=1).max(axis=1) / np.maximum(power, 1e-300))
 

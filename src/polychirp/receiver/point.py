@@ -122,6 +122,17 @@ def fit_amplitudes(
     return _fit(samples, weight, phases, rate)  # type: ignore[no-any-return]
 
 
+def matched_amplitudes(
+    samples: ComplexArray, weight: FloatArray, phases: FloatArray, rate: float
+) -> ComplexArray:
+    """Amplitudes of points each on its own, as if the others were not there.
+
+    What `fit_amplitudes` gives for a single point, at a fifth of the cost: nothing is taken out.
+    Parameters and the result's axes are the same.
+    """
+    return _match(samples, weight, phases, rate)  # type: ignore[no-any-return]
+
+
 RIDGE = 1e-7
 """Share of a point's own energy added to the normal equations: points closer than a resolution
 cell are told apart only as far as rounding allows, and a ramp without samples has a solution."""
@@ -145,6 +156,21 @@ def _fit(samples: Any, weight: Any, phases: Any, rate: float) -> Any:  # pragma:
         for m in range(channels):
             _residual_into(residual[m, k], samples[m, k], weight[k], solution[:, m], real, imag)
     return amplitude, residual
+
+
+@njit(cache=True, nogil=True, parallel=True)
+def _match(samples: Any, weight: Any, phases: Any, rate: float) -> Any:  # pragma: no cover
+    """Compiled `matched_amplitudes`."""
+    channels, ramps, fast = samples.shape
+    amplitude = np.zeros((phases.shape[0], channels, ramps), dtype=np.complex128)
+    for k in prange(ramps):
+        real = np.empty((1, fast))
+        imag = np.empty((1, fast))
+        for p in range(phases.shape[0]):
+            _replica_into(real[0], imag[0], phases[p, k], rate)
+            gram, right = _normal_equations(samples[:, k], weight[k], real, imag)
+            amplitude[p, :, k] = right[0] / gram[0, 0]
+    return amplitude
 
 
 @njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})

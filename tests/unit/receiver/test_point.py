@@ -12,6 +12,7 @@ from polychirp.receiver.point import (
     beat_sensitivity,
     fit_amplitudes,
     hann_weights,
+    matched_amplitudes,
     replica,
 )
 from polychirp.rng import Streams
@@ -37,6 +38,17 @@ def test_a_point_is_taken_out_completely():
     expected = np.array([[2.0j, 1.0], [0.01, -3.0]])
     assert amplitude == pytest.approx(np.repeat(expected[:, :, None], 4, axis=2), abs=5e-4)
     assert np.abs(residual).max() < 1e-2 * np.abs(samples).max()
+
+
+def test_a_match_is_the_fit_of_a_point_alone():
+    weight = hann_weights(TIMES.is_sample)
+    random = np.random.default_rng(3)
+    samples = random.standard_normal((2, *weight.shape)) + 1j
+    phases = beat_phase(RAMPS, TIMES, motion=MOTION, time=0.0)
+    found = matched_amplitudes(samples, weight, phases, TIMES.rate)
+    for p in range(len(MOTION)):
+        alone, _ = fit_amplitudes(samples, weight, phases[p : p + 1], TIMES.rate)
+        np.testing.assert_allclose(found[p], alone[0], rtol=1e-12)
 
 
 def test_a_point_without_acceleration_is_taken_out_to_rounding():
