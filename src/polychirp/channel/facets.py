@@ -37,23 +37,15 @@ from typing import Final
 import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
-from polychirp.channel.base import gather, no_paths, path_table
-from polychirp.channel.fresnel import media
+from polychirp.channel.base import gather, no_paths, path_table, strength, strongest_of_pair
+from polychirp.channel.lighting import Lighting, lighting_of, media_of, parts_of
 from polychirp.channel.optics import (
     CELL,
-    LIT,
-    Faces,
-    Rows,
-    agree,
-    fields,
     gather_cells,
-    look,
-    look_closer,
-    spread,
 )
-from polychirp.channel.view_losses import losses_of
-from polychirp.channel.views import View, ViewTable, view_table
-from polychirp.channel.world import UPWARDS, Blockers, Surface, World, in_frame_of
+from polychirp.channel.views import View
+from polychirp.channel.world import World
+from polychirp.channel.worth import estimated_power, mark_needed, scalar_cells
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import ModelWarning
 from polychirp.model.paths import Bounce, PropagationPaths
@@ -67,7 +59,7 @@ SCATTERERS: Final = ("vehicle", "object")
 
 
 def scattering_bodies(world: World) -> tuple[int, ...]:
-    """Numbers of the bodies whose facets scatter, the nearest to a radar first."""
+    """Numbers of the bodies whose facets scatter, the nearest to another's radar first."""
     chosen = [body for body in range(len(world.body)) if scatters(world, body)]
     return tuple(sorted(chosen, key=lambda body: _nearest(world, body)))
 
@@ -98,8 +90,7 @@ def facet_echoes(
     mirrors : whether road and walls mirror
     """
     wanted = {(int(i), int(j)) for i, j in pairs}
-    plates = tuple(range(len(world.plates.actor))) if mirrors else ()
-    paths = _over_body(world, body, wanted, plates, strongest)
+    paths = _over_body(world, body, wanted, mirrors, strongest)
     is_wanted = np.zeros(strongest.shape, dtype=np.bool_)
     is_wanted[pairs[:, 0], pairs[:, 1]] = True
     return paths.select(is_wanted[paths.transmitter, paths.receiver])
@@ -109,7 +100,7 @@ def _over_body(
     world: World,
     body: int,
     wanted: set[tuple[int, int]],
-    plates: tuple[int, ...],
+    mirrors: bool,
     strongest: FloatArray,
 ) -> PropagationPaths:
     """Paths over one body, of which those by mirrors may be worth more than is known of a pair."""
@@ -120,24 +111,51 @@ def _over_body(
     near = [View(world=world, radar=r, body=body) for r in radars]
     direct = [view for view in near if view.distance <= world.max_length]
     mirrored = [
-        view
-        for d in direct
-        for p in plates
-        if (view := View(world=world, radar=d.radar, body=body, plate=p)).is_possible
+        View(world=world, radar=view.radar, body=body, plate=int(plate))
+        for view in direct
+        for plate in (view.mirrors if mirrors else ())
     ]
-    combinations = _combinations(direct, direct, wanted) + [
+    seen = lighting_of(world, body, direct).with_waves()
+    _check_facets(seen)
+    found = _Tasks(seen, seen, _combinations(direct, direct, wanted)).paths(seen, seen)
+    if not mirrored:
+        return found
+    known = strongest_of_pair(found, strength(found, world.scene), len(strongest))
+    known = np.maximum(strongest, known)
+    return gather([found, *_in_mirrors(seen, mirrored, wanted, known)])
+
+
+def _in_mirrors(
+    seen: Lighting, mirrored: list[View], wanted: set[tuple[int, int]], known: FloatArray
+) -> list[PropagationPaths]:
+    """Paths that meet plates, as far as they may be worth more than is known of their pairs."""
+    world = seen.world
+    once = _worthy(world, _combinations(list(seen.views), mirrored, wanted), known)
+    twice = _worthy(world, _combinations(mirrored, mirrored, wanted), known)
+    views = dict.fromkeys([b for _, b in once + twice] + [a for a, _ in twice])
+    reflected = lighting_of(world, seen.body, list(views))
+    tasks = [_Tasks(seen, reflected, once, known), _Tasks(reflected, reflected, twice, known)]
+    needed = np.zeros(reflected.rows.face.shape, dtype=np.bool_)
+    tasks[0].mark((np.zeros(seen.rows.face.shape, dtype=np.bool_), needed))
+    tasks[1].mark((needed, needed))
+    reflected = reflected.only(needed).with_waves()
+    return [tasks[0].paths(seen, reflected), tasks[1].paths(reflected, reflected)]
+
+
+def _worthy(
+    world: World, combinations: list[tuple[View, View]], known: FloatArray
+) -> list[tuple[View, View]]:
+    """Combinations whose bound is within the dynamic range."""
+    return [
         (a, b)
-        for a, b in _combinations(direct + mirrored, mirrored, wanted)
-        if _bound(world, a, b) * world.dynamic_range >= strongest[a.radar, b.radar]
+        for a, b in combinations
+        if _bound(world, a, b) * world.dynamic_range >= known[a.radar, b.radar]
     ]
-    combinations = [(a, b) for a, b in combinations if a.distance + b.distance <= world.max_length]
-    if not combinations:
-        return no_paths(world.scene, world.frequency)
-    return _Scatterer(world, body, combinations).paths()
 
 
 def _nearest(world: World, body: int) -> float:
-    away = world.scene.radar_position - world.centre[body]
+    is_own = np.array(world.scene.carriers) == world.body[body]
+    away = (world.scene.radar_position - world.centre[body])[~is_own]
     return float(np.min(np.linalg.norm(away, axis=-1), initial=np.inf))
 
 
@@ -151,132 +169,125 @@ def _bound(world: World, a: View, b: View) -> float:
 def _combinations(
     first: list[View], second: list[View], wanted: set[tuple[int, int]]
 ) -> list[tuple[View, View]]:
-    """Unordered pairs of views that may make a path: at most one plate, and a wanted pair."""
+    """Unordered pairs of views that may make a path: at most one plate, and a wanted pair.
+
+    None that would be too long.
+    """
     found: dict[frozenset[int], tuple[View, View]] = {}
     for a in first:
         for b in second:
             legal = a.plate is None or b.plate is None or a.plate == b.plate
+            legal &= a.distance + b.distance <= a.world.max_length
             if legal and {(a.radar, b.radar), (b.radar, a.radar)} & wanted:
                 found.setdefault(frozenset((id(a), id(b))), (a, b))
     return list(found.values())
 
 
-class _Scatterer:
-    """One body's facets, lit by all views that make paths."""
-
-    def __init__(self, world: World, body: int, combinations: list[tuple[View, View]]) -> None:
-        self.world, self.body, self.combinations = world, body, combinations
-        surface = world.surfaces[body]
-        self.faces = faces_of(surface)
-        self.media = media(surface.materials, world.table, world.frequency)
-        views = dict.fromkeys(view for pair in combinations for view in pair)
-        # mirrored views behind direct ones
-        self.views = sorted(views, key=lambda view: view.plate is not None)
-        self.rows, self.row_start = self._lit_rows()
-
-    def _lit_rows(self) -> tuple[Rows, IntArray]:
-        """Fields and currents on the lit facets, view after view; where each view's rows begin."""
-        world, rotation = self.world, self.world.rotation[self.body]
-        blockers = in_frame_of(world, rotation, world.position[self.body])
-        table = view_table(self.views, rotation, world.position[self.body])
-        view_of_row, face = np.nonzero(self._seen(blockers))
-        losses = losses_of(world, self.body, table, self.faces, (view_of_row, face))
-        size = len(face)
-        # single precision: a field's error of 1e-7 is no phase error
-        wave = np.empty((size, 2, 4, 2), dtype=np.complex64)
-        loss = losses.number[view_of_row, world.surfaces[self.body].patch[face]]
-        rows = Rows(face, loss, np.empty((size, 3)), np.empty(size), wave)
-        fields(
-            self.faces,
-            self.media,
-            table,
-            blockers,
-            world.media,
-            np.ascontiguousarray(UPWARDS @ rotation),
-            world.wavenumber,
-            view_of_row,
-            losses.matrix,
-            rows,
-        )
-        num_direct = sum(view.plate is None for view in self.views)
-        self._check_facets(rows, view_of_row < num_direct)
-        counts = np.bincount(view_of_row, minlength=len(self.views))
-        return rows, np.concatenate([[0], np.cumsum(counts)])
-
-    def _seen(self, blockers: Blockers) -> BoolArray:
-        """Which facets each view sees, ``(view, face)``.
-
-        A view that sees no panel's middle sees nothing. Of others, shadow rays go to the middle
-        of every patch, and to the facets of patches that do not agree with those around them;
-        to facets only from direct views. The shadow's edge in a mirrored view is as coarse as a
-        patch.
-        """
-        surface = self.world.surfaces[self.body]
-        panels, patches = (self.faces.of(f) for f in (surface.panel_face, surface.patch_face))
-        seen = np.zeros((len(self.views), len(surface.area)), dtype=np.bool_)
-        every = self._table(np.arange(len(self.views)))
-        open_ = np.flatnonzero(np.any(look(panels, every, blockers) == LIT, axis=1))
-        if not len(open_):
-            return seen
-        found = look(patches, self._table(open_), blockers)
-        seen[open_] = spread(self.faces, self._table(open_), surface.patch, found == LIT)
-        is_direct = np.array([self.views[number].plate is None for number in open_])
-        direct = open_[is_direct]
-        if len(direct):
-            agreed = agree(found[is_direct], surface.patch_near)
-            table = self._table(direct)
-            seen[direct] = look_closer(self.faces, table, blockers, surface.patch, agreed) == LIT
-        return seen
-
-    def _table(self, numbers: IntArray) -> ViewTable:
-        """The views of these numbers, in the body's frame."""
-        return view_table(
-            [self.views[number] for number in numbers],
-            self.world.rotation[self.body],
-            self.world.position[self.body],
+def _check_facets(lit: Lighting) -> None:
+    """Warn where most lit facets are so near that the wave front bends within them."""
+    world, rows = lit.world, lit.rows
+    bend = world.wavenumber * world.surfaces[lit.body].reach[rows.face] ** 2
+    if len(bend) and np.median(bend / rows.length) > np.pi / 2:
+        name = world.scene.actors[world.body[lit.body]].name
+        warnings.warn(
+            f"most facets of '{name}' are too large for a radar this near; "
+            "their edges should not exceed √(λR/8)",
+            ModelWarning,
+            stacklevel=2,
         )
 
-    def _check_facets(self, rows: Rows, is_direct: BoolArray) -> None:
-        """Warn where most lit facets are so near that the wave front bends within them."""
-        surface = self.world.surfaces[self.body]
-        bend = self.world.wavenumber * surface.reach[rows.face[is_direct]] ** 2
-        if len(bend) and np.median(bend / rows.length[is_direct]) > np.pi / 2:
-            name = self.world.scene.actors[self.world.body[self.body]].name
-            warnings.warn(
-                f"most facets of '{name}' are too large for a radar this near; "
-                "their edges should not exceed √(λR/8)",
-                ModelWarning,
-                stacklevel=2,
-            )
 
-    def paths(self) -> PropagationPaths:
-        """Paths over all combinations of views, both ways round."""
+class _Tasks:
+    """Combinations of views that both see something of one body, and the cells of their paths."""
+
+    def __init__(
+        self,
+        first: Lighting,
+        second: Lighting,
+        combinations: list[tuple[View, View]],
+        known: FloatArray | None = None,
+    ) -> None:
+        self.first, self.second = first, second
+        self.world, self.body = first.world, first.body
+        self.surface = self.world.surfaces[self.body]
+        self.faces = parts_of(self.surface).faces
+        pairs = [(a, b) for a, b in combinations if a in first.number and b in second.number]
+        self._keep(pairs)
+        shape = (len(pairs), int(4 * self.world.radius[self.body] / CELL) + 5)
+        self.worth = np.ones(shape, dtype=np.bool_)
+        if known is not None and pairs:
+            self.worth = self._worth(known)
+            kept = np.flatnonzero(np.any(self.worth, axis=1))
+            self._keep([pairs[number] for number in kept])
+            self.worth = self.worth[kept]
+
+    def _keep(self, pairs: list[tuple[View, View]]) -> None:
+        self.combinations = pairs
+        least = np.array([a.distance + b.distance for a, b in pairs])
+        self.first_cell = np.floor(least / CELL).astype(np.int64) - 1
+
+    @property
+    def task(self) -> IntArray:
+        """Views of every combination as `first` and `second` number them, ``(task, 2)``."""
+        first, second = self.first.number, self.second.number
+        numbers = [[first[a], second[b]] for a, b in self.combinations]
+        return np.array(numbers, dtype=np.int64).reshape(-1, 2)
+
+    def _worth(self, known: FloatArray) -> BoolArray:
+        """Cells whose estimates are within the dynamic range of what is known of their pairs."""
         world = self.world
-        number = {view: index for index, view in enumerate(self.views)}
-        is_lit = np.diff(self.row_start) > 0
-        combinations = [
-            (a, b) for a, b in self.combinations if is_lit[number[a]] and is_lit[number[b]]
-        ]
-        if not combinations:
+        cells = scalar_cells(
+            self.faces,
+            media_of(world, self.surface.materials),
+            self.first.rows,
+            self.second.rows,
+            self.task,
+            self.first_cell,
+            self.worth.shape[1],
+            world.wavenumber,
+        )
+        factor = np.array(
+            [
+                (a.most_reflection * b.most_reflection) ** 2 * a.most_gain * b.most_gain
+                for a, b in self.combinations
+            ]
+        )
+        least = np.array([known[a.radar, b.radar] for a, b in self.combinations])
+        power = factor[:, None] * estimated_power(cells)
+        return np.asarray(power * world.dynamic_range >= least[:, None])
+
+    def mark(self, needed: tuple[BoolArray, BoolArray]) -> None:
+        """Mark the rows of both ends that the cells worth it are made of."""
+        mark_needed(
+            self.surface.reach,
+            self.first.rows,
+            self.second.rows,
+            self.task,
+            self.first_cell,
+            self.worth,
+            needed,
+        )
+
+    def paths(self, first: Lighting, second: Lighting) -> PropagationPaths:
+        """Paths over all combinations, both ways round, of the same views with their waves."""
+        world = self.world
+        if not self.combinations:
             return no_paths(world.scene, world.frequency)
-        task = np.array([[number[a], number[b]] for a, b in combinations])
-        least = np.array([a.distance + b.distance for a, b in combinations])
-        first_cell = np.floor(least / CELL).astype(np.int64) - 1
         moments = gather_cells(
             self.faces,
-            self.media.roughness,
-            self.rows,
-            self.row_start,
-            task,
-            first_cell,
-            int(4 * world.radius[self.body] / CELL) + 5,
-            np.array([[self._slide(view) for view in pair] for pair in combinations])
+            media_of(world, self.surface.materials),
+            first.rows,
+            second.rows,
+            self.task,
+            self.first_cell,
+            self.worth,
+            np.array([[self._slide(view) for view in pair] for pair in self.combinations])
             @ world.rotation[self.body],
             world.wavenumber,
         )
         tables = [no_paths(world.scene, world.frequency)]
-        for row, first, (a, b) in zip(moments, first_cell, combinations, strict=True):
-            tables += self._tables(a, b, row, int(first))
+        for row, cell, (a, b) in zip(moments, self.first_cell, self.combinations, strict=True):
+            tables += self._tables(a, b, row, int(cell))
         return gather(tables)
 
     def _tables(
@@ -342,18 +353,6 @@ class _Scatterer:
             return []
         actor = np.full(len(point), self.world.plates.actor[view.plate])
         return [(Bounce.REFLECTION, actor, view.mirror_point(point))]
-
-
-def faces_of(surface: Surface) -> Faces:
-    """A surface's arrays for the kernels."""
-    return Faces(
-        centroid=surface.centroid,
-        normal=surface.normal,
-        tangent=surface.tangent,
-        corner=surface.corner,
-        area=surface.area,
-        medium=surface.medium,
-    )
 
 
 def _means(

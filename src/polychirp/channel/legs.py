@@ -170,7 +170,7 @@ def _turned(matrix: FloatArray, v: Vector) -> Vector:
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _plate_hit(veil: Veil, p: int, start: Vector, way: Vector, nearest: float) -> bool:
     """Whether a leg crosses a plate."""
     n, c = row(veil.plate_normal, p), row(veil.plate_centre, p)
@@ -187,7 +187,7 @@ def _plate_hit(veil: Veil, p: int, start: Vector, way: Vector, nearest: float) -
     return bool(abs(dot(row(veil.plate_along, p), meet)) <= veil.half_along[p])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _pane_hit(
     veil: Veil,
     b: int,

@@ -12,7 +12,7 @@ from polychirp.channel.caster import Vector, first_hit, rays
 from polychirp.channel.world import SKIN, Blockers, World, everything_opaque, in_frame_of
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def is_blocked(
     blockers: Blockers,
     bodies: IntArray,

@@ -10,9 +10,9 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
-from polychirp.channel.fresnel import Media, smooth_reflection
 from polychirp.channel.occlusion import is_blocked
-from polychirp.channel.vectors import cross, dot, vector
+from polychirp.channel.reflection_table import ReflectionTable, looked_up
+from polychirp.channel.vectors import cross, dot, row, vector
 from polychirp.channel.views import ViewTable
 from polychirp.channel.world import SKIN, Blockers
 
@@ -59,17 +59,33 @@ class Faces(NamedTuple):
 class Rows(NamedTuple):
     """Lit facets of several views, one view behind the other, ``(row, …)``.
 
-    ``face``; ``loss``, a number of `view_losses.Losses`, 0 for none; ``direction`` from the image
-    to the centroid, unit; ``length`` m; and ``wave`` ``(row, polarisation, quantity, tangent)``
-    complex: the tangential E and H of a wave that left V- or H-polarised, and the currents J and M
-    that it induces.
+    ``start`` ``(view + 1,)`` says where each view's rows begin; ``face``; ``direction`` from the
+    image to the centroid, unit; ``length`` m; and ``wave`` ``(row, polarisation, quantity,
+    tangent)`` complex: the tangential E and H of a wave that left V- or H-polarised, and the
+    currents J and M that it induces.
     """
 
+    start: IntArray
     face: IntArray
-    loss: IntArray
     direction: FloatArray
     length: FloatArray
     wave: NDArray[np.complex64]
+
+    @property
+    def view(self) -> IntArray:
+        """Number of every row's view, ``(row,)``."""
+        return np.repeat(np.arange(len(self.start) - 1), np.diff(self.start))
+
+    def only(self, kept: BoolArray) -> Rows:
+        """Some of the rows, ``kept`` ``(row,)``."""
+        before = np.concatenate([[0], np.cumsum(kept)])
+        return Rows(
+            before[self.start],
+            self.face[kept],
+            self.direction[kept],
+            self.length[kept],
+            self.wave[kept] if len(self.wave) else self.wave,
+        )
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -91,7 +107,7 @@ def meet_mirror(centre: Vector, normal: Vector, image: Vector, point: Vector) ->
     return image[0] + t * gx, image[1] + t * gy, image[2] + t * gz
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _sees(
     views: ViewTable, blockers: Blockers, view: int, centroid: Vector, normal: Vector
 ) -> bool:
@@ -133,8 +149,8 @@ def look(faces: Faces, views: ViewTable, blockers: Blockers) -> SideArray:
     """How each view finds a facet: `AWAY`, `HIDDEN` or `LIT`, ``(view, face)``."""
     num_views, num_faces = views.image.shape[0], faces.area.size
     out = np.full((num_views, num_faces), AWAY, dtype=np.int8)
-    for row in prange(num_views * num_faces):
-        view, f = row // num_faces, row % num_faces
+    for number in prange(num_views * num_faces):
+        view, f = number // num_faces, number % num_faces
         if _is_away(faces, views, view, f):
             continue
         sees = _sees(views, blockers, view, vector(faces.centroid[f]), vector(faces.normal[f]))
@@ -159,8 +175,8 @@ def look_closer(
     """
     num_views, num_faces = views.image.shape[0], faces.area.size
     out = np.full((num_views, num_faces), AWAY, dtype=np.int8)
-    for row in prange(num_views * num_faces):
-        view, f = row // num_faces, row % num_faces
+    for number in prange(num_views * num_faces):
+        view, f = number // num_faces, number % num_faces
         if _is_away(faces, views, view, f):
             continue
         known = agreed[view, part[f]]
@@ -202,47 +218,69 @@ def spread(faces: Faces, views: ViewTable, patch: IntArray, lit_patch: BoolArray
     return out
 
 
+def rows_of(faces: Faces, views: ViewTable, seen: BoolArray) -> Rows:
+    """The facets that views see, ``seen`` ``(view, face)``, as yet without waves."""
+    view, face = np.nonzero(seen)
+    start = np.concatenate([[0], np.cumsum(np.bincount(view, minlength=len(seen)))])
+    direction, length = np.empty((len(face), 3)), np.empty(len(face))
+    _aim(faces, views, view, face, direction, length)
+    return Rows(start, face, direction, length, np.empty((0, 2, 4, 2), dtype=np.complex64))
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True, parallel=True)
+def _aim(
+    faces: Faces,
+    views: ViewTable,
+    view_of_row: IntArray,
+    face: IntArray,
+    direction: FloatArray,
+    length: FloatArray,
+) -> None:
+    for i in prange(face.size):
+        c, s = faces.centroid[face[i]], views.image[view_of_row[i]]
+        d = (c[0] - s[0], c[1] - s[1], c[2] - s[2])
+        size = math.sqrt(dot(d, d))
+        length[i] = size
+        direction[i, 0], direction[i, 1], direction[i, 2] = (
+            d[0] / size, d[1] / size, d[2] / size,
+        )  # fmt: skip
+
+
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True, parallel=True)
 def fields(
     faces: Faces,
-    media: Media,
+    media: ReflectionTable,
     views: ViewTable,
     blockers: Blockers,
-    plate_media: Media,
+    plate_media: ReflectionTable,
     upwards: FloatArray,
-    wavenumber: float,
     view_of_row: IntArray,
+    loss: IntArray,
     losses: ComplexArray,
     rows: Rows,
-) -> None:
-    """Fill fields and currents of all rows.
+) -> NDArray[np.complex64]:
+    """Fields and currents of all rows, as `Rows` has them.
 
-    ``upwards`` are the world's z and y, ``(2, xyz)``; ``losses`` the matrices of
-    `view_losses.Losses`.
+    ``upwards`` are the world's z and y, ``(2, xyz)``; ``loss`` ``(row,)`` says which of the
+    matrices ``losses`` of `view_losses.Losses` a row has.
     """
-    # a parallel loop writes to arrays, but not to members of a tuple
-    direction, length, wave = rows[2], rows[3], rows[4]
-    for row in prange(view_of_row.size):
-        view, f = view_of_row[row], rows.face[row]
-        c, s = faces.centroid[f], views.image[view]
-        d = (c[0] - s[0], c[1] - s[1], c[2] - s[2])
-        size = math.sqrt(dot(d, d))
-        d = (d[0] / size, d[1] / size, d[2] / size)
-        length[row] = size
-        direction[row, 0], direction[row, 1], direction[row, 2] = d
-        both = _incident(views, blockers, plate_media, upwards, wavenumber, view, d)
-        if rows.loss[row] > 0:
-            both = _weakened(both, d, upwards, losses[rows.loss[row]])
-        _induce(faces, media, f, d, both, wavenumber, wave[row])
+    # single precision: a field's error of 1e-7 is no phase error
+    wave = np.empty((view_of_row.size, 2, 4, 2), dtype=np.complex64)
+    for i in prange(view_of_row.size):
+        d = vector(rows.direction[i])
+        both = _incident(views, blockers, plate_media, upwards, view_of_row[i], d)
+        if loss[i] > 0:
+            both = _weakened(both, d, upwards, losses[loss[i]])
+        _induce(faces, media, rows.face[i], d, both, wave[i])
+    return wave
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True, inline="always")
 def _incident(
     views: ViewTable,
     blockers: Blockers,
-    plate_media: Media,
+    plate_media: ReflectionTable,
     upwards: FloatArray,
-    wavenumber: float,
     view: int,
     d: Vector,
 ) -> tuple[ComplexVector, ComplexVector]:
@@ -267,8 +305,8 @@ def _incident(
         )
     cosine = -dot(leaving, normal)
     medium = blockers.plate_medium[number]
-    gamma_s, gamma_p = smooth_reflection(plate_media, medium, cosine, wavenumber)
-    phase = wavenumber * plate_media.roughness[medium] * cosine
+    gamma_s, gamma_p = looked_up(plate_media, medium, cosine)
+    phase = plate_media.roughness[medium] * cosine
     loss = math.exp(-2.0 * phase * phase)
     side = _across(leaving, normal, _any_across(normal))
     turn_s, turn_p = loss * gamma_s, loss * gamma_p
@@ -307,21 +345,20 @@ def _in_basis(v: Vector, h: Vector, matrix: ComplexArray, field: ComplexVector) 
     return x * v[0] + y * h[0], x * v[1] + y * h[1], x * v[2] + y * h[2]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True, inline="always")
 def _induce(
     faces: Faces,
-    media: Media,
+    media: ReflectionTable,
     f: int,
     d: Vector,
     both: tuple[ComplexVector, ComplexVector],
-    wavenumber: float,
     wave: NDArray[np.complex64],
 ) -> None:
     """Tangential E, H, J and M on a facet of two incident fields along d."""
     n, t1 = vector(faces.normal[f]), vector(faces.tangent[f])
     t2 = cross(n, t1)
     cosine = -dot(n, d)
-    gamma_s, gamma_p = smooth_reflection(media, faces.medium[f], cosine, wavenumber)
+    gamma_s, gamma_p = looked_up(media, faces.medium[f], cosine)
     side = _across(d, n, t1)
     inward, forth = cross(d, side), cross(n, side)
     side1, side2 = dot(side, t1), dot(side, t2)
@@ -392,7 +429,8 @@ def _chord(a: float, b: float) -> complex:
     """Divided difference of e^{−jp} between two phases, without cancellation."""
     half = 0.5 * (a - b)
     ratio = math.sin(half) / half if abs(half) > 1e-8 else 1.0
-    return -1j * ratio * _phasor(0.5 * (a + b))
+    turned = _phasor(0.5 * (a + b))
+    return complex(ratio * turned.imag, -ratio * turned.real)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
@@ -406,7 +444,7 @@ def facet_integral(low: float, middle: float, high: float) -> complex:
     if spread < 1e-3:
         x, y = middle - low, spread
         return _phasor(low) * complex(1.0 - (x * x + y * y + x * y) / 12.0, -(x + y) / 3.0)
-    return -2.0 * (_chord(low, middle) - _chord(middle, high)) / (low - high)
+    return (_chord(low, middle) - _chord(middle, high)) * (2.0 / spread)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
@@ -417,18 +455,22 @@ def facet_terms(phases: tuple[float, float, float], weight: ComplexArray, place:
     corners' terms sit at their corners, unless two phases are so near that their terms would
     all but cancel: then both are one term half-way, and all three one at the centroid.
     """
-    lo, hi = min(phases), max(phases)
-    mid = phases[0] + phases[1] + phases[2] - lo - hi
+    p, q, r = phases
+    lo, hi = min(p, q, r), max(p, q, r)
+    mid = p + q + r - lo - hi
     if hi - lo < 2.0:
         weight[0] = facet_integral(lo, mid, hi)
         place[0] = 1.0 / 3.0
         return 1
     if min(mid - lo, hi - mid) >= 0.5:
+        # one division for all: dividing complex numbers is slow
+        scale = 2.0 / ((p - q) * (q - r) * (r - p))
+        weight[0] = _phasor(p) * (scale * (q - r))
+        weight[1] = _phasor(q) * (scale * (r - p))
+        weight[2] = _phasor(r) * (scale * (p - q))
         for i in range(3):
-            p, q, r = phases[i], phases[(i + 1) % 3], phases[(i + 2) % 3]
-            weight[i] = -2.0 * _phasor(p) / ((p - q) * (p - r))
-            place[i] = 0.0
-            place[i, i] = 1.0
+            for j in range(3):
+                place[i, j] = 1.0 if i == j else 0.0
         return 3
     lone = hi if mid - lo < hi - mid else lo
     for i in range(3):
@@ -436,108 +478,153 @@ def facet_terms(phases: tuple[float, float, float], weight: ComplexArray, place:
         place[0, i] = 1.0 if alone else 0.0
         place[1, i] = 0.0 if alone else 0.5
     near, far = (lo, mid) if lone == hi else (mid, hi)
-    weight[0] = -2.0 * _phasor(lone) / ((lone - near) * (lone - far))
+    weight[0] = _phasor(lone) * (-2.0 / ((lone - near) * (lone - far)))
     weight[1] = facet_integral(lo, mid, hi) - weight[0]
     return 2
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
-def _response(one: NDArray[np.complex64], other: NDArray[np.complex64], out: ComplexArray) -> None:
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True, inline="always")
+def _response(
+    one: NDArray[np.complex64],
+    other: NDArray[np.complex64],
+    is_conductor: bool,
+    out: ComplexArray,
+) -> None:
     """F ``(receiving, transmitting)`` of a facet: the mean of both ways round, so reciprocal."""
     for r in range(2):
         for t in range(2):
             a, b = one[t], other[r]
             total = 0j
             for x in range(2):
-                total += a[2, x] * b[0, x] - a[3, x] * b[1, x]
-                total += b[2, x] * a[0, x] - b[3, x] * a[1, x]
+                total += a[2, x] * b[0, x] + b[2, x] * a[0, x]
+            if not is_conductor:  # on which M vanishes
+                for x in range(2):
+                    total -= a[3, x] * b[1, x] + b[3, x] * a[1, x]
             out[2 * r + t] = 0.5 * total
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def next_shared(
+    first: IntArray, second: IntArray, a: int, b: int, ends: tuple[int, int]
+) -> tuple[int, int]:
+    """From rows a and b on, the next two of one facet; the first is ``ends[0]`` if there are none.
+
+    ``first`` and ``second`` are the rows' facets ``(row,)``; ``ends`` those of both views' rows.
+    """
+    while a < ends[0] and b < ends[1]:
+        if first[a] < second[b]:
+            a += 1
+        elif second[b] < first[a]:
+            b += 1
+        else:
+            return a, b
+    return ends[0], ends[1]
 
 
 @njit(cache=True, nogil=True, error_model="numpy", parallel=True)
 def gather_cells(
     faces: Faces,
-    roughness: FloatArray,
-    rows: Rows,
-    row_start: IntArray,
+    media: ReflectionTable,
+    first: Rows,
+    second: Rows,
     task: IntArray,
     first_cell: IntArray,
-    num_cells: int,
+    worth: BoolArray,
     slide: FloatArray,
     wavenumber: float,
 ) -> ComplexArray:
     """Moments ``(task, cell, moment)`` of all facets that both views of a task see.
 
-    ``task`` ``(task, 2)`` holds the views of transmitter and receiver; cell j of a task is
-    centred at a path length of ``(first_cell + j) · CELL``. ``slide`` ``(task, view, xyz)`` is how
-    the body moves against both images, m/s.
+    ``task`` ``(task, 2)`` holds the views of transmitter and receiver, among those of ``first``
+    and ``second``; cell j of a task is centred at a path length of ``(first_cell + j) · CELL``,
+    and stays empty where it is not ``worth`` ``(task, cell)`` the work. ``slide`` ``(task, view,
+    xyz)`` is how the body moves against both images, m/s.
     """
-    out = np.zeros((task.shape[0], num_cells, NUM_MOMENTS), dtype=np.complex128)
+    out = np.zeros((worth.shape[0], worth.shape[1], NUM_MOMENTS), dtype=np.complex128)
     for k in prange(task.shape[0]):
-        weight, response = np.empty(3, dtype=np.complex128), np.empty(4, dtype=np.complex128)
-        place = np.empty((3, 3))
-        a, a_stop = row_start[task[k, 0]], row_start[task[k, 0] + 1]
-        b, b_stop = row_start[task[k, 1]], row_start[task[k, 1] + 1]
-        while a < a_stop and b < b_stop:
-            if rows.face[a] < rows.face[b]:
-                a += 1
-            elif rows.face[b] < rows.face[a]:
-                b += 1
-            else:
-                _add_facet(
-                    faces, roughness, rows, a, b, wavenumber, first_cell[k], slide[k], out[k],
-                    weight, place, response,
-                )  # fmt: skip
-                a += 1
-                b += 1
+        spans = first.start[task[k, 0] :][:2], second.start[task[k, 1] :][:2]
+        _gather_task(
+            faces,
+            media,
+            first,
+            second,
+            spans,
+            first_cell[k],
+            worth[k],
+            slide[k],
+            wavenumber,
+            out[k],
+        )
     return out
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
-def _add_facet(  # noqa: PLR0913, PLR0917 (scratch arrays come from outside the loop)
+def _gather_task(
     faces: Faces,
-    roughness: FloatArray,
-    rows: Rows,
-    a: int,
-    b: int,
-    wavenumber: float,
+    media: ReflectionTable,
+    first: Rows,
+    second: Rows,
+    spans: tuple[IntArray, IntArray],
     first_cell: int,
+    worth: BoolArray,
     slide: FloatArray,
+    wavenumber: float,
     cells: ComplexArray,
-    weight: ComplexArray,
-    place: FloatArray,
-    response: ComplexArray,
 ) -> None:
-    """Add what one facet scatters from one view to another."""
-    f = rows.face[a]
-    corner = faces.corner[f]
-    d1, d2 = vector(rows.direction[a]), vector(rows.direction[b])
-    r1, r2 = rows.length[a], rows.length[b]
-    gx, gy, gz = d1[0] + d2[0], d1[1] + d2[1], d1[2] + d2[2]
-    e0 = gx * corner[0, 0] + gy * corner[0, 1] + gz * corner[0, 2]
-    e1 = gx * corner[1, 0] + gy * corner[1, 1] + gz * corner[1, 2]
-    e2 = gx * corner[2, 0] + gy * corner[2, 1] + gz * corner[2, 2]
-    count = facet_terms((wavenumber * e0, wavenumber * e1, wavenumber * e2), weight, place)
-    _response(rows.wave[a], rows.wave[b], response)
-    scale = faces.area[f] / (8.0 * math.pi * r1 * r2)
-    rough = roughness[faces.medium[f]]
-    if rough > 0.0:
-        n = faces.normal[f]
-        phase = wavenumber * rough * (gx * n[0] + gy * n[1] + gz * n[2])
-        scale *= math.exp(-0.5 * phase * phase)
-    common = -1j * scale * _phasor(wavenumber * (r1 + r2))
-    for i in range(count):
-        p0, p1, p2 = place[i, 0], place[i, 1], place[i, 2]
-        offset = (
-            p0 * corner[0, 0] + p1 * corner[1, 0] + p2 * corner[2, 0],
-            p0 * corner[0, 1] + p1 * corner[1, 1] + p2 * corner[2, 1],
-            p0 * corner[0, 2] + p1 * corner[1, 2] + p2 * corner[2, 2],
-        )
-        length = r1 + r2 + gx * offset[0] + gy * offset[1] + gz * offset[2]
-        out, back = _direction_to(d1, r1, offset), _direction_to(d2, r2, offset)
-        rate = dot(out, vector(slide[0])) + dot(back, vector(slide[1]))
-        position = length / CELL - first_cell
-        _deposit(cells, position, common * weight[i], response, out, back, rate)
+    """Add what all facets scatter from one view to another; ``spans`` are their rows' ends.
+
+    One long loop, because a call that hands on all arrays takes as long as a facet.
+    """
+    weight, place = np.empty(3, dtype=np.complex128), np.empty((3, 3))
+    response = np.empty(4, dtype=np.complex128)
+    slide1, slide2 = vector(slide[0]), vector(slide[1])
+    ends = spans[0][1], spans[1][1]
+    a, b = next_shared(first.face, second.face, spans[0][0], spans[1][0], ends)
+    while a < ends[0]:
+        f = first.face[a]
+        corner, medium = faces.corner[f], faces.medium[f]
+        d1, d2 = row(first.direction, a), row(second.direction, b)
+        r1, r2 = first.length[a], second.length[b]
+        g = (d1[0] + d2[0], d1[1] + d2[1], d1[2] + d2[2])
+        e0, e1, e2 = dot(g, row(corner, 0)), dot(g, row(corner, 1)), dot(g, row(corner, 2))
+        total = r1 + r2
+        if is_worth(worth, total + min(e0, e1, e2), total + max(e0, e1, e2), first_cell):
+            count = facet_terms((wavenumber * e0, wavenumber * e1, wavenumber * e2), weight, place)
+            _response(first.wave[a], second.wave[b], media.is_conductor[medium], response)
+            scale = faces.area[f] / (8.0 * math.pi * r1 * r2)
+            phase = media.roughness[medium] * dot(g, row(faces.normal, f))
+            if phase != 0.0:
+                scale *= math.exp(-0.5 * phase * phase)
+            turned = _phasor(wavenumber * total)
+            common = complex(scale * turned.imag, -scale * turned.real)  # times −j
+            for i in range(count):
+                offset = _blend(place[i], corner)
+                out, back = _direction_to(d1, r1, offset), _direction_to(d2, r2, offset)
+                rate = dot(out, slide1) + dot(back, slide2)
+                position = (total + dot(g, offset)) / CELL - first_cell
+                _deposit(cells, worth, position, common * weight[i], response, out, back, rate)
+        a, b = next_shared(first.face, second.face, a + 1, b + 1, ends)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _blend(place: FloatArray, corner: FloatArray) -> Vector:
+    """A point of a triangle, m from its centroid, from its barycentric coordinates."""
+    p, q, r = place[0], place[1], place[2]
+    return (
+        p * corner[0, 0] + q * corner[1, 0] + r * corner[2, 0],
+        p * corner[0, 1] + q * corner[1, 1] + r * corner[2, 1],
+        p * corner[0, 2] + q * corner[1, 2] + r * corner[2, 2],
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def is_worth(worth: BoolArray, shortest: float, longest: float, first_cell: int) -> bool:
+    """Whether one of the cells that lengths of a facet, m, fall into is worth the work."""
+    cell = max(int(shortest / CELL) - first_cell, 0)
+    last = min(int(longest / CELL) - first_cell + 1, worth.size - 1)
+    while cell <= last and not worth[cell]:
+        cell += 1
+    return cell <= last
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -551,9 +638,10 @@ def _direction_to(direction: Vector, length: float, offset: Vector) -> Vector:
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True, inline="always")
 def _deposit(
     cells: ComplexArray,
+    worth: BoolArray,
     position: float,
     amplitude: complex,
     response: ComplexArray,
@@ -566,19 +654,22 @@ def _deposit(
     x = position - cell
     # smooth, and both shares add to one
     share = x * x * (3.0 - 2.0 * x)
+    vv, vh = amplitude * response[0], amplitude * response[1]
+    hv, hh = amplitude * response[2], amplitude * response[3]
     for side in range(2):
-        part = amplitude * (share if side == 1 else 1.0 - share)
-        into = cells[cell + side]
-        vv = part * response[0]
-        into[0] += vv
-        into[1] += part * response[1]
-        into[2] += part * response[2]
-        into[3] += part * response[3]
-        into[4] += vv * ((x - side) * CELL)
-        into[5] += vv * out[0]
-        into[6] += vv * out[1]
-        into[7] += vv * out[2]
-        into[8] += vv * back[0]
-        into[9] += vv * back[1]
-        into[10] += vv * back[2]
-        into[11] += vv * (rate * rate)
+        if not worth[cell + side]:
+            continue
+        part = share if side == 1 else 1.0 - share
+        into, whole = cells[cell + side], part * vv
+        into[0] += whole
+        into[1] += part * vh
+        into[2] += part * hv
+        into[3] += part * hh
+        into[4] += whole * ((x - side) * CELL)
+        into[5] += whole * out[0]
+        into[6] += whole * out[1]
+        into[7] += whole * out[2]
+        into[8] += whole * back[0]
+        into[9] += whole * back[1]
+        into[10] += whole * back[2]
+        into[11] += whole * (rate * rate)

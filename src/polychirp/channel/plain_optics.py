@@ -34,6 +34,30 @@ def scattered(
     return np.asarray(0.5 * (there + back.T))
 
 
+def scalar_scattered(
+    corners: FloatArray, transmitter: FloatArray, receiver: FloatArray, frequency: float
+) -> complex:
+    r"""The sum over triangles, all lit and seen, that `worth` estimates their echo by.
+
+    .. math:: \sum |F| \frac{A}{8\pi r_1 r_2} e^{-jk(r_1+r_2)} I, \quad
+        |F|^2 = (\cos\theta_1 + \cos\theta_2)^2 + (n \cdot d_1 \times d_2)^2
+
+    Of m ``(face, corner, xyz)`` between two points m ``(xyz,)``, at a frequency in Hz.
+    """
+    wavenumber = 2 * np.pi * frequency / SPEED_OF_LIGHT
+    centroid = corners.mean(axis=1)
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    double = np.linalg.norm(cross, axis=-1)
+    d1, r1 = _unit(centroid - transmitter)
+    d2, r2 = _unit(centroid - receiver)
+    n = cross / double[:, None]
+    facing = np.hypot(np.sum((d1 + d2) * n, axis=-1), np.sum(np.cross(d1, d2) * n, axis=-1))
+    p = wavenumber * np.einsum("fx,fcx->fc", d1 + d2, corners - centroid[:, None])
+    way = (r1 + r2)[:, 0]
+    weight = facing * 0.5 * double / (8 * np.pi * (r1 * r2)[:, 0])
+    return complex(np.sum(weight * np.exp(-1j * wavenumber * way) * _triangle_mean(p)))
+
+
 def _one_way(
     corners: FloatArray,
     material: Material,

@@ -15,7 +15,7 @@ from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.channel.caster import Vector
 from polychirp.channel.fresnel import Media
 from polychirp.channel.legs import Veil, is_veiled, lose, veil_of
-from polychirp.channel.optics import LIFT, Faces, meet_mirror
+from polychirp.channel.optics import LIFT, Faces, Rows, meet_mirror
 from polychirp.channel.vectors import row
 from polychirp.channel.views import ViewTable
 from polychirp.channel.world import SKIN, UPWARDS, World
@@ -33,24 +33,24 @@ class Losses(NamedTuple):
     matrix: ComplexArray
 
 
-def losses_of(
-    world: World, body: int, table: ViewTable, faces: Faces, seen: tuple[IntArray, IntArray]
-) -> Losses:
-    """Losses of all views of a body that see the faces ``seen``: their views, and their numbers."""
+def losses_of(world: World, body: int, table: ViewTable, faces: Faces, rows: Rows) -> Losses:
+    """Losses of all views of a body on the ways to the patches of ``rows``.
+
+    ``faces`` are those in the middles of the body's patches.
+    """
     surface = world.surfaces[body]
     number = np.zeros((len(table.image), len(surface.patch_face)), dtype=np.int64)
     if not (len(table.veiled) or len(table.panes)):
         return Losses(number, _identities(1))
     rotation = world.rotation[body]
     veil = veil_of(world, rotation, world.position[body])
-    middle = faces.of(surface.patch_face)
     is_lit = np.zeros(number.shape, dtype=np.bool_)
-    is_lit[seen[0], surface.patch[seen[1]]] = True
-    views, patches = np.nonzero(_weakened(table, veil, middle, is_lit))
+    is_lit[rows.view, surface.patch[rows.face]] = True
+    views, patches = np.nonzero(_weakened(table, veil, faces, is_lit))
     number[views, patches] = np.arange(1, len(views) + 1)
     matrix = _identities(len(views) + 1)
     upwards = np.ascontiguousarray(UPWARDS @ rotation)
-    _fill(table, veil, world.media, middle, views, patches, upwards, world.wavenumber, matrix[1:])
+    _fill(table, veil, world.media, faces, views, patches, upwards, world.wavenumber, matrix[1:])
     return Losses(number, matrix)
 
 

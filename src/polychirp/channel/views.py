@@ -105,26 +105,23 @@ class View:
         return float(np.max(np.abs(both)))
 
     @property
-    def is_possible(self) -> bool:
-        """Whether the plate can mirror the radar to the body: both before it, not beside."""
-        if self.plate is None:
-            return True
-        plates, normal = self.world.plates, self.world.plates.normal[self.plate]
-        centre, radius = self.world.centre[self.body], float(self.world.radius[self.body])
-        height = float(normal @ (self.source - plates.centre[self.plate]))
-        body_height = float(normal @ (centre - plates.centre[self.plate]))
-        if height <= 0 or body_height + radius <= 0:
-            return False
+    def mirrors(self) -> IntArray:
+        """Plates that can mirror the radar to the body: both before them, and not beside."""
+        plates = self.world.plates
+        radius = float(self.world.radius[self.body])
+        start = self.source - plates.centre
+        end = self.world.centre[self.body] - plates.centre
+        height, body_height = (np.sum(way * plates.normal, axis=-1) for way in (start, end))
+        found = (height > 0) & (body_height + radius > 0)
         # mirror points lie between the foot of the radar and those of the body
-        start, end = self.source - plates.centre[self.plate], centre - plates.centre[self.plate]
         for axis, half in (
-            (plates.across[self.plate], plates.half_across[self.plate]),
-            (plates.along[self.plate], plates.half_along[self.plate]),
+            (plates.across, plates.half_across),
+            (plates.along, plates.half_along),
         ):
-            first, last = float(start @ axis), float(end @ axis)
-            if max(first, last + radius) < -half or min(first, last - radius) > half:
-                return False
-        return True
+            first, last = (np.sum(way * axis, axis=-1) for way in (start, end))
+            found &= np.maximum(first, last + radius) >= -half
+            found &= np.minimum(first, last - radius) <= half
+        return np.flatnonzero(found)
 
     @cached_property
     def between(self) -> tuple[IntArray, IntArray]:

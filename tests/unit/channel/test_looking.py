@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from polychirp.channel.facets import faces_of
+from polychirp.channel.lighting import faces_of
 from polychirp.channel.materials import material_table
 from polychirp.channel.optics import AWAY, HIDDEN, LIT, agree, look, look_closer
 from polychirp.channel.views import View, view_table
