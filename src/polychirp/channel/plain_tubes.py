@@ -29,7 +29,7 @@ class PlainBody:
 
 
 class _Wave(NamedTuple):
-    """A ray; ``edge`` ``(2, xyz)``, ``field`` ``(polarisation, xyz)``, as in `tube_optics`."""
+    """A ray; ``edge`` ``(2, xyz)``, ``field`` ``(polarisation, xyz)``, as in `tube_rays`."""
 
     point: FloatArray
     direction: FloatArray

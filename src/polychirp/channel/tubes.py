@@ -57,15 +57,9 @@ from polychirp.channel.legs import Veil, through, veil_of
 from polychirp.channel.optics import LIFT
 from polychirp.channel.sight import visible_line_of_sight
 from polychirp.channel.tube_cells import Contributions, cell_paths, joined
-from polychirp.channel.tube_optics import (
-    PER_CHUNK,
-    Bodies,
-    Hits,
-    empty_hits,
-    radiate,
-    trace,
-    unhidden,
-)
+from polychirp.channel.tube_currents import Hits, empty_hits, radiate, unhidden
+from polychirp.channel.tube_meetings import Bodies
+from polychirp.channel.tube_optics import PER_CHUNK, trace
 from polychirp.channel.tube_windows import Window, windows_over
 from polychirp.channel.views import View
 from polychirp.channel.world import Blockers, Role, World, in_frame_of
@@ -78,6 +72,9 @@ BATCH: Final = 1 << 16
 
 AT_A_TIME: Final = 2048
 """Contributions that are tried for shadow before the rest is weighed again."""
+
+ROOM: Final = 4
+"""Hits of a tube at every bounce but the first for which there is room: sheets make branches."""
 
 
 def tube_paths(
@@ -138,8 +135,8 @@ def _place_of(world: World) -> _Place:
     away = np.min(np.linalg.norm(gap, axis=-1), axis=0) - world.radius
     is_near = away <= world.max_length
 
-    def having(role: Role) -> IntArray:
-        has = [surface.trees[role].face.size > 0 for surface in world.surfaces]
+    def having(*roles: Role) -> IntArray:
+        has = [any(s.trees[role].face.size for role in roles) for s in world.surfaces]
         return np.flatnonzero(np.array(has) & is_near)
 
     return _Place(
@@ -153,8 +150,7 @@ def _place_of(world: World) -> _Place:
             scatters=np.array([scatters(world, body) for body in range(len(world.body))]),
             is_pane=world.plate_is_pane,
             face_medium=world.medium_of("opaque"),
-            opaque=having("opaque"),
-            paned=having("pane"),
+            solid=having("opaque", "pane"),
             cloudy=having("cloud"),
         ),
     )
@@ -226,7 +222,7 @@ class _Tracing:
 
     def _hits(self, radar: int, body: int, window: Window, tubes: tuple[int, int]) -> Hits:
         """Where some of a window's tubes meet a second body, and more."""
-        room = PER_CHUNK * (self.max_bounces - 1)
+        room = ROOM * PER_CHUNK * (self.max_bounces - 1)
         rows = window.rows(self.world.scene.radar_velocity[radar])
         num_chunks = -(-(tubes[1] - tubes[0]) // PER_CHUNK)
         while True:
