@@ -1,5 +1,7 @@
 """The fast engine against the slow one, as waveforms: the same samples, not the same energy."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -43,13 +45,27 @@ def schedules(draw, start):
 
 
 @st.composite
+def mimo_schedules(draw, start):
+    """The same from two or three elements, silent or driven with any phase on every ramp."""
+    plan = draw(schedules(start))
+    drive = st.tuples(st.sampled_from([0.0, 0.3, 1.0]), between(-3.0, 3.0))
+    size = (plan.num_ramps, draw(st.integers(2, 3)))
+    drawn = np.array([draw(drive) for _ in range(size[0] * size[1])]).reshape(*size, 2)
+    weight = drawn[..., 0] * np.exp(1j * drawn[..., 1])
+    weight[0, -1] = 1.0
+    return replace(plan, transmit_weight=weight)
+
+
+@st.composite
 def hand_paths(draw, transmitter):
     azimuth = draw(between(-1.5, 1.5))
+    leaving = draw(between(-1.5, 1.5))
     return HandPath(
         transmitter=transmitter,
         delay=draw(between(0.0, 1e-6)),
         delay_rate=draw(between(-4e-7, 4e-7)),
         gain=draw(between(0.1, 1.0)) * np.exp(1j * draw(between(-3.0, 3.0))),
+        departure=(float(np.cos(leaving)), float(np.sin(leaving)), 0.0),
         arrival=(float(np.cos(azimuth)), float(np.sin(azimuth)), 0.0),
         bounces=draw(st.sampled_from([(), (Bounce.SCATTERING,)])),
     )
@@ -65,15 +81,26 @@ FILTERS = st.builds(
 )
 
 
+MIMO = AntennaArray(
+    num_channels=2,
+    spacing=5e-3,
+    pattern=ISOTROPIC,
+    num_transmitters=3,
+    transmit_spacing=8e-3,
+    transmitter_gains=(1.0, 0.8, 1.1),
+    transmitter_phases=(0.0, 0.4, -1.0),
+)
+
+
 def two_radars(if_filter):
     """Windows that open with the ramp, so that the filter reaches across every kind of end."""
     radar = Radar(
         name="victim",
-        array=AntennaArray(num_channels=2, spacing=5e-3, pattern=ISOTROPIC),
+        array=MIMO,
         if_filter=if_filter,
         converter=Converter(sample_rate=10e6, start=0.1e-6, margin=0.1e-6),
     )
-    other = Radar(name="other", array=AntennaArray(pattern=ISOTROPIC))
+    other = Radar(name="other", array=MIMO)
     car = Actor(name="car", kind="vehicle")
     return Scene(time=0.0, actors=(car,), radars=(radar, other), carriers=(0, 0))
 
@@ -109,6 +136,27 @@ def test_echoes_are_the_same_from_both_engines_over_two_snapshots(own, paths, if
     ]
     plans = [own, own]
     assert largest_difference(two_radars(if_filter), plans, snapshots, 0) < AGREEMENT
+
+
+@settings(max_examples=10)
+@given(
+    own=mimo_schedules(st.just(0.0)),
+    sent=mimo_schedules(between(-12e-6, 12e-6)),
+    paths=st.lists(hand_paths(1), min_size=1, max_size=2),
+    if_filter=FILTERS,
+)
+def test_interference_from_several_elements_is_the_same_from_both_engines(
+    own, sent, paths, if_filter
+):
+    snapshots = [paths_of(*paths, reference_time=4e-6)]
+    assert largest_difference(two_radars(if_filter), [own, sent], snapshots, 1) < AGREEMENT
+
+
+@settings(max_examples=10)
+@given(own=mimo_schedules(between(0.0, 1e-4)), path=hand_paths(0), if_filter=FILTERS)
+def test_echoes_from_several_elements_are_the_same_from_both_engines(own, path, if_filter):
+    snapshots = [paths_of(path, reference_time=own.start_time[0])]
+    assert largest_difference(two_radars(if_filter), [own, own], snapshots, 0) < AGREEMENT
 
 
 @pytest.mark.parametrize("slope", [1e12, 1.0005e12, 1.01e12, 2e12, -3e12])

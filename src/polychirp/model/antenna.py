@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 
-from polychirp.axes import FloatArray
+from polychirp.axes import ComplexArray, FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
 from polychirp.frames import Spec, direction_angles
+from polychirp.rng import Streams
 from polychirp.units import Metres, Radians, Ratio, from_db
 
 
@@ -68,25 +69,142 @@ ISOTROPIC = ElementPattern(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AntennaArray(Spec):
-    """A uniform linear array of receiving elements along y, and one transmitting element.
+    r"""Uniform lines of receiving and of transmitting elements along y.
 
-    The phase centre of the receiving array and the transmitting element are at the origin of
-    the radar's frame; channel 0 is the rightmost element (most negative y). Spacing defaults to
-    half a wavelength at 79 GHz.
+    Both lines are centred on the origin of the radar's frame; channel 0 and transmitting element
+    0 are the rightmost ones (most negative y).
+
+    Real channels are not alike. Channel m multiplies what it receives, and element l what it
+    sends, by :math:`\sqrt{g}\,e^{j\psi}`. A channel's error lies behind its low-noise amplifier:
+    it scales the channel's noise as well. No receiver here knows these errors.
+
+    Parameters
+    ----------
+    num_channels : receiving elements
+    spacing : m, of the receiving elements; half a wavelength at 79 GHz where it is not given
+    pattern : of every element, receiving and transmitting
+    num_transmitters : transmitting elements
+    transmit_spacing : m, of the transmitting elements; where it is not given they stand a whole
+        receiving array apart, so that the virtual elements continue each other without a gap
+    channel_gains : g, ratio of powers, one for each channel; none: no errors
+    channel_phases : ψ, rad, one for each channel
+    transmitter_gains : g, ratio of powers, one for each transmitting element
+    transmitter_phases : ψ, rad, one for each transmitting element
+
+    Examples
+    --------
+    >>> array = AntennaArray(num_channels=2, num_transmitters=2, spacing=2e-3)
+    >>> array.position[:, 1] * 1e3, array.transmit_position[:, 1] * 1e3
+    (array([-1.,  1.]), array([-2.,  2.]))
     """
 
     num_channels: int = 4
     spacing: Metres = 0.5 * SPEED_OF_LIGHT / 79e9
     pattern: ElementPattern = field(default_factory=ElementPattern)
+    num_transmitters: int = 1
+    transmit_spacing: Metres | None = None
+    channel_gains: tuple[Ratio, ...] = ()
+    channel_phases: tuple[Radians, ...] = ()
+    transmitter_gains: tuple[Ratio, ...] = ()
+    transmitter_phases: tuple[Radians, ...] = ()
 
     def __post_init__(self) -> None:
         if self.num_channels < 1:
             raise InputError("an array needs at least one channel")
+        if self.num_transmitters < 1:
+            raise InputError("an array needs at least one transmitting element")
         if not self.spacing > 0:
             raise InputError("an array's spacing must be positive")
+        if self.transmit_spacing is not None and not self.transmit_spacing > 0:
+            raise InputError("the spacing of an array's transmitting elements must be positive")
+        self._check_errors("channel", self.num_channels)
+        self._check_errors("transmitter", self.num_transmitters)
+
+    def _check_errors(self, what: str, count: int) -> None:
+        for name in (f"{what}_gains", f"{what}_phases"):
+            values = tuple(float(value) for value in getattr(self, name))
+            object.__setattr__(self, name, values)
+            if len(values) not in (0, count):
+                raise InputError(
+                    f"{name}: an array with {count} of them needs {count} values or none, "
+                    f"not {len(values)}"
+                )
+        if not all(gain > 0 for gain in getattr(self, f"{what}_gains")):
+            raise InputError(f"{what}_gains: every gain must be positive")
 
     @property
     def position(self) -> FloatArray:
-        """m, ``(channel, xyz)`` in the radar's frame."""
-        y = (np.arange(self.num_channels) - 0.5 * (self.num_channels - 1)) * self.spacing
-        return np.stack([np.zeros_like(y), y, np.zeros_like(y)], axis=-1)
+        """m, ``(channel, xyz)`` of the receiving elements in the radar's frame."""
+        return _line(self.num_channels, self.spacing)
+
+    @property
+    def transmit_position(self) -> FloatArray:
+        """m, ``(element, xyz)`` of the transmitting elements in the radar's frame."""
+        whole = self.num_channels * self.spacing
+        return _line(self.num_transmitters, self.transmit_spacing or whole)
+
+    @property
+    def channel_response(self) -> ComplexArray:
+        """What multiplies the wave that a channel receives, ``(channel,)``."""
+        return _response(self.num_channels, self.channel_gains, self.channel_phases)
+
+    @property
+    def transmitter_response(self) -> ComplexArray:
+        """What multiplies the wave that an element sends, ``(element,)``."""
+        return _response(self.num_transmitters, self.transmitter_gains, self.transmitter_phases)
+
+
+def _line(count: int, spacing: float) -> FloatArray:
+    y = (np.arange(count) - 0.5 * (count - 1)) * spacing
+    return np.stack([np.zeros_like(y), y, np.zeros_like(y)], axis=-1)
+
+
+def _response(count: int, gains: tuple[float, ...], phases: tuple[float, ...]) -> ComplexArray:
+    amplitude = np.sqrt(gains or np.ones(count))
+    return np.asarray(amplitude * np.exp(1j * np.asarray(phases or np.zeros(count))))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ArrayErrors(Spec):
+    """By how much the channels and the transmitting elements of an array differ.
+
+    Deviations are Gaussian and independent: of gains on their logarithmic scale, and of phases.
+
+    Parameters
+    ----------
+    gain : ratio of the rms deviation of a gain, 1 for none
+    phase : rad, rms
+
+    Examples
+    --------
+    >>> real = ArrayErrors(phase=0.1).drawn(AntennaArray(), streams=Streams(seed=1))
+    >>> len(real.channel_phases), real.channel_gains[0]
+    (4, 1.0)
+    """
+
+    gain: Ratio = 1.0
+    phase: Radians = 0.0
+
+    def __post_init__(self) -> None:
+        if not (self.gain >= 1.0 and self.phase >= 0.0):
+            raise InputError("the spread of an array's errors must be at least 0 dB and 0 degrees")
+
+    def drawn(self, array: AntennaArray, *, streams: Streams) -> AntennaArray:
+        """The array with errors, in place of any that it had.
+
+        They come from ``streams["array", "channel_gains"]`` and the like: a channel more leaves
+        those of the others as they are.
+        """
+
+        def deviation(name: str, count: int) -> FloatArray:
+            return streams["array", name].standard_normal(count)
+
+        channels, elements = array.num_channels, array.num_transmitters
+        level, phase = math.log(self.gain), self.phase
+        return replace(
+            array,
+            channel_gains=tuple(np.exp(level * deviation("channel_gains", channels))),
+            channel_phases=tuple(phase * deviation("channel_phases", channels)),
+            transmitter_gains=tuple(np.exp(level * deviation("transmitter_gains", elements))),
+            transmitter_phases=tuple(phase * deviation("transmitter_phases", elements)),
+        )

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import Annotated
 
 import numpy as np
 
-from polychirp.axes import FloatArray, PerRamp, PerRampIndex, seal
+from polychirp.axes import Axes, ComplexArray, FloatArray, PerRamp, PerRampIndex, seal
 from polychirp.errors import InputError
 
 
@@ -18,7 +19,10 @@ class RampSchedule:
 
     .. math:: \varphi(t) = \varphi_k + f_k (t - t_k) + \tfrac12 b_k (t - t_k)^2
 
-    with absolute radio frequency; between ramps nothing is sent.
+    with absolute radio frequency; between ramps nothing is sent. The transmitting element l of
+    the radar's array sends :math:`w_{kl}\,e^{j2\pi\varphi(t)}`, at full power where
+    :math:`|w_{kl}| = 1`: every element has an amplifier of its own. The mixer's other input is
+    the oscillator, which knows no weights.
 
     Parameters
     ----------
@@ -27,11 +31,14 @@ class RampSchedule:
     slope : Hz/s, ``(ramp,)``, negative for a down-ramp
     start_phase : cycles, ``(ramp,)``, see `continuous_phase`
     sweep : ``(ramp,)``, number of the sweep (triangle) to which the ramp belongs
+    transmit_weight : w, ``(ramp, element)`` complex, at most 1 in magnitude; not given: the first
+        element alone, at full power
 
     Raises
     ------
     InputError
-        A ramp has no duration, crosses zero frequency, or starts before the former one ends.
+        A ramp has no duration, crosses zero frequency, or starts before the former one ends, or
+        an element is driven above full power.
 
     Examples
     --------
@@ -47,8 +54,13 @@ class RampSchedule:
     slope: PerRamp
     start_phase: PerRamp
     sweep: PerRampIndex
+    transmit_weight: Annotated[ComplexArray, Axes("ramp", "element", dtype=np.complex128)] = field(
+        default_factory=lambda: np.ones((0, 1), dtype=np.complex128)
+    )
 
     def __post_init__(self) -> None:
+        if not np.size(self.transmit_weight):
+            object.__setattr__(self, "transmit_weight", np.ones((np.size(self.start_time), 1)))
         seal(self)
         if self.num_ramps == 0:
             raise InputError("a schedule needs at least one ramp")
@@ -56,6 +68,9 @@ class RampSchedule:
             raise InputError(f"ramp {int(np.argmin(self.duration))} has no duration; give it one")
         if not np.all(np.minimum(self.start_frequency, self.stop_frequency) > 0):
             raise InputError("a ramp reaches zero frequency; lower its bandwidth or reverse it")
+        # a phase factor may round to above 1
+        if not np.all(np.abs(self.transmit_weight) <= 1.0 + 1e-9):
+            raise InputError("a transmitting element's weight is above 1; 1 is full power")
         overlap = self.end_time[:-1] - self.start_time[1:]
         # one part in 1e12 of the time axis is rounding, not a plan
         worst = int(np.argmax(overlap)) if overlap.size else 0
@@ -69,6 +84,11 @@ class RampSchedule:
     def num_ramps(self) -> int:
         """How many ramps there are."""
         return int(self.start_time.size)
+
+    @property
+    def num_elements(self) -> int:
+        """How many transmitting elements have a weight."""
+        return int(self.transmit_weight.shape[1])
 
     @property
     def end_time(self) -> FloatArray:

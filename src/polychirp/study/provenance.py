@@ -82,9 +82,9 @@ def _content(path: Path) -> str:
 def canonical_json(spec: Any) -> str:
     """A spec as JSON: keys sorted, SI numbers in their shortest exact form, defaults included.
 
-    >>> from polychirp.model.antenna import AntennaArray
-    >>> canonical_json(AntennaArray(num_channels=2))[:18]
-    '{"num_channels": 2'
+    >>> from polychirp.frames import Pose
+    >>> canonical_json(Pose(yaw=0.5))[:27]
+    '{"pitch": 0.0, "roll": 0.0,'
     """
     return json.dumps(plain(spec), sort_keys=True, ensure_ascii=False)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated
 
 import numpy as np
@@ -15,6 +15,7 @@ from polychirp.channel.point_vehicles import PointVehicles
 from polychirp.channel.sionna import SionnaRt
 from polychirp.errors import InputError
 from polychirp.frames import ByKind, Spec
+from polychirp.model.antenna import ArrayErrors
 from polychirp.model.radar import Radar
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
@@ -22,7 +23,7 @@ from polychirp.receiver.chain import Receiver
 from polychirp.rng import Streams
 from polychirp.traffic.street import Street
 from polychirp.units import Fraction, Seconds
-from polychirp.waveform import AnyWaveform
+from polychirp.waveform import AnyCoding, AnyWaveform, coded
 
 AnyTracer = Annotated[Composite | FreeSpace | PointVehicles | SionnaRt, ByKind()]
 
@@ -35,12 +36,17 @@ class StudyRadar(Radar):
     ----------
     vehicle : name of the vehicle that carries the radar
     waveform : what it transmits
+    coding : how the transmitting elements of its array share the sweeps; not given, the first
+        element sends alone
+    array_errors : drawn for its array, in place of any that are listed there
     start_time : s, when its first ramp starts
     clock_offset : relative error of its oscillator, positive for a fast clock
     """
 
     vehicle: str
     waveform: AnyWaveform
+    coding: AnyCoding | None = None
+    array_errors: ArrayErrors | None = None
     start_time: Seconds = 0.0
     clock_offset: Fraction = 0.0
 
@@ -98,6 +104,8 @@ def schedule_of(study: Study, radar: StudyRadar) -> RampSchedule:
     """What one radar transmits, on the common clock of the scene."""
     streams = Streams(seed=study.seed).of("radar", radar.name)
     plan = radar.waveform.schedule(num_sweeps=study.num_sweeps, streams=streams)
+    if radar.coding is not None:
+        plan = coded(plan, radar.coding, num_elements=radar.array.num_transmitters)
     return plan.as_clocked(start_time=radar.start_time, clock_offset=radar.clock_offset)
 
 
@@ -114,7 +122,15 @@ def scene_of(study: Study) -> Scene:
     InputError
         A radar rides on no vehicle of the street, or a mesh file cannot be used.
     """
-    return study.street.scene([(radar, radar.vehicle) for radar in study.radars])
+    return study.street.scene([(as_built(study, radar), radar.vehicle) for radar in study.radars])
+
+
+def as_built(study: Study, radar: StudyRadar) -> StudyRadar:
+    """The radar with the errors that its array happens to have."""
+    if radar.array_errors is None:
+        return radar
+    streams = Streams(seed=study.seed).of("radar", radar.name)
+    return replace(radar, array=radar.array_errors.drawn(radar.array, streams=streams))
 
 
 def victim_indices(study: Study) -> tuple[int, ...]:

@@ -54,6 +54,7 @@ UNITS: Final[Mapping[type, Mapping[str, str]]] = {
         "slope": "Hz/s",
         "start_phase": "cycle",
         "sweep": "1",
+        "transmit_weight": "1",
     },
     Detections: {"range": "m", "range_rate": "m/s", "azimuth": "rad", "power": "W", "snr": "1"},
     Score: {
@@ -197,7 +198,7 @@ def _write_noun(parent: Group, name: str, noun: Any, attributes: dict[str, Any])
 def _write_array(group: Group, name: str, values: NDArray[Any], *, noun: type, field: str) -> None:
     from zarr.codecs import BloscCodec
 
-    stored = values.astype(np.complex64) if np.iscomplexobj(values) else values
+    stored = values.astype(np.complex64) if field == "samples" else values
     # a part is a chunk, so that one of them can be read alone
     whole = tuple(max(1, length) for length in stored.shape)
     chunks = (1, *whole[1:]) if name == "parts" else whole

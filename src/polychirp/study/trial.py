@@ -17,6 +17,12 @@ from polychirp.model.score import Score
 from polychirp.model.truth import Truth
 from polychirp.receiver.chain import Receiver
 from polychirp.receiver.dissect import floor_rise, part_powers
+from polychirp.receiver.virtual_array import (
+    bearings_in_motion,
+    code_blocks,
+    virtual_array,
+    virtual_parts,
+)
 from polychirp.rng import Streams
 from polychirp.scoring.compare import compare
 from polychirp.study.spec import (
@@ -69,6 +75,8 @@ def run_trial(study: Study, *, progress: Progress = silent) -> Trial:
     streams = Streams(study.seed)
     scene = scene_of(study)
     plans = schedules(study)
+    for victim in victim_indices(study):
+        code_blocks(plans[victim])  # a code that cannot be told apart is refused before the work
     snapshots = trace_frame(
         study.tracer,
         scene,
@@ -128,15 +136,25 @@ def judged(
     parts: IfParts,
     targets: Sequence[str],
 ) -> Victim:
-    """What the receiver makes of a frame, scored against the truth at the time it refers to."""
+    """What the receiver makes of a frame, scored against the truth at the time it refers to.
+
+    A frame from several transmitting elements is decoded first: it is the virtual array's frame
+    and parts that the victim gets.
+    """
+    received = frame
+    if received.schedule.num_elements > 1:
+        frame, parts = virtual_array(received), virtual_parts(received, parts)
     found = receiver.detect(frame)
+    powers = part_powers(receiver, frame, parts, found)
+    if received.schedule.num_elements > 1:
+        found = bearings_in_motion(receiver, received, found)
     seen = truth(scene.at(found.time), victim, targets)
     nearest = min(snapshots, key=lambda paths: abs(paths.reference_time - found.time))
     own = (nearest.transmitter == victim) & (nearest.receiver == victim)
     score = compare(
         found,
         seen,
-        powers=part_powers(receiver, frame, parts, found),
+        powers=powers,
         own_paths=nearest.select(own),
         floor_rise=floor_rise(receiver, frame, parts),
     )

@@ -101,6 +101,8 @@ def synthesize(
             scene, schedules, snapshots, victim=victim, transmitter=transmitter
         )
     samples[4] = thermal_noise(radar, times, streams["noise", radar.name])
+    # the mixer conjugates what a channel received; its error scales its noise as well
+    samples *= np.conj(radar.array.channel_response)[:, None, None]
     parts = IfParts(samples=samples)
     frame = IfFrame(samples=parts.total(), times=times, schedule=schedule, array=radar.array)
     return frame, parts

@@ -62,7 +62,13 @@ class FullBand(Spec):
         radar = scene.radars[victim]
         own, sent = schedules[victim], schedules[transmitter]
         links = [
-            links_between(scene, paths, victim=victim, transmitter=transmitter)
+            links_between(
+                scene,
+                paths,
+                victim=victim,
+                transmitter=transmitter,
+                num_elements=sent.num_elements,
+            )
             for paths in snapshots
         ]
         chosen = nearest_snapshots(own, snapshots)
@@ -126,7 +132,8 @@ class _Mixer:
                     other, sends = _ramp_at(self.sent, u)
                     turns = phase[here] - _phase(self.sent, other, u)
                     beat = np.exp(2j * np.pi * turns) * sends
-                    y[link.part[p], m, here] += np.conj(link.amplitude[p]) * beat
+                    weight = self.sent.transmit_weight[other, link.transmit_element[p]]
+                    y[link.part[p], m, here] += np.conj(link.amplitude[p] * weight) * beat
         return y
 
 

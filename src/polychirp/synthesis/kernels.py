@@ -32,13 +32,17 @@ STEADY: Final = 0.05
 
 
 class Ramps(NamedTuple):
-    """A schedule's columns, ``(ramp,)`` each, times in s from a common origin."""
+    """A schedule's columns, ``(ramp,)`` each, times in s from a common origin.
+
+    ``weight`` is the conjugate of what drives the elements, ``(ramp, element)``.
+    """
 
     start: FloatArray
     duration: FloatArray
     frequency: FloatArray
     slope: FloatArray
     phase: FloatArray
+    weight: ComplexArray
 
 
 class Window(NamedTuple):
@@ -57,7 +61,7 @@ class Window(NamedTuple):
 class Lines(NamedTuple):
     """Links of all snapshots in one table: those of snapshot i are ``start[i]:start[i + 1]``.
 
-    ``limit`` is the gain below which nothing of a path needs to be added.
+    ``limit`` is the gain below which nothing of a path needs to be added, ``element`` what sent it.
     """
 
     start: IntArray
@@ -69,6 +73,7 @@ class Lines(NamedTuple):
     amplitude: ComplexArray
     limit: FloatArray
     part: IntArray
+    element: IntArray
 
 
 class Pairs(NamedTuple):
@@ -676,9 +681,11 @@ def add_contribution(
                     row_imag = imag[lines.part[p], m, r, : window.num_samples[r]]
                     for pair in range(pairs.start[k], pairs.start[k + 1]):
                         i = pairs.sent[k] + pair - pairs.start[k]
-                        chirp = _received(
-                            own, k, sent, i, delay, drift, lines.amplitude[p], lines.limit[p]
-                        )
+                        weight = sent.weight[i, lines.element[p]]
+                        if weight == 0.0:
+                            continue
+                        amplitude = weight * lines.amplitude[p]
+                        chirp = _received(own, k, sent, i, delay, drift, amplitude, lines.limit[p])
                         if chirp.end > chirp.begin:
                             _add_chirp(
                                 row_real, row_imag, pairs, taps, pair, chirp, first, window.step

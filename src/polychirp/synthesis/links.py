@@ -18,6 +18,7 @@ from polychirp.axes import (
     seal,
 )
 from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.errors import InputError
 from polychirp.frames import polarisation_basis
 from polychirp.model.antenna import ElementPattern
 from polychirp.model.paths import PropagationPaths
@@ -29,15 +30,21 @@ from polychirp.model.scene import Scene
 class Links:
     r"""What one transmitter's signal meets on its way to one victim, at one snapshot.
 
-    The victim's element m receives path p, at time t of reception, as :math:`\sqrt{W}` times the
-    transmitted unit signal at :math:`t - \tau_p - \dot\tau_p (t - t_0) - \delta_{pm}`, times
+    Every way of a wave is here once for each transmitting element that sends: as "path" p, which
+    has that element's place in its delay and its error in its amplitude. The victim's element m
+    receives it, at time t of reception, as :math:`\sqrt{W}` times the unit signal that the element
+    sent at :math:`t - \tau_p - \dot\tau_p (t - t_0) - \delta_{pm}`, times
 
     .. math:: a_p = \sqrt{P_t G_{ft} G_t}\;(j_r^T A_p\, j_t)\,\sqrt{G_r G_{fr}}.
+
+    The weights of the schedule are not in the amplitude, since they change from ramp to ramp.
+    Both arrays are small against the ways: wave fronts are planes across them.
 
     Parameters
     ----------
     reference_time : s, :math:`t_0`
     delay, delay_rate : s and s/s, ``(path,)``
+    transmit_element : number of the element that sent it, ``(path,)``
     element_delay : s, :math:`\delta_{pm}` of an element against the phase centre, negative for
         one nearer to where the wave comes from, ``(path, channel)``
     amplitude : V, :math:`a_p`, ``(path,)`` complex
@@ -47,6 +54,7 @@ class Links:
     reference_time: float
     delay: PerPath
     delay_rate: PerPath
+    transmit_element: PerPathIndex
     element_delay: Annotated[FloatArray, Axes("path", "channel")]
     amplitude: Annotated[ComplexArray, Axes("path", dtype=np.complex128)]
     part: PerPathIndex
@@ -60,26 +68,56 @@ class Links:
         return centre[:, None] + self.element_delay
 
 
-def links_between(scene: Scene, paths: PropagationPaths, *, victim: int, transmitter: int) -> Links:
-    """The links of one snapshot from one transmitter to one victim."""
+def links_between(
+    scene: Scene,
+    paths: PropagationPaths,
+    *,
+    victim: int,
+    transmitter: int,
+    num_elements: int = 1,
+) -> Links:
+    """The links of one snapshot from one transmitter to one victim.
+
+    Parameters
+    ----------
+    num_elements : of the transmitter's schedule: its array's elements from the first on
+
+    Raises
+    ------
+    InputError
+        The array has fewer transmitting elements.
+    """
     chosen = paths.select((paths.receiver == victim) & (paths.transmitter == transmitter))
     sender, receiver = scene.radars[transmitter], scene.radars[victim]
+    if num_elements > sender.array.num_transmitters:
+        raise InputError(
+            f"the schedule of radar '{sender.name}' drives {num_elements} transmitting elements, "
+            f"its array has {sender.array.num_transmitters}; give it more num_transmitters"
+        )
     turn_out, turn_in = scene.radar_rotation[transmitter], scene.radar_rotation[victim]
     sent = _field(sender.array.pattern, chosen.departure, turn_out)
     received = _field(receiver.array.pattern, chosen.arrival, turn_in)
     power = (
         sender.transmit_power * sender.transmit_gain * receiver.receive_gain
     )  # G_t and G_r are in the fields
-    element = receiver.array.position @ turn_in.T
-    own = transmitter == victim
+    amplitude = np.sqrt(power) * np.einsum("pi,pij,pj->p", received, chosen.transfer, sent)
+    ahead = _lead(sender.array.transmit_position[:num_elements], chosen.departure, turn_out)
+    lead = _lead(receiver.array.position, chosen.arrival, turn_in)
+    part = chosen.is_mirrored if transmitter == victim else ~chosen.is_direct
     return Links(
         reference_time=chosen.reference_time,
-        delay=chosen.delay,
-        delay_rate=chosen.delay_rate,
-        element_delay=-(chosen.arrival @ element.T) / SPEED_OF_LIGHT,
-        amplitude=np.sqrt(power) * np.einsum("pi,pij,pj->p", received, chosen.transfer, sent),
-        part=(chosen.is_mirrored if own else ~chosen.is_direct).astype(np.int64),
+        delay=(chosen.delay[:, None] - ahead).ravel(),
+        delay_rate=np.repeat(chosen.delay_rate, num_elements),
+        transmit_element=np.tile(np.arange(num_elements), part.size),
+        element_delay=-np.repeat(lead, num_elements, axis=0),
+        amplitude=np.outer(amplitude, sender.array.transmitter_response[:num_elements]).ravel(),
+        part=np.repeat(part.astype(np.int64), num_elements),
     )
+
+
+def _lead(position: FloatArray, direction: FloatArray, turn: FloatArray) -> FloatArray:
+    """s, ``(path, element)`` by which a plane wave meets an element before the origin."""
+    return np.asarray(direction @ (position @ turn.T).T / SPEED_OF_LIGHT)
 
 
 def _field(pattern: ElementPattern, direction: FloatArray, turn: FloatArray) -> FloatArray:

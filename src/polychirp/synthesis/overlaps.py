@@ -123,7 +123,7 @@ def _overlap(
         closest=np.where(end > begin, closest, math.inf).min(axis=1),
         lowest=np.where(meets, lowest, math.inf).min(axis=1),
         highest=np.where(meets, highest, 0.0).max(axis=1),
-        strength=np.abs(link.amplitude),
+        strength=np.abs(link.amplitude * sent.transmit_weight[i, link.transmit_element]),
     )
 
 

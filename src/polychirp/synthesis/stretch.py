@@ -69,7 +69,13 @@ class Stretch(Spec):
         radar = scene.radars[victim]
         own, sent = schedules[victim], schedules[transmitter]
         links = [
-            links_between(scene, paths, victim=victim, transmitter=transmitter)
+            links_between(
+                scene,
+                paths,
+                victim=victim,
+                transmitter=transmitter,
+                num_elements=sent.num_elements,
+            )
             for paths in snapshots
         ]
         times = sample_times(own, radar.converter)
@@ -106,6 +112,7 @@ def _ramps(schedule: RampSchedule) -> Ramps:
         frequency=schedule.start_frequency,
         slope=schedule.slope,
         phase=schedule.start_phase,
+        weight=np.ascontiguousarray(np.conj(schedule.transmit_weight)),
     )
 
 
@@ -136,6 +143,7 @@ def _lines(links: Sequence[Links], chosen: IntArray, floor: float) -> Lines:
         amplitude=np.conj(np.concatenate([link.amplitude for link in links])),
         limit=np.concatenate([_limits(link, floor) for link in links]),
         part=np.concatenate([link.part for link in links]),
+        element=np.concatenate([link.transmit_element for link in links]),
     )
 
 

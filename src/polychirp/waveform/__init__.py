@@ -6,6 +6,12 @@ from typing import Annotated
 
 from polychirp.frames import ByKind
 from polychirp.waveform.base import Waveform as Waveform
+from polychirp.waveform.coding import AnyCoding as AnyCoding
+from polychirp.waveform.coding import Coding as Coding
+from polychirp.waveform.coding import DopplerDivision as DopplerDivision
+from polychirp.waveform.coding import PhaseCoded as PhaseCoded
+from polychirp.waveform.coding import TimeDivision as TimeDivision
+from polychirp.waveform.coding import coded as coded
 from polychirp.waveform.sawtooth import Sawtooth as Sawtooth
 from polychirp.waveform.triangular import DiverseTriangular as DiverseTriangular
 from polychirp.waveform.triangular import FixedTriangular as FixedTriangular

@@ -139,7 +139,7 @@ def test_every_array_names_its_axes_and_its_unit(stored):
         for name, array in arrays.items()
         if isinstance(array, zarr.Array)
     }
-    assert len(found) == 2 + 2 + 6 + 5 + 5 + 6
+    assert len(found) == 2 + 2 + 7 + 5 + 5 + 6
     assert found["samples"] == (("channel", "ramp", "fast"), "V")
     assert found["parts"] == (("part", "channel", "ramp", "fast"), "V")
     assert found["schedule/slope"] == (("ramp",), "Hz/s")

@@ -1,0 +1,133 @@
+r"""How several transmitting elements share a radar's ramps (MIMO): what each sends, sweep by sweep.
+
+All ramps of a sweep carry the same weights, so that the up- and the down-ramp of a triangle come
+from the same elements. A weight of magnitude 1 is full power: each element has its own amplifier,
+and elements that send together do not share it.
+
+A beat carries the conjugate of the weight, since the mixer gives
+:math:`y = s_{tx}\,\overline{s_{rx}}`. `polychirp.receiver.virtual_array` decodes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Annotated, Literal, Protocol, runtime_checkable
+
+import numpy as np
+
+from polychirp.axes import ComplexArray, IntArray
+from polychirp.errors import InputError
+from polychirp.frames import ByKind, Spec
+from polychirp.model.ramp import RampSchedule
+
+
+@runtime_checkable
+class Coding(Protocol):
+    """A rule that gives every element a weight on every sweep."""
+
+    def weights(self, sweep: IntArray, *, num_elements: int) -> ComplexArray:
+        """Weights ``(len(sweep), element)`` on the sweeps of these numbers.
+
+        Raises
+        ------
+        InputError
+            The rule cannot tell so many elements apart.
+        """
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TimeDivision(Spec):
+    """Elements take turns, sweep by sweep; one sends while the others are silent.
+
+    >>> TimeDivision().weights(np.arange(3), num_elements=2).real
+    array([[1., 0.],
+           [0., 1.],
+           [1., 0.]])
+    """
+
+    kind: Literal["time-division"] = "time-division"
+
+    def weights(self, sweep: IntArray, *, num_elements: int) -> ComplexArray:
+        """See `Coding.weights`."""
+        return np.eye(num_elements, dtype=np.complex128)[sweep % num_elements]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DopplerDivision(Spec):
+    r"""All elements send; the phase of element l turns by l/N of a cycle from sweep to sweep.
+
+    .. math:: w_{kl} = e^{j2\pi k l / N}
+
+    Its echoes thus appear l/N of the Doppler band lower (in the beat) than those of element 0.
+
+    Parameters
+    ----------
+    num_bands : N, parts of the Doppler band; not given, as many as elements. Parts left empty
+        tell a receiver which part holds element 0
+
+    Examples
+    --------
+    >>> DopplerDivision(num_bands=4).weights(np.arange(4), num_elements=2).round(9)[:, 1]
+    array([ 1.+0.j,  0.+1.j, -1.+0.j, -0.-1.j])
+    """
+
+    kind: Literal["doppler-division"] = "doppler-division"
+    num_bands: int | None = None
+
+    def weights(self, sweep: IntArray, *, num_elements: int) -> ComplexArray:
+        """See `Coding.weights`."""
+        bands = num_elements if self.num_bands is None else self.num_bands
+        if bands < num_elements:
+            raise InputError(
+                f"{bands} Doppler bands cannot tell {num_elements} transmitting elements apart; "
+                "ask for as many bands at least"
+            )
+        # whole numbers of steps, so that the code repeats exactly
+        step = np.outer(sweep, np.arange(num_elements)) % bands
+        return np.asarray(np.exp(2j * np.pi * np.arange(bands) / bands)[step])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PhaseCoded(Spec):
+    r"""All elements send, with signs from a Hadamard matrix: binary phase modulation.
+
+    .. math:: w_{kl} = (-1)^{\text{number of ones in } (k \bmod N) \wedge l}
+
+    Sylvester's matrix, of the least power of two N that is not below the number of elements.
+
+    >>> PhaseCoded().weights(np.arange(4), num_elements=3).real.astype(int)
+    array([[ 1,  1,  1],
+           [ 1, -1,  1],
+           [ 1,  1, -1],
+           [ 1, -1, -1]])
+    """
+
+    kind: Literal["phase-coded"] = "phase-coded"
+
+    def weights(self, sweep: IntArray, *, num_elements: int) -> ComplexArray:
+        """See `Coding.weights`."""
+        order = 1 << (num_elements - 1).bit_length()
+        common = (np.asarray(sweep) % order)[:, None] & np.arange(num_elements)
+        return np.asarray(1.0 - 2.0 * (np.bitwise_count(common) % 2), dtype=np.complex128)
+
+
+AnyCoding = Annotated[TimeDivision | DopplerDivision | PhaseCoded, ByKind()]
+
+
+def coded(schedule: RampSchedule, coding: Coding, *, num_elements: int) -> RampSchedule:
+    """The schedule, played by ``num_elements`` transmitting elements as ``coding`` says.
+
+    Examples
+    --------
+    >>> from polychirp.rng import Streams
+    >>> from polychirp.waveform import Triangular
+    >>> ramps = Triangular().schedule(num_sweeps=2, streams=Streams(seed=1))
+    >>> coded(ramps, TimeDivision(), num_elements=2).transmit_weight.real
+    array([[1., 0.],
+           [1., 0.],
+           [0., 1.],
+           [0., 1.]])
+    """
+    weights = coding.weights(schedule.sweep, num_elements=num_elements)
+    return replace(schedule, transmit_weight=weights)
