@@ -8,6 +8,7 @@ from polychirp.errors import InputError
 from polychirp.frames import Pose, Spec
 from polychirp.model.antenna import AntennaArray
 from polychirp.model.if_filter import IfFilter
+from polychirp.model.oscillator import Oscillator
 from polychirp.units import Ratio, SamplesPerSecond, Seconds, Watts, from_db
 
 
@@ -46,6 +47,7 @@ class Radar(Spec):
     transmit_power : W, into the front end's transmit amplifier
     transmit_gain, receive_gain : ratio, front end without antenna
     noise_figure : ratio
+    oscillator : phase noise and ramp errors of what it sends and mixes with
     """
 
     name: str
@@ -57,6 +59,7 @@ class Radar(Spec):
     noise_figure: Ratio = from_db(4.5)
     if_filter: IfFilter = field(default_factory=IfFilter)
     converter: Converter = field(default_factory=Converter)
+    oscillator: Oscillator = field(default_factory=Oscillator)
 
     def __post_init__(self) -> None:
         if not (self.transmit_power > 0 and self.transmit_gain > 0 and self.receive_gain > 0):

@@ -110,25 +110,89 @@ class RampSchedule:
         """Hz, ``(ramp,)``, positive."""
         return np.abs(self.slope * self.duration)
 
-    def as_clocked(self, *, start_time: float = 0.0, clock_offset: float = 0.0) -> RampSchedule:
-        r"""The same plan, run late and by an oscillator that is off by ``clock_offset``.
+    def as_clocked(
+        self, *, start_time: float = 0.0, clock_offset: float = 0.0, clock_drift: float = 0.0
+    ) -> RampSchedule:
+        r"""The same plan, run late and by an oscillator that is off and drifts.
 
         A clock that is fast by δ plays the plan in 1/(1+δ) of its time at (1+δ) times its
-        frequencies: :math:`b' = b(1+\delta)^2`; phases in cycles are unchanged.
+        frequencies. With a drift ρ, t seconds after the start it shows
+
+        .. math:: u(t) = (1+\delta)\,t + \tfrac12\rho t^2, \qquad
+                  r(u) = \dot u = \sqrt{(1+\delta)^2 + 2\rho u}
+
+        and the transmitted phase is the plan's at u: a ramp planned for :math:`u_k` starts when
+        the clock shows it, at :math:`f' = r_k f`, with :math:`b' = r_k^2 b + \rho f`; phases in
+        cycles are unchanged. The cubic of the phase that is left, :math:`\tfrac12 \rho r b s^3`
+        after s of a ramp, is left out: at its end it is half its bandwidth times ρT², 1e-3 cycles
+        for 1 GHz, 1.4 ms and a drift of 1 ppm in a second.
 
         Parameters
         ----------
         start_time : s, added after the clock has scaled the plan
-        clock_offset : ratio δ, positive for a fast clock
+        clock_offset : ratio δ at the start, positive for a fast clock
+        clock_drift : 1/s, ρ, its growth in a second
+
+        Raises
+        ------
+        InputError
+            The drift would stop the clock before the plan ends.
+
+        Examples
+        --------
+        >>> plan = RampSchedule(start_time=[0.0, 1.0], duration=[1e-3, 1e-3],
+        ...     start_frequency=[79e9, 79e9], slope=[1e12, 1e12], start_phase=[0, 0], sweep=[0, 1])
+        >>> late = plan.as_clocked(clock_drift=1e-6)
+        >>> (late.start_frequency - plan.start_frequency).round(-2)
+        array([    0., 79000.])
         """
-        rate = 1.0 + clock_offset
+        planned = self.start_time + self.duration
+        if not np.all((1.0 + clock_offset) ** 2 + 2.0 * clock_drift * planned > 0):
+            raise InputError(
+                f"a clock that drifts by {clock_drift:g} in a second stands still before the "
+                "plan ends; let it drift less"
+            )
+        base = 1.0 + clock_offset
+        rate = np.sqrt(base**2 + 2.0 * clock_drift * self.start_time)
+        # 2u / (r₀ + r) is (r − r₀)/ρ, without its cancellation
+        ends = np.sqrt(rate**2 + 2.0 * clock_drift * self.duration)
         return replace(
             self,
-            start_time=self.start_time / rate + start_time,
-            duration=self.duration / rate,
+            start_time=self.start_time / (0.5 * (base + rate)) + start_time,
+            duration=self.duration / (0.5 * (rate + ends)),
             start_frequency=self.start_frequency * rate,
-            slope=self.slope * rate**2,
+            slope=self.slope * rate**2 + clock_drift * self.start_frequency,
         )
+
+    def with_late_sweeps(self, delay: FloatArray) -> RampSchedule:
+        """The same ramps, those of every sweep started late by its own ``delay``.
+
+        Phases at the ramps' starts are unchanged, and a radar's own samples move with its ramps:
+        only others, and what has moved in the meantime, notice.
+
+        Parameters
+        ----------
+        delay : s, ``(sweep,)``, negative for a sweep that comes early
+
+        Raises
+        ------
+        InputError
+            A sweep starts before the former one ends, or has no delay.
+        """
+        if self.sweep.max() >= delay.size:
+            raise InputError(
+                f"{delay.size} delays are too few for {self.sweep.max() + 1} sweeps; "
+                "give one to each"
+            )
+        start = self.start_time + delay[self.sweep]
+        early = start[1:] - (start[:-1] + self.duration[:-1])
+        worst = int(np.argmin(early)) if early.size else 0
+        if early.size and early[worst] < -1e-12 * max(1.0, abs(start[worst + 1])):
+            raise InputError(
+                f"jitter starts sweep {self.sweep[worst + 1]} {-early[worst]:.3g} s before sweep "
+                f"{self.sweep[worst]} ends; leave more idle time between sweeps or jitter less"
+            )
+        return replace(self, start_time=start)
 
 
 def continuous_phase(

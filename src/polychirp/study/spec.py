@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Annotated
+from typing import Annotated, Final
 
 import numpy as np
 
@@ -25,6 +25,9 @@ from polychirp.traffic.street import Street
 from polychirp.units import Fraction, Seconds
 from polychirp.waveform import AnyCoding, AnyWaveform, coded
 
+GREATEST_DRIFT: Final = 10e-6
+"""1/s; it bends a ramp of 1 GHz and 1 ms by 0.005 cycles, which `as_clocked` leaves out."""
+
 AnyTracer = Annotated[Composite | FreeSpace | PointVehicles | SionnaRt, ByKind()]
 
 
@@ -40,7 +43,9 @@ class StudyRadar(Radar):
         element sends alone
     array_errors : drawn for its array, in place of any that are listed there
     start_time : s, when its first ramp starts
-    clock_offset : relative error of its oscillator, positive for a fast clock
+    clock_offset : relative error of its oscillator at its start, positive for a fast clock
+    clock_drift : growth of that error in a second
+    start_jitter : s, rms error of the start of every sweep, drawn independently
     """
 
     vehicle: str
@@ -49,6 +54,8 @@ class StudyRadar(Radar):
     array_errors: ArrayErrors | None = None
     start_time: Seconds = 0.0
     clock_offset: Fraction = 0.0
+    clock_drift: Fraction = 0.0
+    start_jitter: Seconds = 0.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -57,6 +64,13 @@ class StudyRadar(Radar):
                 f"radar '{self.name}' has a clock offset of {self.clock_offset * 1e6:g} ppm; "
                 "oscillators are right to within 10 000 ppm"
             )
+        if not abs(self.clock_drift) <= GREATEST_DRIFT:
+            raise InputError(
+                f"radar '{self.name}' has a clock that drifts by {self.clock_drift * 1e6:g} ppm in "
+                f"a second; up to {GREATEST_DRIFT * 1e6:g} ppm its ramps stay straight"
+            )
+        if not self.start_jitter >= 0:
+            raise InputError(f"radar '{self.name}' has a negative start jitter; use 0 s or more")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -106,7 +120,15 @@ def schedule_of(study: Study, radar: StudyRadar) -> RampSchedule:
     plan = radar.waveform.schedule(num_sweeps=study.num_sweeps, streams=streams)
     if radar.coding is not None:
         plan = coded(plan, radar.coding, num_elements=radar.array.num_transmitters)
-    return plan.as_clocked(start_time=radar.start_time, clock_offset=radar.clock_offset)
+    clocked = plan.as_clocked(
+        start_time=radar.start_time,
+        clock_offset=radar.clock_offset,
+        clock_drift=radar.clock_drift,
+    )
+    if radar.start_jitter == 0.0:
+        return clocked
+    draws = Streams(seed=study.seed)["jitter", radar.name].standard_normal(study.num_sweeps)
+    return clocked.with_late_sweeps(radar.start_jitter * draws)
 
 
 def schedules(study: Study) -> tuple[RampSchedule, ...]:

@@ -1,0 +1,170 @@
+r"""`Oscillator` — how a radar's signal source errs: phase noise and ramps that are not straight.
+
+Both are an error θ(t) of the transmitted phase, in cycles: what is sent is
+:math:`e^{j2\pi(\varphi(t) + \theta(t))}`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import numpy as np
+
+from polychirp.axes import FloatArray
+from polychirp.errors import InputError
+from polychirp.frames import ByKind, Spec
+from polychirp.units import Hertz, Ratio, from_db
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PhaseNoise(Spec):
+    r"""Phase noise by its spectrum, as data sheets give it.
+
+    .. math:: L(f) = \tfrac12 S_\varphi(f)
+
+    (IEEE Std 1139), with the one-sided spectrum :math:`S_\varphi` of the phase in rad²/Hz: L is
+    the spectrum on **each** side of the carrier, and the phase's variance is :math:`2\int L\,df`.
+    Between entries, log L is linear in log f. Below the first entry there is no noise; above the
+    last L stays what it is there.
+
+    The default has the −93 dBc/Hz at 1 MHz of a 77–81-GHz CMOS transceiver (Texas Instruments,
+    AWR1243 data sheet SWRS188). What lies around it is ours, the usual shape of a synthesiser:
+    a plateau inside the loop, −20 dB per decade outside, and a floor.
+
+    Parameters
+    ----------
+    offset : Hz, offsets from the carrier, rising
+    level : L there, relative to the carrier, in a band of 1 Hz (dBc/Hz)
+
+    Raises
+    ------
+    InputError
+        Two lists of different length, an offset that is not positive and larger than the one
+        before, or a level that is not positive.
+
+    Examples
+    --------
+    >>> from polychirp.units import to_db
+    >>> noise = PhaseNoise(offset=(1e5, 1e6), level=(from_db(-80.0), from_db(-100.0)))
+    >>> to_db(noise.density(np.array([1e4, 1e5, 10**5.5, 1e9])))
+    array([-400.,  -80.,  -90., -100.])
+    """
+
+    offset: tuple[Hertz, ...] = (1e4, 1e5, 1e6, 1e7, 1e8, 3e8)
+    level: tuple[Ratio, ...] = (
+        from_db(-80.0),
+        from_db(-85.0),
+        from_db(-93.0),
+        from_db(-113.0),
+        from_db(-133.0),
+        from_db(-142.0),
+    )
+
+    def __post_init__(self) -> None:
+        if not self.offset or len(self.offset) != len(self.level):
+            raise InputError(
+                f"phase noise has {len(self.offset)} offsets and {len(self.level)} levels; "
+                "give one level or more, each with its offset"
+            )
+        if not (self.offset[0] > 0 and np.all(np.diff(self.offset) > 0)):
+            raise InputError("the offsets of phase noise must be positive and rise")
+        if not min(self.level) > 0:
+            raise InputError("a level of phase noise must be above zero; leave silent noise out")
+
+    def density(self, frequency: FloatArray) -> FloatArray:
+        """L, rad²/Hz on each side of the carrier, at offsets ``(…,)`` in Hz of either sign."""
+        f = np.abs(np.asarray(frequency, dtype=np.float64))
+        known = np.log(np.maximum(f, self.offset[0]))
+        level = np.exp(np.interp(known, np.log(self.offset), np.log(self.level)))
+        return np.asarray(np.where(f >= self.offset[0], level, 0.0))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SinusoidalError(Spec):
+    r"""A ramp's frequency that swings about the straight line, alike on every ramp.
+
+    .. math:: \epsilon(x) = \hat\epsilon \sin 2\pi n x, \qquad x = (t - t_k)/T_k
+
+    An echo of delay τ hears :math:`\epsilon` twice, τ apart, so that its phase swings by
+    :math:`m = 2\hat\epsilon\sin(\pi n\tau/T)\,T/n \approx 2\pi\hat\epsilon\tau` rad and it has
+    paired echoes n/T beside its beat, at :math:`J_1(m)/J_0(m) \approx \pi\hat\epsilon\tau` of it.
+
+    Parameters
+    ----------
+    peak : Hz
+    cycles : in a ramp; whole numbers leave no jump of frequency between touching ramps
+    """
+
+    kind: Literal["sinusoidal"] = "sinusoidal"
+    peak: Hertz
+    cycles: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not self.cycles > 0:
+            raise InputError("a sinusoidal ramp error needs a positive number of cycles")
+
+    def phase(self, fraction: FloatArray) -> FloatArray:
+        """∫ε dx since the ramp's start, Hz, at fractions ``(…,)`` of the ramp."""
+        turn = 2.0 * np.pi * self.cycles
+        # 1 − cos, without its cancellation
+        return np.asarray(2.0 * self.peak / turn * np.sin(0.5 * turn * fraction) ** 2)
+
+    def bandwidth(self, duration: float) -> float:
+        """Hz, to which a ramp's spectrum is smeared on each side: Carson's rule."""
+        return abs(self.peak) + self.cycles / duration
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class QuadraticError(Spec):
+    r"""A ramp's frequency that bows away from the straight line, alike on every ramp.
+
+    .. math:: \epsilon(x) = 4\hat\epsilon\, x (1 - x), \qquad x = (t - t_k)/T_k
+
+    It is right at both ends. The beat of an echo of delay τ is off by
+    :math:`\dot\epsilon\tau = 4\hat\epsilon(1 - 2x)\tau/T`: it is spread over
+    :math:`8\hat\epsilon\tau/T`.
+
+    Parameters
+    ----------
+    peak : Hz, in the middle of the ramp
+    """
+
+    kind: Literal["quadratic"] = "quadratic"
+    peak: Hertz
+
+    def phase(self, fraction: FloatArray) -> FloatArray:
+        """∫ε dx since the ramp's start, Hz, at fractions ``(…,)`` of the ramp."""
+        x = np.asarray(fraction, dtype=np.float64)
+        return np.asarray(self.peak * x**2 * (2.0 - x * (4.0 / 3.0)))
+
+    def bandwidth(self, duration: float) -> float:
+        """Hz, to which a ramp's spectrum is smeared on each side: Carson's rule."""
+        return abs(self.peak) + 1.0 / duration
+
+
+AnyRampError = Annotated[SinusoidalError | QuadraticError, ByKind()]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Oscillator(Spec):
+    """What one radar's signal source does to its phase; an ideal one does nothing.
+
+    Parameters
+    ----------
+    phase_noise : random, by its spectrum; none means a clean line
+    ramp_error : the same on every ramp; none means straight ramps
+
+    Examples
+    --------
+    >>> Oscillator().is_ideal, Oscillator(phase_noise=PhaseNoise()).is_ideal
+    (True, False)
+    """
+
+    phase_noise: PhaseNoise | None = None
+    ramp_error: AnyRampError | None = None
+
+    @property
+    def is_ideal(self) -> bool:
+        """Whether it adds nothing to the phase."""
+        return self.phase_noise is None and self.ramp_error is None
