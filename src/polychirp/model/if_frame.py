@@ -8,13 +8,25 @@ from typing import Annotated, Final
 import numpy as np
 
 from polychirp.axes import Axes, BoolArray, ComplexArray, FloatArray, PerRamp, PerRampIndex, seal
-from polychirp.errors import InputError
+from polychirp.errors import InputError, did_you_mean
 from polychirp.model.antenna import AntennaArray
-from polychirp.model.radar import Converter
+from polychirp.model.radar import Converter, Radar
 from polychirp.model.ramp import RampSchedule
 
-PARTS: Final = ("echo", "multipath", "direct", "indirect", "noise")
-"""Own echo without and with a mirror plane; another radar's signal without and with a bounce."""
+PARTS: Final = ("echo", "multipath", "direct", "indirect", "noise", "leakage", "distortion")
+"""Own echo without and with a mirror plane; another radar's signal without and with a bounce;
+thermal noise; the radar's own signal without any scene; what saturation, quantisation and offsets
+add to the sum of all that."""
+
+
+def parts_of(radar: Radar) -> tuple[str, ...]:
+    """The parts that a radar's samples have, in the order of `PARTS`.
+
+    >>> parts_of(Radar(name="front"))
+    ('echo', 'multipath', 'direct', 'indirect', 'noise')
+    """
+    absent = {"leakage": not radar.hears_itself, "distortion": not radar.front_end.distorts}
+    return tuple(part for part in PARTS if not absent.get(part, False))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -115,21 +127,35 @@ class IfFrame:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class IfParts:
-    """What a frame's samples are made of: dechirping is linear, so the parts sum to them.
+    """What a frame's samples are made of: the parts sum to them.
 
-    ``samples`` is V, ``(part, channel, ramp, fast)``, in the order of `PARTS`.
+    All but the distortion are linear: they say what each maker's signal alone would have given.
+
+    Parameters
+    ----------
+    samples : V, ``(part, channel, ramp, fast)``
+    names : of the parts that are there, in the order of `PARTS`; one that is not is zero
+    neglected : V, bound on the rms over the frame of what radars out of hearing would have added
     """
 
     samples: Annotated[ComplexArray, Axes("part", "channel", "ramp", "fast", dtype=np.complex128)]
+    names: tuple[str, ...] = PARTS
+    neglected: float = 0.0
 
     def __post_init__(self) -> None:
         seal(self)
-        if self.samples.shape[0] != len(PARTS):
-            raise InputError(f"IfParts.samples needs the parts {', '.join(PARTS)}")
+        if self.names != tuple(part for part in PARTS if part in self.names):
+            raise InputError(f"IfParts.names are of {', '.join(PARTS)}, in this order")
+        if self.samples.shape[0] != len(self.names):
+            raise InputError(f"IfParts.samples needs the parts {', '.join(self.names)}")
 
     def __getitem__(self, part: str) -> ComplexArray:
         """One part, ``(channel, ramp, fast)``."""
-        return np.asarray(self.samples[PARTS.index(part)])
+        if part in self.names:
+            return np.asarray(self.samples[self.names.index(part)])
+        if part not in PARTS:
+            raise InputError(f"there is no part '{part}'; {did_you_mean(part, PARTS)}")
+        return np.broadcast_to(np.complex128(0.0), self.samples.shape[1:])
 
     @property
     def echo(self) -> ComplexArray:
@@ -148,5 +174,5 @@ class IfParts:
 
     def total(self, *parts: str) -> ComplexArray:
         """Sum of the named parts, of all where none is named."""
-        chosen = [PARTS.index(p) for p in parts] or list(range(len(PARTS)))
-        return np.asarray(self.samples[chosen].sum(axis=0))
+        chosen = [self[part] for part in parts] if parts else self.samples
+        return np.asarray(np.sum(chosen, axis=0))

@@ -7,7 +7,9 @@ from dataclasses import dataclass, field
 from polychirp.errors import InputError
 from polychirp.frames import Pose, Spec
 from polychirp.model.antenna import AntennaArray
+from polychirp.model.front_end import FrontEnd
 from polychirp.model.if_filter import IfFilter
+from polychirp.model.leakage import Bumper, Leakage
 from polychirp.model.oscillator import Oscillator
 from polychirp.units import Ratio, SamplesPerSecond, Seconds, Watts, from_db
 
@@ -48,6 +50,9 @@ class Radar(Spec):
     transmit_gain, receive_gain : ratio, front end without antenna
     noise_figure : ratio
     oscillator : phase noise and ramp errors of what it sends and mixes with
+    front_end : what follows the IF filter; nothing by default
+    leakage : ways from transmitter to receiver inside the radar
+    bumper : a sheet before the antennas
     """
 
     name: str
@@ -60,9 +65,17 @@ class Radar(Spec):
     if_filter: IfFilter = field(default_factory=IfFilter)
     converter: Converter = field(default_factory=Converter)
     oscillator: Oscillator = field(default_factory=Oscillator)
+    front_end: FrontEnd = field(default_factory=FrontEnd)
+    leakage: tuple[Leakage, ...] = ()
+    bumper: Bumper | None = None
 
     def __post_init__(self) -> None:
         if not (self.transmit_power > 0 and self.transmit_gain > 0 and self.receive_gain > 0):
             raise InputError(f"radar '{self.name}' needs positive transmit power and gains")
         if not self.noise_figure >= 1.0:
             raise InputError(f"radar '{self.name}' has a noise figure below 0 dB; use 0 dB or more")
+
+    @property
+    def hears_itself(self) -> bool:
+        """Whether its own signal arrives without a scene."""
+        return bool(self.leakage) or self.bumper is not None

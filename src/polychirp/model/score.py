@@ -17,9 +17,9 @@ class Score:
     is_detected : ``(target,)``
     range_error, range_rate_error, azimuth_error : m, m/s, rad, found minus true, ``(target,)``;
         zero where the target was not detected: read them with ``is_detected``
-    sinr : ratio of own echo to interference and noise in the target's cell, ``(target,)``
+    sinr : ratio of own echo to all else in the target's cell, ``(target,)``
     nature : of every detection: "target", "echo" (a real echo of something else), or the kind of
-        ghost: "multipath", "direct", "indirect", "unexplained"
+        ghost: "multipath", "direct", "indirect", "front-end", "unexplained"
     power : W, of every detection, ``(detection,)``
     target_detection : numbers of the detections that belong to detected targets, in their order
     num_missed : visible targets without a detection

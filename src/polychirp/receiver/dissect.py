@@ -23,7 +23,8 @@ def part_powers(
 
     The part is blanked where the whole was, steered to the detection's azimuth and matched to a
     point of its range and rate on every ramp; the geometric mean over ramps is taken, as the
-    detector does. A part that beats like the detection on all ramps *is* the detection.
+    detector does. A part that beats like the detection on all ramps *is* the detection. One that
+    the frame does not have puts in nothing.
     """
     present = present_samples(receiver, frame)
     weight = hann_weights(present)
@@ -33,12 +34,13 @@ def part_powers(
     phases = beat_phase(frame.schedule, frame.times, motion=motion, time=detections.time)
     weights = _steering(frame, np.sin(detections.azimuth))
     out = np.zeros((detections.num_detections, len(PARTS)))
+    column = [PARTS.index(part) for part in parts.names]
     stacked = (parts.samples * present).reshape(-1, *present.shape)  # parts and channels
     for n in range(detections.num_detections):
         amplitude, _ = fit_amplitudes(stacked, weight, phases[n : n + 1], frame.times.rate)
-        by_part = amplitude[0].reshape(len(PARTS), -1, frame.schedule.num_ramps)
+        by_part = amplitude[0].reshape(len(column), -1, frame.schedule.num_ramps)
         power = np.abs(np.einsum("c,pck->pk", weights[n], by_part)) ** 2
-        out[n] = np.exp(np.mean(np.log(np.maximum(power, 1e-300)), axis=1))
+        out[n, column] = np.exp(np.mean(np.log(np.maximum(power, 1e-300)), axis=1))
     return out
 
 

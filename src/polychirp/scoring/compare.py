@@ -63,7 +63,7 @@ def compare(
 
 
 def _sinr(powers: FloatArray) -> FloatArray:
-    """Own echo over interference and noise, ``(detection,)``."""
-    part = {name: powers[:, n] for n, name in enumerate(PARTS)}
-    disturbed = part["direct"] + part["indirect"] + part["noise"]
-    return (part["echo"] + part["multipath"]) / np.maximum(disturbed, 1e-300)
+    """Own echo over all that is none, ``(detection,)``."""
+    is_own = np.isin(PARTS, ("echo", "multipath"))
+    disturbed = powers[:, ~is_own].sum(axis=1)
+    return np.asarray(powers[:, is_own].sum(axis=1) / np.maximum(disturbed, 1e-300))

@@ -25,6 +25,8 @@ class Nature(Enum):
     """An own echo by way of a mirror, where there is nothing."""
     DIRECT = "direct"
     INDIRECT = "indirect"
+    FRONT_END = "front-end"
+    """Made in the radar itself: leakage, a bumper, clipping, quantisation, an offset."""
     UNEXPLAINED = "unexplained"
     """A false alarm, or left over by the processing."""
 
@@ -34,7 +36,12 @@ class Nature(Enum):
         return self not in (Nature.TARGET, Nature.ECHO)
 
 
-_BY_PART = {"direct": Nature.DIRECT, "indirect": Nature.INDIRECT}
+_BY_PART = {
+    "direct": Nature.DIRECT,
+    "indirect": Nature.INDIRECT,
+    "leakage": Nature.FRONT_END,
+    "distortion": Nature.FRONT_END,
+}
 
 DROWNED = 100.0
 """Ratio to an own echo above which interference in the same cell is no longer its neighbour."""
@@ -53,7 +60,8 @@ def natures(
     Where an own path of the same range and rate exists, and what it brings stands above the
     noise and is not drowned in interference, something is there. Where none does, the part that
     gives the detection most of its power decides: another radar's signal makes a ghost, direct
-    or indirect; an own echo by way of a mirror is multipath; the rest is unexplained.
+    or indirect; the radar's own front end makes one too; an own echo by way of a mirror is
+    multipath; the rest is unexplained.
 
     Parameters
     ----------

@@ -15,7 +15,7 @@ from polychirp.channel.sionna import SionnaRt
 from polychirp.channel.visible import refuse_radar_inside_body
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError, ModelWarning, PhysicsError, did_you_mean
-from polychirp.model.if_frame import PARTS, SampleTimes, sample_times
+from polychirp.model.if_frame import SampleTimes, parts_of, sample_times
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
 from polychirp.study.spec import (
@@ -29,6 +29,7 @@ from polychirp.study.spec import (
     target_names,
     victim_indices,
 )
+from polychirp.synthesis.high_pass import refuse_unfollowed
 
 Limits = tuple[float, float]
 """Least and greatest value over the ramps of a frame."""
@@ -127,6 +128,7 @@ def check(study: Study) -> Derived:
     )
     for number, (radar, derived) in enumerate(zip(study.radars, radars, strict=True)):
         _need_audible(radar, derived, number=number, study=study)
+        refuse_unfollowed(radar)
     _warn_of_silent_targets(study)
     victims = [radars[i] for i in victim_indices(study)]
     frames = [plans[i] for i in victim_indices(study)]
@@ -288,14 +290,14 @@ def _derived(radar: StudyRadar, plan: RampSchedule, *, greatest_range: float) ->
         num_ramps=plan.num_ramps,
         samples_per_ramp=(int(times.num_samples.min()), times.most_samples),
         samples_per_frame=int(times.num_samples.sum()),
-        memory=_memory(times, num_channels=radar.array.num_channels),
+        memory=_memory(times, radar),
     )
 
 
-def _memory(times: SampleTimes, *, num_channels: int) -> int:
+def _memory(times: SampleTimes, radar: StudyRadar) -> int:
     """Bytes of samples and parts, padding included."""
-    padded = num_channels * times.num_samples.size * times.most_samples
-    return padded * (1 + len(PARTS)) * _BYTES_OF_A_SAMPLE
+    padded = radar.array.num_channels * times.num_samples.size * times.most_samples
+    return padded * (1 + len(parts_of(radar))) * _BYTES_OF_A_SAMPLE
 
 
 def _need_audible(radar: StudyRadar, derived: DerivedRadar, *, number: int, study: Study) -> None:

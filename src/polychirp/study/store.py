@@ -5,7 +5,8 @@
     run.zarr                          format, version, provenance, names of the victims
     └── victim-0                      name, antenna array
         ├── samples                   V (channel, ramp, fast)
-        ├── parts                     V (part, channel, ramp, fast)
+        ├── parts                     V (part, channel, ramp, fast); attributes part, their names,
+        │                             and neglected, V
         ├── times/first …             s (ramp); attribute rate, 1/s
         ├── schedule/start_time …     (ramp)
         ├── detections/range …        (detection); attribute time, s
@@ -31,7 +32,7 @@ from polychirp.axes import axes_of
 from polychirp.errors import InputError, RunError
 from polychirp.model.antenna import AntennaArray, ElementPattern
 from polychirp.model.detection import Detections
-from polychirp.model.if_frame import PARTS, IfFrame, IfParts, SampleTimes
+from polychirp.model.if_frame import IfFrame, IfParts, SampleTimes
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.score import Score
 from polychirp.model.truth import Truth
@@ -41,7 +42,7 @@ if TYPE_CHECKING:
     from zarr import Group
 
 FORMAT: Final = "polychirp run"
-FORMAT_VERSION: Final = 1
+FORMAT_VERSION: Final = 2
 
 UNITS: Final[Mapping[type, Mapping[str, str]]] = {
     IfFrame: {"samples": "V"},
@@ -170,7 +171,9 @@ def _write(path: Path, *, victims: tuple[VictimResult, ...], provenance: Provena
         frame = victim.frame
         _write_array(group, "samples", frame.samples, noun=IfFrame, field="samples")
         _write_array(group, "parts", victim.parts.samples, noun=IfParts, field="samples")
-        group["parts"].attrs["part"] = list(PARTS)
+        group["parts"].attrs.update(
+            {"part": list(victim.parts.names), "neglected": victim.parts.neglected}
+        )
         _write_noun(group, "times", frame.times, {"rate": frame.times.rate})
         _write_noun(group, "schedule", frame.schedule, {})
         found, truth = victim.detections, victim.truth
@@ -264,10 +267,19 @@ def _read_victim(group: Group) -> StoredVictim:
     return StoredVictim(
         name=str(group.attrs["name"]),
         frame=frame,
-        parts=IfParts(samples=_values(group, "parts")),
+        parts=_read_parts(group),
         detections=_read_noun(Detections, _group(group, "detections")),
         truth=_read_noun(Truth, _group(group, "truth")),
         score=_read_noun(Score, _group(group, "score")),
+    )
+
+
+def _read_parts(group: Group) -> IfParts:
+    attributes = cast("dict[str, Any]", dict(group["parts"].attrs))
+    return IfParts(
+        samples=_values(group, "parts"),
+        names=tuple(attributes["part"]),
+        neglected=attributes["neglected"],
     )
 
 

@@ -34,6 +34,7 @@ from polychirp.study.spec import (
     victim_indices,
 )
 from polychirp.synthesis.base import synthesize
+from polychirp.synthesis.oscillating import Oscillating
 from polychirp.synthesis.stretch import Stretch
 
 Progress = Callable[[str, int, int], None]
@@ -85,12 +86,13 @@ def run_trial(study: Study, *, progress: Progress = silent) -> Trial:
         receivers=victim_indices(study),
         progress=progress,
     )
+    engine = Oscillating(inner=Stretch(), streams=streams)
     victims = []
     for n, victim in enumerate(victim_indices(study)):
         radar = study.radars[victim]
         progress("radars", n, len(victim_indices(study)))
         frame, parts = synthesize(
-            Stretch(), scene, plans, snapshots, victim=victim, interferers=None, streams=streams
+            engine, scene, plans, snapshots, victim=victim, interferers=None, streams=streams
         )
         victims.append(
             judged(

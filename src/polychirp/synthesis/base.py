@@ -9,11 +9,15 @@ import numpy as np
 
 from polychirp.axes import ComplexArray
 from polychirp.errors import InputError
-from polychirp.model.if_frame import PARTS, IfFrame, IfParts, sample_times
+from polychirp.model.if_frame import IfFrame, IfParts, parts_of, sample_times
 from polychirp.model.paths import PropagationPaths
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
 from polychirp.rng import Streams
+from polychirp.synthesis.culling import NEGLIGIBLE_SHARE, audience
+from polychirp.synthesis.front_end import distortion, linear_steps
+from polychirp.synthesis.high_pass import with_lead
+from polychirp.synthesis.leakage import LEAKAGE_PART
 from polychirp.synthesis.noise import thermal_noise
 
 
@@ -30,11 +34,12 @@ class SynthesisEngine(Protocol):
         victim: int,
         transmitter: int,
     ) -> ComplexArray:
-        """What one transmitter puts into the victim's IF: V, ``(2, channel, ramp, fast)``.
+        """What one transmitter puts into the victim's IF: V, ``(part, channel, ramp, fast)``.
 
-        The two entries are unmirrored and mirrored paths for the victim's own transmitter
-        (`PropagationPaths.is_mirrored`), direct and other paths (`is_direct`) for another. Free of
-        noise; zero behind the last sample of a short ramp.
+        The parts are unmirrored and mirrored paths for the victim's own transmitter
+        (`PropagationPaths.is_mirrored`), and what it hears without a scene if it does
+        (`Radar.hears_itself`); direct and other paths (`is_direct`) for another. Free of noise,
+        ahead of the front end; zero behind the last sample of a short ramp.
         """
         ...
 
@@ -48,6 +53,7 @@ def synthesize(
     victim: int,
     interferers: Sequence[int] | None,
     streams: Streams,
+    neglected_share: float = NEGLIGIBLE_SHARE,
 ) -> tuple[IfFrame, IfParts]:
     """Samples of one radar over one frame, and the parts that sum to them.
 
@@ -59,6 +65,8 @@ def synthesize(
     victim : number of the radar
     interferers : numbers of the radars that disturb it; None: all others
     streams : noise comes from ``streams["noise", name of the victim]``
+    neglected_share : of the noise's rms; radars that never come into the band and together stay
+        below it are left out (`culling.audience`), at 0 none that is received at all
 
     Raises
     ------
@@ -86,26 +94,60 @@ def synthesize(
     others = [i for i in range(len(scene.radars)) if i != victim]
     chosen = others if interferers is None else list(interferers)
     _check(scene, schedules, snapshots, victim, chosen)
-    radar = scene.radars[victim]
-    schedule = schedules[victim]
+    heard = audience(
+        scene, schedules, snapshots, victim=victim, interferers=chosen, share=neglected_share
+    )
+    radar, schedule = scene.radars[victim], schedules[victim]
+    times = sample_times(schedule, radar.converter)
+    names = parts_of(radar)
+    samples = _behind_the_filter(
+        engine,
+        with_lead(scene, victim),
+        schedules,
+        snapshots,
+        victim=victim,
+        interferers=heard.heard,
+        names=names,
+        streams=streams,
+    )
+    samples = linear_steps(radar, samples, times)
+    if "distortion" in names:
+        samples[-1] = distortion(radar, samples[:-1].sum(axis=0), times)
+    parts = IfParts(samples=samples, names=names, neglected=heard.neglected)
+    frame = IfFrame(samples=parts.total(), times=times, schedule=schedule, array=radar.array)
+    return frame, parts
+
+
+def _behind_the_filter(
+    engine: SynthesisEngine,
+    scene: Scene,
+    schedules: Sequence[RampSchedule],
+    snapshots: Sequence[PropagationPaths],
+    *,
+    victim: int,
+    interferers: Sequence[int],
+    names: Sequence[str],
+    streams: Streams,
+) -> ComplexArray:
+    """What leaves the victim's IF filter, V ``(part, channel, ramp, fast)``, parts as named."""
+    radar, schedule = scene.radars[victim], schedules[victim]
     times = sample_times(schedule, radar.converter)
     samples = np.zeros(
-        (len(PARTS), radar.array.num_channels, schedule.num_ramps, times.most_samples),
+        (len(names), radar.array.num_channels, schedule.num_ramps, times.most_samples),
         dtype=np.complex128,
     )
-    samples[0:2] = engine.contribution(
-        scene, schedules, snapshots, victim=victim, transmitter=victim
-    )
-    for transmitter in chosen:
+    own = engine.contribution(scene, schedules, snapshots, victim=victim, transmitter=victim)
+    samples[0:2] = own[0:2]
+    if "leakage" in names:
+        samples[names.index("leakage")] = own[LEAKAGE_PART]
+    for transmitter in interferers:
         samples[2:4] += engine.contribution(
             scene, schedules, snapshots, victim=victim, transmitter=transmitter
         )
     samples[4] = thermal_noise(radar, times, streams["noise", radar.name])
     # the mixer conjugates what a channel received; its error scales its noise as well
     samples *= np.conj(radar.array.channel_response)[:, None, None]
-    parts = IfParts(samples=samples)
-    frame = IfFrame(samples=parts.total(), times=times, schedule=schedule, array=radar.array)
-    return frame, parts
+    return samples
 
 
 def _check(

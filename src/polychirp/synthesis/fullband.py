@@ -19,7 +19,8 @@ from polychirp.model.if_frame import sample_times
 from polychirp.model.paths import PropagationPaths
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
-from polychirp.synthesis.links import Links, links_between, nearest_snapshots
+from polychirp.synthesis.leakage import all_links, num_parts
+from polychirp.synthesis.links import Links, nearest_snapshots
 from polychirp.units import SamplesPerSecond
 
 _PANEL = 16
@@ -62,7 +63,7 @@ class FullBand(Spec):
         radar = scene.radars[victim]
         own, sent = schedules[victim], schedules[transmitter]
         links = [
-            links_between(
+            all_links(
                 scene,
                 paths,
                 victim=victim,
@@ -74,14 +75,14 @@ class FullBand(Spec):
         chosen = nearest_snapshots(own, snapshots)
         times = sample_times(own, radar.converter)
         rate = self.sample_rate or 4.0 * (_largest_beat(own, sent) + radar.if_filter.stopband)
-        out = np.zeros(
-            (2, radar.array.num_channels, own.num_ramps, times.most_samples), dtype=np.complex128
-        )
+        parts = num_parts(radar, is_own=victim == transmitter)
+        shape = (parts, radar.array.num_channels, own.num_ramps, times.most_samples)
+        out = np.zeros(shape, dtype=np.complex128)
         half = 0.5 * radar.if_filter.support
         for ramp in range(own.num_ramps):
             # from the ramp's start on, times are small and phases keep their digits
             origin = float(own.start_time[ramp])
-            mixer = _Mixer(_moved(own, origin), _moved(sent, origin), links, chosen, origin)
+            mixer = _Mixer(_moved(own, origin), _moved(sent, origin), links, chosen, origin, parts)
             moments = times.time[ramp, : times.num_samples[ramp]] - origin
             for first, last in _blocks(moments, rate, half):
                 t = moments[first:last]
@@ -103,6 +104,7 @@ class _Mixer:
     links: Sequence[Links]
     chosen: IntArray
     origin: float
+    num_parts: int
 
     def corners(self, begin: float, end: float) -> FloatArray:
         """Every time between ``begin`` and ``end`` at which a ramp begins or ends, in order."""
@@ -120,8 +122,8 @@ class _Mixer:
         """Signal before the filter, ``(part, channel, time)``."""
         ramp, is_on = _ramp_at(self.own, time)
         phase = _phase(self.own, ramp, time)
-        first = self.links[0]
-        y = np.zeros((2, first.element_delay.shape[1], time.size), dtype=np.complex128)
+        channels = self.links[0].element_delay.shape[1]
+        y = np.zeros((self.num_parts, channels, time.size), dtype=np.complex128)
         for number, link in enumerate(self.links):
             here = np.flatnonzero(is_on & (self.chosen[ramp] == number))
             t = time[here]

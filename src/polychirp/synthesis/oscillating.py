@@ -28,6 +28,7 @@ from typing import Final
 import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray
+from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.if_filter import IfFilter
 from polychirp.model.if_frame import SampleTimes, sample_times
 from polychirp.model.paths import PropagationPaths
@@ -148,7 +149,7 @@ class Oscillating:
         victim: int,
         transmitter: int,
         highest: float,
-    ) -> ComplexArray | float:
+    ) -> ComplexArray:
         """Noise at offsets beyond ``highest``, at the wide rate.
 
         What noise another radar has at the victim's own frequency is mixed like the victim's own
@@ -170,7 +171,7 @@ class Oscillating:
         level = _level(radar, beat) + _level(other, beat)
         density = np.where(mixes & sends & (beat > highest), level, 0.0)
         if density.max() * most**2 < INAUDIBLE * noise_density(radar):
-            return 0.0
+            return np.zeros((), dtype=np.complex128)
         plans = [own if n == transmitter else plan for n, plan in enumerate(schedules)]
         carrier = self.inner.contribution(
             wide.scene, plans, paths, victim=victim, transmitter=transmitter
@@ -203,7 +204,7 @@ class Wide:
 
     Parameters
     ----------
-    scene : with the victim's filter and converter exchanged
+    scene : with the victim's filter and converter exchanged, and deaf to its own leakage
     times : when its converter samples
     factor : wide samples to one of the victim's
     reach : wide samples in half the victim's filter
@@ -238,15 +239,21 @@ class Wide:
             start=converter.start - reach / rate,
             margin=converter.margin - reach / rate,
         )
-        radars = list(scene.radars)
-        radars[victim] = replace(radar, if_filter=wide_filter, converter=early)
+        wide = replace(radar, if_filter=wide_filter, converter=early, leakage=(), bumper=None)
         return cls(
-            scene=replace(scene, radars=tuple(radars)),
+            scene=_with_radar(scene, wide, victim),
             times=sample_times(schedule, early),
             factor=factor,
             reach=reach,
             if_filter=radar.if_filter,
             own_times=sample_times(schedule, converter),
+        )
+
+    def heard_by(self, radar: Radar, victim: int) -> Scene:
+        """The scene with the leakage and the bumper of ``radar``."""
+        wide = self.scene.radars[victim]
+        return _with_radar(
+            self.scene, replace(wide, leakage=radar.leakage, bumper=radar.bumper), victim
         )
 
     def narrowed(self, signal: ComplexArray) -> ComplexArray:
@@ -262,6 +269,24 @@ class Wide:
         kept = slice(skipped, skipped + self.own_times.most_samples)
         filtered = upfirdn(taps, signal, down=self.factor, axis=-1)[..., kept]
         return np.asarray(np.where(self.own_times.is_sample, filtered, 0.0))
+
+
+def one_way_each(radar: Radar) -> Iterator[tuple[Radar, float]]:
+    """The radar with one way at a time on which it hears itself, and that way's delay, s.
+
+    They are so short that no two share a node of delay: what is left of the noise is in
+    proportion to the delay.
+    """
+    for leak in radar.leakage:
+        yield replace(radar, leakage=(leak,), bumper=None), leak.delay
+    if radar.bumper is not None:
+        yield replace(radar, leakage=()), 2.0 * radar.bumper.distance / SPEED_OF_LIGHT
+
+
+def _with_radar(scene: Scene, radar: Radar, number: int) -> Scene:
+    radars = list(scene.radars)
+    radars[number] = radar
+    return replace(scene, radars=tuple(radars))
 
 
 def shared(

@@ -32,7 +32,8 @@ from polychirp.synthesis.chirp_response import (
     step_of,
     tap_table,
 )
-from polychirp.synthesis.links import Links, links_between, nearest_snapshots
+from polychirp.synthesis.leakage import all_links, num_parts
+from polychirp.synthesis.links import Links, nearest_snapshots
 from polychirp.synthesis.noise import noise_density
 from polychirp.synthesis.overlaps import Overlap, all_overlaps, strongest_sample
 
@@ -69,7 +70,7 @@ class Stretch(Spec):
         radar = scene.radars[victim]
         own, sent = schedules[victim], schedules[transmitter]
         links = [
-            links_between(
+            all_links(
                 scene,
                 paths,
                 victim=victim,
@@ -79,7 +80,8 @@ class Stretch(Spec):
             for paths in snapshots
         ]
         times = sample_times(own, radar.converter)
-        shape = (2, radar.array.num_channels, own.num_ramps, times.most_samples)
+        parts = num_parts(radar, is_own=victim == transmitter)
+        shape = (parts, radar.array.num_channels, own.num_ramps, times.most_samples)
         real, imag = np.zeros(shape), np.zeros(shape)
         if any(link.delay.size for link in links):
             chosen = nearest_snapshots(own, snapshots)

@@ -40,6 +40,15 @@ def test_every_detection_is_traced_to_the_part_it_comes_from():
     assert powers[0, PARTS.index("direct")] == pytest.approx(4 * 4e4, rel=0.02)
 
 
+def test_parts_that_a_frame_does_not_have_put_in_nothing():
+    frame, parts = dissected()
+    few = IfParts(samples=parts.samples[:5], names=PARTS[:5])
+    found = Receiver().detect(frame)
+    powers = part_powers(Receiver(), frame, few, found)
+    assert powers[:, :5] == pytest.approx(part_powers(Receiver(), frame, parts, found)[:, :5])
+    assert not powers[:, 5:].any()
+
+
 def test_bursts_lift_the_floor_and_blanking_takes_that_away():
     # without the ghost: the hole that blanking cuts into it would show as floor too
     frame, parts = dissected(burst=1e4, ghost_power=0.0)

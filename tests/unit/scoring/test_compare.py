@@ -4,6 +4,7 @@ import numpy as np
 
 from polychirp.constants import SPEED_OF_LIGHT as C
 from polychirp.model.detection import Detections
+from polychirp.model.if_frame import PARTS
 from polychirp.model.paths import Bounce, PropagationPaths
 from polychirp.model.truth import Truth
 from polychirp.scoring.association import Gate, associate
@@ -52,6 +53,11 @@ def paths(*rows):
     )
 
 
+def powers_of(first):
+    """One detection's powers from the first five parts; of the others there is nothing."""
+    return np.array([[*first, *[0.0] * (len(PARTS) - len(first))]])
+
+
 def test_the_strongest_claim_in_the_gate_is_the_targets_not_the_nearest():
     found = detections((6.5, 0.2, 0.0, 1.0), (6.7, 0.2, 0.0, 10.0))
     target, detection = associate(found, TRUTH, gate=Gate())
@@ -78,7 +84,7 @@ def test_a_hidden_target_is_neither_found_nor_missed():
     score = compare(
         found,
         TRUTH,
-        powers=np.array([[1.0, 0, 0, 0, 1e-3]]),
+        powers=powers_of([1.0, 0, 0, 0, 1e-3]),
         own_paths=paths((20.0, 0.0, False)),
         floor_rise=1.0,
     )
@@ -88,7 +94,7 @@ def test_a_hidden_target_is_neither_found_nor_missed():
 
 
 def test_every_kind_of_detection_gets_its_name():
-    """Parts: echo, multipath, direct, indirect, noise."""
+    """Parts: echo, multipath, direct, indirect, noise, leakage, distortion."""
     found = detections(
         (6.5, 0.2, 0.0, 9.0),  # the target
         (3.0, 0.0, 1.4, 8.0),  # a wall that was traced
@@ -97,9 +103,11 @@ def test_every_kind_of_detection_gets_its_name():
         (5.6, -7.0, 0.0, 5.0),  # by way of a body
         (15.0, 9.0, 0.0, 4.0),  # of own energy, but nothing is there
         (27.0, 9.0, 0.0, 3.0),  # noise
+        (0.4, 0.0, 0.0, 2.0),  # straight from the own transmitter
+        (21.0, 4.0, 0.0, 1.0),  # a harmonic
     )
-    powers = np.full((7, 5), 1e-3)
-    powers[[0, 1, 2, 3, 4, 5, 6], [0, 0, 1, 2, 3, 0, 4]] = 1.0
+    powers = np.full((9, len(PARTS)), 1e-3)
+    powers[np.arange(9), [0, 0, 1, 2, 3, 0, 4, 5, 6]] = 1.0
     score = compare(
         found,
         TRUTH,
@@ -115,8 +123,10 @@ def test_every_kind_of_detection_gets_its_name():
         "indirect",
         "unexplained",
         "unexplained",
+        "front-end",
+        "front-end",
     )
-    assert score.ghosts == (2, 3, 4, 5, 6)
+    assert score.ghosts == (2, 3, 4, 5, 6, 7, 8)
     assert score.num_missed == 1
 
 
@@ -125,7 +135,7 @@ def test_a_ghost_on_top_of_a_target_does_not_count_as_finding_it():
     score = compare(
         found,
         TRUTH,
-        powers=np.array([[1e-4, 0.0, 1.0, 0.0, 1e-9]]),
+        powers=powers_of([1e-4, 0.0, 1.0, 0.0, 1e-9]),
         own_paths=paths((6.5, 0.2, False)),
         floor_rise=1.0,
     )
@@ -140,7 +150,7 @@ def test_an_echo_under_a_neighbours_interference_is_still_an_echo():
         score = compare(
             found,
             TRUTH,
-            powers=np.array([[1.0, 0.0, ratio, 0.0, 1e-3]]),
+            powers=powers_of([1.0, 0.0, ratio, 0.0, 1e-3]),
             own_paths=paths((3.0, 0.0, False)),
             floor_rise=1.0,
         )

@@ -9,7 +9,9 @@ from polychirp.channel.free_space import FreeSpace
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError, ModelWarning, PhysicsError
 from polychirp.frames import Pose
+from polychirp.model.front_end import Digitiser, FrontEnd, HighPass
 from polychirp.model.if_filter import IfFilter
+from polychirp.model.leakage import Bumper
 from polychirp.model.radar import Converter
 from polychirp.study.check import check
 from polychirp.study.spec import (
@@ -57,6 +59,20 @@ def test_what_a_radar_resolves_is_what_its_ramps_say():
     assert (radar.num_ramps, radar.samples_per_ramp) == (32, (981, 981))
     assert radar.samples_per_frame == 32 * 981
     assert radar.memory == 4 * 32 * 981 * 6 * 16
+
+
+def test_a_front_end_that_adds_parts_takes_their_memory():
+    digitiser = Digitiser(full_scale=1e-3)
+    noisy = replace(FRONT, bumper=Bumper(distance=0.05), front_end=FrontEnd(digitiser=digitiser))
+    derived = check(replace(STUDY, radars=(noisy,)))
+    assert derived.radars[0].memory == 4 * 32 * 981 * 8 * 16
+
+
+def test_a_high_pass_that_samples_cannot_follow_is_refused_before_the_run():
+    steep = FrontEnd(high_pass=HighPass(corners=(350e3, 350e3)))
+    radar = replace(FRONT, front_end=steep, converter=Converter(margin=0.0))
+    with pytest.raises(InputError, match="raise the converter's margin to 8 µs"):
+        check(replace(STUDY, radars=(radar,)))
 
 
 def test_a_sweep_of_one_ramp_doubles_the_unambiguous_speed():

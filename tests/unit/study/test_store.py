@@ -121,6 +121,18 @@ def test_a_run_comes_back(stored):
     assert (found.score.num_missed, found.score.floor_rise) == (1, 2.5)
 
 
+def test_a_run_keeps_which_parts_there_are_and_what_was_left_out(tmp_path):
+    whole = victim("front")
+    names = (*PARTS[:5], "distortion")
+    chosen = [PARTS.index(part) for part in names]
+    few = IfParts(samples=whole.parts.samples[chosen], names=names, neglected=2e-9)
+    save_run(tmp_path / "run.zarr", victims=[replace(whole, parts=few)], provenance=ORIGIN)
+    found = load_run(tmp_path / "run.zarr").victims[0].parts
+    assert (found.names, found.neglected) == (names, 2e-9)
+    np.testing.assert_allclose(found["distortion"], whole.parts["distortion"], rtol=1e-6)
+    assert not found["leakage"].any()
+
+
 def test_a_frame_without_detections_comes_back(stored):
     assert load_run(stored).victim("rear").detections.num_detections == 0
 
