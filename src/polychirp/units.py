@@ -69,6 +69,8 @@ _READERS: Final[Mapping[str, Mapping[str, Callable[[float], float]]]] = {
     "ppm": {"ppm": _scaled(1e-6), "ppb": _scaled(1e-9)},
     "S/m": {"S/m": _scaled(1.0)},
     "dB/m": {"dB/m": _scaled(math.log(10.0) / 10.0)},
+    "dBc/Hz": {"dBc/Hz": from_db},
+    "ppm/s": {"ppm/s": _scaled(1e-6), "ppb/s": _scaled(1e-9)},
 }
 
 _EXAMPLE: Final = {
@@ -85,6 +87,8 @@ _EXAMPLE: Final = {
     "ppm": "20 ppm",
     "S/m": "1.4 S/m",
     "dB/m": "0.4 dB/m",
+    "dBc/Hz": "-93 dBc/Hz",
+    "ppm/s": "0.1 ppm/s",
 }
 
 _QUANTITY: Final = re.compile(r"^\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S.*?)\s*$")
@@ -156,3 +160,7 @@ Fraction = Annotated[float, Unit("ppm")]
 SiemensPerMetre = Annotated[float, Unit("S/m")]
 PerMetre = Annotated[float, Unit("dB/m")]
 """Rate at which power fades, α in e^{−αx}; written in dB/m at the edge."""
+PerHertz = Annotated[float, Unit("dBc/Hz")]
+"""Noise in a band of 1 Hz relative to its carrier, 1/Hz; written in dBc/Hz at the edge."""
+FractionPerSecond = Annotated[float, Unit("ppm/s")]
+"""Growth of a small relative deviation, 1/s; written in ppm/s at the edge."""

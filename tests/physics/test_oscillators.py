@@ -11,6 +11,7 @@ from scipy.special import jv
 from polychirp.model.antenna import ISOTROPIC, AntennaArray
 from polychirp.model.if_filter import IfFilter
 from polychirp.model.if_frame import sample_times
+from polychirp.model.leakage import Leakage
 from polychirp.model.oscillator import Oscillator, PhaseNoise, QuadraticError, SinusoidalError
 from polychirp.model.radar import Converter, Radar
 from polychirp.model.ramp import RampSchedule
@@ -407,3 +408,33 @@ def test_a_ramp_that_bows_spreads_a_beat_by_the_change_of_its_error():
     x = 0.5 * (t[1:] + t[:-1]) / duration
     expected = SLOPE * delay + 4 * peak * delay / duration * (1 - 2 * x + delay / duration)
     assert beat == pytest.approx(expected, abs=0.5)  # of 2 kHz: the filter's ripple
+
+
+# ── what a radar hears of itself ────────────────────────────────────────────────────────────────
+
+
+def test_leakage_keeps_as_much_noise_as_an_echo_of_its_delay():
+    """Two leaks and an echo at once: each carries the error of its own delay."""
+    echo = HandPath(delay=80e-9, gain=0.3)
+    leaks = (Leakage(isolation=4.0, delay=0.2e-9), Leakage(isolation=100.0, delay=20e-9, phase=1.0))
+    as_paths = [
+        HandPath(delay=x.delay, gain=x.isolation**-0.5 * np.exp(1j * x.phase)) for x in leaks
+    ]
+    plans = [ramps(2)]
+    both = ENGINE.contribution(
+        world(TYPICAL, leakage=leaks), plans, [paths_of(echo)], victim=0, transmitter=0
+    )
+    alone = [received(ENGINE, world(TYPICAL), plans, path) for path in (echo, *as_paths)]
+    clean = [received(Stretch(), world(TYPICAL), plans, path) for path in as_paths]
+    noise = np.abs(sum(alone[1:]) - sum(clean)).max()
+    assert np.abs(both[2, 0] - sum(alone[1:])).max() < 1e-3 * noise
+    assert np.abs(both[0, 0] - alone[0]).max() < 1e-9 * np.abs(alone[0]).max()
+
+
+def test_a_radar_that_hears_itself_alone_needs_no_paths():
+    scene = world(TYPICAL, leakage=(Leakage(isolation=1.0, delay=1e-9),))
+    y = ENGINE.contribution(scene, [ramps()], [paths_of()], victim=0, transmitter=0)
+    assert not np.any(y[:2])
+    assert np.any(
+        y[2] != Stretch().contribution(scene, [ramps()], [paths_of()], victim=0, transmitter=0)[2]
+    )

@@ -28,10 +28,12 @@ _SPELLINGS: Final[dict[str, dict[str, Callable[[float], float]]]] = {
     "ppm": {"ppm": lambda v: v * 1e6},
     "S/m": {},
     "dB/m": {"dB/m": lambda v: v * 10.0 / math.log(10.0)},
+    "dBc/Hz": {"dBc/Hz": _level},
+    "ppm/s": {"ppm/s": lambda v: v * 1e6},
 }
 """Units that people use, beside the symbol itself, and how SI becomes them."""
 
-_NEVER_BARE: Final = {"dB", "dB/m", "ppm", "W"}
+_NEVER_BARE: Final = {"dB", "dB/m", "dBc/Hz", "ppm", "ppm/s", "W"}
 """Symbols that no spelling uses as they are: these quantities are written as levels and ppm."""
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from polychirp.axes import FloatArray
 from polychirp.errors import InputError
 from polychirp.frames import ByKind, Spec
-from polychirp.units import Hertz, Ratio, from_db
+from polychirp.units import Hertz, PerHertz, from_db
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,7 +52,7 @@ class PhaseNoise(Spec):
     """
 
     offset: tuple[Hertz, ...] = (1e4, 1e5, 1e6, 1e7, 1e8, 3e8)
-    level: tuple[Ratio, ...] = (
+    level: tuple[PerHertz, ...] = (
         from_db(-80.0),
         from_db(-85.0),
         from_db(-93.0),

@@ -22,7 +22,7 @@ from polychirp.model.scene import Scene
 from polychirp.receiver.chain import Receiver
 from polychirp.rng import Streams
 from polychirp.traffic.street import Street
-from polychirp.units import Fraction, Seconds
+from polychirp.units import Fraction, FractionPerSecond, Seconds
 from polychirp.waveform import AnyCoding, AnyWaveform, coded
 
 GREATEST_DRIFT: Final = 10e-6
@@ -54,7 +54,7 @@ class StudyRadar(Radar):
     array_errors: ArrayErrors | None = None
     start_time: Seconds = 0.0
     clock_offset: Fraction = 0.0
-    clock_drift: Fraction = 0.0
+    clock_drift: FractionPerSecond = 0.0
     start_jitter: Seconds = 0.0
 
     def __post_init__(self) -> None:

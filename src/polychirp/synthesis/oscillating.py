@@ -37,6 +37,7 @@ from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
 from polychirp.rng import Streams
 from polychirp.synthesis.base import SynthesisEngine
+from polychirp.synthesis.leakage import LEAKAGE_PART
 from polychirp.synthesis.links import links_between
 from polychirp.synthesis.noise import noise_density
 from polychirp.synthesis.phase_error import PhaseError, phase_error
@@ -114,8 +115,6 @@ class Oscillating:
         if all(radar.oscillator.is_ideal for radar in pair):
             return samples
         paths = [_between(shot, victim, transmitter) for shot in snapshots]
-        if not any(shot.num_paths for shot in paths):
-            return samples
         highest = highest_offset(scene)
         wide = Wide.of(scene, schedules[victim], victim, highest)
         errors = [
@@ -129,17 +128,30 @@ class Oscillating:
         ]
         time = wide.times.time
         error = _turned(errors[0], time)
-        shortest = float(min(schedules[r].duration.min() for r in (victim, transmitter)))
-        total = np.zeros((2, pair[0].array.num_channels, *time.shape), dtype=np.complex128)
-        for delay, shots in shared(paths, pair[1], highest=highest, shortest=shortest):
+
+        def deviation(
+            alone: Scene, shots: Sequence[PropagationPaths], delay: float
+        ) -> ComplexArray:
+            """What the errors add to signals of one delay, at the wide rate."""
             signal = self.inner.contribution(
-                wide.scene, schedules, shots, victim=victim, transmitter=transmitter
+                alone, schedules, shots, victim=victim, transmitter=transmitter
             )
             signal *= error * np.conj(_turned(errors[1], time - delay)) - 1.0
-            total += signal
-        if victim != transmitter:
-            total += self._far(wide, schedules, paths, victim, transmitter, highest)
-        return np.asarray(samples + wide.narrowed(total))
+            return signal
+
+        added = np.zeros((*samples.shape[:2], *time.shape), dtype=np.complex128)
+        if any(shot.num_paths for shot in paths):
+            shortest = float(min(schedules[r].duration.min() for r in (victim, transmitter)))
+            for delay, shots in shared(paths, pair[1], highest=highest, shortest=shortest):
+                added[:LEAKAGE_PART] += deviation(wide.scene, shots, delay)
+            if victim != transmitter:
+                added += self._far(wide, schedules, paths, victim, transmitter, highest)
+        if len(samples) > LEAKAGE_PART:
+            nothing = [shot.select(np.zeros(0, dtype=np.int64)) for shot in paths]
+            for radar, delay in one_way_each(pair[0]):
+                alone = wide.heard_by(radar, victim)
+                added[LEAKAGE_PART] += deviation(alone, nothing, delay)[LEAKAGE_PART]
+        return np.asarray(samples + wide.narrowed(added))
 
     def _far(
         self,
@@ -172,7 +184,10 @@ class Oscillating:
         density = np.where(mixes & sends & (beat > highest), level, 0.0)
         if density.max() * most**2 < INAUDIBLE * noise_density(radar):
             return np.zeros((), dtype=np.complex128)
-        plans = [own if n == transmitter else plan for n, plan in enumerate(schedules)]
+        # one code word stands for all: which elements send changes where the noise comes from
+        weight = np.repeat(sent.transmit_weight[:1], own.num_ramps, axis=0)
+        noisy = replace(own, transmit_weight=weight)
+        plans = [noisy if n == transmitter else plan for n, plan in enumerate(schedules)]
         carrier = self.inner.contribution(
             wide.scene, plans, paths, victim=victim, transmitter=transmitter
         )

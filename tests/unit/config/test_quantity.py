@@ -32,6 +32,8 @@ LINEAR = ("Hz", "S/s", "Hz/s", "s", "m", "m/s", "S/m")
         ("dB", "-30 dB"),
         ("m^2", "10 m^2"),
         ("ppm", "20 ppm"),
+        ("dBc/Hz", "-93 dBc/Hz"),
+        ("ppm/s", "0.1 ppm/s"),
         ("S/m", "1.4 S/m"),
     ],
 )
