@@ -45,11 +45,12 @@ def part_powers(
 
 
 def floor_rise(receiver: Receiver, frame: IfFrame, parts: IfParts) -> float:
-    """How far interference lifts the floor of the range spectra: power ratio, 1 for not at all.
+    """How far disturbance lifts the floor of the range spectra: power ratio, 1 for not at all.
 
     Floor: median over the range cells up to the receiver's greatest range of the spectrum's mean
     power over beams and ramps; a ghost fills few cells and does not count. Compared are
-    interference and noise together with noise alone, both blanked where the whole was.
+    interference, leakage, distortion and noise together with noise alone, all blanked where the
+    whole was.
     """
     present = present_samples(receiver, frame)
     weight = hann_weights(present)
@@ -64,7 +65,8 @@ def floor_rise(receiver: Receiver, frame: IfFrame, parts: IfParts) -> float:
         medians = [np.median(power[k, inside[k]]) for k in range(power.shape[0])]
         return float(np.mean(medians))
 
-    return floor(parts.interference + parts.noise) / floor(parts.noise)
+    disturbance = parts.total("direct", "indirect", "leakage", "distortion", "noise")
+    return floor(disturbance) / floor(parts.noise)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
