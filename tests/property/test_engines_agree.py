@@ -13,6 +13,7 @@ from polychirp.model.paths import Bounce
 from polychirp.model.radar import Converter, Radar
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Actor, Scene
+from polychirp.synthesis import bundles
 from polychirp.synthesis.fullband import FullBand
 from polychirp.synthesis.stretch import Stretch
 from polychirp.testing.paths import HandPath, paths_of
@@ -172,3 +173,77 @@ def test_a_paper_like_ramp_is_the_same_from_both_engines(slope):
     scene = Scene(time=0.0, actors=(car,), radars=(radar, other), carriers=(0, 0))
     snapshots = [paths_of(HandPath(transmitter=1, delay=50e-9, delay_rate=-1e-7))]
     assert largest_difference(scene, [own, sent], snapshots, 1) < AGREEMENT
+
+
+def many_paths(random, transmitter, *, count, longest):
+    """Half of them mirrored; one is 20 dB stronger than most."""
+    gain = 10 ** random.uniform(-2.0, -1.0, count) * np.exp(2j * np.pi * random.random(count))
+    gain[0] = 1.0
+    azimuth = random.uniform(-1.5, 1.5, count)
+    return [
+        HandPath(
+            transmitter=transmitter,
+            delay=random.uniform(0.0, longest),
+            delay_rate=random.uniform(-4e-7, 4e-7),
+            gain=gain[p],
+            arrival=(float(np.cos(azimuth[p])), float(np.sin(azimuth[p])), 0.0),
+            bounces=((), (Bounce.SCATTERING,), (Bounce.REFLECTION, Bounce.SCATTERING))[p % 3],
+        )
+        for p in range(count)
+    ]
+
+
+OWN = 0.0
+"""In place of a ratio: the radar's own echoes."""
+
+
+@pytest.mark.parametrize("backend", ["auto", "numpy"])
+@pytest.mark.parametrize("ratio", [OWN, 1.0, 1.0 + 1e-7, 1.0005, 1.02, 0.4, -1.0])
+@settings(max_examples=4)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    longest=st.sampled_from([20e-9, 200e-9, 2e-6]),
+    attenuation=between(55.0, 100.0),
+)
+def test_bundles_of_paths_are_their_sum_path_by_path(backend, ratio, seed, longest, attenuation):
+    """Rates equal, nearly so and crossing; delays up to an echo that wraps into the next ramp.
+
+    Bundles are made as if path by path cost a second a sample, else they would be rare. Each may
+    leave out 1e-7 of the samples, and not the same; everything else is right to 1e-8.
+    """
+    random, transmitter = np.random.default_rng(seed), int(ratio != OWN)
+    duration = np.array([400e-6, 250e-6])
+    slope = random.uniform(0.5e12, 1e12) * np.array([1.0, -1.0])
+    meeting = 79.2e9 + random.uniform(-1e6, 1e6, 2)
+    own, sent = (
+        RampSchedule(
+            start_time=start + np.array([0.0, 401e-6]),
+            duration=duration,
+            start_frequency=meeting - steepness * np.array([150e-6, 120e-6]),
+            slope=steepness,
+            start_phase=random.random(2),
+            sweep=[0, 1],
+        )
+        for start, steepness in ((0.0, slope), (random.uniform(-1e-6, 1e-6), ratio * slope))
+    )
+    converter = Converter(sample_rate=1e6, start=1e-6, margin=1e-6)
+    if_filter = IfFilter(attenuation=from_db(attenuation))
+    array = AntennaArray(num_channels=3, pattern=ISOTROPIC)
+    victim = Radar(name="victim", array=array, converter=converter, if_filter=if_filter)
+    other = Radar(name="other", array=array)
+    car = Actor(name="car", kind="vehicle")
+    scene = Scene(time=0.0, actors=(car,), radars=(victim, other), carriers=(0, 0))
+    paths = many_paths(random, transmitter, count=300, longest=longest)
+    snapshots = [paths_of(*paths, reference_time=100e-6)]
+
+    def samples(name):
+        return Stretch(backend=name).contribution(
+            scene, [own, sent], snapshots, victim=0, transmitter=transmitter
+        )
+
+    by_path = samples("kernels")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(bundles, "PER_SAMPLE", (1.0, 1.0))
+        bundled = samples(backend)
+    worst = np.abs(bundled - by_path).max() / np.abs(by_path).max()
+    assert worst < 2e-7

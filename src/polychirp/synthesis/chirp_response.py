@@ -18,7 +18,8 @@ from typing import Annotated, Final
 import numpy as np
 
 from polychirp.axes import Axes, ComplexArray, FloatArray, seal
-from polychirp.model.if_filter import IfFilter
+from polychirp.model.if_filter import IfFilter, gauss_panels
+from polychirp.synthesis.tones import GriddedTones
 
 OVERSAMPLING: Final = 16
 """Entries of a response's table per 1/S of frequency."""
@@ -71,49 +72,33 @@ def response_table(
     if_filter: IfFilter, *, rate: float, highest: float, num_orders: int
 ) -> ResponseTable:
     """The table of one chirp rate for beats of up to ``highest`` Hz in magnitude."""
-    support = if_filter.support
-    entry = np.arange(-4, math.ceil(highest / step_of(if_filter)) + 6)
-    # sixteen points per cycle of the fastest that the integrand contains, and a window that rises
-    # steeply at its ends
-    fastest = highest + 0.5 * abs(rate) * support + if_filter.stopband
-    intervals = 1 << max(9, math.ceil(math.log2(16.0 * fastest * support)))
-    s, weighted = _weighted_taps(if_filter, intervals)
+    step = step_of(if_filter)
+    entry = np.arange(-4, math.ceil(highest / step) + 6)
+    s, weighted = _weighted_taps(if_filter, highest + 0.5 * abs(rate) * if_filter.support)
     chirp = weighted * np.exp(1j * np.pi * rate * s**2)
     order = np.arange(num_orders)
     factor = np.array([math.factorial(j) for j in order])
-    integrand = chirp * (2.0 * s / support) ** (2 * order[:, None]) / factor[:, None]
-    # both the times and the beats begin below zero
-    integrand *= np.exp(-2j * np.pi * entry[0] * step_of(if_filter) * (s + 0.5 * support))
-    spectrum = _first_bins(integrand, entry.size, OVERSAMPLING * intervals)
-    shift = np.exp(1j * np.pi * entry / OVERSAMPLING)
-    moment = np.ascontiguousarray((spectrum * shift).T)
+    integrand = chirp[:, None] * (2.0 * s[:, None] / if_filter.support) ** (2 * order) / factor
+    # the sum of tones counts its samples from the middle one
+    middle = entry[entry.size // 2] * step
+    tones = GriddedTones(entry.size, num_orders, density=2.0)
+    tones.add(-s * step, integrand * np.exp(-2j * np.pi * middle * s[:, None]))
+    moment = tones.sums()
     envelope = np.maximum.accumulate(np.abs(moment[::-1, 0]))[::-1]
     return ResponseTable(rate=rate, moment=moment, envelope=envelope)
 
 
+def _weighted_taps(if_filter: IfFilter, fastest: float) -> tuple[FloatArray, FloatArray]:
+    """Nodes in time, and h there with the weights of an integral of what beats to ``fastest``."""
+    panels = math.ceil(0.5 * if_filter.support * (fastest + if_filter.stopband))
+    return _panelled_taps(if_filter, 32 * (panels // 32 + 1))
+
+
 @lru_cache(maxsize=32)
-def _weighted_taps(if_filter: IfFilter, intervals: int) -> tuple[FloatArray, FloatArray]:
-    """Times from −S/2 to S/2, and h there with the weights of an integral over them."""
-    support = if_filter.support
-    s = (np.arange(intervals + 1) / intervals - 0.5) * support
-    return s, if_filter.impulse_response(s) * _end_corrected(intervals) * (support / intervals)
-
-
-def _first_bins(x: ComplexArray, count: int, size: int) -> ComplexArray:
-    """The first ``count`` of the ``size`` bins of the zero-padded rows' Fourier transform.
-
-    2nk = n² + k² − (k − n)² makes it a convolution (Bluestein 1970) as long as rows and bins, a
-    small part of ``size``.
-    """
-    length = x.shape[1]
-    n = np.arange(max(length, count), dtype=np.int64)
-    turn = np.exp(-1j * np.pi * (n**2 % (2 * size)) / size)
-    padded = 1 << (length + count - 1).bit_length()
-    kernel = np.zeros(padded, dtype=np.complex128)
-    kernel[:count] = np.conj(turn[:count])
-    kernel[padded - length + 1 :] = np.conj(turn[1:length])[::-1]
-    product = np.fft.fft(x * turn[:length], padded) * np.fft.fft(kernel)
-    return np.asarray(np.fft.ifft(product)[:, :count] * turn[:count])
+def _panelled_taps(if_filter: IfFilter, panels: int) -> tuple[FloatArray, FloatArray]:
+    nodes, weights = gauss_panels(panels)
+    time = 0.5 * if_filter.support * nodes
+    return time, 0.5 * if_filter.support * weights * if_filter.impulse_response(time)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -169,27 +154,3 @@ def num_orders(if_filter: IfFilter, spread: float) -> int:
         order += 1
         term *= turn / order
     return order
-
-
-def _end_corrected(intervals: int) -> FloatArray:
-    """Weights of Gregory's rule of order 8: the trapezoid's, put right at both ends."""
-    weight = np.ones(intervals + 1)
-    head = _GREGORY
-    weight[: head.size] = head
-    weight[-head.size :] = head[::-1]
-    return weight
-
-
-def _gregory(order: int) -> FloatArray:
-    """First weights such that polynomials below ``order`` are integrated exactly.
-
-    On the half-line Σ wₙ g(n) must be ∫g: moments of the sum's missing part are zeta values,
-    Σ_{n≥0} n^k → ζ(−k) in Abel's sense.
-    """
-    bernoulli = {0: -0.5, 1: -1 / 12, 3: 1 / 120, 5: -1 / 252, 7: 1 / 240}
-    n = np.arange(order, dtype=np.float64)
-    moments = np.array([-bernoulli.get(k, 0.0) - (1.0 if k == 0 else 0.0) for k in range(order)])
-    return 1.0 + np.linalg.solve(n ** np.arange(order)[:, None], moments)
-
-
-_GREGORY: Final = _gregory(8)

@@ -17,8 +17,8 @@ from typing import Final, NamedTuple, TypeVar, cast
 import numpy as np
 from numba import njit
 
-from polychirp.axes import ComplexArray, FloatArray, IntArray
-from polychirp.synthesis.chirp_response import TAYLOR_ORDER
+from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
+from polychirp.synthesis.chirp_response import NUM_TERMS, TAYLOR_ORDER
 
 TAU: Final = 2.0 * math.pi
 LANES: Final = 16
@@ -34,7 +34,7 @@ STEADY: Final = 0.05
 class Ramps(NamedTuple):
     """A schedule's columns, ``(ramp,)`` each, times in s from a common origin.
 
-    ``weight`` is the conjugate of what drives the elements, ``(ramp, element)``.
+    ``weight`` is the conjugate of what each transmitting element is driven with, (ramp, element).
     """
 
     start: FloatArray
@@ -46,22 +46,34 @@ class Ramps(NamedTuple):
 
 
 class Window(NamedTuple):
-    """The victim's samples, ``(ramp,)``: the first from the ramp's start, their number, 1/rate.
-
-    The filter reaches from them to the victim's ramps from ``low`` to before ``high``.
-    """
+    """The victim's samples, ``(ramp,)``: the first from the ramp's start, their number, 1/rate."""
 
     first: FloatArray
     num_samples: IntArray
     step: float
+
+
+class Visits(NamedTuple):
+    """Where a pair of ramps is seen in a row of samples: ``(visit,)``.
+
+    The samples of ``row`` meet lines ``low`` to before ``high`` of the victim's ramp ``ramp`` and
+    the pair ``pair``; samples from ``skip_from`` to before ``skip_until`` are left out.
+    """
+
+    row: IntArray
+    ramp: IntArray
+    pair: IntArray
     low: IntArray
     high: IntArray
+    skip_from: IntArray
+    skip_until: IntArray
 
 
 class Lines(NamedTuple):
     """Links of all snapshots in one table: those of snapshot i are ``start[i]:start[i + 1]``.
 
-    ``limit`` is the gain below which nothing of a path needs to be added, ``element`` what sent it.
+    ``limit`` is the gain below which nothing of a path needs to be added. Those of a snapshot are
+    in order of ``part``, ``is_weak`` and delay.
     """
 
     start: IntArray
@@ -74,20 +86,24 @@ class Lines(NamedTuple):
     limit: FloatArray
     part: IntArray
     element: IntArray
+    is_weak: BoolArray
 
 
 class Pairs(NamedTuple):
     """Pairs of a victim's and a transmitted ramp: of ramp k, ``start[k]:start[k + 1]``.
 
     They are with the transmitted ramps ``sent[k]`` and following. Per pair: its table of G, the
-    entries ``begin[pair]:begin[pair + 1]`` of ``moment`` (`ResponseTable`), about ``rate``, and
-    the beat ``far`` above which the end-point series is right.
+    entries ``begin[pair]:end[pair]`` of ``moment`` (`ResponseTable`), about ``rate``, and
+    the beat ``far`` above which the end-point series is right. Lines' rates are within ``spread``
+    of ``rate``.
     """
 
     start: IntArray
     sent: IntArray
     begin: IntArray
+    end: IntArray
     rate: FloatArray
+    spread: FloatArray
     far: FloatArray
     step: float
     moment: ComplexArray
@@ -143,7 +159,8 @@ def inlined(function: F) -> F:
 
 
 @inlined
-def _phase(chirp: Chirp, time: float) -> float:
+def phase_of(chirp: Chirp, time: float) -> float:
+    """Cycles, at a time."""
     return chirp.phase + time * (chirp.beat + 0.5 * chirp.rate * time)
 
 
@@ -166,7 +183,8 @@ def _turns(frequency: float, time: float) -> float:
 
 
 @inlined
-def _unit(cycles: float) -> complex:
+def unit(cycles: float) -> complex:
+    """The number of magnitude 1 with that phase."""
     angle = TAU * (cycles - math.floor(cycles))
     return complex(math.cos(angle), math.sin(angle))
 
@@ -192,15 +210,21 @@ def _derivative(taps: Taps, s: float, order: int) -> float:
     off = s + taps.half - node * taps.step
     value = 0.0
     for j in range(order + TAYLOR_ORDER - 1, order - 1, -1):
-        factor = 1.0
-        for i in range(order):
-            factor *= j - i
-        value = value * off + factor * taps.taylor[node, j]
+        value = value * off + _FALLING[order, j] * taps.taylor[node, j]
     return value
 
 
+_FALLING: Final = np.array(
+    [
+        [math.perm(j, order) if j >= order else 0 for j in range(NUM_TERMS + TAYLOR_ORDER)]
+        for order in range(NUM_TERMS)
+    ],
+    dtype=np.float64,
+)
+
+
 @inlined
-def _gain(pairs: Pairs, pair: int, beat: float, detune: complex) -> complex:
+def from_table(pairs: Pairs, pair: int, beat: float, detune: complex) -> complex:
     """G from its table by Lagrange's polynomial through eight entries; G is even in the beat.
 
     ``detune`` is jπ(μ − μ₀)S²/4.
@@ -287,7 +311,7 @@ def _add_corner(
         return
     weight = np.empty(taps.bessel.shape[0], dtype=np.complex128)
     count = _end_series(taps, beat, chirp.rate, weight)
-    value = chirp.amplitude * _unit(_phase(chirp, corner))
+    value = chirp.amplitude * unit(phase_of(chirp, corner))
     for n in range(real.size):
         s = min(max(time + n * step - corner, -taps.half), taps.half)
         total = weight[0] * _tap(taps, s)
@@ -299,7 +323,7 @@ def _add_corner(
 
 
 @inlined
-def _edge_gain(taps: Taps, node: int, beat: float, rate: float, weight: ComplexArray) -> complex:
+def edge_gain(taps: Taps, node: int, beat: float, rate: float, weight: ComplexArray) -> complex:
     """What an edge of the filter's window gives, relative to the chirp's value there."""
     count = _end_series(taps, beat, rate, weight)
     total = 0.0j
@@ -337,7 +361,7 @@ def _add_edge(
     n, end = _range_of_beats(start, change, reach, real.size - 1)
     while n <= end:
         beat = start + change * n
-        phase = _phase(chirp, time + step * n)
+        phase = phase_of(chirp, time + step * n)
         height = taps.edge / (TAU * abs(beat))
         span = min((8.0 * max(1e-9, 0.1 * chirp.limit) / height) ** 0.25, 0.33)
         receding = math.copysign(span, beat * change)
@@ -347,14 +371,14 @@ def _add_edge(
             gain[:] = 0.0
             for i in range(4):
                 here = beat + change * count * _CHEBYSHEV[i]
-                value = _edge_gain(taps, node, here, rate, weight)
+                value = edge_gain(taps, node, here, rate, weight)
                 for j in range(4):
                     gain[j] += _TO_POWERS[j, i] * value
             part = slice(n, n + count)
             _add_steady(real[part], imag[part], amplitude, phase, beat, rate, step, gain)
             n += count
         else:
-            value = amplitude * _unit(phase) * _edge_gain(taps, node, beat, rate, weight)
+            value = amplitude * unit(phase) * edge_gain(taps, node, beat, rate, weight)
             real[n] += value.real
             imag[n] += value.imag
             n += 1
@@ -374,7 +398,7 @@ def _quadrature(taps: Taps, low: float, high: float, beat: float, rate: float) -
         begin = low + panel * width
         for i in range(taps.node.size):
             s = begin + width * taps.node[i]
-            value = _unit(s * (0.5 * rate * s - beat))
+            value = unit(s * (0.5 * rate * s - beat))
             total += (width * taps.weight[i] * _tap(taps, s)) * value
     return total
 
@@ -389,7 +413,7 @@ def _add_cut(
         low, high = max(-taps.half, t - chirp.end), min(taps.half, t - chirp.begin)
         if high > low:
             value = _quadrature(taps, low, high, chirp.beat + chirp.rate * t, chirp.rate)
-            value *= chirp.amplitude * _unit(_phase(chirp, t))
+            value *= chirp.amplitude * unit(phase_of(chirp, t))
             real[n] += value.real
             imag[n] += value.imag
 
@@ -413,17 +437,17 @@ def _add_steady(
     zr, zi = np.empty(LANES), np.empty(LANES)
     wr, wi = np.empty(LANES), np.empty(LANES)
     f, mu = beat * step, rate * step * step
-    z = amplitude * _unit(phase)
-    one = _unit(f + 0.5 * mu)
-    bend = _unit(mu)
-    many = _unit(LANES * (f + 0.5 * mu * LANES))
-    bends = _unit(mu * LANES)
+    z = amplitude * unit(phase)
+    one = unit(f + 0.5 * mu)
+    bend = unit(mu)
+    many = unit(LANES * (f + 0.5 * mu * LANES))
+    bends = unit(mu * LANES)
     for lane in range(LANES):
         zr[lane], zi[lane], wr[lane], wi[lane] = z.real, z.imag, many.real, many.imag
         z *= one
         one *= bend
         many *= bends
-    turn = _unit(mu * LANES * LANES)
+    turn = unit(mu * LANES * LANES)
     qr, qi = turn.real, turn.imag
     a0, a1, a2, a3 = gain[0].real, gain[1].real, gain[2].real, gain[3].real
     b0, b1, b2, b3 = gain[0].imag, gain[1].imag, gain[2].imag, gain[3].imag
@@ -475,19 +499,19 @@ def _add_near(
     gain = np.empty(4, dtype=np.complex128)
     while n <= end:
         beat = start + change * n
-        phase = _phase(chirp, time + step * n)
+        phase = phase_of(chirp, time + step * n)
         count = min(block, end + 1 - n)
         if count >= LANES:
             gain[:] = 0.0
             for i in range(4):
-                value = _gain(pairs, pair, beat + change * count * _CHEBYSHEV[i], detune)
+                value = from_table(pairs, pair, beat + change * count * _CHEBYSHEV[i], detune)
                 for j in range(4):
                     gain[j] += _TO_POWERS[j, i] * value
             part = slice(n, n + count)
             _add_steady(real[part], imag[part], chirp.amplitude, phase, beat, rate, step, gain)
             n += count
         else:
-            value = chirp.amplitude * _unit(phase) * _gain(pairs, pair, beat, detune)
+            value = chirp.amplitude * unit(phase) * from_table(pairs, pair, beat, detune)
             real[n] += value.real
             imag[n] += value.imag
             n += 1
@@ -496,7 +520,7 @@ def _add_near(
 @inlined
 def _reach(pairs: Pairs, pair: int, limit: float) -> float:
     """Hz, the beat from which on the table's gain is below ``limit``, or its end."""
-    low, high = pairs.begin[pair] + 4, pairs.begin[pair + 1] - 1
+    low, high = pairs.begin[pair] + 4, pairs.end[pair] - 1
     if pairs.envelope[high] >= limit:
         return np.inf
     while high - low > 1:
@@ -626,7 +650,7 @@ def _add_edges(
 
 
 @inlined
-def _received(
+def received(
     own: Ramps,
     k: int,
     sent: Ramps,
@@ -653,6 +677,13 @@ def _received(
     )
 
 
+@inlined
+def sent_amplitude(sent: Ramps, i: int, lines: Lines, p: int) -> complex:
+    """A line's amplitude on the transmitted ramp i: times what its element is driven with."""
+    driven: complex = lines.amplitude[p] * sent.weight[i, lines.element[p]]
+    return driven
+
+
 @compiled
 def add_contribution(
     real: FloatArray,
@@ -663,30 +694,31 @@ def add_contribution(
     lines: Lines,
     pairs: Pairs,
     taps: Taps,
+    visits: Visits,
 ) -> None:
-    """Add to ``(part, channel, ramp, fast)`` what every pair of ramps makes of every path.
+    """Add to ``(part, channel, ramp, fast)`` what the visits' lines make, one by one.
 
     One thread, but without Python's lock: victims and trials are what runs side by side.
     """
-    for r in range(real.shape[2]):
-        for k in range(window.low[r], window.high[r]):
-            shot = lines.chosen[k]
-            first = window.first[r] + (own.start[r] - own.start[k])
-            since = own.start[k] - lines.reference_time[shot]
-            for p in range(lines.start[shot], lines.start[shot + 1]):
-                drift = lines.delay_rate[p]
-                for m in range(real.shape[1]):
-                    delay = lines.delay[p] + drift * since + lines.element_delay[p, m]
-                    row_real = real[lines.part[p], m, r, : window.num_samples[r]]
-                    row_imag = imag[lines.part[p], m, r, : window.num_samples[r]]
-                    for pair in range(pairs.start[k], pairs.start[k + 1]):
-                        i = pairs.sent[k] + pair - pairs.start[k]
-                        weight = sent.weight[i, lines.element[p]]
-                        if weight == 0.0:
-                            continue
-                        amplitude = weight * lines.amplitude[p]
-                        chirp = _received(own, k, sent, i, delay, drift, amplitude, lines.limit[p])
-                        if chirp.end > chirp.begin:
-                            _add_chirp(
-                                row_real, row_imag, pairs, taps, pair, chirp, first, window.step
-                            )
+    for v in range(visits.row.size):
+        r, k, pair = visits.row[v], visits.ramp[v], visits.pair[v]
+        i = pairs.sent[k] + pair - pairs.start[k]
+        first = window.first[r] + (own.start[r] - own.start[k])
+        since = own.start[k] - lines.reference_time[lines.chosen[k]]
+        skip_from, skip_until = visits.skip_from[v], visits.skip_until[v]
+        for p in range(visits.low[v], visits.high[v]):
+            amplitude = sent_amplitude(sent, i, lines, p)
+            if amplitude == 0.0:
+                continue
+            drift = lines.delay_rate[p]
+            for m in range(real.shape[1]):
+                delay = lines.delay[p] + drift * since + lines.element_delay[p, m]
+                chirp = received(own, k, sent, i, delay, drift, amplitude, lines.limit[p])
+                if chirp.end <= chirp.begin:
+                    continue
+                for begin, end in ((0, skip_from), (skip_until, window.num_samples[r])):
+                    if end > begin:
+                        row_real = real[lines.part[p], m, r, begin:end]
+                        row_imag = imag[lines.part[p], m, r, begin:end]
+                        start = first + begin * window.step
+                        _add_chirp(row_real, row_imag, pairs, taps, pair, chirp, start, window.step)

@@ -1,136 +1,121 @@
-"""Which ramps of a victim and a transmitter meet, and at which beats."""
+"""Which ramps of a victim and a transmitter meet, when, and at which beats."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from polychirp.axes import Axes, FloatArray, IntArray, PerPath, seal
 from polychirp.model.if_filter import IfFilter
 from polychirp.model.radar import Radar
 from polychirp.model.ramp import RampSchedule
-from polychirp.synthesis.links import Links
+
+if TYPE_CHECKING:
+    from polychirp.synthesis.kernels import Lines, Ramps
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Overlap:
     """A ramp of the victim and one that arrives, on some path, while it lasts.
 
     Parameters
     ----------
     victim_ramp, sent_ramp : numbers of the ramps
-    rate : Hz/s, of the beat, ``(path,)``
-    closest : Hz, least magnitude of the beat while the ramp is sampled, ``(path,)``; ∞ where
-        the overlap is over before or begins after
-    lowest, highest : Hz, magnitudes between which the beat stays during the overlap and half a
-        filter's support around it, ``(path,)``; ∞ and 0 without an overlap
-    strength : V, ``(path,)``
+    least_rate, greatest_rate : Hz/s, of the beat on any path
+    lowest, highest : Hz, magnitudes between which the beat stays, on every path, during the
+        overlap and half a filter's support around it; ∞ and −∞ without an overlap
+    first_begin, last_begin, first_end, last_end : s from the start of the victim's ramp, when
+        the overlap begins and ends on the paths
+    power : W, that all paths together bring into the band, at the strongest
     """
 
     victim_ramp: int
     sent_ramp: int
-    rate: PerPath
-    closest: PerPath
-    lowest: PerPath
-    highest: PerPath
-    strength: Annotated[FloatArray, Axes("path")]
-
-    def __post_init__(self) -> None:
-        seal(self)
+    least_rate: float
+    greatest_rate: float
+    lowest: float
+    highest: float
+    first_begin: float
+    last_begin: float
+    first_end: float
+    last_end: float
+    power: float
 
     @property
     def centre(self) -> float:
         """Hz/s, half-way between the extreme rates."""
-        return 0.5 * float(self.rate.min() + self.rate.max())
+        return 0.5 * (self.least_rate + self.greatest_rate)
 
     @property
     def spread(self) -> float:
         """Hz/s, of the extreme rates from the centre."""
-        return 0.5 * float(np.ptp(self.rate))
+        return 0.5 * (self.greatest_rate - self.least_rate)
+
+    @property
+    def steepest(self) -> float:
+        """Hz/s, the greatest magnitude of a rate."""
+        return max(abs(self.least_rate), abs(self.greatest_rate))
 
 
 def all_overlaps(
-    radar: Radar,
-    own: RampSchedule,
-    sent: RampSchedule,
-    links: Sequence[Links],
-    chosen: IntArray,
+    radar: Radar, own: RampSchedule, sent: RampSchedule, ramps: tuple[Ramps, Ramps], lines: Lines
 ) -> list[Overlap]:
     """Every overlap, in order of the victim's and then of the transmitted ramps.
 
-    ``chosen`` is the number of the links for every ramp of the victim, ``(ramp,)``.
+    ``ramps`` are the two schedules as the kernels take them.
+
+    A steady beat passes unchanged, a fast crossing leaves the pulse h(0)/√|μ| of the filter: such
+    are the heights in `Overlap.power`.
     """
-    return [
-        _overlap(radar, own, sent, links[chosen[k]], k, i)
-        for k in range(own.num_ramps)
-        for i in _sent_during(own, sent, links[chosen[k]], k)
-    ]
+    from polychirp.synthesis import bundle_kernels
+
+    half, pulse = 0.5 * radar.if_filter.support, peak(radar.if_filter)
+    found = []
+    for k in range(own.num_ramps):
+        shot = lines.chosen[k]
+        low, high = int(lines.start[shot]), int(lines.start[shot + 1])
+        for i in _sent_during(own, sent, lines, k):
+            told = bundle_kernels.summary(
+                ramps[0], k, ramps[1], i, lines, low, high, half,
+                radar.converter.start, float(own.duration[k]) - radar.converter.margin,
+                radar.if_filter.passband, pulse,
+            )  # fmt: skip
+            found.append(Overlap(**dict(zip(_TOLD, told.tolist(), strict=True)),
+                                 victim_ramp=k, sent_ramp=i))  # fmt: skip
+    return found
 
 
-def strongest_sample(if_filter: IfFilter, overlaps: Sequence[Overlap]) -> float:
-    """V, an estimate of the strongest sample that one path makes on its way through the band.
-
-    A steady beat passes unchanged, a fast crossing leaves the pulse h(0)/√|μ| of the filter.
-    """
-    pulse = float(if_filter.impulse_response(np.zeros(1))[0])
-    strongest = 0.0
-    for overlap in overlaps:
-        height = np.minimum(1.0, pulse / np.sqrt(np.maximum(np.abs(overlap.rate), 1e-300)))
-        enters = overlap.closest <= if_filter.passband
-        strongest = max(strongest, float(np.max(overlap.strength * height * enters)))
-    return strongest
+_TOLD = (
+    "least_rate", "greatest_rate", "lowest", "highest",
+    "first_begin", "last_begin", "first_end", "last_end", "power",
+)  # fmt: skip
 
 
-def _sent_during(own: RampSchedule, sent: RampSchedule, link: Links, k: int) -> range:
+def peak(if_filter: IfFilter) -> float:
+    """1/s, the impulse response at its middle."""
+    return float(if_filter.impulse_response(np.zeros(1))[0])
+
+
+def strongest_sample(overlaps: Sequence[Overlap]) -> float:
+    """V, about the rms of the samples where the paths' power is greatest in the band."""
+    return math.sqrt(max((overlap.power for overlap in overlaps), default=0.0))
+
+
+def _sent_during(own: RampSchedule, sent: RampSchedule, lines: Lines, k: int) -> range:
     """Transmitted ramps that arrive, on some path, while ramp k of the victim lasts."""
-    if not link.delay.size:
+    shot = lines.chosen[k]
+    part = slice(int(lines.start[shot]), int(lines.start[shot + 1]))
+    if part.start == part.stop:
         return range(0)
     begin, end = float(own.start_time[k]), float(own.end_time[k])
-    earliest = float(np.min(begin - link.delay_at(begin)))
-    latest = float(np.max(end - link.delay_at(end)))
+    then = lines.reference_time[shot]
+    delay, drift, beside = lines.delay[part], lines.delay_rate[part], lines.element_delay[part]
+    latest = float(np.max(delay + drift * (begin - then))) + float(beside.max())
+    earliest = float(np.min(delay + drift * (end - then))) + float(beside.min())
     return range(
-        int(np.searchsorted(sent.end_time, earliest)),
-        int(np.searchsorted(sent.start_time, latest, side="right")),
+        int(np.searchsorted(sent.end_time, begin - latest)),
+        int(np.searchsorted(sent.start_time, end - earliest, side="right")),
     )
-
-
-def _overlap(
-    radar: Radar, own: RampSchedule, sent: RampSchedule, link: Links, k: int, i: int
-) -> Overlap:
-    """One overlap, by the equations of `kernels.add_contribution`."""
-    stretched = 1.0 - link.delay_rate[:, None]
-    ahead = own.start_time[k] - sent.start_time[i]
-    into = ahead - link.delay_at(float(own.start_time[k]))
-    f, g = sent.start_frequency[i], sent.slope[i]
-    beat = (own.start_frequency[k] - f) + link.delay_rate[:, None] * f - stretched * g * into
-    rate = own.slope[k] - stretched**2 * g
-    begin = np.maximum(0.0, -into / stretched)
-    end = np.minimum(own.duration[k], (sent.duration[i] - into) / stretched)
-    meets = end > begin
-    half = 0.5 * radar.if_filter.support
-    lowest, highest = _magnitudes(beat, rate, begin - half, end + half)
-    begin = np.maximum(begin, radar.converter.start)
-    end = np.minimum(end, own.duration[k] - radar.converter.margin)
-    closest, _ = _magnitudes(beat, rate, begin, end)
-    return Overlap(
-        victim_ramp=k,
-        sent_ramp=i,
-        rate=rate[:, 0],
-        closest=np.where(end > begin, closest, math.inf).min(axis=1),
-        lowest=np.where(meets, lowest, math.inf).min(axis=1),
-        highest=np.where(meets, highest, 0.0).max(axis=1),
-        strength=np.abs(link.amplitude * sent.transmit_weight[i, link.transmit_element]),
-    )
-
-
-def _magnitudes(
-    beat: FloatArray, rate: FloatArray, begin: FloatArray, end: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Smallest and largest |beat + rate·t| from begin to end."""
-    first, last = beat + rate * begin, beat + rate * end
-    smaller = np.minimum(np.abs(first), np.abs(last))
-    return np.where(first * last <= 0, 0.0, smaller), np.maximum(np.abs(first), np.abs(last))

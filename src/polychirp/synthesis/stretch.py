@@ -11,34 +11,33 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from dataclasses import dataclass, replace
+from typing import Final, Literal
 
 import numpy as np
 
-from polychirp.axes import ComplexArray, FloatArray, IntArray
+from polychirp.axes import ComplexArray, FloatArray
 from polychirp.frames import Spec
-from polychirp.model.if_filter import IfFilter
-from polychirp.model.if_frame import SampleTimes, sample_times
+from polychirp.model.if_frame import sample_times
 from polychirp.model.paths import PropagationPaths
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
-from polychirp.synthesis.chirp_response import (
-    NUM_TERMS,
-    bessel_coefficients,
-    far_beat,
-    num_orders,
-    response_table,
-    step_of,
-    tap_table,
-)
+from polychirp.synthesis.bundles import bundled
 from polychirp.synthesis.leakage import all_links, num_parts
-from polychirp.synthesis.links import Links, nearest_snapshots
+from polychirp.synthesis.links import nearest_snapshots
 from polychirp.synthesis.noise import noise_density
-from polychirp.synthesis.overlaps import Overlap, all_overlaps, strongest_sample
-
-if TYPE_CHECKING:
-    from polychirp.synthesis.kernels import Lines, Pairs, Ramps, Taps, Window
+from polychirp.synthesis.overlaps import all_overlaps, strongest_sample
+from polychirp.synthesis.tables import (
+    Tables,
+    lines_of,
+    pairs_of,
+    ramps_of,
+    taps_of,
+    window_of,
+    with_limits,
+)
+from polychirp.synthesis.tones import tones_of
+from polychirp.synthesis.visits import Visit, columns_of, visits_of
 
 NEGLIGIBLE: Final = 1e-7
 """What may be left out of a contribution, relative to its own strongest sample."""
@@ -51,9 +50,18 @@ INAUDIBLE: Final = 1e-3
 class Stretch(Spec):
     """Closed-form synthesis at the converter's rate.
 
-    What it leaves out is 1e-7 of the strongest that one path brings into the band, or, where
-    nothing comes into it, one thousandth of the victim's thermal noise; all else is right to 1e-8.
+    What it leaves out is 1e-7 of the rms of what the paths bring into the band, or, where nothing
+    comes into it, one thousandth of the victim's thermal noise; all else is right to 1e-8.
+
+    Parameters
+    ----------
+    backend : what sums many paths. "auto" chooses, by what it costs, compiled kernels path by path
+        or bundles of paths on compiled Fourier transforms; "kernels" is path by path alone;
+        "numpy" and "cupy" are bundles by matrix products of these array libraries, wherever they
+        cost less operations than path by path
     """
+
+    backend: Literal["auto", "kernels", "numpy", "cupy"] = "auto"
 
     def contribution(
         self,
@@ -65,8 +73,6 @@ class Stretch(Spec):
         transmitter: int,
     ) -> ComplexArray:
         """See `SynthesisEngine.contribution`."""
-        from polychirp.synthesis import kernels
-
         radar = scene.radars[victim]
         own, sent = schedules[victim], schedules[transmitter]
         links = [
@@ -83,134 +89,43 @@ class Stretch(Spec):
         parts = num_parts(radar, is_own=victim == transmitter)
         shape = (parts, radar.array.num_channels, own.num_ramps, times.most_samples)
         real, imag = np.zeros(shape), np.zeros(shape)
-        if any(link.delay.size for link in links):
-            chosen = nearest_snapshots(own, snapshots)
-            overlaps = all_overlaps(radar, own, sent, links, chosen)
-            floor = NEGLIGIBLE * strongest_sample(radar.if_filter, overlaps)
+        lines = lines_of(links, nearest_snapshots(own, snapshots))
+        ramps = ramps_of(own), ramps_of(sent)
+        overlaps = all_overlaps(radar, own, sent, ramps, lines)
+        if overlaps:
+            floor = NEGLIGIBLE * strongest_sample(overlaps)
             if floor == 0.0:
                 noise = noise_density(radar) * radar.if_filter.noise_bandwidth
                 floor = INAUDIBLE * math.sqrt(noise)
-            kernels.add_contribution(
-                real,
-                imag,
-                _ramps(own),
-                _ramps(sent),
-                _window(radar.if_filter, own, times),
-                _lines(links, chosen, floor),
-                _pairs(radar.if_filter, own.num_ramps, overlaps),
-                _taps(radar.if_filter),
+            lines = with_limits(lines, floor)
+            window, taps = window_of(own, times), taps_of(radar.if_filter)
+            visits = visits_of(radar.if_filter, ramps[0], window, lines, taps, overlaps, floor)
+            visited = {visit.pair for visit in visits}
+            pairs = pairs_of(radar.if_filter, own.num_ramps, overlaps, visited)
+            tables = Tables(
+                own=ramps[0], sent=ramps[1], window=window, lines=lines, pairs=pairs, taps=taps
             )
+            self._add(real, imag, tables, visits)
         samples = np.empty(shape, dtype=np.complex128)
         samples.real, samples.imag = real, imag
         return samples
 
+    def _add(
+        self, real: FloatArray, imag: FloatArray, tables: Tables, visits: Sequence[Visit]
+    ) -> None:
+        """Add what the visits make: where it pays in bundles, the rest line by line."""
+        from polychirp.synthesis import kernels
 
-def _ramps(schedule: RampSchedule) -> Ramps:
-    from polychirp.synthesis.kernels import Ramps
-
-    return Ramps(
-        start=schedule.start_time,
-        duration=schedule.duration,
-        frequency=schedule.start_frequency,
-        slope=schedule.slope,
-        phase=schedule.start_phase,
-        weight=np.ascontiguousarray(np.conj(schedule.transmit_weight)),
-    )
-
-
-def _window(if_filter: IfFilter, own: RampSchedule, times: SampleTimes) -> Window:
-    from polychirp.synthesis.kernels import Window
-
-    half = 0.5 * if_filter.support
-    last = times.first + (times.num_samples - 1) / times.rate
-    return Window(
-        first=times.first - own.start_time,
-        num_samples=times.num_samples,
-        step=1.0 / times.rate,
-        low=np.searchsorted(own.end_time, times.first - half).astype(np.int64),
-        high=np.searchsorted(own.start_time, last + half).astype(np.int64),
-    )
-
-
-def _lines(links: Sequence[Links], chosen: IntArray, floor: float) -> Lines:
-    from polychirp.synthesis.kernels import Lines
-
-    return Lines(
-        start=np.cumsum([0, *(link.delay.size for link in links)]).astype(np.int64),
-        reference_time=np.array([link.reference_time for link in links]),
-        chosen=chosen,
-        delay=np.concatenate([link.delay for link in links]),
-        delay_rate=np.concatenate([link.delay_rate for link in links]),
-        element_delay=np.concatenate([link.element_delay for link in links]),
-        amplitude=np.conj(np.concatenate([link.amplitude for link in links])),
-        limit=np.concatenate([_limits(link, floor) for link in links]),
-        part=np.concatenate([link.part for link in links]),
-        element=np.concatenate([link.transmit_element for link in links]),
-    )
-
-
-def _limits(link: Links, floor: float) -> FloatArray:
-    """Gains below which a path may be left out, ``(path,)``.
-
-    Strong paths share half the floor in proportion to their amplitudes, so that it holds for
-    their sum in phase. The many weak ones have unrelated phases and share the rest by powers.
-    A path may leave out two ends in a sample.
-    """
-    strength = np.maximum(np.abs(link.amplitude), 1e-300)
-    share = np.maximum(1.0 / strength.sum(), 1.0 / (math.sqrt(strength.size) * strength))
-    return np.asarray(0.25 * floor * share)
-
-
-def _pairs(if_filter: IfFilter, num_ramps: int, overlaps: Sequence[Overlap]) -> Pairs:
-    from polychirp.synthesis.kernels import Pairs
-
-    victims = np.array([overlap.victim_ramp for overlap in overlaps], dtype=np.int64)
-    start = np.searchsorted(victims, np.arange(num_ramps + 1)).astype(np.int64)
-    sent = np.zeros(num_ramps, dtype=np.int64)
-    sent[victims[::-1]] = [overlap.sent_ramp for overlap in reversed(overlaps)]
-    orders = num_orders(if_filter, max((overlap.spread for overlap in overlaps), default=0.0))
-    begin, far = [0], []
-    moment, envelope = [np.empty((0, orders), dtype=np.complex128)], [np.empty(0)]
-    for overlap in overlaps:
-        steepest = abs(overlap.centre) + overlap.spread
-        far.append(far_beat(if_filter, steepest))
-        # a window that meets beats below `far` is at most this far from the band
-        near = far[-1] + 0.5 * if_filter.support * steepest
-        if overlap.lowest.min() <= near:
-            table = response_table(
-                if_filter,
-                rate=overlap.centre,
-                highest=min(near, float(overlap.highest.max())),
-                num_orders=orders,
-            )
-            moment.append(table.moment)
-            envelope.append(table.envelope)
-        begin.append(sum(part.size for part in envelope))
-    return Pairs(
-        start=start,
-        sent=sent,
-        begin=np.array(begin, dtype=np.int64),
-        rate=np.array([overlap.centre for overlap in overlaps]),
-        far=np.array(far),
-        step=step_of(if_filter),
-        moment=np.concatenate(moment),
-        envelope=np.concatenate(envelope),
-    )
-
-
-def _taps(if_filter: IfFilter) -> Taps:
-    from polychirp.synthesis.kernels import Taps
-
-    table = tap_table(if_filter)
-    node, weight = np.polynomial.legendre.leggauss(16)
-    return Taps(
-        half=0.5 * if_filter.support,
-        stopband=if_filter.stopband,
-        step=table.step,
-        taylor=table.taylor,
-        peak=float(np.abs(table.taylor[:, 0]).max()),
-        edge=float(abs(table.taylor[0, 0])),
-        bessel=bessel_coefficients(NUM_TERMS),
-        node=0.5 * (node + 1.0),
-        weight=0.5 * weight,
-    )
+        make_tones = tones_of(self.backend)
+        rest = []
+        for visit in visits:
+            runs = None if self.backend == "kernels" else bundled(visit, tables, make_tones)
+            rest.append(replace(visit, is_bundled=runs is not None))
+            for run, samples in runs or ():
+                where = (visit.part, slice(None), visit.row, run)
+                real[where] += samples.real
+                imag[where] += samples.imag
+        kernels.add_contribution(
+            real, imag, tables.own, tables.sent, tables.window, tables.lines, tables.pairs,
+            tables.taps, columns_of(rest),
+        )  # fmt: skip

@@ -12,7 +12,7 @@ from polychirp.synthesis.chirp_response import (
     response_table,
     step_of,
 )
-from polychirp.synthesis.stretch import _taps
+from polychirp.synthesis.tables import taps_of
 from polychirp.units import from_db
 
 FILTERS = [IfFilter(), IfFilter(passband=3e6, stopband=4.5e6, attenuation=from_db(55.0))]
@@ -37,8 +37,10 @@ def test_the_table_holds_the_integral_at_any_beat_and_nearby_rate(if_filter, rat
     pairs = kernels.Pairs(
         start=np.array([0]),
         sent=np.array([0]),
-        begin=np.array([0, table.envelope.size]),
+        begin=np.array([0]),
+        end=np.array([table.envelope.size]),
         rate=np.array([rate]),
+        spread=np.zeros(1),
         far=np.array([highest]),
         step=step_of(if_filter),
         moment=table.moment,
@@ -46,7 +48,7 @@ def test_the_table_holds_the_integral_at_any_beat_and_nearby_rate(if_filter, rat
     )
     detune = 1j * np.pi * (detuned - rate) * (0.5 * if_filter.support) ** 2
     for beat in np.linspace(-1.0, 1.0, 23) * highest:
-        gain = kernels._gain(pairs, 0, beat, detune)
+        gain = kernels.from_table(pairs, 0, beat, detune)
         assert gain == pytest.approx(integral(if_filter, beat, detuned), abs=2e-11)
 
 
@@ -61,7 +63,7 @@ def test_the_response_to_a_steady_beat_is_the_frequency_response(if_filter):
 @pytest.mark.parametrize("rate", [0.0, 2e12])
 @pytest.mark.parametrize("end", [1.0, 0.6, 0.0])
 def test_a_cut_window_far_out_of_band_is_the_sum_of_its_ends(if_filter, rate, end):
-    taps = _taps(if_filter)
+    taps = taps_of(if_filter)
     upper = end * taps.half
     at_end = far_beat(if_filter, rate)
     beat = at_end + rate * upper
