@@ -10,6 +10,7 @@ import numpy as np
 from polychirp.axes import Axes, BoolArray, ComplexArray, FloatArray, PerRamp, PerRampIndex, seal
 from polychirp.errors import InputError, did_you_mean
 from polychirp.model.antenna import AntennaArray
+from polychirp.model.front_end import HighPass
 from polychirp.model.radar import Converter, Radar
 from polychirp.model.ramp import RampSchedule
 
@@ -100,12 +101,14 @@ class IfFrame:
     times : when they were taken
     schedule : what the radar transmitted
     array : its antenna
+    high_pass : whose causal phase is in the samples; a receiver knows it
     """
 
     samples: Annotated[ComplexArray, Axes("channel", "ramp", "fast", dtype=np.complex128)]
     times: SampleTimes
     schedule: RampSchedule
     array: AntennaArray
+    high_pass: HighPass | None = None
 
     def __post_init__(self) -> None:
         seal(self)

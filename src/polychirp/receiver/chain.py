@@ -179,15 +179,19 @@ class _Search:
         amplitude = matched_amplitudes(
             self.residual, self.weight, self._phases(motion), self.frame.times.rate
         )
-        if self._coherence(amplitude)[0] < LEAST_COHERENCE:
+        if self._coherence(amplitude, motion)[0] < LEAST_COHERENCE:
             return False
         self.motion = np.vstack([self.motion, motion])
         self.floor = np.append(self.floor, floor)
         return True
 
-    def _coherence(self, amplitude: ComplexArray) -> FloatArray:
+    def _coherence(self, amplitude: ComplexArray, motion: FloatArray) -> FloatArray:
         schedule = self.frame.schedule
         middle = schedule.start_time + 0.5 * schedule.duration
+        if self.frame.high_pass is not None:
+            # it turns up- and down-beats against each other
+            passed = self.frame.high_pass.response(self._beats(motion[:, 0], motion[:, 1]))
+            amplitude = amplitude * np.exp(-1j * np.angle(passed))[:, None]
         return coherence(amplitude, schedule.centre_frequency, middle)
 
     def _phases(self, motion: FloatArray) -> FloatArray:
@@ -226,7 +230,7 @@ class _Search:
     def _is_point(self) -> BoolArray:
         """Points that are still one when the others are fitted with them, ``(point,)``."""
         is_loud = self.excess() >= self.threshold
-        return is_loud & (self._coherence(self.amplitude) >= LEAST_COHERENCE)
+        return is_loud & (self._coherence(self.amplitude, self.motion) >= LEAST_COHERENCE)
 
     def _keep(self, which: BoolArray) -> None:
         self.motion = self.motion[which]

@@ -3,7 +3,7 @@
 .. code-block:: text
 
     run.zarr                          format, version, provenance, names of the victims
-    └── victim-0                      name, antenna array
+    └── victim-0                      name, antenna array, high-pass
         ├── samples                   V (channel, ramp, fast)
         ├── parts                     V (part, channel, ramp, fast); attributes part, their names,
         │                             and neglected, V
@@ -32,6 +32,7 @@ from polychirp.axes import axes_of
 from polychirp.errors import InputError, RunError
 from polychirp.model.antenna import AntennaArray, ElementPattern
 from polychirp.model.detection import Detections
+from polychirp.model.front_end import HighPass
 from polychirp.model.if_frame import IfFrame, IfParts, SampleTimes
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.score import Score
@@ -167,8 +168,11 @@ def _write(path: Path, *, victims: tuple[VictimResult, ...], provenance: Provena
     )
     for number, victim in enumerate(victims):
         group = root.create_group(f"victim-{number}")
-        group.attrs.update({"name": victim.name, "array": _array_attributes(victim.frame.array)})
         frame = victim.frame
+        corners = None if frame.high_pass is None else list(frame.high_pass.corners)
+        group.attrs.update(
+            {"name": victim.name, "array": _array_attributes(frame.array), "high_pass": corners}
+        )
         _write_array(group, "samples", frame.samples, noun=IfFrame, field="samples")
         _write_array(group, "parts", victim.parts.samples, noun=IfParts, field="samples")
         group["parts"].attrs.update(
@@ -258,11 +262,13 @@ def load_run(path: Path | str) -> StoredRun:
 
 def _read_victim(group: Group) -> StoredVictim:
     array = str(group.attrs["array"])
+    corners: Any = group.attrs["high_pass"]
     frame = IfFrame(
         samples=_values(group, "samples"),
         times=_read_noun(SampleTimes, _group(group, "times")),
         schedule=_read_noun(RampSchedule, _group(group, "schedule")),
         array=_array_from(array),
+        high_pass=HighPass(corners=tuple(corners)) if corners else None,
     )
     return StoredVictim(
         name=str(group.attrs["name"]),

@@ -114,7 +114,13 @@ def synthesize(
     if "distortion" in names:
         samples[-1] = distortion(radar, samples[:-1].sum(axis=0), times)
     parts = IfParts(samples=samples, names=names, neglected=heard.neglected)
-    frame = IfFrame(samples=parts.total(), times=times, schedule=schedule, array=radar.array)
+    frame = IfFrame(
+        samples=parts.total(),
+        times=times,
+        schedule=schedule,
+        array=radar.array,
+        high_pass=radar.front_end.high_pass,
+    )
     return frame, parts
 
 

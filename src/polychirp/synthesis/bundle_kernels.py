@@ -16,7 +16,9 @@ from polychirp.synthesis.kernels import (
     Ramps,
     Taps,
     compiled,
+    derivative,
     edge_gain,
+    end_series,
     from_table,
     inlined,
     phase_of,
@@ -296,11 +298,14 @@ def crossing_sums(  # noqa: PLR0913, PLR0917 -- numba takes tables one by one
 
 
 @compiled
-def gains(pairs: Pairs, pair: int, taps: Taps, beat: FloatArray, orders: int) -> ComplexArray:
+def gains(
+    pairs: Pairs, pair: int, taps: Taps, beat: FloatArray, orders: int, only: int
+) -> ComplexArray:
     """G and its change with the detuning, ``(order, beat)``, for the pair's mean rate.
 
     Near the band it is tabulated; elsewhere it is what the two edges of the filter's window give,
-    and there its change with the rate is below what is left out.
+    and there its change with the rate is below what is left out. ``only`` is the one edge that
+    counts, 1 or −1, and 0 for both.
     """
     rate, half = pairs.rate[pair], taps.half
     out = np.zeros((orders, beat.size), dtype=np.complex128)
@@ -310,14 +315,61 @@ def gains(pairs: Pairs, pair: int, taps: Taps, beat: FloatArray, orders: int) ->
     has_table = pairs.end[pair] > pairs.begin[pair]
     for n in range(beat.size):
         f = beat[n]
-        if has_table and abs(f) <= near:
+        if only == 0 and has_table and abs(f) <= near:
             out[0, n] = from_table(pairs, pair, f, 0.0j)
             if orders == 2:
                 ahead = from_table(pairs, pair, f, step) - from_table(pairs, pair, f, -step)
                 out[1, n] = ahead / (2.0 * step)
         else:
             for side in (-1, 1):
+                if side == -only:
+                    continue
                 last = 0 if side < 0 else taps.taylor.shape[0] - 1
                 value = edge_gain(taps, last, f - side * rate * half, rate, weight)
                 out[0, n] += side * unit(half * (0.5 * rate * half - side * f)) * value
+    return out
+
+
+@compiled
+def corner_sums(  # noqa: PLR0913, PLR0917 -- numba takes tables one by one
+    out: ComplexArray, own: Ramps, k: int, sent: Ramps, pairs: Pairs, pair: int, taps: Taps,
+    lines: Lines, low: int, high: int, side: int, centre: float, width: float,
+) -> None:  # fmt: skip
+    """Sums over the lines ``low:high`` of their corners' weights times polynomials of the corners.
+
+    Corners are beginnings for side −1, endings for side 1. Weights are those of the impulse
+    response's derivatives, polynomials Chebyshev's of the corner's distance from ``centre``,
+    ``width`` s at most. ``out`` is (channel, order, term).
+    """
+    i = pairs.sent[k] + pair - pairs.start[k]
+    since = own.start[k] - lines.reference_time[lines.chosen[k]]
+    weight = np.empty(taps.bessel.shape[0], dtype=np.complex128)
+    for p in range(low, high):
+        amplitude = sent_amplitude(sent, i, lines, p)
+        drift = lines.delay_rate[p]
+        delay = lines.delay[p] + drift * since
+        for m in range(out.shape[0]):
+            chirp = received(
+                own, k, sent, i, delay + lines.element_delay[p, m], drift, amplitude, 0.0
+            )
+            corner = chirp.end if side > 0 else chirp.begin
+            count = end_series(taps, chirp.beat + chirp.rate * corner, chirp.rate, weight)
+            value = -side * amplitude * unit(phase_of(chirp, corner))
+            x = 2.0 * (corner - centre) / width
+            for j in range(count):
+                now = value * weight[j]
+                before = 0.5 * x * now
+                for r in range(out.shape[2]):
+                    out[m, j, r] += now
+                    now, before = x * now - before, now
+
+
+@compiled
+def derivatives(taps: Taps, time: FloatArray, orders: int) -> FloatArray:
+    """The impulse response and its derivatives at times within its support, ``(order, time)``."""
+    out = np.empty((orders, time.size))
+    for n in range(time.size):
+        s = min(max(time[n], -taps.half), taps.half)
+        for j in range(orders):
+            out[j, n] = derivative(taps, s, j)
     return out

@@ -56,6 +56,9 @@ ZONES: Final = (16, 32, 64, 128, 256)
 PER_SAMPLE: Final = (2e-9, 6e-9)
 """s per path, channel and sample, path by path: within the band and crossing it (Zen 4)."""
 
+PER_CORNER: Final = 1.5e-6
+"""S per path, channel and corner of a ramp that windows meet, path by path (Zen 4)."""
+
 TAU: Final = 2.0 * math.pi
 
 
@@ -76,8 +79,9 @@ def bundled(
         return []
     slow = _slow(visit, tables, part)
     crossing = _crossing(visit, tables, part)
-    by_lines = PER_SAMPLE[slow.nodes > MOST_NODES] * visit.num_lines * slow.channels * count
-    if by_lines < min(slow.cost, crossing.cost):
+    cuts = sum(run.stop > run.start for run in (visit.cut_by_begin, visit.cut_by_end))
+    each = PER_SAMPLE[slow.nodes > MOST_NODES] * count + PER_CORNER * cuts
+    if visit.num_lines * slow.channels * each < min(slow.cost, crossing.cost):
         return None
     if slow.cost <= crossing.cost:
         return [(part, slow.samples(make_tones))]
@@ -131,8 +135,8 @@ class _Slow:
 
 def _slow(visit: Visit, tables: Tables, part: slice) -> _Slow:
     count = part.stop - part.start
-    tuned = _tune(visit, tables, part.start + count // 2)
-    time = _half_time(count, visit.step)
+    tuned = tune(visit, tables, part.start + count // 2)
+    time = half_time(count, visit.step)
     spread = float(tables.pairs.spread[visit.pair])
     fastest = abs(float(tables.pairs.rate[visit.pair])) + spread
     nodes = MOST_NODES + 1
@@ -149,8 +153,12 @@ def _slow(visit: Visit, tables: Tables, part: slice) -> _Slow:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Crossing:
-    """Zones of ``zone`` samples, each with ``terms`` in the beat."""
+class Crossing:
+    """Zones of ``zone`` samples, each with ``terms`` in the beat.
+
+    ``side`` is the edge of the filter's window that is within the chirps, 1 for the upper one, −1
+    for the lower; 0 is both.
+    """
 
     visit: Visit
     tables: Tables
@@ -158,6 +166,7 @@ class _Crossing:
     zone: int
     nodes: int
     terms: int
+    side: int = 0
 
     @property
     def cost(self) -> float:
@@ -169,13 +178,14 @@ class _Crossing:
         return float(zones * per_zone)
 
     def samples(self, run: slice) -> ComplexArray:
+        """Those of one run, ``(channel, sample)``."""
         from polychirp.synthesis.bundle_kernels import crossing_sums
 
         visit, t = self.visit, self.tables
         count = run.stop - run.start
         channels = t.lines.element_delay.shape[1]
-        tuned = _tune(visit, t, run.start + count // 2)
-        time = _half_time(count, visit.step)
+        tuned = tune(visit, t, run.start + count // 2)
+        time = half_time(count, visit.step)
         tuned.width += float(t.pairs.spread[visit.pair]) * time
         node, basis = _time_basis(count, self.nodes, visit.step)
         terms, gain = self._gain(tuned, count)
@@ -197,13 +207,13 @@ class _Crossing:
         from polychirp.synthesis.bundle_kernels import gains
 
         t, pair = self.tables, self.visit.pair
-        most = _num_terms(t.taps.half + _half_time(count, self.visit.step), tuned.width)
-        node, to_terms = _cosines(most)
+        most = _num_terms(t.taps.half + half_time(count, self.visit.step), tuned.width)
+        node, to_terms = cosines(most)
         time = ((np.arange(count) - count // 2) * self.visit.step)[:, None]
         off = tuned.width * node
         beat = tuned.centre + t.pairs.rate[pair] * time + off
         detuning = math.pi * float(t.pairs.spread[pair]) * t.taps.half**2
-        values = gains(t.pairs, pair, t.taps, beat.ravel(), 2).reshape(2, count, most)
+        values = gains(t.pairs, pair, t.taps, beat.ravel(), 2, self.side).reshape(2, count, most)
         term = (values * np.exp(2j * np.pi * off * time)) @ to_terms.T
         size = np.abs(term).max(axis=1) * np.array([[1.0], [detuning]])
         beyond = np.cumsum(size[:, ::-1], axis=1)[:, ::-1]
@@ -213,15 +223,15 @@ class _Crossing:
         return kept[kept > 0].astype(np.int64), np.concatenate(chosen, axis=1)
 
 
-def _crossing(visit: Visit, tables: Tables, part: slice) -> _Crossing:
+def _crossing(visit: Visit, tables: Tables, part: slice) -> Crossing:
     """The zones that cost least."""
-    width = _tune(visit, tables, (part.start + part.stop) // 2).width
+    width = tune(visit, tables, (part.start + part.stop) // 2).width
     spread = float(tables.pairs.spread[visit.pair])
     choices = []
     for zone in ZONES:
-        time = _half_time(zone, visit.step)
+        time = half_time(zone, visit.step)
         choices.append(
-            _Crossing(
+            Crossing(
                 visit=visit,
                 tables=tables,
                 count=part.stop - part.start,
@@ -244,7 +254,8 @@ def _joined(wave: ComplexArray, basis: FloatArray, rate: float, step: float) -> 
     return np.asarray(y * np.exp(1j * np.pi * rate * time**2))
 
 
-def _half_time(count: int, step: float) -> float:
+def half_time(count: int, step: float) -> float:
+    """S, that ``count`` samples reach to each side of their middle, and a little more."""
     return 0.5 * (count + 1) * step
 
 
@@ -262,7 +273,8 @@ class _Tuning:
     apart: float
 
 
-def _tune(visit: Visit, tables: Tables, sample: int) -> _Tuning:
+def tune(visit: Visit, tables: Tables, sample: int) -> _Tuning:
+    """Beats of the visit's lines at one sample of its row."""
     from polychirp.synthesis.bundle_kernels import tune
 
     middle = visit.first + sample * visit.step
@@ -283,7 +295,7 @@ def _tune(visit: Visit, tables: Tables, sample: int) -> _Tuning:
 def _in_reach(visit: Visit, tables: Tables) -> slice:
     """Samples at which the gain of some line may be above the limit, counted in the row."""
     count = visit.whole.stop - visit.whole.start
-    tuned = _tune(visit, tables, visit.whole.start + count // 2)
+    tuned = tune(visit, tables, visit.whole.start + count // 2)
     rate, spread = tables.pairs.rate[visit.pair], tables.pairs.spread[visit.pair]
     time = (np.arange(count) - count // 2) * visit.step
     far = np.abs(tuned.centre + rate * time) - tuned.width - spread * np.abs(time)
@@ -311,7 +323,7 @@ def _in_table(tables: Tables, pair: int, beat: float) -> bool:
 
 
 @lru_cache(maxsize=64)
-def _cosines(count: int) -> tuple[FloatArray, FloatArray]:
+def cosines(count: int) -> tuple[FloatArray, FloatArray]:
     """Chebyshev's nodes, and what makes coefficients of values at them."""
     angle = np.pi * (np.arange(count) + 0.5) / count
     to_terms = (2.0 / count) * np.cos(np.arange(count)[:, None] * angle)
@@ -325,7 +337,7 @@ def num_nodes(turn: float, bend: float) -> int:
     >>> num_nodes(0.0, 0.0), num_nodes(0.01, 0.4)
     (2, 13)
     """
-    node, to_terms = _cosines(2 * MOST_NODES)
+    node, to_terms = cosines(2 * MOST_NODES)
     size = np.abs(to_terms @ np.exp(1j * node * (turn + bend * node)))
     beyond = np.cumsum(size[::-1])[::-1]
     return max(2, int(np.count_nonzero(beyond > 0.5 * TOLERANCE)))
@@ -338,7 +350,7 @@ def _num_terms(half: float, width: float) -> int:
 
 def _time_basis(count: int, nodes: int, step: float) -> tuple[FloatArray, FloatArray]:
     """Nodes in s about the middle sample, and their polynomials there, ``(sample, node)``."""
-    node, to_terms = _cosines(nodes)
-    time = _half_time(count, step)
+    node, to_terms = cosines(nodes)
+    time = half_time(count, step)
     place = (np.arange(count) - count // 2) * (step / time)
     return node * time, np.polynomial.chebyshev.chebvander(place, nodes - 1) @ to_terms

@@ -57,7 +57,7 @@ class Visits(NamedTuple):
     """Where a pair of ramps is seen in a row of samples: ``(visit,)``.
 
     The samples of ``row`` meet lines ``low`` to before ``high`` of the victim's ramp ``ramp`` and
-    the pair ``pair``; samples from ``skip_from`` to before ``skip_until`` are left out.
+    the pair ``pair`` at samples from ``begin`` to before ``end``.
     """
 
     row: IntArray
@@ -65,8 +65,8 @@ class Visits(NamedTuple):
     pair: IntArray
     low: IntArray
     high: IntArray
-    skip_from: IntArray
-    skip_until: IntArray
+    begin: IntArray
+    end: IntArray
 
 
 class Lines(NamedTuple):
@@ -204,7 +204,7 @@ def _tap(taps: Taps, s: float) -> float:
 
 
 @inlined
-def _derivative(taps: Taps, s: float, order: int) -> float:
+def derivative(taps: Taps, s: float, order: int) -> float:
     """A derivative of h at s."""
     node = int((s + taps.half) / taps.step + 0.5)
     off = s + taps.half - node * taps.step
@@ -271,7 +271,7 @@ def _num_terms(taps: Taps, beat: float, rate: float) -> int:
 
 
 @inlined
-def _end_series(taps: Taps, beat: float, rate: float, weight: ComplexArray) -> int:
+def end_series(taps: Taps, beat: float, rate: float, weight: ComplexArray) -> int:
     """Weights of h and its derivatives in the value of an end, and their number.
 
     Repeated partial integration of ∫h(s) exp(j2πψ) ds, where −dψ/ds is the beat f − μs: with q
@@ -310,13 +310,13 @@ def _add_corner(
     if taps.peak < chirp.limit * TAU * abs(beat):
         return
     weight = np.empty(taps.bessel.shape[0], dtype=np.complex128)
-    count = _end_series(taps, beat, chirp.rate, weight)
+    count = end_series(taps, beat, chirp.rate, weight)
     value = chirp.amplitude * unit(phase_of(chirp, corner))
     for n in range(real.size):
         s = min(max(time + n * step - corner, -taps.half), taps.half)
         total = weight[0] * _tap(taps, s)
         for j in range(1, count):
-            total += weight[j] * _derivative(taps, s, j)
+            total += weight[j] * derivative(taps, s, j)
         total *= value
         real[n] += total.real
         imag[n] += total.imag
@@ -325,7 +325,7 @@ def _add_corner(
 @inlined
 def edge_gain(taps: Taps, node: int, beat: float, rate: float, weight: ComplexArray) -> complex:
     """What an edge of the filter's window gives, relative to the chirp's value there."""
-    count = _end_series(taps, beat, rate, weight)
+    count = end_series(taps, beat, rate, weight)
     total = 0.0j
     factorial = 1.0
     for j in range(count):
@@ -705,7 +705,8 @@ def add_contribution(
         i = pairs.sent[k] + pair - pairs.start[k]
         first = window.first[r] + (own.start[r] - own.start[k])
         since = own.start[k] - lines.reference_time[lines.chosen[k]]
-        skip_from, skip_until = visits.skip_from[v], visits.skip_until[v]
+        begin, end = visits.begin[v], visits.end[v]
+        start = first + begin * window.step
         for p in range(visits.low[v], visits.high[v]):
             amplitude = sent_amplitude(sent, i, lines, p)
             if amplitude == 0.0:
@@ -714,11 +715,7 @@ def add_contribution(
             for m in range(real.shape[1]):
                 delay = lines.delay[p] + drift * since + lines.element_delay[p, m]
                 chirp = received(own, k, sent, i, delay, drift, amplitude, lines.limit[p])
-                if chirp.end <= chirp.begin:
-                    continue
-                for begin, end in ((0, skip_from), (skip_until, window.num_samples[r])):
-                    if end > begin:
-                        row_real = real[lines.part[p], m, r, begin:end]
-                        row_imag = imag[lines.part[p], m, r, begin:end]
-                        start = first + begin * window.step
-                        _add_chirp(row_real, row_imag, pairs, taps, pair, chirp, start, window.step)
+                if chirp.end > chirp.begin:
+                    row_real = real[lines.part[p], m, r, begin:end]
+                    row_imag = imag[lines.part[p], m, r, begin:end]
+                    _add_chirp(row_real, row_imag, pairs, taps, pair, chirp, start, window.step)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final, Literal
 
 import numpy as np
@@ -23,6 +23,7 @@ from polychirp.model.paths import PropagationPaths
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
 from polychirp.synthesis.bundles import bundled
+from polychirp.synthesis.corners import corner_runs
 from polychirp.synthesis.leakage import all_links, num_parts
 from polychirp.synthesis.links import nearest_snapshots
 from polychirp.synthesis.noise import noise_density
@@ -37,9 +38,9 @@ from polychirp.synthesis.tables import (
     with_limits,
 )
 from polychirp.synthesis.tones import tones_of
-from polychirp.synthesis.visits import Visit, columns_of, visits_of
+from polychirp.synthesis.visits import Visit, columns_of, gaps, visits_of
 
-NEGLIGIBLE: Final = 1e-7
+NEGLIGIBLE: Final = 3e-7
 """What may be left out of a contribution, relative to its own strongest sample."""
 
 INAUDIBLE: Final = 1e-3
@@ -50,7 +51,7 @@ INAUDIBLE: Final = 1e-3
 class Stretch(Spec):
     """Closed-form synthesis at the converter's rate.
 
-    What it leaves out is 1e-7 of the rms of what the paths bring into the band, or, where nothing
+    What it leaves out is 3e-7 of the rms of what the paths bring into the band, or, where nothing
     comes into it, one thousandth of the victim's thermal noise; all else is right to 1e-8.
 
     Parameters
@@ -120,11 +121,15 @@ class Stretch(Spec):
         rest = []
         for visit in visits:
             runs = None if self.backend == "kernels" else bundled(visit, tables, make_tones)
-            rest.append(replace(visit, is_bundled=runs is not None))
-            for run, samples in runs or ():
+            if runs is None:
+                rest.append((visit, visit.met))
+                continue
+            runs += corner_runs(visit, tables)
+            for run, samples in runs:
                 where = (visit.part, slice(None), visit.row, run)
                 real[where] += samples.real
                 imag[where] += samples.imag
+            rest += gaps(visit, [visit.whole, *(run for run, _ in runs)])
         kernels.add_contribution(
             real, imag, tables.own, tables.sent, tables.window, tables.lines, tables.pairs,
             tables.taps, columns_of(rest),

@@ -5,8 +5,8 @@ r"""Sums of many tones on a uniform grid of samples: the inner operation of `bun
 Two implementations with one interface. `GriddedTones` (compiled) is a non-uniform fast Fourier
 transform of type 1 (Dutt and Rokhlin 1993) behind Kaiser and Bessel's window (Fessler and Sutton
 2003): its cost is P + N log N. Its own because a library's takes the window anew for every column:
-FINUFFT 2.5 needs 36 ns per path and column and 0.27 ms per call, this 2 ns and none, and a pair of
-ramps has some fifty columns. `BlockTones` is made of matrix products alone, for any array
+FINUFFT 2.5 needs 36 ns per path and column and 0.27 ms per call, this some 7 ns and none, and a
+pair of ramps has some fifty columns. `BlockTones` is made of matrix products alone, for any array
 library with the functions of the Python array API: it is what runs on a GPU.
 """
 

@@ -26,27 +26,32 @@ class Visit:
     Parameters
     ----------
     row, ramp, sent : the row of samples, the victim's ramp and the transmitted one
-    pair : number of the pair
+    pair, overlap : number of the pair, and what is known of it
     part : of the contribution, that of all the lines
     low, high : lines ``low`` to before ``high``
     limit : gain below which all of them together need not be added
     first, step : s, the first sample in the time of ``ramp``, and between samples
+    met : samples whose windows meet some line's chirp
     whole : samples whose windows are within every line's chirp
-    is_bundled : whether ``whole`` is made otherwise than line by line
+    cut_by_begin, cut_by_end : samples whose windows have the beginning, or the ending, of every
+        line's chirp in them
     """
 
     row: int
     ramp: int
     sent: int
     pair: int
+    overlap: Overlap
     part: int
     low: int
     high: int
     limit: float
     first: float
     step: float
+    met: slice
     whole: slice
-    is_bundled: bool = False
+    cut_by_begin: slice
+    cut_by_end: slice
 
     @property
     def num_lines(self) -> int:
@@ -76,13 +81,17 @@ def visits_of(
                 overlap = overlaps[pair]
                 if not _is_met(grid, overlap, half):
                     continue
-                whole = grid.between(overlap.last_begin + half, overlap.first_end - half)
+                begins = grid.between(overlap.last_begin - half, overlap.first_begin + half)
+                ends = grid.between(overlap.last_end - half, overlap.first_end + half)
                 most = _most(taps, far_beat(if_filter, overlap.steepest), grid, overlap)
                 found += [
                     Visit(
-                        row=row, ramp=ramp, sent=overlap.sent_ramp, pair=pair, part=run.part,
+                        row=row, ramp=ramp, sent=overlap.sent_ramp, pair=pair,
+                        overlap=overlap, part=run.part,
                         low=run.low, high=run.high, limit=run.limit, first=first,
-                        step=window.step, whole=whole,
+                        step=window.step, cut_by_begin=begins, cut_by_end=ends,
+                        met=grid.around(overlap.first_begin - half, overlap.last_end + half),
+                        whole=grid.between(overlap.last_begin + half, overlap.first_end - half),
                     )
                     for run in runs[int(lines.chosen[ramp])]
                     if most >= run.least
@@ -90,22 +99,37 @@ def visits_of(
     return found
 
 
-def columns_of(visits: Sequence[Visit]) -> Visits:
-    """The visits as the kernels take them."""
+def columns_of(visits: Sequence[tuple[Visit, slice]]) -> Visits:
+    """Some visits, each at some samples, as the kernels take them."""
     from polychirp.synthesis.kernels import Visits
 
     def column(values: Sequence[int]) -> IntArray:
         return np.array(values, dtype=np.int64)
 
     return Visits(
-        row=column([v.row for v in visits]),
-        ramp=column([v.ramp for v in visits]),
-        pair=column([v.pair for v in visits]),
-        low=column([v.low for v in visits]),
-        high=column([v.high for v in visits]),
-        skip_from=column([v.whole.start * v.is_bundled for v in visits]),
-        skip_until=column([v.whole.stop * v.is_bundled for v in visits]),
+        row=column([v.row for v, _ in visits]),
+        ramp=column([v.ramp for v, _ in visits]),
+        pair=column([v.pair for v, _ in visits]),
+        low=column([v.low for v, _ in visits]),
+        high=column([v.high for v, _ in visits]),
+        begin=column([some.start for _, some in visits]),
+        end=column([some.stop for _, some in visits]),
     )
+
+
+def gaps(visit: Visit, done: Sequence[slice]) -> list[tuple[Visit, slice]]:
+    """The visit at those of its samples that are in none of ``done``.
+
+    >>> from types import SimpleNamespace
+    >>> [some for _, some in gaps(SimpleNamespace(met=slice(2, 9)), [slice(4, 6), slice(8, 9)])]
+    [slice(2, 4, None), slice(6, 8, None)]
+    """
+    found, place = [], visit.met.start
+    for run in sorted(done, key=lambda run: run.start):
+        if run.start > place:
+            found.append((visit, slice(place, run.start)))
+        place = max(place, run.stop)
+    return [*found, *([(visit, slice(place, visit.met.stop))] if visit.met.stop > place else [])]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -118,8 +142,15 @@ class _Grid:
 
     def between(self, begin: float, end: float) -> slice:
         """Those from ``begin`` to before ``end``, s; rounding is on the side of fewer."""
-        low = math.ceil((begin - self.first) / self.step + 1e-9)
-        high = math.ceil((end - self.first) / self.step - 1e-9)
+        return self._rounded(begin, end, 1e-9)
+
+    def around(self, begin: float, end: float) -> slice:
+        """The same with rounding on the side of more."""
+        return self._rounded(begin, end, -1e-9)
+
+    def _rounded(self, begin: float, end: float, margin: float) -> slice:
+        low = math.ceil((begin - self.first) / self.step + margin)
+        high = math.ceil((end - self.first) / self.step - margin)
         low = min(max(low, 0), self.count)
         return slice(low, min(max(high, low), self.count))
 

@@ -1,8 +1,11 @@
 """From samples to detections."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from polychirp.model.front_end import HighPass
 from polychirp.receiver.chain import Receiver, unrelated
 from polychirp.receiver.mitigation.blanking import Blanking
 from polychirp.rng import Streams
@@ -57,6 +60,22 @@ def test_a_blanked_burst_hides_no_target():
     hit = frame.with_samples(samples)
     assert Receiver(mitigation=Blanking()).detect(hit).num_detections == 2
     assert Receiver().detect(hit).num_detections < 2
+
+
+def test_a_high_pass_whose_phase_is_known_hides_no_target():
+    """At its corner up- and down-beats are turned by 90° each, against each other.
+
+    It is applied by its response to each beat; without telling the receiver, nothing coheres.
+    """
+    ramps = DiverseTriangular().schedule(num_sweeps=16, streams=Streams(2))
+    high_pass = HighPass(corners=(100e3, 100e3))
+    frame = frame_of(ramps, STREET[2:])
+    spectrum = np.fft.fft(frame.samples, axis=-1)
+    response = high_pass.response(np.fft.fftfreq(spectrum.shape[-1], 1.0 / frame.times.rate))
+    passed = frame.with_samples(np.fft.ifft(spectrum * response, axis=-1) * frame.times.is_sample)
+    found = Receiver().detect(replace(passed, high_pass=high_pass))
+    assert sorted(found.range) == pytest.approx([17.0, 24.0], abs=0.02)
+    assert Receiver().detect(passed).num_detections < 2
 
 
 def test_candidates_that_share_beats_wait():

@@ -10,6 +10,7 @@ import zarr
 from polychirp.errors import InputError, RunError
 from polychirp.model.antenna import ISOTROPIC, AntennaArray
 from polychirp.model.detection import Detections
+from polychirp.model.front_end import HighPass
 from polychirp.model.if_frame import PARTS, IfFrame, IfParts, sample_times
 from polychirp.model.radar import Converter
 from polychirp.model.score import Score
@@ -131,6 +132,13 @@ def test_a_run_keeps_which_parts_there_are_and_what_was_left_out(tmp_path):
     assert (found.names, found.neglected) == (names, 2e-9)
     np.testing.assert_allclose(found["distortion"], whole.parts["distortion"], rtol=1e-6)
     assert not found["leakage"].any()
+
+
+def test_a_run_keeps_the_high_pass_that_its_samples_went_through(tmp_path):
+    whole = victim("front")
+    frame = replace(whole.frame, high_pass=HighPass(corners=(50e3, 175e3)))
+    save_run(tmp_path / "run.zarr", victims=[replace(whole, frame=frame)], provenance=ORIGIN)
+    assert load_run(tmp_path / "run.zarr").victims[0].frame.high_pass == frame.high_pass
 
 
 def test_a_frame_without_detections_comes_back(stored):

@@ -70,9 +70,9 @@ def test_a_cut_window_far_out_of_band_is_the_sum_of_its_ends(if_filter, rate, en
 
     def series(s):
         weight = np.empty(taps.bessel.shape[0], dtype=np.complex128)
-        count = kernels._end_series(taps, beat - rate * s, rate, weight)
+        count = kernels.end_series(taps, beat - rate * s, rate, weight)
         value = weight[0] * kernels._tap(taps, s)
-        value += sum(weight[j] * kernels._derivative(taps, s, j) for j in range(1, count))
+        value += sum(weight[j] * kernels.derivative(taps, s, j) for j in range(1, count))
         return value * np.exp(2j * np.pi * s * (0.5 * rate * s - beat))
 
     expected = integral(if_filter, beat, rate, high=end)
