@@ -4,8 +4,8 @@ A page is a Markdown file. Lines between the marks ``<!-- generated: NAME -->`` 
 ``<!-- end of NAME -->`` are replaced by `write_pages`; all others are kept, so that what a table
 means can be written beside it. ``comparisons`` are the page's rows of ``comparisons.json``, which
 ``./run validation`` records; ``index`` lists the pages; the blocks of
-`polychirp.testing.material_tables` follow the table of materials, and `mechanisms` the record that
-`polychirp.testing.mechanism_table` makes.
+`polychirp.testing.material_tables` follow the table of materials, `mechanisms` and `impairments`
+the records that `polychirp.testing.mechanism_table` and `impairment_table` make.
 
 ``python -m polychirp.testing.validation_pages docs/validation`` writes all pages.
 """
@@ -20,6 +20,8 @@ from pathlib import Path
 from typing import Final
 
 from polychirp.errors import InputError
+from polychirp.testing.impairment_table import RECORD as IMPAIRMENTS
+from polychirp.testing.impairment_table import impairment_table
 from polychirp.testing.markdown import table
 from polychirp.testing.material_tables import paper_materials, sensitivity
 from polychirp.testing.mechanism_table import RECORD as MECHANISMS
@@ -147,6 +149,8 @@ def rendered(folder: Path) -> dict[str, str]:
     }
     if (folder / MECHANISMS).exists():
         common["mechanisms"] = mechanism_table(folder)
+    if (folder / IMPAIRMENTS).exists():
+        common["impairments"] = impairment_table(folder)
     pages = {}
     for name, text in texts.items():
         mine = [row for row in rows if row.page == Path(name).stem]

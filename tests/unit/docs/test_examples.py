@@ -2,9 +2,13 @@
 
 import doctest
 import re
+import tomllib
 from pathlib import Path
 
 import pytest
+
+from polychirp.config.load import build, with_defaults
+from polychirp.study.spec import Study
 
 ROOT = Path(__file__).parents[3]
 PAGES = sorted(
@@ -38,3 +42,19 @@ def test_every_link_between_pages_leads_somewhere(page):
 def test_the_pages_with_derivations_do_have_examples():
     text = (ROOT / "docs" / "explanation" / "errata.md").read_text(encoding="utf-8")
     assert len(doctest.DocTestParser().get_examples(text)) > 20
+
+
+def test_the_impairments_of_the_guide_are_read_by_a_study():
+    guide = (ROOT / "docs/how-to/radars-as-they-are.md").read_text(encoding="utf-8")
+    (text,) = re.findall(r"```toml\n(.*?)```", guide, flags=re.DOTALL)
+    extra = tomllib.loads(text)["defaults"]["radar"]
+    example = tomllib.loads((ROOT / "studies/quickstart.toml").read_text(encoding="utf-8"))
+    merged = {**example["defaults"]["radar"], **extra, "waveform": {"kind": "triangular"}}
+    for radar in example["radars"]:
+        radar.pop("waveform", None)
+    study = build(Study, with_defaults({**example, "defaults": {"radar": merged}}))
+    radar = study.radars[0]
+    assert radar.oscillator.phase_noise.offset[2] == 1e6
+    assert radar.front_end.digitiser.gain_control.back_off == pytest.approx(10**0.6)
+    assert (radar.leakage[0].delay, radar.bumper.distance) == (0.3e-9, 0.1)
+    assert study.radars[0].coding.kind == "time-division"
