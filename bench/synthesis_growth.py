@@ -20,7 +20,7 @@ from polychirp.model.paths import PropagationPaths
 from polychirp.model.radar import Radar
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Actor, Scene
-from polychirp.report.figures.synthesis_growth import synthesis_growth_picture
+from polychirp.report.figures.growth import growth_picture
 from polychirp.synthesis.stretch import Stretch
 from polychirp.testing.paths import free_space_gain
 
@@ -157,7 +157,7 @@ def main(folder, most):
         "radars, 300 paths from each": radar_curves((2, 4, 8, 16, 32, 64)),
     }
     note = "32 ramps of 1–2 ms, 4 channels at 1 MS/s (48 000 samples each), one thread"
-    picture = synthesis_growth_picture(panels, note=note)
+    picture = growth_picture(panels, cost="CPU time of a frame (s)", note=note)
     (folder / "synthesis_growth.png").write_bytes(picture.png())
     text = json.dumps(panels, indent=1) + "\n"
     (folder / "synthesis_growth.json").write_text(text, encoding="utf-8")
