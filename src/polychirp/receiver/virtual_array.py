@@ -91,6 +91,7 @@ def virtual_array(frame: IfFrame, *, range_rate: float = 0.0) -> IfFrame:
         ),
         schedule=_first_sweeps(frame.schedule, first),
         array=array,
+        high_pass=frame.high_pass,
     )
 
 
@@ -100,7 +101,7 @@ def virtual_parts(frame: IfFrame, parts: IfParts, *, range_rate: float = 0.0) ->
         virtual_array(frame.with_samples(part), range_rate=range_rate).samples
         for part in parts.samples
     ]
-    return IfParts(samples=np.stack(decoded))
+    return replace(parts, samples=np.stack(decoded))
 
 
 def bearings_in_motion(receiver: Receiver, frame: IfFrame, detections: Detections) -> Detections:
