@@ -129,7 +129,9 @@ def _split(low: FloatArray, high: FloatArray, order: IntArray) -> int:
         else:
             back -= 1
             kept[back] = t
-    order[:] = kept
+    # not order[:] = kept: compiling what that says of unlike shapes takes 2 s
+    for i in range(order.size):
+        order[i] = kept[i]
     return front
 
 

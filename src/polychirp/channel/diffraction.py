@@ -50,11 +50,12 @@ import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import gather, no_paths, path_table
+from polychirp.channel.edge_waves import CELL, Pair, Waves, edge_waves
 from polychirp.channel.legs import through
 from polychirp.channel.line_of_sight import line_of_sight, projection
 from polychirp.channel.sight import short_of, visible_line_of_sight
-from polychirp.channel.silhouette import CELL, Obstacles, Pair, Waves, edge_waves
-from polychirp.channel.world import SKIN, World
+from polychirp.channel.silhouette import Obstacles
+from polychirp.channel.world import ROLES, SKIN, World
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.paths import Bounce, PropagationPaths
 
@@ -149,11 +150,12 @@ def _in_the_way(
 
 
 def _sorted(world: World, key: tuple[int, int, bool], chosen: BoolArray) -> IntArray:
-    """Numbers of bodies, those on the line of sight first: they hide most of the others."""
+    """Numbers of bodies, those first that hide most: on the line of sight, and near its ends."""
     start, end = world.scene.radar_position[list(key[:2])]
     centre = world.centre[chosen]
-    excess = np.linalg.norm(centre - start, axis=-1) + np.linalg.norm(centre - end, axis=-1)
-    return np.flatnonzero(chosen)[np.argsort(excess)]
+    legs = [np.linalg.norm(centre - place, axis=-1) for place in (start, end)]
+    is_on = legs[0] + legs[1] < np.linalg.norm(end - start) + world.radius[chosen]
+    return np.flatnonzero(chosen)[np.lexsort([np.minimum(*legs), ~is_on])]
 
 
 class _Fan(NamedTuple):
@@ -209,6 +211,7 @@ def _obstacles(
 ) -> Obstacles:
     """Bodies and plates as the kernel needs them."""
     forest = world.forest
+    opaque = forest.root[ROLES.index("opaque")]
     some = world.plates.of(plates)
     across = some.half_across[:, None] * some.across
     along = some.half_along[:, None] * some.along
@@ -225,7 +228,7 @@ def _obstacles(
         first=forest.tree.first,
         size=forest.tree.size,
         triangle=forest.tree.triangle,
-        nodes=np.stack([forest.root[bodies], forest.root[bodies + 1]], axis=-1),
+        nodes=np.stack([opaque[bodies], opaque[bodies + 1]], axis=-1),
         turn=np.ascontiguousarray(frame @ world.rotation[bodies]),
         shift=np.ascontiguousarray((world.position[bodies] - origin) @ frame.T),
         sheet=np.stack(halves, axis=1).reshape(-1, 9),

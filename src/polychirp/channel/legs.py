@@ -14,74 +14,31 @@ the beam within one (1 mm for a pane), are left out. A cloud takes power away as
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit, prange
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
-from polychirp.channel.caster import Vector, first_hit
+from polychirp.channel.blockers import (
+    CLOUDS,
+    MEDIUM,
+    NORMAL,
+    PANES,
+    Blockers,
+    crosses_plate,
+    face_normal,
+    hit_body,
+    in_frame_of,
+    into_body,
+    nodes_of,
+)
+from polychirp.channel.caster import Vector
 from polychirp.channel.fresnel import Media, sheet_transmission
-from polychirp.channel.vectors import cross, dot, row
+from polychirp.channel.vectors import cross, dot, row, vector_at
 from polychirp.channel.world import SKIN, UPWARDS, World
 
 PAST = 1e-9
 """Share of a leg by which the search goes on behind a hit: two triangles share an edge."""
-
-
-class Veil(NamedTuple):
-    """Panes and clouds in the frame of one body. Flat, as `Blockers` is.
-
-    ``turn``, ``shift`` ``(body, …)`` take a point of this frame to the frame of each body. The
-    trees' ``medium`` ``(triangle,)`` are numbers into the world's materials.
-    """
-
-    pane_box: FloatArray
-    pane_skip: IntArray
-    pane_first: IntArray
-    pane_size: IntArray
-    pane_triangle: FloatArray
-    pane_root: IntArray
-    pane_medium: IntArray
-    cloud_box: FloatArray
-    cloud_skip: IntArray
-    cloud_first: IntArray
-    cloud_size: IntArray
-    cloud_triangle: FloatArray
-    cloud_root: IntArray
-    cloud_medium: IntArray
-    turn: FloatArray
-    shift: FloatArray
-    plate_centre: FloatArray
-    plate_normal: FloatArray
-    plate_across: FloatArray
-    plate_along: FloatArray
-    half_across: FloatArray
-    half_along: FloatArray
-    plate_medium: IntArray
-
-
-def veil_of(world: World, rotation: FloatArray, position: FloatArray) -> Veil:
-    """All panes and clouds, seen from a frame at ``position`` (m) turned by ``rotation``."""
-    back = np.swapaxes(world.rotation, 1, 2)
-    plates, panes, clouds = world.plates, world.panes, world.clouds
-    return Veil(
-        *panes.tree[:5],
-        panes.root,
-        world.medium_of("pane"),
-        *clouds.tree[:5],
-        clouds.root,
-        world.medium_of("cloud"),
-        turn=np.ascontiguousarray(back @ rotation),
-        shift=np.einsum("bij,bj->bi", back, position - world.position),
-        plate_centre=(plates.centre - position) @ rotation,
-        plate_normal=plates.normal @ rotation,
-        plate_across=plates.across @ rotation,
-        plate_along=plates.along @ rotation,
-        half_across=plates.half_across,
-        half_along=plates.half_along,
-        plate_medium=plates.medium,
-    )
 
 
 def through(
@@ -115,7 +72,7 @@ def through(
     plates = np.flatnonzero(world.plate_is_pane)
     if len(world.veiled) or len(plates):
         _through(
-            veil_of(world, np.eye(3), np.zeros(3)),
+            in_frame_of(world, np.eye(3), np.zeros(3)),
             world.media,
             world.veiled[world.veiled != but_body],
             plates,
@@ -143,7 +100,7 @@ def with_legs(transfer: ComplexArray, first: ComplexArray, last: ComplexArray) -
 
 @njit(cache=True, nogil=True, error_model="numpy", parallel=True)
 def _through(
-    veil: Veil,
+    blockers: Blockers,
     media: Media,
     bodies: IntArray,
     plates: IntArray,
@@ -157,91 +114,20 @@ def _through(
     for ray in prange(len(starts)):
         a, b = starts[ray], ends[ray]
         start, end = (a[0], a[1], a[2]), (b[0], b[1], b[2])
-        if is_veiled(veil, bodies, plates, start, end, skin):
-            lose(veil, media, bodies, plates, start, end, skin, upwards, wavenumber, out[ray])
+        if is_veiled(blockers, bodies, plates, start, end, skin):
+            lose(blockers, media, bodies, plates, start, end, skin, upwards, wavenumber, out[ray])
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _turned(matrix: FloatArray, v: Vector) -> Vector:
-    return (
-        matrix[0, 0] * v[0] + matrix[0, 1] * v[1] + matrix[0, 2] * v[2],
-        matrix[1, 0] * v[0] + matrix[1, 1] * v[1] + matrix[1, 2] * v[2],
-        matrix[2, 0] * v[0] + matrix[2, 1] * v[1] + matrix[2, 2] * v[2],
-    )
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _plate_hit(veil: Veil, p: int, start: Vector, way: Vector, nearest: float) -> bool:
-    """Whether a leg crosses a plate."""
-    n, c = row(veil.plate_normal, p), row(veil.plate_centre, p)
-    slope = dot(n, way)
-    if slope == 0.0:
-        return False
-    gap = (start[0] - c[0], start[1] - c[1], start[2] - c[2])
-    t = -dot(n, gap) / slope
-    if not nearest < t < 1.0:
-        return False
-    meet = (gap[0] + t * way[0], gap[1] + t * way[1], gap[2] + t * way[2])
-    if abs(dot(row(veil.plate_across, p), meet)) > veil.half_across[p]:
-        return False
-    return bool(abs(dot(row(veil.plate_along, p), meet)) <= veil.half_along[p])
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _pane_hit(
-    veil: Veil,
-    b: int,
-    start: Vector,
-    way: Vector,
-    span: tuple[float, float],
-    any_will_do: bool,
-) -> tuple[float, int]:
-    """Share of the leg, and triangle, of a body's first or any pane within a span of the leg."""
-    return first_hit(
-        veil.pane_box,
-        veil.pane_skip,
-        veil.pane_first,
-        veil.pane_size,
-        veil.pane_triangle,
-        (veil.pane_root[b], veil.pane_root[b + 1]),
-        start,
-        way,
-        span,
-        any_will_do,
-    )
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _cloud_hit(
-    veil: Veil, b: int, start: Vector, way: Vector, span: tuple[float, float]
-) -> tuple[float, int]:
-    """Share of the leg, and triangle, of the first border of a body's cloud within a span."""
-    return first_hit(
-        veil.cloud_box,
-        veil.cloud_skip,
-        veil.cloud_first,
-        veil.cloud_size,
-        veil.cloud_triangle,
-        (veil.cloud_root[b], veil.cloud_root[b + 1]),
-        start,
-        way,
-        span,
-        False,
-    )
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _in_body(veil: Veil, b: int, start: Vector, way: Vector) -> tuple[Vector, Vector]:
-    place, shift = _turned(veil.turn[b], start), row(veil.shift, b)
-    return (
-        (place[0] + shift[0], place[1] + shift[1], place[2] + shift[2]),
-        _turned(veil.turn[b], way),
-    )
+def has_cloud(blockers: Blockers, b: int) -> bool:
+    """Whether a body has a cloud of leaves; a tree without triangles has one node."""
+    begin, end = nodes_of(blockers, CLOUDS, b)
+    return bool(end - begin > 1)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def is_veiled(
-    veil: Veil, bodies: IntArray, plates: IntArray, start: Vector, end: Vector, skin: float
+    blockers: Blockers, bodies: IntArray, plates: IntArray, start: Vector, end: Vector, skin: float
 ) -> bool:
     """Whether a pane or a cloud of ``bodies`` or ``plates`` is on the way between two points."""
     way = (end[0] - start[0], end[1] - start[1], end[2] - start[2])
@@ -250,23 +136,22 @@ def is_veiled(
         return False
     span = (skin / length, 1.0)
     for p in plates:
-        if _plate_hit(veil, p, start, way, span[0]):
+        if crosses_plate(blockers.plate, p, start, way, span[0]):
             return True
     for b in bodies:
-        place, along = _in_body(veil, b, start, way)
-        if _pane_hit(veil, b, place, along, span, True)[0] < math.inf:
+        place, along = into_body(blockers, b, start, way)
+        panes = nodes_of(blockers, PANES, b)
+        if hit_body(blockers, panes, place, along, span, True)[0] < math.inf:
             return True
         # from inside a cloud to inside it no border is met
-        if veil.cloud_root[b + 1] - veil.cloud_root[b] > 1 and (
-            _chord(veil, b, place, along, span)[0] > 0.0
-        ):
+        if has_cloud(blockers, b) and chord(blockers, b, place, along, span)[0] > 0.0:
             return True
     return False
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _chord(
-    veil: Veil, b: int, start: Vector, way: Vector, span: tuple[float, float]
+def chord(
+    blockers: Blockers, b: int, start: Vector, way: Vector, span: tuple[float, float]
 ) -> tuple[float, int]:
     """Share of a leg inside a body's closed cloud, and a triangle of its border.
 
@@ -274,17 +159,19 @@ def _chord(
     behind its end says whether it ends there.
     """
     inside, entered, stop = 0.0, span[0], span[1]
-    t, triangle = _cloud_hit(veil, b, start, way, (span[0], math.inf))
-    border = triangle
+    border = nodes_of(blockers, CLOUDS, b)
+    t, triangle = hit_body(blockers, border, start, way, (span[0], math.inf), False)
+    first = triangle
     while t < math.inf:
-        if _leaves(veil.cloud_triangle[triangle], way):
+        if _leaves(blockers.triangle[triangle], way):
             inside += max(0.0, min(t, stop) - min(entered, stop))
         else:
             entered = t
         if t >= stop:
             break
-        t, triangle = _cloud_hit(veil, b, start, way, (t * (1.0 + PAST), math.inf))
-    return inside, border
+        behind = (t * (1.0 + PAST), math.inf)
+        t, triangle = hit_body(blockers, border, start, way, behind, False)
+    return inside, first
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -305,7 +192,7 @@ def basis(direction: Vector, upwards: FloatArray) -> tuple[Vector, Vector]:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def lose(
-    veil: Veil,
+    blockers: Blockers,
     media: Media,
     bodies: IntArray,
     plates: IntArray,
@@ -325,33 +212,23 @@ def lose(
     out[0, 1] = out[1, 0] = 0.0
     nearest = skin / length
     for p in plates:
-        if _plate_hit(veil, p, start, way, nearest):
-            normal = row(veil.plate_normal, p)
-            _cross_sheet(media, veil.plate_medium[p], normal, d, (v, h), wavenumber, out)
+        if crosses_plate(blockers.plate, p, start, way, nearest):
+            normal, medium = vector_at(blockers.plate, p, NORMAL), int(blockers.plate[p, MEDIUM])
+            _cross_sheet(media, medium, normal, d, (v, h), wavenumber, out)
     for b in bodies:
-        place, along = _in_body(veil, b, start, way)
-        t, triangle = _pane_hit(veil, b, place, along, (nearest, 1.0), False)
+        place, along = into_body(blockers, b, start, way)
+        panes = nodes_of(blockers, PANES, b)
+        t, triangle = hit_body(blockers, panes, place, along, (nearest, 1.0), False)
         while t < math.inf:
-            normal = _face_normal(veil.pane_triangle[triangle], veil.turn[b])
-            _cross_sheet(media, veil.pane_medium[triangle], normal, d, (v, h), wavenumber, out)
-            t, triangle = _pane_hit(veil, b, place, along, (t * (1.0 + PAST), 1.0), False)
-        if veil.cloud_root[b + 1] - veil.cloud_root[b] > 1:
-            share, triangle = _chord(veil, b, place, along, (nearest, 1.0))
+            normal, medium = face_normal(blockers, b, triangle), blockers.medium[triangle]
+            _cross_sheet(media, medium, normal, d, (v, h), wavenumber, out)
+            behind = (t * (1.0 + PAST), 1.0)
+            t, triangle = hit_body(blockers, panes, place, along, behind, False)
+        if has_cloud(blockers, b):
+            share, triangle = chord(blockers, b, place, along, (nearest, 1.0))
             if share > 0.0:
-                fade = media.attenuation[veil.cloud_medium[triangle]] * share * length
+                fade = media.attenuation[blockers.medium[triangle]] * share * length
                 out *= math.exp(-0.5 * fade)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _face_normal(triangle: FloatArray, turn: FloatArray) -> Vector:
-    """Unit normal of a triangle of a body, in the frame that ``turn`` takes to the body's."""
-    n = cross((triangle[3], triangle[4], triangle[5]), (triangle[6], triangle[7], triangle[8]))
-    size = math.sqrt(dot(n, n))
-    return (
-        (turn[0, 0] * n[0] + turn[1, 0] * n[1] + turn[2, 0] * n[2]) / size,
-        (turn[0, 1] * n[0] + turn[1, 1] * n[1] + turn[2, 1] * n[2]) / size,
-        (turn[0, 2] * n[0] + turn[1, 2] * n[1] + turn[2, 2] * n[2]) / size,
-    )
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from polychirp.axes import BoolArray
+from polychirp.channel.blockers import Blockers, in_frame_of
 from polychirp.channel.optics import (
     LIT,
     Faces,
@@ -23,7 +24,7 @@ from polychirp.channel.optics import (
 from polychirp.channel.reflection_table import ReflectionTable, reflection_table
 from polychirp.channel.view_losses import losses_of
 from polychirp.channel.views import View, ViewTable, view_table
-from polychirp.channel.world import UPWARDS, Blockers, Surface, World, in_frame_of
+from polychirp.channel.world import UPWARDS, Surface, World
 
 
 class Parts(NamedTuple):
@@ -84,11 +85,10 @@ class Lighting:
         wave = fields(
             parts.faces,
             media_of(world, surface.materials),
-            table,
-            in_frame_of(world, rotation, world.position[self.body]),
+            in_frame_of(world, rotation, world.position[self.body]).plate,
             media_of(world, world.materials),
             np.ascontiguousarray(UPWARDS @ rotation),
-            view,
+            table.plate[view],
             losses.number[view, surface.patch[rows.face]],
             losses.matrix,
             rows,

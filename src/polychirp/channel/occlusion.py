@@ -8,11 +8,21 @@ import numpy as np
 from numba import njit, prange
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
-from polychirp.channel.caster import Vector, first_hit, rays
-from polychirp.channel.world import SKIN, Blockers, World, everything_opaque, in_frame_of
+from polychirp.channel.blockers import (
+    OPAQUE,
+    Blockers,
+    crosses_plate,
+    hit_body,
+    in_frame_of,
+    into_body,
+    nodes_of,
+)
+from polychirp.channel.caster import Vector, rays
+from polychirp.channel.vectors import dot
+from polychirp.channel.world import SKIN, World, everything_opaque
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@njit(cache=True, nogil=True, error_model="numpy")
 def is_blocked(
     blockers: Blockers,
     bodies: IntArray,
@@ -22,50 +32,18 @@ def is_blocked(
     skin: float,
 ) -> bool:
     """Whether one of ``bodies`` or ``plates`` is between two points, ``skin`` m off the start."""
-    dx, dy, dz = end[0] - start[0], end[1] - start[1], end[2] - start[2]
-    length = math.sqrt(dx * dx + dy * dy + dz * dz)
+    way = (end[0] - start[0], end[1] - start[1], end[2] - start[2])
+    length = math.sqrt(dot(way, way))
     if length <= skin:
         return False
     nearest = skin / length
     for p in plates:
-        n, c = blockers.plate_normal[p], blockers.plate_centre[p]
-        slope = n[0] * dx + n[1] * dy + n[2] * dz
-        if slope == 0.0:
-            continue
-        gx, gy, gz = start[0] - c[0], start[1] - c[1], start[2] - c[2]
-        t = -(n[0] * gx + n[1] * gy + n[2] * gz) / slope
-        if not nearest < t < 1.0:
-            continue
-        gx, gy, gz = gx + t * dx, gy + t * dy, gz + t * dz
-        u, v = blockers.plate_across[p], blockers.plate_along[p]
-        if abs(u[0] * gx + u[1] * gy + u[2] * gz) > blockers.half_across[p]:
-            continue
-        if abs(v[0] * gx + v[1] * gy + v[2] * gz) <= blockers.half_along[p]:
+        if crosses_plate(blockers.plate, p, start, way, nearest):
             return True
-    root = blockers.root
     for b in bodies:
-        m, s = blockers.turn[b], blockers.shift[b]
-        distance, _ = first_hit(
-            blockers.box,
-            blockers.skip,
-            blockers.first,
-            blockers.size,
-            blockers.triangle,
-            (root[b], root[b + 1]),
-            (
-                m[0, 0] * start[0] + m[0, 1] * start[1] + m[0, 2] * start[2] + s[0],
-                m[1, 0] * start[0] + m[1, 1] * start[1] + m[1, 2] * start[2] + s[1],
-                m[2, 0] * start[0] + m[2, 1] * start[1] + m[2, 2] * start[2] + s[2],
-            ),
-            (
-                m[0, 0] * dx + m[0, 1] * dy + m[0, 2] * dz,
-                m[1, 0] * dx + m[1, 1] * dy + m[1, 2] * dz,
-                m[2, 0] * dx + m[2, 1] * dy + m[2, 2] * dz,
-            ),
-            (nearest, 1.0),
-            True,
-        )
-        if distance < math.inf:
+        place, along = into_body(blockers, b, start, way)
+        nodes = nodes_of(blockers, OPAQUE, b)
+        if hit_body(blockers, nodes, place, along, (nearest, 1.0), True)[0] < math.inf:
             return True
     return False
 

@@ -10,11 +10,12 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
+from polychirp.channel.blockers import CENTRE, MEDIUM, NORMAL, Blockers, is_beside
 from polychirp.channel.occlusion import is_blocked
 from polychirp.channel.reflection_table import ReflectionTable, looked_up
-from polychirp.channel.vectors import cross, dot, row, vector
-from polychirp.channel.views import ViewTable
-from polychirp.channel.world import SKIN, Blockers
+from polychirp.channel.vectors import cross, dot, row, vector, vector_at
+from polychirp.channel.views import NEAR_BODIES, NEAR_PLATES, ViewTable, near_view
+from polychirp.channel.world import SKIN
 
 LIFT = 3e-3
 """m by which a shadow ray starts above its facet, so as not to meet it or its neighbours."""
@@ -107,55 +108,36 @@ def meet_mirror(centre: Vector, normal: Vector, image: Vector, point: Vector) ->
     return image[0] + t * gx, image[1] + t * gy, image[2] + t * gz
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@njit(cache=True, nogil=True, error_model="numpy")
 def _sees(
     views: ViewTable, blockers: Blockers, view: int, centroid: Vector, normal: Vector
 ) -> bool:
     """Whether nothing hides a facet that faces the view's image."""
-    bodies = views.bodies[views.body_start[view] : views.body_start[view + 1]]
-    plates = views.plates[views.plate_start[view] : views.plate_start[view + 1]]
-    source = vector(views.source[view])
+    bodies, plates = near_view(views, view, NEAR_BODIES), near_view(views, view, NEAR_PLATES)
+    source = row(views.source, view)
     lifted = (
         centroid[0] + LIFT * normal[0],
         centroid[1] + LIFT * normal[1],
         centroid[2] + LIFT * normal[2],
     )
-    if not views.is_mirrored[view]:
+    number, plate = views.plate[view], blockers.plate
+    if number < 0:
         return not is_blocked(blockers, bodies, plates, source, lifted, SKIN)
-    number = views.plate[view]
-    centre, upright = vector(blockers.plate_centre[number]), vector(blockers.plate_normal[number])
+    centre, upright = vector_at(plate, number, CENTRE), vector_at(plate, number, NORMAL)
     above = (lifted[0] - centre[0], lifted[1] - centre[1], lifted[2] - centre[2])
     if dot(above, upright) <= 0.0:
         return False
-    meet = meet_mirror(centre, upright, vector(views.image[view]), lifted)
+    meet = meet_mirror(centre, upright, row(views.image, view), lifted)
     gap = (meet[0] - centre[0], meet[1] - centre[1], meet[2] - centre[2])
-    if abs(dot(gap, vector(blockers.plate_across[number]))) > blockers.half_across[number]:
-        return False
-    if abs(dot(gap, vector(blockers.plate_along[number]))) > blockers.half_along[number]:
-        return False
-    if is_blocked(blockers, bodies, plates, source, meet, SKIN):
+    if is_beside(plate, number, gap) or is_blocked(blockers, bodies, plates, source, meet, SKIN):
         return False
     return not is_blocked(blockers, bodies, plates, lifted, meet, 0.0)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _is_away(faces: Faces, views: ViewTable, view: int, f: int) -> bool:
-    c, n, s = faces.centroid[f], faces.normal[f], views.image[view]
-    return bool(dot(vector(n), (s[0] - c[0], s[1] - c[1], s[2] - c[2])) <= 0.0)
-
-
-@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
 def look(faces: Faces, views: ViewTable, blockers: Blockers) -> SideArray:
     """How each view finds a facet: `AWAY`, `HIDDEN` or `LIT`, ``(view, face)``."""
-    num_views, num_faces = views.image.shape[0], faces.area.size
-    out = np.full((num_views, num_faces), AWAY, dtype=np.int8)
-    for number in prange(num_views * num_faces):
-        view, f = number // num_faces, number % num_faces
-        if _is_away(faces, views, view, f):
-            continue
-        sees = _sees(views, blockers, view, vector(faces.centroid[f]), vector(faces.normal[f]))
-        out[view, f] = LIT if sees else HIDDEN
-    return out
+    nothing = np.full((len(views.plate), 1), AWAY, dtype=np.int8)
+    return look_closer(faces, views, blockers, np.zeros(len(faces.area), dtype=np.int64), nothing)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", parallel=True)
@@ -173,29 +155,28 @@ def look_closer(
     part : that a facet belongs to, ``(face,)``
     agreed : of each part, as `agree` gives it, ``(view, part)``
     """
-    num_views, num_faces = views.image.shape[0], faces.area.size
+    num_views, num_faces = views.plate.size, faces.area.size
     out = np.full((num_views, num_faces), AWAY, dtype=np.int8)
     for number in prange(num_views * num_faces):
         view, f = number // num_faces, number % num_faces
-        if _is_away(faces, views, view, f):
+        c, n, s = row(faces.centroid, f), row(faces.normal, f), row(views.image, view)
+        if dot(n, (s[0] - c[0], s[1] - c[1], s[2] - c[2])) <= 0.0:
             continue
         known = agreed[view, part[f]]
-        if known != AWAY:
-            out[view, f] = known
-            continue
-        sees = _sees(views, blockers, view, vector(faces.centroid[f]), vector(faces.normal[f]))
-        out[view, f] = LIT if sees else HIDDEN
+        if known == AWAY:
+            known = LIT if _sees(views, blockers, view, c, n) else HIDDEN
+        out[view, f] = known
     return out
 
 
-@njit(cache=True, nogil=True, parallel=True)
+@njit(cache=True, nogil=True)
 def agree(found: SideArray, near: IntArray) -> SideArray:
     """What all parts around a part that turn to a view say, ``(view, part)``.
 
     Of what `look` found, ``(view, part)``; `AWAY` where they differ, or none turns to the view.
     """
     out = np.empty_like(found)
-    for part in prange(found.shape[1]):
+    for part in range(found.shape[1]):
         for view in range(found.shape[0]):
             both = 0
             for other in near[part]:
@@ -204,12 +185,12 @@ def agree(found: SideArray, near: IntArray) -> SideArray:
     return out
 
 
-@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def spread(faces: Faces, views: ViewTable, patch: IntArray, lit_patch: BoolArray) -> BoolArray:
     """Where a view's facets turn to it and lie in a lit patch, ``(view, face)``."""
     num_views, num_faces = views.image.shape[0], faces.area.size
     out = np.zeros((num_views, num_faces), dtype=np.bool_)
-    for f in prange(num_faces):
+    for f in range(num_faces):
         c, n = vector(faces.centroid[f]), vector(faces.normal[f])
         for view in range(num_views):
             if lit_patch[view, patch[f]]:
@@ -221,13 +202,15 @@ def spread(faces: Faces, views: ViewTable, patch: IntArray, lit_patch: BoolArray
 def rows_of(faces: Faces, views: ViewTable, seen: BoolArray) -> Rows:
     """The facets that views see, ``seen`` ``(view, face)``, as yet without waves."""
     view, face = np.nonzero(seen)
+    # both are columns of one table, and kernels are compiled for every layout of their arrays
+    view, face = np.ascontiguousarray(view), np.ascontiguousarray(face)
     start = np.concatenate([[0], np.cumsum(np.bincount(view, minlength=len(seen)))])
     direction, length = np.empty((len(face), 3)), np.empty(len(face))
     _aim(faces, views, view, face, direction, length)
     return Rows(start, face, direction, length, np.empty((0, 2, 4, 2), dtype=np.complex64))
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True, parallel=True)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
 def _aim(
     faces: Faces,
     views: ViewTable,
@@ -236,7 +219,7 @@ def _aim(
     direction: FloatArray,
     length: FloatArray,
 ) -> None:
-    for i in prange(face.size):
+    for i in range(face.size):
         c, s = faces.centroid[face[i]], views.image[view_of_row[i]]
         d = (c[0] - s[0], c[1] - s[1], c[2] - s[2])
         size = math.sqrt(dot(d, d))
@@ -250,45 +233,40 @@ def _aim(
 def fields(
     faces: Faces,
     media: ReflectionTable,
-    views: ViewTable,
-    blockers: Blockers,
+    plate: FloatArray,
     plate_media: ReflectionTable,
     upwards: FloatArray,
-    view_of_row: IntArray,
+    mirror: IntArray,
     loss: IntArray,
     losses: ComplexArray,
     rows: Rows,
 ) -> NDArray[np.complex64]:
     """Fields and currents of all rows, as `Rows` has them.
 
-    ``upwards`` are the world's z and y, ``(2, xyz)``; ``loss`` ``(row,)`` says which of the
-    matrices ``losses`` of `view_losses.Losses` a row has.
+    ``plate`` as `Blockers` has it; ``upwards`` are the world's z and y, ``(2, xyz)``; ``mirror``
+    ``(row,)`` says which plate a row's view looks into, or −1; ``loss`` ``(row,)`` which of the
+    matrices ``losses`` of `view_losses.Losses` it has.
     """
     # single precision: a field's error of 1e-7 is no phase error
-    wave = np.empty((view_of_row.size, 2, 4, 2), dtype=np.complex64)
-    for i in prange(view_of_row.size):
+    wave = np.empty((mirror.size, 2, 4, 2), dtype=np.complex64)
+    for i in prange(mirror.size):
         d = vector(rows.direction[i])
-        both = _incident(views, blockers, plate_media, upwards, view_of_row[i], d)
+        both = _incident(mirror[i], plate, plate_media, upwards, d)
         if loss[i] > 0:
             both = _weakened(both, d, upwards, losses[loss[i]])
         _induce(faces, media, rows.face[i], d, both, wave[i])
     return wave
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True, inline="always")
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
 def _incident(
-    views: ViewTable,
-    blockers: Blockers,
-    plate_media: ReflectionTable,
-    upwards: FloatArray,
-    view: int,
-    d: Vector,
+    number: int, plate: FloatArray, plate_media: ReflectionTable, upwards: FloatArray, d: Vector
 ) -> tuple[ComplexVector, ComplexVector]:
-    """Field of a wave that left V- and H-polarised, as it arrives along d."""
-    leaving, number = d, views.plate[view]
+    """Field of a wave that left V- and H-polarised, as it arrives along d from a plate or −1."""
+    leaving = d
     normal = (0.0, 0.0, 1.0)
-    if views.is_mirrored[view]:
-        normal = vector(blockers.plate_normal[number])
+    if number >= 0:
+        normal = vector_at(plate, number, NORMAL)
         turn = 2.0 * dot(d, normal)
         leaving = (
             d[0] - turn * normal[0],
@@ -298,13 +276,13 @@ def _incident(
     # the basis of frames.polarisation_basis
     h = _across(vector(upwards[0]), leaving, vector(upwards[1]))
     v = cross(leaving, h)
-    if not views.is_mirrored[view]:
+    if number < 0:
         return (
             (complex(v[0]), complex(v[1]), complex(v[2])),
             (complex(h[0]), complex(h[1]), complex(h[2])),
         )
     cosine = -dot(leaving, normal)
-    medium = blockers.plate_medium[number]
+    medium = int(plate[number, MEDIUM])
     gamma_s, gamma_p = looked_up(plate_media, medium, cosine)
     phase = plate_media.roughness[medium] * cosine
     loss = math.exp(-2.0 * phase * phase)
@@ -345,7 +323,7 @@ def _in_basis(v: Vector, h: Vector, matrix: ComplexArray, field: ComplexVector) 
     return x * v[0] + y * h[0], x * v[1] + y * h[1], x * v[2] + y * h[2]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True, inline="always")
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
 def _induce(
     faces: Faces,
     media: ReflectionTable,

@@ -10,11 +10,12 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
+from polychirp.channel.blockers import Blockers
 from polychirp.channel.occlusion import is_blocked
 from polychirp.channel.optics import LIFT, ComplexVector, Vector, _across, _phasor
 from polychirp.channel.tube_rays import Ray, ahead
 from polychirp.channel.vectors import cross, dot, vector
-from polychirp.channel.world import SKIN, Blockers
+from polychirp.channel.world import SKIN
 
 
 class Hits(NamedTuple):

@@ -8,8 +8,8 @@ import numpy as np
 from numba import njit, prange
 
 from polychirp.axes import FloatArray, IntArray
+from polychirp.channel.blockers import Blockers
 from polychirp.channel.fresnel import Media
-from polychirp.channel.legs import Veil
 from polychirp.channel.nearest import DEPTH
 from polychirp.channel.optics import Vector
 from polychirp.channel.tube_currents import Hits, record
@@ -37,7 +37,7 @@ from polychirp.channel.tube_rays import (
     weakened,
 )
 from polychirp.channel.vectors import dot
-from polychirp.channel.world import SKIN, Blockers
+from polychirp.channel.world import SKIN
 
 PER_CHUNK = 256
 """Rays that one thread follows at a time."""
@@ -62,13 +62,12 @@ def _leads_on(met: Meeting, bodies: Bodies, turns: int, most_turns: int) -> bool
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _pass(  # noqa: PLR0913, PLR0917 (flat, as parallel loops take them)
+def _pass(
     ray: Ray,
     point: Vector,
     distance: float,
     surface: tuple[Vector, int],
     faces: Blockers,
-    veil: Veil,
     media: Media,
     bodies: Bodies,
     limits: tuple[int, float],
@@ -76,7 +75,7 @@ def _pass(  # noqa: PLR0913, PLR0917 (flat, as parallel loops take them)
     boxes: IntArray,
 ) -> None:
     """Let a ray through a sheet at a point; it waits if it meets anything behind."""
-    met = meet(faces, veil, bodies, point, ray.direction, OFF, MISS, -1, boxes)
+    met = meet(faces, bodies, point, ray.direction, OFF, MISS, boxes)
     if _leads_on(met, bodies, ray.turns, limits[0]):
         behind = passed(ray, point, distance, surface[0], media, surface[1], limits[1])
         if is_heard(behind):
@@ -90,7 +89,6 @@ def _bounce(  # noqa: PLR0913, PLR0917 (flat, as parallel loops take them)
     met: Meeting,
     surface: tuple[Vector, int, Vector],
     faces: Blockers,
-    veil: Veil,
     media: Media,
     bodies: Bodies,
     limits: tuple[int, float],
@@ -106,7 +104,7 @@ def _bounce(  # noqa: PLR0913, PLR0917 (flat, as parallel loops take them)
     slot, next_met = slots[0], MISS
     if ray.turns + 1 < most_turns:
         after = mirrored(ray.direction, normal)
-        next_met = meet(faces, veil, bodies, point, after, OFF, MISS, -1, boxes)
+        next_met = meet(faces, bodies, point, after, OFF, MISS, boxes)
     goes_on = _leads_on(next_met, bodies, ray.turns + 1, most_turns)
     is_last = kind != PLATE and ray.met > 0
     # fields are dear: only for what leads somewhere
@@ -132,7 +130,6 @@ def _bounce(  # noqa: PLR0913, PLR0917 (flat, as parallel loops take them)
 @njit(cache=True, nogil=True, error_model="numpy")
 def _follow(
     faces: Blockers,
-    veil: Veil,
     media: Media,
     bodies: Bodies,
     first_body: int,
@@ -151,17 +148,17 @@ def _follow(
     while len(waiting) > 0:
         ray, met = waiting.pop()
         distance, kind, number, triangle = met
-        normal, medium, velocity = surface_of(faces, veil, bodies, kind, number, triangle)
+        normal, medium, velocity = surface_of(faces, bodies, kind, number, triangle)
         point = ahead(ray.point, ray.direction, distance)
         cosine = -dot(ray.direction, normal)
         if bodies.cloudy.size > 0:
-            loss = fade(veil, media, bodies, ray.point, ray.direction, distance)
+            loss = fade(faces, media, bodies, ray.point, ray.direction, distance)
             ray = weakened(ray, loss, 0.0, 0)
         if kind == PANE or (kind == PLATE and bodies.is_pane[number]):
             # both faces of a sheet are alike
             if cosine < 0.0:
                 normal, cosine = (-normal[0], -normal[1], -normal[2]), -cosine
-            _pass(ray, point, distance, (normal, medium), faces, veil, media, bodies, limits,
+            _pass(ray, point, distance, (normal, medium), faces, media, bodies, limits,
                   waiting, boxes)  # fmt: skip
         is_body = kind != PLATE
         # the first to reflect is the window's body
@@ -174,7 +171,6 @@ def _follow(
             met,
             (normal, medium, velocity),
             faces,
-            veil,
             media,
             bodies,
             limits,
@@ -191,7 +187,6 @@ def _trace_some(
     window: FloatArray,
     tubes: tuple[int, int, int],
     faces: Blockers,
-    veil: Veil,
     media: Media,
     bodies: Bodies,
     first_body: int,
@@ -200,19 +195,19 @@ def _trace_some(
     slots: tuple[int, int],
 ) -> int:
     """Follow tubes ``tubes[0]`` to ``tubes[1]`` of a window with ``tubes[2]`` columns."""
-    slot, hider = slots[0], -1
+    slot, hider = slots[0], MISS[2]
     boxes = np.empty(DEPTH, dtype=np.int64)
-    waiting = [(launched(window, 0, 0), MISS) for _ in range(0)]
+    waiting = [(launched(window, tubes[0], tubes[0]), MISS) for _ in range(0)]
     for tube in range(tubes[0], tubes[1]):
         ray = launched(window, tube // tubes[2], tube % tubes[2])
         p, d = ray.point, ray.direction
         # what hid the body from a tube will often hide it from the next
         if hider >= 0 and is_behind(faces, bodies, hider, first_body, p, d):
             continue
-        alone = meet_alone(faces, veil, first_body, p, d, boxes)
+        alone = meet_alone(faces, first_body, p, d, boxes)
         if alone[1] == NOTHING:
             continue
-        met = meet(faces, veil, bodies, p, d, SKIN, alone, first_body, boxes)
+        met = meet(faces, bodies, p, d, SKIN, alone, boxes)
         if met[1] == PLATE and not bodies.is_pane[met[2]]:
             continue
         if met[1] == FACE and met[2] != first_body:
@@ -220,7 +215,7 @@ def _trace_some(
             continue
         waiting.append((ray, met))
         slot = _follow(
-            faces, veil, media, bodies, first_body, limits, waiting, boxes, hits, (slot, slots[1])
+            faces, media, bodies, first_body, limits, waiting, boxes, hits, (slot, slots[1])
         )
     return slot
 
@@ -230,7 +225,6 @@ def trace(
     window: FloatArray,
     tubes: tuple[int, int, int],
     faces: Blockers,
-    veil: Veil,
     media: Media,
     bodies: Bodies,
     first_body: int,
@@ -255,6 +249,6 @@ def trace(
         begin, slot = tubes[0] + chunk * PER_CHUNK, chunk * room
         some = (begin, min(begin + PER_CHUNK, tubes[1]), tubes[2])
         counts[chunk] = -slot + _trace_some(
-            window, some, faces, veil, media, bodies, first_body, limits, hits, (slot, slot + room)
+            window, some, faces, media, bodies, first_body, limits, hits, (slot, slot + room)
         )
     return counts

@@ -52,8 +52,9 @@ import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import no_paths, strength, strongest_of_pair, without_weak
+from polychirp.channel.blockers import Blockers, in_frame_of
 from polychirp.channel.facets import OVERSHOOT, scatters
-from polychirp.channel.legs import Veil, through, veil_of
+from polychirp.channel.legs import through
 from polychirp.channel.optics import LIFT
 from polychirp.channel.sight import visible_line_of_sight
 from polychirp.channel.tube_cells import Contributions, cell_paths, joined
@@ -62,7 +63,7 @@ from polychirp.channel.tube_meetings import Bodies
 from polychirp.channel.tube_optics import PER_CHUNK, trace
 from polychirp.channel.tube_windows import Window, windows_over
 from polychirp.channel.views import View
-from polychirp.channel.world import Blockers, Role, World, in_frame_of
+from polychirp.channel.world import Role, World
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
 from polychirp.model.paths import PropagationPaths
@@ -123,7 +124,6 @@ class _Place(NamedTuple):
     """A world as the kernels need it."""
 
     faces: Blockers
-    veil: Veil
     bodies: Bodies
 
 
@@ -141,7 +141,6 @@ def _place_of(world: World) -> _Place:
 
     return _Place(
         faces=in_frame_of(world, np.eye(3), np.zeros(3)),
-        veil=veil_of(world, np.eye(3), np.zeros(3)),
         bodies=Bodies(
             centre=world.centre,
             radius=world.radius,
@@ -149,7 +148,6 @@ def _place_of(world: World) -> _Place:
             plate_velocity=np.array(speeds).reshape(-1, 3),
             scatters=np.array([scatters(world, body) for body in range(len(world.body))]),
             is_pane=world.plate_is_pane,
-            face_medium=world.medium_of("opaque"),
             solid=having("opaque", "pane"),
             cloudy=having("cloud"),
         ),
@@ -231,7 +229,6 @@ class _Tracing:
                 rows,
                 (*tubes, window.shape[1]),
                 self.place.faces,
-                self.place.veil,
                 self.world.media,
                 self.place.bodies,
                 body,

@@ -34,3 +34,9 @@ def vector(a: FloatArray) -> Vector:
 def row(a: FloatArray, i: int) -> Vector:
     """The vector in row i of an array ``(row, xyz)``."""
     return a[i, 0], a[i, 1], a[i, 2]
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def vector_at(a: FloatArray, i: int, k: int) -> Vector:
+    """The vector in row i of a table, from its column k on."""
+    return a[i, k], a[i, k + 1], a[i, k + 2]

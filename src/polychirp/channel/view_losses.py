@@ -12,12 +12,13 @@ import numpy as np
 from numba import njit, prange
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
+from polychirp.channel.blockers import CENTRE, NORMAL, Blockers, in_frame_of
 from polychirp.channel.caster import Vector
 from polychirp.channel.fresnel import Media
-from polychirp.channel.legs import Veil, is_veiled, lose, veil_of
+from polychirp.channel.legs import is_veiled, lose
 from polychirp.channel.optics import LIFT, Faces, Rows, meet_mirror
-from polychirp.channel.vectors import row
-from polychirp.channel.views import ViewTable
+from polychirp.channel.vectors import row, vector_at
+from polychirp.channel.views import NEAR_PANES, NEAR_VEILED, ViewTable, near_view
 from polychirp.channel.world import SKIN, UPWARDS, World
 
 
@@ -40,17 +41,19 @@ def losses_of(world: World, body: int, table: ViewTable, faces: Faces, rows: Row
     """
     surface = world.surfaces[body]
     number = np.zeros((len(table.image), len(surface.patch_face)), dtype=np.int64)
-    if not (len(table.veiled) or len(table.panes)):
+    if not table.weakened:
         return Losses(number, _identities(1))
     rotation = world.rotation[body]
-    veil = veil_of(world, rotation, world.position[body])
+    blockers = in_frame_of(world, rotation, world.position[body])
     is_lit = np.zeros(number.shape, dtype=np.bool_)
     is_lit[rows.view, surface.patch[rows.face]] = True
-    views, patches = np.nonzero(_weakened(table, veil, faces, is_lit))
+    views, patches = np.nonzero(_weakened(table, blockers, faces, is_lit))
     number[views, patches] = np.arange(1, len(views) + 1)
     matrix = _identities(len(views) + 1)
     upwards = np.ascontiguousarray(UPWARDS @ rotation)
-    _fill(table, veil, world.media, faces, views, patches, upwards, world.wavenumber, matrix[1:])
+    _fill(
+        table, blockers, world.media, faces, views, patches, upwards, world.wavenumber, matrix[1:]
+    )
     return Losses(number, matrix)
 
 
@@ -62,23 +65,22 @@ def _identities(count: int) -> ComplexArray:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _stations(
-    table: ViewTable, veil: Veil, view: int, faces: Faces, patch: int
+    table: ViewTable, blockers: Blockers, view: int, faces: Faces, patch: int
 ) -> tuple[Vector, Vector, Vector]:
     """The radar, the mirror point, and the patch; without a mirror the last two are the same."""
     c, n = faces.centroid[patch], faces.normal[patch]
     end = (c[0] + LIFT * n[0], c[1] + LIFT * n[1], c[2] + LIFT * n[2])
     start = row(table.source, view)
-    if not table.is_mirrored[view]:
-        return start, end, end
     p = table.plate[view]
-    meet = meet_mirror(
-        row(veil.plate_centre, p), row(veil.plate_normal, p), row(table.image, view), end
-    )
+    if p < 0:
+        return start, end, end
+    centre, normal = vector_at(blockers.plate, p, CENTRE), vector_at(blockers.plate, p, NORMAL)
+    meet = meet_mirror(centre, normal, row(table.image, view), end)
     return start, meet, end
 
 
 @njit(cache=True, nogil=True, error_model="numpy", parallel=True)
-def _weakened(table: ViewTable, veil: Veil, faces: Faces, is_lit: BoolArray) -> BoolArray:
+def _weakened(table: ViewTable, blockers: Blockers, faces: Faces, is_lit: BoolArray) -> BoolArray:
     """Where a pane or a cloud is on the way to a lit patch, ``(view, patch)``."""
     num_views, num_patches = is_lit.shape
     out = np.zeros((num_views, num_patches), dtype=np.bool_)
@@ -86,12 +88,12 @@ def _weakened(table: ViewTable, veil: Veil, faces: Faces, is_lit: BoolArray) -> 
         view, patch = number // num_patches, number % num_patches
         if not is_lit[view, patch]:
             continue
-        bodies = table.veiled[table.veiled_start[view] : table.veiled_start[view + 1]]
-        panes = table.panes[table.pane_start[view] : table.pane_start[view + 1]]
-        start, meet, end = _stations(table, veil, view, faces, patch)
-        found = is_veiled(veil, bodies, panes, start, meet, SKIN)
-        if not found and table.is_mirrored[view]:
-            found = is_veiled(veil, bodies, panes, end, meet, 0.0)
+        bodies = near_view(table, view, NEAR_VEILED)
+        panes = near_view(table, view, NEAR_PANES)
+        start, meet, end = _stations(table, blockers, view, faces, patch)
+        found = is_veiled(blockers, bodies, panes, start, meet, SKIN)
+        if not found and table.plate[view] >= 0:
+            found = is_veiled(blockers, bodies, panes, end, meet, 0.0)
         out[view, patch] = found
     return out
 
@@ -99,7 +101,7 @@ def _weakened(table: ViewTable, veil: Veil, faces: Faces, is_lit: BoolArray) -> 
 @njit(cache=True, nogil=True, error_model="numpy", parallel=True)
 def _fill(
     table: ViewTable,
-    veil: Veil,
+    blockers: Blockers,
     media: Media,
     faces: Faces,
     views: IntArray,
@@ -110,9 +112,9 @@ def _fill(
 ) -> None:
     for number in prange(len(views)):
         view, out = views[number], matrix[number]
-        bodies = table.veiled[table.veiled_start[view] : table.veiled_start[view + 1]]
-        panes = table.panes[table.pane_start[view] : table.pane_start[view + 1]]
-        start, meet, end = _stations(table, veil, view, faces, patches[number])
-        lose(veil, media, bodies, panes, start, meet, SKIN, upwards, wavenumber, out[0])
-        if table.is_mirrored[view]:
-            lose(veil, media, bodies, panes, meet, end, 0.0, upwards, wavenumber, out[1])
+        bodies = near_view(table, view, NEAR_VEILED)
+        panes = near_view(table, view, NEAR_PANES)
+        start, meet, end = _stations(table, blockers, view, faces, patches[number])
+        lose(blockers, media, bodies, panes, start, meet, SKIN, upwards, wavenumber, out[0])
+        if table.plate[view] >= 0:
+            lose(blockers, media, bodies, panes, meet, end, 0.0, upwards, wavenumber, out[1])

@@ -10,8 +10,9 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 
-from polychirp.axes import BoolArray, FloatArray, IntArray
+from polychirp.axes import FloatArray, IntArray
 from polychirp.channel.fresnel import reflection
 from polychirp.channel.world import World, bodies_near, plates_near
 
@@ -137,45 +138,48 @@ class View:
         return bodies, plates[plates != self.plate] if self.plate is not None else plates
 
 
+NEAR_BODIES, NEAR_PLATES, NEAR_PANES, NEAR_VEILED = 0, 1, 2, 3
+"""Columns of `ViewTable.start`: what may hide a view, and panes and bodies that may weaken it."""
+
+
 class ViewTable(NamedTuple):
     """Views of one body as arrays ``(view, …)`` in the body's frame, for the kernels.
 
-    What may hide view i are ``bodies[body_start[i]:body_start[i + 1]]`` and plates likewise; what
-    may weaken it are the plates ``panes`` and the bodies ``veiled``.
+    ``plate`` is −1 without a mirror. What may come between view i and the body are, of kind k,
+    ``near[start[i, k]:start[i, k + 1]]``, with k from `NEAR_BODIES` to `NEAR_VEILED`.
     """
 
     source: FloatArray
     image: FloatArray
-    is_mirrored: BoolArray
     plate: IntArray
-    bodies: IntArray
-    body_start: IntArray
-    plates: IntArray
-    plate_start: IntArray
-    panes: IntArray
-    pane_start: IntArray
-    veiled: IntArray
-    veiled_start: IntArray
+    near: IntArray
+    start: IntArray
+
+    @property
+    def weakened(self) -> bool:
+        """Whether there are panes or clouds in any view's way."""
+        return bool(np.any(self.start[:, NEAR_PANES] < self.start[:, -1]))
 
 
 def view_table(views: list[View], rotation: FloatArray, position: FloatArray) -> ViewTable:
     """Views of one body in its frame, which is turned by ``rotation`` at ``position`` (m)."""
-    bodies = [view.between[0] for view in views]
-    plates = [view.between[1] for view in views]
-    is_pane = views[0].world.plate_is_pane
+    is_pane, veiled = views[0].world.plate_is_pane, views[0].world.veiled
+    near = []
+    for view in views:
+        bodies, plates = view.between
+        sheets = is_pane[plates]
+        near += [bodies, plates[~sheets], plates[sheets], np.intersect1d(bodies, veiled)]
+    start = np.concatenate([[0], np.cumsum([len(numbers) for numbers in near])])
     return ViewTable(
         np.array([(view.source - position) @ rotation for view in views]),
         np.array([(view.image - position) @ rotation for view in views]),
-        np.array([view.plate is not None for view in views]),
-        # the plate of a view that has none is never looked at
-        np.array([view.plate or 0 for view in views], dtype=np.int64),
-        *_joined(bodies),
-        *_joined([number[~is_pane[number]] for number in plates]),
-        *_joined([number[is_pane[number]] for number in plates]),
-        *_joined([np.intersect1d(number, views[0].world.veiled) for number in bodies]),
+        np.array([-1 if view.plate is None else view.plate for view in views], dtype=np.int64),
+        np.concatenate(near),
+        start[4 * np.arange(len(views))[:, None] + np.arange(5)],
     )
 
 
-def _joined(numbers: list[IntArray]) -> tuple[IntArray, IntArray]:
-    """Lists behind one another, and where each begins."""
-    return np.concatenate(numbers), np.concatenate([[0], np.cumsum([len(n) for n in numbers])])
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def near_view(table: ViewTable, view: int, kind: int) -> IntArray:
+    """Numbers of what may come between a view and its body, of one kind."""
+    return table.near[table.start[view, kind] : table.start[view, kind + 1]]

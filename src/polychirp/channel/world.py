@@ -156,18 +156,23 @@ def _near(middle: FloatArray) -> IntArray:
 
 
 class Forest(NamedTuple):
-    """Trees of several bodies, one behind the other; body b has nodes ``root[b]:root[b+1]``."""
+    """Trees of several bodies, one behind the other, all of one `Role` before those of the next.
+
+    Body b has the nodes ``root[role, b]:root[role, b + 1]``, with roles as in `ROLES`.
+    """
 
     tree: Tree
     root: IntArray
 
 
 @lru_cache(maxsize=6)
-def forest_of(surfaces: tuple[Surface, ...], role: Role) -> Forest:
+def forest_of(surfaces: tuple[Surface, ...]) -> Forest:
     """The trees of all bodies behind one another."""
-    trees = [surface.trees[role] for surface in surfaces] or [grow_tree(np.zeros((0, 3, 3)))]
+    none = grow_tree(np.zeros((0, 3, 3)))
+    trees = [s.trees[role] for role in ROLES for s in surfaces] or [none] * len(ROLES)
     root = np.concatenate([[0], np.cumsum([tree.skip.size for tree in trees])])
     offset = np.concatenate([[0], np.cumsum([tree.face.size for tree in trees])])
+    begin = np.arange(len(ROLES))[:, None] * (len(trees) // len(ROLES))
     return Forest(
         tree=Tree(
             box=np.concatenate([tree.box for tree in trees]),
@@ -177,19 +182,17 @@ def forest_of(surfaces: tuple[Surface, ...], role: Role) -> Forest:
             triangle=np.concatenate([tree.triangle for tree in trees]),
             face=np.concatenate([tree.face for tree in trees]),
         ),
-        root=root,
+        root=root[begin + np.arange(begin[1, 0] + 1)],
     )
 
 
 @lru_cache(maxsize=6)
-def forest_medium(
-    surfaces: tuple[Surface, ...], role: Role, materials: tuple[str, ...]
-) -> IntArray:
-    """Number into ``materials`` of every triangle of a forest, ``(triangle,)``."""
+def _forest_medium(surfaces: tuple[Surface, ...], materials: tuple[str, ...]) -> IntArray:
     numbers = [
         np.array([materials.index(name) for name in surface.materials], dtype=np.int64)[
             surface.tree_medium[role]
         ]
+        for role in ROLES
         for surface in surfaces
     ]
     return np.concatenate([np.zeros(0, dtype=np.int64), *numbers])
@@ -291,22 +294,13 @@ class World:
 
     @cached_property
     def forest(self) -> Forest:
-        """All that blocks, plates apart."""
-        return forest_of(self.surfaces, "opaque")
+        """Trees of all faces, plates apart."""
+        return forest_of(self.surfaces)
 
-    @cached_property
-    def panes(self) -> Forest:
-        """Thin sheets, plates apart."""
-        return forest_of(self.surfaces, "pane")
-
-    @cached_property
-    def clouds(self) -> Forest:
-        """The borders of clouds of leaves."""
-        return forest_of(self.surfaces, "cloud")
-
-    def medium_of(self, role: Role) -> IntArray:
-        """Number into ``materials`` of the triangles of a role's forest, ``(triangle,)``."""
-        return forest_medium(self.surfaces, role, self.materials)
+    @property
+    def forest_medium(self) -> IntArray:
+        """Number into ``materials`` of the triangles of ``forest``, ``(triangle,)``."""
+        return _forest_medium(self.surfaces, self.materials)
 
     @cached_property
     def veiled(self) -> IntArray:
@@ -389,50 +383,6 @@ def world_of(
         transmission=transmission,
         max_length=max_length,
         caster=caster,
-    )
-
-
-class Blockers(NamedTuple):
-    """What may block, in the frame of one body: the fields of `Forest` and `Plates`, and poses.
-
-    ``turn``, ``shift`` ``(body, …)`` take a point of this frame to the frame of each body. Flat,
-    because a compiled parallel loop cannot take nested tuples.
-    """
-
-    box: FloatArray
-    skip: IntArray
-    first: IntArray
-    size: IntArray
-    triangle: FloatArray
-    face: IntArray
-    root: IntArray
-    turn: FloatArray
-    shift: FloatArray
-    plate_centre: FloatArray
-    plate_normal: FloatArray
-    plate_across: FloatArray
-    plate_along: FloatArray
-    half_across: FloatArray
-    half_along: FloatArray
-    plate_medium: IntArray
-
-
-def in_frame_of(world: World, rotation: FloatArray, position: FloatArray) -> Blockers:
-    """All blockers, seen from a frame at ``position`` (m) turned by ``rotation``."""
-    back = np.swapaxes(world.rotation, 1, 2)
-    plates = world.plates
-    return Blockers(
-        *world.forest.tree,
-        root=world.forest.root,
-        turn=np.ascontiguousarray(back @ rotation),
-        shift=np.einsum("bij,bj->bi", back, position - world.position),
-        plate_centre=(plates.centre - position) @ rotation,
-        plate_normal=plates.normal @ rotation,
-        plate_across=plates.across @ rotation,
-        plate_along=plates.along @ rotation,
-        half_across=plates.half_across,
-        half_along=plates.half_along,
-        plate_medium=plates.medium,
     )
 
 
