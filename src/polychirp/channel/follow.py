@@ -36,12 +36,14 @@ from polychirp.model.scene import Scene
 if TYPE_CHECKING:
     from polychirp.channel.world import World
 
-ERROR: Final = 3e-3
+ERROR: Final = 1e-4
 """Power that extrapolation may get wrong, relative to that of a part between two radars."""
 
-FAINT: Final = 1e-3
-"""Power of errors, relative to all that they are heard among, that nothing is claimed by: it is
-spread over thousands of cells of range and speed."""
+FAINT: Final = 1e-4
+"""Power of errors, relative to all that they are heard among.
+
+Receivers look 40 dB below the strongest echo: at ten times as much, what is left of strong echoes
+is tried as points, thousands of them."""
 
 LONGEST: Final = 8e-3
 """s, after which a part is traced again in any case: shadows move too."""

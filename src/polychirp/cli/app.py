@@ -75,6 +75,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     Errors that polychirp raises on purpose become one sentence on stderr; all others keep their
     traceback, for they are faults of polychirp.
     """
+    # matrices are small here; set before NumPy is imported, whose threads would wait for work on
+    # the cores that the kernels use
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         with _warnings_as_notes():
             arguments = build_parser().parse_args(argv)
