@@ -55,7 +55,7 @@ def growth_picture(
     all_axes[0].set_ylim(bottom=0.3 * least)
     all_axes[0].set_ylabel(cost)
     fullest = max(range(len(panels)), key=lambda n: len(list(panels.values())[n]))
-    all_axes[fullest].legend(loc="lower right", fontsize=7)
+    all_axes[fullest].legend(loc="best", fontsize=7)
     figure.suptitle(note, size=8.5)
     return Drawing(figure=figure, data=data)
 
