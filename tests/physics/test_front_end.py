@@ -97,7 +97,7 @@ def test_a_high_pass_takes_from_a_beat_what_its_analog_takes(compare, corners, b
     assert np.abs(ratio - expected).max() < 1e-3
     text = ", ".join(f"{corner / 1e3:g}" for corner in corners)
     compare(
-        page="engines",
+        page="impairments",
         case=f"high-pass at {text} kHz, beat of {beat / 1e3:g} kHz",
         quantity="amplitude kept",
         expected=abs(expected),
@@ -228,7 +228,7 @@ def test_an_echo_has_an_image_at_minus_its_beat(compare, gain, phase):
     expected = (1 + 2 * g * math.cos(phase) + gain) / (1 - 2 * g * math.cos(phase) + gain)
     assert victim.front_end.imbalance.image_rejection == pytest.approx(expected, rel=1e-9)
     compare(
-        page="engines",
+        page="impairments",
         case=f"I/Q imbalance {10 * math.log10(gain):.1f} dB, {math.degrees(phase):.1f}°",
         quantity="image rejection, dB",
         expected=10 * math.log10(expected),
@@ -269,7 +269,7 @@ def test_a_clipped_tone_keeps_what_its_describing_function_says(compare, ratio):
         min(1.0, 4 / np.pi * math.acos(k)), abs=2e-3
     )  # each branch is beyond 2·acos(k)/π of the time, at other times up to √2
     compare(
-        page="engines",
+        page="impairments",
         case=f"tone {20 * math.log10(ratio):.2f} dB over full scale",
         quantity="describing function",
         expected=expected,
@@ -285,7 +285,7 @@ def test_a_soft_amplifier_makes_the_third_harmonic_at_minus_three_beats(compare)
     out = digitised(Digitiser(full_scale=scale**2, softness=1.0), tone(amplitude)).samples
     image = line(out, turns_per_sample=-0.3 * GOLDEN)
     compare(
-        page="engines",
+        page="impairments",
         case="Rapp, p = 1, tone 26 dB below saturation",
         quantity="third-order line, dB below the tone",
         expected=20 * math.log10(8 * scale**2 / amplitude**2),
@@ -314,7 +314,7 @@ def test_a_full_scale_tone_has_six_decibels_per_bit(compare, bits):
     x = tone(1.0 - step, count=200_000)
     error = digitised(Digitiser(full_scale=1.0, bits=bits), x).samples - x
     compare(
-        page="engines",
+        page="impairments",
         case=f"{bits} bits",
         quantity="signal to quantisation noise, dB",
         expected=10 * math.log10(1.5 * 4**bits * (1 - step) ** 2),

@@ -83,7 +83,7 @@ def test_a_bumper_returns_what_a_mirror_at_its_distance_does(compare, distance):
     link = own(victim)
     friis = (from_db(5.0) * SPEED_OF_LIGHT / CARRIER / (4 * np.pi * 2 * distance)) ** 2
     compare(
-        page="engines",
+        page="impairments",
         case=f"bumper at {100 * distance:g} cm",
         quantity="power, dBm",
         expected=10 * math.log10(watts(victim) * friis) - 12.0 + 30.0,

@@ -190,7 +190,7 @@ def test_a_record_has_the_spectrum_of_its_table(compare):
         near = np.abs(offset / at - 1.0) < 0.1
         measured = np.mean(density[near] / (2.0 * noise.density(offset[near])))
         compare(
-            page="engines",
+            page="impairments",
             case=f"phase noise at {at / 1e3:g} kHz",
             quantity="spectrum over 2L(f), dB",
             expected=0.0,
@@ -298,7 +298,7 @@ def test_the_skirt_of_an_own_echo_is_suppressed_by_range_correlation(compare, de
         near = np.abs(offset - at) < 1.2e4
         theory = level * 4.0 * np.sin(np.pi * offset[near] * delay) ** 2
         compare(
-            page="engines",
+            page="impairments",
             case=f"phase noise of an own echo at {delay * 1e9:g} ns, {at / 1e3:g} kHz off",
             quantity="skirt, dBc/Hz",
             expected=float(to_db(theory.mean())),
@@ -317,7 +317,7 @@ def test_another_radar_is_heard_with_the_noise_of_both(compare):
     noise, clean = deviation(scene, plans, HandPath(delay=5e-8, transmitter=1))
     band = scene.radars[0].if_filter.noise_bandwidth
     compare(
-        page="engines",
+        page="impairments",
         case="white phase noise of an interferer at a steady beat",
         quantity="power in the IF band, dBc",
         expected=float(to_db(sum(levels) * band)),
@@ -345,7 +345,7 @@ def test_the_noise_of_a_chirp_that_crosses_is_the_same_near_and_far_from_the_ban
         ("2 to 6 MHz off", beat > 2e6),
     ):
         compare(
-            page="engines",
+            page="impairments",
             case=f"white phase noise of a crossing interferer, {name}",
             quantity="power in the IF band, dBc",
             expected=float(to_db(2 * level * band)),
@@ -387,7 +387,7 @@ def test_a_ramp_that_swings_has_paired_echoes(compare):
     ]
     swing = 2 * peak * duration / cycles * np.sin(np.pi * cycles * delay / duration)
     compare(
-        page="engines",
+        page="impairments",
         case="own echo of 200 ns on a ramp that swings by 400 kHz",
         quantity="paired echo, dB",
         expected=float(to_db((jv(1, swing) / jv(0, swing)) ** 2)),

@@ -54,7 +54,9 @@ def _cells(row: dict[str, object]) -> tuple[str, ...]:
 def _ghosts(ghosts: object) -> str:
     """The strongest two, and how many more."""
     assert isinstance(ghosts, list)
-    shown = [f"{distance:.1f} m ({level:+.0f} dB)" for distance, level in ghosts[:2]]
+    shown = [
+        f"{distance:.1f} m ({level:+.0f} dB)".replace("-", "−") for distance, level in ghosts[:2]
+    ]
     more = [f"{len(ghosts) - 2} more"] if len(ghosts) > 2 else []
     return ", ".join([*shown, *more]) or "–"
 
