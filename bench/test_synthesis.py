@@ -105,3 +105,24 @@ def test_own_echoes_against_a_naive_sum_without_a_filter(benchmark, frame):
     ratio = naive / best_of(synthesized)
     benchmark.extra_info["times faster than NumPy"] = ratio
     assert ratio > 5
+
+
+@pytest.mark.parametrize("transmitter", [0, 1], ids=["own echoes", "interference"])
+def test_a_thousand_paths_at_once_against_path_by_path(benchmark, frame, transmitter):
+    """The frame's paths over and over."""
+    scene, plans, snapshots = frame
+    first = snapshots[0]
+    chosen = first.select(np.flatnonzero(first.transmitter == transmitter))
+    many = chosen.select(np.tile(np.arange(chosen.num_paths), 4)[:1000])
+    some = (scene, plans, [many])
+
+    def synthesized(backend):
+        engine = Stretch(backend=backend)
+        return engine.contribution(*some, victim=0, transmitter=transmitter)
+
+    synthesized("auto")
+    synthesized("kernels")
+    benchmark.pedantic(lambda: synthesized("auto"), rounds=3)
+    ratio = best_of(lambda: synthesized("kernels")) / best_of(lambda: synthesized("auto"))
+    benchmark.extra_info["times faster than path by path"] = ratio
+    assert ratio > 1.5
