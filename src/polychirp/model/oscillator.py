@@ -28,9 +28,9 @@ class PhaseNoise(Spec):
     Between entries, log L is linear in log f. Below the first entry there is no noise; above the
     last L stays what it is there.
 
-    The default has the −93 dBc/Hz at 1 MHz of a 77–81-GHz CMOS transceiver (Texas Instruments,
-    AWR1243 data sheet SWRS188). What lies around it is ours, the usual shape of a synthesiser:
-    a plateau inside the loop, −20 dB per decade outside, and a floor.
+    The default is an assumption, not a data sheet's table: −93 dBc/Hz at 1 MHz, of the order of
+    77–81-GHz CMOS transceivers, and around it the usual shape of a synthesiser: a plateau inside
+    the loop, −20 dB per decade outside, and a floor.
 
     Parameters
     ----------
