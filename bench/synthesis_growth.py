@@ -18,32 +18,18 @@ from polychirp.model.antenna import ISOTROPIC, AntennaArray
 from polychirp.model.if_frame import sample_times
 from polychirp.model.paths import PropagationPaths
 from polychirp.model.radar import Radar
-from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Actor, Scene
 from polychirp.report.figures.growth import growth_picture
+from polychirp.rng import Streams
 from polychirp.synthesis.stretch import Stretch
 from polychirp.testing.paths import free_space_gain
+from polychirp.waveform import DiverseTriangular
 
 MOST = {"path by path": 3_000, "NumPy, no filter": 1_000, "by blocks": 3_000}
 """Paths up to which a way is measured."""
 
 
 SIZES = (10, 30, 100, 300, 1_000, 3_000, 10_000, 100_000, 1_000_000)
-
-
-def diverse_triangles(random, start_time, num_sweeps=16):
-    """Durations of 1 to 2 ms and sweeps of 0.8 to 1 GHz at random."""
-    duration = np.repeat(random.uniform(1e-3, 2e-3, num_sweeps), 2)
-    sweep = np.repeat(random.uniform(0.8e9, 1e9, num_sweeps), 2)
-    sign = np.tile([1.0, -1.0], num_sweeps)
-    return RampSchedule(
-        start_time=start_time + np.cumsum(duration) - duration,
-        duration=duration,
-        start_frequency=np.where(sign > 0, 79e9, 79e9 + sweep),
-        slope=sign * sweep / duration,
-        start_phase=np.zeros(2 * num_sweeps),
-        sweep=np.repeat(np.arange(num_sweeps), 2),
-    )
 
 
 def paths_to_first(random, count, transmitters, reference_time):
@@ -80,7 +66,12 @@ def frame(num_radars, count, transmitters):
         radars=tuple(Radar(name=f"{k}", array=array) for k in range(num_radars)),
         carriers=(0,) * num_radars,
     )
-    plans = [diverse_triangles(random, 1e-4 * k) for k in range(num_radars)]
+    plans = [
+        DiverseTriangular()
+        .schedule(num_sweeps=16, streams=Streams(seed=k))
+        .as_clocked(start_time=1e-4 * k)
+        for k in range(num_radars)
+    ]
     first = paths_to_first(random, count, transmitters, 0.008)
     later = [
         replace(first, reference_time=t, delay=first.delay + first.delay_rate * (t - 0.008))

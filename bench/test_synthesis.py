@@ -8,26 +8,13 @@ import pytest
 from polychirp.model.antenna import ISOTROPIC, AntennaArray
 from polychirp.model.if_frame import sample_times
 from polychirp.model.radar import Radar
-from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Actor, Scene
+from polychirp.rng import Streams
 from polychirp.synthesis.stretch import Stretch
 from polychirp.testing.paths import HandPath, free_space_gain, paths_of
+from polychirp.waveform import DiverseTriangular
 
 PATHS = 300
-
-
-def diverse_triangles(random, start_time, num_sweeps=16):
-    duration = np.repeat(random.uniform(1e-3, 2e-3, num_sweeps), 2)
-    sweep = np.repeat(random.uniform(0.8e9, 1e9, num_sweeps), 2)
-    sign = np.tile([1.0, -1.0], num_sweeps)
-    return RampSchedule(
-        start_time=start_time + np.cumsum(duration) - duration,
-        duration=duration,
-        start_frequency=np.where(sign > 0, 79e9, 79e9 + sweep),
-        slope=sign * sweep / duration,
-        start_phase=np.zeros(2 * num_sweeps),
-        sweep=np.repeat(np.arange(num_sweeps), 2),
-    )
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +28,12 @@ def frame():
         radars=tuple(Radar(name=name, array=array) for name in "ab"),
         carriers=(0, 0),
     )
-    plans = [diverse_triangles(random, start) for start in (0.0, 1e-4)]
+    plans = [
+        DiverseTriangular()
+        .schedule(num_sweeps=16, streams=Streams(seed=k))
+        .as_clocked(start_time=1e-4 * k)
+        for k in range(2)
+    ]
     paths = [
         HandPath(
             transmitter=transmitter,

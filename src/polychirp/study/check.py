@@ -35,7 +35,7 @@ Limits = tuple[float, float]
 """Least and greatest value over the ramps of a frame."""
 
 _BYTES_OF_A_SAMPLE = 16
-_SECONDS_OF_A_TRACE = 0.15
+_SECONDS_OF_A_TRACE = 0.08
 _SECONDS_OF_A_SAMPLE = 1e-6
 _SECONDS_OF_A_RECEIVER = 2.0
 
@@ -86,9 +86,9 @@ class Derived:
     targets : names of the targets of each victim
     num_snapshots : how often the scene is traced
     memory : bytes, of all victims' frames and parts
-    cost : s on one core, a rough guess: 0.04 s for each snapshot and pair of radars, as measured
-        on a street of three vehicles; 1 µs for each sample; 2 s for each victim's receiver.
-        More bodies cost more, and the first run compiles
+    cost : s on one core, a rough guess: 0.08 s for each snapshot and pair of radars, as measured
+        on the paper's street of eight vehicles; 1 µs for each sample; 2 s for each victim's
+        receiver. More bodies cost more, and the first run compiles
     """
 
     radars: tuple[DerivedRadar, ...]
