@@ -189,9 +189,54 @@ def grow_tree(triangles: FloatArray) -> Tree:
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _inverse(x: float) -> float:
+def inverse_of(x: float) -> float:
+    """1/x, but finite."""
     # a ray along a box's side must not make 0·∞
     return 1.0 / x if abs(x) > 1e-300 else 1e300
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def entry(
+    box: FloatArray, node: int, origin: Vector, inverse: Vector, span: tuple[float, float]
+) -> float:
+    """Where a ray enters a box; infinite if not within its span."""
+    a, b = (box[node, 0] - origin[0]) * inverse[0], (box[node, 3] - origin[0]) * inverse[0]
+    enter, leave = min(a, b), max(a, b)
+    a, b = (box[node, 1] - origin[1]) * inverse[1], (box[node, 4] - origin[1]) * inverse[1]
+    enter, leave = max(enter, min(a, b)), min(leave, max(a, b))
+    a, b = (box[node, 2] - origin[2]) * inverse[2], (box[node, 5] - origin[2]) * inverse[2]
+    enter, leave = max(enter, min(a, b)), min(leave, max(a, b))
+    # a flat box must not be missed by rounding
+    slack = 1e-12 * (abs(enter) + abs(leave))
+    if enter > leave + slack or leave + slack < span[0] or enter - slack > span[1]:
+        return np.inf
+    return float(enter - slack)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def struck(triangle: FloatArray, t: int, origin: Vector, direction: Vector) -> float:
+    """Where a ray meets a triangle's plane, in lengths of its direction; infinite beside it.
+
+    Möller and Trumbore 1997.
+    """
+    dx, dy, dz = direction
+    ux, uy, uz = triangle[t, 3], triangle[t, 4], triangle[t, 5]
+    vx, vy, vz = triangle[t, 6], triangle[t, 7], triangle[t, 8]
+    px, py, pz = dy * vz - dz * vy, dz * vx - dx * vz, dx * vy - dy * vx
+    volume = ux * px + uy * py + uz * pz
+    if volume == 0.0:
+        return NOTHING
+    scale = 1.0 / volume
+    sx, sy = origin[0] - triangle[t, 0], origin[1] - triangle[t, 1]
+    sz = origin[2] - triangle[t, 2]
+    alpha = (sx * px + sy * py + sz * pz) * scale
+    if alpha < 0.0 or alpha > 1.0:
+        return NOTHING
+    qx, qy, qz = sy * uz - sz * uy, sz * ux - sx * uz, sx * uy - sy * ux
+    beta = (dx * qx + dy * qy + dz * qz) * scale
+    if beta < 0.0 or alpha + beta > 1.0:
+        return NOTHING
+    return float((vx * qx + vy * qy + vz * qz) * scale)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -211,41 +256,16 @@ def first_hit(
 
     Nodes ``nodes[0]`` to ``nodes[1]`` are searched. Without a hit the distance is infinite.
     """
-    ox, oy, oz = origin
-    dx, dy, dz = direction
     nearest, farthest = span
-    ix, iy, iz = _inverse(dx), _inverse(dy), _inverse(dz)
+    inverse = (inverse_of(direction[0]), inverse_of(direction[1]), inverse_of(direction[2]))
     node, stop = nodes
     found, best = 0, NOTHING
     while node < stop:
-        a, b = (box[node, 0] - ox) * ix, (box[node, 3] - ox) * ix
-        enter, leave = min(a, b), max(a, b)
-        a, b = (box[node, 1] - oy) * iy, (box[node, 4] - oy) * iy
-        enter, leave = max(enter, min(a, b)), min(leave, max(a, b))
-        a, b = (box[node, 2] - oz) * iz, (box[node, 5] - oz) * iz
-        enter, leave = max(enter, min(a, b)), min(leave, max(a, b))
-        # a flat box must not be missed by rounding
-        slack = 1e-12 * (abs(enter) + abs(leave))
-        if enter > leave + slack or leave + slack < nearest or enter - slack > farthest:
+        if entry(box, node, origin, inverse, (nearest, farthest)) == np.inf:
             node = skip[node]
             continue
         for t in range(first[node], first[node] + count[node]):
-            ux, uy, uz = triangle[t, 3], triangle[t, 4], triangle[t, 5]
-            vx, vy, vz = triangle[t, 6], triangle[t, 7], triangle[t, 8]
-            px, py, pz = dy * vz - dz * vy, dz * vx - dx * vz, dx * vy - dy * vx
-            volume = ux * px + uy * py + uz * pz
-            if volume == 0.0:
-                continue
-            scale = 1.0 / volume
-            sx, sy, sz = ox - triangle[t, 0], oy - triangle[t, 1], oz - triangle[t, 2]
-            alpha = (sx * px + sy * py + sz * pz) * scale
-            if alpha < 0.0 or alpha > 1.0:
-                continue
-            qx, qy, qz = sy * uz - sz * uy, sz * ux - sx * uz, sx * uy - sy * ux
-            beta = (dx * qx + dy * qy + dz * qz) * scale
-            if beta < 0.0 or alpha + beta > 1.0:
-                continue
-            distance = (vx * qx + vy * qy + vz * qz) * scale
+            distance = struck(triangle, t, origin, direction)
             if nearest < distance < farthest:
                 if any_will_do:
                     return distance, t
