@@ -28,7 +28,7 @@ def study_schema() -> dict[str, Any]:
     """
     schema = TypeAdapter(Study).json_schema()
     definitions: dict[str, Any] = schema["$defs"]
-    for spec in _specs(Study):
+    for spec in dict.fromkeys(_specs(Study)):
         described = schema if spec is Study else definitions.get(spec.__name__)
         if described is not None:
             _describe(described, spec)

@@ -18,6 +18,7 @@ from polychirp.errors import InputError, ModelWarning, PhysicsError, did_you_mea
 from polychirp.model.if_frame import SampleTimes, parts_of, sample_times
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
+from polychirp.study.drawn import drawn
 from polychirp.study.spec import (
     Study,
     StudyRadar,
@@ -117,6 +118,10 @@ def check(study: Study) -> Derived:
     ModelWarning
         The tracer gives targets no echo, or a material is used outside its band.
     """
+    try:
+        study = drawn(study)
+    except InputError as error:
+        raise InputError(f"this study cannot run: {study.name}\n  traffic: {error}") from None
     problems = list(_problems(study))
     if problems:
         lines = "\n".join(f"  {place}: {sentence}" for place, sentence in problems)

@@ -21,6 +21,7 @@ from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
 from polychirp.receiver.chain import Receiver
 from polychirp.rng import Streams
+from polychirp.study.traffic import StudyTraffic
 from polychirp.traffic.street import Street
 from polychirp.units import Fraction, FractionPerSecond, Seconds
 from polychirp.waveform import AnyCoding, AnyWaveform, coded
@@ -84,6 +85,7 @@ class Study(Spec):
     num_sweeps : sweeps in a frame
     street : road, vehicles and what stands beside the road, at 0 s
     radars : all radars of the street; each of them interferes with all others
+    traffic : further vehicles and radars, drawn anew for every seed (`drawn`)
     victims : names of the radars whose frames are computed; none named means all
     targets : names of the vehicles and points that count as targets; none named means all but
         a radar's own vehicle
@@ -107,6 +109,7 @@ class Study(Spec):
     num_sweeps: int = 16
     street: Street
     radars: tuple[StudyRadar, ...]
+    traffic: StudyTraffic | None = None
     victims: tuple[str, ...] = ()
     targets: tuple[str, ...] = ()
     tracer: AnyTracer = field(default_factory=Composite)

@@ -25,6 +25,7 @@ from polychirp.receiver.virtual_array import (
 )
 from polychirp.rng import Streams
 from polychirp.scoring.compare import compare
+from polychirp.study.drawn import drawn
 from polychirp.study.spec import (
     Study,
     refresh_times,
@@ -72,7 +73,8 @@ class Trial:
 
 
 def run_trial(study: Study, *, progress: Progress = silent) -> Trial:
-    """Run a study once: scene, ramps, paths, samples, detections, score."""
+    """Run a study once: traffic, scene, ramps, paths, samples, detections, score."""
+    study = drawn(study)
     streams = Streams(study.seed)
     scene = scene_of(study)
     plans = schedules(study)

@@ -1,0 +1,77 @@
+"""From a study with random traffic to the one street that its seed draws."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from polychirp.errors import InputError
+from polychirp.rng import Streams
+from polychirp.study.spec import Study, StudyRadar
+from polychirp.study.traffic import StudyTraffic
+from polychirp.traffic.mounting import bumper_mount
+from polychirp.traffic.street import Vehicle
+
+
+def drawn(study: Study) -> Study:
+    """The study with its traffic on the street and its interferers among the radars.
+
+    Victims are the radars that the study lists, and targets those of the traffic, unless the
+    study names its own. A study without random traffic is returned as it is.
+
+    Raises
+    ------
+    InputError
+        There is no radar to copy, or no room on the street.
+
+    Examples
+    --------
+    >>> from polychirp.study.spec import StudyRadar
+    >>> from polychirp.traffic.street import Street, Vehicle
+    >>> from polychirp.waveform import Triangular
+    >>> study = Study(
+    ...     name="traffic",
+    ...     street=Street(vehicles=(Vehicle(name="ego", x=0.0, y=-1.75),)),
+    ...     radars=(StudyRadar(name="front", vehicle="ego", waveform=Triangular()),),
+    ...     traffic=StudyTraffic(seen_from="ego", num_targets=2, num_carriers=1,
+    ...                          num_interferers=1))
+    >>> one = drawn(study)
+    >>> one.victims, one.targets, [radar.name for radar in one.radars]
+    (('front',), ('target-1', 'target-2'), ['front', 'carrier-1'])
+    """
+    traffic = study.traffic
+    if traffic is None:
+        return study
+    if not study.radars:
+        raise InputError("radars: there is none; write at least one [[radars]] table")
+    streams = Streams(study.seed)
+    street = traffic.on(study.street, streams)
+    carriers = {vehicle.name: vehicle for vehicle in street.vehicles}
+    interferers = tuple(
+        _interferer(study.radars[0], carriers[name], traffic, streams)
+        for name in traffic.carrier_names[: traffic.num_interferers]
+    )
+    return replace(
+        study,
+        traffic=None,
+        street=street,
+        radars=(*study.radars, *interferers),
+        victims=study.victims or tuple(radar.name for radar in study.radars),
+        targets=study.targets or traffic.target_names,
+    )
+
+
+def _interferer(
+    like: StudyRadar, carrier: Vehicle, traffic: StudyTraffic, streams: Streams
+) -> StudyRadar:
+    draw = streams["timing", carrier.name]
+    # both are drawn in any case, and nothing else from this stream
+    start, error = draw.uniform(0.0, 1.0), draw.uniform(-1.0, 1.0)
+    return replace(
+        like,
+        name=carrier.name,
+        vehicle=carrier.name,
+        mount=bumper_mount(carrier.body, "front"),
+        waveform=traffic.waveform or like.waveform,
+        start_time=like.start_time + traffic.start_spread * float(start),
+        clock_offset=traffic.clock_spread * float(error),
+    )

@@ -1,0 +1,46 @@
+"""`StudyTraffic` — random traffic of a study, and the radars that ride in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from polychirp.errors import InputError
+from polychirp.traffic.random_traffic import RandomTraffic
+from polychirp.units import Fraction, Seconds
+from polychirp.waveform import AnyWaveform
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyTraffic(RandomTraffic):
+    """Random traffic of which some vehicles carry a radar like the study's first one.
+
+    Interferers sit in the middle of the front bumpers of the first carriers, so that a street
+    stays the same however many of them transmit.
+
+    Parameters
+    ----------
+    num_interferers : how many carriers transmit
+    start_spread : s; each interferer starts within so much after 0 s, drawn uniformly
+    clock_spread : relative error of each interferer's oscillator, drawn uniformly between minus
+        and plus this
+    waveform : what interferers transmit; not given, a waveform like that of the first radar
+    """
+
+    num_interferers: int = 0
+    start_spread: Seconds = 0.0
+    clock_spread: Fraction = 0.0
+    waveform: AnyWaveform | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not 0 <= self.num_interferers <= self.num_carriers:
+            raise InputError(
+                f"random traffic has {self.num_carriers} carriers, so from 0 to as many "
+                f"interferers, not {self.num_interferers}; ask for more carriers with "
+                "'num_carriers'"
+            )
+        if not (self.start_spread >= 0 and 0 <= self.clock_spread < 0.01):
+            raise InputError(
+                "random traffic needs a start spread of 0 s or more and a clock spread from 0 to "
+                "10 000 ppm"
+            )

@@ -1,0 +1,248 @@
+"""Random traffic for statistics: every seed another street, legal and free of collisions."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Final, Literal
+
+import numpy as np
+
+from polychirp.errors import InputError
+from polychirp.frames import Spec
+from polychirp.rng import Streams
+from polychirp.traffic.placing import (
+    BODIES,
+    NEAREST,
+    Eye,
+    Place,
+    Rectangle,
+    are_apart,
+    hides_none,
+    is_ahead,
+    is_seen,
+    nearest_point,
+)
+from polychirp.traffic.street import Point, Street, Vehicle
+from polychirp.traffic.vehicle import vehicle_size
+from polychirp.units import Metres, MetresPerSecond, SquareMetres, from_db
+
+LEAST_DRAWN: Final = 10
+"""Targets that are drawn in any case: streets with fewer of them are parts of the same street."""
+
+POINT_HEIGHT: Final = 0.5
+"""m, of targets that are points: that of the radars."""
+
+_PLACES: Final = 100
+"""Tried for one vehicle, before the whole street is drawn anew."""
+
+_STREETS: Final = 300
+"""Tried, before there is no room."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Lane(Spec):
+    """A lane along x, its middle at ``y``, and limits of the speed; ``oncoming``: along −x."""
+
+    y: Metres
+    oncoming: bool = False
+    speed: tuple[MetresPerSecond, MetresPerSecond] = (8.0, 14.0)
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.speed[0] <= self.speed[1]:
+            raise InputError(
+                f"the lane at y = {self.y:g} m needs two speeds, from low to high, 0 or more"
+            )
+
+
+URBAN: Final = (
+    Lane(y=-1.75),
+    Lane(y=1.75, oncoming=True),
+    Lane(y=-5.0, speed=(0.0, 0.0)),
+    Lane(y=5.0, oncoming=True, speed=(0.0, 0.0)),
+)
+"""One lane either way, and cars parked on both sides."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RandomTraffic(Spec):
+    """Vehicles in front of one that looks along +x, drawn anew for every seed.
+
+    Targets are in sight: no other vehicle hides the nearest point of any of them from the middle
+    of the looking vehicle's front. Streets that differ only in the number of targets share what
+    they have in common, up to ten.
+
+    Parameters
+    ----------
+    seen_from : name of the vehicle that looks
+    num_targets : vehicles to be found, called target-1, target-2, …
+    num_carriers : further vehicles, called carrier-1, …, up to twice as far, which may carry radars
+    reach : m, within which the nearest points of targets lie
+    gap : m, least distance between vehicles of one lane
+    shape : with ``points``, an isotropic scatterer stands for every target, at the nearest point
+        of the place that the vehicle would cover
+    rcs : m², of such a scatterer
+    lanes : on which vehicles stand and drive
+    max_edge, coarseness : m and ratio, of the vehicles' meshes, as of `Vehicle`
+
+    Raises
+    ------
+    InputError
+        A number is out of its limits.
+
+    Examples
+    --------
+    >>> street = Street(vehicles=(Vehicle(name="ego", x=0.0, y=-1.75),))
+    >>> traffic = RandomTraffic(seen_from="ego", num_targets=3)
+    >>> [vehicle.name for vehicle in traffic.on(street, Streams(seed=1)).vehicles]
+    ['ego', 'target-1', 'target-2', 'target-3']
+    """
+
+    seen_from: str
+    num_targets: int = 5
+    num_carriers: int = 0
+    reach: Metres = 28.0
+    gap: Metres = 1.5
+    shape: Literal["vehicles", "points"] = "vehicles"
+    rcs: SquareMetres = from_db(10.0)
+    lanes: tuple[Lane, ...] = URBAN
+    max_edge: Metres = 0.05
+    coarseness: float = 1.0
+
+    def __post_init__(self) -> None:
+        if self.num_targets < 0 or self.num_carriers < 0:
+            raise InputError("random traffic has 0 or more targets, and 0 or more carriers")
+        if not self.reach > NEAREST:
+            raise InputError(f"random traffic must reach beyond {NEAREST:g} m")
+        if not (self.gap >= 0 and self.rcs >= 0):
+            raise InputError("random traffic needs a gap and a radar cross section of 0 or more")
+        if not self.lanes:
+            raise InputError("random traffic needs a lane; leave 'lanes' out for a plain street")
+
+    @property
+    def target_names(self) -> tuple[str, ...]:
+        """Of the targets, as they are drawn."""
+        return tuple(f"target-{n + 1}" for n in range(self.num_targets))
+
+    @property
+    def carrier_names(self) -> tuple[str, ...]:
+        """Of the carriers, as they are drawn."""
+        return tuple(f"carrier-{n + 1}" for n in range(self.num_carriers))
+
+    def on(self, street: Street, streams: Streams) -> Street:
+        """The street with this traffic.
+
+        Raises
+        ------
+        InputError
+            The looking vehicle is missing or looks elsewhere, or there is no room.
+        """
+        looking = self._looking(street)
+        eye = (looking.x + vehicle_size(looking.body)[0] / 2, looking.y)
+        places = self._places(street, eye, streams)
+        carriers = places[: self.num_carriers]
+        targets = places[self.num_carriers :][: self.num_targets]
+        vehicles = [
+            self._vehicle(*entry) for entry in zip(self.carrier_names, carriers, strict=True)
+        ]
+        named = list(zip(self.target_names, targets, strict=True))
+        if self.shape == "points":
+            points = tuple(self._point(name, place, eye) for name, place in named)
+            return replace(
+                street,
+                vehicles=(*street.vehicles, *vehicles),
+                points=(*street.points, *points),
+            )
+        vehicles += [self._vehicle(name, place) for name, place in named]
+        return replace(street, vehicles=(*street.vehicles, *vehicles))
+
+    def _looking(self, street: Street) -> Vehicle:
+        for vehicle in street.vehicles:
+            if vehicle.name == self.seen_from:
+                if abs(math.sin(vehicle.heading)) > 1e-6 or math.cos(vehicle.heading) < 0:
+                    raise InputError(f"'{vehicle.name}' must head along +x to see random traffic")
+                return vehicle
+        known = ", ".join(vehicle.name for vehicle in street.vehicles) or "no vehicle"
+        raise InputError(
+            f"random traffic is seen from '{self.seen_from}', which is not on the street; it has "
+            f"{known}"
+        )
+
+    def _places(self, street: Street, eye: Eye, streams: Streams) -> list[Place]:
+        """Of all carriers, and of ten targets or more where there is room for them."""
+        taken = [_bounds(vehicle) for vehicle in street.vehicles]
+        wanted = max(self.num_targets, LEAST_DRAWN)
+        best: list[Place] = []
+        for number in range(_STREETS):
+            places = self._street_of(streams["traffic", number], taken, eye, wanted)
+            if len(places) == self.num_carriers + wanted:
+                return places
+            best = max(best, places, key=len)
+        if len(best) < self.num_carriers + self.num_targets:
+            raise InputError(
+                f"there is no room for {self.num_targets} targets in sight within "
+                f"{self.reach:g} m and {self.num_carriers} carriers, in {_STREETS} streets drawn; "
+                "ask for fewer, for more lanes, a longer reach or smaller gaps"
+            )
+        return best
+
+    def _street_of(
+        self, draw: np.random.Generator, taken: list[Rectangle], eye: Eye, wanted: int
+    ) -> list[Place]:
+        """Carriers, then targets, until there is no place for the next one."""
+        places: list[Place] = []
+        boxes: list[Rectangle] = []
+        points: list[Eye] = []
+        for number in range(self.num_carriers + wanted):
+            is_target = number >= self.num_carriers
+            reach = self.reach if is_target else 2 * self.reach
+            for _ in range(_PLACES):
+                place = self._place(draw, eye, reach)
+                box = place.rectangle
+                if (
+                    is_ahead(eye, nearest_point(eye, box), reach)
+                    and all(are_apart(box, other, self.gap) for other in (*taken, *boxes))
+                    and hides_none(eye, box, points)
+                    and not (is_target and not is_seen(eye, box, boxes))
+                ):
+                    break
+            else:
+                return places
+            places.append(place)
+            boxes.append(box)
+            points += [nearest_point(eye, box)] if is_target else []
+        return places
+
+    def _place(self, draw: np.random.Generator, eye: Eye, reach: float) -> Place:
+        lane = self.lanes[int(draw.integers(len(self.lanes)))]
+        body = BODIES[int(draw.integers(len(BODIES)))]
+        return Place(
+            body=body,
+            x=float(draw.uniform(eye[0], eye[0] + reach + vehicle_size(body)[0])),
+            y=lane.y,
+            oncoming=lane.oncoming,
+            speed=float(draw.uniform(*lane.speed)),
+        )
+
+    def _vehicle(self, name: str, place: Place) -> Vehicle:
+        return Vehicle(
+            name=name,
+            body=place.body,
+            x=place.x,
+            y=place.y,
+            heading=math.pi if place.oncoming else 0.0,
+            speed=place.speed,
+            max_edge=self.max_edge,
+            coarseness=self.coarseness,
+        )
+
+    def _point(self, name: str, place: Place, eye: Eye) -> Point:
+        x, y = nearest_point(eye, place.rectangle)
+        velocity = (-place.speed if place.oncoming else place.speed, 0.0, 0.0)
+        return Point(name=name, x=x, y=y, z=POINT_HEIGHT, rcs=self.rcs, velocity=velocity)
+
+
+def _bounds(vehicle: Vehicle) -> Rectangle:
+    _, corners = vehicle.footprint()
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    return float(low[0]), float(high[0]), float(low[1]), float(high[1])
