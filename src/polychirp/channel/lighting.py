@@ -152,5 +152,5 @@ def _table(views: tuple[View, ...] | list[View], world: World, body: int) -> Vie
 
 def _no_rows() -> Rows:
     none = np.zeros(0, dtype=np.int64)
-    wave = np.empty((0, 2, 4, 2), dtype=np.complex64)
+    wave = np.empty((0, 4, 2), dtype=np.complex64)
     return Rows(np.zeros(1, dtype=np.int64), none, np.zeros((0, 3)), np.zeros(0), wave)

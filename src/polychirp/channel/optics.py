@@ -31,8 +31,12 @@ SideArray = NDArray[np.int8]
 NUM_MOMENTS = 12
 """Of a cell: transfer (4); V–V-weighted excess length (1), two directions (3 + 3), rate² (1)."""
 
+V, H, GAMMA, PLACE = 0, 1, 2, 3
+"""Rows of one facet's `Rows.wave`."""
+
 Vector = tuple[float, float, float]
 ComplexVector = tuple[complex, complex, complex]
+Field = tuple[complex, complex]
 
 
 class Faces(NamedTuple):
@@ -61,9 +65,10 @@ class Rows(NamedTuple):
     """Lit facets of several views, one view behind the other, ``(row, …)``.
 
     ``start`` ``(view + 1,)`` says where each view's rows begin; ``face``; ``direction`` from the
-    image to the centroid, unit; ``length`` m; and ``wave`` ``(row, polarisation, quantity,
-    tangent)`` complex: the tangential E and H of a wave that left V- or H-polarised, and the
-    currents J and M that it induces.
+    image to the centroid, unit; ``length`` m; and ``wave`` ``(row, 4, 2)`` complex: in rows `V`
+    and `H` the fields of waves that left so polarised, across and in the plane of incidence; in
+    `GAMMA` (Γs, Γp) of the facet; in `PLACE` the angle's cosine, and the vector across the plane
+    of incidence as a complex number in the facet's two tangents.
     """
 
     start: IntArray
@@ -207,7 +212,7 @@ def rows_of(faces: Faces, views: ViewTable, seen: BoolArray) -> Rows:
     start = np.concatenate([[0], np.cumsum(np.bincount(view, minlength=len(seen)))])
     direction, length = np.empty((len(face), 3)), np.empty(len(face))
     _aim(faces, views, view, face, direction, length)
-    return Rows(start, face, direction, length, np.empty((0, 2, 4, 2), dtype=np.complex64))
+    return Rows(start, face, direction, length, np.empty((0, 4, 2), dtype=np.complex64))
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
@@ -241,134 +246,86 @@ def fields(
     losses: ComplexArray,
     rows: Rows,
 ) -> NDArray[np.complex64]:
-    """Fields and currents of all rows, as `Rows` has them.
+    """Fields, and how their facets take them, of all rows, as `Rows` has them.
 
     ``plate`` as `Blockers` has it; ``upwards`` are the world's z and y, ``(2, xyz)``; ``mirror``
     ``(row,)`` says which plate a row's view looks into, or −1; ``loss`` ``(row,)`` which of the
     matrices ``losses`` of `view_losses.Losses` it has.
     """
     # single precision: a field's error of 1e-7 is no phase error
-    wave = np.empty((mirror.size, 2, 4, 2), dtype=np.complex64)
+    wave = np.empty((mirror.size, 4, 2), dtype=np.complex64)
     for i in prange(mirror.size):
-        d = vector(rows.direction[i])
-        both = _incident(mirror[i], plate, plate_media, upwards, d)
-        if loss[i] > 0:
-            both = _weakened(both, d, upwards, losses[loss[i]])
-        _induce(faces, media, rows.face[i], d, both, wave[i])
+        d, f = row(rows.direction, i), rows.face[i]
+        across, sent_v, sent_h = _incident(
+            mirror[i], plate, plate_media, upwards, d, loss[i] > 0, losses[loss[i]]
+        )
+        n, t1 = row(faces.normal, f), row(faces.tangent, f)
+        side, cosine = _across(d, n, t1), -dot(n, d)
+        out = wave[i]
+        out[V, 0], out[V, 1] = _turned(sent_v, across, side, d)
+        out[H, 0], out[H, 1] = _turned(sent_h, across, side, d)
+        out[GAMMA, 0], out[GAMMA, 1] = looked_up(media, faces.medium[f], cosine)
+        out[PLACE, 0] = cosine
+        out[PLACE, 1] = complex(dot(side, t1), dot(side, cross(n, t1)))
     return wave
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True, inline="always")
 def _incident(
-    number: int, plate: FloatArray, plate_media: ReflectionTable, upwards: FloatArray, d: Vector
-) -> tuple[ComplexVector, ComplexVector]:
-    """Field of a wave that left V- and H-polarised, as it arrives along d from a plate or −1."""
-    leaving = d
-    normal = (0.0, 0.0, 1.0)
+    number: int,
+    plate: FloatArray,
+    plate_media: ReflectionTable,
+    upwards: FloatArray,
+    d: Vector,
+    is_weakened: bool,
+    loss: ComplexArray,
+) -> tuple[Vector, Field, Field]:
+    """Waves that left V- and H-polarised, as they arrive along d from a plate or −1.
+
+    Both are along a unit vector a, the first, and along d×a. ``loss`` ``(leg, 2, 2)`` are the
+    losses before and behind the mirror.
+    """
+    leaving, normal = d, d
     if number >= 0:
         normal = vector_at(plate, number, NORMAL)
         turn = 2.0 * dot(d, normal)
-        leaving = (
-            d[0] - turn * normal[0],
-            d[1] - turn * normal[1],
-            d[2] - turn * normal[2],
-        )
-    # the basis of frames.polarisation_basis
-    h = _across(vector(upwards[0]), leaving, vector(upwards[1]))
-    v = cross(leaving, h)
-    if number < 0:
-        return (
-            (complex(v[0]), complex(v[1]), complex(v[2])),
-            (complex(h[0]), complex(h[1]), complex(h[2])),
-        )
-    cosine = -dot(leaving, normal)
-    medium = int(plate[number, MEDIUM])
-    gamma_s, gamma_p = looked_up(plate_media, medium, cosine)
-    phase = plate_media.roughness[medium] * cosine
-    loss = math.exp(-2.0 * phase * phase)
-    side = _across(leaving, normal, _any_across(normal))
-    turn_s, turn_p = loss * gamma_s, loss * gamma_p
-    return (
-        _reflected(v, leaving, d, side, turn_s, turn_p),
-        _reflected(h, leaving, d, side, turn_s, turn_p),
-    )
-
-
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
-def _weakened(
-    both: tuple[ComplexVector, ComplexVector], d: Vector, upwards: FloatArray, loss: ComplexArray
-) -> tuple[ComplexVector, ComplexVector]:
-    """Fields along d after losses before and behind the mirror, ``loss`` ``(leg, 2, 2)``."""
-    h = _across(vector(upwards[0]), d, vector(upwards[1]))
-    v = cross(d, h)
-    first, last = loss[0], loss[1]
-    return (
-        _in_basis(v, h, last, _mixed(both, first[0, 0], first[1, 0])),
-        _in_basis(v, h, last, _mixed(both, first[0, 1], first[1, 1])),
-    )
+        leaving = (d[0] - turn * normal[0], d[1] - turn * normal[1], d[2] - turn * normal[2])
+    # H of frames.polarisation_basis; V is d×H
+    across = _across(row(upwards, 0), leaving, row(upwards, 1))
+    v, h = (complex(0.0), complex(1.0)), (complex(1.0), complex(0.0))
+    if is_weakened:
+        first = loss[0]
+        v, h = (first[1, 0], first[0, 0]), (first[1, 1], first[0, 1])
+    if number >= 0:
+        cosine, medium = -dot(leaving, normal), int(plate[number, MEDIUM])
+        gamma_s, gamma_p = looked_up(plate_media, medium, cosine)
+        phase = plate_media.roughness[medium] * cosine
+        left = math.exp(-2.0 * phase * phase)
+        side = _across(leaving, normal, _any_across(normal))
+        v, h = _turned(v, across, side, leaving), _turned(h, across, side, leaving)
+        v = (left * gamma_s * v[0], left * gamma_p * v[1])
+        h = (left * gamma_s * h[0], left * gamma_p * h[1])
+        across = side
+    if is_weakened:
+        side = _across(row(upwards, 0), d, row(upwards, 1))
+        v, h = _turned(v, across, side, d), _turned(h, across, side, d)
+        v, h = _lost(v, loss[1]), _lost(h, loss[1])
+        across = side
+    return across, v, h
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True, inline="always")
-def _mixed(both: tuple[ComplexVector, ComplexVector], a: complex, b: complex) -> ComplexVector:
-    v, h = both
-    return a * v[0] + b * h[0], a * v[1] + b * h[1], a * v[2] + b * h[2]
+def _turned(field: Field, old: Vector, new: Vector, d: Vector) -> Field:
+    """A field's parts along ``new`` and d×new, from those along ``old`` and d×old."""
+    a, b = dot(old, new), dot(old, cross(d, new))
+    return a * field[0] - b * field[1], b * field[0] + a * field[1]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
-def _in_basis(v: Vector, h: Vector, matrix: ComplexArray, field: ComplexVector) -> ComplexVector:
-    """A matrix in the basis (v, h) applied to a field across both."""
-    a = field[0] * v[0] + field[1] * v[1] + field[2] * v[2]
-    b = field[0] * h[0] + field[1] * h[1] + field[2] * h[2]
-    x, y = matrix[0, 0] * a + matrix[0, 1] * b, matrix[1, 0] * a + matrix[1, 1] * b
-    return x * v[0] + y * h[0], x * v[1] + y * h[1], x * v[2] + y * h[2]
-
-
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
-def _induce(
-    faces: Faces,
-    media: ReflectionTable,
-    f: int,
-    d: Vector,
-    both: tuple[ComplexVector, ComplexVector],
-    wave: NDArray[np.complex64],
-) -> None:
-    """Tangential E, H, J and M on a facet of two incident fields along d."""
-    n, t1 = vector(faces.normal[f]), vector(faces.tangent[f])
-    t2 = cross(n, t1)
-    cosine = -dot(n, d)
-    gamma_s, gamma_p = looked_up(media, faces.medium[f], cosine)
-    side = _across(d, n, t1)
-    inward, forth = cross(d, side), cross(n, side)
-    side1, side2 = dot(side, t1), dot(side, t2)
-    forth1, forth2 = dot(forth, t1), dot(forth, t2)
-    for polarisation in range(2):
-        e, out = both[polarisation], wave[polarisation]
-        h = (d[1] * e[2] - d[2] * e[1], d[2] * e[0] - d[0] * e[2], d[0] * e[1] - d[1] * e[0])
-        out[0, 0] = e[0] * t1[0] + e[1] * t1[1] + e[2] * t1[2]
-        out[0, 1] = e[0] * t2[0] + e[1] * t2[1] + e[2] * t2[2]
-        out[1, 0] = h[0] * t1[0] + h[1] * t1[1] + h[2] * t1[2]
-        out[1, 1] = h[0] * t2[0] + h[1] * t2[1] + h[2] * t2[2]
-        # n×(d×E + r×Er) and −n×(E + Er), with d×s = inward, d×inward = −s and n·r = −n·d
-        es = e[0] * side[0] + e[1] * side[1] + e[2] * side[2]
-        ep = e[0] * inward[0] + e[1] * inward[1] + e[2] * inward[2]
-        a, b = es * cosine * (1.0 - gamma_s), ep * (1.0 + gamma_p)
-        out[2, 0], out[2, 1] = a * side1 - b * forth1, a * side2 - b * forth2
-        a, b = es * (1.0 + gamma_s), ep * cosine * (1.0 - gamma_p)
-        out[3, 0], out[3, 1] = -a * forth1 - b * side1, -a * forth2 - b * side2
-
-
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
-def _reflected(
-    field: Vector, leaving: Vector, arriving: Vector, side: Vector, turn_s: complex, turn_p: complex
-) -> ComplexVector:
-    """A field after a plate has turned it from one direction to another."""
-    before, after = cross(leaving, side), cross(arriving, side)
-    s, p = turn_s * dot(field, side), turn_p * dot(field, before)
-    return (
-        s * side[0] + p * after[0],
-        s * side[1] + p * after[1],
-        s * side[2] + p * after[2],
-    )
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True, inline="always")
+def _lost(field: Field, matrix: ComplexArray) -> Field:
+    """A field (H, V) after a matrix whose order is (V, H)."""
+    h, v = field
+    return matrix[1, 0] * v + matrix[1, 1] * h, matrix[0, 0] * v + matrix[0, 1] * h
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -465,20 +422,34 @@ def facet_terms(phases: tuple[float, float, float], weight: ComplexArray, place:
 def _response(
     one: NDArray[np.complex64],
     other: NDArray[np.complex64],
-    is_conductor: bool,
+    scale: float,
     out: ComplexArray,
 ) -> None:
-    """F ``(receiving, transmitting)`` of a facet: the mean of both ways round, so reciprocal."""
-    for r in range(2):
-        for t in range(2):
-            a, b = one[t], other[r]
-            total = 0j
-            for x in range(2):
-                total += a[2, x] * b[0, x] + b[2, x] * a[0, x]
-            if not is_conductor:  # on which M vanishes
-                for x in range(2):
-                    total -= a[3, x] * b[1, x] + b[3, x] * a[1, x]
-            out[2 * r + t] = 0.5 * total
+    r"""F ``(receiving, transmitting)`` of a facet, times ``scale``, from two of `Rows.wave`.
+
+    The mean of both ways round, so reciprocal. With φ by which one plane of incidence is turned
+    from the other, it is between the fields' parts across (s) and in (p) their planes
+
+    .. math::
+        F = \frac12 \begin{pmatrix}
+            -a\,(\Gamma_{s1} + \Gamma_{s2}) & b\,(\Gamma_{p2} - \Gamma_{s1}) \\
+            b\,(\Gamma_{s2} - \Gamma_{p1}) & a\,(\Gamma_{p1} + \Gamma_{p2})
+        \end{pmatrix}, \quad
+        a = (\cos\theta_1 + \cos\theta_2) \cos\varphi, \quad
+        b = (1 + \cos\theta_1 \cos\theta_2) \sin\varphi
+
+    which are J and M of `facets` written out.
+    """
+    cosine1, cosine2 = one[PLACE, 0].real, other[PLACE, 0].real
+    turn = one[PLACE, 1].conjugate() * other[PLACE, 1]
+    a = 0.5 * scale * (cosine1 + cosine2) * turn.real
+    b = 0.5 * scale * (1.0 + cosine1 * cosine2) * turn.imag
+    ss, pp = -a * (one[GAMMA, 0] + other[GAMMA, 0]), a * (one[GAMMA, 1] + other[GAMMA, 1])
+    sp, ps = b * (other[GAMMA, 1] - one[GAMMA, 0]), b * (other[GAMMA, 0] - one[GAMMA, 1])
+    for t in range(2):
+        s, p = one[t, 0] * ss + one[t, 1] * ps, one[t, 0] * sp + one[t, 1] * pp
+        for r in range(2):
+            out[2 * r + t] = s * other[r, 0] + p * other[r, 1]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -567,20 +538,20 @@ def _gather_task(
         e0, e1, e2 = dot(g, row(corner, 0)), dot(g, row(corner, 1)), dot(g, row(corner, 2))
         total = r1 + r2
         if is_worth(worth, total + min(e0, e1, e2), total + max(e0, e1, e2), first_cell):
-            count = facet_terms((wavenumber * e0, wavenumber * e1, wavenumber * e2), weight, place)
-            _response(first.wave[a], second.wave[b], media.is_conductor[medium], response)
+            # of the whole path, which saves the centroid's phasor
+            phases = wavenumber * (total + e0), wavenumber * (total + e1), wavenumber * (total + e2)
+            count = facet_terms(phases, weight, place)
             scale = faces.area[f] / (8.0 * math.pi * r1 * r2)
             phase = media.roughness[medium] * dot(g, row(faces.normal, f))
             if phase != 0.0:
                 scale *= math.exp(-0.5 * phase * phase)
-            turned = _phasor(wavenumber * total)
-            common = complex(scale * turned.imag, -scale * turned.real)  # times −j
+            _response(first.wave[a], second.wave[b], scale, response)
             for i in range(count):
                 offset = _blend(place[i], corner)
                 out, back = _direction_to(d1, r1, offset), _direction_to(d2, r2, offset)
                 rate = dot(out, slide1) + dot(back, slide2)
                 position = (total + dot(g, offset)) / CELL - first_cell
-                _deposit(cells, worth, position, common * weight[i], response, out, back, rate)
+                _deposit(cells, worth, position, -1j * weight[i], response, out, back, rate)
         a, b = next_shared(first.face, second.face, a + 1, b + 1, ends)
 
 

@@ -6,7 +6,7 @@ A path over a body joins two views of it: that of the transmitter and that of th
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +15,21 @@ from numba import njit
 from polychirp.axes import FloatArray, IntArray
 from polychirp.channel.fresnel import reflection
 from polychirp.channel.world import World, bodies_near, plates_near
+
+
+class _Radars(NamedTuple):
+    """Where a scene's radars are, how they move and how they are turned: arrays ``(radar, …)``."""
+
+    position: FloatArray
+    velocity: FloatArray
+    rotation: FloatArray
+
+
+@lru_cache(maxsize=2)
+def _radars_of(world: World) -> _Radars:
+    """A world's radars, kept for its next view: a scene works them out whenever it is asked."""
+    scene = world.scene
+    return _Radars(scene.radar_position, scene.radar_velocity, scene.radar_rotation)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -29,7 +44,7 @@ class View:
     @cached_property
     def source(self) -> FloatArray:
         """m, ``(xyz,)`` in the world: where the radar is."""
-        return np.asarray(self.world.scene.radar_position[self.radar])
+        return np.asarray(_radars_of(self.world).position[self.radar])
 
     @cached_property
     def image(self) -> FloatArray:
@@ -39,7 +54,7 @@ class View:
     @cached_property
     def image_velocity(self) -> FloatArray:
         """m/s, ``(xyz,)`` in the world: how the image moves, while the plate moves too."""
-        own = self.world.scene.radar_velocity[self.radar]
+        own = _radars_of(self.world).velocity[self.radar]
         if self.plate is None:
             return np.asarray(own)
         plates = self.world.plates
@@ -83,7 +98,7 @@ class View:
         centre, radius = self.world.centre[self.body], float(self.world.radius[self.body])
         if self.plate is not None:
             centre = self._mirror(centre)
-        way = (centre - self.source) @ self.world.scene.radar_rotation[self.radar]
+        way = (centre - self.source) @ _radars_of(self.world).rotation[self.radar]
         length = float(np.linalg.norm(way))
         if length <= radius or way[0] / length >= np.sqrt(1 - (radius / length) ** 2):
             return pattern.peak_gain  # the sphere holds the radar or its boresight
@@ -137,6 +152,15 @@ class View:
         bodies = bodies[np.argsort(away, kind="stable")]
         return bodies, plates[plates != self.plate] if self.plate is not None else plates
 
+    @cached_property
+    def near(self) -> tuple[IntArray, ...]:
+        """What may come between, of the four kinds of `ViewTable.near`."""
+        bodies, plates = self.between
+        is_pane = self.world.plate_is_pane[plates]
+        is_veiled = np.zeros(len(self.world.surfaces), dtype=np.bool_)
+        is_veiled[self.world.veiled] = True
+        return bodies, plates[~is_pane], plates[is_pane], bodies[is_veiled[bodies]]
+
 
 NEAR_BODIES, NEAR_PLATES, NEAR_PANES, NEAR_VEILED = 0, 1, 2, 3
 """Columns of `ViewTable.start`: what may hide a view, and panes and bodies that may weaken it."""
@@ -163,16 +187,11 @@ class ViewTable(NamedTuple):
 
 def view_table(views: list[View], rotation: FloatArray, position: FloatArray) -> ViewTable:
     """Views of one body in its frame, which is turned by ``rotation`` at ``position`` (m)."""
-    is_pane, veiled = views[0].world.plate_is_pane, views[0].world.veiled
-    near = []
-    for view in views:
-        bodies, plates = view.between
-        sheets = is_pane[plates]
-        near += [bodies, plates[~sheets], plates[sheets], np.intersect1d(bodies, veiled)]
+    near = [numbers for view in views for numbers in view.near]
     start = np.concatenate([[0], np.cumsum([len(numbers) for numbers in near])])
     return ViewTable(
-        np.array([(view.source - position) @ rotation for view in views]),
-        np.array([(view.image - position) @ rotation for view in views]),
+        (np.array([view.source for view in views]) - position) @ rotation,
+        (np.array([view.image for view in views]) - position) @ rotation,
         np.array([-1 if view.plate is None else view.plate for view in views], dtype=np.int64),
         np.concatenate(near),
         start[4 * np.arange(len(views))[:, None] + np.arange(5)],

@@ -31,7 +31,7 @@ from numba import njit, prange
 from scipy.ndimage import maximum_filter1d
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
-from polychirp.channel.optics import CELL, Faces, Rows, _phasor, facet_terms, is_worth, next_shared
+from polychirp.channel.optics import CELL, Faces, Rows, facet_terms, is_worth, next_shared
 from polychirp.channel.reflection_table import ReflectionTable, looked_up
 from polychirp.channel.vectors import cross, dot, row
 
@@ -88,20 +88,21 @@ def _add_scalars(
         r1, r2 = first.length[a], second.length[b]
         g = (d1[0] + d2[0], d1[1] + d2[1], d1[2] + d2[2])
         e0, e1, e2 = dot(g, row(corner, 0)), dot(g, row(corner, 1)), dot(g, row(corner, 2))
-        count = facet_terms((wavenumber * e0, wavenumber * e1, wavenumber * e2), weight, place)
+        total = r1 + r2
+        phases = wavenumber * (total + e0), wavenumber * (total + e1), wavenumber * (total + e2)
+        count = facet_terms(phases, weight, place)
         n = row(faces.normal, f)
         facing, aside = dot(g, n), dot(n, cross(d1, d2))
         scale = (
             math.sqrt(facing * facing + aside * aside) * faces.area[f] / (8.0 * math.pi * r1 * r2)
         )
-        common = scale * _phasor(wavenumber * (r1 + r2))
         gamma_s, gamma_p = looked_up(media, faces.medium[f], -0.5 * facing)
         for i in range(count):
             offset = place[i, 0] * e0 + place[i, 1] * e1 + place[i, 2] * e2
-            position = (r1 + r2 + offset) / CELL - first_cell
+            position = (total + offset) / CELL - first_cell
             cell = int(position)
             x = position - cell
-            share, term = x * x * (3.0 - 2.0 * x), common * weight[i]
+            share, term = x * x * (3.0 - 2.0 * x), scale * weight[i]
             across, along = -gamma_s * term, gamma_p * term
             cells[cell, 0] += (1.0 - share) * across
             cells[cell, 1] += (1.0 - share) * along
