@@ -241,7 +241,7 @@ def test_a_plate_lit_by_a_mirror_scatters_the_mirror_image(compare, mirrors):
             centre=(0, 0, -0.5), half_u=(3, 0, 0), half_v=(0, 3, 0), material="metal", part="r"
         )
         actors.append(Actor(name="road", kind="road", plates=(road,)))
-    found = tubes(around(actors, [SOURCE, SINK]), tube=5e-3)
+    found = tubes(around(actors, [SOURCE, SINK]), tube=5e-3, coarsest=5e-3)
     first, last = (found.bounce_actor[found.bounce_start[:-1] + i] for i in (0, 1))
     image = SOURCE
     for mirror in mirrors:
@@ -448,7 +448,7 @@ def test_kernels_agree_with_the_plain_tubes():
     ]
     tracer = Composite(dynamic_range=1e14, materials=(CLEAR, smooth))
     world = tracer.prepare(around(actors, places))
-    found = tube_paths(world, EVERY_PAIR[2], tube=0.04)
+    found = tube_paths(world, EVERY_PAIR[2], tube=0.04, coarsest=0.04)
     for t, x in ((0, 0), (0, 1)):
         ends = np.array(places[t]), np.array(places[x])
         expected = multiple_bounces(plain, *ends, FREQUENCY, tube=0.04)
@@ -464,7 +464,7 @@ def test_cells_keep_the_spectrum_of_all_tubes():
     """Half a gigahertz off, below −30 dB of it: cells of 4 cm are smooth."""
     corner = dihedral(0.3, 0.1) @ Pose(yaw=3.1, pitch=0.02).rotation.T + np.array([2.0, 0.2, 0.3])
     places = [(0.0, 0.1, 0.3), (0.1, -0.2, 0.4)]
-    found = tubes(around([body(corner)], places), tube=0.02)
+    found = tubes(around([body(corner)], places), tube=0.02, coarsest=0.02)
     metal = PlainBody(corners=corner, material=known_materials()["metal"])
     expected = multiple_bounces([metal], *np.array(places), 78.5e9, tube=0.02)
     error = np.abs(transfer_at(found, 78.5e9, 0, 1) - expected).max()
@@ -513,7 +513,7 @@ def test_windows_cover_all_of_a_box(place):
     assert np.all(covered)
 
 
-@pytest.mark.parametrize("how", [{"tube": 0.0}, {"max_bounces": 1}])
+@pytest.mark.parametrize("how", [{"tube": 0.0}, {"coarsest": 1e-3}, {"max_bounces": 1}])
 def test_impossible_tubes_are_refused(how):
     with pytest.raises(InputError, match="ray tubes"):
         tubes(around([body(plate(0.1, 0.1))], [(1.0, 0, 0)]), **how)

@@ -159,7 +159,7 @@ class Composite(Spec):
         if self.max_bounces > 1:
             from polychirp.channel.tubes import tube_paths
 
-            parts.append(_part("bounces", partial(tube_paths, max_bounces=self.max_bounces)))
+            parts.append(Part("bounces", partial(tube_paths, max_bounces=self.max_bounces)))
         if self.diffuse:
             from polychirp.channel.diffuse import diffuse_paths
             from polychirp.channel.foliage import foliage_paths

@@ -22,7 +22,8 @@ class Hits(NamedTuple):
     """Where tubes meet a body after another one, ``(hit, …)``.
 
     ``normal`` towards where the ray came from; ``side_a``, ``side_b``: sides of the footprint, m;
-    ``current`` ``(hit, polarisation, kind, xyz)``: J and M, without 1/L.
+    ``current`` ``(hit, polarisation, kind, xyz)``: J and M, without 1/L; ``turns``:
+    reflections, this one included; ``tube``: its number.
     """
 
     point: FloatArray
@@ -37,6 +38,8 @@ class Hits(NamedTuple):
     body: IntArray
     roughness: FloatArray
     current: NDArray[np.complex64]
+    turns: IntArray
+    tube: IntArray
 
     def of(self, which: IntArray) -> Hits:
         """The hits of these numbers."""
@@ -53,6 +56,8 @@ class Hits(NamedTuple):
             self.body[which],
             self.roughness[which],
             self.current[which],
+            self.turns[which],
+            self.tube[which],
         )
 
 
@@ -71,6 +76,8 @@ def empty_hits(size: int) -> Hits:
         body=np.empty(size, dtype=np.int64),
         roughness=np.empty(size),
         current=np.empty((size, 2, 2, 3), dtype=np.complex64),
+        turns=np.empty(size, dtype=np.int64),
+        tube=np.empty(size, dtype=np.int64),
     )
 
 
@@ -130,6 +137,7 @@ def record(hits: Hits, slot: int, ray: Ray, bounced: Ray, normal: Vector, body: 
     hits.first[slot] = ray.first
     hits.body[slot] = body
     hits.roughness[slot] = roughness
+    hits.turns[slot] = bounced.turns
     current = hits.current[slot]
     _induce(normal, ray.direction, bounced.direction, ray.wave_v, bounced.wave_v, current[0])
     _induce(normal, ray.direction, bounced.direction, ray.wave_h, bounced.wave_h, current[1])
@@ -195,6 +203,45 @@ def radiate(
             transfer[i, t] = weight * _heard(hits.current[i, t], q, v)
             transfer[i, 2 + t] = weight * _heard(hits.current[i, t], q, h)
     return transfer, backs, lengths
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _envelope(x: float) -> float:
+    return 1.0 / math.sqrt(1.0 + x * x)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
+def promises(
+    hits: Hits, sink: FloatArray, not_from: int, wavenumber: float
+) -> tuple[FloatArray, FloatArray]:
+    """What footprints may radiate at most, roughly ``(hit,)``, and the directions of departure.
+
+    Power, with 1/√(1 + x²) for |sinc x|. Zero as in `radiate`.
+    """
+    size = hits.length.size
+    power, backs = np.zeros(size), np.zeros((size, 3))
+    for i in prange(size):
+        c = hits.point[i]
+        q = (sink[0] - c[0], sink[1] - c[1], sink[2] - c[2])
+        r2 = math.sqrt(dot(q, q))
+        q = (q[0] / r2, q[1] / r2, q[2] / r2)
+        backs[i, 0], backs[i, 1], backs[i, 2] = q
+        if hits.body[i] == not_from or dot(q, vector(hits.normal[i])) <= 0.0:
+            continue
+        a, b, d = vector(hits.side_a[i]), vector(hits.side_b[i]), vector(hits.direction[i])
+        turn = (d[0] - q[0], d[1] - q[1], d[2] - q[2])
+        square, half = cross(a, b), 0.5 * wavenumber
+        scale = _envelope(half * dot(turn, a)) * _envelope(half * dot(turn, b))
+        scale *= math.sqrt(dot(square, square)) / (8.0 * math.pi * hits.length[i] * r2)
+        h = _across((0.0, 0.0, 1.0), (-q[0], -q[1], -q[2]), (0.0, 1.0, 0.0))
+        v = cross(h, q)
+        most = 0.0
+        for t in range(2):
+            one, other = _heard(hits.current[i, t], q, v), _heard(hits.current[i, t], q, h)
+            most = max(most, one.real * one.real + one.imag * one.imag)
+            most = max(most, other.real * other.real + other.imag * other.imag)
+        power[i] = scale * scale * most
+    return power, backs
 
 
 @njit(cache=True, nogil=True, error_model="numpy", parallel=True)

@@ -185,21 +185,23 @@ def _follow(
 @njit(cache=True, nogil=True, error_model="numpy")
 def _trace_some(
     window: FloatArray,
-    tubes: tuple[int, int, int],
+    tubes: tuple[int, IntArray, IntArray],
     faces: Blockers,
     media: Media,
     bodies: Bodies,
     first_body: int,
-    limits: tuple[int, float],
+    wavenumber: float,
     hits: Hits,
     slots: tuple[int, int],
 ) -> int:
-    """Follow tubes ``tubes[0]`` to ``tubes[1]`` of a window with ``tubes[2]`` columns."""
+    """Follow some tubes of a window."""
+    columns, numbers, most_turns = tubes
     slot, hider = slots[0], MISS[2]
     boxes = np.empty(DEPTH, dtype=np.int64)
-    waiting = [(launched(window, tubes[0], tubes[0]), MISS) for _ in range(0)]
-    for tube in range(tubes[0], tubes[1]):
-        ray = launched(window, tube // tubes[2], tube % tubes[2])
+    waiting = [(launched(window, columns, columns), MISS) for _ in range(0)]
+    for place in range(numbers.size):
+        tube = numbers[place]
+        ray = launched(window, tube // columns, tube % columns)
         p, d = ray.point, ray.direction
         # what hid the body from a tube will often hide it from the next
         if hider >= 0 and is_behind(faces, bodies, hider, first_body, p, d):
@@ -214,21 +216,23 @@ def _trace_some(
             hider = met[2]
             continue
         waiting.append((ray, met))
+        begin, limits = slot, (most_turns[place], wavenumber)
         slot = _follow(
             faces, media, bodies, first_body, limits, waiting, boxes, hits, (slot, slots[1])
         )
+        hits.tube[begin : min(slot, slots[1])] = tube
     return slot
 
 
 @njit(cache=True, nogil=True, error_model="numpy", parallel=True)
 def trace(
     window: FloatArray,
-    tubes: tuple[int, int, int],
+    tubes: tuple[int, IntArray, IntArray],
     faces: Blockers,
     media: Media,
     bodies: Bodies,
     first_body: int,
-    limits: tuple[int, float],
+    wavenumber: float,
     hits: Hits,
     room: int,
 ) -> IntArray:
@@ -240,15 +244,25 @@ def trace(
     Parameters
     ----------
     window : `Window.rows`, ``(7, xyz)``
-    tubes : the first, the one after the last, and the number of columns
-    limits : greatest number of reflections; wavenumber, 1/m
+    tubes : number of the window's columns; numbers of the tubes, counted row by row; and the
+        greatest number of reflections of each that is followed
+    wavenumber : 1/m
     """
-    num_chunks = (tubes[1] - tubes[0] + PER_CHUNK - 1) // PER_CHUNK
+    columns, numbers, most_turns = tubes
+    num_chunks = (numbers.size + PER_CHUNK - 1) // PER_CHUNK
     counts = np.zeros(num_chunks, dtype=np.int64)
     for chunk in prange(num_chunks):
-        begin, slot = tubes[0] + chunk * PER_CHUNK, chunk * room
-        some = (begin, min(begin + PER_CHUNK, tubes[1]), tubes[2])
+        slot = chunk * room
+        begin, end = chunk * PER_CHUNK, (chunk + 1) * PER_CHUNK
         counts[chunk] = -slot + _trace_some(
-            window, some, faces, media, bodies, first_body, limits, hits, (slot, slot + room)
+            window,
+            (columns, numbers[begin:end], most_turns[begin:end]),
+            faces,
+            media,
+            bodies,
+            first_body,
+            wavenumber,
+            hits,
+            (slot, slot + room),
         )
     return counts

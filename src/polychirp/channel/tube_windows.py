@@ -36,6 +36,15 @@ class Window(NamedTuple):
         """How many tubes there are."""
         return self.shape[0] * self.shape[1]
 
+    @property
+    def finer(self) -> Window:
+        """The same window with twice as many rows and columns."""
+        return self._replace(
+            start=self.start - 0.25 * self.step,
+            step=0.5 * self.step,
+            shape=(2 * self.shape[0], 2 * self.shape[1]),
+        )
+
     def rows(self, velocity: FloatArray) -> FloatArray:
         """For the kernels, ``(7, 3)``: origin, velocity (m/s), three axes, start and step."""
         start, step = np.append(self.start, 0.0), np.append(self.step, 0.0)
