@@ -280,6 +280,14 @@ def test_near_grazing_one_path_says_all():
     np.testing.assert_allclose(there.departure[0], [1, 0, 0], atol=0.01)
 
 
+def test_a_path_over_an_edge_bends_as_both_its_ends_pass_it():
+    """|v⊥|²/R of both legs, where the ends' line alone has (1² + 0.5²)/10."""
+    scene = moving([body(plate(0.6, 0.6), x=5.0, z=-0.3 - 1e-4)])
+    paths = edges_of(scene, dynamic_range=100.0)
+    expected = (2.0**2 + 1.0**2 + 0.5**2) / 5.0 / SPEED_OF_LIGHT
+    assert paths.delay_acceleration == pytest.approx(expected, rel=0.02)
+
+
 def test_a_bright_spot_lasts_until_its_disc_has_moved():
     """Edge points have the rates vρ(1/d₁ + 1/d₂) cos φ, of which 1/√2 is the spread."""
     disc = Actor(

@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 
 from polychirp.channel import follow as module
-from polychirp.channel.base import Part
+from polychirp.channel.base import Part, all_pairs
 from polychirp.channel.composite import Composite
-from polychirp.channel.follow import ERROR, follow
+from polychirp.channel.follow import FAINT_ECHO, FAINT_OTHER, follow, stated_error
 from polychirp.channel.free_space import FreeSpace
+from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.frames import Pose
-from polychirp.model.scene import Actor
+from polychirp.model.mesh import Plate
+from polychirp.model.scene import Actor, PointScatterer
 from polychirp.testing.shapes import around, box, mesh_of, plate, transfer_at
 
 TIMES = np.arange(9) * 1e-3
@@ -70,6 +72,7 @@ def test_a_body_is_traced_often_for_the_radar_that_it_passes_alone(monkeypatch):
     paths = follow(tracer, around([beside], [(0, 0, 0.6), (-60.0, 0, 0.6)]), TIMES)
     assert counts["facets of beside", 0, 0] == len(TIMES)
     assert counts["facets of beside", 1, 1] == 2
+    assert counts["facets of beside", 0, 1] == counts["facets of beside", 1, 0]
     assert all(np.any((table.transmitter == 1) & (table.receiver == 1)) for table in paths)
 
 
@@ -77,16 +80,17 @@ def response(paths, pair, frequencies):
     return np.array([transfer_at(paths, f, *pair)[0, 0] for f in frequencies])
 
 
-def test_between_two_traces_paths_are_as_wrong_as_stated():
-    """Against tracing anew, at the times that no trace of the far car fell on: a few times the
-    stated power at most, since the stated error is that at the end of half a step."""
+def test_between_two_traces_paths_are_hardly_more_wrong_than_allowed():
+    """Against tracing anew: a few times the power that one part may get wrong, since some parts
+    add up, and a traced part of itself flickers a little."""
     tracer, scene = Composite(), street()
     band = np.linspace(78.5e9, 79.5e9, 33)
     for paths, time in zip(follow(tracer, scene, TIMES), TIMES, strict=True):
         anew = tracer.trace(scene.at(float(time)))
         for pair in ((0, 0), (0, 1), (1, 0), (1, 1)):
             old, new = (response(table, pair, band) for table in (paths, anew))
-            assert np.sum(np.abs(old - new) ** 2) <= 4 * ERROR * np.sum(np.abs(new) ** 2)
+            allowed = FAINT_ECHO if pair[0] == pair[1] else FAINT_OTHER
+            assert np.sum(np.abs(old - new) ** 2) <= 4 * allowed * np.sum(np.abs(new) ** 2)
 
 
 def test_a_coherence_time_is_when_extrapolation_is_half_wrong():
@@ -97,12 +101,138 @@ def test_a_coherence_time_is_when_extrapolation_is_half_wrong():
     power = np.abs(paths.transfer[:, 0, 0]) ** 2
     for elapsed in (0.5e-3, 1e-3, 2e-3):
         wrong = np.minimum(1.0, 0.5 * (elapsed / paths.coherence_time) ** 2) ** 2
-        moved = np.exp(-2j * np.pi * band[:, None] * (paths.delay + paths.delay_rate * elapsed))
+        moved = response(paths.carried(elapsed), (0, 0), band)
         new = response(tracer.trace(scene.at(elapsed)), (0, 0), band)
-        found = np.sum(np.abs(moved @ paths.transfer[:, 0, 0] - new) ** 2)
+        found = np.sum(np.abs(moved - new) ** 2)
         said, found = np.sum(power * wrong) / np.sum(power), found / np.sum(np.abs(new) ** 2)
         assert found == pytest.approx(said, rel=3.0)
         assert said == pytest.approx(found, rel=3.0)
+
+
+@pytest.mark.parametrize(("x", "gap"), [(3, 0.5e-3), (3, 1e-3), (3, 2e-3), (8, 1e-3), (8, 4e-3)])
+def test_half_way_between_two_traces_the_error_is_as_stated(x, gap):
+    """Against tracing then: 3 dB more at most, 10 dB less; from −30 to −10 dB in all."""
+    tracer, band = (
+        Composite(reflecting_planes=False, max_bounces=1),
+        np.linspace(78.5e9, 79.5e9, 33),
+    )
+    scene = around([car("beside", x=x, y=3.0, speed=15.0)], [(0, 0, 0.6)])
+    first, middle, last = (tracer.trace(scene.at(time)) for time in (0.0, 0.5 * gap, gap))
+    power = np.abs(first.transfer[:, 0, 0]) ** 2
+    said = np.sum(power * stated_error(gap / first.coherence_time)) / np.sum(power)
+    both = [table.carried(way) for table, way in ((first, 0.5 * gap), (last, -0.5 * gap))]
+    new = response(middle, (0, 0), band)
+    wrong = 0.5 * sum(response(table, (0, 0), band) for table in both) - new
+    found = np.sum(np.abs(wrong) ** 2) / np.sum(np.abs(new) ** 2)
+    assert 0.1 * said < found < 2.0 * said
+
+
+POINT = PointScatterer(position=(0.0, 0.0, 0.0), rcs=1.0)
+PASSING = Actor(
+    name="van",
+    kind="vehicle",
+    velocity=(-28.0, 3.0, 0.0),
+    pose=Pose(x=4.0, y=5.0, z=0.6),
+    points=(POINT,),
+)
+MOVES = [(0.0, 0.0, 0.0), (-20.0, 4.0, 0.0)]
+PLACES = [(0.0, 0.0, 0.6), (2.0, 4.0, 0.9)]
+
+
+def walls():
+    """A road and, 9 m to the left of it, a house's front, both of metal."""
+    road = Plate(
+        centre=(0, 0, 0),
+        half_u=(200, 0, 0),
+        half_v=(0, 200, 0),
+        material="metal",
+        part="road",
+    )
+    house = replace(road, half_v=(0, 0, 200), part="front")
+    return [
+        Actor(name="road", kind="road", plates=(road,)),
+        Actor(name="house", kind="building", pose=Pose(y=9.0), plates=(house,)),
+    ]
+
+
+@pytest.mark.parametrize("kind", ["line of sight", "points", "mirrors", "corners"])
+def test_delays_of_single_journeys_bend_as_tracing_anew_finds_them(kind):
+    """Second differences over ±0.5 ms; what is left is of fourth order, and of order v/c."""
+    actors = [PASSING] if kind == "points" else [] if kind == "line of sight" else walls()
+    scene, step = around(actors, PLACES, velocities=MOVES), 5e-4
+    tracer = Composite(dynamic_range=1e12, diffraction=False)
+    tables = []
+    for elapsed in (-step, 0.0, step):
+        world = tracer.prepare(scene.at(elapsed))
+        part = next(part for part in tracer.parts(world) if part.name == kind)
+        tables.append(part.trace(world, all_pairs(scene), np.zeros((2, 2))))
+    before, now, after = tables
+    assert before.num_paths == now.num_paths == after.num_paths > 0
+    bend = (after.delay - 2 * now.delay + before.delay) / step**2
+    assert np.max(np.abs(bend)) * SPEED_OF_LIGHT > 20.0
+    np.testing.assert_allclose(now.delay_acceleration, bend, rtol=1e-3, atol=1e-4 * np.max(bend))
+
+
+def test_a_point_that_passes_is_followed_to_third_order():
+    """Twice d³R/dt³ = −3 Ṙ R̈/R each way: the phase wrong after 4 ms, from the exact delay."""
+    scene, elapsed = around([PASSING], PLACES[:1]), 4e-3
+    paths, later = FreeSpace().trace(scene), FreeSpace().trace(scene.at(elapsed))
+    range_, rate = 0.5 * SPEED_OF_LIGHT * paths.delay, 0.5 * SPEED_OF_LIGHT * paths.delay_rate
+    third = -3 * rate * 0.5 * SPEED_OF_LIGHT * paths.delay_acceleration / range_
+    wrong = SPEED_OF_LIGHT * (later.delay - paths.carried(elapsed).delay)
+    assert wrong == pytest.approx(2 * third * elapsed**3 / 6, rel=0.05)
+    # without the bend, some rad at 79 GHz
+    straight = later.delay - paths.delay - paths.delay_rate * elapsed
+    assert 2 * np.pi * 79e9 * straight[0] > 2.0
+
+
+def test_a_small_body_that_passes_is_followed_sideways():
+    """A square of 1 cm, 5 m away at 25 m/s, which turns little of its echo in 5 cm."""
+    square = Actor(
+        name="square",
+        kind="object",
+        mesh=mesh_of(plate(0.01, 0.01)),
+        pose=Pose(x=0.1, y=5.0, z=0.6, yaw=-np.pi / 2),
+        velocity=(25.0, 0.0, 0.0),
+    )
+    scene, elapsed = around([square], PLACES[:1]), 2e-3
+    tracer = Composite(max_bounces=1)
+    paths, band = tracer.trace(scene), np.linspace(78.5e9, 79.5e9, 9)
+    anew = response(tracer.trace(scene.at(elapsed)), (0, 0), band)
+    straight = replace(paths, delay_acceleration=np.zeros(paths.num_paths))
+    wrong = [
+        np.sum(np.abs(response(table.carried(elapsed), (0, 0), band) - anew) ** 2)
+        for table in (paths, straight)
+    ] / np.sum(np.abs(anew) ** 2)
+    assert wrong[0] < 1e-3
+    assert wrong[1] > 0.3
+
+
+def test_what_keeps_its_phase_is_the_same_between_two_traces():
+    """Two tables share a still scene: their sum is what either has, but for its weakest paths."""
+    scene = around([car("ahead", x=32.0, y=0.0, speed=0.0)], PLACES)
+    tracer, band = Composite(max_bounces=1), np.linspace(78.5e9, 79.5e9, 9)
+    first, *between = follow(tracer, scene, TIMES)
+    for paths in between:
+        for pair in ((0, 0), (0, 1), (1, 1)):
+            same = response(first, pair, band)
+            error = np.max(np.abs(response(paths, pair, band) - same))
+            assert error < 1e-3 * np.max(np.abs(same))
+
+
+def test_what_vanishes_between_two_traces_fades_away():
+    """A point that a screen hides at the last time, not at the first."""
+    screen = Actor(
+        name="screen",
+        kind="tree",
+        mesh=mesh_of(plate(1.0, 0.5)),
+        pose=Pose(x=2.0, y=-0.55, z=0.6),
+        velocity=(0.0, 20.0, 0.0),
+    )
+    point = Actor(name="point", kind="object", pose=Pose(x=10.0, z=0.6), points=(POINT,))
+    tables = follow(Composite(), around([screen, point], PLACES[:1]), TIMES)
+    size = [np.max(np.abs(paths.transfer), initial=0.0) for paths in tables]
+    np.testing.assert_allclose(size, size[0] * np.linspace(1.0, 0.0, 9), atol=1e-9 * size[0])
 
 
 def test_a_radar_that_sees_nothing_changes_no_coherence_time():

@@ -75,7 +75,7 @@ def all_pairs(
     return np.asarray(pairs[np.linalg.norm(place[:, 1] - place[:, 0], axis=-1) <= max_length])
 
 
-def path_table(
+def path_table(  # noqa: PLR0913 -- a field of the table each
     *,
     scene: Scene,
     frequency: float,
@@ -87,6 +87,7 @@ def path_table(
     arrival: FloatArray,
     bounces: Sequence[tuple[Bounce, IntArray, FloatArray]] = (),
     coherence_time: FloatArray | None = None,
+    delay_acceleration: FloatArray | None = None,
 ) -> PropagationPaths:
     """Paths that all meet the same kinds of bounces in the same order.
 
@@ -95,6 +96,7 @@ def path_table(
     pair : (transmitter, receiver), ``(path, 2)``
     bounces : for every bounce its kind, the actors ``(path,)`` and the points, m ``(path, xyz)``
     coherence_time : s, ``(path,)``; none for single journeys
+    delay_acceleration : 1/s, ``(path,)``; none: zero
     """
     num_paths, num_bounces = len(delay), len(bounces)
     actor = np.zeros((num_paths, num_bounces), dtype=np.int64)
@@ -117,6 +119,9 @@ def path_table(
         bounce_kind=kind.reshape(-1),
         bounce_point=point.reshape(-1, 3),
         coherence_time=np.full(num_paths, np.inf) if coherence_time is None else coherence_time,
+        delay_acceleration=np.zeros(num_paths)
+        if delay_acceleration is None
+        else delay_acceleration,
     )
 
 
@@ -159,6 +164,7 @@ def gather(tables: Sequence[PropagationPaths]) -> PropagationPaths:
         bounce_kind=np.concatenate([table.bounce_kind for table in tables]),
         bounce_point=np.concatenate([table.bounce_point for table in tables]),
         coherence_time=np.concatenate([table.coherence_time for table in tables]),
+        delay_acceleration=np.concatenate([table.delay_acceleration for table in tables]),
     )
 
 

@@ -36,7 +36,7 @@ from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import no_paths, path_table, strength
 from polychirp.channel.fresnel import reflection
 from polychirp.channel.legs import through, with_legs
-from polychirp.channel.motion import retarded_leg
+from polychirp.channel.motion import passing, retarded_leg
 from polychirp.channel.occlusion import blocked
 from polychirp.channel.ranking import strong_and_free
 from polychirp.channel.world import Plates, World
@@ -83,10 +83,10 @@ def corner_paths(world: World, pairs: IntArray) -> PropagationPaths:
 class _Rays(NamedTuple):
     """Unfolded rays, ``(path, …)``.
 
-    ``pair``, and the plates ``first`` and ``second``; ``opening`` F; ``delay`` s and its rate;
-    ``ways`` unit directions of the legs ``(path, 3, xyz)``; ``meet`` m ``(path, 2, xyz)`` where
-    the ray meets the planes; ``legs`` m ``(path, 3, 2, xyz)`` both ends of every leg, kept to the
-    plates and just before them, the last from the receiver.
+    ``pair``, and the plates ``first`` and ``second``; ``opening`` F; ``delay`` s, its rate
+    and acceleration; ``ways`` unit directions of the legs ``(path, 3, xyz)``; ``meet`` m ``(path,
+    2, xyz)`` where the ray meets the planes; ``legs`` m ``(path, 3, 2, xyz)`` both ends of every
+    leg, kept to the plates and just before them, the last from the receiver.
     """
 
     pair: IntArray
@@ -95,6 +95,7 @@ class _Rays(NamedTuple):
     opening: ComplexArray
     delay: FloatArray
     delay_rate: FloatArray
+    delay_acceleration: FloatArray
     ways: FloatArray
     meet: FloatArray
     legs: FloatArray
@@ -108,6 +109,7 @@ class _Rays(NamedTuple):
             opening=self.opening[number],
             delay=self.delay[number],
             delay_rate=self.delay_rate[number],
+            delay_acceleration=self.delay_acceleration[number],
             ways=self.ways[number],
             meet=self.meet[number],
             legs=self.legs[number],
@@ -141,13 +143,10 @@ def _rays(world: World, pair: IntArray, first: Plates, second: Plates) -> _Rays:
     source, sink = (scene.radar_position[pair[:, end]] for end in (0, 1))
     image = _image(source, first)
     twice = _image(image, second)
+    speed = scene.radar_velocity[pair[:, 1]]
+    image_speed = _moved(world, second, _moved(world, first, scene.radar_velocity[pair[:, 0]]))
     delay, delay_rate, flight = retarded_leg(
-        source=twice,
-        source_velocity=_moved(
-            world, second, _moved(world, first, scene.radar_velocity[pair[:, 0]])
-        ),
-        sink=sink,
-        sink_velocity=scene.radar_velocity[pair[:, 1]],
+        source=twice, source_velocity=image_speed, sink=sink, sink_velocity=speed
     )
     between = _mirrored(flight, second.normal)
     last = _crossing(second, twice, flight)
@@ -165,6 +164,7 @@ def _rays(world: World, pair: IntArray, first: Plates, second: Plates) -> _Rays:
         opening=opening,
         delay=delay,
         delay_rate=delay_rate,
+        delay_acceleration=passing(sink - twice, speed - image_speed) / SPEED_OF_LIGHT,
         ways=np.stack([_mirrored(between, first.normal), between, flight], axis=1),
         meet=meet,
         legs=np.stack([source, one, one, two, sink, two], axis=1).reshape(-1, 3, 2, 3),
@@ -188,6 +188,7 @@ def _paths(world: World, rays: _Rays, losses: ComplexArray) -> PropagationPaths:
         pair=rays.pair,
         delay=rays.delay,
         delay_rate=rays.delay_rate,
+        delay_acceleration=rays.delay_acceleration,
         transfer=amplitude[:, None, None] * with_legs(transfer, losses[:, 0], losses[:, 2]),
         departure=go,
         arrival=-come,

@@ -53,6 +53,7 @@ from polychirp.channel.base import gather, no_paths, path_table
 from polychirp.channel.edge_waves import CELL, Pair, Waves, edge_waves
 from polychirp.channel.legs import through
 from polychirp.channel.line_of_sight import line_of_sight, projection
+from polychirp.channel.motion import passing
 from polychirp.channel.sight import short_of, visible_line_of_sight
 from polychirp.channel.silhouette import Obstacles
 from polychirp.channel.world import ROLES, SKIN, World
@@ -161,14 +162,16 @@ def _sorted(world: World, key: tuple[int, int, bool], chosen: BoolArray) -> IntA
 class _Fan(NamedTuple):
     """Paths from the first radar of a pair to the second, in units of the unobstructed field.
 
-    ``field`` ``(path,)`` complex; ``excess`` m, ``rate`` m/s of it, ``coherence_time`` s
-    ``(path,)``; ``out``, ``back`` and ``point`` in the world ``(path, xyz)``; ``actor``.
+    ``field`` ``(path,)`` complex; ``excess`` m, ``rate`` m/s of it, ``bend`` m/s²,
+    ``coherence_time`` s ``(path,)``; ``out``, ``back`` and ``point`` in the world ``(path, xyz)``;
+    ``actor``.
     """
 
     first: int
     field: ComplexArray
     excess: FloatArray
     rate: FloatArray
+    bend: FloatArray
     coherence_time: FloatArray
     out: FloatArray
     back: FloatArray
@@ -253,7 +256,8 @@ def _gathered(
     excess = np.clip(means[:, 0], np.maximum(cell - 1.0, 0.0) * CELL, (cell + 1.0) * CELL)
     point = spreads[:, 1:4] / spreads[:, :1]
     out = _or_towards(means[:, 1:4], point)
-    back = _or_towards(means[:, 4:7], point - np.array([pair.length, 0.0, 0.0]))
+    end = np.array([pair.length, 0.0, 0.0])
+    back = _or_towards(means[:, 4:7], point - end)
     rate = np.sum(out * pair.there[slot] + back * pair.home[slot], axis=-1)
     typical, square = (spreads[:, 4:] / spreads[:, :1]).T
     spread = np.sqrt(np.maximum(square - typical**2, 0.0))
@@ -264,6 +268,7 @@ def _gathered(
         field=field * np.exp(1j * world.wavenumber * excess),
         excess=excess,
         rate=rate,
+        bend=passing(point, pair.there[slot]) + passing(point - end, pair.home[slot]),
         coherence_time=np.where(spread > 1e-5, coherence, np.inf),
         out=out @ frame,
         back=back @ frame,
@@ -300,6 +305,7 @@ def _table(world: World, direct: PropagationPaths, number: int, fan: _Fan) -> Pr
         arrival=back,
         bounces=[(Bounce.DIFFRACTION, fan.actor, fan.point)],
         coherence_time=fan.coherence_time,
+        delay_acceleration=fan.bend / SPEED_OF_LIGHT,
     )
 
 

@@ -39,6 +39,7 @@ import numpy as np
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import gather, no_paths, path_table, strength, strongest_of_pair
 from polychirp.channel.lighting import Lighting, lighting_of, media_of, parts_of
+from polychirp.channel.motion import passing
 from polychirp.channel.optics import (
     CELL,
     gather_cells,
@@ -315,6 +316,7 @@ class _Tasks:
             moments[kept], slide @ world.rotation[self.body], rate, world.wavenumber
         )
         point = _ellipse_point(a.image, b.image, out, length)
+        bend = passing(point - a.image, slide[0]) + passing(point - b.image, slide[1])
         ends = [(a, b, out, back, transfer)]
         if a is not b:
             ends.append((b, a, back, out, np.swapaxes(transfer, 1, 2)))
@@ -334,6 +336,7 @@ class _Tasks:
                     *self._mirror_bounce(receiver, point),
                 ],
                 coherence_time=coherence,
+                delay_acceleration=bend / SPEED_OF_LIGHT,
             )
             for sender, receiver, away, home, matrix in ends
         ]

@@ -1,15 +1,24 @@
 r"""The paths of a scene all through a frame, each traced only as often as it must be.
 
-Between two traces a path's delay runs on linearly. That is wrong by the power
+Between two traces, T apart, the paths of both are there, carried to the moment with their delays'
+rates and accelerations; those of the one fade linearly as those of the other come:
 
-.. math:: e(t) = \min\{1, \tfrac12 (t/t_c)^2\}^2
+.. math:: H(t) = (1 - s)\,H_0(t) + s\,H_1(t - T), \qquad s = t/T
 
-of a path whose coherence time is :math:`t_c` (half its amplitude at :math:`t_c`, and growing as
-t², or more slowly). A part, such as the facets of one body, is traced again for a pair of radars
-before the errors of that pair's paths add up to `ERROR` of their power, or to `FAINT` of all that
-they are heard among: a radar's own echoes, or what it hears of others. A car that passes a radar at
-two metres is traced for it at every step, for the others every few milliseconds. Meanwhile what
-the part hides and where its shadows fall stay as they were.
+What moves sideways, or into a shadow, so changes without a step. A path whose coherence time is
+:math:`t_c` holds contributions whose phases spread, and is wrong half way by the power
+
+.. math:: e = \min\{1, \tfrac18 (T/t_c)^2\}^2
+
+(linear interpolation of :math:`e^{j\phi t/t_c}`; and of what no longer coheres at all no more is
+lost than its power). A part, such as the facets of one body, is traced again for a pair of radars
+before the errors of that pair's paths add up to `ERROR` of their power, or of what they are
+heard among to `FAINT_ECHO` or `FAINT_OTHER`, whichever is more. A car that passes a radar at two
+metres is traced for it at every step, for the others every few milliseconds.
+
+Limits: amplitudes and shadows in between are guessed from both ends. Delays of bounces between
+bodies have no acceleration, as their mirror points slide; and they change faster than their
+coherence times say, for they hang on which facets their tubes meet.
 """
 
 from __future__ import annotations
@@ -36,17 +45,24 @@ from polychirp.model.scene import Scene
 if TYPE_CHECKING:
     from polychirp.channel.world import World
 
-ERROR: Final = 1e-4
-"""Power that extrapolation may get wrong, relative to that of a part between two radars."""
+ERROR: Final = 1e-3
+"""Power that may be wrong between two traces, relative to that of a part between two radars."""
 
-FAINT: Final = 1e-4
-"""Power of errors, relative to all that they are heard among.
+FAINT_ECHO: Final = 1e-4
+"""Power of errors of one part, relative to all of a radar's own echoes.
 
 Receivers look 40 dB below the strongest echo: at ten times as much, what is left of strong echoes
 is tried as points, thousands of them."""
 
+FAINT_OTHER: Final = 1e-3
+"""Power of errors of one part, relative to what a radar hears of others.
+
+Other radars' ramps are heard as bursts or as ghosts, below which nobody looks for weaker ones."""
+
 LONGEST: Final = 8e-3
-"""s, after which a part is traced again in any case: shadows move too."""
+"""s, after which a part is traced again in any case: shadows move too.
+
+Without a limit a frame costs little less, since what passes closely takes most of the time."""
 
 
 @runtime_checkable
@@ -136,26 +152,38 @@ class _Row:
         self.is_traced[number, pairs[:, 0], pairs[:, 1]] = True
 
     def snapshots(self) -> list[PropagationPaths]:
-        """At every time, each pair's table that is nearest, carried on to that time."""
-        number = np.arange(len(self.times))[:, None, None]
-        before = np.maximum.accumulate(np.where(self.is_traced, number, -len(number)))
-        behind = np.where(self.is_traced, number, 3 * len(number))[::-1]
+        """At every time, each pair's tables before and after it, carried there."""
+        number, last = np.arange(len(self.times))[:, None, None], len(self.times) - 1
+        before = np.maximum.accumulate(np.where(self.is_traced, number, 0))
+        behind = np.where(self.is_traced, number, last)[::-1]
         after = np.minimum.accumulate(behind)[::-1]
-        nearest = np.where(number - before <= after - number, before, after)
         return [
-            gather([self._carried(k, int(source), here) for source in self._among(here)])
-            for k, here in enumerate(nearest)
+            gather([self._carried(k, source, *ends) for source in self._among(ends)])
+            for k, ends in enumerate(np.stack([before, after], axis=1))
         ]
 
-    def _among(self, nearest: IntArray) -> list[int]:
-        return [number for number in self.tables if np.any(nearest == number)]
+    def _among(self, ends: IntArray) -> list[int]:
+        return [number for number in self.tables if np.any(ends == number)]
 
-    def _carried(self, number: int, source: int, nearest: IntArray) -> PropagationPaths:
-        """Those pairs' paths of the table traced at ``source`` that serve time ``number``."""
-        table, time = self.tables[source], float(self.times[number])
-        paths = table.select(nearest[table.transmitter, table.receiver] == source)
-        elapsed = time - paths.reference_time
-        return replace(paths, reference_time=time, delay=paths.delay + paths.delay_rate * elapsed)
+    def _carried(
+        self, number: int, source: int, before: IntArray, after: IntArray
+    ) -> PropagationPaths:
+        """What the table traced at ``source`` has at time ``number`` for the pairs that it serves.
+
+        ``before`` and ``after`` are the pairs' tables, ``(transmitter, receiver)``.
+        """
+        away = abs(number - source)
+        share = np.where(before == after, 1.0, 1.0 - away / np.maximum(after - before, 1))
+        share = np.where((before == source) | (after == source), share, 0.0)
+        table = self.tables[source]
+        part = share[table.transmitter, table.receiver]
+        paths = table.select(part > 0)
+        paths = paths.carried(float(self.times[number]) - paths.reference_time)
+        return replace(
+            paths,
+            reference_time=float(self.times[number]),
+            transfer=part[part > 0, None, None] * paths.transfer,
+        )
 
 
 class _Frame:
@@ -205,7 +233,7 @@ class _Frame:
     def _row(
         self, part: Part, begin: PropagationPaths, faint: FloatArray, strongest: FloatArray
     ) -> _Row:
-        """One part, traced for each pair as often as that pair asks for, and near the end."""
+        """One part, traced for each pair as often as that pair asks for, and at the end."""
         last = len(self.times) - 1
         row = _Row(self.times, len(faint))
         row.add(0, self.pairs, begin)
@@ -216,27 +244,41 @@ class _Frame:
                 continue
             found = part.trace(self.worlds[number], pairs, strongest)
             row.add(number, pairs, found)
-            # the nearer trace serves a time, so that half a step is bridged at most
-            next_due = np.minimum(number + self._steps(found, self.scenes[number], faint), last)
+            steps = self._steps(found, self.scenes[number], faint)
+            # on a grid, so that pairs with different steps are traced together
+            next_due = np.minimum((number // steps + 1) * steps, last)
             due = np.where(due == number, next_due, due)
         return row
 
     def _steps(self, paths: PropagationPaths, scene: Scene, faint: FloatArray) -> IntArray:
-        """After how many times each pair is to be traced again, ``(transmitter, receiver)``."""
+        """After how many times each pair is to be traced again, ``(transmitter, receiver)``.
+
+        The same both ways round, which are traced together.
+        """
         grid = float(self.times[1] - self.times[0]) if len(self.times) > 1 else LONGEST
         step = max(1, int(LONGEST / grid * (1 + 1e-9)))
         power = strength(paths, scene)
         allowed = np.maximum(ERROR * _of_pairs(paths, power, len(faint)), faint)
         steps = np.full(faint.shape, step)
         while step > 1:
-            wrong = np.minimum(1.0, 0.5 * (0.5 * step * grid / paths.coherence_time) ** 2) ** 2
+            wrong = stated_error(step * grid / paths.coherence_time)
             is_wrong = _of_pairs(paths, power * wrong, len(faint)) > allowed
+            is_wrong |= is_wrong.T
             if not np.any(is_wrong):
                 break
             shorter = (step + 1) // 2
             steps[is_wrong] = shorter
             step = shorter
         return steps
+
+
+def stated_error(gap: FloatArray) -> FloatArray:
+    """Share of a path's power that is wrong half way between traces; ``gap`` T/t_c.
+
+    >>> float(stated_error(np.array(0.4)))
+    0.0004
+    """
+    return np.asarray(np.minimum(1.0, gap**2 / 8) ** 2)
 
 
 def _of_pairs(paths: PropagationPaths, power: FloatArray, num_radars: int) -> FloatArray:
@@ -253,4 +295,5 @@ def _faint(power: FloatArray) -> FloatArray:
     """
     own = np.diagonal(power)
     others = (power.sum(axis=0) - own) / max(len(power) - 1, 1)
-    return FAINT * np.where(np.eye(len(power), dtype=bool), own, others)
+    is_own = np.eye(len(power), dtype=bool)
+    return np.asarray(np.where(is_own, FAINT_ECHO * own, FAINT_OTHER * others))

@@ -6,7 +6,8 @@ import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import path_table
-from polychirp.channel.motion import retarded_leg
+from polychirp.channel.motion import passing, retarded_leg
+from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
 from polychirp.frames import polarisation_basis
 from polychirp.model.paths import PropagationPaths
@@ -62,4 +63,8 @@ def line_of_sight(scene: Scene, *, frequency: float, pairs: IntArray) -> Propaga
         transfer=amplitude[:, None, None] * projection(flight, -flight),
         departure=flight,
         arrival=-flight,
+        delay_acceleration=passing(
+            SPEED_OF_LIGHT * delay[:, None] * flight, speed[pair[:, 1]] - speed[pair[:, 0]]
+        )
+        / SPEED_OF_LIGHT,
     )

@@ -12,6 +12,28 @@ from polychirp.axes import FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
 
 
+def passing(way: FloatArray, velocity: FloatArray) -> FloatArray:
+    r"""How a distance's rate grows as its ends pass each other, m/s² ``(…,)``.
+
+    .. math:: \ddot R = \frac{|v|^2 - (u\cdot v)^2}{R}
+
+    for a way R u whose ends move apart at v, both at constant velocities.
+
+    Parameters
+    ----------
+    way : from one end to the other, m ``(…, xyz)``
+    velocity : of the other end against the one, m/s ``(…, xyz)``
+
+    Examples
+    --------
+    >>> float(passing(np.array([5.0, 0.0, 0.0]), np.array([3.0, 10.0, 0.0])))
+    20.0
+    """
+    length = np.linalg.norm(way, axis=-1)
+    along = np.sum(way * velocity, axis=-1) / length
+    return np.asarray((np.sum(np.asarray(velocity) ** 2, axis=-1) - along**2) / length)
+
+
 def retarded_leg(
     *,
     source: FloatArray,

@@ -19,7 +19,7 @@ from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import no_paths, path_table
 from polychirp.channel.fresnel import reflection
 from polychirp.channel.legs import through, with_legs
-from polychirp.channel.motion import retarded_leg
+from polychirp.channel.motion import passing, retarded_leg
 from polychirp.channel.occlusion import blocked
 from polychirp.channel.world import Plates, World
 from polychirp.constants import SPEED_OF_LIGHT
@@ -50,9 +50,10 @@ def _reflections(world: World, pair: IntArray, number: IntArray) -> PropagationP
     carried = np.array([scene.actors[actor].velocity for actor in plates.actor])
     source, sink = (scene.radar_position[pair[:, end]] for end in (0, 1))
     image = _mirrored(source - plates.centre, plates.normal) + plates.centre
+    image_speed = _mirrored(speed[pair[:, 0]] - carried, plates.normal) + carried
     delay, delay_rate, flight = retarded_leg(
         source=image,
-        source_velocity=_mirrored(speed[pair[:, 0]] - carried, plates.normal) + carried,
+        source_velocity=image_speed,
         sink=sink,
         sink_velocity=speed[pair[:, 1]],
     )
@@ -74,6 +75,7 @@ def _reflections(world: World, pair: IntArray, number: IntArray) -> PropagationP
         departure=leaving,
         arrival=-flight,
         bounces=[(Bounce.REFLECTION, plates.actor, meet)],
+        delay_acceleration=passing(sink - image, speed[pair[:, 1]] - image_speed) / SPEED_OF_LIGHT,
     )
     # just before the plate, so that it does not hide itself
     before = _onto(plates, meet) + 1e-6 * plates.normal

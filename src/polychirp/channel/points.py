@@ -6,7 +6,7 @@ import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import no_paths, path_table
-from polychirp.channel.motion import retarded_leg
+from polychirp.channel.motion import passing, retarded_leg
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.paths import Bounce, PropagationPaths
 from polychirp.model.scene import Scene
@@ -78,6 +78,9 @@ def echoes_over(
         lateness=back,
         lateness_rate=back_rate,
     )
+    legs = [SPEED_OF_LIGHT * late[:, None] for late in (out, back)]
+    bend = passing(legs[0] * out_flight, velocity - speed[pair[:, 0]])
+    bend += passing(legs[1] * back_flight, speed[pair[:, 1]] - velocity)
     spread = (4 * np.pi) ** 1.5 * out * back * SPEED_OF_LIGHT * frequency
     return path_table(
         scene=scene,
@@ -89,4 +92,5 @@ def echoes_over(
         departure=out_flight,
         arrival=-back_flight,
         bounces=[(kind, actor, point - velocity * back[:, None])],
+        delay_acceleration=bend / SPEED_OF_LIGHT,
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from typing import Annotated
 
@@ -46,7 +46,8 @@ class PropagationPaths:
     .. math:: H_p(f, t) = A_p\, e^{-j2\pi f \tau_p(t)}, \qquad
               \tau_p(t) = \tau_p + \dot\tau_p\,(t - t_0)
 
-    (e^{+jωt}), t being the time of **reception**. A is a 2×2 matrix: row the receiving, column
+    (e^{+jωt}), t being the time of **reception**, for as long as a ramp lasts; over longer times
+    delays bend (`carried`). A is a 2×2 matrix: row the receiving, column
     the transmitting polarisation (V, H) of `frames.polarisation_basis`, taken on the outward
     direction at each end. |A|² is a power ratio between isotropic antennas: a line of sight of
     length d has A = λ/4πd, λ taken at ``frequency``. All phase of the journey is in the delay.
@@ -60,6 +61,8 @@ class PropagationPaths:
     coherence_time : s, ``(path,)``: a path that stands for many contributions holds together until
         its delays have been extrapolated by so much time, when their phases have spread by 1 rad
         rms. Infinite for a single journey, and when it is not given.
+    delay_acceleration : of the delay, 1/s, ``(path,)``: ends that pass each other sideways at v in
+        a distance R bend it by v²/Rc. Zero when it is not given
     transfer : A, ``(path, 2, 2)`` complex
     departure, arrival : directions in the world, ``(path, xyz)``: from the transmitter to where
         the path goes, and from the receiver to where it comes from. Mean directions of a group
@@ -83,10 +86,13 @@ class PropagationPaths:
     bounce_kind: Annotated[IntArray, Axes("bounce", dtype=np.int64)]
     bounce_point: Annotated[FloatArray, Axes("bounce", "3")]
     coherence_time: PerPath = field(default_factory=lambda: np.zeros(0))
+    delay_acceleration: PerPath = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
         if not np.size(self.coherence_time):
             object.__setattr__(self, "coherence_time", np.full(np.size(self.delay), np.inf))
+        if not np.size(self.delay_acceleration):
+            object.__setattr__(self, "delay_acceleration", np.zeros(np.size(self.delay)))
         seal(self)
         if self.bounce_start.size != self.num_paths + 1:
             raise InputError(
@@ -127,6 +133,26 @@ class PropagationPaths:
         total = np.concatenate([[0], np.cumsum(bounces.astype(np.int64))])
         return np.asarray(total[self.bounce_start[1:]] - total[self.bounce_start[:-1]])
 
+    def carried(self, elapsed: float) -> PropagationPaths:
+        r"""The same paths ``elapsed`` s later, or earlier.
+
+        .. math:: \tau_p(t) = \tau_p + \dot\tau_p\,t + \tfrac12\ddot\tau_p\,t^2
+
+        Amplitudes, directions and what is hidden stay as they are, and a path of many contributions
+        holds together for its `coherence_time` only.
+
+        >>> from polychirp.testing.paths import HandPath, paths_of
+        >>> paths_of(HandPath(delay=1e-7, delay_rate=1e-8)).carried(2.0).delay.tolist()
+        [1.2e-07]
+        """
+        bend = 0.5 * self.delay_acceleration * elapsed**2
+        return replace(
+            self,
+            reference_time=self.reference_time + elapsed,
+            delay=self.delay + self.delay_rate * elapsed + bend,
+            delay_rate=self.delay_rate + self.delay_acceleration * elapsed,
+        )
+
     def select(self, which: BoolArray | IntArray) -> PropagationPaths:
         """Some of the paths, by mask or by number, bounces included."""
         chosen = np.arange(self.num_paths)[which]
@@ -149,4 +175,5 @@ class PropagationPaths:
             bounce_kind=self.bounce_kind[bounce],
             bounce_point=self.bounce_point[bounce],
             coherence_time=self.coherence_time[chosen],
+            delay_acceleration=self.delay_acceleration[chosen],
         )

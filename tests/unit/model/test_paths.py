@@ -1,5 +1,7 @@
 """What a path's bounces say of it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -26,6 +28,20 @@ def test_bounces_tell_what_kind_of_path_it_is(bounces, is_direct, is_mirrored):
     paths = paths_of(HandPath(delay=1e-7), HandPath(delay=2e-7, bounces=bounces))
     assert paths.is_direct.tolist() == [True, is_direct]
     assert paths.is_mirrored.tolist() == [False, is_mirrored]
+
+
+def test_paths_carried_there_and_back_are_the_same():
+    paths = replace(
+        paths_of(HandPath(delay=1e-7, delay_rate=-2e-8), reference_time=0.5),
+        delay_acceleration=np.array([3e-7]),
+    )
+    there = paths.carried(4e-3)
+    assert there.reference_time == 0.504
+    assert there.delay[0] == pytest.approx(1e-7 - 8e-11 + 2.4e-12, rel=1e-12, abs=0)
+    assert there.delay_rate[0] == pytest.approx(-2e-8 + 1.2e-9, rel=1e-12, abs=0)
+    back = there.carried(-4e-3)
+    np.testing.assert_allclose(back.delay, paths.delay, rtol=1e-14)
+    np.testing.assert_allclose(back.delay_rate, paths.delay_rate, rtol=1e-14)
 
 
 def test_what_is_known_of_no_group_holds_together_for_ever():
