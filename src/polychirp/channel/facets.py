@@ -107,8 +107,8 @@ def _over_body(
     """Paths over one body, of which those by mirrors may be worth more than is known of a pair."""
     # A radar's own vehicle is within centimetres of the antenna, where neither incident wave
     # nor facets are what physical optics takes them for: that is part of the installation.
-    carriers = world.scene.carriers
-    radars = [r for r in range(len(carriers)) if carriers[r] != world.body[body]]
+    asked = {radar for pair in wanted for radar in pair}
+    radars = [r for r in sorted(asked) if world.scene.carriers[r] != world.body[body]]
     near = [View(world=world, radar=r, body=body) for r in radars]
     direct = [view for view in near if view.distance <= world.max_length]
     mirrored = [
