@@ -7,14 +7,16 @@ from typing import Final
 
 import numpy as np
 
-from polychirp.axes import ComplexArray, FloatArray, IntArray
+from polychirp.axes import ComplexArray, FloatArray
 from polychirp.synthesis.kernels import (
     STEADY,
     TAU,
+    Chirp,
     Lines,
     Pairs,
     Ramps,
     Taps,
+    add_chirp,
     compiled,
     derivative,
     edge_gain,
@@ -236,132 +238,243 @@ def _cubic_gain(
             out[j] += _TO_POWERS[j, i] * value
 
 
-@compiled
-def crossing_sums(  # noqa: PLR0913, PLR0917 -- numba takes tables one by one
-    out: FloatArray, own: Ramps, k: int, sent: Ramps, pairs: Pairs, pair: int, taps: Taps,
-    lines: Lines, low: int, high: int, middle: float, node: FloatArray, centre: float,
-    width: float, terms: IntArray,
-) -> None:  # fmt: skip
-    """Sums over the lines ``low:high`` of their values times polynomials of their beats.
+@inlined
+def _units(cycles: FloatArray, real: FloatArray, imag: FloatArray, count: int) -> None:
+    """Numbers of magnitude 1 with those phases: without branches, so that lanes go together.
 
-    Values are those at the time ``middle`` and, for every time ``middle + node``, what the line's
-    rate adds to the phase beside the beat there. The polynomials are Chebyshev's of the beat's
-    distance from ``centre``, ``width`` Hz at most; there are ``terms`` of them for every power of
-    the detuning from the pair's rate. ``out`` is (term, 2 × channel × node).
+    Sine and cosine of half the angle, which is π/2 at most, by Taylor's series, then doubled.
+    """
+    for c in range(count):
+        x = math.pi * (cycles[c] - ((cycles[c] + _TO_INTEGER) - _TO_INTEGER))
+        y = x * x
+        cosine, sine = _COSINE[_HALVES - 1], _SINE[_HALVES - 1]
+        for i in range(_HALVES - 2, -1, -1):
+            cosine = cosine * y + _COSINE[i]
+            sine = sine * y + _SINE[i]
+        sine *= x
+        real[c] = 1.0 - 2.0 * sine * sine
+        imag[c] = 2.0 * sine * cosine
+
+
+_HALVES: Final = 11
+_TO_INTEGER: Final = 1.5 * 2.0**52
+_COSINE: Final = tuple((-1.0) ** i / math.factorial(2 * i) for i in range(_HALVES))
+_SINE: Final = tuple((-1.0) ** i / math.factorial(2 * i + 1) for i in range(_HALVES))
+
+
+@inlined
+def _fill(
+    term: FloatArray, value: FloatArray, x: FloatArray, z: FloatArray, amplitude: ComplexArray,
+    cycles: FloatArray,
+) -> None:  # fmt: skip
+    """Chebyshev's polynomials of x, ``(term, path)``, and values times powers of z.
+
+    A value is ``amplitude`` turned by ``cycles``; ``value`` is (path, 2 × power), real and
+    imaginary parts in turn.
+    """
+    count = x.size
+    real, imag = np.empty(count), np.empty(count)
+    _units(cycles, real, imag, count)
+    for p in range(count):
+        a = amplitude[p] * complex(real[p], imag[p])
+        for q in range(value.shape[1] // 2):
+            value[p, 2 * q], value[p, 2 * q + 1] = a.real, a.imag
+            a *= z[p]
+    for p in range(count):
+        term[0, p], term[1, p] = 1.0, x[p]
+    for r in range(2, term.shape[0]):
+        for p in range(count):
+            term[r, p] = 2.0 * x[p] * term[r - 1, p] - term[r - 2, p]
+
+
+@compiled
+def crossing_columns(  # noqa: PLR0913, PLR0917 -- numba takes tables one by one
+    term: FloatArray, value: FloatArray, own: Ramps, k: int, sent: Ramps, pairs: Pairs, pair: int,
+    lines: Lines, low: int, middle: float, centre: float, width: float,
+) -> None:  # fmt: skip
+    """What the lines from ``low`` on are at the time ``middle``.
+
+    ``term`` (channel, term, path) are Chebyshev's polynomials of the beat's distance there from
+    ``centre``, in units of ``width``. ``value`` (channel, path, 2 × power) are the lines' values
+    times powers of the distance of their rates from the pair's, in units of the pair's spread.
     """
     i = pairs.sent[k] + pair - pairs.start[k]
     since = own.start[k] - lines.reference_time[lines.chosen[k]]
-    nodes, channels = node.size, lines.element_delay.shape[1]
-    size, reach = out.shape[1], np.abs(node).max()
-    angle, cosine, sine = np.empty(nodes), np.empty(nodes), np.empty(nodes)
-    x, value, before, now = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
-    for p in range(low, high):
-        drift = lines.delay_rate[p]
-        delay = lines.delay[p] + drift * since
-        amplitude = sent_amplitude(sent, i, lines, p)
-        bend = 0.0
-        for m in range(channels):
-            chirp = received(
-                own, k, sent, i, delay + lines.element_delay[p, m], drift, amplitude, 0.0
-            )
-            apart = chirp.rate - pairs.rate[pair]
-            if m == 0:
-                bend = math.pi * apart
-                for q in range(nodes):
-                    angle[q] = -bend * node[q] * node[q]
-                _turn(angle, cosine, sine, abs(bend) * reach * reach)
-            start = chirp.amplitude * unit(phase_of(chirp, middle))
-            place = chirp.beat + chirp.rate * middle - centre
-            for q in range(nodes):
-                c = 2 * (m * nodes + q)
-                value[c] = start.real * cosine[q] - start.imag * sine[q]
-                value[c + 1] = start.real * sine[q] + start.imag * cosine[q]
-                x[c] = x[c + 1] = 2.0 * (place + apart * node[q]) / width
-        row = 0
-        for j in range(terms.size):
-            if j > 0:
-                # the detuning is imaginary
-                detune = bend * taps.half**2
-                for c in range(0, size, 2):
-                    value[c], value[c + 1] = -detune * value[c + 1], detune * value[c]
-            for c in range(size):
-                now[c] = value[c]
-                before[c] = 0.5 * x[c] * value[c]
-            for _ in range(terms[j]):
-                total = out[row]
-                for c in range(size):
-                    total[c] += now[c]
-                    following = x[c] * now[c] - before[c]
-                    before[c] = now[c]
-                    now[c] = following
-                row += 1
+    count = term.shape[2]
+    x, z, cycles = np.empty(count), np.empty(count), np.empty(count)
+    amplitude = np.empty(count, dtype=np.complex128)
+    scale = 1.0 / max(pairs.spread[pair], 1e-300)
+    for m in range(term.shape[0]):
+        for p in range(count):
+            line = low + p
+            drift = lines.delay_rate[line]
+            delay = lines.delay[line] + drift * since + lines.element_delay[line, m]
+            amplitude[p] = sent_amplitude(sent, i, lines, line)
+            chirp = received(own, k, sent, i, delay, drift, amplitude[p], 0.0)
+            cycles[p] = phase_of(chirp, middle)
+            x[p] = (chirp.beat + chirp.rate * middle - centre) / width
+            z[p] = (chirp.rate - pairs.rate[pair]) * scale
+        _fill(term[m], value[m], x, z, amplitude, cycles)
 
 
 @compiled
-def gains(
-    pairs: Pairs, pair: int, taps: Taps, beat: FloatArray, orders: int, only: int
-) -> ComplexArray:
-    """G and its change with the detuning, ``(order, beat)``, for the pair's mean rate.
+def swept(
+    out: ComplexArray, pairs: Pairs, pair: int, taps: Taps, centre: float, off: FloatArray,
+    first: float, step: float, only: int,
+) -> None:  # fmt: skip
+    """G of chirps of the pair's mean rate times their turning, ``(beat, sample)``.
 
-    Near the band it is tabulated; elsewhere it is what the two edges of the filter's window give,
-    and there its change with the rate is below what is left out. ``only`` is the one edge that
-    counts, 1 or −1, and 0 for both.
+    Beats are ``centre + off`` at time 0, the samples' times ``first + n·step``. Near the band G
+    is tabulated; elsewhere it is what the two edges of the filter's window give. ``only`` is the
+    one edge that counts, 1 or −1, and 0 for both.
     """
     rate, half = pairs.rate[pair], taps.half
-    out = np.zeros((orders, beat.size), dtype=np.complex128)
     weight = np.empty(taps.bessel.shape[0], dtype=np.complex128)
-    step = complex(0.0, 1e-3)
     near = pairs.far[pair] + half * abs(rate)
     has_table = pairs.end[pair] > pairs.begin[pair]
-    for n in range(beat.size):
-        f = beat[n]
-        if only == 0 and has_table and abs(f) <= near:
-            out[0, n] = from_table(pairs, pair, f, 0.0j)
-            if orders == 2:
-                ahead = from_table(pairs, pair, f, step) - from_table(pairs, pair, f, -step)
-                out[1, n] = ahead / (2.0 * step)
-        else:
-            for side in (-1, 1):
-                if side == -only:
-                    continue
-                last = 0 if side < 0 else taps.taylor.shape[0] - 1
-                value = edge_gain(taps, last, f - side * rate * half, rate, weight)
-                out[0, n] += side * unit(half * (0.5 * rate * half - side * f)) * value
-    return out
+    bends = np.empty((2, out.shape[1]), dtype=np.complex128)
+    for n in range(out.shape[1]):
+        f = centre + rate * (first + n * step)
+        for s in range(2):
+            bends[s, n] = unit(half * (0.5 * rate * half - (2 * s - 1) * f))
+    for b in range(off.size):
+        turn, turning = unit(off[b] * first), unit(off[b] * step)
+        lean = unit(half * off[b])
+        for n in range(out.shape[1]):
+            f = centre + rate * (first + n * step) + off[b]
+            if only == 0 and has_table and abs(f) <= near:
+                gain = from_table(pairs, pair, f, 0.0j)
+            else:
+                gain = 0.0j
+                if only >= 0:
+                    last = taps.taylor.shape[0] - 1
+                    value = edge_gain(taps, last, f - rate * half, rate, weight)
+                    gain += bends[1, n] * lean.conjugate() * value
+                if only <= 0:
+                    value = edge_gain(taps, 0, f + rate * half, rate, weight)
+                    gain -= bends[0, n] * lean * value
+            out[b, n] = turn * gain
+            turn *= turning
 
 
 @compiled
-def corner_sums(  # noqa: PLR0913, PLR0917 -- numba takes tables one by one
-    out: ComplexArray, own: Ramps, k: int, sent: Ramps, pairs: Pairs, pair: int, taps: Taps,
-    lines: Lines, low: int, high: int, side: int, centre: float, width: float,
+def corner_columns(  # noqa: PLR0913, PLR0917 -- numba takes tables one by one
+    term: FloatArray, value: FloatArray, own: Ramps, k: int, sent: Ramps, i: int, lines: Lines,
+    low: int, side: int, centre: float, width: float, beat: float, beat_width: float,
 ) -> None:  # fmt: skip
-    """Sums over the lines ``low:high`` of their corners' weights times polynomials of the corners.
+    """What the lines from ``low`` on are at their corners.
 
-    Corners are beginnings for side −1, endings for side 1. Weights are those of the impulse
-    response's derivatives, polynomials Chebyshev's of the corner's distance from ``centre``,
-    ``width`` s at most. ``out`` is (channel, order, term).
+    Corners are beginnings for side −1, endings for side 1. ``term`` (channel, term, path) are
+    Chebyshev's polynomials of the corner's distance from ``centre``, in units of ``width``;
+    ``value`` (channel, path, 2 × power) values times powers of the beat's distance there from
+    ``beat``, in units of ``beat_width``.
+    """
+    since = own.start[k] - lines.reference_time[lines.chosen[k]]
+    count = term.shape[2]
+    x, z, cycles = np.empty(count), np.empty(count), np.empty(count)
+    amplitude = np.empty(count, dtype=np.complex128)
+    for m in range(term.shape[0]):
+        for p in range(count):
+            line = low + p
+            drift = lines.delay_rate[line]
+            delay = lines.delay[line] + drift * since + lines.element_delay[line, m]
+            amplitude[p] = sent_amplitude(sent, i, lines, line)
+            chirp = received(own, k, sent, i, delay, drift, amplitude[p], 0.0)
+            corner = chirp.end if side > 0 else chirp.begin
+            cycles[p] = phase_of(chirp, corner)
+            x[p] = (corner - centre) / width
+            z[p] = (chirp.beat + chirp.rate * corner - beat) / beat_width
+        _fill(term[m], value[m], x, z, amplitude, cycles)
+
+
+@compiled
+def cut_sums(  # noqa: PLR0913, PLR0917 -- numba takes tables one by one
+    out: ComplexArray, own: Ramps, k: int, sent: Ramps, i: int, half: float, lines: Lines,
+    low: int, high: int, side: int, time: float, corner_gain: ComplexArray,
+    edge_gain: ComplexArray, scale: FloatArray,
+) -> None:  # fmt: skip
+    """Add to every channel the sample at ``time``, whose window has some of the lines' corners.
+
+    A line gives what is at its corner or at the edge of the window, whichever is further in, and
+    at the other edge. ``corner_gain`` (power, power) is in the beat's and the time's distances
+    from ``scale[0]`` and ``scale[2]`` in units of ``scale[1]`` and ``scale[3]``; ``edge_gain`` in
+    the beat's from ``scale[4]`` in units of ``scale[5]``.
+    """
+    since = own.start[k] - lines.reference_time[lines.chosen[k]]
+    count = high - low
+    x, z, y = np.empty(count), np.empty(count), np.empty(count)
+    here, there, real, imag = np.empty(count), np.empty(count), np.empty(count), np.empty(count)
+    amplitude = np.empty(count, dtype=np.complex128)
+    far = time - side * half
+    for m in range(out.size):
+        for p in range(count):
+            line = low + p
+            drift = lines.delay_rate[line]
+            delay = lines.delay[line] + drift * since + lines.element_delay[line, m]
+            a = -side * sent_amplitude(sent, i, lines, line)
+            chirp = received(own, k, sent, i, delay, drift, a, 0.0)
+            if side > 0:
+                corner = min(chirp.end, time + half)
+                is_met = corner > far
+            else:
+                corner = max(chirp.begin, time - half)
+                is_met = corner < far
+            amplitude[p] = a if is_met else 0.0j
+            here[p], there[p] = phase_of(chirp, corner), phase_of(chirp, far)
+            z[p] = (chirp.beat + chirp.rate * corner - scale[0]) / scale[1]
+            x[p] = (time - corner - scale[2]) / scale[3]
+            y[p] = (chirp.beat + chirp.rate * far - scale[4]) / scale[5]
+        _units(here, real, imag, count)
+        for p in range(count):
+            gain = 0.0j
+            for e in range(corner_gain.shape[0] - 1, -1, -1):
+                inner = corner_gain[e, corner_gain.shape[1] - 1]
+                for q in range(corner_gain.shape[1] - 2, -1, -1):
+                    inner = inner * x[p] + corner_gain[e, q]
+                gain = gain * z[p] + inner
+            out[m] += amplitude[p] * complex(real[p], imag[p]) * gain
+        _units(there, real, imag, count)
+        for p in range(count):
+            gain = edge_gain[edge_gain.size - 1]
+            for e in range(edge_gain.size - 2, -1, -1):
+                gain = gain * y[p] + edge_gain[e]
+            out[m] -= amplitude[p] * complex(real[p], imag[p]) * gain
+
+
+@compiled
+def alike(  # noqa: PLR0913, PLR0917 -- numba takes tables one by one
+    real: FloatArray, imag: FloatArray, own: Ramps, k: int, sent: Ramps, pairs: Pairs, pair: int,
+    taps: Taps, middle: float, beat: FloatArray, rate: FloatArray, first: float, step: float,
+    is_own: tuple[bool, bool],
+) -> None:  # fmt: skip
+    """Samples of lines that have given beats and rates, and no phase, at the time ``middle``.
+
+    ``real`` and ``imag`` are (rate, beat, sample). Which beginning and ending a line has follows
+    from its rate and beat; ``is_own`` tells whether they are those of the victim's ramp.
     """
     i = pairs.sent[k] + pair - pairs.start[k]
-    since = own.start[k] - lines.reference_time[lines.chosen[k]]
-    weight = np.empty(taps.bessel.shape[0], dtype=np.complex128)
-    for p in range(low, high):
-        amplitude = sent_amplitude(sent, i, lines, p)
-        drift = lines.delay_rate[p]
-        delay = lines.delay[p] + drift * since
-        for m in range(out.shape[0]):
-            chirp = received(
-                own, k, sent, i, delay + lines.element_delay[p, m], drift, amplitude, 0.0
-            )
-            corner = chirp.end if side > 0 else chirp.begin
-            count = end_series(taps, chirp.beat + chirp.rate * corner, chirp.rate, weight)
-            value = -side * amplitude * unit(phase_of(chirp, corner))
-            x = 2.0 * (corner - centre) / width
-            for j in range(count):
-                now = value * weight[j]
-                before = 0.5 * x * now
-                for r in range(out.shape[2]):
-                    out[m, j, r] += now
-                    now, before = x * now - before, now
+    f, g = sent.frequency[i], sent.slope[i]
+    for j in range(rate.size):
+        stretched = math.sqrt((own.slope[k] - rate[j]) / g)
+        for b in range(beat.size):
+            start = beat[b] - rate[j] * middle
+            into = (own.frequency[k] - stretched * f - start) / (stretched * g)
+            begin, end = -into / stretched, (sent.duration[i] - into) / stretched
+            turns = middle * (start + 0.5 * rate[j] * middle)
+            chirp = Chirp(
+                1.0 + 0.0j, 0.0, -turns, start, rate[j], 0.0 if is_own[0] else begin,
+                own.duration[k] if is_own[1] else end,
+            )  # fmt: skip
+            add_chirp(real[j, b], imag[j, b], pairs, taps, pair, chirp, first, step)
+
+
+@compiled
+def end_weights(taps: Taps, beat: FloatArray, rate: float) -> ComplexArray:
+    """Weights of h and its derivatives at an end, ``(beat, order)``."""
+    out = np.zeros((beat.size, taps.bessel.shape[0]), dtype=np.complex128)
+    for n in range(beat.size):
+        end_series(taps, beat[n], rate, out[n])
+    return out
 
 
 @compiled

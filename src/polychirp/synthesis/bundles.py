@@ -12,22 +12,25 @@ by its values at a few Chebyshev nodes, which are the weights of as many columns
 (`tones`). Where the beats sweep through the band, G does not change little. There, in zones of few
 samples,
 
-.. math:: e^{j2\pi d t}\, G(\bar f + \bar\mu t + d; \mu) = \sum_r g_r(t)\, T_r(d/w)
+.. math:: e^{j2\pi d t}\, G(\bar f + \bar\mu t + d; \bar\mu) = \sum_r g_r(t)\, T_r(d/w)
 
-in Chebyshev's polynomials of the beat's distance d from the middle beat, plus the same for its
-derivative by the rate: paths are summed before samples are made.
+in Chebyshev's polynomials of the beat's distance d from the middle beat: paths are summed before
+samples are made. A rate that is off the mean by δ is a factor :math:`e^{j\pi\delta t^2}` in front
+of the filter; its powers are second derivatives by d, so that the same :math:`g_r` give them too,
+each with sums of its own, weighted with powers of δ.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from functools import lru_cache
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from polychirp.axes import ComplexArray, FloatArray, IntArray
+from polychirp.axes import ComplexArray, FloatArray
 from polychirp.synthesis.tones import GriddedTones, MakeTones
 
 if TYPE_CHECKING:
@@ -39,6 +42,12 @@ TOLERANCE: Final = 3e-9
 
 MOST_NODES: Final = 24
 """Nodes in time; a pair of ramps that needs more is added path by path."""
+
+MOST_ORDERS: Final = 6
+"""Powers of the rates' distances from their mean."""
+
+PATHS: Final = 1 << 15
+"""Paths times terms of one channel that are held at once."""
 
 MOST_DETUNING: Final = 5e-4
 """π(μ − μ̄)S²/4: half its square, times the taps' fourth moment in units of (S/2)⁴ (1e-2 and less),
@@ -53,7 +62,7 @@ FEWEST: Final = 24
 ZONES: Final = (16, 32, 64, 128, 256)
 """Samples that share an expansion in the beat: the cheapest is taken."""
 
-PER_SAMPLE: Final = (2e-9, 6e-9)
+PER_SAMPLE: Final = (2e-9, 1.2e-8)
 """s per path, channel and sample, path by path: within the band and crossing it (Zen 4)."""
 
 PER_CORNER: Final = 1.5e-6
@@ -73,12 +82,13 @@ def bundled(
     spread = float(tables.pairs.spread[visit.pair])
     if visit.num_lines < FEWEST or math.pi * spread * tables.taps.half**2 > MOST_DETUNING:
         return None
-    part = _in_reach(visit, tables)
+    tuned = tune(visit, tables, (visit.whole.start + visit.whole.stop) // 2)
+    part = _in_reach(visit, tables, tuned)
     count = part.stop - part.start
     if not count:
         return []
-    slow = _slow(visit, tables, part)
-    crossing = _crossing(visit, tables, part)
+    slow = _slow(visit, tables, tuned, part)
+    crossing = _crossing(visit, tables, tuned, part)
     cuts = sum(run.stop > run.start for run in (visit.cut_by_begin, visit.cut_by_end))
     each = PER_SAMPLE[slow.nodes > MOST_NODES] * count + PER_CORNER * cuts
     if visit.num_lines * slow.channels * each < min(slow.cost, crossing.cost):
@@ -99,7 +109,7 @@ class _Slow:
 
     visit: Visit
     tables: Tables
-    tuned: _Tuning
+    tuned: Tuning
     count: int
     channels: int
     nodes: int
@@ -133,16 +143,18 @@ class _Slow:
         return _joined(wave, basis, t.pairs.rate[visit.pair], visit.step)
 
 
-def _slow(visit: Visit, tables: Tables, part: slice) -> _Slow:
+def _slow(visit: Visit, tables: Tables, tuned: Tuning, part: slice) -> _Slow:
     count = part.stop - part.start
-    tuned = tune(visit, tables, part.start + count // 2)
+    middle = part.start + count // 2
+    tuned = tuned.at(visit.first + middle * visit.step)
     time = half_time(count, visit.step)
-    spread = float(tables.pairs.spread[visit.pair])
-    fastest = abs(float(tables.pairs.rate[visit.pair])) + spread
+    fastest = abs(tuned.rate) + tuned.spread
+    turn = TAU * time * (tuned.apart + tables.taps.half * fastest)
     nodes = MOST_NODES + 1
-    if _in_table(tables, visit.pair, abs(tuned.centre) + tuned.width + fastest * time):
-        turn = TAU * time * (tuned.apart + tables.taps.half * fastest)
-        nodes = num_nodes(turn, math.pi * spread * time**2)
+    is_in_table = _in_table(tables, visit.pair, abs(tuned.centre) + tuned.width + fastest * time)
+    if turn < MOST_NODES and is_in_table:
+        tuned = tune(visit, tables, middle)
+        nodes = num_nodes(turn, math.pi * tuned.spread * time**2)
     channels = tables.lines.element_delay.shape[1]
     return _Slow(
         visit=visit, tables=tables, tuned=tuned, count=count, channels=channels, nodes=nodes
@@ -154,7 +166,7 @@ def _slow(visit: Visit, tables: Tables, part: slice) -> _Slow:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Crossing:
-    """Zones of ``zone`` samples, each with ``terms`` in the beat.
+    """Zones of ``zone`` samples, each with ``terms`` in the beat and ``orders`` in the rate.
 
     ``side`` is the edge of the filter's window that is within the chirps, 1 for the upper one, −1
     for the lower; 0 is both.
@@ -162,85 +174,108 @@ class Crossing:
 
     visit: Visit
     tables: Tables
+    tuned: Tuning
     count: int
     zone: int
-    nodes: int
     terms: int
+    orders: int
     side: int = 0
 
     @property
     def cost(self) -> float:
         """S of CPU time, about (measured on Zen 4)."""
+        if self.orders > MOST_ORDERS:
+            return math.inf
         zones = -(-self.count // self.zone)
         channels = self.tables.lines.element_delay.shape[1]
-        per_line: float = 1.5e-9 * self.terms * (channels * self.nodes + 2)
-        per_zone = 2e-4 + self.visit.num_lines * per_line + 1e-7 * self.terms * self.zone
+        per_line = channels * (8e-9 + 2e-10 * self.terms * (1 + self.orders))
+        per_zone = 8e-5 + self.visit.num_lines * per_line + 6e-8 * self.terms * self.zone
         return float(zones * per_zone)
 
     def samples(self, run: slice) -> ComplexArray:
         """Those of one run, ``(channel, sample)``."""
-        from polychirp.synthesis.bundle_kernels import crossing_sums
+        from polychirp.synthesis.bundle_kernels import crossing_columns
 
         visit, t = self.visit, self.tables
         count = run.stop - run.start
-        channels = t.lines.element_delay.shape[1]
-        tuned = tune(visit, t, run.start + count // 2)
-        time = half_time(count, visit.step)
-        tuned.width += float(t.pairs.spread[visit.pair]) * time
-        node, basis = _time_basis(count, self.nodes, visit.step)
-        terms, gain = self._gain(tuned, count)
-        sums = np.zeros((gain.shape[1], 2 * channels * self.nodes))
-        crossing_sums(
-            sums, t.own, visit.ramp, t.sent, t.pairs, visit.pair, t.taps, t.lines, visit.low,
-            visit.high, tuned.middle, node, tuned.centre, tuned.width, terms,
-        )  # fmt: skip
-        wave = (gain @ sums.view(np.complex128)).reshape(count, channels, self.nodes)
+        tuned = self.tuned.at(visit.first + (run.start + count // 2) * visit.step)
         time = (np.arange(count) - count // 2) * visit.step
-        wave *= np.exp(2j * np.pi * tuned.centre * time)[:, None, None]
-        return _joined(wave, basis, t.pairs.rate[visit.pair], visit.step)
+        # in a narrower range, derivatives by the beat would lose digits
+        reach = t.taps.half + half_time(count, visit.step)
+        tuned.width = max(tuned.width, 1.0 / (TAU * reach))
+        terms = self._terms(tuned, time)
+        columns = partial(
+            crossing_columns, own=t.own, k=visit.ramp, sent=t.sent, pairs=t.pairs,
+            pair=visit.pair, lines=t.lines, middle=tuned.middle, centre=tuned.centre,
+            width=tuned.width,
+        )  # fmt: skip
+        sums = sums_of(visit, t, columns, len(terms[0]), len(terms))
+        wave = sum(sums[:, : len(term), q] @ term for q, term in enumerate(terms))
+        turns = (tuned.centre + 0.5 * tuned.rate * time) * time
+        return np.asarray(wave * np.exp(2j * np.pi * turns))
 
-    def _gain(self, tuned: _Tuning, count: int) -> tuple[IntArray, ComplexArray]:
-        """Numbers of terms by power of the detuning, and the terms at every sample.
+    def _terms(self, tuned: Tuning, time: FloatArray) -> list[ComplexArray]:
+        """For every power of the rate's distance, the terms at every sample, ``(term, sample)``.
 
-        The gain is tabulated together with the turning of a beat that is off the middle one.
+        Those of the power 0 are the gain, tabulated together with the turning of a beat that is
+        off the middle one. A rate that is off by δ is a factor exp(jπδt²) before the filter, and
+        t² is a second derivative by the beat.
         """
-        from polychirp.synthesis.bundle_kernels import gains
+        from polychirp.synthesis.bundle_kernels import swept
 
         t, pair = self.tables, self.visit.pair
-        most = _num_terms(t.taps.half + half_time(count, self.visit.step), tuned.width)
+        most = num_terms(t.taps.half + float(np.abs(time).max()), tuned.width)
         node, to_terms = cosines(most)
-        time = ((np.arange(count) - count // 2) * self.visit.step)[:, None]
-        off = tuned.width * node
-        beat = tuned.centre + t.pairs.rate[pair] * time + off
-        detuning = math.pi * float(t.pairs.spread[pair]) * t.taps.half**2
-        values = gains(t.pairs, pair, t.taps, beat.ravel(), 2, self.side).reshape(2, count, most)
-        term = (values * np.exp(2j * np.pi * off * time)) @ to_terms.T
-        size = np.abs(term).max(axis=1) * np.array([[1.0], [detuning]])
-        beyond = np.cumsum(size[:, ::-1], axis=1)[:, ::-1]
-        enough = max(TOLERANCE * float(size.max()), 0.05 * self.visit.limit)
-        kept = np.maximum(np.count_nonzero(beyond > enough, axis=1), [1, 0])
-        chosen = [term[j, :, : kept[j]] for j in range(2)]
-        return kept[kept > 0].astype(np.int64), np.concatenate(chosen, axis=1)
+        gain = np.empty((most, time.size), dtype=np.complex128)
+        swept(
+            gain, t.pairs, pair, t.taps, tuned.centre, tuned.width * node, time[0],
+            self.visit.step, self.side,
+        )  # fmt: skip
+        term = (to_terms @ gain.view(np.float64)).view(np.complex128)
+        enough = max(TOLERANCE * float(np.abs(term).max()), 0.05 * self.visit.limit)
+        per_order = -1j * float(t.pairs.spread[pair]) / (2.0 * TAU * tuned.width**2)
+        found: list[ComplexArray] = []
+        while True:
+            beyond = np.cumsum(np.abs(term).max(axis=1)[::-1])[::-1]
+            kept = max(int(np.count_nonzero(beyond > enough)), 2 if not found else 0)
+            if not kept:
+                return found
+            found.append(term[:kept])
+            bent = (_second_derivative(most) @ term.view(np.float64)).view(np.complex128)
+            term = bent * (per_order / len(found))
 
 
-def _crossing(visit: Visit, tables: Tables, part: slice) -> Crossing:
+def _crossing(visit: Visit, tables: Tables, tuned: Tuning, part: slice) -> Crossing:
     """The zones that cost least."""
-    width = tune(visit, tables, (part.start + part.stop) // 2).width
-    spread = float(tables.pairs.spread[visit.pair])
     choices = []
-    for zone in ZONES:
-        time = half_time(zone, visit.step)
+    for zone in sorted({min(zone, part.stop - part.start) for zone in ZONES}):
+        time = tables.taps.half + half_time(zone, visit.step)
+        width = tuned.at(visit.first + part.start * visit.step).width
         choices.append(
             Crossing(
                 visit=visit,
                 tables=tables,
+                tuned=tuned,
                 count=part.stop - part.start,
                 zone=zone,
-                nodes=num_nodes(0.0, math.pi * spread * time**2),
-                terms=_num_terms(tables.taps.half + time, width + spread * time),
+                terms=num_terms(time, width),
+                orders=num_orders(math.pi * float(tables.pairs.spread[visit.pair]) * time**2),
             )
         )
     return min(choices, key=lambda choice: choice.cost)
+
+
+def num_orders(bend: float) -> int:
+    """Orders for exp(ju), |u| up to ``bend``: the first one left out is below `TOLERANCE`.
+
+    >>> num_orders(0.0), num_orders(1e-3)
+    (1, 3)
+    """
+    order, size = 1, bend
+    while size > TOLERANCE and order <= MOST_ORDERS:
+        order += 1
+        size *= bend / order
+    return order
 
 
 # ── what both have in common ──────────────────────────────────────────────────────────────────
@@ -254,16 +289,37 @@ def _joined(wave: ComplexArray, basis: FloatArray, rate: float, step: float) -> 
     return np.asarray(y * np.exp(1j * np.pi * rate * time**2))
 
 
+def sums_of(
+    visit: Visit, tables: Tables, columns: Callable[..., None], terms: int, powers: int
+) -> ComplexArray:
+    """Sums over the visit's lines of terms times values, ``(channel, term, power)``.
+
+    ``columns`` fills in ``term`` (channel, term, path) and ``value`` (channel, path, 2 × power) of
+    the lines from ``low`` on.
+    """
+    channels = tables.lines.element_delay.shape[1]
+    total = np.zeros((channels, terms, 2 * powers))
+    block = max(64, PATHS // terms)
+    for low in range(visit.low, visit.high, block):
+        count = min(block, visit.high - low)
+        term = np.empty((channels, terms, count))
+        value = np.empty((channels, count, 2 * powers))
+        columns(term=term, value=value, low=low)
+        total += term @ value
+    return total.view(np.complex128)
+
+
 def half_time(count: int, step: float) -> float:
     """S, that ``count`` samples reach to each side of their middle, and a little more."""
     return 0.5 * (count + 1) * step
 
 
 @dataclass(slots=True, kw_only=True, eq=False)
-class _Tuning:
+class Tuning:
     """Beats at the time ``middle``: of every line, and Hz around their middle.
 
-    ``apart`` is the most that a channel's differs from its line's.
+    ``apart`` is the most that a channel's differs from its line's; ``rate`` and ``spread`` are
+    those of the pair.
     """
 
     middle: float
@@ -271,9 +327,21 @@ class _Tuning:
     centre: float
     width: float
     apart: float
+    rate: float
+    spread: float
+
+    def at(self, time: float) -> Tuning:
+        """At another time, with the lines' frequencies as they are."""
+        later = time - self.middle
+        return replace(
+            self,
+            middle=time,
+            centre=self.centre + self.rate * later,
+            width=self.width + self.spread * abs(later),
+        )
 
 
-def tune(visit: Visit, tables: Tables, sample: int) -> _Tuning:
+def tune(visit: Visit, tables: Tables, sample: int) -> Tuning:
     """Beats of the visit's lines at one sample of its row."""
     from polychirp.synthesis.bundle_kernels import tune
 
@@ -283,22 +351,21 @@ def tune(visit: Visit, tables: Tables, sample: int) -> _Tuning:
         tables.own, visit.ramp, tables.sent, visit.sent, tables.lines, visit.low, visit.high,
         middle, frequency,
     ).tolist()  # fmt: skip
-    return _Tuning(
+    return Tuning(
         middle=middle,
         frequency=frequency,
         centre=0.5 * (least + greatest),
         width=max(0.5 * (greatest - least), 1e-3),
         apart=apart,
+        rate=float(tables.pairs.rate[visit.pair]),
+        spread=float(tables.pairs.spread[visit.pair]),
     )
 
 
-def _in_reach(visit: Visit, tables: Tables) -> slice:
+def _in_reach(visit: Visit, tables: Tables, tuned: Tuning) -> slice:
     """Samples at which the gain of some line may be above the limit, counted in the row."""
-    count = visit.whole.stop - visit.whole.start
-    tuned = tune(visit, tables, visit.whole.start + count // 2)
-    rate, spread = tables.pairs.rate[visit.pair], tables.pairs.spread[visit.pair]
-    time = (np.arange(count) - count // 2) * visit.step
-    far = np.abs(tuned.centre + rate * time) - tuned.width - spread * np.abs(time)
+    time = visit.first - tuned.middle + visit.step * np.arange(visit.whole.start, visit.whole.stop)
+    far = np.abs(tuned.centre + tuned.rate * time) - tuned.width - tuned.spread * np.abs(time)
     near = np.flatnonzero(far <= _reach(tables, visit.pair, visit.limit))
     if not near.size:
         return slice(0, 0)
@@ -331,6 +398,13 @@ def cosines(count: int) -> tuple[FloatArray, FloatArray]:
     return np.cos(angle), to_terms
 
 
+@lru_cache(maxsize=64)
+def _second_derivative(count: int) -> FloatArray:
+    """Chebyshev's coefficients of the second derivative from those of a polynomial."""
+    return np.vstack([np.polynomial.chebyshev.chebder(np.eye(count), 2), np.zeros((2, count))])
+
+
+@lru_cache(maxsize=256)
 def num_nodes(turn: float, bend: float) -> int:
     """Nodes for exp(j(a u + b u²)) over |u| ≤ 1: what is beyond them is below `TOLERANCE`.
 
@@ -343,7 +417,7 @@ def num_nodes(turn: float, bend: float) -> int:
     return max(2, int(np.count_nonzero(beyond > 0.5 * TOLERANCE)))
 
 
-def _num_terms(half: float, width: float) -> int:
+def num_terms(half: float, width: float) -> int:
     """Terms for what turns by ``half`` s times the beat, within ``width`` Hz."""
     return math.ceil(TAU * half * width) + 16
 

@@ -18,11 +18,14 @@ from typing import Annotated, Final
 import numpy as np
 
 from polychirp.axes import Axes, ComplexArray, FloatArray, seal
-from polychirp.model.if_filter import IfFilter, gauss_panels
+from polychirp.model.if_filter import IfFilter
 from polychirp.synthesis.tones import GriddedTones
 
 OVERSAMPLING: Final = 16
 """Entries of a response's table per 1/S of frequency."""
+
+STRIDE: Final = 128
+"""Entries of a table are a multiple of this, four less: tables of one size share much."""
 
 NUM_TERMS: Final = 6
 """Terms of the end-point series."""
@@ -73,32 +76,48 @@ def response_table(
 ) -> ResponseTable:
     """The table of one chirp rate for beats of up to ``highest`` Hz in magnitude."""
     step = step_of(if_filter)
-    entry = np.arange(-4, math.ceil(highest / step) + 6)
-    s, weighted = _weighted_taps(if_filter, highest + 0.5 * abs(rate) * if_filter.support)
-    chirp = weighted * np.exp(1j * np.pi * rate * s**2)
-    order = np.arange(num_orders)
-    factor = np.array([math.factorial(j) for j in order])
-    integrand = chirp[:, None] * (2.0 * s[:, None] / if_filter.support) ** (2 * order) / factor
+    last = STRIDE * math.ceil((highest / step + 6.0) / STRIDE)
+    s, weighted = _weighted_taps(
+        if_filter, last * step + 0.5 * abs(rate) * if_filter.support, num_orders
+    )
     # the sum of tones counts its samples from the middle one
-    middle = entry[entry.size // 2] * step
-    tones = GriddedTones(entry.size, num_orders, density=2.0)
-    tones.add(-s * step, integrand * np.exp(-2j * np.pi * middle * s[:, None]))
+    middle = (last + 4) // 2 - 4
+    tones = GriddedTones(last + 4, num_orders, density=2.0)
+    turns = s * (0.5 * rate * s - middle * step)
+    tones.add(-s * step, weighted * np.exp(2j * np.pi * turns)[:, None])
     moment = tones.sums()
     envelope = np.maximum.accumulate(np.abs(moment[::-1, 0]))[::-1]
     return ResponseTable(rate=rate, moment=moment, envelope=envelope)
 
 
-def _weighted_taps(if_filter: IfFilter, fastest: float) -> tuple[FloatArray, FloatArray]:
-    """Nodes in time, and h there with the weights of an integral of what beats to ``fastest``."""
-    panels = math.ceil(0.5 * if_filter.support * (fastest + if_filter.stopband))
-    return _panelled_taps(if_filter, 32 * (panels // 32 + 1))
+def _weighted_taps(
+    if_filter: IfFilter, fastest: float, num_orders: int
+) -> tuple[FloatArray, FloatArray]:
+    """Nodes in time, and what stands there in an integral of what beats to ``fastest``.
+
+    ``(node, order)``: h times powers of time, over order!, and the weights.
+    """
+    panels = math.ceil(if_filter.support * (fastest + if_filter.stopband) / _CYCLES)
+    return _panelled_taps(if_filter, 4 * (panels // 4 + 1), num_orders)
 
 
-@lru_cache(maxsize=32)
-def _panelled_taps(if_filter: IfFilter, panels: int) -> tuple[FloatArray, FloatArray]:
-    nodes, weights = gauss_panels(panels)
+_NODES: Final = 64
+_CYCLES: Final = 20.0
+"""That so many nodes in a panel integrate to rounding."""
+
+
+@lru_cache(maxsize=64)
+def _panelled_taps(
+    if_filter: IfFilter, panels: int, num_orders: int
+) -> tuple[FloatArray, FloatArray]:
+    inner, weight = np.polynomial.legendre.leggauss(_NODES)
+    centre = (2.0 * np.arange(panels) + 1.0) / panels - 1.0
+    nodes = (centre[:, None] + inner / panels).ravel()
     time = 0.5 * if_filter.support * nodes
-    return time, 0.5 * if_filter.support * weights * if_filter.impulse_response(time)
+    values = np.tile(0.5 * if_filter.support / panels * weight, panels)
+    values *= if_filter.impulse_response(time)
+    factor = np.array([math.factorial(j) for j in range(num_orders)])
+    return time, values[:, None] * nodes[:, None] ** (2 * np.arange(num_orders)) / factor
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -147,10 +166,10 @@ def bessel_coefficients(num_terms: int) -> FloatArray:
 
 
 def num_orders(if_filter: IfFilter, spread: float) -> int:
-    """Orders by which rates within ``spread`` Hz/s of the table's are right to 1e-11."""
+    """Orders by which rates within ``spread`` Hz/s of the table's are right to 1e-9."""
     turn = math.pi * spread * (0.5 * if_filter.support) ** 2
     order, term = 1, turn
-    while term > 1e-11 and order < 12:
+    while term > 1e-9 and order < 12:
         order += 1
         term *= turn / order
     return order

@@ -233,25 +233,29 @@ def from_table(pairs: Pairs, pair: int, beat: float, detune: complex) -> complex
     node = int(place)
     x = place - node
     low = pairs.begin[pair] + node + 1  # tables begin four entries below zero
-    orders = pairs.moment.shape[1]
-    below = np.empty(8)
-    running = 1.0
-    for i in range(8):
-        below[i] = running
-        running *= x + 3.0 - i
+    d0, d1, d2, d3 = x + 3.0, x + 2.0, x + 1.0, x
+    d4, d5, d6, d7 = x - 1.0, x - 2.0, x - 3.0, x - 4.0
+    lower, upper = d0 * d1 * d2 * d3, d4 * d5 * d6 * d7
+    left, right = d0 * d1 * upper, d6 * d7 * lower
+    inner_left, inner_right = d2 * d3 * upper, d4 * d5 * lower
+    w0, w1 = _LAGRANGE[0] * (d1 * inner_left), _LAGRANGE[1] * (d0 * inner_left)
+    w2, w3 = _LAGRANGE[2] * (d3 * left), _LAGRANGE[3] * (d2 * left)
+    w4, w5 = _LAGRANGE[4] * (d5 * right), _LAGRANGE[5] * (d4 * right)
+    w6, w7 = _LAGRANGE[6] * (d7 * inner_right), _LAGRANGE[7] * (d6 * inner_right)
     total = 0.0j
-    running = 1.0
-    for i in range(7, -1, -1):
-        entry = pairs.moment[low + i, orders - 1]
-        for j in range(orders - 2, -1, -1):
-            entry = entry * detune + pairs.moment[low + i, j]
-        total += below[i] * running * _LAGRANGE[i] * entry
-        running *= x + 3.0 - i
+    for j in range(pairs.moment.shape[1] - 1, -1, -1):
+        total = (
+            total * detune
+            + (w0 * pairs.moment[low, j] + w1 * pairs.moment[low + 1, j])
+            + (w2 * pairs.moment[low + 2, j] + w3 * pairs.moment[low + 3, j])
+            + (w4 * pairs.moment[low + 4, j] + w5 * pairs.moment[low + 5, j])
+            + (w6 * pairs.moment[low + 6, j] + w7 * pairs.moment[low + 7, j])
+        )
     return total
 
 
-_LAGRANGE: Final = np.array(
-    [(-1.0) ** (7 - i) / (math.factorial(i) * math.factorial(7 - i)) for i in range(8)]
+_LAGRANGE: Final = tuple(
+    (-1.0) ** (7 - i) / (math.factorial(i) * math.factorial(7 - i)) for i in range(8)
 )
 
 
@@ -553,7 +557,7 @@ def _behind(time: float, first: float, step: float, count: int) -> int:
 
 
 @compiled
-def _add_chirp(
+def add_chirp(
     real: FloatArray,
     imag: FloatArray,
     pairs: Pairs,
@@ -718,4 +722,4 @@ def add_contribution(
                 if chirp.end > chirp.begin:
                     row_real = real[lines.part[p], m, r, begin:end]
                     row_imag = imag[lines.part[p], m, r, begin:end]
-                    _add_chirp(row_real, row_imag, pairs, taps, pair, chirp, start, window.step)
+                    add_chirp(row_real, row_imag, pairs, taps, pair, chirp, start, window.step)

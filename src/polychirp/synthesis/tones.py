@@ -85,7 +85,7 @@ class GriddedTones:
         size, middle = len(self.grid), self.count // 2
         wave = ifft(self.grid, axis=0, norm="forward", workers=1)
         out = np.concatenate([wave[size - middle :], wave[: self.count - middle]])
-        out *= 1.0 / _window_spectrum((np.arange(self.count) - middle) / size, self.beta)[:, None]
+        out *= _correction(self.count, size, self.beta)[:, None]
         return out
 
 
@@ -173,6 +173,12 @@ def _window_polynomials(beta: float) -> FloatArray:
     inside = np.maximum(1.0 - (2.0 * off / WIDTH) ** 2, 0.0)
     values = np.i0(beta * np.sqrt(inside)) / np.i0(beta)
     return np.ascontiguousarray(np.linalg.solve(place[:, None] ** np.arange(DEGREE + 1), values))
+
+
+@lru_cache(maxsize=128)
+def _correction(count: int, size: int, beta: float) -> FloatArray:
+    """What takes the window off every sample again."""
+    return 1.0 / _window_spectrum((np.arange(count) - count // 2) / size, beta)
 
 
 def _window_spectrum(frequency: FloatArray, beta: float) -> FloatArray:
