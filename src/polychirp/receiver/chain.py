@@ -23,7 +23,8 @@ from polychirp.receiver.joint import (
     noise_depletion,
     spectrum_size,
 )
-from polychirp.receiver.mitigation.blanking import Blanking
+from polychirp.receiver.mitigation import AnyMitigation
+from polychirp.receiver.mitigation.base import mitigated
 from polychirp.receiver.point import (
     beat_errors,
     beat_frequency,
@@ -44,7 +45,7 @@ to 1; what passes within a few metres at high speed may not, and is then not cla
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Receiver(Spec):
-    """The chain: blanking (if any), beams, spectra, range-rate map, CFAR, cancellation, angle.
+    """The chain: mitigation (if any), beams, spectra, range-rate map, CFAR, cancellation, angle.
 
     Points are found strongest first. Each one is refined, its amplitude on every ramp and channel
     taken out of the samples, and the map drawn anew, until nothing crosses the threshold: so a
@@ -61,7 +62,7 @@ class Receiver(Spec):
     most_detections : stop when there are so many
     """
 
-    mitigation: Blanking | None = None
+    mitigation: AnyMitigation | None = None
     false_alarm_probability: float = 1e-6
     dynamic_range: Ratio = from_db(40.0)
     least_range: Metres = 0.5
@@ -94,9 +95,10 @@ class _Search:
 
     def __init__(self, receiver: Receiver, frame: IfFrame) -> None:
         self.receiver = receiver
-        self.frame = frame
-        self.weight = hann_weights(present_samples(receiver, frame))
-        self.residual = frame.samples * (self.weight > 0)
+        heard = mitigated(receiver.mitigation, frame)
+        self.frame = frame.with_samples(heard.samples)
+        self.weight = hann_weights(heard.weight)
+        self.residual = heard.samples * (self.weight > 0)
         self.time = float(frame.schedule.start_time[0])
         self.frequency = float(np.mean(frame.schedule.centre_frequency))
         self.size = spectrum_size(frame.times)
@@ -255,14 +257,6 @@ class _Search:
             power=power[kept],
             snr=np.exp(self.excess()[kept]),
         )
-
-
-def present_samples(receiver: Receiver, frame: IfFrame) -> BoolArray:
-    """Samples that say something, ``(ramp, fast)``: neither padding nor blanked."""
-    present = frame.times.is_sample
-    if receiver.mitigation is None:
-        return present
-    return np.asarray(present & ~receiver.mitigation.hit(frame))
 
 
 def search_grid(receiver: Receiver, frame: IfFrame, time: float) -> Grid:

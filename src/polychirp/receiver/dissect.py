@@ -11,9 +11,10 @@ from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import PARTS, IfFrame, IfParts
 from polychirp.receiver.beamform import beamform, orthogonal_sines, steering
-from polychirp.receiver.chain import Receiver, present_samples, search_grid
+from polychirp.receiver.chain import Receiver, search_grid
 from polychirp.receiver.joint import log_range_rate_map, log_spectra, spectrum_size
-from polychirp.receiver.point import beat_phase, fit_amplitudes, hann_weights
+from polychirp.receiver.mitigation.base import mitigated
+from polychirp.receiver.point import beat_phase, hann_weights, matched_amplitudes
 
 
 def part_powers(
@@ -21,27 +22,37 @@ def part_powers(
 ) -> FloatArray:
     r"""Power that each part puts into each detection, W, ``(detection, part)`` as in `PARTS`.
 
-    The part is blanked where the whole was, steered to the detection's azimuth and matched to a
-    point of its range and rate on every ramp; the geometric mean over ramps is taken, as the
-    detector does. A part that beats like the detection on all ramps *is* the detection. One that
-    the frame does not have puts in nothing.
+    The geometric mean over ramps of `part_amplitudes`, as the detector takes it. A part that beats
+    like the detection on all ramps *is* the detection. One that the frame does not have puts in
+    nothing.
     """
-    present = present_samples(receiver, frame)
-    weight = hann_weights(present)
+    amplitude = part_amplitudes(receiver, frame, parts, detections)
+    power = np.maximum(np.abs(amplitude) ** 2, 1e-300)
+    out = np.zeros((detections.num_detections, len(PARTS)))
+    out[:, [PARTS.index(part) for part in parts.names]] = np.exp(np.mean(np.log(power), axis=2))
+    return out
+
+
+def part_amplitudes(
+    receiver: Receiver, frame: IfFrame, parts: IfParts, detections: Detections
+) -> ComplexArray:
+    """Amplitude of each part at each detection: V, ``(detection, part, ramp)`` as in the parts.
+
+    The part goes through what mitigation did to the whole, is steered to the detection's azimuth
+    and matched to a point of its range and rate on every ramp. These steps are linear, so parts
+    add up to what the receiver finds there.
+    """
+    heard = mitigated(receiver.mitigation, frame)
+    weight = hann_weights(heard.weight)
     motion = np.stack(
         [detections.range, detections.range_rate, np.zeros(detections.num_detections)], axis=-1
     )
     phases = beat_phase(frame.schedule, frame.times, motion=motion, time=detections.time)
     weights = _steering(frame, np.sin(detections.azimuth))
-    out = np.zeros((detections.num_detections, len(PARTS)))
-    column = [PARTS.index(part) for part in parts.names]
-    stacked = (parts.samples * present).reshape(-1, *present.shape)  # parts and channels
-    for n in range(detections.num_detections):
-        amplitude, _ = fit_amplitudes(stacked, weight, phases[n : n + 1], frame.times.rate)
-        by_part = amplitude[0].reshape(len(column), -1, frame.schedule.num_ramps)
-        power = np.abs(np.einsum("c,pck->pk", weights[n], by_part)) ** 2
-        out[n, column] = np.exp(np.mean(np.log(np.maximum(power, 1e-300)), axis=1))
-    return out
+    stacked = heard.repair(parts.samples).reshape(-1, *weight.shape)  # parts and channels
+    amplitude = matched_amplitudes(stacked, weight, phases, frame.times.rate)
+    by_part = amplitude.reshape(len(motion), *parts.samples.shape[:3])
+    return np.asarray(np.einsum("nc,npck->npk", weights, by_part))
 
 
 def floor_rise(receiver: Receiver, frame: IfFrame, parts: IfParts) -> float:
@@ -49,11 +60,11 @@ def floor_rise(receiver: Receiver, frame: IfFrame, parts: IfParts) -> float:
 
     Floor: median over the range cells up to the receiver's greatest range of the spectrum's mean
     power over beams and ramps; a ghost fills few cells and does not count. Compared are
-    interference, leakage, distortion and noise together with noise alone, all blanked where the
-    whole was.
+    interference, leakage, distortion and noise together with noise alone, after what mitigation
+    did to the whole.
     """
-    present = present_samples(receiver, frame)
-    weight = hann_weights(present)
+    heard = mitigated(receiver.mitigation, frame)
+    weight = hann_weights(heard.weight)
     size = spectrum_size(frame.times)
     farthest = 2.0 * np.abs(frame.schedule.slope) * receiver.greatest_range / SPEED_OF_LIGHT
     frequency = np.fft.fftfreq(size, 1.0 / frame.times.rate)
@@ -66,7 +77,7 @@ def floor_rise(receiver: Receiver, frame: IfFrame, parts: IfParts) -> float:
         return float(np.mean(medians))
 
     disturbance = parts.total("direct", "indirect", "leakage", "distortion", "noise")
-    return floor(disturbance) / floor(parts.noise)
+    return floor(heard.repair(disturbance)) / floor(heard.repair(parts.noise))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -88,14 +99,14 @@ class RangeResponse:
 
 def range_response(receiver: Receiver, frame: IfFrame, parts: IfParts) -> RangeResponse:
     """Power over range after all ramps are brought together, as the detector sees it."""
-    present = present_samples(receiver, frame)
-    weight = hann_weights(present)
+    heard = mitigated(receiver.mitigation, frame)
+    weight = hann_weights(heard.weight)
     grid = search_grid(receiver, frame, float(frame.schedule.start_time[0]))
     size = spectrum_size(frame.times)
     beams = _steering(frame, orthogonal_sines(frame.array.num_channels))
 
     def along_range(samples: ComplexArray) -> FloatArray:
-        logs = log_spectra(beamform(samples * present, beams), weight, size)
+        logs = log_spectra(beamform(samples, beams), weight, size)
         statistic = log_range_rate_map(logs, frame.schedule, frame.times, grid)
         return np.asarray(np.exp(statistic.max(axis=(0, 1))))
 
@@ -105,8 +116,8 @@ def range_response(receiver: Receiver, frame: IfFrame, parts: IfParts) -> RangeR
     )
     return RangeResponse(
         range=grid.range,
-        power=along_range(frame.samples) / gain,
-        noise=float(np.mean(along_range(parts.noise))) / gain,
+        power=along_range(heard.samples) / gain,
+        noise=float(np.mean(along_range(heard.repair(parts.noise)))) / gain,
     )
 
 

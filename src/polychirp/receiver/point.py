@@ -90,12 +90,12 @@ def beat_sensitivity(schedule: RampSchedule, times: SampleTimes, time: float) ->
     )
 
 
-def hann_weights(present: BoolArray) -> FloatArray:
-    """Hann's window over every ramp, ``(ramp, fast)``, zero where no sample is present."""
-    length = np.max(np.where(present, np.arange(present.shape[1]) + 1, 0), axis=1)
+def hann_weights(present: BoolArray | FloatArray) -> FloatArray:
+    """Hann's window over every ramp, ``(ramp, fast)``, times how present each sample is, 0 … 1."""
+    length = np.max(np.where(present > 0, np.arange(present.shape[1]) + 1, 0), axis=1)
     n = np.arange(present.shape[1])
     window = np.sin(np.pi * (n + 0.5) / np.maximum(length, 1)[:, None]) ** 2
-    return np.where(present, window, 0.0)
+    return np.asarray(window * present)
 
 
 def fit_amplitudes(

@@ -36,7 +36,8 @@ from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame, IfParts
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.angle import root_music
-from polychirp.receiver.chain import Receiver, present_samples
+from polychirp.receiver.chain import Receiver
+from polychirp.receiver.mitigation.base import mitigated
 from polychirp.receiver.point import beat_phase, fit_amplitudes, hann_weights
 
 
@@ -120,10 +121,10 @@ def bearings_in_motion(receiver: Receiver, frame: IfFrame, detections: Detection
     array, order = _virtual_line(frame.array, frame.schedule.num_elements)
     blocks = code_blocks(frame.schedule)
     motion = np.stack([detections.range, detections.range_rate, 0.0 * detections.range], axis=-1)
-    weight = hann_weights(present_samples(receiver, frame))
+    heard = mitigated(receiver.mitigation, frame)
+    weight = hann_weights(heard.weight)
     phases = beat_phase(frame.schedule, frame.times, motion=motion, time=detections.time)
-    present = frame.samples * (weight > 0)
-    amplitude, _ = fit_amplitudes(present, weight, phases, frame.times.rate)
+    amplitude, _ = fit_amplitudes(heard.samples, weight, phases, frame.times.rate)
     apart = np.einsum("kl,pcbkr->plcbr", blocks.weight, amplitude[:, :, blocks.ramps])
     snapshots = apart.reshape(len(motion), order.size, blocks.ramps[:, 0].size)[:, order]
     frequency = float(np.mean(frame.schedule.centre_frequency))

@@ -4,8 +4,9 @@ A page is a Markdown file. Lines between the marks ``<!-- generated: NAME -->`` 
 ``<!-- end of NAME -->`` are replaced by `write_pages`; all others are kept, so that what a table
 means can be written beside it. ``comparisons`` are the page's rows of ``comparisons.json``, which
 ``./run validation`` records; ``index`` lists the pages; the blocks of
-`polychirp.testing.material_tables` follow the table of materials, `mechanisms` and `impairments`
-the records that `polychirp.testing.mechanism_table` and `impairment_table` make.
+`polychirp.testing.material_tables` follow the table of materials, `mechanisms`, `impairments` and
+`mitigations` the records that `polychirp.testing.mechanism_table`, `impairment_table` and
+`mitigation_table` make.
 
 ``python -m polychirp.testing.validation_pages docs/validation`` writes all pages.
 """
@@ -26,6 +27,8 @@ from polychirp.testing.markdown import table
 from polychirp.testing.material_tables import paper_materials, sensitivity
 from polychirp.testing.mechanism_table import RECORD as MECHANISMS
 from polychirp.testing.mechanism_table import mechanism_table
+from polychirp.testing.mitigation_table import RECORD as MITIGATIONS
+from polychirp.testing.mitigation_table import mitigation_table
 from polychirp.testing.validation import Comparison, read_comparisons
 
 RECORD: Final = "comparisons.json"
@@ -151,6 +154,8 @@ def rendered(folder: Path) -> dict[str, str]:
         common["mechanisms"] = mechanism_table(folder)
     if (folder / IMPAIRMENTS).exists():
         common["impairments"] = impairment_table(folder)
+    if (folder / MITIGATIONS).exists():
+        common["mitigations"] = mitigation_table(folder)
     pages = {}
     for name, text in texts.items():
         mine = [row for row in rows if row.page == Path(name).stem]

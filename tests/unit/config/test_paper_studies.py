@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from polychirp.config.load import load_study
+from polychirp.receiver.mitigation import Autoregression, Blanking, Imat, StftExcision
 from polychirp.study.paper import paper_study
 
 FOLDER = Path(__file__).parents[3] / "studies" / "paper"
@@ -36,3 +37,21 @@ def test_a_comment_of_a_file_says_what_works():
     assert study.victims == ("vehicle-2",)
     assert {radar.waveform.kind for radar in study.radars} == {"diverse-triangular"}
     assert study.receiver.mitigation is not None
+
+
+@pytest.mark.parametrize(
+    ("table", "method"),
+    [
+        ('{kind="blanking", taper="8 us"}', Blanking(taper=8e-6)),
+        (
+            '{kind="autoregression", order=32, longest_gap=0.5}',
+            Autoregression(order=32, longest_gap=0.5),
+        ),
+        ('{kind="imat", depth="40 dB"}', Imat(depth=1e4)),
+        ('{kind="stft-excision", cells="levelled"}', StftExcision(cells="levelled")),
+    ],
+)
+def test_a_study_chooses_its_mitigation_by_kind(table, method):
+    path = FOLDER / "fig11-direct.toml"
+    study = load_study(path, overrides=[f"receiver.mitigation={table}"])
+    assert study.receiver.mitigation == method

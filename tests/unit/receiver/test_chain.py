@@ -7,7 +7,7 @@ import pytest
 
 from polychirp.model.front_end import HighPass
 from polychirp.receiver.chain import Receiver, unrelated
-from polychirp.receiver.mitigation.blanking import Blanking
+from polychirp.receiver.mitigation import Autoregression, Blanking, Imat, StftExcision
 from polychirp.rng import Streams
 from polychirp.testing.points import HandPoint, frame_of
 from polychirp.waveform import DiverseTriangular, Triangular
@@ -48,7 +48,12 @@ def test_what_is_below_the_dynamic_range_is_not_claimed():
     assert Receiver(dynamic_range=1e6).detect(frame).num_detections == 2
 
 
-def test_a_blanked_burst_hides_no_target():
+@pytest.mark.parametrize(
+    "mitigation",
+    [Blanking(), Blanking(taper=8e-6), Autoregression(), Imat(), StftExcision()],
+    ids=["blanking", "tapered", "autoregression", "imat", "stft-excision"],
+)
+def test_a_burst_that_is_taken_out_hides_no_target(mitigation):
     """A crossing interferer, 60 dB above the echoes in 2 % of every ramp."""
     ramps = DiverseTriangular().schedule(num_sweeps=16, streams=Streams(2))
     frame = frame_of(ramps, STREET[2:])
@@ -58,8 +63,23 @@ def test_a_blanked_burst_hides_no_target():
         start = draw.integers(0, int(frame.times.num_samples[k]) - 20)
         samples[:, k, start : start + 20] += 1e4 * np.exp(2j * np.pi * draw.random(20))
     hit = frame.with_samples(samples)
-    assert Receiver(mitigation=Blanking()).detect(hit).num_detections == 2
+    found = Receiver(mitigation=mitigation).detect(hit)
+    assert found.num_detections == 2
+    for n, point in enumerate(STREET[2:]):
+        assert found.range[n] == pytest.approx(point.range, abs=5e-3)
+        assert found.azimuth[n] == pytest.approx(point.azimuth, abs=0.02)
+        assert found.power[n] == pytest.approx(point.power, rel=0.1)
     assert Receiver().detect(hit).num_detections < 2
+
+
+def test_what_is_left_out_weakens_no_claim():
+    """A fifth of each ramp, in its middle: a third of what the window lets through."""
+    ramps = Triangular().schedule(num_sweeps=8, streams=Streams(2))
+    frame = frame_of(ramps, STREET[:1])
+    samples = frame.samples.copy()
+    samples[:, :, 600:900] += 1e4
+    found = Receiver(mitigation=Blanking()).detect(frame.with_samples(samples))
+    assert found.power[0] == pytest.approx(STREET[0].power, rel=0.02)
 
 
 def test_a_high_pass_whose_phase_is_known_hides_no_target():

@@ -5,13 +5,22 @@ import pytest
 
 from polychirp.model.if_frame import PARTS, IfParts
 from polychirp.receiver.chain import Receiver
-from polychirp.receiver.dissect import floor_rise, part_powers, range_response
-from polychirp.receiver.mitigation.blanking import Blanking
+from polychirp.receiver.dissect import (
+    floor_rise,
+    part_amplitudes,
+    part_powers,
+    range_response,
+)
+from polychirp.receiver.mitigation import Autoregression, Blanking, Imat, StftExcision
+from polychirp.receiver.mitigation.base import mitigated
+from polychirp.receiver.point import beat_phase, hann_weights, matched_amplitudes
 from polychirp.rng import Streams
 from polychirp.testing.points import HandPoint, frame_of
 from polychirp.waveform import DiverseTriangular
 
 RAMPS = DiverseTriangular().schedule(num_sweeps=4, streams=Streams(2))
+
+METHODS = [Blanking(), Autoregression(), Imat(), StftExcision()]
 
 
 def dissected(burst=0.0, ghost_power=4e4):
@@ -40,6 +49,14 @@ def test_every_detection_is_traced_to_the_part_it_comes_from():
     assert powers[0, PARTS.index("direct")] == pytest.approx(4 * 4e4, rel=0.02)
 
 
+def test_a_frame_without_detections_has_no_powers():
+    noise = frame_of(RAMPS, [], seed=3)
+    found = Receiver().detect(noise)
+    assert found.num_detections == 0
+    _, parts = dissected()
+    assert part_powers(Receiver(), noise, parts, found).shape == (0, len(PARTS))
+
+
 def test_parts_that_a_frame_does_not_have_put_in_nothing():
     frame, parts = dissected()
     few = IfParts(samples=parts.samples[:5], names=PARTS[:5])
@@ -49,11 +66,28 @@ def test_parts_that_a_frame_does_not_have_put_in_nothing():
     assert not powers[:, 5:].any()
 
 
-def test_bursts_lift_the_floor_and_blanking_takes_that_away():
+@pytest.mark.parametrize("mitigation", METHODS)
+def test_bursts_lift_the_floor_and_mitigation_takes_that_away(mitigation):
     # without the ghost: the hole that blanking cuts into it would show as floor too
     frame, parts = dissected(burst=1e4, ghost_power=0.0)
     assert floor_rise(Receiver(), frame, parts) > 1e3
-    assert floor_rise(Receiver(mitigation=Blanking()), frame, parts) < 1.5
+    assert floor_rise(Receiver(mitigation=mitigation), frame, parts) < 1.5
+
+
+@pytest.mark.parametrize("mitigation", METHODS)
+def test_parts_add_up_to_what_the_receiver_hears_after_mitigation(mitigation):
+    frame, parts = dissected(burst=1e4)
+    receiver = Receiver(mitigation=mitigation)
+    found = Receiver().detect(frame.with_samples(parts["echo"] + parts["noise"]))
+    heard = mitigated(mitigation, frame)
+    motion = np.array([[found.range[0], found.range_rate[0], 0.0]])
+    phases = beat_phase(RAMPS, frame.times, motion=motion, time=found.time)
+    whole = matched_amplitudes(heard.samples, hann_weights(heard.weight), phases, frame.times.rate)[
+        0
+    ]
+    by_part = part_amplitudes(receiver, frame, parts, found)[0].sum(axis=0)
+    steered = np.linalg.norm(whole, axis=0)  # a single echo: all channels in phase after steering
+    assert np.abs(by_part) == pytest.approx(steered, rel=0.05)
 
 
 def test_a_steady_ghost_does_not_count_as_floor():

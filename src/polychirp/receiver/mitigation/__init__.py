@@ -1,1 +1,13 @@
-"""Receive-side mitigation: from an `IfFrame` to a cleaner one."""
+"""Receive-side mitigation: the methods a study file may name by their ``kind``."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from polychirp.frames import ByKind
+from polychirp.receiver.mitigation.autoregression import Autoregression as Autoregression
+from polychirp.receiver.mitigation.blanking import Blanking as Blanking
+from polychirp.receiver.mitigation.imat import Imat as Imat
+from polychirp.receiver.mitigation.stft_excision import StftExcision as StftExcision
+
+AnyMitigation = Annotated[Blanking | Autoregression | Imat | StftExcision, ByKind()]

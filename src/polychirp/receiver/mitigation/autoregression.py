@@ -1,0 +1,148 @@
+"""Interpolation: what interference hits is filled from both sides by an autoregressive model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from polychirp.axes import BoolArray, ComplexArray, IntArray
+from polychirp.errors import InputError
+from polychirp.model.if_frame import IfFrame
+from polychirp.receiver.mitigation.base import Mitigated
+from polychirp.receiver.mitigation.bursts import BurstDetector
+from polychirp.receiver.mitigation.prediction import covariance_model
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Autoregression(BurstDetector):
+    r"""Fill bursts from both sides, as an autoregressive process would go on.
+
+    Echoes are tones, and P tones obey :math:`x_n = -\sum_{k=1}^{P} a_k x_{n-k}` exactly, forward
+    and, with conjugate coefficients, backward. The coefficients are those of `covariance_model`
+    over the good samples within four orders on either side of a gap. The missing samples are those
+    that make the squared prediction error through the gap least (Janssen, Veldhuis and Vries 1986).
+    Forward and backward errors have the same sum, so both sides are blended as well as the
+    model can. Channels share the model, so that bearings are kept.
+
+    A gap with more than ``longest_gap`` orders of missing samples, or with less than one order
+    of good ones on a side, is left blank. Gaps less than an order apart are one. What is filled
+    repeats noise from around the gap, some decibels louder where echoes are much stronger than it:
+    the longer the gap and the lower the order, the more.
+
+    Parameters
+    ----------
+    order : P, samples that the next one is predicted from: several for each strong echo, and a
+        sixteenth of a ramp or less
+    longest_gap : most missing samples of a gap that is filled, in orders
+    whitening : as for blanking; bursts below the echoes are filled too
+    """
+
+    kind: Literal["autoregression"] = "autoregression"
+    whitening: int = 8
+    order: int = 64
+    longest_gap: float = 1.0
+
+    def __post_init__(self) -> None:
+        BurstDetector.__post_init__(self)
+        if self.order < 1:
+            raise InputError("an autoregression's order must be 1 or more")
+        if not self.longest_gap > 0:
+            raise InputError("an autoregression's longest gap must be positive")
+
+    def mitigate(self, frame: IfFrame) -> Mitigated:
+        """The frame's samples with short gaps filled; the rest of what is hit is not present."""
+        hit = self.hit(frame)
+        patches: list[_Patch] = []
+        weight = (frame.times.is_sample & ~hit).astype(np.float64)
+        for ramp in np.flatnonzero(hit.any(axis=1)):
+            length = int(frame.times.num_samples[ramp])
+            ramp_hit, samples = hit[ramp, :length], frame.samples[:, ramp, :length]
+            for missing in gaps(ramp_hit, self.order):
+                if missing.size <= self.longest_gap * self.order:
+                    patches.extend(_patch(int(ramp), samples, ramp_hit, missing, self.order))
+        for patch in patches:
+            weight[patch.ramp, patch.missing] = 1.0
+        is_good = weight > 0
+
+        def repair(samples: ComplexArray) -> ComplexArray:
+            out = samples * is_good
+            for patch in patches:
+                known = samples[..., patch.ramp, patch.known]
+                out[..., patch.ramp, patch.missing] = known @ patch.matrix.T
+            return np.asarray(out)
+
+        return Mitigated(samples=repair(frame.samples), weight=weight, repair=repair)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Patch:
+    """Missing samples of a ramp as a linear map of known ones: ``matrix`` (missing, known)."""
+
+    ramp: int
+    missing: IntArray
+    known: IntArray
+    matrix: ComplexArray
+
+
+def gaps(hit: BoolArray, order: int) -> Iterator[IntArray]:
+    """Numbers of the missing samples of each gap of a ramp ``(fast,)`` with good ones around it.
+
+    Gaps with less than ``order`` good samples between them are one; one with less than that on a
+    side is none.
+
+    >>> missing = np.isin(np.arange(12), [0, 4, 6])
+    >>> [gap.tolist() for gap in gaps(missing, 2)]
+    [[4, 6]]
+    """
+    missing = np.flatnonzero(hit)
+    apart = np.flatnonzero(np.diff(missing) > order) + 1
+    for gap in np.split(missing, apart):
+        if gap.size and gap[0] >= order and gap[-1] + order < hit.size:
+            yield gap
+
+
+def _patch(
+    ramp: int, samples: ComplexArray, hit: BoolArray, missing: IntArray, order: int
+) -> Iterator[_Patch]:
+    """How to fill one gap; none where too little is known around it."""
+    reach = 4 * order
+    near = slice(max(0, missing[0] - reach), missing[-1] + reach + 1)
+    model = covariance_model(samples[:, near], ~hit[near], order)
+    if model is not None:
+        span = np.arange(missing[0] - order, missing[-1] + order + 1)
+        known = np.setdiff1d(span, missing, assume_unique=True)
+        matrix = interpolator(model, missing, known)
+        yield _Patch(ramp=ramp, missing=missing, known=known, matrix=matrix)
+
+
+def interpolator(model: ComplexArray, missing: IntArray, known: IntArray) -> ComplexArray:
+    r"""The map from known to missing samples of least squared prediction error.
+
+    With :math:`r_l = \sum_k \overline{a_k} a_{k+l}` and :math:`T_{ij} = r_{i-j}`:
+    :math:`T_{mm} x_m = -T_{mk} x_k`. Shape ``(missing, known)``.
+
+    Parameters
+    ----------
+    model : 1, a₁ … a_P
+    missing, known : numbers of the samples; known are all others within P of a missing one
+
+    Examples
+    --------
+    Of a tone that turns by 90° a sample, the one between two.
+
+    >>> matrix = interpolator(np.array([1, -1j]), np.array([1]), np.array([0, 2]))
+    >>> (matrix @ np.array([1, -1])).round(12)
+    array([0.+1.j])
+    """
+    lags = np.correlate(model, model, mode="full")
+    order = model.size - 1
+
+    def block(columns: IntArray) -> ComplexArray:
+        lag = missing[:, None] - columns
+        inside = np.abs(lag) <= order
+        return np.where(inside, lags[np.clip(lag, -order, order) + order], 0.0)
+
+    return np.asarray(np.linalg.solve(block(missing), -block(known)))

@@ -1,0 +1,66 @@
+"""Bursts of crossing interferers, found by their amplitude."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from polychirp.axes import BoolArray, FloatArray
+from polychirp.errors import InputError
+from polychirp.frames import Spec
+from polychirp.model.if_frame import IfFrame
+from polychirp.receiver.mitigation.prediction import rms, surprise
+from polychirp.units import Seconds
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BurstDetector(Spec):
+    """What stands out of a ramp's median amplitude is a burst.
+
+    A crossing interferer is a burst; echoes fill the whole ramp. On each ramp, samples whose
+    amplitude (root of the mean power over channels) exceeds ``factor`` times the ramp's median
+    are hit, and so are those within ``guard`` of them, where the IF filter still rings.
+    A synchronous interferer fills the ramp like an echo and is *not* touched.
+
+    A burst below the echoes does not show in the amplitude. It does in the error of predicting each
+    sample from ``whitening`` others, which takes most of the echoes away (`surprise`).
+
+    Parameters
+    ----------
+    factor : of a ramp's median amplitude, above which a sample is hit
+    guard : s, on either side of a sample that is hit
+    whitening : samples that each one is predicted from before amplitudes are compared; 0 compares
+        the samples themselves
+    """
+
+    factor: float = 3.0
+    guard: Seconds = 8e-6
+    whitening: int = 0
+
+    def __post_init__(self) -> None:
+        if not self.factor > 1.0:
+            raise InputError("a mitigation's factor must be above 1, or every sample goes")
+        if self.guard < 0:
+            raise InputError("a mitigation's guard cannot be negative")
+        if self.whitening < 0:
+            raise InputError("a mitigation's whitening cannot be negative; 0 does without")
+
+    def hit(self, frame: IfFrame) -> BoolArray:
+        """Which samples are hit, ``(ramp, fast)``; never the padding."""
+        present = frame.times.is_sample
+        amplitude = self._amplitude(frame)
+        median = np.nanmedian(np.where(present, amplitude, np.nan), axis=-1, keepdims=True)
+        above = present & (amplitude > self.factor * median)
+        reach = round(self.guard * frame.times.rate)
+        count = np.cumsum(np.pad(above, ((0, 0), (reach + 1, reach))), axis=-1)
+        near = count[:, 2 * reach + 1 :] - count[:, : -2 * reach - 1] > 0
+        return np.asarray(near & present)
+
+    def _amplitude(self, frame: IfFrame) -> FloatArray:
+        """What is compared, ``(ramp, fast)``."""
+        amplitude = rms(frame.samples)
+        if self.whitening:
+            for k, length in enumerate(frame.times.num_samples):
+                amplitude[k, :length] = surprise(frame.samples[:, k, :length], self.whitening)
+        return amplitude

@@ -1,0 +1,127 @@
+"""IMAT: what interference hits is filled from a spectrum that is made of few lines."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from polychirp.axes import BoolArray, ComplexArray
+from polychirp.errors import InputError
+from polychirp.model.if_frame import IfFrame
+from polychirp.receiver.mitigation.base import Mitigated
+from polychirp.receiver.mitigation.bursts import BurstDetector
+from polychirp.receiver.mitigation.prediction import rms
+from polychirp.units import Ratio, from_db
+
+NOISE_FACTOR = 3.0
+"""Of the spectrum's median amplitude: below it a line may be noise, and is not put back."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Imat(BurstDetector):
+    r"""Fill bursts by iteration with adaptive thresholds.
+
+    Echoes are few lines in a ramp's spectrum. With the samples y, the mask m of those that are hit
+    and the transform F over the ramp,
+
+    .. math:: z \leftarrow (1-m)\,y + m\,F^{-1}\,T_k\{F z\},
+
+    where :math:`T_k` keeps the lines above a threshold that falls from the strongest line by
+    equal factors to ``depth`` below it (Marvasti et al. 2012; Bechter, Roos, Rahman and
+    Waldschmidt 2017), but never under three times the spectrum's median amplitude. Channels share
+    the choice of lines by their mean power, so that bearings are kept. Every burst is filled,
+    however long: nothing tells the iteration when it fails.
+
+    Parameters
+    ----------
+    iterations : number of thresholds
+    depth : power ratio of the first threshold to the last
+    whitening : as for blanking; bursts below the echoes are filled too
+    """
+
+    kind: Literal["imat"] = "imat"
+    whitening: int = 8
+    iterations: int = 10
+    depth: Ratio = from_db(60.0)
+
+    def __post_init__(self) -> None:
+        BurstDetector.__post_init__(self)
+        if self.iterations < 2:
+            raise InputError("IMAT needs 2 iterations or more, for its threshold to fall")
+        if not self.depth > 1.0:
+            raise InputError("IMAT's depth must be above 0 dB, for its threshold to fall")
+
+    def mitigate(self, frame: IfFrame) -> Mitigated:
+        """The frame's samples with all that is hit filled."""
+        hit = self.hit(frame)
+        present = frame.times.is_sample
+        samples = frame.samples * present
+        lines = []
+        for k in np.flatnonzero(hit.any(axis=1)):
+            length = int(frame.times.num_samples[k])
+            chosen, samples[:, k, :length] = sparse_lines(
+                frame.samples[:, k, :length],
+                hit[k, :length],
+                iterations=self.iterations,
+                depth=self.depth,
+            )
+            lines.append((int(k), chosen))
+
+        def repair(samples: ComplexArray) -> ComplexArray:
+            out = samples * present
+            for k, chosen in lines:
+                length = chosen.shape[1]
+                out[..., k, :length] = filled(samples[..., k, :length], hit[k, :length], chosen)
+            return np.asarray(out)
+
+        return Mitigated(samples=samples, weight=present.astype(np.float64), repair=repair)
+
+
+def sparse_lines(
+    samples: ComplexArray, hit: BoolArray, *, iterations: int, depth: float
+) -> tuple[BoolArray, ComplexArray]:
+    """Which lines each iteration keeps, and the samples as they fill them.
+
+    Parameters
+    ----------
+    samples : one ramp, ``(channel, fast)``
+    hit : ``(fast,)``
+
+    Returns
+    -------
+    chosen : ``(iteration, frequency)``
+    filled : ``(channel, fast)``
+    """
+    from scipy import fft
+
+    known = np.where(hit, 0.0, samples)
+    z = known
+    first = 0.0
+    chosen = np.zeros((iterations, samples.shape[-1]), dtype=bool)
+    for k in range(iterations):
+        spectrum = fft.fft(z, axis=-1)
+        level = rms(spectrum)
+        first = first or float(level.max())
+        threshold = first * depth ** (-0.5 * k / (iterations - 1))
+        chosen[k] = level > max(threshold, NOISE_FACTOR * float(np.median(level)))
+        z = known + hit * fft.ifft(spectrum * chosen[k], axis=-1)
+    return chosen, z
+
+
+def filled(samples: ComplexArray, hit: BoolArray, chosen: BoolArray) -> ComplexArray:
+    """Samples ``(…, fast)`` with those that are hit put back from the chosen lines of their own.
+
+    Parameters
+    ----------
+    hit : ``(fast,)``
+    chosen : lines that each iteration keeps, ``(iteration, frequency)``
+    """
+    from scipy import fft
+
+    known = np.where(hit, 0.0, samples)
+    z = known
+    for lines in chosen:
+        z = known + hit * fft.ifft(lines * fft.fft(z, axis=-1), axis=-1)
+    return np.asarray(z)

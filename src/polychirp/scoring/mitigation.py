@@ -1,0 +1,65 @@
+"""How well interference was mitigated: signal to disturbance, error vector, samples touched.
+
+Amplitudes are those at a target's cell, ``(target, ramp)``. What is done to samples is linear once
+chosen, so that the amplitude of the target's own echo and that of all else are known apart.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from polychirp.axes import BoolArray, ComplexArray, FloatArray
+
+
+def signal_to_disturbance(own: ComplexArray, rest: ComplexArray) -> FloatArray:
+    r"""Ratio of powers over all ramps, ``(target,)``.
+
+    .. math:: \frac{\sum_k |S_k|^2}{\sum_k |I_k|^2}
+
+    >>> signal_to_disturbance(np.array([[2.0, 2.0j]]), np.array([[0.1, -0.1]]))
+    array([400.])
+    """
+    return np.asarray(_power(own) / np.maximum(_power(rest), 1e-300))
+
+
+def error_vector_magnitude(found: ComplexArray, clean: ComplexArray) -> FloatArray:
+    r"""Error of the complex amplitude over the amplitude without interference, ``(target,)``.
+
+    .. math:: \sqrt{\frac{\sum_k |A_k - C_k|^2}{\sum_k |C_k|^2}}
+
+    It counts what mitigation did to the echoes themselves, which their power does not show.
+
+    >>> error_vector_magnitude(np.array([[1.0, 1.1]]), np.array([[1.0, 1.0]])).round(3)
+    array([0.071])
+    """
+    return np.asarray(np.sqrt(_power(found - clean) / np.maximum(_power(clean), 1e-300)))
+
+
+def share_touched(
+    before: ComplexArray, after: ComplexArray, weight: FloatArray, is_sample: BoolArray
+) -> float:
+    """Share of the samples that are not what they were, or count for less.
+
+    A change below 1e-9 of the strongest sample is rounding.
+
+    Parameters
+    ----------
+    before, after : V, ``(channel, ramp, fast)``
+    weight : how far each sample counts, ``(ramp, fast)``
+    is_sample : not padding, ``(ramp, fast)``
+
+    Examples
+    --------
+    >>> present = np.array([[True, True, True, False]])
+    >>> samples = np.array([[[1.0, 2.0, 3.0, 0.0]]])
+    >>> weight = np.array([[1.0, 0.5, 1.0, 0.0]])
+    >>> share_touched(samples, samples, weight, present)
+    0.33
+    """
+    change = np.max(np.abs(after - before), axis=0)
+    touched = (change > 1e-9 * float(np.max(np.abs(before)))) | (weight < 1.0)
+    return float(np.mean(touched[is_sample]))
+
+
+def _power(amplitude: ComplexArray) -> FloatArray:
+    return np.asarray(np.sum(np.abs(amplitude) ** 2, axis=-1))
