@@ -4,9 +4,9 @@ A page is a Markdown file. Lines between the marks ``<!-- generated: NAME -->`` 
 ``<!-- end of NAME -->`` are replaced by `write_pages`; all others are kept, so that what a table
 means can be written beside it. ``comparisons`` are the page's rows of ``comparisons.json``, which
 ``./run validation`` records; ``index`` lists the pages; the blocks of
-`polychirp.testing.material_tables` follow the table of materials, `mechanisms`, `impairments` and
-`mitigations` the records that `polychirp.testing.mechanism_table`, `impairment_table` and
-`mitigation_table` make.
+`polychirp.testing.material_tables` follow the table of materials; `mechanisms`, `impairments`,
+`mitigations` and `diversity` the records that `polychirp.testing.mechanism_table`,
+`impairment_table`, `mitigation_table` and `diversity_table` make.
 
 ``python -m polychirp.testing.validation_pages docs/validation`` writes all pages.
 """
@@ -21,6 +21,8 @@ from pathlib import Path
 from typing import Final
 
 from polychirp.errors import InputError
+from polychirp.testing.diversity_table import RECORD as DIVERSITY
+from polychirp.testing.diversity_table import diversity_table
 from polychirp.testing.impairment_table import RECORD as IMPAIRMENTS
 from polychirp.testing.impairment_table import impairment_table
 from polychirp.testing.markdown import table
@@ -122,6 +124,15 @@ def filled(text: str, blocks: Mapping[str, str]) -> str:
     return _BLOCK.sub(replaced, text)
 
 
+_RECORDED: Final = (
+    ("mechanisms", MECHANISMS, mechanism_table),
+    ("impairments", IMPAIRMENTS, impairment_table),
+    ("mitigations", MITIGATIONS, mitigation_table),
+    ("diversity", DIVERSITY, diversity_table),
+)
+"""Blocks of a page, their records, and what makes a block of a record."""
+
+
 def rendered(folder: Path) -> dict[str, str]:
     """All pages of a folder as they should be, by file name, from its record and from themselves.
 
@@ -150,12 +161,9 @@ def rendered(folder: Path) -> dict[str, str]:
         "paper-materials": paper_materials(),
         "sensitivity": sensitivity(),
     }
-    if (folder / MECHANISMS).exists():
-        common["mechanisms"] = mechanism_table(folder)
-    if (folder / IMPAIRMENTS).exists():
-        common["impairments"] = impairment_table(folder)
-    if (folder / MITIGATIONS).exists():
-        common["mitigations"] = mitigation_table(folder)
+    for name, record, made in _RECORDED:
+        if (folder / record).exists():
+            common[name] = made(folder)
     pages = {}
     for name, text in texts.items():
         mine = [row for row in rows if row.page == Path(name).stem]
