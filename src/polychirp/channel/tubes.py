@@ -22,12 +22,13 @@ walls) and bodies reflect in between; bodies reflect at least twice. One body al
 or in a plate, is for `facets`. A radar's own carrier is neither first nor last, for the reason
 given there. Only vehicles and objects reflect; all other meshes swallow, crowns weaken.
 
-**Width.** All tubes start wide; by default they stay so. What a receiver may get from a hit is estimated with 1/√(1 + x²)
-for \|sinc x\|; hits that it does not see promise nothing. Tubes are cut in four, with their eight
-neighbours, unless all that is left to them promises less than `WORTH` of what is seen of the pair,
-or `FLOOR` of the strongest known path; and again, until they are narrow. From the second time on, a
-tube that is cut is followed up to as many bounces as were worth it; its other hits stay. So weak
-journeys of a pair, and pairs weak against their other paths, are seen by wide tubes only.
+**Width.** All tubes start wide; by default they stay so. What a receiver may get from a hit is
+estimated with 1/√(1 + x²) for \|sinc x\|; hits that it does not see promise nothing. Tubes are cut
+in four, with their eight neighbours, unless all that is left to them promises less than `WORTH` of
+what is seen of the pair, or `FLOOR` of the strongest known path; and again, until they are narrow.
+From the second time on, a tube that is cut is followed up to as many bounces as were worth it; its
+other hits stay. So weak journeys of a pair, and pairs weak against their other paths, are seen by
+wide tubes only.
 
 **Sheets.** At a thin sheet a ray branches: one goes on as the sheet reflects, and one behind it,
 with the sheet's transmission; both faces of a sheet are alike. The last leg loses what the sheets

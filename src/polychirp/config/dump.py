@@ -90,7 +90,7 @@ def _lines(tables: Mapping[str, Any], prefix: tuple[str, ...]) -> Iterator[str]:
     """TOML lines of a table: its values, then its tables, then its lists of tables."""
     for key, value in tables.items():
         if not _is_table(value) and not _is_list_of_tables(value):
-            yield f"{_key(key)} = {_inline(value)}"
+            yield f"{_key(key)} = {inline(value)}"
     for key, value in tables.items():
         path = (*prefix, _key(key))
         entries = value if _is_list_of_tables(value) else [value] if _is_table(value) else []
@@ -113,13 +113,20 @@ def _key(key: str) -> str:
     return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else json.dumps(key)
 
 
-def _inline(value: Any) -> str:
+def inline(value: Any) -> str:
+    """A value as TOML on one line.
+
+    >>> inline({"kind": "triangular", "ramp_duration": ["1 ms", "2 ms"]})
+    '{ kind = "triangular", ramp_duration = ["1 ms", "2 ms"] }'
+    """
+    if isinstance(value, Mapping):
+        return f"{{ {', '.join(f'{_key(k)} = {inline(v)}' for k, v in value.items())} }}"
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
         return _text(value)
     if isinstance(value, list):
-        return f"[{', '.join(_inline(entry) for entry in value)}]"
+        return f"[{', '.join(inline(entry) for entry in value)}]"
     return repr(value)
 
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 import re
 import tomllib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Final, TypeVar, cast
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -21,13 +22,17 @@ from polychirp.study.spec import Study
 
 S = TypeVar("S", bound=Spec)
 
+MONTE_CARLO: Final = "monte_carlo"
+"""The table of a study file that makes it one of many trials."""
+
 
 def load_study(path: Path | str, *, overrides: Iterable[str] = ()) -> Study:
     """The study that a TOML file describes.
 
     The ``overrides``, each like ``radars.0.start_time=1 ms``, change the file as it is written;
     then keys of ``[defaults.radar]`` go into every ``[[radars]]`` that does not give them itself.
-    Mesh files are looked for beside the study file.
+    Mesh files are looked for beside the study file. A table ``[monte_carlo]`` is left aside; see
+    `config.monte_carlo`.
 
     Raises
     ------
@@ -37,13 +42,26 @@ def load_study(path: Path | str, *, overrides: Iterable[str] = ()) -> Study:
     """
     path = Path(path)
     data = read_toml(path)
-    try:
+    with naming_the_file(path):
         for change in overrides:
             apply_override(data, change)
-        study = build(Study, with_defaults(data), where=partial(_as_written, data=data))
+        data.pop(MONTE_CARLO, None)
+        return study_of_tables(data, folder=path.parent)
+
+
+@contextmanager
+def naming_the_file(path: Path) -> Iterator[None]:
+    """Say of which file an `InputError` speaks."""
+    try:
+        yield
     except InputError as error:
         raise InputError(f"this study cannot be read: {path}\n{_indented(str(error))}") from None
-    return _with_meshes_from(path.parent, study)
+
+
+def study_of_tables(data: dict[str, Any], *, folder: Path) -> Study:
+    """The study that the tables of a file in ``folder`` describe."""
+    study = build(Study, with_defaults(data), where=partial(_as_written, data=data))
+    return _with_meshes_from(folder, study)
 
 
 def _with_meshes_from(folder: Path, study: Study) -> Study:
@@ -150,11 +168,16 @@ def build(spec: type[S], data: object, *, where: Callable[[Place], Place] = tupl
     # Strict JSON makes lists tuples and tables specs, but never text or true a number.
     text = json.dumps(data, default=str)
     try:
-        built = TypeAdapter(spec).validate_json(text, strict=True)
+        built: S = _reader(cast("Any", spec)).validate_json(text, strict=True)
     except ValidationError as error:
         found = problems(error.errors(include_url=False), spec=spec)
         raise InputError(_listed((where(place), sentence) for place, sentence in found)) from None
     return built
+
+
+@cache
+def _reader(spec: Any) -> TypeAdapter[Any]:
+    return TypeAdapter(spec)
 
 
 def _listed(found: Iterable[tuple[Place, str]]) -> str:

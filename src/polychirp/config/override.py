@@ -1,18 +1,19 @@
-"""Changes to a study from the command line: ``a.b.0.c=value``."""
+"""Changes to a study by dotted paths: ``a.b.0.c=value`` from the command line, and in grids."""
 
 from __future__ import annotations
 
 import tomllib
+from copy import deepcopy
 from typing import Any
 
 from polychirp.errors import InputError
 
 
 def apply_override(data: dict[str, Any], change: str) -> None:
-    """Set one value of a study's tables, in place.
+    """Set one value of a study's tables, in place: ``path=value``, see `set_value`.
 
     The value is TOML where it can be read so, and text otherwise, because shells take quotes
-    away. Tables on the way are made where they are missing; entries of lists are not.
+    away.
 
     Raises
     ------
@@ -27,13 +28,46 @@ def apply_override(data: dict[str, Any], change: str) -> None:
     {'sample_rate': '2 MS/s'}
     """
     path, equals, text = change.partition("=")
-    keys = [key.strip() for key in path.split(".")]
-    if not equals or not all(keys):
+    if not equals or not all(key.strip() for key in path.split(".")):
         raise InputError(f"'{change}' changes nothing; write it like 'radars.0.start_time=1 ms'")
-    here: Any = data
-    for depth, key in enumerate(keys[:-1]):
-        here = _enter(here, key, place=keys[: depth + 1])
-    _assign(here, keys[-1], read_value(text), place=keys)
+    set_value(data, path, read_value(text))
+
+
+def set_value(data: dict[str, Any], path: str, value: Any) -> None:
+    """Set one value of a study's tables, in place; ``*`` in the path stands for every entry.
+
+    Tables on the way are made where they are missing; entries of lists are not.
+
+    Raises
+    ------
+    InputError
+        The path leads through something that is no table or list.
+
+    Examples
+    --------
+    >>> data = {"radars": [{"name": "front"}, {"name": "rear"}]}
+    >>> set_value(data, "radars.*.start_time", "1 ms")
+    >>> [radar["start_time"] for radar in data["radars"]]
+    ['1 ms', '1 ms']
+    """
+    keys = [key.strip() for key in path.split(".")]
+    if not all(keys):
+        raise InputError(f"'{path}' is no path; write it like 'radars.0.start_time'")
+    _set(data, keys, value, place=[])
+
+
+def _set(here: Any, keys: list[str], value: Any, *, place: list[str]) -> None:
+    key, *rest = keys
+    if key == "*":
+        if not isinstance(here, list):
+            where = ".".join(place) or "the study"
+            raise InputError(f"{where} is no list; '*' stands for every entry of one")
+        for number in range(len(here)):
+            _set(here, [str(number), *rest], value, place=place)
+    elif rest:
+        _set(_enter(here, key, place=[*place, key]), rest, value, place=[*place, key])
+    else:
+        _assign(here, key, deepcopy(value), place=[*place, key])
 
 
 def read_value(text: str) -> Any:

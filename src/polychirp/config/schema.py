@@ -14,6 +14,8 @@ from typing import Annotated, Any, Final, Union, get_args, get_origin, get_type_
 from pydantic import TypeAdapter
 
 from polychirp.config.dump import written
+from polychirp.config.load import MONTE_CARLO
+from polychirp.study.monte_carlo.grid import MonteCarlo
 from polychirp.study.spec import Study
 
 DIALECT: Final = "https://json-schema.org/draft/2020-12/schema"
@@ -28,7 +30,9 @@ def study_schema() -> dict[str, Any]:
     """
     schema = TypeAdapter(Study).json_schema()
     definitions: dict[str, Any] = schema["$defs"]
-    for spec in dict.fromkeys(_specs(Study)):
+    table = TypeAdapter(MonteCarlo).json_schema()
+    definitions |= {**table.pop("$defs"), MonteCarlo.__name__: table}
+    for spec in dict.fromkeys((*_specs(Study), *_specs(MonteCarlo))):
         described = schema if spec is Study else definitions.get(spec.__name__)
         if described is not None:
             _describe(described, spec)
@@ -40,6 +44,7 @@ def study_schema() -> dict[str, Any]:
         "properties": {"radar": {"$ref": "#/$defs/StudyRadar"}},
         "additionalProperties": False,
     }
+    schema["properties"][MONTE_CARLO] = {"$ref": f"#/$defs/{MonteCarlo.__name__}"}
     _walk(schema, _without_noise)
     return {"$schema": DIALECT, "title": "polychirp study", **schema}
 

@@ -13,8 +13,8 @@ is bounded by the product of bandwidth and frame,
 .. math:: 10\log_{10} B\,T_{frame}
 
 whatever their order, slopes and starts: for unit energies
-:math:`\int |S_1|^2|S_2|^2\,df \ge 1/(B\,T_{frame})` by Cauchy and Schwarz, where BT_frame is 2nBT for
-n triangles of two ramps T. Only less overlap of spectra beats it.
+:math:`\int |S_1|^2|S_2|^2\,df \ge 1/(B\,T_{frame})` by Cauchy and Schwarz, where
+BT_frame is 2nBT for n triangles of two ramps T. Only less overlap of spectra beats it.
 """
 
 from __future__ import annotations
@@ -142,9 +142,7 @@ def spread_time(spread: float) -> Pair:
 def spread_band(spread: float) -> Pair:
     """Bandwidths drawn at every triangle within ±``spread`` of their middle, ramp times equal."""
     limits = (_MIDDLE_BAND * (1 - spread), _MIDDLE_BAND * (1 + spread))
-    return played(
-        DiverseTriangular(bandwidth=limits, ramp_duration=(_MIDDLE_TIME, _MIDDLE_TIME))
-    )
+    return played(DiverseTriangular(bandwidth=limits, ramp_duration=(_MIDDLE_TIME, _MIDDLE_TIME)))
 
 
 _EQUAL: Final = Triangular()

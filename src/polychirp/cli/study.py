@@ -1,0 +1,222 @@
+"""``polychirp study`` — many trials over a grid of parameters: resumable, on many workers."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import os
+import sys
+from collections.abc import Callable
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from polychirp.cli.check import add_study_arguments, all_overrides
+from polychirp.cli.progress import progress_bar
+from polychirp.errors import InputError, RunError
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from polychirp.scoring.statistics import Estimate
+    from polychirp.study.monte_carlo.plan import Plan
+    from polychirp.study.monte_carlo.results import Results
+    from polychirp.study.monte_carlo.run import Finished
+    from polychirp.study.monte_carlo.summary import Summary
+    from polychirp.study.monte_carlo.tasks import Executor
+
+_STOPPED = 130
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add this verb."""
+    parser = subparsers.add_parser(
+        "study",
+        help="run many trials of a study, over a grid of its parameters",
+        description="Run the trials of a study with a table [monte_carlo], at every point of its "
+        "grid; print detection probability, ghosts and errors with 95 % intervals; store all as "
+        "Zarr and CSV. The same command goes on where it was stopped.",
+    )
+    add_study_arguments(parser)
+    parser.add_argument(
+        "--out", metavar="DIR", help="folder of the results (default: out/NAME-HASH)"
+    )
+    parser.add_argument("--force", action="store_true", help="throw away the trials in that folder")
+    parser.add_argument(
+        "--workers",
+        type=int,
+        metavar="N",
+        help="processes, one thread each (default: one for each core)",
+    )
+    parser.add_argument(
+        "--cluster",
+        metavar="WHERE",
+        help="run on Dask: 'local', 'slurm', or the address of a scheduler, tcp://…",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Check all points, run what is missing, store, print."""
+    from polychirp.config.monte_carlo import load_plan
+    from polychirp.study.monte_carlo.plan import check_plan
+    from polychirp.study.monte_carlo.run import run_plan
+
+    executor = _executor(arguments)
+    plan = load_plan(arguments.study, overrides=all_overrides(arguments))
+    name = plan.points[0].study.name
+    with progress_bar(name) as progress:
+        check_plan(plan, progress=progress)
+    folder = Path(arguments.out or Path("out") / f"{name}-{plan.origin.study_hash[:8]}")
+    _need_room(folder)
+    try:
+        with progress_bar(name) as progress:
+            finished = run_plan(
+                plan,
+                folder=folder,
+                executor=executor,
+                progress=progress,
+                anew=arguments.force,
+            )
+    except KeyboardInterrupt:
+        print(
+            "polychirp: stopped before the end; finished trials are kept, and the same command "
+            "goes on",
+            file=sys.stderr,
+        )
+        return _STOPPED
+    if arguments.json:
+        print(json.dumps(_summary(name, plan, folder, finished), indent=2))
+    else:
+        _print_tables(name, plan, finished.results)
+        _print_files(folder, finished)
+    if finished.failures:
+        raise RunError("\n  ".join([f"{len(finished.failures)} failed:", *finished.failures]))
+    return 0
+
+
+def _executor(arguments: argparse.Namespace) -> Executor:
+    from polychirp.study.monte_carlo.dask_executor import DaskWorkers
+    from polychirp.study.monte_carlo.executor import LocalWorkers
+
+    count = arguments.workers
+    if count is None:
+        count = len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
+    if count < 1:
+        raise InputError(f"--workers: {count} workers do nothing; use 1 or more")
+    if arguments.cluster is not None:
+        return DaskWorkers(cluster=arguments.cluster, count=count)
+    return LocalWorkers(count=count)
+
+
+def _need_room(folder: Path) -> None:
+    """Refuse what is no folder of trials."""
+    from polychirp.study.monte_carlo.run import LOG
+
+    for parent in (folder, *folder.parents):
+        if parent.exists() and not parent.is_dir():
+            raise InputError(f"--out: '{parent}' is a file; name a folder")
+    if folder.exists() and any(folder.iterdir()) and not (folder / LOG).exists():
+        raise InputError(f"--out: '{folder}' holds something else; name another folder")
+
+
+def _summary(name: str, plan: Plan, folder: Path, finished: Finished) -> dict[str, Any]:
+    from polychirp.study.monte_carlo.summary import differences, summaries
+    from polychirp.study.monte_carlo.tables import difference_row, summary_row
+
+    results = finished.results
+    return {
+        "study": name,
+        "seed": plan.origin.seed,
+        "study_hash": plan.origin.study_hash,
+        "versions": plan.origin.versions,
+        "platform": plan.origin.platform,
+        "stored": str(folder),
+        "axes": {axis.name: list(axis.labels) for axis in plan.axes},
+        "new_trials": finished.num_new,
+        "failures": list(finished.failures),
+        "points": [summary_row(row, results) for row in summaries(results)],
+        "differences": [difference_row(row, results) for row in differences(results)],
+    }
+
+
+def _print_tables(name: str, plan: Plan, results: Results) -> None:
+    from rich.console import Console
+
+    from polychirp.study.monte_carlo.summary import summaries
+
+    rows = summaries(results)
+    rates = sorted({point.study.receiver.false_alarm_probability for point in plan.points})
+    axes = [axis.name for axis in plan.axes]
+    # a file or a pipe has no width of its own
+    width = None if sys.stderr.isatty() else 120
+    console = Console(file=sys.stderr, width=width)
+    console.print(_table(f"{name}: claims, with 95 % intervals", axes, rows, _claims))
+    console.print(_table("errors of targets found, rms", axes, rows, _errors))
+    console.print(
+        "A trial counts as one draw, however many targets it has. Ghosts and false claims (ghosts "
+        "that nothing explains) are means per frame, at a false-alarm probability per cell of "
+        f"{', '.join(f'{rate:g}' for rate in rates)}.",
+        highlight=False,
+    )
+
+
+def _table(
+    title: str, axes: list[str], rows: list[Summary], cells: Callable[[Summary], dict[str, str]]
+) -> Table:
+    from rich.table import Table
+
+    table = Table(title=title, title_justify="left")
+    for column in (*axes, "radar"):
+        table.add_column(column)
+    for column in cells(rows[0]) if rows else ():
+        table.add_column(column, justify="right")
+    for row in rows:
+        table.add_row(*(str(label) for label in row.labels), row.victim, *cells(row).values())
+    return table
+
+
+def _claims(row: Summary) -> dict[str, str]:
+    return {
+        "trials": str(row.num_trials),
+        "Pd": _shown(row.detection, digits=3),
+        "P(ghost)": _shown(row.ghost, digits=3),
+        "ghosts": _shown(row.ghosts),
+        "false claims": _shown(row.false_claims),
+    }
+
+
+def _errors(row: Summary) -> dict[str, str]:
+    from polychirp.units import to_db
+
+    rise = "–" if math.isnan(row.floor_rise) else f"{float(to_db(row.floor_rise)):.1f} dB"
+    return {
+        "range, m": _shown(row.range_rmse),
+        "speed, km/h": _shown(row.range_rate_rmse, scale=3.6),
+        "azimuth, °": _shown(row.azimuth_rmse, scale=180 / math.pi),
+        "floor rise": rise,
+    }
+
+
+def _shown(estimate: Estimate, *, scale: float = 1.0, digits: int = 2) -> str:
+    """An estimate with its limits below it, as 0.812 and 0.774–0.845."""
+    if math.isnan(estimate.value):
+        return "–"
+    value, low, high = (scale * v for v in (estimate.value, estimate.low, estimate.high))
+    limits = "" if math.isnan(low) else f"\n{_short(low, digits)}–{_short(high, digits)}"
+    return f"{_short(value, digits)}{limits}"
+
+
+def _short(value: float, digits: int) -> str:
+    """So many digits after the point, more where a value is small."""
+    if value == 0.0 or abs(value) >= 10.0**-digits * 10:
+        return f"{value:.{digits}f}"
+    return f"{value:.2g}"
+
+
+def _print_files(folder: Path, finished: Finished) -> None:
+    parquet = "" if find_spec("pyarrow") else " (no Parquet: pyarrow is not installed)"
+    print(
+        f"{finished.num_new} new trials; stored in {folder}: {', '.join(finished.files)}{parquet}",
+        file=sys.stderr,
+    )

@@ -1,0 +1,108 @@
+"""From a study file with a table ``[monte_carlo]`` to a `Plan`: every point as a study."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterable, Sequence
+from copy import deepcopy
+from pathlib import Path
+from typing import Any
+
+from polychirp.config.dump import inline
+from polychirp.config.load import (
+    MONTE_CARLO,
+    build,
+    naming_the_file,
+    read_toml,
+    study_of_tables,
+)
+from polychirp.config.override import apply_override, set_value
+from polychirp.errors import InputError
+from polychirp.study.monte_carlo.grid import (
+    Axis,
+    MonteCarlo,
+    axes_of_grid,
+    combinations,
+)
+from polychirp.study.monte_carlo.plan import Plan, Point, complaints
+from polychirp.study.provenance import provenance
+
+Changes = list[tuple[str, Any]]
+
+
+def load_plan(path: Path | str, *, overrides: Iterable[str] = ()) -> Plan:
+    """The Monte Carlo study that a TOML file describes.
+
+    The ``overrides`` change the file as it is written, its grid too, as in
+    ``monte_carlo.trials=20``; what the grid sets comes after them.
+
+    Raises
+    ------
+    InputError
+        The file has no such table, the table is wrong, or points of its grid are no studies; the
+        message lists every problem with its place, and the points that have it.
+    """
+    path, overrides = Path(path), [*overrides]
+    data = read_toml(path)
+    with naming_the_file(path):
+        for change in overrides:
+            apply_override(data, change)
+        if MONTE_CARLO not in data:
+            raise InputError(
+                f"{MONTE_CARLO}: is missing; add the table [{MONTE_CARLO}] with trials = 100, or "
+                "use 'polychirp run' for a single trial"
+            )
+        table = build(MonteCarlo, data.pop(MONTE_CARLO), where=lambda place: (MONTE_CARLO, *place))
+        base = study_of_tables(data, folder=path.parent)
+        axes = axes_of_grid(table)
+        kept = [change for change in overrides if not change.startswith(f"{MONTE_CARLO}.")]
+        return Plan(
+            axes=axes,
+            points=_points(axes, data, path=path, overrides=kept),
+            trials=table.trials,
+            stop_half_width=table.stop_half_width,
+            origin=provenance(base),
+        )
+
+
+def _points(
+    axes: Sequence[Axis], data: dict[str, Any], *, path: Path, overrides: list[str]
+) -> tuple[Point, ...]:
+    points, found, names = [], [], []
+    for numbers in combinations(axes):
+        labels = tuple(axis.labels[n] for axis, n in zip(axes, numbers, strict=True))
+        name = ", ".join(f"{a.name} = {v}" for a, v in zip(axes, labels, strict=True))
+        names.append(name)
+        changes = [
+            change for axis, n in zip(axes, numbers, strict=True) for change in axis.changes[n]
+        ]
+        try:
+            study = study_of_tables(_changed(data, changes), folder=path.parent)
+        except InputError as error:
+            found.append((name, str(error).splitlines()))
+            continue
+        written = [*overrides, *(f"{key}={inline(value)}" for key, value in changes)]
+        points.append(
+            Point(
+                labels=labels,
+                study=study,
+                study_hash=provenance(study).study_hash,
+                command=_command(path, written),
+            )
+        )
+    if found:
+        raise InputError("\n".join(complaints(found, points=names)))
+    return tuple(points)
+
+
+def _changed(data: dict[str, Any], changes: Changes) -> dict[str, Any]:
+    tables = deepcopy(data)
+    for path, value in changes:
+        set_value(tables, path, value)
+    return tables
+
+
+def _command(path: Path, changes: Iterable[str]) -> str:
+    """The command that runs one point, but for its seed."""
+    options = [word for change in changes for word in ("--set", change)]
+    return shlex.join(["polychirp", "run", str(path), *options])

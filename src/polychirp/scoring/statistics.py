@@ -1,0 +1,266 @@
+"""Estimates over many trials, each with an interval that holds what it says.
+
+Targets of one trial share street, waveform and interference, so that they succeed and fail
+together: **a trial counts as one draw**, however many targets it has. Everything here takes sums
+per trial, ``(trial,)``, and is deterministic.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from statistics import NormalDist
+from typing import Final
+
+import numpy as np
+
+from polychirp.axes import FloatArray
+
+LEVEL: Final = 0.95
+"""How often an interval holds the true value, unless another level is asked for."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Estimate:
+    """A value between two limits; NaN where there is nothing to tell it from."""
+
+    value: float
+    low: float
+    high: float
+
+    @property
+    def half_width(self) -> float:
+        """Half of the distance between the limits."""
+        return 0.5 * (self.high - self.low)
+
+
+UNKNOWN: Final = Estimate(value=math.nan, low=math.nan, high=math.nan)
+
+
+def wilson(share: float, number: float, *, level: float = LEVEL) -> Estimate:
+    r"""Interval of a probability from the ``share`` of ``number`` independent draws.
+
+    .. math::
+
+        \frac{\hat p + z^2/2n \pm z\sqrt{\hat p(1-\hat p)/n + z^2/4n^2}}{1 + z^2/n}
+
+    Wilson, J. Am. Stat. Assoc. 22 (1927) 209. It never leaves 0…1, and is not empty where no
+    draw or every draw succeeds.
+
+    >>> found = wilson(1.0, 20)
+    >>> round(found.low, 3), found.high
+    (0.839, 1.0)
+    """
+    if not number > 0:
+        return UNKNOWN
+    z = NormalDist().inv_cdf(0.5 + 0.5 * level)
+    middle = share + z * z / (2 * number)
+    reach = z * math.sqrt(share * (1 - share) / number + z * z / (4 * number * number))
+    scale = 1 + z * z / number
+    low, high = (middle - reach) / scale, (middle + reach) / scale
+    return Estimate(
+        value=share,
+        low=0.0 if share == 0.0 else max(low, 0.0),
+        high=1.0 if share == 1.0 else min(high, 1.0),
+    )
+
+
+def proportion(hits: FloatArray, counts: FloatArray, *, level: float = LEVEL) -> Estimate:
+    r"""Probability of a hit, from ``hits`` of ``counts`` in every trial.
+
+    Wilson's interval with as many draws as independent ones would need for the same variance:
+    :math:`n = \hat p(1-\hat p)/v`, with the variance between trials of a ratio of sums
+    :math:`v = \frac{k}{k-1}\sum_i(h_i - \hat p m_i)^2/(\sum_i m_i)^2`, times :math:`(z/t_{k-1})^2`
+    because :math:`v` itself is an estimate (Korn and Graubard, Survey Methodology 24 (1998) 193;
+    Dean and Pagano, J. Surv. Stat. Methodol. 3 (2015) 484). Few misses tell little of how they
+    cluster, so that a quarter of a trial that hits all and of one that misses all is added for
+    :math:`n`. It is at most the number of counts, and at least
+    :math:`(\sum m_i)^2/\sum m_i^2`, that of trials which hit or miss as a whole; it is that where
+    all or none are hits, for then :math:`v` says nothing.
+
+    Parameters
+    ----------
+    hits, counts : ``(trial,)``; trials without counts are left out
+
+    Examples
+    --------
+    >>> targets = np.full(20, 5.0)
+    >>> found = proportion(np.where(np.arange(20) < 16, 5.0, 0.0), targets)  # all five or none
+    >>> found.value, round(found.low, 2), round(found.high, 2)
+    (0.8, 0.57, 0.92)
+    """
+    hits, counts = hits[counts > 0], counts[counts > 0]
+    if not counts.size:
+        return UNKNOWN
+    total = float(counts.sum())
+    share = float(hits.sum()) / total
+    if counts.max() == 1:
+        return wilson(share, total, level=level)
+    number = total**2 / float((counts**2).sum())
+    if counts.size > 1:
+        if 0.0 < share < 1.0:
+            number = min(max(number, _independent_draws(hits, counts)), total)
+        z = NormalDist().inv_cdf(0.5 + 0.5 * level)
+        number *= (z / _student(level, counts.size - 1)) ** 2
+    return wilson(share, number, level=level)
+
+
+def _independent_draws(hits: FloatArray, counts: FloatArray) -> float:
+    """How many of them vary as much as ``hits`` do, two made-up parts of trials among them."""
+    extra = _MADE_UP * counts.mean()
+    share = (hits.sum() + extra) / (counts.sum() + 2 * extra)
+    weight = np.append(np.ones(counts.size), [_MADE_UP, _MADE_UP])
+    size = np.append(counts, [counts.mean()] * 2)
+    residual = np.append(hits, [counts.mean(), 0.0]) - share * size
+    number = counts.size
+    variance = number / (number - 1) * (weight @ residual**2) / (weight @ size) ** 2
+    return float(share * (1 - share) / variance * number / weight.sum())
+
+
+_MADE_UP: Final = 0.25
+"""Of a trial; intervals of 0.02 to 0.98 then hold at least 94 times of 100 from 20 trials on."""
+
+
+def mean_count(counts: FloatArray, *, level: float = LEVEL) -> Estimate:
+    r"""Mean of a number per trial, such as ghosts in a frame.
+
+    Garwood's interval (Biometrika 28 (1936) 437) of a Poisson number, for a total scaled by the
+    counts' dispersion, variance over mean, and by :math:`(z/t_{n-1})^2`. Counts that do not vary
+    get the variance of ones that differ in :math:`1 - (\alpha/2)^{1/n}` of the trials, which
+    could still have shown nothing.
+
+    >>> found = mean_count(np.zeros(100))
+    >>> found.value, round(found.high, 3)
+    (0.0, 0.037)
+    """
+    from scipy.special import gammaincinv
+
+    if not counts.size:
+        return UNKNOWN
+    mean, number, tail = float(counts.mean()), counts.size, 0.5 * (1 - level)
+    draws = float(number)
+    if number > 1 and mean > 0:
+        least = 1 - tail ** (1 / number)
+        z = NormalDist().inv_cdf(1 - tail)
+        dispersion = max(float(counts.var(ddof=1)), least) / mean
+        draws *= (z / _student(level, number - 1)) ** 2 / dispersion
+    events = mean * draws
+    low = float(gammaincinv(events, tail)) / draws if events > 0 else 0.0
+    return Estimate(value=mean, low=low, high=float(gammaincinv(events + 1, 1 - tail)) / draws)
+
+
+def rms(squares: FloatArray, counts: FloatArray, *, level: float = LEVEL) -> Estimate:
+    r"""Root mean square of errors, from their sum of ``squares`` and number in every trial.
+
+    The logarithm of the mean square is taken as Student-distributed about its value, with the
+    variance between trials of a ratio of sums; but no narrower than independent normal errors
+    allow, whose logarithm has the variance :math:`\psi_1(K/2) \approx 2/K`. Where all errors of a
+    trial are one and the same, it holds 91 times of 100 with 20 trials, 94 times with 100.
+
+    Parameters
+    ----------
+    squares, counts : ``(trial,)``; trials without errors are left out
+
+    Examples
+    --------
+    >>> found = rms(np.full(50, 0.01), np.ones(50))
+    >>> round(found.value, 3), round(found.low, 3), round(found.high, 3)
+    (0.1, 0.082, 0.123)
+    """
+    from scipy.special import polygamma
+
+    squares, counts = squares[counts > 0], counts[counts > 0]
+    if not counts.size:
+        return UNKNOWN
+    total = float(counts.sum())
+    mean = float(squares.sum()) / total
+    if counts.size < 2 or mean == 0.0:
+        return Estimate(value=math.sqrt(mean), low=math.nan, high=math.nan)
+    spread = _variance(squares - mean * counts) / (float(counts.mean()) * mean) ** 2
+    spread = max(spread, float(polygamma(1, total / 2)))
+    reach = math.exp(0.5 * _student(level, counts.size - 1) * math.sqrt(spread))
+    value = math.sqrt(mean)
+    return Estimate(value=value, low=value / reach, high=value * reach)
+
+
+def ratio_difference(
+    first: tuple[FloatArray, FloatArray],
+    second: tuple[FloatArray, FloatArray],
+    *,
+    level: float = LEVEL,
+) -> Estimate:
+    r"""First minus second ratio of sums, of variants that share their random draws trial by trial.
+
+    What the two have in common cancels in the difference of their influences
+    :math:`u_i = (a_i - R b_i)/\bar b`, whose mean is Student-distributed. Where no trial differs,
+    the limits are those of the chance that one does, :math:`1 - (\alpha/2)^{1/n}`.
+
+    Parameters
+    ----------
+    first, second : numerator and denominator in every trial, ``(trial,)`` each; ones as the
+        denominator make it a difference of means
+
+    Examples
+    --------
+    >>> found, seen = np.array([4.0, 5.0, 3.0, 5.0]), np.full(4, 5.0)
+    >>> gain = ratio_difference((found, seen), (found - 1.0, seen))  # always one target more
+    >>> round(gain.value, 3)
+    0.2
+    """
+    value_1, influence_1 = _ratio(*first)
+    value_2, influence_2 = _ratio(*second)
+    return _difference(value_1 - value_2, influence_1 - influence_2, level=level, least=1.0)
+
+
+def rms_difference(
+    first: tuple[FloatArray, FloatArray],
+    second: tuple[FloatArray, FloatArray],
+    *,
+    level: float = LEVEL,
+) -> Estimate:
+    r"""First minus second root mean square, of variants that share their draws trial by trial.
+
+    As `ratio_difference`, with the influence of a square root, :math:`u_i/2\sqrt R`. Limits are
+    NaN where no trial differs.
+
+    Parameters
+    ----------
+    first, second : sum of squares and number in every trial, ``(trial,)`` each
+    """
+    mean_1, influence_1 = _ratio(*first)
+    mean_2, influence_2 = _ratio(*second)
+    if not (mean_1 > 0 and mean_2 > 0):
+        return UNKNOWN
+    root_1, root_2 = math.sqrt(mean_1), math.sqrt(mean_2)
+    change = influence_1 / (2 * root_1) - influence_2 / (2 * root_2)
+    return _difference(root_1 - root_2, change, level=level, least=math.nan)
+
+
+def _ratio(above: FloatArray, below: FloatArray) -> tuple[float, FloatArray]:
+    """Ratio of sums, and each trial's influence on it."""
+    total = float(below.sum())
+    if not total > 0:
+        return math.nan, np.full(below.shape, math.nan)
+    ratio = float(above.sum()) / total
+    return ratio, np.asarray((above - ratio * below) * (below.size / total))
+
+
+def _difference(value: float, influence: FloatArray, *, level: float, least: float) -> Estimate:
+    if influence.size < 2 or not math.isfinite(value):
+        return Estimate(value=value, low=math.nan, high=math.nan)
+    reach = _student(level, influence.size - 1) * math.sqrt(_variance(influence))
+    if not np.any(influence):
+        reach = least * (1 - (0.5 * (1 - level)) ** (1 / influence.size))
+    return Estimate(value=value, low=value - reach, high=value + reach)
+
+
+def _variance(influence: FloatArray) -> float:
+    """Of the mean of values that are zero on average."""
+    number = influence.size
+    return float(influence @ influence) / (number * (number - 1))
+
+
+def _student(level: float, freedom: int) -> float:
+    from scipy.special import stdtrit
+
+    return float(stdtrit(freedom, 0.5 + 0.5 * level))

@@ -1,0 +1,1 @@
+"""Many trials of every point of a grid: drawn alike, stopped early, resumed, stored."""

@@ -1,0 +1,192 @@
+"""What a Monte Carlo study varies: the table of its file, its axes, and the seeds of its trials."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import product
+from typing import Any, Final
+
+import numpy as np
+
+from polychirp.errors import InputError
+from polychirp.frames import Spec
+
+Label = str | int | float
+"""What stands for one value of an axis in tables and coordinates."""
+
+OWN_AXES: Final = ("trial", "victim", "target", "nature")
+"""Axes that results have besides the grid's."""
+
+_FIXED: Final = {
+    "seed": "every trial gets its own; say how many with trials",
+    "name": "all points of a grid belong to one study",
+    "monte_carlo": "a grid cannot change itself",
+}
+"""Keys that a grid may not change, and why."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Choice(Spec):
+    """One value of a named axis: keys of the study that move together.
+
+    Parameters
+    ----------
+    label : in tables and coordinates
+    set : values by dotted path, as ``--set`` takes them
+    """
+
+    label: str
+    set: dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NamedAxis(Spec):
+    """An axis of a grid, under a name of its own.
+
+    Parameters
+    ----------
+    name : of the axis
+    values : one after the other
+    """
+
+    name: str
+    values: tuple[Choice, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MonteCarlo(Spec):
+    """The table ``[monte_carlo]`` of a study file: how many trials, over which grid.
+
+    Every combination of the values of all axes is a point. Trial n of every point draws from the
+    same seed, so that points differ by what the grid changes and by nothing else.
+
+    Parameters
+    ----------
+    trials : of each point, at most
+    stop_half_width : where given, a point stops as soon as the 95 % interval of the detection
+        probability of each of its victims reaches no further either way
+    grid : values by dotted path, as ``--set`` takes it; ``*`` stands for every entry of a list
+    axes : further axes, with names, labels and keys that move together
+
+    Examples
+    --------
+    >>> study = MonteCarlo(trials=10, grid={"radars.*.start_time": ["0 s", "1 us"]})
+    >>> axes_of_grid(study)[0].name, axes_of_grid(study)[0].labels
+    ('start_time', ('0 s', '1 us'))
+    """
+
+    trials: int
+    stop_half_width: float | None = None
+    grid: dict[str, tuple[Any, ...]] = field(default_factory=dict)
+    axes: tuple[NamedAxis, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.trials < 1:
+            raise InputError(f"trials is {self.trials}; a point needs 1 or more")
+        if self.stop_half_width is not None and not 0.0 < self.stop_half_width < 0.5:
+            raise InputError(
+                f"stop_half_width is {self.stop_half_width:g}; it is a difference of "
+                "probabilities, so try 0.02"
+            )
+        axes_of_grid(self)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Axis:
+    """One axis of a grid.
+
+    Parameters
+    ----------
+    name : of the axis
+    labels : of its values
+    changes : of each value, pairs of dotted path and value
+    """
+
+    name: str
+    labels: tuple[Label, ...]
+    changes: tuple[tuple[tuple[str, Any], ...], ...]
+
+    def __post_init__(self) -> None:
+        if not re.fullmatch(r"\w[\w.-]*", self.name) or self.name in OWN_AXES:
+            raise InputError(
+                f"an axis cannot be called '{self.name}'; give it a name of letters, digits, '_', "
+                f"'-' and '.', other than {', '.join(OWN_AXES)}"
+            )
+        if not self.labels:
+            raise InputError(f"axis '{self.name}' has no values; give it one or more")
+        twice = [label for n, label in enumerate(self.labels) if label in self.labels[:n]]
+        if twice:
+            raise InputError(f"axis '{self.name}' has '{twice[0]}' twice; give each label once")
+        for path, _ in (change for value in self.changes for change in value):
+            first = path.partition(".")[0].strip()
+            if first in _FIXED:
+                raise InputError(f"a grid cannot change {first}: {_FIXED[first]}")
+
+
+def axes_of_grid(table: MonteCarlo) -> tuple[Axis, ...]:
+    """All axes: those of ``grid``, then those with names, as the file has them."""
+    names = _short_names([*table.grid])
+    plain = [
+        Axis(
+            name=name,
+            labels=tuple(_label(value) for value in values),
+            changes=tuple(((path, value),) for value in values),
+        )
+        for name, (path, values) in zip(names, table.grid.items(), strict=True)
+    ]
+    named = [
+        Axis(
+            name=axis.name,
+            labels=tuple(choice.label for choice in axis.values),
+            changes=tuple(tuple(choice.set.items()) for choice in axis.values),
+        )
+        for axis in table.axes
+    ]
+    axes = (*plain, *named)
+    names = [axis.name for axis in axes]
+    for n, name in enumerate(names):
+        if name in names[:n]:
+            raise InputError(f"two axes are called '{name}'; give each its own name")
+    return axes
+
+
+def _short_names(paths: Sequence[str]) -> list[str]:
+    """The last keys of every path, as few as tell it from the others."""
+    keys = [[key.strip() for key in path.split(".") if key.strip() != "*"] for path in paths]
+    names = []
+    for own in keys:
+        for depth in range(1, len(own) + 1):
+            tail = own[-depth:]
+            alike = sum(other[-depth:] == tail for other in keys)
+            if alike == 1 and tail[0] != "kind" and not tail[0].isdigit():
+                break
+        else:
+            tail = own
+        names.append("_".join(tail))
+    return names
+
+
+def _label(value: Any) -> Label:
+    if isinstance(value, int | float | str) and not isinstance(value, bool):
+        return value
+    return re.sub(r"[{}'\"\[\]]", "", str(value).lower() if isinstance(value, bool) else str(value))
+
+
+def combinations(axes: Sequence[Axis]) -> list[tuple[int, ...]]:
+    """Numbers of the values of each point, the last axis fastest."""
+    return list(product(*(range(len(axis.labels)) for axis in axes)))
+
+
+def trial_seed(seed: int, trial: int) -> int:
+    """The seed of trial number ``trial`` of every point of a study with ``seed``.
+
+    It depends on nothing else: not on the point, nor on who runs it. It is below 2⁵², so that
+    every reader of JSON keeps it whole.
+
+    >>> trial_seed(1, 0) == trial_seed(1, 1)
+    False
+    """
+    word = np.random.SeedSequence([seed, trial]).generate_state(1, np.uint64)[0]
+    return int(word >> np.uint64(12))

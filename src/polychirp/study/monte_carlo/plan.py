@@ -1,0 +1,115 @@
+"""`Plan` — every point of a grid as a study that can run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+
+from polychirp.errors import InputError, PhysicsError
+from polychirp.study.check import check
+from polychirp.study.monte_carlo.grid import Axis, Label, trial_seed
+from polychirp.study.provenance import Provenance
+from polychirp.study.spec import Study
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Point:
+    """One combination of the values of all axes.
+
+    Parameters
+    ----------
+    labels : of the value on each axis
+    study : that the point runs, still with the seed of the whole
+    study_hash : of that study; a finished trial is kept under it
+    command : that runs the point once, but for its ``--seed``
+    """
+
+    labels: tuple[Label, ...]
+    study: Study
+    study_hash: str
+    command: str
+
+    def trial(self, number: int) -> Study:
+        """The study of one trial: the same but for its seed."""
+        return replace(self.study, seed=trial_seed(self.study.seed, number))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plan:
+    """A Monte Carlo study, ready to run.
+
+    Parameters
+    ----------
+    axes : of the grid
+    points : all, the last axis fastest
+    trials : of each point, at most
+    stop_half_width : of the interval of detection probability at which a point stops, or None
+    origin : of the study as its file has it, without the grid
+    """
+
+    axes: tuple[Axis, ...]
+    points: tuple[Point, ...]
+    trials: int
+    stop_half_width: float | None
+    origin: Provenance
+
+    def __post_init__(self) -> None:
+        first: dict[str, Point] = {}
+        for point in self.points:
+            twin = first.setdefault(point.study_hash, point)
+            if twin is not point:
+                raise InputError(
+                    f"{self.where(twin)} and {self.where(point)} are one and the same study; "
+                    "see whether the keys of the grid reach what they mean, or drop one"
+                )
+
+    def where(self, point: Point) -> str:
+        """Which point, in words."""
+        pairs = zip(self.axes, point.labels, strict=True)
+        return ", ".join(f"{axis.name} = {label}" for axis, label in pairs) or "the only point"
+
+
+def complaints(found: Iterable[tuple[str, Sequence[str]]], *, points: Sequence[str]) -> list[str]:
+    """One line for each problem, with the points that have it.
+
+    >>> complaints([("a", ["x.y: is missing"]), ("b", ["x.y: is missing"])], points=["a", "b", "c"])
+    ['x.y: is missing (at a, and 1 more)']
+    """
+    where: dict[str, list[str]] = {}
+    for point, sentences in found:
+        for sentence in sentences:
+            where.setdefault(sentence, []).append(point)
+    return [f"{sentence}{_at(names, points)}" for sentence, names in where.items()]
+
+
+def _at(names: Sequence[str], points: Sequence[str]) -> str:
+    if len(names) == len(points):
+        return "" if len(points) == 1 else " (at every point)"
+    return f" (at {names[0]}{f', and {len(names) - 1} more' if len(names) > 1 else ''})"
+
+
+def check_plan(plan: Plan, *, progress: Callable[[str, int, int], None]) -> None:
+    """Refuse a plan any of whose points cannot run, as `check` says it of the first trial.
+
+    Raises
+    ------
+    InputError, PhysicsError
+        With every problem, and the points that have it.
+    """
+    found: list[tuple[str, list[str]]] = []
+    refused_by_physics = True
+    for number, point in enumerate(plan.points):
+        progress("checking", number, len(plan.points))
+        try:
+            check(point.trial(0))
+        except (InputError, PhysicsError) as error:
+            refused_by_physics &= isinstance(error, PhysicsError)
+            lines = str(error).splitlines()
+            found.append((plan.where(point), [line.strip() for line in lines[1:] or lines]))
+    progress("checking", len(plan.points), len(plan.points))
+    if found:
+        names = [plan.where(point) for point in plan.points]
+        lines = complaints(found, points=names)
+        text = "\n".join(f"  {line}" for line in lines)
+        sentence = f"this study cannot run over its grid: {plan.points[0].study.name}\n{text}"
+        raise PhysicsError(sentence) if refused_by_physics else InputError(sentence)

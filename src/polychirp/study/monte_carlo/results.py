@@ -1,0 +1,318 @@
+"""`Results` — what all trials of a plan found, as arrays, and their store.
+
+.. code-block:: text
+
+    results.zarr              format, version, provenance, grid: its axes and the hash of each
+    │                         point's study, trials asked for
+    ├── AXIS …                labels of each axis of the grid; victim, target, nature: names
+    ├── num_trials            (AXIS …) counted at each point
+    ├── seed                  (trial)
+    ├── detected              (AXIS …, trial, victim, target) 1 found, 0 missed
+    ├── range … sinr          (AXIS …, trial, victim, target)
+    ├── num_claims            (AXIS …, trial, victim, nature)
+    └── floor_rise            (AXIS …, trial, victim)
+
+Every array names its axes and unit, as xarray reads them. **NaN** stands where nothing is: the
+trial was not run, the target not in sight, or, for errors, not found. So ``mean`` over trials of
+``detected`` is the detection probability.
+"""
+
+from __future__ import annotations
+
+import shutil
+import warnings
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Final, cast
+
+import numpy as np
+
+from polychirp.axes import Axes, FloatArray, IntArray, axes_of, seal
+from polychirp.errors import InputError, RunError
+from polychirp.study.monte_carlo.grid import Label, trial_seed
+from polychirp.study.monte_carlo.plan import Plan
+from polychirp.study.monte_carlo.records import NATURES, TrialRecord, VictimRecord
+from polychirp.study.provenance import Provenance, canonical_json
+
+if TYPE_CHECKING:
+    from zarr import Group
+
+FORMAT: Final = "polychirp monte carlo"
+FORMAT_VERSION: Final = 1
+
+PerTargetOfTrial = Annotated[FloatArray, Axes("point", "trial", "victim", "target")]
+
+_UNITS: Final = {
+    "num_trials": "1",
+    "seed": "1",
+    "detected": "1",
+    "range": "m",
+    "range_rate": "m/s",
+    "azimuth": "rad",
+    "range_error": "m",
+    "range_rate_error": "m/s",
+    "azimuth_error": "rad",
+    "sinr": "1",
+    "num_claims": "1",
+    "floor_rise": "1",
+}
+
+_OF_FOUND: Final = ("range_error", "range_rate_error", "azimuth_error", "sinr")
+_TRUE: Final = ("range", "range_rate", "azimuth")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Results:
+    """What all trials found; NaN where nothing is.
+
+    Parameters
+    ----------
+    axes : name and labels of each axis of the grid; ``point`` counts through all combinations,
+        the last axis fastest
+    study_hash : of each point's study
+    victim, target : names
+    num_trials : counted at each point; a trial that failed is counted and NaN
+    seed : of each trial, at every point
+    detected : 1 found, 0 missed, NaN where there is no such target in sight
+    range, range_rate, azimuth : m, m/s, rad, true, hidden targets too
+    range_error, range_rate_error, azimuth_error : m, m/s, rad, found minus true
+    sinr : ratio, of targets found
+    num_claims : of each nature
+    floor_rise : ratio
+    origin : of the study without its grid
+    """
+
+    axes: tuple[tuple[str, tuple[Label, ...]], ...]
+    study_hash: tuple[str, ...]
+    victim: tuple[str, ...]
+    target: tuple[str, ...]
+    num_trials: Annotated[IntArray, Axes("point", dtype=np.int64)]
+    seed: Annotated[IntArray, Axes("trial", dtype=np.int64)]
+    detected: PerTargetOfTrial
+    range: PerTargetOfTrial
+    range_rate: PerTargetOfTrial
+    azimuth: PerTargetOfTrial
+    range_error: PerTargetOfTrial
+    range_rate_error: PerTargetOfTrial
+    azimuth_error: PerTargetOfTrial
+    sinr: PerTargetOfTrial
+    num_claims: Annotated[FloatArray, Axes("point", "trial", "victim", "nature")]
+    floor_rise: Annotated[FloatArray, Axes("point", "trial", "victim")]
+    origin: Provenance
+
+    def __post_init__(self) -> None:
+        seal(self)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Lengths of the grid's axes."""
+        return tuple(len(labels) for _, labels in self.axes)
+
+    def labels(self, point: int) -> tuple[Label, ...]:
+        """Of a point, on each axis."""
+        numbers = np.unravel_index(point, self.shape) if self.shape else ()
+        return tuple(labels[int(n)] for (_, labels), n in zip(self.axes, numbers, strict=True))
+
+
+def gather(plan: Plan, *, num_trials: Sequence[int], records: Iterable[TrialRecord]) -> Results:
+    """Results of the trials that count, whatever order they come in.
+
+    Parameters
+    ----------
+    num_trials : that count at each point, from the first on
+    """
+    point_of = {point.study_hash: n for n, point in enumerate(plan.points)}
+    kept = {}
+    for record in records:
+        point = point_of.get(record.study_hash)
+        if point is not None and record.trial < num_trials[point]:
+            kept[point, record.trial] = record
+    ordered = [kept[key] for key in sorted(kept)]
+    victims = _names(victim.name for record in ordered for victim in record.victims)
+    targets = _names(
+        name for record in ordered for victim in record.victims for name in victim.target
+    )
+    trials = max(num_trials)
+    of_trial = (len(plan.points), trials, len(victims))
+    arrays = {
+        name: np.full((*of_trial, len(targets)), np.nan)
+        for name in ("detected", *_TRUE, *_OF_FOUND)
+    }
+    arrays["num_claims"] = np.full((*of_trial, len(NATURES)), np.nan)
+    arrays["floor_rise"] = np.full(of_trial, np.nan)
+    for (point, trial), record in kept.items():
+        for victim in record.victims:
+            columns = [targets.index(name) for name in victim.target]
+            _fill(arrays, (point, trial, victims.index(victim.name)), victim, columns)
+    return Results(
+        axes=tuple((axis.name, axis.labels) for axis in plan.axes),
+        study_hash=tuple(point.study_hash for point in plan.points),
+        victim=victims,
+        target=targets,
+        num_trials=np.array(num_trials, dtype=np.int64),
+        seed=np.array([trial_seed(plan.origin.seed, n) for n in range(trials)], dtype=np.int64),
+        origin=plan.origin,
+        **arrays,
+    )
+
+
+def _names(names: Iterable[str]) -> tuple[str, ...]:
+    """Each once, in the order of their first appearance."""
+    return tuple(dict.fromkeys(names))
+
+
+def _fill(
+    arrays: dict[str, FloatArray],
+    place: tuple[int, int, int],
+    record: VictimRecord,
+    columns: list[int],
+) -> None:
+    is_visible, is_detected = np.array(record.is_visible, bool), np.array(record.is_detected, bool)
+    arrays["num_claims"][place] = record.claims
+    arrays["floor_rise"][place] = record.floor_rise
+    arrays["detected"][place][columns] = np.where(is_visible, is_detected, np.nan)
+    for name in _TRUE:
+        arrays[name][place][columns] = getattr(record, name)
+    for name in _OF_FOUND:
+        arrays[name][place][columns] = np.where(is_detected, getattr(record, name), np.nan)
+
+
+# ── the store ─────────────────────────────────────────────────────────────────
+
+
+def save_results(path: Path, results: Results, *, plan: Plan) -> None:
+    """Store results; equal results give equal files, whatever was at ``path`` before.
+
+    Raises
+    ------
+    RunError
+        The folder cannot be written.
+    """
+    unfinished = path.with_name(f"{path.name}.unfinished")
+    try:
+        shutil.rmtree(unfinished, ignore_errors=True)
+        _write(unfinished, results, plan)
+        shutil.rmtree(path, ignore_errors=True)
+        unfinished.rename(path)
+    except OSError as error:
+        raise RunError(f"'{path}' cannot be written: {error.strerror or error}") from error
+
+
+def _write(path: Path, results: Results, plan: Plan) -> None:
+    import zarr
+
+    root = zarr.create_group(store=path, zarr_format=3)
+    root.attrs.update(
+        {
+            "format": FORMAT,
+            "format_version": FORMAT_VERSION,
+            "provenance": asdict(results.origin),
+            "grid": canonical_json(plan.axes),
+            "trials": plan.trials,
+            "stop_half_width": plan.stop_half_width,
+            "study_hash": list(results.study_hash),
+        }
+    )
+    names = {"victim": results.victim, "target": results.target, "nature": NATURES}
+    for name, labels in (*results.axes, *names.items()):
+        _write_labels(root, name, labels)
+    grid = [name for name, _ in results.axes]
+    for field, axes in axes_of(Results).items():
+        array = getattr(results, field)
+        dimensions = [*axes]
+        if axes[0] == "point":
+            array = array.reshape((*results.shape, *array.shape[1:]))
+            dimensions = [*grid, *axes[1:]]
+        _write_array(root, field, array, dimensions, chunk_axes=len(grid))
+    with warnings.catch_warnings():
+        # readers of all of it, xarray first, want one file of metadata; Zarr warns of its format
+        warnings.simplefilter("ignore")
+        zarr.consolidate_metadata(root.store)
+
+
+def _write_labels(root: Group, name: str, labels: Sequence[Label]) -> None:
+    is_number = all(isinstance(label, int | float) for label in labels) and len(labels) > 0
+    values = np.array(labels) if is_number else np.array([str(v) for v in labels], dtype=object)
+    array = root.create_array(
+        name,
+        shape=values.shape,
+        dtype=values.dtype if is_number else str,
+        chunks=(max(1, len(labels)),),
+        dimension_names=[name],
+    )
+    if values.size:
+        array[...] = values
+
+
+def _write_array(
+    root: Group, name: str, values: Any, dimensions: Sequence[str], *, chunk_axes: int
+) -> None:
+    from zarr.codecs import BloscCodec
+
+    # all in one where that is little, else a point is a chunk
+    grid = min(chunk_axes, values.ndim) if values.nbytes > _LITTLE else 0
+    chunks = (*(1,) * grid, *(max(1, length) for length in values.shape[grid:]))
+    array = root.create_array(
+        name,
+        shape=values.shape,
+        dtype=values.dtype,
+        chunks=chunks,
+        compressors=BloscCodec(cname="zstd", shuffle="bitshuffle", typesize=8),
+        fill_value=np.nan if values.dtype.kind == "f" else 0,
+        dimension_names=dimensions,
+        attributes={"units": _UNITS[name]},
+    )
+    if values.size:
+        array[...] = values
+
+
+_LITTLE: Final = 16e6
+"""Bytes."""
+
+
+def load_results(path: Path | str) -> Results:
+    """Stored results.
+
+    Raises
+    ------
+    InputError
+        There are none at ``path``, or another version of polychirp wrote them.
+    """
+    import zarr
+    from zarr.errors import NodeNotFoundError
+
+    path = Path(path)
+    try:
+        root = zarr.open_group(store=path, mode="r", zarr_format=3)
+        attributes = cast("dict[str, Any]", dict(root.attrs))
+    except (FileNotFoundError, NodeNotFoundError, NotADirectoryError):
+        raise InputError(
+            f"there are no results in '{path}'; name the folder that ends in .zarr"
+        ) from None
+    stated = (attributes.get("format"), attributes.get("format_version"))
+    if stated != (FORMAT, FORMAT_VERSION):
+        raise InputError(
+            f"'{path}' holds no Monte Carlo results of version {FORMAT_VERSION}, but {stated}; "
+            "run the study again"
+        )
+    names: list[str] = list(cast("Any", root["num_trials"]).metadata.dimension_names or ())
+    stored = {name: _values(root, name) for name in _UNITS}
+    arrays = {
+        field: stored[field].reshape((-1, *stored[field].shape[len(names) :]))
+        if axes[0] == "point"
+        else stored[field]
+        for field, axes in axes_of(Results).items()
+    }
+    return Results(
+        axes=tuple((name, tuple(_values(root, name).tolist())) for name in names),
+        study_hash=tuple(attributes["study_hash"]),
+        victim=tuple(_values(root, "victim").tolist()),
+        target=tuple(_values(root, "target").tolist()),
+        origin=Provenance(**attributes["provenance"]),
+        **arrays,
+    )
+
+
+def _values(root: Group, name: str) -> Any:
+    return np.asarray(cast("Any", root[name])[...])

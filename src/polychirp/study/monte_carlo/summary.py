@@ -1,0 +1,208 @@
+"""What results say: each point on its own, and what differs between neighbours on an axis."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from polychirp.axes import FloatArray
+from polychirp.scoring.ghosts import Nature
+from polychirp.scoring.statistics import (
+    Estimate,
+    mean_count,
+    proportion,
+    ratio_difference,
+    rms,
+    rms_difference,
+)
+from polychirp.study.monte_carlo.grid import Label
+from polychirp.study.monte_carlo.records import NATURES
+from polychirp.study.monte_carlo.results import Results
+
+ERRORS: Final = ("range", "range_rate", "azimuth")
+
+_IS_GHOST: Final = np.array([Nature(name).is_ghost for name in NATURES])
+_UNEXPLAINED: Final = NATURES.index(Nature.UNEXPLAINED.value)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Summary:
+    """What one radar found at one point, over all its trials.
+
+    Every estimate has a 95 % interval; a trial counts as one draw (`scoring.statistics`).
+
+    Parameters
+    ----------
+    labels : of the point
+    study_hash : of the point's study
+    victim : name of the radar
+    num_trials : with a result
+    detection : probability that a target in sight is found
+    ghost : probability that a frame has a ghost
+    ghosts, false_claims, missed : mean number in a frame; false claims are the ghosts that nothing
+        explains: noise, or left over by the processing
+    floor_rise : median ratio
+    range_rmse, range_rate_rmse, azimuth_rmse : m, m/s, rad, of targets found
+    """
+
+    labels: tuple[Label, ...]
+    study_hash: str
+    victim: str
+    num_trials: int
+    detection: Estimate
+    ghost: Estimate
+    ghosts: Estimate
+    false_claims: Estimate
+    missed: Estimate
+    floor_rise: float
+    range_rmse: Estimate
+    range_rate_rmse: Estimate
+    azimuth_rmse: Estimate
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Difference:
+    """What changes from the first value of an axis to another, all else equal, trial by trial.
+
+    Parameters
+    ----------
+    axis : of the grid
+    first, other : labels on it
+    labels : of the other point, on all axes
+    victim : name of the radar
+    num_trials : that both points have
+    detection, ghosts : other minus first: probability, mean number in a frame
+    range_rmse, range_rate_rmse, azimuth_rmse : other minus first, m, m/s, rad
+    """
+
+    axis: str
+    first: Label
+    other: Label
+    labels: tuple[Label, ...]
+    victim: str
+    num_trials: int
+    detection: Estimate
+    ghosts: Estimate
+    range_rmse: Estimate
+    range_rate_rmse: Estimate
+    azimuth_rmse: Estimate
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Counts:
+    """Sums of each trial that was run, ``(trial,)``."""
+
+    trial: FloatArray
+    found: FloatArray
+    seen: FloatArray
+    ghosts: FloatArray
+    unexplained: FloatArray
+    squares: dict[str, FloatArray]
+
+    def only(self, trials: FloatArray) -> _Counts:
+        """Of these trials."""
+        kept = np.isin(self.trial, trials)
+        return _Counts(
+            trial=self.trial[kept],
+            found=self.found[kept],
+            seen=self.seen[kept],
+            ghosts=self.ghosts[kept],
+            unexplained=self.unexplained[kept],
+            squares={name: values[kept] for name, values in self.squares.items()},
+        )
+
+
+def _counts(results: Results, point: int, victim: int) -> _Counts:
+    was_run = ~np.isnan(results.num_claims[point, :, victim, 0])
+    detected = results.detected[point, was_run, victim]
+    claims = results.num_claims[point, was_run, victim]
+    errors = {name: getattr(results, f"{name}_error")[point, was_run, victim] for name in ERRORS}
+    return _Counts(
+        trial=np.flatnonzero(was_run).astype(np.float64),
+        found=np.nansum(detected, axis=1),
+        seen=np.sum(~np.isnan(detected), axis=1).astype(np.float64),
+        ghosts=claims[:, _IS_GHOST].sum(axis=1),
+        unexplained=claims[:, _UNEXPLAINED],
+        squares={name: np.nansum(values**2, axis=1) for name, values in errors.items()},
+    )
+
+
+def summaries(results: Results) -> list[Summary]:
+    """Of every point and every radar that it has."""
+    return [
+        _summary(results, point, victim)
+        for point in range(len(results.study_hash))
+        for victim in range(len(results.victim))
+        if _counts(results, point, victim).trial.size
+    ]
+
+
+def _summary(results: Results, point: int, victim: int) -> Summary:
+    counts = _counts(results, point, victim)
+    rise = results.floor_rise[point, :, victim]
+    known = rise[np.isfinite(rise)]
+    ones = np.ones(counts.trial.size)
+    return Summary(
+        labels=results.labels(point),
+        study_hash=results.study_hash[point],
+        victim=results.victim[victim],
+        num_trials=int(counts.trial.size),
+        detection=proportion(counts.found, counts.seen),
+        ghost=proportion((counts.ghosts > 0).astype(np.float64), ones),
+        ghosts=mean_count(counts.ghosts),
+        false_claims=mean_count(counts.unexplained),
+        missed=mean_count(counts.seen - counts.found),
+        floor_rise=float(np.median(known)) if known.size else float("nan"),
+        range_rmse=rms(counts.squares["range"], counts.found),
+        range_rate_rmse=rms(counts.squares["range_rate"], counts.found),
+        azimuth_rmse=rms(counts.squares["azimuth"], counts.found),
+    )
+
+
+def differences(results: Results) -> list[Difference]:
+    """Of every point that is not first on an axis, to the one that is."""
+    return [
+        _difference(results, axis, pair, victim)
+        for axis in range(len(results.axes))
+        for pair in _neighbours(results, axis)
+        for victim in range(len(results.victim))
+        if all(_counts(results, point, victim).trial.size for point in pair)
+    ]
+
+
+def _neighbours(results: Results, axis: int) -> Iterator[tuple[int, int]]:
+    """Pairs of points: the first on ``axis``, and each other with all else equal."""
+    numbers = np.arange(len(results.study_hash)).reshape(results.shape)
+    lines = np.moveaxis(numbers, axis, -1).reshape(-1, results.shape[axis])
+    for first, *others in lines.tolist():
+        yield from ((first, other) for other in others)
+
+
+def _difference(results: Results, axis: int, pair: tuple[int, int], victim: int) -> Difference:
+    counts = [_counts(results, point, victim) for point in pair]
+    common = np.intersect1d(counts[0].trial, counts[1].trial)
+    first, other = (one.only(common) for one in counts)
+    ones = np.ones(common.size)
+    labels = results.labels(pair[1])
+
+    def rmse(name: str) -> Estimate:
+        return rms_difference(
+            (other.squares[name], other.found), (first.squares[name], first.found)
+        )
+
+    return Difference(
+        axis=results.axes[axis][0],
+        first=results.labels(pair[0])[axis],
+        other=labels[axis],
+        labels=labels,
+        victim=results.victim[victim],
+        num_trials=int(common.size),
+        detection=ratio_difference((other.found, other.seen), (first.found, first.seen)),
+        ghosts=ratio_difference((other.ghosts, ones), (first.ghosts, ones)),
+        range_rmse=rmse("range"),
+        range_rate_rmse=rmse("range_rate"),
+        azimuth_rmse=rmse("azimuth"),
+    )

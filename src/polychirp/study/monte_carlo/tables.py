@@ -1,0 +1,155 @@
+"""Results as tables in SI units: CSV always, Parquet too where pyarrow is installed."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import asdict, fields
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from polychirp.scoring.statistics import Estimate
+from polychirp.study.monte_carlo.grid import Label
+from polychirp.study.monte_carlo.records import NATURES
+from polychirp.study.monte_carlo.results import Results
+from polychirp.study.monte_carlo.summary import Difference, Summary, differences, summaries
+
+Row = Mapping[str, Label | None]
+
+_UNIT_OF: Final = {
+    "range_rmse": "_m",
+    "range_rate_rmse": "_m_per_s",
+    "azimuth_rmse": "_rad",
+}
+
+
+def save_tables(folder: Path, results: Results) -> list[str]:
+    """Write all tables; gives the names of the files.
+
+    ``summary`` has a row for each point and radar, ``differences`` one for each pair of points
+    that differ on one axis, ``victims`` one for each radar of each trial, ``targets`` one for each
+    target of those. ``provenance.json`` says where they come from.
+    """
+    tables: dict[str, list[Row]] = {
+        "summary": [summary_row(row, results) for row in summaries(results)],
+        "differences": [difference_row(row, results) for row in differences(results)],
+        "victims": list(_victim_rows(results)),
+        "targets": list(_target_rows(results)),
+    }
+    origin = json.dumps(asdict(results.origin), indent=2, ensure_ascii=False, sort_keys=True)
+    (folder / "provenance.json").write_text(f"{origin}\n", encoding="utf-8")
+    names = ["provenance.json"]
+    for name, rows in tables.items():
+        _write_csv(folder / f"{name}.csv", rows)
+        names.append(f"{name}.csv")
+        if find_spec("pyarrow") is not None:
+            _write_parquet(folder / f"{name}.parquet", rows, provenance=origin)
+            names.append(f"{name}.parquet")
+    return names
+
+
+def summary_row(summary: Summary, results: Results) -> Row:
+    """A summary as one flat row; NaN becomes None."""
+    return {**_point(summary.labels, results), **_flat(summary)}
+
+
+def difference_row(difference: Difference, results: Results) -> Row:
+    """A difference as one flat row; NaN becomes None."""
+    return {**_point(difference.labels, results), **_flat(difference)}
+
+
+def _point(labels: Iterable[Label], results: Results) -> dict[str, Label | None]:
+    return dict(zip((name for name, _ in results.axes), labels, strict=True))
+
+
+def _flat(row: Summary | Difference) -> dict[str, Label | None]:
+    flat: dict[str, Label | None] = {}
+    for field in fields(row):
+        value = getattr(row, field.name)
+        name = f"{field.name}{_UNIT_OF.get(field.name, '')}"
+        if isinstance(value, Estimate):
+            flat[name] = _known(value.value)
+            flat[f"{name}_low"] = _known(value.low)
+            flat[f"{name}_high"] = _known(value.high)
+        elif field.name != "labels":
+            flat[name] = _known(value)
+    return flat
+
+
+def _known(value: Any) -> Label | None:
+    return None if isinstance(value, float) and math.isnan(value) else value
+
+
+def _trials(results: Results) -> Iterator[tuple[tuple[int, int, int], dict[str, Label | None]]]:
+    """Place and first columns of every radar of every trial that was run."""
+    was_run = ~np.isnan(results.num_claims[..., 0])
+    for point, trial, victim in np.argwhere(was_run).tolist():
+        yield (
+            (point, trial, victim),
+            {
+                **_point(results.labels(point), results),
+                "trial": trial,
+                "seed": int(results.seed[trial]),
+                "victim": results.victim[victim],
+            },
+        )
+
+
+def _victim_rows(results: Results) -> Iterator[Row]:
+    for place, row in _trials(results):
+        claims = results.num_claims[place].astype(int).tolist()
+        detected = results.detected[place]
+        yield {
+            **row,
+            "in_sight": int(np.sum(~np.isnan(detected))),
+            "found": int(np.nansum(detected)),
+            "missed": int(np.sum(detected == 0.0)),
+            "claims": sum(claims),
+            **{f"claims_{name}": n for name, n in zip(NATURES, claims, strict=True)},
+            "floor_rise": _known(float(results.floor_rise[place])),
+        }
+
+
+def _target_rows(results: Results) -> Iterator[Row]:
+    columns = {
+        "range_m": results.range,
+        "range_rate_m_per_s": results.range_rate,
+        "azimuth_rad": results.azimuth,
+        "range_error_m": results.range_error,
+        "range_rate_error_m_per_s": results.range_rate_error,
+        "azimuth_error_rad": results.azimuth_error,
+        "sinr": results.sinr,
+    }
+    for place, row in _trials(results):
+        for number, name in enumerate(results.target):
+            if not math.isnan(results.range[(*place, number)]):
+                detected = _known(float(results.detected[(*place, number)]))
+                yield {
+                    **row,
+                    "target": name,
+                    "detected": None if detected is None else int(detected),
+                    **{
+                        key: _known(float(values[(*place, number)]))
+                        for key, values in columns.items()
+                    },
+                }
+
+
+def _write_csv(path: Path, rows: list[Row]) -> None:
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, list(rows[0]) if rows else [], lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def _write_parquet(path: Path, rows: list[Row], *, provenance: str) -> None:
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    table = pa.Table.from_pylist([dict(row) for row in rows])
+    parquet.write_table(table.replace_schema_metadata({"provenance": provenance}), path)

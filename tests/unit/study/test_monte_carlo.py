@@ -1,0 +1,401 @@
+"""Trials are kept, counted, stopped and stored alike, whoever ran them and in whatever order.
+
+Trials are made up here, by an executor that runs nothing and forgets the order of its tasks.
+"""
+
+import csv
+import json
+import shutil
+import sys
+from collections import Counter
+from dataclasses import replace
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from polychirp.config.monte_carlo import load_plan
+from polychirp.errors import InputError, ModelWarning, RunError
+from polychirp.scoring.statistics import proportion
+from polychirp.study.monte_carlo.executor import LocalWorkers
+from polychirp.study.monte_carlo.records import (
+    NATURES,
+    TrialRecord,
+    VictimRecord,
+    read_records,
+    trial_log,
+)
+from polychirp.study.monte_carlo.results import load_results
+from polychirp.study.monte_carlo.run import GIVE_UP, LOG, STORE, run_plan
+from polychirp.study.monte_carlo.stopping import BLOCK, Stopping
+from polychirp.study.monte_carlo.summary import differences, summaries
+from polychirp.study.monte_carlo.tasks import Outcome, Task
+from polychirp.study.trial import silent
+from polychirp.testing.small_study import SMALL_GRID, SMALL_STUDY
+
+HEADER = {"versions": {"polychirp": "1"}, "platform": "here"}
+ERROR = 0.1
+
+
+def made_up(point: int, seed: int) -> VictimRecord:
+    """A victim of two targets: the second is hidden now and then, the first found more or less."""
+    rng = np.random.default_rng([seed, 1])
+    chance, is_visible = rng.uniform(size=2), (True, bool(rng.uniform() < 0.8))
+    is_detected = tuple(
+        bool(c < 0.9 - 0.2 * point) and v for c, v in zip(chance, is_visible, strict=True)
+    )
+    errors = tuple(ERROR * (1.0 if d else 0.0) for d in is_detected)
+    claims = dict.fromkeys(NATURES, 0) | {"target": sum(is_detected), "direct": point}
+    return VictimRecord(
+        name="front",
+        target=("near", "far"),
+        is_visible=is_visible,
+        is_detected=is_detected,
+        range=(9.0, 18.0),
+        range_rate=(0.0, -1.0),
+        azimuth=(0.0, 0.1),
+        range_error=errors,
+        range_rate_error=errors,
+        azimuth_error=errors,
+        sinr=(10.0, 10.0),
+        claims=tuple(claims[name] for name in NATURES),
+        floor_rise=2.0,
+    )
+
+
+class MadeUp:
+    """Outcomes in a random order, some tasks ahead; counts what it was asked."""
+
+    def __init__(self, *, order: int = 0, ahead: int = 7, dies_after: int | None = None) -> None:
+        self.rng = np.random.default_rng(order)
+        self.ahead, self.dies_after = ahead, dies_after
+        self.ran: Counter = Counter()
+        self.failing: set = set()
+
+    def run(self, studies, tasks):
+        del studies
+        while at := list(islice(tasks, self.ahead)):
+            self.rng.shuffle(at)
+            yield from map(self._outcome, at)
+
+    def _outcome(self, task):
+        if self.dies_after is not None and sum(self.ran.values()) >= self.dies_after:
+            raise KeyboardInterrupt
+        self.ran[task.point, task.trial] += 1
+        if (task.point, task.trial) in self.failing:
+            return Outcome(task=task, victims=None, failure="the mast fell over")
+        return Outcome(task=task, victims=(made_up(task.point, task.seed),))
+
+
+@pytest.fixture(scope="module")
+def plan(tmp_path_factory):
+    path = tmp_path_factory.mktemp("plan") / "small.toml"
+    path.write_text(SMALL_STUDY + SMALL_GRID, encoding="utf-8")
+    return replace(load_plan(path), trials=3 * BLOCK)
+
+
+def finish(plan, folder, executor):
+    return run_plan(plan, folder=folder, executor=executor, progress=silent)
+
+
+def files(folder: Path) -> dict[str, bytes]:
+    """All but the trials as they came."""
+    return {
+        str(file.relative_to(folder)): file.read_bytes()
+        for file in sorted(folder.rglob("*"))
+        if file.is_file() and file.name != LOG
+    }
+
+
+def test_the_order_of_trials_changes_no_byte(plan, tmp_path):
+    finish(plan, tmp_path / "a", MadeUp(order=1, ahead=1))
+    finish(plan, tmp_path / "b", MadeUp(order=2, ahead=50))
+    assert files(tmp_path / "a") == files(tmp_path / "b")
+
+
+def test_a_stopped_run_goes_on_without_losing_or_repeating_a_trial(plan, tmp_path):
+    first, second = MadeUp(order=3, dies_after=31), MadeUp(order=4)
+    with pytest.raises(KeyboardInterrupt):
+        finish(plan, tmp_path / "a", first)
+    done = finish(plan, tmp_path / "a", second)
+    assert sum(first.ran.values()) == 31
+    assert not first.ran.keys() & second.ran.keys()
+    assert set(first.ran + second.ran) == {(p, n) for p in range(4) for n in range(plan.trials)}
+    assert done.num_new == 4 * plan.trials - 31
+    finish(plan, tmp_path / "b", MadeUp())
+    assert files(tmp_path / "a") == files(tmp_path / "b")
+
+
+def test_more_trials_and_more_points_use_the_old_ones(plan, tmp_path):
+    few = replace(plan, trials=10, points=plan.points[:2], axes=plan.axes[1:])
+    few = replace(few, points=tuple(replace(p, labels=p.labels[1:]) for p in few.points))
+    finish(few, tmp_path, MadeUp())
+    again = MadeUp()
+    finish(plan, tmp_path, again)
+    assert sum(again.ran.values()) == 4 * plan.trials - 20
+    assert load_results(tmp_path / STORE).shape == (2, 2)
+
+
+@pytest.mark.parametrize("tear", [1, 40])
+def test_a_torn_last_line_costs_its_own_trial_alone(plan, tmp_path, tear):
+    finish(plan, tmp_path / "a", MadeUp())
+    log = tmp_path / "a" / LOG
+    log.write_bytes(log.read_bytes()[:-tear])
+    again = MadeUp()
+    finish(plan, tmp_path / "a", again)
+    assert sum(again.ran.values()) == 1
+    finish(plan, tmp_path / "b", MadeUp())
+    assert files(tmp_path / "a") == files(tmp_path / "b")
+
+
+def test_a_damaged_line_is_not_believed(plan, tmp_path):
+    finish(plan, tmp_path, MadeUp())
+    log = tmp_path / LOG
+    lines = log.read_bytes().splitlines(keepends=True)
+    lines[5] = lines[5].replace(b"9.0", b"7.0")
+    log.write_bytes(b"".join(lines))
+    again = MadeUp()
+    finish(plan, tmp_path, again)
+    assert sum(again.ran.values()) == 1
+
+
+def test_a_record_comes_back_from_its_line_to_the_bit(tmp_path):
+    record = TrialRecord(study_hash="ab", trial=3, seed=5, victims=(made_up(1, 5),))
+    odd = replace(record.victims[0], sinr=(1e300, 1 / 3), floor_rise=float("inf"))
+    record = replace(record, victims=(odd,))
+    with trial_log(tmp_path / LOG, made_with=HEADER) as log:
+        log.append(record)
+        log.append(record)
+    assert list(read_records(tmp_path / LOG)) == [record]
+
+
+def test_trials_of_other_versions_are_not_mixed(tmp_path):
+    with trial_log(tmp_path / LOG, made_with=HEADER):
+        pass
+    other = {"versions": {"polychirp": "2"}, "platform": "here"}
+    with (
+        pytest.raises(InputError, match="were made with polychirp 1 on here"),
+        trial_log(tmp_path / LOG, made_with=other),
+    ):
+        pass
+
+
+def test_two_runs_do_not_share_a_folder(tmp_path):
+    pytest.importorskip("fcntl", reason="this system has no locks of files")
+    with (
+        trial_log(tmp_path / LOG, made_with=HEADER),
+        pytest.raises(InputError, match="another run is at work"),
+        trial_log(tmp_path / LOG, made_with=HEADER),
+    ):
+        pass
+
+
+# ── early stop ────────────────────────────────────────────────────────────────
+
+
+def test_a_point_stops_at_the_first_block_that_is_narrow_enough(plan, tmp_path):
+    """The block is found again here from the trials themselves."""
+    plan = replace(plan, trials=20 * BLOCK, stop_half_width=0.06)
+    results = finish(plan, tmp_path, MadeUp()).results
+    for point in range(4):
+        records = [made_up(point, int(seed)) for seed in results.seed]
+        found = np.array([sum(r.is_detected) for r in records], dtype=float)
+        seen = np.array([sum(r.is_visible) for r in records], dtype=float)
+        stops = [
+            n
+            for n in range(BLOCK, 20 * BLOCK + 1, BLOCK)
+            if n > len(records) or proportion(found[:n], seen[:n]).half_width <= 0.06
+        ]
+        assert results.num_trials[point] == stops[0]
+        assert proportion(found[: stops[0]], seen[: stops[0]]).half_width <= 0.06
+    assert len(set(results.num_trials.tolist())) > 1
+    assert results.num_trials.max() < 20 * BLOCK
+
+
+@pytest.mark.parametrize("ahead", [1, 3, 64])
+def test_where_a_point_stops_does_not_depend_on_how_many_work(plan, tmp_path, ahead):
+    plan = replace(plan, trials=10 * BLOCK, stop_half_width=0.08)
+    finish(plan, tmp_path / "a", MadeUp(ahead=1))
+    other = MadeUp(order=ahead, ahead=ahead)
+    finish(plan, tmp_path / "b", other)
+    assert files(tmp_path / "a") == files(tmp_path / "b")
+    # what was at work when the last point stopped is all that was too much
+    needed = load_results(tmp_path / "b" / STORE).num_trials.sum()
+    assert sum(other.ran.values()) < needed + 2 * ahead
+
+
+def test_a_single_block_of_hits_is_no_reason_to_stop():
+    stopping = Stopping(num_points=1, trials=200, half_width=0.02)
+    for trial in range(BLOCK):
+        stopping.add(0, trial, {"front": (10, 10)})
+    assert stopping.limit == [200]
+
+
+def test_a_victim_without_targets_in_sight_keeps_nobody_waiting():
+    stopping = Stopping(num_points=1, trials=1000, half_width=0.1)
+    for trial in range(100):
+        stopping.add(0, trial, {"front": (1, 1), "blind": (0, 0)})
+    assert stopping.limit[0] <= 100
+
+
+# ── failures ──────────────────────────────────────────────────────────────────
+
+
+def test_a_trial_that_fails_is_told_with_the_command_that_repeats_it(plan, tmp_path):
+    executor = MadeUp()
+    executor.failing = {(2, 5)}
+    done = finish(plan, tmp_path, executor)
+    (failure,) = done.failures
+    assert failure.startswith("trial 5 at rcs = 10 dBsm, waveform = conventional: the mast fell")
+    assert failure.endswith(f"--seed {done.results.seed[5]}")
+    assert np.isnan(done.results.floor_rise[2, 5]).all()
+    assert np.isnan(done.results.floor_rise).sum() == 1
+    again = MadeUp()
+    assert finish(plan, tmp_path, again).failures == ()
+    assert set(again.ran) == {(2, 5)}
+
+
+def test_when_everything_fails_the_rest_is_not_tried(plan, tmp_path):
+    executor = MadeUp(ahead=1)
+    executor.failing = {(0, n) for n in range(plan.trials)}
+    with pytest.raises(RunError, match=f"{GIVE_UP} trials failed"):
+        finish(plan, tmp_path, executor)
+    assert sum(executor.ran.values()) == GIVE_UP
+
+
+def test_what_models_warn_of_is_passed_on_once(plan, tmp_path):
+    class Warned(MadeUp):
+        def run(self, studies, tasks):
+            for outcome in super().run(studies, tasks):
+                yield replace(outcome, notes=("glass is guessed",))
+
+    with pytest.warns(ModelWarning, match="glass is guessed") as caught:
+        finish(plan, tmp_path, Warned())
+    assert len(caught) == 1
+
+
+def test_no_workers_do_nothing():
+    with pytest.raises(InputError, match="0 workers do nothing"):
+        LocalWorkers(count=0)
+
+
+def test_workers_that_cannot_begin_are_not_started_for_ever(plan, monkeypatch):
+    monkeypatch.setattr(sys, "executable", shutil.which("false"))
+    tasks = iter([Task(point=0, trial=0, seed=0)])
+    with pytest.raises(RunError, match="workers ended before they could begin"):
+        next(LocalWorkers(count=2).run([plan.points[0].study], tasks))
+
+
+# ── results ───────────────────────────────────────────────────────────────────
+
+
+@pytest.fixture(scope="module")
+def done(plan, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("done")
+    return finish(plan, folder, MadeUp()), folder
+
+
+def test_results_come_back(done):
+    results, folder = done[0].results, done[1]
+    stored = load_results(folder / STORE)
+    assert stored.axes == results.axes
+    assert (stored.victim, stored.target) == (("front",), ("near", "far"))
+    assert stored.origin == results.origin
+    assert stored.study_hash == results.study_hash
+    for name in ("detected", "range_error", "num_claims", "floor_rise", "seed", "num_trials"):
+        np.testing.assert_array_equal(getattr(stored, name), getattr(results, name))
+
+
+def test_nan_stands_where_nothing_is(done):
+    results = done[0].results
+    for trial, seed in enumerate(results.seed):
+        record = made_up(3, int(seed))
+        for target in range(2):
+            place = (3, trial, 0, target)
+            assert np.isnan(results.detected[place]) == (not record.is_visible[target])
+            assert np.isnan(results.range_error[place]) == (not record.is_detected[target])
+    assert not np.isnan(results.range).any()
+
+
+def test_a_stopped_point_has_no_trials_beyond(plan, tmp_path):
+    plan = replace(plan, trials=10 * BLOCK, stop_half_width=0.08)
+    results = finish(plan, tmp_path, MadeUp(ahead=40)).results
+    for point, number in enumerate(results.num_trials):
+        was_run = ~np.isnan(results.floor_rise[point, :, 0])
+        assert was_run.tolist() == [n < number for n in range(was_run.size)]
+
+
+def test_the_mean_of_what_is_stored_is_what_is_summed_up(done):
+    results = done[0].results
+    for point, row in enumerate(summaries(results)):
+        seen = results.detected[point]
+        assert row.detection.value == pytest.approx(np.nanmean(seen))
+        assert row.ghosts.value == point
+        assert row.ghost.value == (point > 0)
+        assert row.false_claims.value == 0.0
+        assert row.range_rmse.value == pytest.approx(ERROR)
+        assert row.missed.value * row.num_trials == np.sum(seen == 0.0)
+
+
+def test_differences_are_between_neighbours_on_an_axis(done):
+    rows = differences(done[0].results)
+    assert [(row.axis, row.labels) for row in rows] == [
+        ("rcs", ("10 dBsm", "conventional")),
+        ("rcs", ("10 dBsm", "diverse")),
+        ("waveform", ("-10 dBsm", "diverse")),
+        ("waveform", ("10 dBsm", "diverse")),
+    ]
+    assert [row.ghosts.value for row in rows] == [2.0, 2.0, 1.0, 1.0]
+    assert all(row.detection.high < 0.0 for row in rows)
+
+
+def test_tables_hold_every_trial_and_say_where_they_come_from(done, plan):
+    folder = done[1]
+    with (folder / "targets.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 4 * plan.trials * 2
+    assert float(rows[0]["range_m"]) == 9.0
+    hidden = [row for row in rows if row["detected"] == ""]
+    assert hidden
+    assert all(row["range_error_m"] == "" for row in hidden)
+    with (folder / "summary.csv").open(encoding="utf-8") as file:
+        summary = list(csv.DictReader(file))
+    assert [row["study_hash"] for row in summary] == [p.study_hash for p in plan.points]
+    origin = json.loads((folder / "provenance.json").read_text(encoding="utf-8"))
+    assert origin["study_hash"] == plan.origin.study_hash
+
+
+def test_xarray_reads_results_by_name(done):
+    xarray = pytest.importorskip("xarray", reason="xarray is not installed")
+    data = xarray.open_zarr(done[1] / STORE)
+    assert data.detected.dims == ("rcs", "waveform", "trial", "victim", "target")
+    chance = data.detected.sel(waveform="diverse", rcs="10 dBsm").mean(["trial", "target"])
+    assert chance.sel(victim="front") == pytest.approx(
+        np.nanmean(done[0].results.detected[3]), abs=0.05
+    )
+    assert data.range_error.attrs["units"] == "m"
+
+
+def test_a_grid_of_numbers_has_numbers_for_coordinates(tmp_path):
+    path = tmp_path / "numbers.toml"
+    path.write_text(
+        f"{SMALL_STUDY}\n[monte_carlo]\ntrials = 2\ngrid = {{ num_sweeps = [2, 4] }}\n",
+        encoding="utf-8",
+    )
+    finish(load_plan(path), tmp_path / "out", MadeUp())
+    assert load_results(tmp_path / "out" / STORE).axes == (("num_sweeps", (2, 4)),)
+
+
+def test_without_a_grid_there_is_one_point(tmp_path):
+    path = tmp_path / "alone.toml"
+    path.write_text(f"{SMALL_STUDY}\n[monte_carlo]\ntrials = 3\n", encoding="utf-8")
+    finish(load_plan(path), tmp_path / "out", MadeUp())
+    stored = load_results(tmp_path / "out" / STORE)
+    assert (stored.shape, stored.num_trials.tolist()) == ((), [3])
+    assert [row.num_trials for row in summaries(stored)] == [3]
+
+
+def test_a_folder_without_results_is_refused(tmp_path):
+    with pytest.raises(InputError, match="there are no results in"):
+        load_results(tmp_path / "nothing.zarr")
