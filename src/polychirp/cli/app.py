@@ -14,7 +14,17 @@ from typing import Final, NoReturn
 
 from polychirp.errors import InputError, ModelWarning, PolychirpError
 
-VERBS: Final = ("init", "check", "run", "study", "process", "rcs", "paper", "view")
+VERBS: Final = (
+    "init",
+    "check",
+    "run",
+    "study",
+    "process",
+    "rcs",
+    "correlate",
+    "paper",
+    "view",
+)
 """In the order of the help; a verb without a module is not offered."""
 
 _STOPPED: Final = 130

@@ -1,0 +1,379 @@
+r"""SigMF recordings: complex samples in ``NAME.sigmf-data``, JSON in ``NAME.sigmf-meta``.
+
+After the Signal Metadata Format 1.2. What radars need and the format does not know is in the
+namespace ``polychirp:``, declared as an optional extension: other readers may ignore it.
+
+========================== ==================================================================
+``polychirp:schedule``     the ramps that were played: equally long lists, in SI
+``polychirp:num_samples``  that were written: tells a file that was cut off
+``polychirp:start_time``   s, of the first sample, on the clock of the schedule
+========================== ==================================================================
+
+Integers are read as parts of full scale, 1 being 2¹⁵ for 16 bits, and written so again:
+what is read and written has the same bytes.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from hashlib import sha512
+from pathlib import Path
+from typing import Any, Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from polychirp.axes import ComplexArray
+from polychirp.errors import InputError
+from polychirp.model.baseband import Baseband, Progress, silent
+from polychirp.model.ramp import RampSchedule
+
+META: Final = ".sigmf-meta"
+DATA: Final = ".sigmf-data"
+
+VERSION: Final = "1.2.0"
+
+EXTENSION: Final = {"name": "polychirp", "version": "0.1.0", "optional": True}
+
+Written = Literal["ci16_le", "cf32_le"]
+
+FORMATS: Final[Mapping[str, tuple[str, float, float]]] = {
+    "cf64_le": ("<f8", 0.0, 1.0),
+    "cf64_be": (">f8", 0.0, 1.0),
+    "cf32_le": ("<f4", 0.0, 1.0),
+    "cf32_be": (">f4", 0.0, 1.0),
+    "ci32_le": ("<i4", 0.0, 2.0**31),
+    "ci32_be": (">i4", 0.0, 2.0**31),
+    "ci16_le": ("<i2", 0.0, 2.0**15),
+    "ci16_be": (">i2", 0.0, 2.0**15),
+    "cu16_le": ("<u2", 2.0**15, 2.0**15),
+    "cu16_be": (">u2", 2.0**15, 2.0**15),
+    "ci8": ("i1", 0.0, 2.0**7),
+    "cu8": ("u1", 2.0**7, 2.0**7),
+}
+"""Element type, what stands for zero and what for full scale, of every type that is read."""
+
+RAMP_FIELDS: Final = (
+    "start_time",
+    "duration",
+    "start_frequency",
+    "slope",
+    "start_phase",
+    "sweep",
+)
+
+BLOCK: Final = 1 << 24
+"""Bytes that are hashed or checked at once."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SigmfRecording:
+    """Complex samples on disk, read piece by piece (a `SampleSource`).
+
+    Parameters
+    ----------
+    name : of the recording, for messages
+    path : of the data
+    datatype : one of `FORMATS`
+    sample_rate : 1/s
+    centre_frequency : Hz; zero where the file names none
+    num_samples : in the file
+    start_time : s, of the first sample
+    schedule : ramps that were played, where the file names them
+    metadata : all of the JSON, by its names
+    """
+
+    name: str
+    path: Path
+    datatype: str
+    sample_rate: float
+    centre_frequency: float
+    num_samples: int
+    start_time: float
+    schedule: RampSchedule | None
+    metadata: Mapping[str, Any]
+
+    def read(self, first: int, last: int) -> ComplexArray:
+        """Samples ``first`` up to before ``last``, ``(time,)``.
+
+        Raises
+        ------
+        InputError
+            Samples that are no numbers, which come of a wrong datatype.
+        """
+        kind, zero, full = FORMATS[self.datatype]
+        width = np.dtype(kind).itemsize
+        words: NDArray[Any] = np.fromfile(
+            self.path, dtype=kind, count=2 * (last - first), offset=2 * width * first
+        )
+        values = (words.astype(np.float64) - zero) / full
+        # squares of correlations must stay finite
+        if not np.all(np.abs(values) < 1e100):
+            raise InputError(
+                f"{self.name}: holds values that are no numbers or beyond all bounds; its "
+                f"core:datatype says {self.datatype}, but the samples may be integers"
+            )
+        return values.view(np.complex128)
+
+    def signal(self) -> Baseband:
+        """All samples, in memory."""
+        return Baseband(
+            samples=self.read(0, self.num_samples),
+            sample_rate=self.sample_rate,
+            centre_frequency=self.centre_frequency,
+            start_time=self.start_time,
+        )
+
+
+# ── in ────────────────────────────────────────────────────────────────────────
+
+
+def open_sigmf(path: Path | str) -> SigmfRecording:
+    """A recording by the path of either of its files; no sample is read yet.
+
+    Raises
+    ------
+    InputError
+        A file is not there; the metadata are no SigMF, contradict themselves, or describe samples
+        that are not complex numbers of one channel; the data were cut off.
+    """
+    path = Path(path)
+    meta = path.with_suffix(META)
+    data = path.with_suffix(DATA)
+    if path.suffix not in (META, DATA):
+        raise InputError(f"'{path}' is no SigMF recording; name its file NAME{META}")
+    metadata = _json(meta)
+    fields, capture = _global(metadata, meta.name), _capture(metadata, meta.name)
+    datatype = _datatype(fields, meta.name)
+    rate = _number(fields, "core:sample_rate", meta.name)
+    if not rate > 0:
+        raise InputError(f"{meta.name}: core:sample_rate is {rate:g}; give the samples per second")
+    count = _count(data, datatype, fields)
+    schedule = _schedule(fields, meta.name)
+    centre = _number(capture, "core:frequency", meta.name, otherwise=0.0)
+    _check_band(schedule, rate, centre, meta.name)
+    return SigmfRecording(
+        name=data.name,
+        path=data,
+        datatype=datatype,
+        sample_rate=rate,
+        centre_frequency=centre,
+        num_samples=count,
+        start_time=_number(fields, "polychirp:start_time", meta.name, otherwise=0.0),
+        schedule=schedule,
+        metadata=metadata,
+    )
+
+
+def check_sha512(recording: SigmfRecording, *, progress: Progress = silent) -> None:
+    """Refuse data that are not those that the metadata were written for, where they say so.
+
+    Raises
+    ------
+    InputError
+        The hash differs.
+    """
+    told = recording.metadata["global"].get("core:sha512")
+    if told is None:
+        return
+    found = _hash(recording.path, progress)
+    if found != str(told).lower():
+        raise InputError(
+            f"{recording.name}: its SHA-512 is not the one in its metadata: the samples were "
+            "changed or belong to another recording; copy both files again"
+        )
+
+
+def _hash(path: Path, progress: Progress = silent) -> str:
+    size, done, hashed = path.stat().st_size, 0, sha512()
+    with path.open("rb") as file:
+        while block := file.read(BLOCK):
+            progress("SHA-512", done, size)
+            hashed.update(block)
+            done += len(block)
+    progress("SHA-512", size, size)
+    return hashed.hexdigest()
+
+
+def _json(path: Path) -> dict[str, Any]:
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError(f"there is no recording '{path}'") from None
+    except OSError as error:
+        raise InputError(f"'{path}' cannot be read: {error.strerror}") from None
+    except (UnicodeDecodeError, json.JSONDecodeError) as error:
+        raise InputError(f"{path.name}: is not JSON ({error}); SigMF metadata are") from None
+    if not isinstance(found, dict):
+        raise InputError(f"{path.name}: is not an object with 'global' and 'captures', as SigMF is")
+    return found
+
+
+def _global(metadata: Mapping[str, Any], name: str) -> dict[str, Any]:
+    fields = metadata.get("global")
+    if not isinstance(fields, dict):
+        raise InputError(f"{name}: has no object 'global'; SigMF metadata have one")
+    if fields.get("core:num_channels", 1) != 1:
+        raise InputError(
+            f"{name}: has {fields['core:num_channels']} channels; split them into recordings"
+        )
+    return fields
+
+
+def _capture(metadata: Mapping[str, Any], name: str) -> dict[str, Any]:
+    captures = metadata.get("captures")
+    if not (isinstance(captures, list) and all(isinstance(one, dict) for one in captures)):
+        raise InputError(f"{name}: has no list 'captures'; SigMF metadata have one")
+    if any(one.get("core:header_bytes") for one in captures):
+        raise InputError(f"{name}: has headers between samples, which are not read; remove them")
+    if len({one.get("core:frequency") for one in captures}) > 1:
+        raise InputError(f"{name}: was retuned while recording; split it where it was")
+    return captures[0] if captures else {}
+
+
+def _datatype(fields: Mapping[str, Any], name: str) -> str:
+    told = fields.get("core:datatype")
+    if told is None:
+        raise InputError(f"{name}: core:datatype is missing; give it, as in 'cf32_le'")
+    if told not in FORMATS:
+        why = "is real, but I and Q are needed" if str(told).startswith("r") else "is unknown"
+        raise InputError(f"{name}: core:datatype '{told}' {why}; known are {', '.join(FORMATS)}")
+    return str(told)
+
+
+def _number(
+    fields: Mapping[str, Any], key: str, name: str, *, otherwise: float | None = None
+) -> float:
+    value = fields.get(key, otherwise)
+    if value is None:
+        raise InputError(f"{name}: {key} is missing; give it")
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise InputError(f"{name}: {key} is {value!r}; it must be a number")
+    return float(value)
+
+
+def _count(data: Path, datatype: str, fields: Mapping[str, Any]) -> int:
+    """Samples in the data file, which must be whole and as many as were written."""
+    try:
+        size = data.stat().st_size
+    except FileNotFoundError:
+        raise InputError(f"there are no samples '{data}' beside their metadata") from None
+    width = 2 * np.dtype(FORMATS[datatype][0]).itemsize
+    count, rest = divmod(size, width)
+    told = fields.get("polychirp:num_samples")
+    if told is not None and count < told:
+        raise InputError(
+            f"{data.name}: was cut off: {count} of {told} samples are there; copy it again, or "
+            "correct polychirp:num_samples and remove core:sha512 to use what is there"
+        )
+    if rest or not count or (told is not None and count > told):
+        raise InputError(
+            f"{data.name}: its {size} bytes are not "
+            + (f"{told} samples" if told is not None else "whole samples")
+            + f" of {width} bytes ({datatype}); it was cut off, or core:datatype is wrong"
+        )
+    return count
+
+
+def _schedule(fields: Mapping[str, Any], name: str) -> RampSchedule | None:
+    told = fields.get("polychirp:schedule")
+    if told is None:
+        return None
+    try:
+        return RampSchedule(**{field: np.array(told[field]) for field in RAMP_FIELDS})
+    except InputError as error:
+        raise InputError(f"{name}: polychirp:schedule: {error}") from None
+    except (KeyError, TypeError, ValueError):
+        raise InputError(
+            f"{name}: polychirp:schedule needs lists of numbers {', '.join(RAMP_FIELDS)}"
+        ) from None
+
+
+def _check_band(schedule: RampSchedule | None, rate: float, centre: float, name: str) -> None:
+    """Refuse ramps that cannot have been in the samples that they are said to be in."""
+    if schedule is None or centre == 0.0:
+        return
+    middle = schedule.centre_frequency
+    if np.all(np.abs(middle - centre) - 0.5 * schedule.bandwidth > 0.5 * rate):
+        raise InputError(
+            f"{name}: its ramps are about {float(middle[0]) / 1e9:g} GHz, but core:frequency is "
+            f"{centre / 1e9:g} GHz and core:sample_rate {rate / 1e6:g} MS/s; correct what is wrong"
+        )
+
+
+# ── out ───────────────────────────────────────────────────────────────────────
+
+
+def write_sigmf(
+    path: Path | str,
+    signal: Baseband,
+    *,
+    datatype: Written = "cf32_le",
+    schedule: RampSchedule | None = None,
+    description: str = "",
+) -> Path:
+    """Write a signal; gives the path of its metadata, ``NAME.sigmf-meta``.
+
+    Equal signals give equal bytes: no time of day is kept.
+
+    Parameters
+    ----------
+    path : with either suffix, or none
+    datatype : 16-bit integers hold magnitudes of I and Q below 1
+    schedule : what was played
+
+    Raises
+    ------
+    InputError
+        A sample is beyond full scale.
+    """
+    path = Path(path)
+    if path.suffix not in (META, DATA):
+        path = path.with_name(path.name + META)
+    meta, data = path.with_suffix(META), path.with_suffix(DATA)
+    meta.parent.mkdir(parents=True, exist_ok=True)
+    data.write_bytes(_words(signal.samples, datatype).tobytes())
+    fields: dict[str, Any] = {
+        "core:datatype": datatype,
+        "core:sample_rate": signal.sample_rate,
+        "core:version": VERSION,
+        "core:num_channels": 1,
+        "core:sha512": _hash(data),
+        "core:recorder": "polychirp",
+        "core:description": description,
+        "core:extensions": [EXTENSION],
+        "polychirp:num_samples": signal.num_samples,
+        "polychirp:start_time": signal.start_time,
+    }
+    if schedule is not None:
+        fields["polychirp:schedule"] = {
+            field: getattr(schedule, field).tolist() for field in RAMP_FIELDS
+        }
+    capture: dict[str, Any] = {"core:sample_start": 0}
+    if signal.centre_frequency:
+        capture["core:frequency"] = signal.centre_frequency
+    text = json.dumps(
+        {"global": fields, "captures": [capture], "annotations": []},
+        indent=1,
+        allow_nan=False,
+        ensure_ascii=False,
+    )
+    meta.write_text(text + "\n", encoding="utf-8")
+    return meta
+
+
+def _words(samples: ComplexArray, datatype: Written) -> NDArray[Any]:
+    kind, _, full = FORMATS[datatype]
+    values = np.ascontiguousarray(samples).view(np.float64)
+    if datatype == "cf32_le":
+        return values.astype(kind)
+    whole = np.rint(values * full)
+    if whole.min() < -full or whole.max() >= full:
+        raise InputError(
+            f"a sample is beyond full scale ({np.abs(values).max():.3g} of 1); scale the signal "
+            "down, or write cf32_le"
+        )
+    return whole.astype(kind)

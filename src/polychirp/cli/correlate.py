@@ -1,0 +1,338 @@
+"""``polychirp correlate`` — how alike two waveforms or recordings are."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from polychirp.errors import InputError, did_you_mean
+
+if TYPE_CHECKING:
+    from polychirp.correlation.base import Correlation
+    from polychirp.correlation.lobes import Lobes
+    from polychirp.radio.base import Radio
+    from polychirp.study.correlate import Operand, Pair
+
+RADIOS: Final = ("loopback", "soapy", "pluto")
+
+_DESCRIPTION: Final = """\
+Correlate A with B (or with itself) on one scale: a signal with itself has a peak of 1.
+
+A and B are each one of
+  NAME.sigmf-meta      a recording
+  STUDY.toml:RADAR     what a radar of a study plays, its first sweeps
+  paper-100, paper-120 the paper's chirps: 100 MHz at 4 GHz, 120 MHz at 3.75 GHz, 100 us
+
+'polychirp correlate paper' runs all of the paper's section V: its two cases and those that really
+test slope diversity, in theory, through transceivers at three SNRs, and by loop-back."""
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add this verb."""
+    parser = subparsers.add_parser(
+        "correlate",
+        help="auto- and cross-correlation of waveforms and recordings",
+        description=_DESCRIPTION,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("a", metavar="A", help="what is received; or 'paper'")
+    parser.add_argument("b", metavar="B", nargs="?", help="the reference (default: A)")
+    common = parser.add_argument_group("what is compared")
+    common.add_argument("--rate", metavar="R", help="common sample rate, as in '130 MS/s'")
+    common.add_argument("--sweeps", metavar="N", type=int, default=1, help="of waveforms (1)")
+    common.add_argument(
+        "--baseband", action="store_true", help="take carriers away: compare basebands"
+    )
+    common.add_argument("--align", action="store_true", help="find B in A, and take the delay away")
+    common.add_argument(
+        "--offset", metavar="F", help="and a frequency offset of up to this, as in '20 kHz'"
+    )
+    common.add_argument(
+        "--search",
+        action="store_true",
+        help="find every place of B in the long recording A, block by block",
+    )
+    _add_bench(parser)
+    out = parser.add_argument_group("results")
+    out.add_argument("--figure", metavar="FILE", help="picture; with 'paper', a folder of them")
+    out.add_argument("--csv", metavar="FILE", help="the picture's data; with 'paper', the table")
+    out.add_argument("--ambiguity", metavar="FILE", help="picture over delay and Doppler shift")
+    out.add_argument("--doppler", metavar="F", default="1 MHz", help="its reach (1 MHz)")
+    out.add_argument("--save", metavar="DIR", help="write A and B as SigMF recordings")
+    out.add_argument("--json", action="store_true", help="print JSON in SI units on stdout")
+
+
+def _add_bench(parser: argparse.ArgumentParser) -> None:
+    bench = parser.add_argument_group("bench")
+    bench.add_argument("--snr", metavar="X", help="pass A through the transceiver model first")
+    bench.add_argument(
+        "--radio",
+        metavar="R",
+        help="play A and record it: loopback, soapy:ARGUMENTS or pluto:ADDRESS",
+    )
+    bench.add_argument(
+        "--i-hold-a-licence",
+        action="store_true",
+        help="you may transmit in A's band, or a cable with an attenuator joins the connectors",
+    )
+    bench.add_argument("--seed", type=int, default=1, help="of all random draws (1)")
+    bench.add_argument("--draws", metavar="N", type=int, default=12, help="with 'paper' (12)")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Read, correlate, print, write."""
+    if arguments.seed < 0:
+        raise InputError(f"--seed: {arguments.seed} is negative; use 0 or more")
+    if arguments.a == "paper":
+        return _paper(arguments)
+    if arguments.search:
+        return _search(arguments)
+    from polychirp.correlation.base import correlate
+    from polychirp.correlation.lobes import lobes
+    from polychirp.study.correlate import aligned_pair, closed_form, fine_step, paired
+
+    a, b = _operands(arguments)
+    pair = paired(
+        a,
+        b,
+        sample_rate=_read(arguments, "rate", "S/s"),
+        compare_basebands=arguments.baseband,
+    )
+    pair = _on_the_bench(arguments, pair)
+    found: dict[str, float] = {}
+    if arguments.align or arguments.offset:
+        pair, found = aligned_pair(pair, greatest_offset=_read(arguments, "offset", "Hz") or 0.0)
+    measured = correlate(pair.a, pair.b, oversampling=fine_step(pair))
+    theory = closed_form(pair, measured.lag)
+    rows = {"correlation": lobes(measured)}
+    if theory is not None:
+        rows["closed form"] = lobes(theory)
+    _write(arguments, pair, measured, theory)
+    _show(arguments, pair, rows, found)
+    return 0
+
+
+# ── in ────────────────────────────────────────────────────────────────────────
+
+
+def _read(arguments: argparse.Namespace, name: str, unit: str) -> float | None:
+    """An option's positive value in SI, if it is given."""
+    from polychirp.units import Unit
+
+    text = getattr(arguments, name)
+    if text is None:
+        return None
+    try:
+        value = Unit(unit).read(text)
+    except InputError as error:
+        raise InputError(f"--{name}: {error}") from None
+    if not value > 0:
+        raise InputError(f"--{name}: use a value above zero")
+    return value
+
+
+def _operands(arguments: argparse.Namespace) -> tuple[Operand, Operand]:
+    a = _operand(arguments.a, arguments)
+    return a, a if arguments.b is None else _operand(arguments.b, arguments)
+
+
+def _operand(text: str, arguments: argparse.Namespace) -> Operand:
+    from polychirp.capture.sigmf import DATA, META, check_sha512, open_sigmf
+    from polychirp.cli.progress import progress_bar
+    from polychirp.study.correlate import NAMED, from_recording, from_study, named
+
+    if Path(text).suffix in (META, DATA):
+        recording = open_sigmf(text)
+        with progress_bar("correlate") as show:
+            check_sha512(recording, progress=show)
+        return from_recording(text, recording)
+    if text in NAMED:
+        return named(text)
+    path, colon, radar = text.rpartition(":")
+    if colon and path.endswith(".toml"):
+        from polychirp.config.load import load_study
+
+        return from_study(load_study(path), radar, num_sweeps=arguments.sweeps)
+    if text.endswith(".toml"):
+        raise InputError(f"'{text}' has many radars; name one, as in '{text}:front'")
+    raise InputError(
+        f"'{text}' is neither a recording (NAME{META}), nor a radar (STUDY.toml:RADAR), nor a "
+        f"named waveform; {did_you_mean(text, ('paper', *NAMED))}"
+    )
+
+
+# ── bench ─────────────────────────────────────────────────────────────────────
+
+
+def _on_the_bench(arguments: argparse.Namespace, pair: Pair) -> Pair:
+    """A through the model or through a radio, where that is asked for."""
+    from polychirp.study.correlate import through_model, through_radio
+
+    snr = _read(arguments, "snr", "dB")
+    if snr is not None and arguments.radio:
+        raise InputError("--snr and --radio: choose one, the model or a radio")
+    if snr is not None:
+        return through_model(pair, snr=snr, seed=arguments.seed)
+    if arguments.radio:
+        return through_radio(pair, _radio(arguments), i_hold_a_licence=arguments.i_hold_a_licence)
+    return pair
+
+
+def _radio(arguments: argparse.Namespace) -> Radio:
+    kind, _, rest = arguments.radio.partition(":")
+    match kind:
+        case "loopback":
+            from polychirp.radio.loopback import LoopbackRadio
+
+            return LoopbackRadio(seed=arguments.seed)
+        case "soapy":
+            from polychirp.radio.soapy import SoapyRadio
+
+            return SoapyRadio(rest)
+        case "pluto":
+            from polychirp.radio.pluto import PlutoRadio
+
+            return PlutoRadio(rest) if rest else PlutoRadio()
+    raise InputError(f"--radio: there is no '{kind}'; {did_you_mean(kind, RADIOS)}")
+
+
+# ── out ───────────────────────────────────────────────────────────────────────
+
+
+def _write(
+    arguments: argparse.Namespace, pair: Pair, measured: Correlation, theory: Correlation | None
+) -> None:
+    """Figure, data and recordings, as far as they are asked for."""
+    if arguments.figure or arguments.csv:
+        from polychirp.report.figures.correlation import pair_picture
+
+        drawing = pair_picture(measured, theory, title=pair.title)
+        if arguments.figure:
+            _store(arguments.figure, drawing.png())
+        if arguments.csv:
+            _store(arguments.csv, drawing.csv().encode())
+    if arguments.ambiguity:
+        _store(arguments.ambiguity, _ambiguity(arguments, pair))
+    if arguments.save:
+        from polychirp.capture.sigmf import write_sigmf
+
+        folder = Path(arguments.save)
+        for name, signal, plan in (("a", pair.a, pair.a_plan), ("b", pair.b, pair.b_plan)):
+            told = write_sigmf(folder / name, signal, schedule=plan, description=pair.title)
+            print(f"stored {told}", file=sys.stderr)
+
+
+def _store(name: str, content: bytes) -> None:
+    path = Path(name)
+    if not path.parent.is_dir():
+        raise InputError(f"there is no folder '{path.parent}' for '{path.name}'; make it first")
+    path.write_bytes(content)
+    print(f"stored {path}", file=sys.stderr)
+
+
+def _ambiguity(arguments: argparse.Namespace, pair: Pair) -> bytes:
+    from polychirp.cli.progress import progress_bar
+    from polychirp.report.figures.correlation import ambiguity_picture
+    from polychirp.study.correlate import ambiguity_of
+
+    doppler = _read(arguments, "doppler", "Hz") or 0.0
+    with progress_bar("ambiguity") as show:
+        found = ambiguity_of(pair, greatest_doppler=doppler, progress=show)
+    return ambiguity_picture(found, title=pair.title).png()
+
+
+def _show(
+    arguments: argparse.Namespace, pair: Pair, rows: dict[str, Lobes], found: dict[str, float]
+) -> None:
+    if arguments.json:
+        values = {name: _finite(asdict(row)) for name, row in rows.items()}
+        print(json.dumps({"title": pair.title, **found, **values}, indent=1, allow_nan=False))
+        return
+    print(pair.title)
+    for name, value in found.items():
+        print(f"  {name} taken away: {value:.6g}")
+    print(f"  {'':<14}{'peak':>10}{'lag':>14}{'width':>12}{'side lobe':>12}{'integrated':>12}")
+    for name, row in rows.items():
+        print(
+            f"  {name:<14}{_db(row.peak**2):>10}{row.lag * 1e6:>11.4f} us{row.width * 1e9:>9.2f} ns"
+            f"{_db(row.peak_side_lobe):>12}{_db(row.integrated_side_lobe):>12}"
+        )
+    law = pair.law
+    if law is not None:
+        print(f"  law            {_db(law[0]):>9}   {law[1]}")
+
+
+def _db(ratio: float) -> str:
+    return f"{10.0 * math.log10(max(ratio, 1e-40)):.2f} dB"
+
+
+def _finite(values: dict[str, float]) -> dict[str, float | None]:
+    return {name: value if math.isfinite(value) else None for name, value in values.items()}
+
+
+# ── long recordings, and the paper ────────────────────────────────────────────
+
+
+def _search(arguments: argparse.Namespace) -> int:
+    from polychirp.cli.progress import progress_bar
+    from polychirp.correlation.search import search
+    from polychirp.study.correlate import reference_for
+
+    if arguments.b is None:
+        raise InputError("--search needs B, the reference to look for")
+    a, b = _operands(arguments)
+    if a.recording is None:
+        raise InputError(f"--search looks into a recording; '{a.name}' is none")
+    reference = reference_for(a.recording, b, compare_basebands=arguments.baseband)
+    with progress_bar("search") as show:
+        found = search(a.recording, reference, progress=show)
+    if arguments.csv:
+        lines = [f"{t:.9g},{v:.6g}" for t, v in zip(found.lag, found.peak, strict=True)]
+        _store(arguments.csv, ("time_s,peak\n" + "\n".join(lines) + "\n").encode())
+    if arguments.json:
+        record = {"time": found.lag.tolist(), "peak": found.peak.tolist()}
+        print(json.dumps(record, indent=1))
+        return 0
+    seconds = a.recording.num_samples / a.recording.sample_rate
+    print(f"{b.name} in {a.name}, {seconds:.6g} s: found {found.peak.size} times")
+    for time, value in list(zip(found.lag, found.peak, strict=True))[:20]:
+        print(f"  {time * 1e6:>14.4f} us   {value:.4f}")
+    if found.peak.size > 20:
+        print(f"  and {found.peak.size - 20} more; --csv writes all")
+    return 0
+
+
+def _paper(arguments: argparse.Namespace) -> int:
+    from polychirp.cli.progress import progress_bar
+    from polychirp.report.correlation import correlation_csv, correlation_json, write_correlation
+    from polychirp.study.correlation_cases import run_correlation
+
+    with progress_bar("correlate") as show:
+        results = run_correlation(seed=arguments.seed, num_seeds=arguments.draws, progress=show)
+    if arguments.figure:
+        write_correlation(results, Path(arguments.figure))
+        print(f"stored in {arguments.figure}", file=sys.stderr)
+    if arguments.csv:
+        _store(arguments.csv, correlation_csv(results).encode())
+    if arguments.json:
+        print(json.dumps(correlation_json(results), indent=1, allow_nan=False))
+        return 0
+    _print_tables(results)
+    return 0
+
+
+def _print_tables(results: Any) -> None:
+    from rich.console import Console
+
+    from polychirp.report.correlation import correlation_table, shape_table
+
+    console = Console(width=None if sys.stdout.isatty() else 150)
+    console.print(correlation_table(results))
+    console.print(shape_table(results))
+    for note in results.notes:
+        console.print(note)

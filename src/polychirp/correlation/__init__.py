@@ -1,0 +1,1 @@
+"""How alike signals are: correlation, ambiguity, their lobes, and what theory expects of chirps."""

@@ -1,0 +1,165 @@
+r"""A short reference in a long recording: overlap and save, block by block.
+
+.. math:: \rho(\tau) = \frac{|\int a(t+\tau)\,\bar b(t)\,dt|}{\sqrt{E_b\,E_a(\tau)}}
+
+with :math:`E_a(\tau)` the recording's energy under the reference: 1 where the recording is the
+reference and nothing else, whatever came before and comes after.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, Final
+
+import numpy as np
+
+from polychirp.axes import Axes, ComplexArray, FloatArray, seal
+from polychirp.errors import InputError
+from polychirp.model.baseband import Baseband, Progress, SampleSource, silent
+
+PerPeak = Annotated[FloatArray, Axes("peak")]
+PerBin = Annotated[FloatArray, Axes("bin")]
+
+NUM_BINS: Final = 2000
+"""Of the envelope: more than a picture has columns."""
+
+LEAST_BLOCK: Final = 1 << 20
+"""Samples that are read at once, at least."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Found:
+    """Where a reference is in a recording.
+
+    Parameters
+    ----------
+    peak : ρ of every lobe above the threshold, ``(peak,)``
+    lag : s from the recording's first sample to the reference's, ``(peak,)``, growing
+    envelope : greatest ρ of every bin, ``(bin,)``
+    bin_start : s, ``(bin,)``
+    """
+
+    peak: PerPeak
+    lag: PerPeak
+    envelope: PerBin
+    bin_start: PerBin
+
+    def __post_init__(self) -> None:
+        seal(self)
+
+
+def search(
+    recording: SampleSource,
+    reference: Baseband,
+    *,
+    threshold: float = 0.5,
+    block: int = LEAST_BLOCK,
+    progress: Progress = silent,
+) -> Found:
+    """Look for ``reference`` at every sample of ``recording`` at which all of it fits.
+
+    Memory holds one block of the recording and its transforms, whatever its length.
+    Of lobes closer than half the reference's length the highest is kept.
+
+    Parameters
+    ----------
+    threshold : least ρ of a peak
+    block : samples to read at once; four times the reference where that is more
+
+    Raises
+    ------
+    InputError
+        Rates differ, or the recording is shorter than the reference.
+
+    Examples
+    --------
+    >>> from polychirp.model.baseband import Memory
+    >>> draw = np.random.default_rng(1).standard_normal(3000)
+    >>> recording = Baseband(samples=draw, sample_rate=1.0)
+    >>> reference = Baseband(samples=draw[700:800], sample_rate=1.0)
+    >>> found = search(Memory(recording), reference, threshold=0.9)
+    >>> found.lag, found.peak.round(6)
+    (array([700.]), array([1.]))
+    """
+    from scipy.fft import fft, next_fast_len
+
+    _check(recording, reference)
+    length, rate = reference.num_samples, recording.sample_rate
+    total = recording.num_samples - length + 1
+    step = max(block, 4 * length)
+    size = next_fast_len(min(step + length - 1, recording.num_samples))
+    step = size - length + 1
+    spectrum = np.conj(fft(reference.samples, size))
+    energy = float(np.vdot(reference.samples, reference.samples).real)
+    width = -(-total // min(NUM_BINS, total))
+    envelope = np.zeros(-(-total // width))
+    peaks: list[tuple[int, float]] = []
+    for first in range(0, total, step):
+        progress("samples", first, total)
+        piece = recording.read(first, min(first + size, recording.num_samples))
+        height = _heights(piece, spectrum, size, length, energy)
+        _into_bins(envelope, height, first, width)
+        _keep(peaks, height, first, threshold, max(1, length // 2))
+    progress("samples", total, total)
+    return Found(
+        peak=np.array([height for _, height in peaks]),
+        lag=np.array([place / rate for place, _ in peaks]),
+        envelope=envelope,
+        bin_start=np.asarray(np.arange(envelope.size) * (width / rate)),
+    )
+
+
+def _check(recording: SampleSource, reference: Baseband) -> None:
+    if not math.isclose(recording.sample_rate, reference.sample_rate, rel_tol=1e-12):
+        raise InputError(
+            f"the recording has {recording.sample_rate / 1e6:g} MS/s and the reference "
+            f"{reference.sample_rate / 1e6:g}; make the reference at the recording's rate"
+        )
+    if recording.num_samples < reference.num_samples:
+        raise InputError(
+            f"the recording has {recording.num_samples} samples, fewer than the reference's "
+            f"{reference.num_samples}; record for longer"
+        )
+    if not reference.energy > 0:
+        raise InputError("the reference has no energy")
+
+
+def _heights(
+    piece: ComplexArray, spectrum: ComplexArray, size: int, length: int, energy: float
+) -> FloatArray:
+    """ρ at every sample of a piece at which the whole reference fits."""
+    from scipy.fft import fft, ifft
+
+    count = piece.size - length + 1
+    product = fft(piece, size)
+    product *= spectrum
+    values = np.abs(ifft(product, overwrite_x=True)[:count])
+    power = piece.real**2 + piece.imag**2
+    running = np.cumsum(np.concatenate([[0.0], power]))
+    under = running[length:] - running[:count]
+    # below 1e-12 of the piece's own energy a difference of sums is rounding
+    floor = 1e-12 * running[-1]
+    heard = under > floor
+    out = np.zeros(count)
+    out[heard] = values[heard] / np.sqrt(energy * under[heard])
+    return out
+
+
+def _into_bins(envelope: FloatArray, height: FloatArray, first: int, width: int) -> None:
+    number = (first + np.arange(height.size)) // width
+    starts = np.flatnonzero(np.concatenate([[True], np.diff(number) > 0]))
+    highest = np.maximum.reduceat(height, starts)
+    envelope[number[starts]] = np.maximum(envelope[number[starts]], highest)
+
+
+def _keep(
+    peaks: list[tuple[int, float]], height: FloatArray, first: int, threshold: float, apart: int
+) -> None:
+    """Add the lobes of a block; one that is near the former one replaces it if it is higher."""
+    for n in np.flatnonzero(height >= threshold):
+        place, value = first + int(n), float(height[n])
+        if not peaks or place - peaks[-1][0] > apart:
+            peaks.append((place, value))
+        elif value > peaks[-1][1]:
+            peaks[-1] = (place, value)

@@ -1,0 +1,126 @@
+r"""What theory expects of chirps: their correlation in closed form, and its laws.
+
+On the overlap of two ramps the product of one and the other's conjugate is a chirp again, with the
+difference of their slopes; its integral is a difference of Fresnel integrals (Cook and Bernfeld,
+Radar Signals, 1967, chapter 6), and where the slopes are equal a sinc.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+
+from polychirp.axes import ComplexArray, FloatArray
+from polychirp.correlation.base import Correlation
+from polychirp.model.ramp import RampSchedule
+
+WIDTH: Final = 0.885893
+"""Width of sinc² at half its height."""
+
+SIDE_LOBE: Final = 0.0471904
+"""Power of sinc's first side lobe, −13.26 dB."""
+
+SIDE_LOBE_ENERGY: Final = 0.107541
+"""Energy of sinc² outside its main lobe over that inside, −9.68 dB."""
+
+OVERSHOOT: Final = 1.370437
+"""Greatest |∫₋∞ˣ exp(jπu²/2) du|²/2, +1.37 dB: the first crest behind a shadow's edge."""
+
+BOTH_ENDS: Final = 1.801416
+"""Greatest 2|∫₀ˣ exp(jπu²/2) du|², +2.56 dB: two edges at once."""
+
+EQUAL: Final = 1e-4
+"""Cycles by which a chirp must bend to be none: below, it is off by π/12 of them."""
+
+
+def expected(a: RampSchedule, b: RampSchedule, lag: FloatArray) -> Correlation:
+    """Correlation of what two schedules play, in closed form, at ``lag`` s ``(lag,)``, growing.
+
+    Of continuous signals: what sampling folds is not in it. Its cost is ramps of one times ramps
+    of the other times lags. The phase is that of signals about zero frequency.
+
+    Examples
+    --------
+    >>> ramp = RampSchedule(start_time=[0.0], duration=[1e-4], start_frequency=[3.95e9],
+    ...     slope=[1e12], start_phase=[0.0], sweep=[0])
+    >>> abs(expected(ramp, ramp, np.array([0.0, 10e-9, 20e-9])).amplitude).round(4)
+    array([1., 0., 0.])
+    """
+    lag = np.asarray(lag, dtype=np.float64)
+    total = np.zeros(lag.shape, dtype=np.complex128)
+    for k in range(a.num_ramps):
+        for n in range(b.num_ramps):
+            # later than b's end less a's start they have passed each other
+            first = np.searchsorted(lag, a.start_time[k] - b.end_time[n])
+            last = np.searchsorted(lag, a.end_time[k] - b.start_time[n])
+            if first < last:
+                total[first:last] += _pair(a, k, b, n, lag[first:last])
+    energy = float(a.duration.sum()) * float(b.duration.sum())
+    return Correlation(amplitude=total / math.sqrt(energy), lag=lag)
+
+
+def _pair(a: RampSchedule, k: int, b: RampSchedule, n: int, lag: FloatArray) -> ComplexArray:
+    """∫ a(t + τ) b̄(t) dt of ramp k of one and ramp n of the other, s."""
+    begin = np.maximum(a.start_time[k] - lag, b.start_time[n])
+    end = np.minimum(a.end_time[k] - lag, b.end_time[n])
+    width = np.maximum(end - begin, 0.0)
+    middle = 0.5 * (begin + end)
+    into_a, into_b = middle + lag - a.start_time[k], middle - b.start_time[n]
+    turns = a.start_phase[k] + (a.start_frequency[k] + 0.5 * a.slope[k] * into_a) * into_a
+    turns -= b.start_phase[n] + (b.start_frequency[n] + 0.5 * b.slope[n] * into_b) * into_b
+    beat = a.start_frequency[k] + a.slope[k] * into_a
+    beat -= b.start_frequency[n] + b.slope[n] * into_b
+    bend = float(a.slope[k] - b.slope[n])
+    return np.asarray(np.exp(2j * np.pi * (turns % 1.0)) * _chirp(beat, bend, width))
+
+
+def _chirp(beat: FloatArray, bend: float, width: FloatArray) -> ComplexArray:
+    """∫ exp(j2π(fu + μu²/2)) du over |u| ≤ w/2, s."""
+    from scipy.special import fresnel
+
+    out = (width * np.sinc(beat * width)).astype(np.complex128)
+    bent = abs(bend) * width**2 > EQUAL
+    if not np.any(bent):
+        return out
+    scale = math.sqrt(2.0 * abs(bend))
+    f, w = beat[bent], width[bent]
+    low, high = (
+        cosine + 1j * math.copysign(1.0, bend) * sine
+        for sine, cosine in (fresnel(scale * (f / bend + half * w)) for half in (-0.5, 0.5))
+    )
+    out[bent] = np.exp(-1j * np.pi * ((f * f / bend) % 2.0)) * (high - low) / scale
+    return out
+
+
+def crossing_peak(a_slope: float, b_slope: float, a_duration: float, b_duration: float) -> float:
+    r"""Power of the highest lobe of two ramps whose frequencies cross, as a ratio.
+
+    .. math:: \max_\tau |R|^2 \approx \frac{C}{|\beta_a - \beta_b|\,T_a T_b}
+
+    By stationary phase, times the overshoot where the crossing is one Fresnel zone from an end of
+    the overlap: C = `OVERSHOOT`, 1.37 dB. For ramps of equal time T it is
+    −10 log₁₀(\|ΔB\| T) + 1.4 dB. Where slopes are opposite, the crossing is in the middle of the
+    overlap at every lag, both ends overshoot at once, and C = `BOTH_ENDS`, 2.56 dB. It needs
+    \|Δβ\|T_a T_b of some tens; for less, no whole zone fits, see `expected`.
+
+    >>> round(10 * math.log10(crossing_peak(1.2e12, 1e12, 1e-4, 1e-4)), 1)
+    -31.6
+    """
+    overshoot = BOTH_ENDS if math.isclose(a_slope, -b_slope) else OVERSHOOT
+    return overshoot / (abs(a_slope - b_slope) * a_duration * b_duration)
+
+
+def disjoint_peak(gap: float, a_duration: float, b_duration: float) -> float:
+    r"""Bound of the power of any lobe of two ramps whose bands are ``gap`` Hz apart, as a ratio.
+
+    .. math:: |R| \le \frac{1}{\pi\,\Delta f \sqrt{T_a T_b}}
+
+    The beat is never slower than Δf, so that the integral is what its two ends leave, each
+    1/2πΔf at most.
+
+    >>> round(10 * math.log10(disjoint_peak(140e6, 1e-4, 1e-4)), 1)
+    -92.9
+    """
+    return 1.0 / ((math.pi * gap) ** 2 * a_duration * b_duration)

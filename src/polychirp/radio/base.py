@@ -1,0 +1,126 @@
+"""The seam of radios: play a signal over and over, record meanwhile, stop."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+from polychirp.errors import CapabilityError, InputError, ModelWarning
+from polychirp.model.baseband import Baseband
+from polychirp.radio.bands import band_warnings
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Abilities:
+    """What a radio can do.
+
+    Parameters
+    ----------
+    name : for messages
+    lowest_carrier, highest_carrier : Hz
+    highest_rate : 1/s
+    radiates : whether waves leave it, so that the law has a say
+    """
+
+    name: str
+    lowest_carrier: float
+    highest_carrier: float
+    highest_rate: float
+    radiates: bool = True
+
+
+@runtime_checkable
+class Radio(Protocol):
+    """A radio that plays and records at once."""
+
+    @property
+    def abilities(self) -> Abilities:
+        """What it can do."""
+        ...
+
+    def play(self, signal: Baseband) -> None:
+        """Begin to repeat ``signal``, of magnitude 1 at most, without a gap until `stop`."""
+        ...
+
+    def record(self, *, num_samples: int, sample_rate: float, centre_frequency: float) -> Baseband:
+        """The next samples that are received, in parts of full scale."""
+        ...
+
+    def stop(self) -> None:
+        """End playing; harmless where nothing plays."""
+        ...
+
+
+def measured(
+    radio: Radio, signal: Baseband, *, repetitions: int = 2, i_hold_a_licence: bool = False
+) -> Baseband:
+    """What a radio records while it plays ``signal``: ``repetitions`` periods and one more.
+
+    The recording begins anywhere within a period, so the whole signal is in it ``repetitions``
+    times. The radio is silent afterwards, whatever happens.
+
+    Parameters
+    ----------
+    i_hold_a_licence : that you may transmit there, or that a cable with an attenuator joins the
+        radio's connectors; without it, nothing that radiates is played
+
+    Raises
+    ------
+    InputError
+        The radio radiates and you have not said that you may; a sample is above magnitude 1.
+    CapabilityError
+        The carrier or the rate is beyond the radio.
+
+    Warns
+    -----
+    ModelWarning
+        Who uses the band.
+    """
+    check(radio.abilities, signal)
+    if repetitions < 1:
+        raise InputError("record one repetition or more")
+    if radio.abilities.radiates:
+        _ask(signal, i_hold_a_licence=i_hold_a_licence)
+    try:
+        radio.play(signal)
+        return radio.record(
+            num_samples=(repetitions + 1) * signal.num_samples,
+            sample_rate=signal.sample_rate,
+            centre_frequency=signal.centre_frequency,
+        )
+    finally:
+        radio.stop()
+
+
+def check(abilities: Abilities, signal: Baseband) -> None:
+    """Refuse what a radio cannot play."""
+    if not (abilities.lowest_carrier <= signal.centre_frequency <= abilities.highest_carrier):
+        raise CapabilityError(
+            f"{abilities.name} tunes {abilities.lowest_carrier / 1e9:g} to "
+            f"{abilities.highest_carrier / 1e9:g} GHz, not {signal.centre_frequency / 1e9:g} GHz; "
+            "choose a carrier inside: correlations depend on bandwidth and time, not on carriers"
+        )
+    if signal.sample_rate > abilities.highest_rate * (1 + 1e-9):
+        raise CapabilityError(
+            f"{abilities.name} takes up to {abilities.highest_rate / 1e6:g} MS/s, not "
+            f"{signal.sample_rate / 1e6:g}; make the signal at a lower rate, with less bandwidth"
+        )
+    strongest = float(abs(signal.samples).max())
+    if strongest > 1.0 + 1e-9:
+        raise InputError(
+            f"a sample to be played has magnitude {strongest:.3g}, above 1; scale the signal down"
+        )
+
+
+def _ask(signal: Baseband, *, i_hold_a_licence: bool) -> None:
+    low = signal.centre_frequency - 0.5 * signal.sample_rate
+    high = signal.centre_frequency + 0.5 * signal.sample_rate
+    sentences = list(band_warnings(low, high))
+    if not i_hold_a_licence:
+        raise InputError(
+            f"nothing was transmitted: {'; '.join(sentences)}; join the connectors by a cable with "
+            "an attenuator, or hold a licence, and say --i-hold-a-licence"
+        )
+    for sentence in sentences:
+        warnings.warn(f"transmitting: {sentence}", ModelWarning, stacklevel=3)

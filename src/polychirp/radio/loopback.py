@@ -1,0 +1,82 @@
+"""A radio without hardware: what is played comes back through a function of samples."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from polychirp.errors import RunError
+from polychirp.model.baseband import Baseband
+from polychirp.radio.base import Abilities
+from polychirp.rng import Streams
+
+Channel = Callable[[Baseband], Baseband]
+"""From what is played to what is received, at the same rate."""
+
+
+def straight(signal: Baseband) -> Baseband:
+    """A cable that does nothing."""
+    return signal
+
+
+@dataclass(slots=True, kw_only=True)
+class LoopbackRadio:
+    """Plays in a loop, records from somewhere in it, as 16-bit integers, like a real one.
+
+    Parameters
+    ----------
+    channel : between transmitter and receiver
+    seed : of the moment at which a recording begins
+    abilities : of the radio that it stands for
+    full_scale : V, that fills the recording's integers; the strongest I or Q of each recording,
+        with 3 dB to spare, where it is not given
+    """
+
+    channel: Channel = straight
+    seed: int = 1
+    abilities: Abilities = field(
+        default_factory=lambda: Abilities(
+            name="the loop-back radio",
+            lowest_carrier=0.0,
+            highest_carrier=100e9,
+            highest_rate=10e9,
+            radiates=False,
+        )
+    )
+    full_scale: float | None = None
+    _signal: Baseband | None = None
+
+    def play(self, signal: Baseband) -> None:
+        """See `Radio.play`."""
+        self._signal = signal
+
+    def record(self, *, num_samples: int, sample_rate: float, centre_frequency: float) -> Baseband:
+        """See `Radio.record`."""
+        signal = self._signal
+        if signal is None:
+            raise RunError("the loop-back radio plays nothing, so there is nothing to record")
+        period = signal.num_samples
+        begin = int(Streams(self.seed)["loop-back", "begin"].integers(period))
+        count = -(-(begin + num_samples) // period) + 1
+        played = replace(signal, samples=np.tile(signal.samples, count), start_time=0.0)
+        # the receiver hears the same frequencies about the carrier that it is tuned to
+        heard = self.channel(played).retuned(centre_frequency).resampled(sample_rate)
+        first = begin - round(heard.start_time * sample_rate)
+        piece = heard.samples[first : first + num_samples]
+        return Baseband(
+            samples=self._integers(piece),
+            sample_rate=sample_rate,
+            centre_frequency=centre_frequency,
+        )
+
+    def stop(self) -> None:
+        """See `Radio.stop`."""
+        self._signal = None
+
+    def _integers(self, samples: np.ndarray) -> np.ndarray:
+        words = samples.view(np.float64)
+        full = self.full_scale or float(np.sqrt(2.0) * np.abs(words).max()) or 1.0
+        read = np.clip(np.rint(words / full * 2.0**15), -(2.0**15), 2.0**15 - 1) / 2.0**15
+        return np.asarray(read.view(np.complex128))

@@ -1,0 +1,115 @@
+"""Radios of Analog Devices (ADALM-Pluto and kin) by pyadi-iio.
+
+``pip install pyadi-iio 'pylibiio<1'``, and libiio 0.2x of the operating system. A Pluto has 12-bit
+converters, takes up to 61.44 MS/s, and streams a few MS/s over USB: a recording is one buffer. The
+adapter is exercised here without hardware, against a stand-in of pyadi-iio's own interface; it
+has not met a radio.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any, Final
+
+import numpy as np
+
+from polychirp.errors import CapabilityError
+from polychirp.model.baseband import Baseband
+from polychirp.radio.base import Abilities
+
+SENT_SCALE: Final = 2.0**14
+"""Of what pyadi-iio is given: 16 bits, of which the converter takes the upper ones, with 6 dB to
+spare."""
+
+READ_SCALE: Final = 2.0**11
+"""Of what it gives: 12 bits with their sign."""
+
+BUFFERS: Final = 4
+"""Received buffers that are thrown away: they were filled before the carrier was tuned."""
+
+
+class PlutoRadio:
+    """A Pluto by its address.
+
+    Parameters
+    ----------
+    address : as in ``"ip:192.168.2.1"`` or ``"usb:"``
+    transmit_gain : dB, 0 is the strongest; −30 by default: two Plutos on a bench are near
+    receive_gain : dB
+    module : in place of pyadi-iio, for tests
+
+    Raises
+    ------
+    CapabilityError
+        pyadi-iio is not installed, or no radio answers there.
+    """
+
+    def __init__(
+        self,
+        address: str = "ip:192.168.2.1",
+        *,
+        transmit_gain: float = -30.0,
+        receive_gain: float = 30.0,
+        module: Any = None,
+    ) -> None:
+        adi = module if module is not None else _module()
+        self._address = address
+        try:
+            self._device = adi.Pluto(address)
+        except Exception as error:
+            # pyadi-iio raises plain exceptions of its own and of libiio
+            raise CapabilityError(
+                f"no radio answers at '{address}' ({error}); 'iio_info -s' lists those that do"
+            ) from None
+        self._device.gain_control_mode_chan0 = "manual"
+        self._device.rx_hardwaregain_chan0 = receive_gain
+        self._device.tx_hardwaregain_chan0 = transmit_gain
+
+    @property
+    def abilities(self) -> Abilities:
+        """See `Radio.abilities`; of a Pluto as it is sold."""
+        return Abilities(
+            name=f"Pluto at '{self._address}'",
+            lowest_carrier=325e6,
+            highest_carrier=3.8e9,
+            highest_rate=61.44e6,
+        )
+
+    def play(self, signal: Baseband) -> None:
+        """See `Radio.play`; the radio itself repeats its buffer."""
+        self.stop()
+        device = self._device
+        device.sample_rate = round(signal.sample_rate)
+        device.tx_lo = round(signal.centre_frequency)
+        device.tx_rf_bandwidth = round(signal.sample_rate)
+        device.tx_cyclic_buffer = True
+        device.tx(signal.samples.astype(np.complex64) * np.float32(SENT_SCALE))
+
+    def record(self, *, num_samples: int, sample_rate: float, centre_frequency: float) -> Baseband:
+        """See `Radio.record`."""
+        device = self._device
+        device.rx_lo = round(centre_frequency)
+        device.rx_rf_bandwidth = round(sample_rate)
+        device.rx_destroy_buffer()
+        device.rx_buffer_size = num_samples
+        for _ in range(BUFFERS):
+            device.rx()
+        return Baseband(
+            samples=np.asarray(device.rx(), dtype=np.complex128) / READ_SCALE,
+            sample_rate=sample_rate,
+            centre_frequency=centre_frequency,
+        )
+
+    def stop(self) -> None:
+        """See `Radio.stop`."""
+        self._device.tx_destroy_buffer()
+
+
+def _module() -> Any:
+    try:
+        return import_module("adi")
+    except ImportError:
+        raise CapabilityError(
+            "pyadi-iio is not installed; say pip install pyadi-iio 'pylibiio<1', with libiio of "
+            "the operating system, or use --radio loopback"
+        ) from None

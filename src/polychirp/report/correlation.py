@@ -1,0 +1,174 @@
+"""The table of section V: what the paper prints, theory, model and loop-back side by side."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, Final
+
+from rich import box
+from rich.table import Table
+
+from polychirp.report.figures.correlation import correlation_drawings
+from polychirp.report.words import decimal
+from polychirp.study.correlation_cases import CorrelationResults, Interval
+
+NUM_WORDS: Final = 3
+"""Columns of the table of peaks that hold words."""
+
+
+SHAPE_HEAD: Final = ("", "Width (ns)", "Peak side lobe (dB)", "Integrated (dB)")
+"""Columns of `shape_rows`."""
+
+CAPTIONS: Final[dict[str, str]] = {
+    "fig06": "Like chirps: theory beside the transceiver model and a loop-back recording, on one "
+    "scale.",
+    "fig07-as-printed": "The second chirp at its own carrier, the receiver where it was: the bands "
+    "share no frequency, and what is recorded is noise. Frequency division.",
+    "fig07-baseband": "The same with the receiver tuned to what is sent: slope diversity, "
+    "−10 log₁₀(|ΔB| T) + 1.4 dB.",
+    "slope-law": "Highest peak of ramps that share a band, over what their slopes differ by.",
+}
+"""What the figures of section V show, by the name of each."""
+
+
+def interval_words(value: Interval, digits: int = 1) -> str:
+    """A mean with the half width of its interval.
+
+    >>> interval_words(Interval(mean=-31.62, half_width=0.25))
+    '−31.6 ± 0.2'
+    """
+    return f"{decimal(value.mean, digits)} ± {decimal(value.half_width, digits)}"
+
+
+def correlation_table(results: CorrelationResults) -> Table:
+    """One row for each case: peaks in dB of the signal's own energy."""
+    table = Table(title="Section V: highest peak, dB", title_justify="left", box=box.SIMPLE_HEAD)
+    for n, name in enumerate(peak_head(results)):
+        table.add_column(name, justify="left" if n < NUM_WORDS else "right")
+    for cells in peak_rows(results):
+        table.add_row(*cells)
+    return table
+
+
+def peak_head(results: CorrelationResults) -> list[str]:
+    """Columns of `peak_rows`, `NUM_WORDS` of words and then of numbers."""
+    model = [f"Model, {one.snr_db:.0f} dB SNR" for one in results.rows[0].modelled]
+    return ["Case", "What it is", "The paper", "Theory", *model, "Loop-back"]
+
+
+def peak_rows(results: CorrelationResults) -> list[list[str]]:
+    """Cells of the table of peaks, one row for each case."""
+    return [
+        [
+            row.case.name,
+            row.case.says,
+            row.case.paper or "–",
+            decimal(20.0 * math.log10(row.ideal.peak), 1),
+            *(interval_words(one.level_db) for one in row.modelled),
+            decimal(row.looped_level_db, 1),
+        ]
+        for row in results.rows
+    ]
+
+
+def shape_table(results: CorrelationResults) -> Table:
+    """Width and side lobes of the case of like signals."""
+    table = Table(title="Shape of the auto-correlation", title_justify="left", box=box.SIMPLE_HEAD)
+    for name in SHAPE_HEAD:
+        table.add_column(name, justify="left" if not name else "right")
+    for name, *cells in shape_rows(results):
+        table.add_row(name, *cells)
+    return table
+
+
+def shape_rows(results: CorrelationResults) -> list[list[str]]:
+    """Its rows as words."""
+    row = results.row("auto")
+
+    def plain(name: str, lobes: Any) -> list[str]:
+        levels = (lobes.peak_side_lobe, lobes.integrated_side_lobe)
+        return [
+            name,
+            decimal(lobes.width * 1e9),
+            *(decimal(10.0 * math.log10(level)) for level in levels),
+        ]
+
+    drawn = [
+        [
+            f"model, {one.snr_db:.0f} dB SNR",
+            interval_words(one.width_ns, 2),
+            interval_words(one.peak_side_lobe_db, 2),
+            interval_words(one.integrated_side_lobe_db, 2),
+        ]
+        for one in row.modelled
+    ]
+    return [plain("theory", row.ideal), *drawn, plain("loop-back", row.looped)]
+
+
+def correlation_csv(results: CorrelationResults) -> str:
+    """Every number of the tables, one line for each case and SNR."""
+    file = io.StringIO()
+    writer = csv.DictWriter(file, list(_lines(results)[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(_lines(results))
+    return file.getvalue()
+
+
+def _lines(results: CorrelationResults) -> list[dict[str, object]]:
+    lines = []
+    for row in results.rows:
+        for one in row.modelled:
+            line: dict[str, object] = {
+                "case": row.case.name,
+                "paper": row.case.paper,
+                "theory_peak_db": f"{20.0 * math.log10(row.ideal.peak):.3f}",
+                "snr_db": f"{one.snr_db:.0f}",
+            }
+            for name, value in asdict(one).items():
+                if name != "snr_db":
+                    line[name] = f"{value['mean']:.3f}"
+                    line[f"{name}_half_width"] = f"{value['half_width']:.3f}"
+            line["loop_back_peak_db"] = f"{row.looped_level_db:.3f}"
+            lines.append(line)
+    return lines
+
+
+def correlation_json(results: CorrelationResults) -> dict[str, Any]:
+    """All numbers but the curves, with names that carry their units."""
+    return {
+        "seed": results.seed,
+        "draws": results.num_seeds,
+        "notes": list(results.notes),
+        "cases": [
+            {
+                "name": row.case.name,
+                "says": row.case.says,
+                "paper": row.case.paper or None,
+                "theory": _finite(asdict(row.ideal)),
+                "model": [asdict(one) for one in row.modelled],
+                "loop_back": {**_finite(asdict(row.looped)), "level_db": row.looped_level_db},
+            }
+            for row in results.rows
+        ],
+    }
+
+
+def _finite(values: dict[str, float]) -> dict[str, float | None]:
+    return {name: value if math.isfinite(value) else None for name, value in values.items()}
+
+
+def write_correlation(results: CorrelationResults, folder: Path) -> dict[str, bytes]:
+    """Figures with their data, and the table, under ``folder``; gives the pictures by name."""
+    folder.mkdir(parents=True, exist_ok=True)
+    pictures = {}
+    for name, draw in correlation_drawings(results):
+        drawing = draw()
+        pictures[name] = drawing.png()
+        (folder / f"{name}.png").write_bytes(pictures[name])
+        (folder / f"{name}.csv").write_text(drawing.csv(), encoding="utf-8")
+    (folder / "correlation.csv").write_text(correlation_csv(results), encoding="utf-8")
+    return pictures

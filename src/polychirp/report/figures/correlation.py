@@ -1,0 +1,252 @@
+"""Figures 6 and 7: auto- and cross-correlation, in theory and through transceivers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import Final
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from polychirp.axes import FloatArray
+from polychirp.correlation.ambiguity import Ambiguity
+from polychirp.correlation.base import Correlation
+from polychirp.correlation.lobes import lobes
+from polychirp.correlation.theory import OVERSHOOT
+from polychirp.report.figures.drawing import (
+    BLUE,
+    GREEN,
+    GREY,
+    INK,
+    VERMILION,
+    Drawing,
+    new_figure,
+    styled,
+)
+from polychirp.study.correlation_cases import CorrelationResults, CorrelationRow
+from polychirp.units import to_db
+
+NUM_BINS: Final = 1500
+"""Columns of a curve: the greatest magnitude of each is drawn."""
+
+DEPTH: Final = -120.0
+"""dB, of the lower panels."""
+
+CLOSE: Final = 20.0
+"""Widths 1/B on each side of the peak that the upper panels show of like signals."""
+
+
+def curve(correlation: Correlation, span: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
+    """Lags in s and greatest |R| in bins between two lags, ``(bin,)`` each."""
+    inside = (correlation.lag >= span[0]) & (correlation.lag <= span[1])
+    lag, height = correlation.lag[inside], np.abs(correlation.amplitude[inside])
+    width = -(-lag.size // NUM_BINS)
+    whole = lag.size // width
+    heights = height[: whole * width].reshape(whole, width)
+    lags = lag[: whole * width].reshape(whole, width)
+    return np.asarray(lags.mean(axis=1)), np.asarray(heights.max(axis=1))
+
+
+@styled
+def correlation_picture(row: CorrelationRow, *, heading: str, snr: str = "30 dB") -> Drawing:
+    """One case: in theory beside through transceivers, as amplitude and in decibels.
+
+    Both columns have the same scales. The data are the curves of the lower panels.
+
+    Parameters
+    ----------
+    heading : begins the title, as in ``"Fig. 6"``
+    snr : of the measured column, for its title
+    """
+    theory, model, loop = row.curves
+    whole = (float(theory.lag[0]), float(theory.lag[-1]))
+    near = _near(row, whole)
+    figure = new_figure(10.0, 6.4)
+    panels = figure.subplots(2, 2, sharey="row", sharex="row")
+    for column, curves in enumerate(
+        (
+            [(theory, BLUE, "closed form")],
+            [(model, VERMILION, "transceiver model"), (loop, GREEN, "loop-back, SigMF, aligned")],
+        )
+    ):
+        for correlation, colour, label in curves:
+            lag, height = curve(correlation, near)
+            panels[0, column].plot(lag * 1e6, height, color=colour, label=label)
+            lag, height = curve(correlation, whole)
+            panels[1, column].plot(lag * 1e6, to_db(height**2), color=colour, label=label)
+    peak = row.ideal.peak
+    _dress(panels, peak, snr)
+    figure.suptitle(f"{heading} · {row.case.says}", x=0.01, ha="left", weight="bold", size=11)
+    return Drawing(figure=figure, data=_columns(row, whole))
+
+
+def _near(row: CorrelationRow, whole: tuple[float, float]) -> tuple[float, float]:
+    if row.case.kind == "cross":
+        return whole
+    reach = CLOSE * row.ideal.width
+    return -reach, reach
+
+
+def _dress(panels: np.ndarray, peak: float, snr: str) -> None:
+    titles = ("In theory", f"Through transceivers, SNR {snr}")
+    for column, title in enumerate(titles):
+        upper, lower = panels[0, column], panels[1, column]
+        assert isinstance(upper, Axes)
+        assert isinstance(lower, Axes)
+        upper.set(title=title, ylim=(0.0, 1.05))
+        lower.set(ylim=(DEPTH, 5.0), xlabel="Lag (µs)")
+        level = 20.0 * math.log10(peak)
+        lower.axhline(level, color=GREY, linewidth=0.8, linestyle="--")
+        lower.annotate(
+            f"theory's peak {level:.1f} dB".replace("-", "−"),
+            (1.0, level),
+            xycoords=("axes fraction", "data"),
+            xytext=(-4, 3),
+            textcoords="offset points",
+            ha="right",
+            color=INK,
+            size=8.5,
+        )
+        upper.legend(loc="upper right")
+    panels[0, 0].set(ylabel="Correlation amplitude")
+    panels[1, 0].set(ylabel="Correlation (dB)")
+
+
+def _columns(row: CorrelationRow, whole: tuple[float, float]) -> dict[str, FloatArray]:
+    lag, theory = curve(row.curves[0], whole)
+    columns = {"lag_us": lag * 1e6, "theory_db": to_db(theory**2)}
+    for name, correlation in zip(("model_db", "loop_back_db"), row.curves[1:], strict=True):
+        at, height = curve(correlation, whole)
+        columns[name] = to_db(np.interp(lag, at, height) ** 2)
+    return columns
+
+
+@styled
+def pair_picture(measured: Correlation, theory: Correlation | None, *, title: str) -> Drawing:
+    """Any two signals: the highest lobe, and all lags in decibels, beside the closed form."""
+    found = lobes(measured)
+    whole = (float(measured.lag[0]), float(measured.lag[-1]))
+    reach = CLOSE * found.width if math.isfinite(found.width) else whole[1]
+    near = (max(whole[0], found.lag - reach), min(whole[1], found.lag + reach))
+    figure = new_figure(10.0, 3.8)
+    left, right = figure.subplots(1, 2)
+    curves = [(measured, VERMILION, "measured" if theory is None else "samples")]
+    if theory is not None:
+        curves.append((theory, BLUE, "closed form"))
+    for (correlation, colour, label), style in zip(curves, ("-", "--"), strict=False):
+        lag, height = curve(correlation, near)
+        left.plot(lag * 1e6, height, color=colour, linestyle=style, label=label)
+        lag, height = curve(correlation, whole)
+        right.plot(lag * 1e6, to_db(height**2), color=colour, linestyle=style, label=label)
+    left.set(xlabel="Lag (µs)", ylabel="Correlation amplitude", ylim=(0.0, None))
+    right.set(xlabel="Lag (µs)", ylabel="Correlation (dB)", ylim=(DEPTH, 5.0))
+    left.legend(loc="upper right")
+    figure.suptitle(title, x=0.01, ha="left", weight="bold", size=11)
+    lag, height = curve(measured, whole)
+    data = {"lag_us": lag * 1e6, "correlation_db": to_db(height**2)}
+    if theory is not None:
+        data["closed_form_db"] = to_db(curve(theory, whole)[1] ** 2)
+    return Drawing(figure=figure, data=data)
+
+
+@styled
+def ambiguity_picture(found: Ambiguity, *, title: str) -> Drawing:
+    """The ambiguity function, 60 dB deep; its data are the cuts through zero."""
+    level = to_db(np.abs(found.amplitude) ** 2)
+    lag, doppler = found.lag * 1e6, found.doppler / 1e3
+    figure = new_figure(8.0, 5.0)
+    axes = figure.add_subplot()
+    axes.grid(visible=False)
+    image = axes.imshow(
+        level,
+        extent=(lag[0], lag[-1], doppler[0], doppler[-1]),
+        origin="lower",
+        aspect="auto",
+        vmin=-60.0,
+        vmax=0.0,
+        interpolation="nearest",
+    )
+    axes.set(title=title, xlabel="Lag (µs)", ylabel="Doppler shift (kHz)")
+    figure.colorbar(image, ax=axes, label="Ambiguity (dB)", pad=0.01)
+    middle = int(np.argmin(np.abs(found.doppler)))
+    return Drawing(figure=figure, data={"lag_us": lag, "no_doppler_db": level[middle]})
+
+
+@styled
+def slope_law(results: CorrelationResults) -> Drawing:
+    """Peak of crossing ramps over what their slopes differ by, beside the law."""
+    rows = [row for row in results.rows if bends(row) > 0.0]
+    bend = np.array([bends(row) for row in rows])
+    theory = np.array([20.0 * math.log10(row.ideal.peak) for row in rows])
+    model = [row.modelled[0].level_db for row in rows]
+    mean = np.array([one.mean for one in model])
+    half = np.array([one.half_width for one in model])
+    figure = new_figure(7.0, 4.6)
+    axes = figure.add_subplot()
+    line = np.geomspace(0.5 * bend.min(), 2.0 * bend.max(), 100)
+    axes.plot(
+        line,
+        to_db(OVERSHOOT / line),
+        color=GREY,
+        label=r"$-10\,\log_{10}(|\Delta\beta|\,T_aT_b) + 1.4$ dB",
+    )
+    axes.plot(bend, theory, "o", color=BLUE, label="closed form")
+    axes.errorbar(
+        bend, mean, yerr=half, fmt="x", color=VERMILION, capsize=3, label="model, 30 dB SNR"
+    )
+    for n, (row, x, y) in enumerate(zip(rows, bend, theory, strict=True)):
+        above = not np.any(np.isclose(bend[:n], x, rtol=0.05))
+        axes.annotate(
+            row.case.name,
+            (x, y),
+            xytext=(7, 5) if above else (-7, -10),
+            textcoords="offset points",
+            ha="left" if above else "right",
+            size=8,
+        )
+    axes.set(
+        xscale="log",
+        xlabel=r"$|\Delta\beta|\,T_aT_b$, for equal times $|\Delta B|\,T$",
+        ylabel="Highest peak (dB)",
+        title="Slope diversity follows the time-bandwidth law",
+    )
+    axes.legend(loc="lower left")
+    return Drawing(
+        figure=figure,
+        data={
+            "case": [row.case.name for row in rows],
+            "slope_difference_times_durations": bend,
+            "theory_db": theory,
+            "model_db": mean,
+            "model_half_width_db": half,
+        },
+    )
+
+
+def bends(row: CorrelationRow) -> float:
+    """|Δβ| T T of two single ramps that share a band; 0 where the law does not speak."""
+    sent, reference = row.case.sent, row.case.reference
+    if sent.kind != "sawtooth" or reference.kind != "sawtooth":
+        return 0.0
+    if row.case.carrier != row.case.tuned:
+        return 0.0
+    slopes = [
+        (1.0 if one.direction == "up" else -1.0) * one.bandwidth / one.ramp_duration
+        for one in (sent, reference)
+    ]
+    return abs(slopes[0] - slopes[1]) * sent.ramp_duration * reference.ramp_duration
+
+
+def correlation_drawings(
+    results: CorrelationResults,
+) -> Iterator[tuple[str, Callable[[], Drawing]]]:
+    """Figures 6 and 7, both readings of the latter, and the law: names and makers."""
+    for name, case, heading in (
+        ("fig06", "auto", "Fig. 6"),
+        ("fig07-as-printed", "cross, receiver stays", "Fig. 7 as printed"),
+        ("fig07-baseband", "cross, receiver follows", "Fig. 7 at baseband, 120 against 100 MHz"),
+    ):
+        yield name, partial(correlation_picture, results.row(case), heading=heading)
+    yield "slope-law", partial(slope_law, results)

@@ -1,0 +1,39 @@
+"""GNU Radio's channel model on a SigMF recording: a program of its own, for GNU Radio's Python.
+
+``python3 gnuradio_flow.py IN OUT NOISE OFFSET CLOCK SEED`` reads IN.sigmf-data (cf32_le) and writes
+OUT.sigmf-data: noise voltage NOISE, frequency offset OFFSET in parts of the sample rate, clocks as
+CLOCK to 1. It uses nothing of polychirp: GNU Radio lives in the operating system's Python, whose
+libraries are others.
+"""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+from typing import Any
+
+
+def main(arguments: list[str]) -> int:
+    """Run the flow graph until the file is at its end."""
+    source, sink, noise, offset, clock, seed = arguments
+    gr: Any = import_module("gnuradio.gr")
+    blocks: Any = import_module("gnuradio.blocks")
+    channels: Any = import_module("gnuradio.channels")
+    graph = gr.top_block()
+    item = gr.sizeof_gr_complex
+    channel = channels.channel_model(
+        noise_voltage=float(noise),
+        frequency_offset=float(offset),
+        epsilon=float(clock),
+        taps=[1.0 + 0.0j],
+        noise_seed=int(seed),
+    )
+    out = blocks.file_sink(item, f"{sink}.sigmf-data")
+    graph.connect(blocks.file_source(item, f"{source}.sigmf-data", False), channel, out)
+    graph.run()
+    out.close()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,121 @@
+"""Pictures and tables of correlations, on made-up results."""
+
+import numpy as np
+import pytest
+
+from polychirp.correlation.base import Correlation
+from polychirp.correlation.lobes import lobes
+from polychirp.model.transceiver import Transceiver
+from polychirp.report.correlation import correlation_csv, correlation_json, correlation_table
+from polychirp.report.figures.correlation import (
+    NUM_BINS,
+    bends,
+    correlation_picture,
+    curve,
+    pair_picture,
+    slope_law,
+)
+from polychirp.study.correlation_cases import (
+    CorrelationResults,
+    CorrelationRow,
+    Interval,
+    ModelledLobes,
+    correlation_cases,
+)
+
+LAG = np.linspace(-50e-6, 50e-6, 20_001)
+
+
+def sinc(height=1.0):
+    return Correlation(amplitude=height * np.sinc(LAG * 10e6), lag=LAG)
+
+
+def some(mean, half_width=0.1):
+    return Interval(mean=mean, half_width=half_width)
+
+
+def results():
+    model = [
+        ModelledLobes(
+            snr_db=snr,
+            level_db=some(-20.0),
+            peak_db=some(-20.1),
+            width_ns=some(88.6),
+            peak_side_lobe_db=some(-13.3),
+            integrated_side_lobe_db=some(-9.7),
+        )
+        for snr in (30.0, 10.0, 0.0)
+    ]
+    rows = [
+        CorrelationRow(
+            case=case,
+            ideal=lobes(sinc()),
+            modelled=tuple(model),
+            looped=lobes(sinc(0.9)),
+            looped_level_db=-0.9,
+            curves=(sinc(), sinc(0.95), sinc(0.9)),
+        )
+        for case in correlation_cases()
+    ]
+    return CorrelationResults(
+        seed=1, num_seeds=3, radio=Transceiver(), rows=tuple(rows), notes=("note",)
+    )
+
+
+def test_a_curve_keeps_its_highest_points():
+    """However many lags a column of the picture has."""
+    lag, height = curve(sinc(), (LAG[0], LAG[-1]))
+    assert lag.size <= NUM_BINS
+    assert height.max() == pytest.approx(1.0)
+    assert abs(lag[np.argmax(height)]) < LAG[-1] / NUM_BINS * 4
+
+
+def test_theory_and_radios_have_one_scale():
+    drawing = correlation_picture(results().rows[0], heading="Fig. 6")
+    upper_left, upper_right, lower_left, lower_right = drawing.figure.axes
+    for one, other in ((upper_left, upper_right), (lower_left, lower_right)):
+        assert one.get_ylim() == other.get_ylim()
+        assert one.get_xlim() == other.get_xlim()
+    assert lower_left.get_xlabel() == "Lag (µs)"
+    assert max(drawing.data["theory_db"]) == pytest.approx(0.0, abs=1e-6)
+    assert max(drawing.data["loop_back_db"]) == pytest.approx(20 * np.log10(0.9), abs=0.1)
+
+
+def test_like_signals_are_shown_near_their_peak_and_unlike_ones_whole():
+    rows = {row.case.kind: row for row in results().rows}
+    spans = {
+        kind: correlation_picture(row, heading="x").figure.axes[0].lines[0].get_xdata()
+        for kind, row in rows.items()
+    }
+    assert abs(spans["auto"]).max() == pytest.approx(20 * 0.0886, rel=0.02)
+    assert abs(spans["cross"]).max() == pytest.approx(50.0, rel=0.01)
+
+
+def test_any_pair_is_drawn_with_or_without_theory():
+    with_theory = pair_picture(sinc(), sinc(), title="pair")
+    alone = pair_picture(sinc(), None, title="pair")
+    assert "closed_form_db" in with_theory.data
+    assert "closed_form_db" not in alone.data
+    assert with_theory.csv().startswith("lag_us,correlation_db,closed_form_db\n")
+
+
+def test_the_law_is_drawn_for_single_ramps_in_one_band():
+    drawing = slope_law(results())
+    assert "auto" not in drawing.data["case"]
+    assert "cross, receiver stays" not in drawing.data["case"]
+    by_name = dict(
+        zip(drawing.data["case"], drawing.data["slope_difference_times_durations"], strict=True)
+    )
+    assert by_name["10 MHz less"] == pytest.approx(1000.0)
+    assert by_name["ramp of 120 µs"] == pytest.approx(2000.0)
+    assert by_name["falling"] == pytest.approx(20_000.0)
+    assert bends(results().row("diverse")) == 0.0
+
+
+def test_tables_have_every_case():
+    made = results()
+    assert correlation_table(made).row_count == len(made.rows)
+    assert len(correlation_csv(made).splitlines()) == 1 + 3 * len(made.rows)
+    record = correlation_json(made)
+    assert record["cases"][0]["theory"]["peak"] == pytest.approx(1.0)
+    assert record["cases"][3]["paper"] is None
