@@ -9,6 +9,14 @@ from pathlib import Path
 from string import Template
 from typing import Final
 
+from polychirp.report.correlation import CAPTIONS as CORRELATION_CAPTIONS
+from polychirp.report.correlation import (
+    NUM_WORDS,
+    SHAPE_HEAD,
+    peak_head,
+    peak_rows,
+    shape_rows,
+)
 from polychirp.report.errata import ERRATA
 from polychirp.report.verdict import Verdict, counted, interference_ghosts, verdicts
 from polychirp.report.words import (
@@ -21,6 +29,7 @@ from polychirp.report.words import (
     timing,
     variant_name,
 )
+from polychirp.study.correlation_cases import CorrelationResults
 from polychirp.study.paper_results import PaperResults, PaperRow
 
 PAGE: Final = Template(
@@ -61,21 +70,26 @@ FINDINGS: Final = (
 )
 """Columns that every table of rows shares."""
 
-WIDE: Final = frozenset({"fig04a", "fig04b", "fig08-plan", "fig08-view", "floor-and-masking"})
+WIDE: Final = frozenset(
+    {"fig04a", "fig04b", "fig08-plan", "fig08-view", "floor-and-masking", *CORRELATION_CAPTIONS}
+)
 
 
 def page(results: PaperResults, pictures: Mapping[str, bytes]) -> str:
     """The whole page; ``pictures`` are PNG files by the name of their figure."""
     answers = verdicts(results)
-    captions = CAPTIONS | {
-        figure_name(v.claim): f"Paper: {v.claim.text}. Here: {_outcome(v)}." for v in answers
-    }
+    captions = (
+        CAPTIONS
+        | CORRELATION_CAPTIONS
+        | {figure_name(v.claim): f"Paper: {v.claim.text}. Here: {_outcome(v)}." for v in answers}
+    )
     figures = [_figure(name, picture, captions.get(name, "")) for name, picture in pictures.items()]
     body = [
         f"<h1>{escape(TITLE)}</h1>",
         f'<p class="lead">{escape(_summary(answers))}</p>',
         _section("What the paper claims, and what we find", _claims(answers)),
         _section("Figures", _element("div", figures, kind="figures")),
+        *_correlation(results.correlation),
         _section("Every case", *_cases(results.rows)),
         _section("Where the paper errs or is silent", *_errata()),
         _section("Where these numbers come from", *_provenance(results)),
@@ -93,6 +107,25 @@ def _summary(answers: Sequence[Verdict]) -> str:
 
 def _outcome(answer: Verdict) -> str:
     return "as claimed" if answer.holds else "; ".join(answer.differences)
+
+
+def _correlation(results: CorrelationResults | None) -> list[str]:
+    """Section V, where it was run."""
+    if results is None:
+        return []
+    peaks = [
+        [*map(_cell, row[:NUM_WORDS]), *map(_number, row[NUM_WORDS:])] for row in peak_rows(results)
+    ]
+    shapes = [[_cell(name), *map(_number, cells)] for name, *cells in shape_rows(results)]
+    notes = [f"<li>{escape(note)}</li>" for note in results.notes]
+    return [
+        _section(
+            "Section V: correlation, highest peaks in dB",
+            _table(peak_head(results), peaks),
+            _table(SHAPE_HEAD, shapes),
+            _element("ul", notes),
+        )
+    ]
 
 
 # ── parts of the page ─────────────────────────────────────────────────────────

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 
+from polychirp.report.figures.correlation import correlation_drawings
 from polychirp.report.figures.drawing import Drawing
 from polychirp.report.figures.floor_and_masking import floor_and_masking
 from polychirp.report.figures.range_profile import common_limits, range_profile
@@ -65,6 +66,8 @@ def _drawings(
         ("fig04b", results.diverse, "Fig. 4b · triangular sweep with time and frequency diversity"),
     ):
         yield name, partial(spectrogram, schedule, title=title, band=band)
+    if results.correlation is not None:
+        yield from correlation_drawings(results.correlation)
     yield "fig08-plan", partial(street_plan, results.scene)
     yield "fig08-view", partial(street_view, results.scene, caster=caster)
     for claim in results.claims:

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, fields
 from typing import Any
 
+from polychirp.report.correlation import correlation_json
 from polychirp.report.verdict import Verdict, verdicts
 from polychirp.study.paper_results import PaperResults, PaperRow
 
@@ -25,6 +26,9 @@ def results_json(results: PaperResults) -> dict[str, Any]:
         "consistent_antenna": [_scenario(row) for row in results.consistent],
         "claims": [_claim(verdict) for verdict in verdicts(results)],
         "notes": list(results.notes),
+        "correlation": None
+        if results.correlation is None
+        else correlation_json(results.correlation),
     }
     finite: dict[str, Any] = _finite(record)
     return finite

@@ -22,6 +22,7 @@ from polychirp.receiver.paper_chain import PaperReceiver
 from polychirp.receiver.threshold import mean_threshold
 from polychirp.rng import Streams
 from polychirp.scoring.association import Gate, associate
+from polychirp.study.correlation_cases import run_correlation
 from polychirp.study.paper_results import (
     Antenna,
     GhostKind,
@@ -252,6 +253,7 @@ def run_paper(*, seed: int = 1, progress: Progress = silent) -> PaperResults:
         )
         rows[case] = paper_row(case, found, receiver)
     progress("radars", len(cases), len(cases))
+    correlation = run_correlation(seed=seed, progress=progress)
     return PaperResults(
         seed=seed,
         versions=versions(),
@@ -262,6 +264,7 @@ def run_paper(*, seed: int = 1, progress: Progress = silent) -> PaperResults:
         diverse=plans["diverse", True][0],
         scene=scene,
         notes=_NOTES,
+        correlation=correlation,
     )
 
 

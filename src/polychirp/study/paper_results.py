@@ -9,6 +9,7 @@ from typing import Annotated, Final, Literal
 from polychirp.axes import Axes, FloatArray, seal
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
+from polychirp.study.correlation_cases import CorrelationResults
 
 Scenario = Literal["A", "B", "C", "all"]
 """§VII of the paper: without interference, with indirect, with direct interference; and, beyond
@@ -203,6 +204,7 @@ class PaperResults:
     conventional, diverse : sixteen sweeps of one radar, for figure 4
     scene : the street, for figure 8
     notes : sentences a reader of the numbers must know
+    correlation : section V, where it was run
     """
 
     seed: int
@@ -216,3 +218,4 @@ class PaperResults:
     diverse: RampSchedule
     scene: Scene
     notes: tuple[str, ...] = ()
+    correlation: CorrelationResults | None = None
