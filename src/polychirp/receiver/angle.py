@@ -1,4 +1,4 @@
-r"""Bearings from the phases along a uniform linear array: root-MUSIC.
+r"""Bearings from the phases along a uniform linear array: root-MUSIC and the beamformers.
 
 **Sign.** Element m stands at :math:`y_m`, growing to the left. A wave from azimuth :math:`\theta`
 (positive left) reaches an element further left earlier, by :math:`y_m\sin\theta/c`; what it
@@ -74,6 +74,53 @@ def root_music(snapshots: ComplexArray, *, spacing: float) -> FloatArray:
     """
     matrices = covariance(snapshots)
     return sines_of_sources(matrices, num_sources=1, spacing=spacing)[:, 0]
+
+
+def bartlett(snapshots: ComplexArray, *, spacing: float) -> FloatArray:
+    r"""Sine of the azimuth at which the sum of the channels is strongest, ``(detection,)``.
+
+    .. math:: \max_s\; a(s)^H R\,a(s)
+
+    Bartlett's beamformer; for one source in white noise the maximum-likelihood answer. Its beam
+    is as wide as the array allows, whatever the signal. Parameters and errors of `root_music`.
+    """
+    return _strongest(covariance(snapshots), spacing)
+
+
+def capon(snapshots: ComplexArray, *, spacing: float) -> FloatArray:
+    r"""Sine of the azimuth that a beam without distortion finds strongest, ``(detection,)``.
+
+    .. math:: \max_s\; \frac{1}{a(s)^H R^{-1} a(s)}
+
+    Capon (1969), with a millionth of the mean power as loading, for fewer snapshots than elements.
+    Parameters and errors of `root_music`.
+    """
+    matrices = covariance(snapshots)
+    size = matrices.shape[-1]
+    load = 1e-6 * np.trace(matrices, axis1=1, axis2=2).real / size + 1e-300
+    return _strongest(-np.linalg.inv(matrices + load[:, None, None] * np.eye(size)), spacing)
+
+
+def _strongest(matrices: ComplexArray, spacing: float) -> FloatArray:
+    """Sines at which a(s)^H M a(s) is greatest: on a grid, then Newton's steps."""
+    if not spacing > 0:
+        raise InputError("the spacing of an array must be positive, in wavelengths")
+    size = matrices.shape[-1]
+    # the form is a trigonometric polynomial in s, of the sums along the diagonals
+    order = np.arange(1, size)
+    terms = np.stack([np.trace(matrices, offset=-n, axis1=1, axis2=2) for n in order], axis=1)
+    phase = 2.0 * np.pi * spacing * order
+    widest = min(1.0, 0.5 / spacing)
+    sines = np.linspace(-widest, widest, 64 * size + 1)
+    value = (terms @ np.exp(1j * np.outer(phase, sines))).real
+    found = sines[np.argmax(value, axis=1)]
+    for _ in range(3):
+        turned = terms * np.exp(1j * found[:, None] * phase)
+        slope = np.sum(-turned.imag * phase, axis=1)
+        bend = np.sum(-turned.real * phase**2, axis=1)
+        step = np.where(bend < 0, -slope / np.where(bend < 0, bend, -1.0), 0.0)
+        found = found + np.clip(step, sines[0] - sines[1], sines[1] - sines[0])
+    return np.asarray(found)
 
 
 def sines_of_sources(covariances: ComplexArray, *, num_sources: int, spacing: float) -> FloatArray:

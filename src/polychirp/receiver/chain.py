@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.constants import SPEED_OF_LIGHT
@@ -12,35 +14,35 @@ from polychirp.errors import InputError
 from polychirp.frames import Spec
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame
-from polychirp.receiver.angle import root_music
-from polychirp.receiver.beamform import beamform, orthogonal_sines, steering
+from polychirp.receiver.angle import bartlett, capon, root_music
+from polychirp.receiver.band import BINS, Band, band_of
+from polychirp.receiver.beamform import orthogonal_sines, steering
 from polychirp.receiver.coherence import coherence
-from polychirp.receiver.joint import (
-    Grid,
-    floor_over_range,
-    log_range_rate_map,
-    log_spectra,
-    noise_depletion,
-    spectrum_size,
-)
+from polychirp.receiver.coherent import coherent_steps, read_points
+from polychirp.receiver.joint import Grid
+from polychirp.receiver.live_map import LiveMap, strongest_peaks
 from polychirp.receiver.mitigation import AnyMitigation
 from polychirp.receiver.mitigation.base import mitigated
-from polychirp.receiver.point import (
-    beat_errors,
-    beat_frequency,
-    beat_phase,
-    beat_sensitivity,
-    fit_amplitudes,
-    hann_weights,
-    matched_amplitudes,
-)
+from polychirp.receiver.point import beat_frequency, beat_phase, beat_sensitivity
 from polychirp.receiver.refine import motion_steps, range_and_rate_from_beats
 from polychirp.receiver.threshold import log_mean_threshold, log_median_of_noise
 from polychirp.units import Metres, MetresPerSecond, Ratio, from_db
 
-LEAST_COHERENCE = 0.35
+LEAST_COHERENCE = 0.4
 """Asked of a point's ramps (`coherence`): false pairs stay below 0.3, bodies on a street reach 0.4
 to 1; what passes within a few metres at high speed may not, and is then not claimed."""
+
+BEARINGS: Final = {"root-music": root_music, "bartlett": bartlett, "capon": capon}
+
+UNMOVED = 0.1
+"""Nepers: a peak that was refused is looked at again when its height has changed by more."""
+
+PATIENCE = 20
+"""Batches of new points tried on one map without any gain before the search ends: what is left of
+an extended body gives points that only replace each other."""
+
+MOST_CANDIDATES = 40
+"""Peaks looked at together."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,7 +52,8 @@ class Receiver(Spec):
     Points are found strongest first. Each one is refined, its amplitude on every ramp and channel
     taken out of the samples, and the map drawn anew, until nothing crosses the threshold: so a
     weak target is not lost under the skirts of a strong one, and those skirts are no targets.
-    What crosses it but does not move like one point over the frame (`coherence`) is no claim.
+    What crosses it but does not move like one point over the frame (`coherence`) is no claim; what
+    is one point by all its phases gets its range and rate from them (`coherent`).
 
     Parameters
     ----------
@@ -60,6 +63,7 @@ class Receiver(Spec):
         extended bodies, taken out as points, would be
     least_range, greatest_range, greatest_speed : m and m/s, limits of the map
     most_detections : stop when there are so many
+    angle : how a claim's bearing is found: by root-MUSIC or by Bartlett's or Capon's beamformer
     """
 
     mitigation: AnyMitigation | None = None
@@ -69,6 +73,7 @@ class Receiver(Spec):
     greatest_range: Metres = 30.0
     greatest_speed: MetresPerSecond = 32.0
     most_detections: int = 150
+    angle: Literal["root-music", "bartlett", "capon"] = "root-music"
 
     def __post_init__(self) -> None:
         if not 0 < self.false_alarm_probability < 0.1:
@@ -79,6 +84,8 @@ class Receiver(Spec):
             raise InputError(
                 "a receiver's greatest speed and number of detections must be positive"
             )
+        if self.angle not in BEARINGS:
+            raise InputError(f"a receiver's angle '{self.angle}' is none of {', '.join(BEARINGS)}")
         if not self.dynamic_range > 1.0:
             raise InputError("a receiver's dynamic range must be above 0 dB")
 
@@ -97,18 +104,20 @@ class _Search:
         self.receiver = receiver
         heard = mitigated(receiver.mitigation, frame)
         self.frame = frame.with_samples(heard.samples)
-        self.weight = hann_weights(heard.weight)
-        self.residual = heard.samples * (self.weight > 0)
+        self.presence = heard.weight
         self.time = float(frame.schedule.start_time[0])
         self.frequency = float(np.mean(frame.schedule.centre_frequency))
-        self.size = spectrum_size(frame.times)
         self.grid = search_grid(receiver, frame, self.time)
-        self.beams = steering(
+        self.band = self._band()
+        self.spectra = self.band.spectra(self.frame.samples)
+        self.residual = self.spectra
+        beams = steering(
             frame.array,
             frequency=self.frequency,
             sine=orthogonal_sines(frame.array.num_channels),
         )
-        per_beam = 1.0 - (1.0 - receiver.false_alarm_probability) ** (1.0 / len(self.beams))
+        self.map = LiveMap(self.band, frame.schedule, frame.times, self.grid, beams)
+        per_beam = 1.0 - (1.0 - receiver.false_alarm_probability) ** (1.0 / len(beams))
         self.threshold = log_mean_threshold(
             num_ramps=frame.schedule.num_ramps, false_alarm_probability=per_beam
         ) - log_median_of_noise(frame.schedule.num_ramps)
@@ -117,33 +126,61 @@ class _Search:
         self.motion = np.zeros((0, 3))
         self.amplitude = np.zeros((0, *frame.samples.shape[:2]), dtype=np.complex128)
         self.floor = np.zeros(0)
-        self.is_tried = np.zeros((self.grid.range_rate.size, self.grid.range.size), dtype=bool)
+        shape = (self.grid.range_rate.size, self.grid.range.size)
+        self.is_tried = np.zeros(shape, dtype=bool)
+        self.refused = np.full(shape, np.inf, dtype=np.float32)
         self.top = -np.inf
+
+    def _band(self) -> Band:
+        """All bins in which a point of the map can beat."""
+        frame, grid = self.frame, self.grid
+        far, fast = np.meshgrid(grid.range[[0, -1]], grid.range_rate[[0, -1]])
+        beats = self._beats(far.ravel(), fast.ravel())
+        return band_of(
+            self.presence,
+            frame.times,
+            lowest=beats.min(axis=0),
+            highest=beats.max(axis=0),
+        )
 
     def next_points(self) -> bool:
         """Find and take out the strongest points left; False when there is none."""
-        logs = self._log_spectra()
-        statistic = log_range_rate_map(logs, self.frame.schedule, self.frame.times, self.grid)
-        floor = floor_over_range(statistic, round(6.0 / self.grid.range_step))
-        self.top = max(self.top, float(statistic.max()))
-        weak = statistic < self.top - np.log(self.receiver.dynamic_range)
-        excess = np.where(weak, -np.inf, statistic - floor)
-        excess[:, self.is_tried] = -np.inf
-        found = 0
-        while not found:
-            peaks = strongest_peaks(excess, self.threshold, self.grid)
-            for n in unrelated(self._beats_of(peaks), self.resolution):
-                beam, i, j = peaks[n]
+        self.map.draw(self.residual, self._beats(self.motion[:, 0], self.motion[:, 1]))
+        floor = self.map.floor()
+        self.top = max(self.top, float(self.map.statistic.max()))
+        least = self.top - np.log(self.receiver.dynamic_range)
+        excess, beam = self.map.excess(floor, least)
+        is_old = (excess > self.refused - UNMOVED) & (excess < self.refused + UNMOVED)
+        excess[self.is_tried | is_old] = -np.inf
+        for _ in range(PATIENCE):
+            before = self.motion, self.amplitude, self.floor, self.residual
+            if not self._look(excess, beam, floor):
+                return False
+            self._take_out()
+            if len(self.motion) > len(before[0]):
+                return len(self.motion) < self.receiver.most_detections
+            self.motion, self.amplitude, self.floor, self.residual = before
+        return False
+
+    def _look(self, excess: NDArray[np.float32], beam: NDArray[np.int8], floor: FloatArray) -> bool:
+        """Add the strongest peaks that cohere; False when there is none. ``excess`` is used up."""
+        apart = max(1, round(0.5 / self.grid.range_step))
+        while True:
+            peaks = strongest_peaks(excess, self.threshold, apart, MOST_CANDIDATES)
+            if len(peaks) == 0:
+                return False
+            chosen = peaks[unrelated(self._beats_of(peaks), self.resolution)]
+            is_point = self._add(chosen, beam[tuple(chosen.T)].astype(np.int64), floor)
+            for is_found, (i, j) in zip(is_point, chosen, strict=True):
                 place = (slice(max(0, i - 1), i + 2), slice(max(0, j - 1), j + 2))
-                excess[:, *place] = -np.inf
-                if self._add(logs[beam], float(floor[beam, 0, j]), i, j):
+                if is_found:
                     # once is enough: what the joint fit drops would come back for ever
                     self.is_tried[place] = True
-                    found += 1
-            if not peaks:
-                return False
-        self._take_out()
-        return len(self.motion) < self.receiver.most_detections
+                else:
+                    self.refused[place] = excess[place]
+                excess[place] = -np.inf
+            if np.any(is_point):
+                return True
 
     def _beats(self, distance: FloatArray, range_rate: FloatArray) -> FloatArray:
         return beat_frequency(
@@ -154,58 +191,53 @@ class _Search:
             time=self.time,
         )
 
-    def _beats_of(self, peaks: list[tuple[int, int, int]]) -> FloatArray:
-        cells = np.array(peaks, dtype=np.int64).reshape(-1, 3)
-        return self._beats(self.grid.range[cells[:, 2]], self.grid.range_rate[cells[:, 1]])
+    def _beats_of(self, cells: IntArray) -> FloatArray:
+        return self._beats(self.grid.range[cells[:, 1]], self.grid.range_rate[cells[:, 0]])
 
-    def _log_spectra(self) -> FloatArray:
-        beats = self._beats(self.motion[:, 0], self.motion[:, 1])
-        return log_spectra(
-            beamform(self.residual, self.beams),
-            self.weight,
-            self.size,
-            noise_depletion(beats, self.frame.times, self.size),
+    def _add(self, cells: IntArray, beam: IntArray, floor: FloatArray) -> BoolArray:
+        """Take those peaks as points whose ramps cohere: which they are, ``(cell,)``."""
+        guess = np.stack([self.grid.range[cells[:, 1]], self.grid.range_rate[cells[:, 0]]], axis=-1)
+        bins = self.band.size / self.band.rate
+        found = range_and_rate_from_beats(
+            self.map.logs,
+            guess,
+            beam,
+            self._beats(guess[:, 0], guess[:, 1]) * bins - self.band.first,
+            np.ascontiguousarray(self.sensitivity[:, :2] * bins[:, None]),
+            reach=BINS,
+            resolution=float(BINS),
         )
-
-    def _add(self, logs: FloatArray, floor: float, i: int, j: int) -> bool:
-        """Take a peak as a point if its ramps cohere."""
-        distance, rate = range_and_rate_from_beats(
-            logs,
-            self.frame.schedule,
-            self.frame.times,
-            distance=float(self.grid.range[j]),
-            range_rate=float(self.grid.range_rate[i]),
-            time=self.time,
-        )
-        motion = np.array([[distance, rate, 0.0]])
-        amplitude = matched_amplitudes(
-            self.residual, self.weight, self._phases(motion), self.frame.times.rate
-        )
-        if self._coherence(amplitude, motion)[0] < LEAST_COHERENCE:
-            return False
-        self.motion = np.vstack([self.motion, motion])
-        self.floor = np.append(self.floor, floor)
-        return True
+        motion = np.column_stack([found, np.zeros(len(found))])
+        amplitude = self.band.match(self.residual, self._phases(motion))
+        is_point = self._coherence(amplitude, motion) >= LEAST_COHERENCE
+        self.motion = np.vstack([self.motion, motion[is_point]])
+        self.floor = np.append(self.floor, floor[cells[:, 1], beam][is_point])
+        return is_point
 
     def _coherence(self, amplitude: ComplexArray, motion: FloatArray) -> FloatArray:
         schedule = self.frame.schedule
         middle = schedule.start_time + 0.5 * schedule.duration
-        if self.frame.high_pass is not None:
-            # it turns up- and down-beats against each other
-            passed = self.frame.high_pass.response(self._beats(motion[:, 0], motion[:, 1]))
-            amplitude = amplitude * np.exp(-1j * np.angle(passed))[:, None]
-        return coherence(amplitude, schedule.centre_frequency, middle)
+        turn = self._high_pass_turn(motion)
+        return coherence(amplitude * turn, schedule.centre_frequency, middle)
+
+    def _high_pass_turn(self, motion: FloatArray) -> ComplexArray:
+        """Takes back how the high pass turns up- and down-beats against each other.
+
+        ``(point, 1, ramp)``, of points of any ``motion`` ``(point, 3)``.
+        """
+        beats = self._beats(motion[:, 0], motion[:, 1])
+        if self.frame.high_pass is None:
+            return np.ones((len(motion), 1, beats.shape[1]), dtype=np.complex128)
+        return np.asarray(np.exp(-1j * np.angle(self.frame.high_pass.response(beats)))[:, None])
 
     def _phases(self, motion: FloatArray) -> FloatArray:
         return beat_phase(self.frame.schedule, self.frame.times, motion=motion, time=self.time)
 
     def _take_out(self, steps: int = 2) -> None:
-        """Fit all points to the samples together, by turns amplitudes and motions."""
+        """Fit all points to the spectra together, by turns amplitudes and motions."""
         for _ in range(steps):
             phases = self._fit()
-            errors = beat_errors(
-                self.residual, self.weight, phases, self.amplitude, self.frame.times.rate
-            )
+            errors = self.band.beat_errors(self.residual, phases, self.amplitude)
             strength = np.sum(np.abs(self.amplitude) ** 2, axis=1)
             step = motion_steps(errors, strength, self.sensitivity, self.resolution)
             limit = np.array([0.5 * self.grid.range_step, self.grid.range_rate_step, 10.0])
@@ -218,15 +250,12 @@ class _Search:
 
     def _fit(self) -> FloatArray:
         phases = self._phases(self.motion)
-        self.amplitude, self.residual = fit_amplitudes(
-            self.frame.samples, self.weight, phases, self.frame.times.rate
-        )
+        self.amplitude, self.residual = self.band.fit(self.spectra, phases, np.sqrt(self.map.noise))
         return phases
 
     def excess(self) -> FloatArray:
         """How far the fitted points stand above the floor in the map's statistic, ``(point,)``."""
-        gain = np.sum(self.weight, axis=1) ** 2 / np.maximum(np.sum(self.weight**2, axis=1), 1e-30)
-        power = np.sum(np.abs(self.amplitude) ** 2, axis=1) * gain
+        power = np.sum(np.abs(self.amplitude) ** 2, axis=1) * self.band.noise_gain
         return np.asarray(np.mean(np.log(np.maximum(power, 1e-300)), axis=1) - self.floor)
 
     def _is_point(self) -> BoolArray:
@@ -239,14 +268,41 @@ class _Search:
         self.floor = self.floor[which]
         self.amplitude = self.amplitude[which]
 
+    def _cohere(self) -> ComplexArray:
+        """Refine by their phases those that are one point for the whole frame.
+
+        Gives the snapshots for bearings, ``(point, channel, ramp)``: of such points from all
+        samples alike, of others as fitted under the window.
+        """
+        if len(self.motion) == 0:
+            return self.amplitude
+        readings = read_points(
+            self.frame.samples,
+            self.presence > 0,
+            self.frame.times,
+            phases=self._phases(self.motion),
+            amplitude=self.amplitude,
+        )
+        steps, is_one = coherent_steps(
+            readings.turned(self._high_pass_turn(self.motion)),
+            self.frame.schedule,
+            self.frame.times,
+            acceleration=self.motion[:, 2],
+            time=self.time,
+            noise=float(np.median(self.map.noise)),
+        )
+        self.motion[is_one] += steps[is_one]
+        return np.where(is_one[:, None, None], readings.value, self.amplitude)
+
     def detections(self) -> Detections:
         """Points as claims, those dropped that only mend a stronger one's skirt."""
         self._keep(self._is_point())
+        snapshots = self._cohere()
         power = np.mean(np.abs(self.amplitude) ** 2, axis=(1, 2))
         distance, rate = self.motion[:, 0], self.motion[:, 1]
         kept = resolved(self.frame, distance=distance, range_rate=rate, power=power)
-        sines = root_music(
-            self.amplitude[kept],
+        sines = BEARINGS[self.receiver.angle](
+            snapshots[kept],
             spacing=self.frame.array.spacing * self.frequency / SPEED_OF_LIGHT,
         )
         return Detections(
@@ -272,24 +328,6 @@ def search_grid(receiver: Receiver, frame: IfFrame, time: float) -> Grid:
     )
 
 
-def strongest_peaks(
-    excess: FloatArray, threshold: float, grid: Grid, most: int = 40
-) -> list[tuple[int, int, int]]:
-    """Peaks of the map within 15 % of the strongest, ``(beam, range_rate, range)``, in order."""
-    left = excess.max(axis=0)
-    beam = excess.argmax(axis=0)
-    apart = max(1, round(0.5 / grid.range_step))
-    peaks: list[tuple[int, int, int]] = []
-    enough = max(threshold, 0.85 * float(left.max()))
-    while len(peaks) < most:
-        i, j = np.unravel_index(int(np.argmax(left)), left.shape)
-        if left[i, j] < enough:
-            break
-        peaks.append((int(beam[i, j]), int(i), int(j)))
-        left[max(0, i - apart) : i + apart + 1, max(0, j - apart) : j + apart + 1] = -np.inf
-    return peaks
-
-
 def unrelated(beats: FloatArray, resolution: FloatArray) -> list[int]:
     """Numbers of the candidates, strongest first, that share beats with none taken before.
 
@@ -299,10 +337,11 @@ def unrelated(beats: FloatArray, resolution: FloatArray) -> list[int]:
 
     ``beats`` is Hz, ``(candidate, ramp)``, ``resolution`` Hz, ``(ramp,)``.
     """
+    apart = np.abs(beats[:, None] - beats) < 3.0 * resolution
+    is_related = np.mean(apart, axis=-1) >= 0.2
     taken: list[int] = []
-    for n, beat in enumerate(beats):
-        shared = [np.mean(np.abs(beat - beats[m]) < 3.0 * resolution) for m in taken]
-        if max(shared, default=0.0) < 0.2:
+    for n in range(len(beats)):
+        if not np.any(is_related[n, taken]):
             taken.append(n)
     return taken
 

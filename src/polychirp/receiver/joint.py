@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numba import njit, prange
 
-from polychirp.axes import ComplexArray, FloatArray
+from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.model.if_frame import SampleTimes
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.point import beat_frequency
@@ -39,54 +39,32 @@ def spectrum_size(times: SampleTimes) -> int:
     return int(2 ** np.ceil(np.log2(2 * times.most_samples)))
 
 
-def log_spectra(
-    samples: ComplexArray, weight: FloatArray, size: int, depletion: FloatArray | None = None
-) -> FloatArray:
+def log_spectra(samples: ComplexArray, weight: FloatArray, size: int) -> FloatArray:
     """Ln of every ramp's windowed spectrum, ``(beam, ramp, frequency)``, noise power kept.
 
     ``samples`` ``(beam, ramp, fast)``, ``weight`` ``(ramp, fast)``. White noise of power σ² per
     sample gives cells of mean power σ² (before the logarithm), whatever the window.
-    ``depletion`` ``(ramp, frequency)`` says which share of the noise went out with points that
-    were fitted and removed (`noise_depletion`); it is put back as its mean, so that the notch of
-    a removed point looks like noise and does not pull the floor down.
     """
     energy = np.sum(weight**2, axis=-1)
     scale = 1.0 / np.sqrt(np.maximum(energy, 1e-30))
     spectrum = np.fft.fft(samples * (weight * scale[:, None]), size, axis=-1)
     power = spectrum.real**2 + spectrum.imag**2
-    if depletion is not None:
-        noise = np.median(power, axis=-1, keepdims=True) / np.log(2.0)
-        power = power + noise * depletion
     return np.log(np.maximum(power, 1e-300))
 
 
-def noise_depletion(beats: FloatArray, times: SampleTimes, size: int) -> FloatArray:
-    r"""Share of the noise that removing points took away, ``(ramp, frequency)``, 0 … 1.
+def noise_share(cells: FloatArray) -> FloatArray:
+    r"""Share of the noise that removing a point took away, 0 … 1, at distances in cells.
 
-    A point fitted with free amplitude on a ramp takes with it what noise looks like it: with the
-    window w, its transform :math:`\kappa(f) = W(f)/W(0)` and the noise correlation
-    :math:`\rho(f) = W_2(f)/W_2(0)` of w², the share :math:`2\rho\kappa - \kappa^2` at distance f.
+    A point fitted with free amplitude on a ramp takes with it what noise looks like it. With the
+    window w, its transform W and those of its powers, :math:`W_n`, an amplitude fitted to the
+    spectrum (`polychirp.receiver.band.Band.fit`) leaves of the noise at distance x all but
 
-    ``beats`` is Hz, ``(point, ramp)``, in the middle of each ramp's samples.
+    .. math:: \frac{2 W(x) W_3(x)}{W_2(0)^2} - \frac{W(x)^2\,W_4(0)}{W_2(0)^3}
     """
-    ramps = times.num_samples.size
-    out = np.zeros((ramps, size))
-    rows = np.arange(ramps)[:, None]
-    cell = size / times.num_samples  # bins per resolution cell
-    reach = np.arange(-int(np.ceil(2.5 * cell.max())), int(np.ceil(2.5 * cell.max())) + 1)
-    for beat in beats:
-        place = beat * size / times.rate
-        index = np.round(place).astype(np.int64)[:, None] + reach
-        share = _hann_share(np.abs(index - place[:, None]) / cell[:, None])
-        out[rows, index % size] = np.maximum(out[rows, index % size], share)
-    return out
-
-
-def _hann_share(cells: FloatArray) -> FloatArray:
-    """2ρκ − κ² of Hann's window, at distances in resolution cells."""
     own = _cosine_sum(cells, (0.5, -0.25))  # sin²: 1/2 − 1/2 cos
-    squared = _cosine_sum(cells, (0.375, -0.25, 0.0625))  # sin⁴: 3/8 − 1/2 cos + 1/8 cos 2
-    return np.clip(2.0 * own / 0.5 * squared / 0.375 - (own / 0.5) ** 2, 0.0, 1.0)
+    cubed = _cosine_sum(cells, (5 / 16, -15 / 64, 3 / 32, -1 / 64))  # sin⁶
+    second, fourth = 3 / 8, 35 / 128  # ∫ sin⁴, ∫ sin⁸
+    return np.clip(2.0 * own * cubed / second**2 - own**2 * fourth / second**3, 0.0, 1.0)
 
 
 def _cosine_sum(cells: FloatArray, coefficients: tuple[float, ...]) -> FloatArray:
@@ -113,7 +91,7 @@ def log_range_rate_map(
     and interference that hits single ramps, do not pass. The nearest bin is read, not a mean of
     two, so that noise keeps its distribution. Shape ``(beam, range_rate, range)``.
     """
-    first, step = _lines(schedule, times, grid, logs.shape[-1])
+    first, step = lines(schedule, times, grid, logs.shape[-1])
     return np.asarray(_read_along(logs, first, step, grid.range.size))
 
 
@@ -134,12 +112,12 @@ def log_range_rate_map_by_loops(
     return out
 
 
-def _lines(
-    schedule: RampSchedule, times: SampleTimes, grid: Grid, size: int
+def lines(
+    schedule: RampSchedule, times: SampleTimes, grid: Grid, size: int | IntArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Beats are straight lines in range: bin at range zero and bins per range step.
+    """Beats are straight lines in range: bin at ``grid.range[0]`` and bins per range step.
 
-    Both ``(range_rate, ramp)``; the first refers to ``grid.range[0]``.
+    Both ``(range_rate, ramp)``; ``size`` of the transforms, of all or of each ramp.
     """
     ends = [
         beat_frequency(

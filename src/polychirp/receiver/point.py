@@ -273,23 +273,6 @@ def beat_errors(  # pragma: no cover - compiled
     return out
 
 
-@njit(cache=True, nogil=True, parallel=True)
-def _replicas(phase: Any, length: int, rate: float) -> Any:  # pragma: no cover - compiled
-    points = phase.shape[0]
-    out = np.empty((points, length), dtype=np.complex128)
-    for p in prange(points):
-        slope = phase[p, 1] / rate
-        bend = phase[p, 2] / rate**2
-        turn = np.exp(2j * np.pi * (phase[p, 0] % 1.0))
-        step = np.exp(2j * np.pi * (slope + 0.5 * bend))
-        growth = np.exp(2j * np.pi * bend)
-        for n in range(length):
-            out[p, n] = turn
-            turn *= step
-            step *= growth
-    return out
-
-
 def replica(
     schedule: RampSchedule, times: SampleTimes, *, motion: FloatArray, time: float
 ) -> ComplexArray:

@@ -2,81 +2,141 @@
 
 from __future__ import annotations
 
-import numpy as np
+from typing import Any
 
-from polychirp.axes import FloatArray
-from polychirp.model.if_frame import SampleTimes
-from polychirp.model.ramp import RampSchedule
-from polychirp.receiver.point import beat_frequency
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from polychirp.axes import FloatArray, IntArray
 
 TYPICAL_ACCELERATION = 20.0
 """m/s², of a point's distance: braking, and the lateral motion of what passes by."""
 
+FARTHEST = (0.3, 0.8)
+"""m and m/s, a cell of the map and a bit: further from the guess is another point."""
+
 
 def range_and_rate_from_beats(
-    logs: FloatArray,
-    schedule: RampSchedule,
-    times: SampleTimes,
+    logs: NDArray[np.float32],
+    guess: FloatArray,
+    beam: IntArray,
+    place: FloatArray,
+    slope: FloatArray,
     *,
-    distance: float,
-    range_rate: float,
-    time: float,
-) -> tuple[float, float]:
-    r"""Least-squares range and rate from the beat measured on every ramp.
+    reach: int,
+    resolution: float,
+) -> FloatArray:
+    r"""Least-squares range and rate from the beats measured on all ramps: ``(point, 2)``.
 
     Near the guess the beat of ramp k is linear in (R, v); with peaks :math:`\hat f_k` of the
-    spectra ``logs`` ``(ramp, frequency)`` this is eqs 9 and 10 of the paper, for any number of
-    ramps of any slopes. Ramps where another echo or interference pulls the peak away are given
-    Tukey's biweight. Returns m and m/s at ``time``; the guess where the fit runs away.
+    spectra this is eqs 9 and 10 of the paper, for any number of ramps of any slopes. Ramps where
+    another echo or interference pulls the peak away are given Tukey's biweight. The guess stays
+    where the fit runs away from it.
+
+    Parameters
+    ----------
+    logs : ln(power), ``(ramp, bin, beam)``
+    guess : m and m/s, ``(point, 2)``
+    beam : in which each is seen, ``(point,)``
+    place : bin at which each beats by its guess, ``(point, ramp)``
+    slope : bins per m and per m/s, ``(ramp, 2)``
+    reach : bins to either side in which the peak is looked for
+    resolution : bins per cell
     """
-    point = np.array([distance, range_rate])
-    jacobian = _jacobian(schedule, times, point, time)
-    for _ in range(3):
-        predicted = beat_frequency(
-            schedule, times, distance=point[0], range_rate=point[1], time=time
-        )
-        error = _nearest_peaks(logs, times, predicted) - predicted
-        step = _robust_step(jacobian, error, resolution=times.rate / times.num_samples)
-        point = point + step
-    limit = np.array([0.3, 0.8])  # a cell of the map and a bit: further away is another point
-    if np.any(np.abs(point - [distance, range_rate]) > limit):
-        return distance, range_rate
-    return float(point[0]), float(point[1])
+    return np.asarray(_from_beats(logs, guess, beam, place, slope, reach, resolution))
 
 
-def _jacobian(
-    schedule: RampSchedule, times: SampleTimes, point: FloatArray, time: float
+def range_and_rate_from_beats_twin(
+    logs: NDArray[np.float32],
+    guess: FloatArray,
+    beam: IntArray,
+    place: FloatArray,
+    slope: FloatArray,
+    *,
+    reach: int,
+    resolution: float,
 ) -> FloatArray:
-    """Beat per metre and per metre per second, ``(ramp, 2)``."""
-    moved = [
-        beat_frequency(schedule, times, distance=point[0] + dr, range_rate=point[1] + dv, time=time)
-        for dr, dv in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
-    ]
-    return np.stack([moved[1] - moved[0], moved[2] - moved[0]], axis=-1)
+    """The slow, obvious twin: one point after the other, least squares by the library."""
+    out = guess.copy()
+    for n in range(len(guess)):
+        step = np.zeros(2)
+        for _ in range(3):
+            predicted = place[n] + slope @ step
+            peak = [
+                _peak_of(logs[k, :, beam[n]].astype(np.float64), predicted[k], reach)
+                for k in range(len(slope))
+            ]
+            error = np.array(peak) - predicted
+            spread = np.maximum(1.5 * np.median(np.abs(error)), 0.01 * resolution)
+            # square root of Tukey's weight: errors beyond four spreads fade out
+            weight = np.clip(1.0 - (error / (4.0 * spread)) ** 2, 0.0, 1.0)
+            step += np.linalg.lstsq(slope * weight[:, None], error * weight, rcond=None)[0]
+        if np.all(np.abs(step) <= FARTHEST):
+            out[n] += step
+    return out
 
 
-def _nearest_peaks(logs: FloatArray, times: SampleTimes, predicted: FloatArray) -> FloatArray:
-    """Frequency of the strongest bin near each prediction, a parabola through its top: Hz."""
-    ramps, size = logs.shape
-    reach = np.maximum(2, np.round(0.75 * size / times.num_samples)).astype(np.int64)
-    offsets = np.arange(-reach.max(), reach.max() + 1)
-    centre = np.round(predicted * size / times.rate).astype(np.int64)
-    index = centre[:, None] + offsets
-    rows = np.arange(ramps)[:, None]
-    values = np.where(np.abs(offsets) <= reach[:, None], logs[rows, index % size], -np.inf)
-    best = index[np.arange(ramps), np.argmax(values, axis=1)]
-    left, middle, right = (logs[np.arange(ramps), (best + d) % size] for d in (-1, 0, 1))
+def _peak_of(values: FloatArray, predicted: float, reach: int) -> float:
+    """Place of the strongest bin near a prediction, a parabola through its top."""
+    centre = int(np.rint(predicted))
+    best = centre - reach + int(np.argmax(values[centre - reach : centre + reach + 1]))
+    left, middle, right = values[best - 1 : best + 2]
     bend = left - 2.0 * middle + right
-    shift = np.where(bend < 0, 0.5 * (left - right) / np.where(bend < 0, bend, -1.0), 0.0)
-    return np.asarray((best + np.clip(shift, -0.5, 0.5)) * times.rate / size)
+    return best + (float(np.clip(0.5 * (left - right) / bend, -0.5, 0.5)) if bend < 0 else 0.0)
 
 
-def _robust_step(jacobian: FloatArray, error: FloatArray, resolution: FloatArray) -> FloatArray:
-    """One weighted least-squares step; errors beyond a fifth of a cell fade out."""
-    spread = np.maximum(1.5 * np.median(np.abs(error)), 0.01 * resolution)
-    weight = np.clip(1.0 - (error / (4.0 * spread)) ** 2, 0.0, 1.0)  # square root of Tukey's
-    solution, *_ = np.linalg.lstsq(jacobian * weight[:, None], error * weight, rcond=None)
-    return np.asarray(solution)
+@njit(cache=True, nogil=True)
+def _from_beats(  # pragma: no cover - compiled
+    logs: Any, guess: Any, beam: Any, place: Any, slope: Any, reach: int, resolution: float
+) -> Any:
+    """Compiled `range_and_rate_from_beats`."""
+    points, ramps = place.shape
+    out = guess.copy()
+    error, size = np.empty(ramps), np.empty(ramps)
+    for n in range(points):
+        distance, rate = 0.0, 0.0
+        for _ in range(3):
+            for k in range(ramps):
+                predicted = place[n, k] + slope[k, 0] * distance + slope[k, 1] * rate
+                error[k] = _peak_near(logs[k, :, beam[n]], predicted, reach) - predicted
+                size[k] = abs(error[k])
+            spread = max(1.5 * np.median(size), 0.01 * resolution)
+            aa, ab, bb, ay, by = 0.0, 0.0, 0.0, 0.0, 0.0
+            for k in range(ramps):
+                weight = max(0.0, 1.0 - (error[k] / (4.0 * spread)) ** 2) ** 2
+                aa += weight * slope[k, 0] ** 2
+                ab += weight * slope[k, 0] * slope[k, 1]
+                bb += weight * slope[k, 1] ** 2
+                ay += weight * slope[k, 0] * error[k]
+                by += weight * slope[k, 1] * error[k]
+            determinant = aa * bb - ab * ab
+            if determinant > 1e-12 * aa * bb:
+                distance += (bb * ay - ab * by) / determinant
+                rate += (aa * by - ab * ay) / determinant
+        if abs(distance) <= FARTHEST[0] and abs(rate) <= FARTHEST[1]:
+            out[n, 0] += distance
+            out[n, 1] += rate
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _peak_near(values: Any, predicted: float, reach: int) -> float:  # pragma: no cover - compiled
+    """Compiled `_peak_of`, kept off the ends."""
+    centre = int(np.rint(predicted))
+    low, high = max(1, centre - reach), min(values.size - 1, centre + reach + 1)
+    if high <= low:
+        return predicted
+    best = low
+    for i in range(low, high):
+        if values[i] > values[best]:
+            best = i
+    left, middle = float(values[best - 1]), float(values[best])
+    right = float(values[best + 1])
+    bend = left - 2.0 * middle + right
+    if bend >= 0.0:
+        return float(best)
+    return best + min(0.5, max(-0.5, 0.5 * (left - right) / bend))
 
 
 def motion_steps(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 
@@ -20,6 +21,7 @@ def mean_threshold(profile: FloatArray) -> float:
     return float(np.mean(profile))
 
 
+@lru_cache(maxsize=256)
 def log_mean_threshold(*, num_ramps: int, false_alarm_probability: float) -> float:
     r"""Threshold, in nepers above ln σ², on the mean over ramps of ln(power).
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from polychirp.errors import InputError
 from polychirp.model.front_end import HighPass
 from polychirp.receiver.chain import Receiver, unrelated
 from polychirp.receiver.mitigation import Autoregression, Blanking, Imat, StftExcision
@@ -31,6 +32,18 @@ def test_every_point_is_found_once_with_its_range_rate_and_bearing(family):
         assert found.range_rate[n] == pytest.approx(point.range_rate, abs=0.05)
         assert found.azimuth[n] == pytest.approx(point.azimuth, abs=0.02)
         assert found.power[n] == pytest.approx(point.power, rel=0.05)
+
+
+@pytest.mark.parametrize("angle", ["root-music", "bartlett", "capon"])
+def test_bearings_are_found_by_any_of_the_methods(angle):
+    ramps = DiverseTriangular().schedule(num_sweeps=16, streams=Streams(2))
+    found = Receiver(angle=angle).detect(frame_of(ramps, STREET[1:3]))
+    assert found.azimuth == pytest.approx([0.3, 0.0], abs=0.005)
+
+
+def test_an_unknown_way_to_a_bearing_is_refused():
+    with pytest.raises(InputError, match="none of root-music, bartlett, capon"):
+        Receiver(angle="music")
 
 
 def test_noise_alone_is_no_target():

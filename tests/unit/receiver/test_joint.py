@@ -11,10 +11,9 @@ from polychirp.receiver.joint import (
     log_range_rate_map,
     log_range_rate_map_by_loops,
     log_spectra,
-    noise_depletion,
     spectrum_size,
 )
-from polychirp.receiver.point import beat_frequency, beat_phase, fit_amplitudes, hann_weights
+from polychirp.receiver.point import hann_weights
 from polychirp.rng import Streams
 from polychirp.testing.points import HandPoint, frame_of
 from polychirp.waveform import DiverseTriangular
@@ -52,30 +51,6 @@ def test_white_noise_has_the_same_level_in_every_spectrum():
     logs = spectra_of(frame_of(RAMPS, [], noise=1.0))
     cells = TIMES.num_samples.sum() * 4 / 2.0  # Hann: about half of the bins independent
     assert logs.mean() == pytest.approx(-np.euler_gamma, abs=4 * 1.28 / np.sqrt(cells))
-
-
-def test_the_notch_of_a_removed_point_is_filled_with_noise():
-    """Noise alone, a point fitted to it and removed: the level there is as elsewhere."""
-    levels = []
-    for seed in range(12):
-        frame = frame_of(RAMPS, [], seed=seed)
-        weight = hann_weights(TIMES.is_sample)
-        motion = np.array([[2.0, 3.0, 0.0]])
-        phases = beat_phase(RAMPS, TIMES, motion=motion, time=0.0)
-        _, residual = fit_amplitudes(frame.samples, weight, phases, TIMES.rate)
-        size = spectrum_size(TIMES)
-        beats = beat_frequency(
-            RAMPS, TIMES, distance=motion[:, 0], range_rate=motion[:, 1], time=0.0
-        )
-        depletion = noise_depletion(beats, TIMES, size)
-        power = np.exp(log_spectra(residual, weight, size, depletion))
-        rows = np.arange(RAMPS.num_ramps)
-        for shift in (0.0, 0.7, 1.3):
-            place = np.round(
-                (beats[0] + shift * TIMES.rate / TIMES.num_samples) * size / TIMES.rate
-            )
-            levels.append(power[:, rows, place.astype(int) % size].mean())
-    assert np.mean(levels) == pytest.approx(1.0, abs=0.12)  # 1100 cells, two thirds depleted
 
 
 def test_the_floor_ignores_targets_and_notches():
