@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import argparse
+import shutil
 import sys
+import time
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from polychirp.cli.progress import progress_bar
 from polychirp.errors import InputError
+
+if TYPE_CHECKING:
+    from polychirp.study.paper_results import StatisticsRow
 
 
 def add_parser(subparsers: Any) -> None:
@@ -41,8 +48,11 @@ def run(arguments: argparse.Namespace) -> int:
     from polychirp.report.paper import write_paper
     from polychirp.study.paper import run_paper
 
+    started = time.perf_counter()
     with progress_bar("paper") as progress:
         results = run_paper(seed=arguments.seed, progress=progress)
+        statistics = _statistics(folder / "statistics", seed=arguments.seed, progress=progress)
+        results = replace(results, statistics=statistics, wall_time_s=time.perf_counter() - started)
         page = write_paper(results, folder, progress=lambda name: progress(name, 1, 1))
     if arguments.json:
         print((folder / "results.json").read_text(encoding="utf-8"), end="")
@@ -52,11 +62,28 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _statistics(
+    folder: Path, *, seed: int, progress: Callable[[str, int, int], None]
+) -> tuple[StatisticsRow, ...]:
+    """Figures 12 and 13 from few trials, drawn anew; all that they found stays in ``folder``."""
+    from polychirp.study.monte_carlo.executor import LocalWorkers, num_cores
+    from polychirp.study.paper_statistics import TRIALS, run_statistics, statistics_plan
+
+    shutil.rmtree(folder, ignore_errors=True)
+    return run_statistics(
+        statistics_plan(trials=TRIALS, seed=seed),
+        folder=folder,
+        executor=LocalWorkers(count=num_cores()),
+        progress=progress,
+    )
+
+
 def _print_tables(results: Any) -> None:
     from rich.console import Console
 
-    from polychirp.report.tables import claims_table, variants_table
+    from polychirp.report.tables import claims_table, statistics_table, variants_table
 
     console = Console(width=None if sys.stdout.isatty() else 140)
     console.print(claims_table(results))
     console.print(variants_table(results.rows))
+    console.print(statistics_table(results.statistics))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import os
 import sys
 from collections.abc import Callable
 from importlib.util import find_spec
@@ -97,11 +96,9 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _executor(arguments: argparse.Namespace) -> Executor:
     from polychirp.study.monte_carlo.dask_executor import DaskWorkers
-    from polychirp.study.monte_carlo.executor import LocalWorkers
+    from polychirp.study.monte_carlo.executor import LocalWorkers, num_cores
 
-    count = arguments.workers
-    if count is None:
-        count = len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
+    count = num_cores() if arguments.workers is None else arguments.workers
     if count < 1:
         raise InputError(f"--workers: {count} workers do nothing; use 1 or more")
     if arguments.cluster is not None:

@@ -18,6 +18,7 @@ from polychirp.report.correlation import (
     shape_rows,
 )
 from polychirp.report.errata import ERRATA
+from polychirp.report.statistics import STATISTICS_HEAD, STATISTICS_NOTE, statistics_rows
 from polychirp.report.verdict import Verdict, counted, interference_ghosts, verdicts
 from polychirp.report.words import (
     MITIGATION,
@@ -30,7 +31,7 @@ from polychirp.report.words import (
     variant_name,
 )
 from polychirp.study.correlation_cases import CorrelationResults
-from polychirp.study.paper_results import PaperResults, PaperRow
+from polychirp.study.paper_results import PaperResults, PaperRow, StatisticsRow
 
 PAGE: Final = Template(
     """<!DOCTYPE html>
@@ -58,6 +59,8 @@ CAPTIONS: Final[dict[str, str]] = {
     "vehicles go.",
     "fig08-view": "The same street as the rays meet it, coloured by material; vehicles with a "
     "radar are painted.",
+    "fig12-13": "Detection, ghosts and errors over the number of targets, each with its 95 % "
+    "interval; stars are what the paper reads at ten.",
     "floor-and-masking": "The price of every variant: what diversity takes from ghosts it adds to "
     "the floor, and what blanking gives back.",
 }
@@ -71,7 +74,15 @@ FINDINGS: Final = (
 """Columns that every table of rows shares."""
 
 WIDE: Final = frozenset(
-    {"fig04a", "fig04b", "fig08-plan", "fig08-view", "floor-and-masking", *CORRELATION_CAPTIONS}
+    {
+        "fig04a",
+        "fig04b",
+        "fig08-plan",
+        "fig08-view",
+        "fig12-13",
+        "floor-and-masking",
+        *CORRELATION_CAPTIONS,
+    }
 )
 
 
@@ -90,6 +101,7 @@ def page(results: PaperResults, pictures: Mapping[str, bytes]) -> str:
         _section("What the paper claims, and what we find", _claims(answers)),
         _section("Figures", _element("div", figures, kind="figures")),
         *_correlation(results.correlation),
+        *_statistics(results.statistics),
         _section("Every case", *_cases(results.rows)),
         _section("Where the paper errs or is silent", *_errata()),
         _section("Where these numbers come from", *_provenance(results)),
@@ -124,6 +136,20 @@ def _correlation(results: CorrelationResults | None) -> list[str]:
             _table(peak_head(results), peaks),
             _table(SHAPE_HEAD, shapes),
             _element("ul", notes),
+        )
+    ]
+
+
+def _statistics(rows: Sequence[StatisticsRow]) -> list[str]:
+    """Figures 12 and 13, where they were run."""
+    if not rows:
+        return []
+    lines = [[*map(_cell, row[:2]), *map(_number, row[2:])] for row in statistics_rows(rows)]
+    return [
+        _section(
+            "Figures 12 and 13: points in random traffic, with 95 % intervals",
+            _table(STATISTICS_HEAD, lines),
+            f'<p class="soft">{escape(STATISTICS_NOTE)}</p>',
         )
     ]
 

@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from polychirp.report.figures.correlation import correlation_drawings
+from polychirp.report.figures.detection_statistics import detection_statistics
 from polychirp.report.figures.drawing import Drawing
 from polychirp.report.figures.floor_and_masking import floor_and_masking
 from polychirp.report.figures.range_profile import common_limits, range_profile
@@ -73,6 +74,8 @@ def _drawings(
     for claim in results.claims:
         if row_of(results, claim) is not None:
             yield figure_name(claim), partial(_profile, results, claim)
+    if results.statistics:
+        yield "fig12-13", partial(detection_statistics, results.statistics)
     if any(row.scenario != "A" for row in results.rows):
         yield "floor-and-masking", partial(floor_and_masking, results.rows)
 

@@ -29,6 +29,7 @@ def results_json(results: PaperResults) -> dict[str, Any]:
         "correlation": None
         if results.correlation is None
         else correlation_json(results.correlation),
+        "statistics": [asdict(row) for row in results.statistics],
     }
     finite: dict[str, Any] = _finite(record)
     return finite

@@ -8,9 +8,10 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
+from polychirp.report.statistics import STATISTICS_HEAD, statistics_rows
 from polychirp.report.verdict import interference_ghosts, verdicts
 from polychirp.report.words import MITIGATION, WAVEFORM, decimal, target_words, timing
-from polychirp.study.paper_results import PaperResults, PaperRow
+from polychirp.study.paper_results import PaperResults, PaperRow, StatisticsRow
 
 
 def claims_table(results: PaperResults) -> Table:
@@ -40,6 +41,16 @@ def variants_table(rows: Sequence[PaperRow]) -> Table:
             MITIGATION[row.mitigation],
             *_findings(row),
         )
+    return table
+
+
+def statistics_table(rows: Sequence[StatisticsRow]) -> Table:
+    """Figures 12 and 13: every curve at every number of targets."""
+    table = Table(title="Figures 12 and 13", title_justify="left", box=box.SIMPLE_HEAD)
+    for number, name in enumerate(STATISTICS_HEAD):
+        table.add_column(name, justify="left" if number < 2 else "right")
+    for cells in statistics_rows(rows):
+        table.add_row(*cells)
     return table
 
 

@@ -41,7 +41,7 @@ METHODS: Final[Mapping[str, AnyMitigation | None]] = {
     "nothing": None,
     "blanking": Blanking(),
     "blanking, tapered": Blanking(taper=8e-6),
-    "blanking, whitened": Blanking(whitening=8),
+    "blanking by amplitude": Blanking(whitening=0),
     "autoregression": Autoregression(),
     "IMAT": Imat(),
     "STFT excision": StftExcision(),

@@ -254,11 +254,14 @@ def run_paper(*, seed: int = 1, progress: Progress = silent) -> PaperResults:
         rows[case] = paper_row(case, found, receiver)
     progress("radars", len(cases), len(cases))
     correlation = run_correlation(seed=seed, progress=progress)
+    tables = _tables(rows)
     return PaperResults(
         seed=seed,
         versions=versions(),
         wall_time_s=time.perf_counter() - started,
-        **_tables(rows),
+        rows=tables["rows"],
+        everyone=tables["everyone"],
+        consistent=tables["consistent"],
         claims=paper_claims(radar_1="vehicle-1", radar_2="vehicle-2"),
         conventional=plans["conventional", True][0],
         diverse=plans["diverse", True][0],

@@ -22,6 +22,22 @@ Antenna = Literal["table 2", "consistent"]
 
 GhostKind = Literal["direct", "indirect", "multipath", "unexplained"]
 
+Situation = Literal["alone", "interfered", "blanked"]
+"""Of a radar in random traffic: nobody else transmits; others do; and its receiver blanks."""
+
+Interval = tuple[float, float, float]
+"""An estimate, and the limits that hold the true value in 95 of 100 cases."""
+
+PAPER_TARGETS: Final = 10
+"""At which the paper reads its accuracy off figure 13."""
+
+PAPER_ACCURACY: Final = {
+    "range_rmse_m": 0.13,
+    "azimuth_rmse_deg": 0.12,
+    "speed_rmse_kmh": 0.1,
+}
+"""What it reads there, by the field of a `StatisticsRow`."""
+
 INTERFERENCE_GHOSTS: Final = ("direct", "indirect")
 """Ghosts that another radar makes; the others have no part in the paper's claims."""
 
@@ -189,6 +205,33 @@ def paper_claims(*, radar_1: str, radar_2: str) -> tuple[PaperClaim, ...]:
     )
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StatisticsRow:
+    """One point of the curves, in people's units.
+
+    Parameters
+    ----------
+    waveform, situation : of all radars; what the victim hears, and whether it blanks
+    num_targets, num_trials : placed in sight; run
+    detection : probability that a target in sight is found
+    ghosts, false_claims : mean number in a frame: of all, and of those that nothing explains
+    range_rmse_m, azimuth_rmse_deg, speed_rmse_kmh : of targets found
+    floor_rise_db : median
+    """
+
+    waveform: WaveformKind
+    situation: Situation
+    num_targets: int
+    num_trials: int
+    detection: Interval
+    ghosts: Interval
+    false_claims: Interval
+    range_rmse_m: Interval
+    azimuth_rmse_deg: Interval
+    speed_rmse_kmh: Interval
+    floor_rise_db: float
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PaperResults:
     """Everything that `polychirp paper` shows.
@@ -205,6 +248,7 @@ class PaperResults:
     scene : the street, for figure 8
     notes : sentences a reader of the numbers must know
     correlation : section V, where it was run
+    statistics : figures 12 and 13, where they were
     """
 
     seed: int
@@ -219,3 +263,4 @@ class PaperResults:
     scene: Scene
     notes: tuple[str, ...] = ()
     correlation: CorrelationResults | None = None
+    statistics: tuple[StatisticsRow, ...] = ()

@@ -18,7 +18,8 @@ STUDIES = {
 
 
 def test_every_file_is_looked_at():
-    assert {path.stem for path in FOLDER.glob("*.toml")} == set(STUDIES)
+    """`test_paper_statistics` looks at the last."""
+    assert {path.stem for path in FOLDER.glob("*.toml")} == {*STUDIES, "fig12-13"}
 
 
 @pytest.mark.parametrize("name", STUDIES)

@@ -37,11 +37,9 @@ class Autoregression(BurstDetector):
     order : P, samples that the next one is predicted from: several for each strong echo, and a
         sixteenth of a ramp or less
     longest_gap : most missing samples of a gap that is filled, in orders
-    whitening : as for blanking; bursts below the echoes are filled too
     """
 
     kind: Literal["autoregression"] = "autoregression"
-    whitening: int = 8
     order: int = 64
     longest_gap: float = 1.0
 

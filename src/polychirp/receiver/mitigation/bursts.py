@@ -36,7 +36,7 @@ class BurstDetector(Spec):
 
     factor: float = 3.0
     guard: Seconds = 8e-6
-    whitening: int = 0
+    whitening: int = 8
 
     def __post_init__(self) -> None:
         if not self.factor > 1.0:

@@ -38,11 +38,9 @@ class Imat(BurstDetector):
     ----------
     iterations : number of thresholds
     depth : power ratio of the first threshold to the last
-    whitening : as for blanking; bursts below the echoes are filled too
     """
 
     kind: Literal["imat"] = "imat"
-    whitening: int = 8
     iterations: int = 10
     depth: Ratio = from_db(60.0)
 

@@ -20,6 +20,12 @@ from polychirp.study.monte_carlo.tasks import ONE_THREAD, PATIENCE, Outcome, Tas
 from polychirp.study.monte_carlo.worker import READY
 from polychirp.study.spec import Study
 
+
+def num_cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
+
+
 _SHORT: Final = 1.0
 """s: a worker at trials as short as this has its next one waiting."""
 

@@ -1,0 +1,104 @@
+"""The paper's figures 12 and 13: detection and accuracy over the number of targets."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Final
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from polychirp.report.figures.drawing import (
+    BLUE,
+    GREY,
+    INK,
+    VERMILION,
+    Drawing,
+    new_figure,
+    styled,
+)
+from polychirp.study.paper_results import PAPER_ACCURACY, PAPER_TARGETS, Interval, StatisticsRow
+
+_COLOUR: Final = {"conventional": VERMILION, "diverse": BLUE}
+_MARK: Final = {"alone": ("o", "-"), "interfered": ("s", "--"), "blanked": ("^", ":")}
+_WORDS: Final = {"alone": "alone", "interfered": "two interferers", "blanked": "the same, blanked"}
+
+_PANELS: Final = {
+    "detection": "Detection probability",
+    "ghosts": "Ghosts in a frame",
+    "range_rmse_m": "Range error, rms (m)",
+    "azimuth_rmse_deg": "Azimuth error, rms (°)",
+    "speed_rmse_kmh": "Speed error, rms (km/h)",
+}
+"""Fields of a row, and their labels."""
+
+
+@styled
+def detection_statistics(rows: Sequence[StatisticsRow]) -> Drawing:
+    """Detection, ghosts and errors of every curve, with 95 % intervals, and the paper's points."""
+    figure = new_figure(9.6, 5.6)
+    all_axes = figure.subplots(2, 3).ravel()
+    curves = list(dict.fromkeys((row.waveform, row.situation) for row in rows))
+    for axes, (field, label) in zip(all_axes, _PANELS.items(), strict=False):
+        for number, curve in enumerate(curves):
+            some = [row for row in rows if (row.waveform, row.situation) == curve]
+            _curve(axes, some, field, curve, shift=0.06 * (number - len(curves) / 2))
+        if field in PAPER_ACCURACY:
+            place = PAPER_TARGETS, PAPER_ACCURACY[field]
+            axes.plot(*place, marker="*", markersize=11, color=INK, linestyle="")
+            axes.set(yscale="log")
+        axes.set(xlabel="Targets", ylabel=label)
+        axes.set_xticks(sorted({row.num_targets for row in rows}))
+    all_axes[0].set(ylim=(-0.03, 1.03))
+    _legend(all_axes)
+    trials = " or ".join(str(count) for count in sorted({row.num_trials for row in rows}))
+    figure.suptitle(f"Figs. 12 and 13 · points in random traffic, {trials} trials", size=10)
+    return Drawing(figure=figure, data=_data(rows))
+
+
+def _curve(
+    axes: Axes, rows: Sequence[StatisticsRow], field: str, curve: tuple[str, str], *, shift: float
+) -> None:
+    values = np.array([getattr(row, field) for row in rows])
+    middle, low, high = values.T
+    marker, line = _MARK[curve[1]]
+    axes.errorbar(
+        np.array([row.num_targets for row in rows]) + shift,
+        middle,
+        yerr=np.maximum([middle - low, high - middle], 0.0),
+        color=_COLOUR[curve[0]],
+        marker=marker,
+        markersize=4,
+        linestyle=line,
+        linewidth=1.2,
+        elinewidth=0.8,
+        label=f"{curve[0]}, {_WORDS[curve[1]]}",
+    )
+
+
+def _legend(all_axes: Sequence[Axes]) -> None:
+    """In the panel that no curve needs."""
+    handles, labels = all_axes[0].get_legend_handles_labels()
+    (star,) = (line for line in all_axes[-2].lines if line.get_marker() == "*")
+    all_axes[-1].axis("off")
+    all_axes[-1].legend([*handles, star], [*labels, "the paper"], loc="center", fontsize=8.5)
+    all_axes[1].axhline(0.0, color=GREY, linewidth=0.5)
+
+
+def _data(rows: Sequence[StatisticsRow]) -> dict[str, list[Any]]:
+    data: dict[str, list[Any]] = {
+        "waveform": [row.waveform for row in rows],
+        "situation": [row.situation for row in rows],
+        "targets": [row.num_targets for row in rows],
+        "trials": [row.num_trials for row in rows],
+    }
+    for field in (*_PANELS, "false_claims"):
+        for n, what in enumerate(("", " low", " high")):
+            data[f"{field}{what}"] = [_of(row, field)[n] for row in rows]
+    data["floor_rise_db"] = [row.floor_rise_db for row in rows]
+    return data
+
+
+def _of(row: StatisticsRow, field: str) -> Interval:
+    values: Interval = getattr(row, field)
+    return values

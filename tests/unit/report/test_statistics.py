@@ -1,0 +1,49 @@
+"""Figures 12 and 13, drawn and as a table."""
+
+from __future__ import annotations
+
+from polychirp.report.figures.detection_statistics import detection_statistics
+from polychirp.report.statistics import STATISTICS_HEAD, statistics_rows
+from polychirp.study.paper_results import StatisticsRow
+
+
+def row(waveform: str, count: int) -> StatisticsRow:
+    return StatisticsRow(
+        waveform=waveform,
+        situation="interfered",
+        num_targets=count,
+        num_trials=20,
+        detection=(0.95, 0.8, 0.99),
+        ghosts=(1.5, 1.0, 2.0),
+        false_claims=(0.0, 0.0, 0.1),
+        range_rmse_m=(1e-4, 5e-5, 2e-4),
+        azimuth_rmse_deg=(0.01, 0.005, 0.02),
+        speed_rmse_kmh=(0.002, 0.001, 0.004),
+        floor_rise_db=51.26,
+    )
+
+
+ROWS = [row(waveform, count) for waveform in ("conventional", "diverse") for count in (1, 10)]
+
+
+def test_every_line_has_a_cell_for_every_heading() -> None:
+    lines = list(statistics_rows(ROWS))
+    assert {len(line) for line in lines} == {len(STATISTICS_HEAD)}
+    assert lines[1][2:5] == ("10", "20", "0.950 (0.800…0.990)")
+    assert lines[0][7] == "0.0001 (5e-05…0.0002)"
+    assert lines[0][-1] == "51.3"
+
+
+def test_the_figure_has_a_curve_for_every_situation_and_the_papers_points() -> None:
+    drawing = detection_statistics(ROWS)
+    panels = drawing.figure.axes
+    labels = [text.get_text() for text in panels[-1].get_legend().get_texts()]
+    assert labels == ["conventional, two interferers", "diverse, two interferers", "the paper"]
+    stars = [line for axes in panels for line in axes.lines if line.get_marker() == "*"]
+    assert [(float(s.get_xdata()[0]), float(s.get_ydata()[0])) for s in stars] == [
+        (10.0, 0.13),
+        (10.0, 0.12),
+        (10.0, 0.1),
+    ]
+    assert drawing.data["detection low"] == [0.8] * 4
+    assert drawing.png() == detection_statistics(ROWS).png()
