@@ -26,6 +26,12 @@ ERRATA: Final[tuple[tuple[str, str], ...]] = (
         "lies below that floor is masked, so ghosts, misses and floor rise are shown together.",
     ),
     (
+        "The correlation experiment",
+        "Auto-correlation at 4 GHz and cross-correlation against 3.75 GHz compare bands that do not "
+        "meet: that is frequency division. We run it as printed and with overlapping bands, where "
+        "the peak follows −10 log(|ΔB| T) + 1.4 dB.",
+    ),
+    (
         "Ghosts need luck",
         "A ghost needs equal slopes and starts within 0.2 µs of each other: one frame in 15 000 "
         "for two radars that start at random. The paper shows that worst case only; we show both.",
