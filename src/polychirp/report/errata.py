@@ -27,9 +27,9 @@ ERRATA: Final[tuple[tuple[str, str], ...]] = (
     ),
     (
         "The correlation experiment",
-        "Auto-correlation at 4 GHz and cross-correlation against 3.75 GHz compare bands that do not "
-        "meet: that is frequency division. We run it as printed and with overlapping bands, where "
-        "the peak follows −10 log(|ΔB| T) + 1.4 dB.",
+        "Auto-correlation at 4 GHz and cross-correlation against 3.75 GHz compare bands that do "
+        "not meet: that is frequency division. We run it as printed and with overlapping bands, "
+        "where the peak follows −10 log(|ΔB| T) + 1.4 dB.",
     ),
     (
         "Ghosts need luck",
