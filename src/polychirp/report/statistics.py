@@ -54,6 +54,33 @@ def statistics_rows(rows: Iterable[StatisticsRow]) -> Iterator[tuple[str, ...]]:
         )
 
 
+BRIEF_HEAD: Final = (
+    "Waveform, situation",
+    "Targets",
+    "Pd",
+    "Ghosts",
+    "Range (m)",
+    "Azimuth (°)",
+    "Speed (km/h)",
+    "Floor (dB)",
+)
+"""For a terminal: errors without their limits."""
+
+
+def brief_rows(rows: Iterable[StatisticsRow]) -> Iterator[tuple[str, ...]]:
+    """Cells under `BRIEF_HEAD`."""
+    for row in rows:
+        yield (
+            f"{row.waveform}, {row.situation}",
+            str(row.num_targets),
+            within(row.detection, 2),
+            within(row.ghosts, 1),
+            *(f"{error[0]:.2g}" for error in (row.range_rmse_m, row.azimuth_rmse_deg)),
+            f"{row.speed_rmse_kmh[0]:.2g}",
+            decimal(row.floor_rise_db, 1),
+        )
+
+
 def within(interval: Interval, digits: int) -> str:
     """A value and its limits.
 

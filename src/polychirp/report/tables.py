@@ -8,7 +8,7 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from polychirp.report.statistics import STATISTICS_HEAD, statistics_rows
+from polychirp.report.statistics import BRIEF_HEAD, brief_rows
 from polychirp.report.verdict import interference_ghosts, verdicts
 from polychirp.report.words import MITIGATION, WAVEFORM, decimal, target_words, timing
 from polychirp.study.paper_results import PaperResults, PaperRow, StatisticsRow
@@ -46,10 +46,12 @@ def variants_table(rows: Sequence[PaperRow]) -> Table:
 
 def statistics_table(rows: Sequence[StatisticsRow]) -> Table:
     """Figures 12 and 13: every curve at every number of targets."""
-    table = Table(title="Figures 12 and 13", title_justify="left", box=box.SIMPLE_HEAD)
-    for number, name in enumerate(STATISTICS_HEAD):
-        table.add_column(name, justify="left" if number < 2 else "right")
-    for cells in statistics_rows(rows):
+    trials = " or ".join(str(count) for count in sorted({row.num_trials for row in rows}))
+    title = f"Figures 12 and 13: points in random traffic, {trials} trials, 95 % intervals"
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
+    for number, name in enumerate(BRIEF_HEAD):
+        table.add_column(name, justify="left" if number == 0 else "right")
+    for cells in brief_rows(rows):
         table.add_row(*cells)
     return table
 

@@ -35,8 +35,8 @@ NUM_INTERFERERS: Final = 2
 
 NUM_TARGETS: Final = (1, 4, 10)
 
-TRIALS: Final = 20
-"""Of each point in `polychirp paper`; `studies/paper/fig12-13.toml` takes as many as one wants."""
+TRIALS: Final = 12
+"""Of each point in `polychirp paper`; `studies/paper/fig12-13.toml` has more."""
 
 CURVES: Final[tuple[tuple[WaveformKind, Situation], ...]] = tuple(
     product(("conventional", "diverse"), ("alone", "interfered", "blanked"))
