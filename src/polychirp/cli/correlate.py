@@ -255,11 +255,13 @@ def _show(
         return
     print(pair.title)
     for name, value in found.items():
-        print(f"  {name} taken away: {value:.6g}")
+        shown = f"{_fixed(value * 1e9, 3)} ns" if name == "delay" else f"{_fixed(value, 1)} Hz"
+        print(f"  {name} taken away: {shown}")
     print(f"  {'':<14}{'peak':>10}{'lag':>14}{'width':>12}{'side lobe':>12}{'integrated':>12}")
     for name, row in rows.items():
         print(
-            f"  {name:<14}{_db(row.peak**2):>10}{row.lag * 1e6:>11.4f} us{row.width * 1e9:>9.2f} ns"
+            f"  {name:<14}{_db(row.peak**2):>10}{_fixed(row.lag * 1e6, 4):>11} us"
+            f"{row.width * 1e9:>9.2f} ns"
             f"{_db(row.peak_side_lobe):>12}{_db(row.integrated_side_lobe):>12}"
         )
     law = pair.law
@@ -268,7 +270,12 @@ def _show(
 
 
 def _db(ratio: float) -> str:
-    return f"{10.0 * math.log10(max(ratio, 1e-40)):.2f} dB"
+    return f"{_fixed(10.0 * math.log10(max(ratio, 1e-40)), 2)} dB"
+
+
+def _fixed(value: float, digits: int) -> str:
+    """So many digits after the point, and no minus before a zero."""
+    return f"{round(value, digits) + 0.0:.{digits}f}"
 
 
 def _finite(values: dict[str, float]) -> dict[str, float | None]:
