@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from polychirp.config.load import build, with_defaults
+from polychirp.study.drawn import drawn
 from polychirp.study.spec import Study
 
 ROOT = Path(__file__).parents[3]
@@ -58,3 +59,17 @@ def test_the_impairments_of_the_guide_are_read_by_a_study():
     assert radar.front_end.digitiser.gain_control.back_off == pytest.approx(10**0.6)
     assert (radar.leakage[0].delay, radar.bumper.distance) == (0.3e-9, 0.1)
     assert study.radars[0].coding.kind == "time-division"
+
+
+def test_the_traffic_of_the_guide_is_read_and_can_be_drawn():
+    guide = (ROOT / "docs/how-to/monte-carlo.md").read_text(encoding="utf-8")
+    text = next(t for t in re.findall(r"```toml\n(.*?)```", guide, re.DOTALL) if "[traffic]" in t)
+    example = tomllib.loads((ROOT / "studies/quickstart.toml").read_text(encoding="utf-8"))
+    example["street"]["vehicles"] = example["street"]["vehicles"][:1]
+    example["radars"] = example["radars"][:1]
+    example.pop("victims")
+    study = build(Study, with_defaults({**example, **tomllib.loads(text)}))
+    one = drawn(study)
+    assert [radar.name for radar in one.radars] == ["front", "carrier-1", "carrier-2"]
+    assert len(one.targets) == 5
+    assert 0.0 < one.radars[1].start_time < 3e-3
