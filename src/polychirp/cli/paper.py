@@ -81,9 +81,12 @@ def _statistics(
 def _print_tables(results: Any) -> None:
     from rich.console import Console
 
+    from polychirp.report.statistics import findings
     from polychirp.report.tables import claims_table, statistics_table, variants_table
 
     console = Console(width=None if sys.stdout.isatty() else 140)
     console.print(claims_table(results))
     console.print(variants_table(results.rows))
     console.print(statistics_table(results.statistics))
+    for finding in findings(results.statistics):
+        console.print(f"- {finding}", highlight=False)

@@ -18,7 +18,12 @@ from polychirp.report.correlation import (
     shape_rows,
 )
 from polychirp.report.errata import ERRATA
-from polychirp.report.statistics import STATISTICS_HEAD, STATISTICS_NOTE, statistics_rows
+from polychirp.report.statistics import (
+    STATISTICS_HEAD,
+    STATISTICS_NOTE,
+    findings,
+    statistics_rows,
+)
 from polychirp.report.verdict import Verdict, counted, interference_ghosts, verdicts
 from polychirp.report.words import (
     MITIGATION,
@@ -148,6 +153,7 @@ def _statistics(rows: Sequence[StatisticsRow]) -> list[str]:
     return [
         _section(
             "Figures 12 and 13: points in random traffic, with 95 % intervals",
+            _element("ul", [f"<li>{escape(finding)}</li>" for finding in findings(rows)]),
             _table(STATISTICS_HEAD, lines),
             f'<p class="soft">{escape(STATISTICS_NOTE)}</p>',
         )

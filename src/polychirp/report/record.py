@@ -8,6 +8,7 @@ from dataclasses import asdict, fields
 from typing import Any
 
 from polychirp.report.correlation import correlation_json
+from polychirp.report.statistics import findings
 from polychirp.report.verdict import Verdict, verdicts
 from polychirp.study.paper_results import PaperResults, PaperRow
 
@@ -30,6 +31,7 @@ def results_json(results: PaperResults) -> dict[str, Any]:
         if results.correlation is None
         else correlation_json(results.correlation),
         "statistics": [asdict(row) for row in results.statistics],
+        "statistics_findings": findings(results.statistics),
     }
     finite: dict[str, Any] = _finite(record)
     return finite

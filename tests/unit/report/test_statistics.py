@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from polychirp.report.figures.detection_statistics import detection_statistics
-from polychirp.report.statistics import STATISTICS_HEAD, statistics_rows
+from polychirp.report.statistics import STATISTICS_HEAD, findings, statistics_rows
 from polychirp.study.paper_results import StatisticsRow
 
 
@@ -47,3 +49,13 @@ def test_the_figure_has_a_curve_for_every_situation_and_the_papers_points() -> N
     ]
     assert drawing.data["detection low"] == [0.8] * 4
     assert drawing.png() == detection_statistics(ROWS).png()
+
+
+def test_findings_compare_as_far_as_the_intervals_tell() -> None:
+    accuracy, detection, floor = findings(ROWS)
+    assert "range 0.0001 m, below the paper's 0.13 m" in accuracy
+    wide = [replace(one, azimuth_rmse_deg=(0.2, 0.1, 0.3)) for one in ROWS]
+    assert "azimuth 0.2 °, not told from the paper's 0.12 °" in findings(wide)[0]
+    assert "0.95 (0.80…0.99)" in detection
+    assert "51 dB" in floor
+    assert findings(ROWS[:1]) == []
