@@ -23,6 +23,8 @@ from typing import Final
 from polychirp.errors import InputError
 from polychirp.testing.diversity_table import RECORD as DIVERSITY
 from polychirp.testing.diversity_table import diversity_table
+from polychirp.testing.ghost_table import RECORD as GHOSTS
+from polychirp.testing.ghost_table import ghost_table
 from polychirp.testing.impairment_table import RECORD as IMPAIRMENTS
 from polychirp.testing.impairment_table import impairment_table
 from polychirp.testing.markdown import table
@@ -129,6 +131,7 @@ _RECORDED: Final = (
     ("impairments", IMPAIRMENTS, impairment_table),
     ("mitigations", MITIGATIONS, mitigation_table),
     ("diversity", DIVERSITY, diversity_table),
+    ("ghosts", GHOSTS, ghost_table),
 )
 """Blocks of a page, their records, and what makes a block of a record."""
 
