@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import Final, Literal
 
 import numpy as np
@@ -16,6 +17,7 @@ GAP: Final = 0.015
 """m, from the outermost plastic to the radar: its phase centre must not lie inside the mesh."""
 
 
+@cache
 def bumper_mount(
     body: Body, end: Literal["front", "rear"], *, offset: float = 0.0, height: float = 0.5
 ) -> Pose:

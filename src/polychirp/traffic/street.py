@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import combinations
-from typing import Literal
+from typing import Final, Literal
 
 import numpy as np
 
@@ -22,6 +22,9 @@ from polychirp.traffic.mesh_file import load_mesh
 from polychirp.traffic.shapes import Body
 from polychirp.traffic.vehicle import vehicle_mesh, vehicle_size
 from polychirp.units import Metres, MetresPerSecond, Radians, SquareMetres
+
+COARSEST: Final = 0.5
+"""m, of facets on the flats of built-in bodies."""
 
 Footprint = tuple[str, FloatArray]
 """A name with a sentence's article, and corners m ``(4, xy)``."""
@@ -59,6 +62,11 @@ class Vehicle(Spec):
         if not (self.max_edge > 0 and self.coarseness > 0 and self.scale > 0):
             raise InputError(
                 f"vehicle '{self.name}' needs a positive max_edge, coarseness and scale"
+            )
+        if self.mesh is None and self.max_edge > COARSEST:
+            raise InputError(
+                f"vehicle '{self.name}' has facets of up to {self.max_edge:g} m, in which a body "
+                f"loses its arches; use {COARSEST:g} m or less"
             )
 
     @property

@@ -55,7 +55,7 @@ def test_every_combination_is_a_point_the_last_axis_fastest(file):
 
 def test_the_grid_of_the_guide_is_one_of_the_quickstart(tmp_path):
     guide = (ROOT / "docs/how-to/monte-carlo.md").read_text(encoding="utf-8")
-    (table,) = re.findall(r"```toml\n(.*?)```", guide, flags=re.DOTALL)
+    table, *_ = re.findall(r"```toml\n(.*?)```", guide, flags=re.DOTALL)
     path = tmp_path / "study.toml"
     quickstart = (ROOT / "studies/quickstart.toml").read_text(encoding="utf-8")
     path.write_text(quickstart + table, encoding="utf-8")

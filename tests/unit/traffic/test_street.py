@@ -119,6 +119,8 @@ def test_a_vehicle_from_a_file_is_placed_and_measured(tmp_path):
 def test_values_out_of_range_are_refused():
     with pytest.raises(InputError, match="vehicle 'a' needs a positive max_edge"):
         replace(CAR, max_edge=0.0)
+    with pytest.raises(InputError, match="vehicle 'a' has facets of up to 1 m"):
+        replace(CAR, max_edge=1.0)
     with pytest.raises(InputError, match="point 'p' cannot have a negative"):
         Point(name="p", x=0.0, y=0.0, z=0.0, rcs=-1.0)
 

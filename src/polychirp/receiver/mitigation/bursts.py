@@ -1,4 +1,4 @@
-"""Bursts of crossing interferers, found by their amplitude."""
+"""Bursts of crossing interferers, found by their amplitude and by what does not predict them."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ class BurstDetector(Spec):
     A synchronous interferer fills the ramp like an echo and is *not* touched.
 
     A burst below the echoes does not show in the amplitude. It does in the error of predicting each
-    sample from ``whitening`` others, which takes most of the echoes away (`surprise`).
+    sample from ``whitening`` others, which takes most of the echoes away (`surprise`); a strong
+    one that can be predicted, as slow crossings can, shows in the amplitude. Either is enough.
 
     Parameters
     ----------
     factor : of a ramp's median amplitude, above which a sample is hit
     guard : s, on either side of a sample that is hit
-    whitening : samples that each one is predicted from before amplitudes are compared; 0 compares
-        the samples themselves
+    whitening : samples that each one is predicted from; 0 looks at amplitudes alone
     """
 
     factor: float = 3.0
@@ -48,19 +48,18 @@ class BurstDetector(Spec):
 
     def hit(self, frame: IfFrame) -> BoolArray:
         """Which samples are hit, ``(ramp, fast)``; never the padding."""
-        present = frame.times.is_sample
-        amplitude = self._amplitude(frame)
-        median = np.nanmedian(np.where(present, amplitude, np.nan), axis=-1, keepdims=True)
-        above = present & (amplitude > self.factor * median)
+        above = self._stands_out(rms(frame.samples), frame.times.is_sample)
+        if self.whitening:
+            error = np.zeros(frame.times.is_sample.shape)
+            for k, length in enumerate(frame.times.num_samples):
+                error[k, :length] = surprise(frame.samples[:, k, :length], self.whitening)
+            above |= self._stands_out(error, frame.times.is_sample)
         reach = round(self.guard * frame.times.rate)
         count = np.cumsum(np.pad(above, ((0, 0), (reach + 1, reach))), axis=-1)
         near = count[:, 2 * reach + 1 :] - count[:, : -2 * reach - 1] > 0
-        return np.asarray(near & present)
+        return np.asarray(near & frame.times.is_sample)
 
-    def _amplitude(self, frame: IfFrame) -> FloatArray:
-        """What is compared, ``(ramp, fast)``."""
-        amplitude = rms(frame.samples)
-        if self.whitening:
-            for k, length in enumerate(frame.times.num_samples):
-                amplitude[k, :length] = surprise(frame.samples[:, k, :length], self.whitening)
-        return amplitude
+    def _stands_out(self, amplitude: FloatArray, present: BoolArray) -> BoolArray:
+        """What exceeds the median of its ramp, ``(ramp, fast)``."""
+        median = np.nanmedian(np.where(present, amplitude, np.nan), axis=-1, keepdims=True)
+        return np.asarray(present & (amplitude > self.factor * median))
