@@ -275,3 +275,36 @@ def test_bundles_that_leave_nothing_out_are_right_to_1e_8(
         patch.setattr(corners, "ALIKE", 0.0)
         bundled = Stretch().contribution(*frame, victim=0, transmitter=transmitter)
     assert np.abs(bundled - by_path).max() < 1e-8 * np.abs(by_path).max()
+
+
+@pytest.mark.parametrize("first", [1e-6, 10e-6])
+@pytest.mark.parametrize("length", [4e-6, 9e-6, 11e-6, 16e-6])
+def test_bundles_of_chirps_shorter_than_a_window_are_their_sum_path_by_path(length, first):
+    """Ramps far out of band, of which only the end and only the beginning are heard."""
+    common = {"start_phase": [0.1], "sweep": [0]}
+    own = RampSchedule(
+        start_time=[0.0], duration=[400e-6], start_frequency=[79e9], slope=[1e12], **common
+    )
+    sent = RampSchedule(
+        start_time=[length - 300e-6, length + 1e-6, 400e-6 - length],
+        duration=[300e-6, 370e-6 - length, 200e-6],
+        start_frequency=[79.6e9, 79.3e9, 78.5e9],
+        slope=[-2e11, -5e11, 3e11],
+        start_phase=[0.1, 0.2, 0.3],
+        sweep=[0, 1, 2],
+    )
+    converter = Converter(sample_rate=1e6, start=first, margin=1e-6)
+    array = AntennaArray(num_channels=3, pattern=ISOTROPIC)
+    radars = Radar(name="a", array=array, converter=converter), Radar(name="b", array=array)
+    car = Actor(name="car", kind="vehicle")
+    scene = Scene(time=0.0, actors=(car,), radars=radars, carriers=(0, 0))
+    paths = many_paths(np.random.default_rng(1), 1, longest=200e-9, fastest=4e-7, count=60)
+    frame = scene, [own, sent], [paths_of(*paths)]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(stretch, "NEGLIGIBLE", 1e-12)
+        by_path = Stretch(backend="kernels").contribution(*frame, victim=0, transmitter=1)
+        bundled = Stretch().contribution(*frame, victim=0, transmitter=1)
+    strongest = np.abs(by_path).max()
+    ends = np.r_[: int(length * 1e6) + 8, by_path.shape[-1] - 20 : by_path.shape[-1]]
+    assert np.abs(by_path[..., ends]).max() > 1e-5 * strongest
+    assert np.abs(bundled - by_path).max() < 1e-8 * strongest

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from polychirp.axes import ComplexArray, FloatArray
+from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.synthesis.kernels import (
     STEADY,
     TAU,
@@ -27,10 +27,14 @@ from polychirp.synthesis.kernels import (
     received,
     sent_amplitude,
     unit,
+    units,
 )
 
 SMALL: Final = 0.5
 """rad, up to which Taylor's polynomials of sine and cosine are right to 1e-13."""
+
+MOST_POWERS: Final = 8
+"""Powers of the rates' distances from their mean that are made, the power 0 among them."""
 
 
 @compiled
@@ -239,30 +243,6 @@ def _cubic_gain(
 
 
 @inlined
-def _units(cycles: FloatArray, real: FloatArray, imag: FloatArray, count: int) -> None:
-    """Numbers of magnitude 1 with those phases: without branches, so that lanes go together.
-
-    Sine and cosine of half the angle, which is π/2 at most, by Taylor's series, then doubled.
-    """
-    for c in range(count):
-        x = math.pi * (cycles[c] - ((cycles[c] + _TO_INTEGER) - _TO_INTEGER))
-        y = x * x
-        cosine, sine = _COSINE[_HALVES - 1], _SINE[_HALVES - 1]
-        for i in range(_HALVES - 2, -1, -1):
-            cosine = cosine * y + _COSINE[i]
-            sine = sine * y + _SINE[i]
-        sine *= x
-        real[c] = 1.0 - 2.0 * sine * sine
-        imag[c] = 2.0 * sine * cosine
-
-
-_HALVES: Final = 11
-_TO_INTEGER: Final = 1.5 * 2.0**52
-_COSINE: Final = tuple((-1.0) ** i / math.factorial(2 * i) for i in range(_HALVES))
-_SINE: Final = tuple((-1.0) ** i / math.factorial(2 * i + 1) for i in range(_HALVES))
-
-
-@inlined
 def _fill(
     term: FloatArray, value: FloatArray, x: FloatArray, z: FloatArray, amplitude: ComplexArray,
     cycles: FloatArray,
@@ -274,7 +254,7 @@ def _fill(
     """
     count = x.size
     real, imag = np.empty(count), np.empty(count)
-    _units(cycles, real, imag, count)
+    units(cycles, real, imag, count)
     for p in range(count):
         a = amplitude[p] * complex(real[p], imag[p])
         for q in range(value.shape[1] // 2):
@@ -329,7 +309,6 @@ def swept(
     one edge that counts, 1 or −1, and 0 for both.
     """
     rate, half = pairs.rate[pair], taps.half
-    weight = np.empty(taps.bessel.shape[0], dtype=np.complex128)
     near = pairs.far[pair] + half * abs(rate)
     has_table = pairs.end[pair] > pairs.begin[pair]
     bends = np.empty((2, out.shape[1]), dtype=np.complex128)
@@ -348,13 +327,82 @@ def swept(
                 gain = 0.0j
                 if only >= 0:
                     last = taps.taylor.shape[0] - 1
-                    value = edge_gain(taps, last, f - rate * half, rate, weight)
+                    value = edge_gain(taps, last, f - rate * half, rate)
                     gain += bends[1, n] * lean.conjugate() * value
                 if only <= 0:
-                    value = edge_gain(taps, 0, f + rate * half, rate, weight)
+                    value = edge_gain(taps, 0, f + rate * half, rate)
                     gain -= bends[0, n] * lean * value
             out[b, n] = turn * gain
             turn *= turning
+
+
+@compiled
+def swept_terms(  # noqa: PLR0913, PLR0917 -- numba takes tables one by one
+    pairs: Pairs, pair: int, taps: Taps, centre: float, width: float, node: FloatArray,
+    to_terms: FloatArray, first: float, step: float, count: int, only: int, tolerance: float,
+    least: float,
+) -> tuple[ComplexArray, IntArray]:  # fmt: skip
+    """Chebyshev's coefficients by the beat of `swept`, and what rates off the pair's add.
+
+    ``(power, term, sample)``, and how many terms count of every power: those that are left out are
+    together below ``tolerance`` of the largest, or below ``least``. A rate off by δ is a
+    factor exp(jπδt²) before the filter, and t² is a second derivative by the beat.
+    """
+    most = node.size
+    gain = np.empty((most, count), dtype=np.complex128)
+    swept(gain, pairs, pair, taps, centre, width * node, first, step, only)
+    out = np.empty((MOST_POWERS, most, count), dtype=np.complex128)
+    out[0] = 0.0
+    kept = np.zeros(MOST_POWERS, dtype=np.int64)
+    one, values = out[0].view(np.float64), gain.view(np.float64)
+    for r in range(most):
+        for b in range(most):
+            factor = to_terms[r, b]
+            for n in range(2 * count):
+                one[r, n] += factor * values[b, n]
+    enough = -1.0
+    per_power = -0.5j * pairs.spread[pair] / (TAU * width**2)
+    for power in range(MOST_POWERS):
+        beyond, term = 0.0, most
+        largest = np.zeros(most)
+        for r in range(most):
+            for n in range(count):
+                value = out[power, r, n]
+                largest[r] = max(largest[r], value.real * value.real + value.imag * value.imag)
+        if enough < 0.0:
+            enough = max(tolerance * math.sqrt(largest.max()), least)
+        while term > 0 and beyond + math.sqrt(largest[term - 1]) <= enough:
+            term -= 1
+            beyond += math.sqrt(largest[term])
+        kept[power] = max(term, 2) if power == 0 else term
+        if kept[power] == 0 or power == MOST_POWERS - 1:
+            break
+        _bend(out[power + 1], out[power], per_power / (power + 1))
+    return out, kept
+
+
+@inlined
+def _bend(out: ComplexArray, term: ComplexArray, factor: complex) -> None:
+    """Chebyshev's coefficients of a second derivative, times a factor, ``(term, sample)``.
+
+    A derivative's are d_(r−1) = d_(r+1) + 2 r c_r, half of it for d_0 (the usual recurrence).
+    """
+    most, count = term.shape
+    first = np.zeros((most + 1, count), dtype=np.complex128)
+    second = np.zeros((most + 1, count), dtype=np.complex128)
+    for r in range(most - 1, 0, -1):
+        for n in range(count):
+            first[r - 1, n] = first[r + 1, n] + 2.0 * r * term[r, n]
+    for n in range(count):
+        first[0, n] *= 0.5
+    for r in range(most - 1, 0, -1):
+        for n in range(count):
+            second[r - 1, n] = second[r + 1, n] + 2.0 * r * first[r, n]
+    for n in range(count):
+        second[0, n] *= 0.5
+    for r in range(most):
+        for n in range(count):
+            out[r, n] = factor * second[r, n]
 
 
 @compiled
@@ -424,7 +472,7 @@ def cut_sums(  # noqa: PLR0913, PLR0917 -- numba takes tables one by one
             z[p] = (chirp.beat + chirp.rate * corner - scale[0]) / scale[1]
             x[p] = (time - corner - scale[2]) / scale[3]
             y[p] = (chirp.beat + chirp.rate * far - scale[4]) / scale[5]
-        _units(here, real, imag, count)
+        units(here, real, imag, count)
         for p in range(count):
             gain = 0.0j
             for e in range(corner_gain.shape[0] - 1, -1, -1):
@@ -433,7 +481,7 @@ def cut_sums(  # noqa: PLR0913, PLR0917 -- numba takes tables one by one
                     inner = inner * x[p] + corner_gain[e, q]
                 gain = gain * z[p] + inner
             out[m] += amplitude[p] * complex(real[p], imag[p]) * gain
-        _units(there, real, imag, count)
+        units(there, real, imag, count)
         for p in range(count):
             gain = edge_gain[edge_gain.size - 1]
             for e in range(edge_gain.size - 2, -1, -1):

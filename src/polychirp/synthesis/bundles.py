@@ -218,31 +218,18 @@ class Crossing:
         """For every power of the rate's distance, the terms at every sample, ``(term, sample)``.
 
         Those of the power 0 are the gain, tabulated together with the turning of a beat that is
-        off the middle one. A rate that is off by δ is a factor exp(jπδt²) before the filter, and
-        t² is a second derivative by the beat.
+        off the middle one.
         """
-        from polychirp.synthesis.bundle_kernels import swept
+        from polychirp.synthesis.bundle_kernels import swept_terms
 
-        t, pair = self.tables, self.visit.pair
+        t = self.tables
         most = num_terms(t.taps.half + float(np.abs(time).max()), tuned.width)
         node, to_terms = cosines(most)
-        gain = np.empty((most, time.size), dtype=np.complex128)
-        swept(
-            gain, t.pairs, pair, t.taps, tuned.centre, tuned.width * node, time[0],
-            self.visit.step, self.side,
+        terms, kept = swept_terms(
+            t.pairs, self.visit.pair, t.taps, tuned.centre, tuned.width, node, to_terms, time[0],
+            self.visit.step, time.size, self.side, TOLERANCE, 0.05 * self.visit.limit,
         )  # fmt: skip
-        term = (to_terms @ gain.view(np.float64)).view(np.complex128)
-        enough = max(TOLERANCE * float(np.abs(term).max()), 0.05 * self.visit.limit)
-        per_order = -1j * float(t.pairs.spread[pair]) / (2.0 * TAU * tuned.width**2)
-        found: list[ComplexArray] = []
-        while True:
-            beyond = np.cumsum(np.abs(term).max(axis=1)[::-1])[::-1]
-            kept = max(int(np.count_nonzero(beyond > enough)), 2 if not found else 0)
-            if not kept:
-                return found
-            found.append(term[:kept])
-            bent = (_second_derivative(most) @ term.view(np.float64)).view(np.complex128)
-            term = bent * (per_order / len(found))
+        return [term[:count] for term, count in zip(terms, kept.tolist(), strict=True) if count]
 
 
 def _crossing(visit: Visit, tables: Tables, tuned: Tuning, part: slice) -> Crossing:
@@ -396,12 +383,6 @@ def cosines(count: int) -> tuple[FloatArray, FloatArray]:
     to_terms = (2.0 / count) * np.cos(np.arange(count)[:, None] * angle)
     to_terms[0] *= 0.5
     return np.cos(angle), to_terms
-
-
-@lru_cache(maxsize=64)
-def _second_derivative(count: int) -> FloatArray:
-    """Chebyshev's coefficients of the second derivative from those of a polynomial."""
-    return np.vstack([np.polynomial.chebyshev.chebder(np.eye(count), 2), np.zeros((2, count))])
 
 
 @lru_cache(maxsize=256)

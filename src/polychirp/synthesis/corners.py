@@ -53,27 +53,61 @@ ALIKE: Final = 3.0
 def corner_runs(visit: Visit, tables: Tables) -> list[tuple[slice, ComplexArray]]:
     """Runs of samples, and ``(channel, sample)`` of each, whose windows lines' corners cut.
 
-    Only far out of band, and where there are samples that no corner cuts.
+    Where no sample is without a corner, only far out of band.
     """
-    if visit.num_lines < FEWEST or visit.whole.stop <= visit.whole.start:
+    if visit.num_lines < FEWEST:
         return []
-    overlap = visit.overlap
-    cuts = (
-        (-1, visit.cut_by_begin, slice(visit.met.start, visit.whole.start),
-         (overlap.first_begin, overlap.last_begin)),
-        (1, visit.cut_by_end, slice(visit.whole.stop, visit.met.stop),
-         (overlap.first_end, overlap.last_end)),
-    )  # fmt: skip
+    if visit.whole.stop <= visit.whole.start:
+        return _short(visit, tables)
     found = []
-    for side, run, around, between in cuts:
+    for side, run, around, between in _cuts(visit):
         if run.stop > run.start:
             cut = _cut(visit, tables, side, around, between)
             if cut is None:
                 found += _near(visit, tables, side, run)
             else:
-                found.append((run, cut.corners(run) + cut.edges(run)))
-                some = [*range(around.start, run.start), *range(run.stop, around.stop)]
-                found += [(slice(n, n + 1), cut.partly(n)) for n in some]
+                found += cut.runs(run, around)
+    return found
+
+
+def _cuts(visit: Visit) -> tuple[tuple[int, slice, slice, tuple[float, float]], ...]:
+    """Beginnings (−1) and endings (1): samples with all of them, with any, and s between them."""
+    overlap, whole = visit.overlap, visit.whole
+    begins = overlap.first_begin, overlap.last_begin
+    ends = overlap.first_end, overlap.last_end
+    return (
+        (-1, visit.cut_by_begin, slice(visit.met.start, whole.start), begins),
+        (1, visit.cut_by_end, slice(whole.stop, visit.met.stop), ends),
+    )
+
+
+def _short(visit: Visit, tables: Tables) -> list[tuple[slice, ComplexArray]]:
+    """The same where every sample's window meets a corner, or two.
+
+    Samples whose windows have both corners of every line have nothing else.
+    """
+    begins, ends, met = visit.cut_by_begin, visit.cut_by_end, visit.met
+    overlap, half = visit.overlap, tables.taps.half
+    if overlap.first_end <= overlap.last_begin:
+        return []
+    # windows before `free` have no ending in them, those from `late` on no beginning
+    free = math.floor((overlap.first_end - half - visit.first) / visit.step)
+    late = math.ceil((overlap.last_begin + half - visit.first) / visit.step)
+    free, late = (min(max(n, met.start), met.stop) for n in (free, late))
+    both = slice(max(begins.start, ends.start), min(begins.stop, ends.stop))
+    early = slice(begins.start, min(begins.stop, free))
+    behind = slice(max(ends.start, late), ends.stop)
+    before, after = slice(met.start, min(late, free)), slice(max(late, free), met.stop)
+    (_, _, _, first), (_, _, _, last) = _cuts(visit)
+    begin = _cut(visit, tables, -1, slice(met.start, late), first)
+    end = _cut(visit, tables, 1, slice(min(free, late), met.stop), last)
+    found = []
+    if both.stop > both.start and begin is not None and end is not None:
+        found.append((both, begin.corners(both) + end.corners(both)))
+    if early.stop > early.start and begin is not None:
+        found += begin.runs(early, before)
+    if behind.stop > behind.start and end is not None:
+        found += end.runs(behind, after)
     return found
 
 
@@ -108,6 +142,14 @@ class _Cut:
     tuned: Tuning
     corner: Tuning
     width: float
+
+    def runs(self, run: slice, around: slice) -> list[tuple[slice, ComplexArray]]:
+        """The samples ``around``: those of ``run`` have all the corners, the others some."""
+        some = [*range(around.start, run.start), *range(run.stop, around.stop)]
+        return [
+            (run, self.corners(run) + self.edges(run)),
+            *((slice(n, n + 1), self.partly(n)) for n in some),
+        ]
 
     def edges(self, run: slice) -> ComplexArray:
         """What one edge of the filter's window makes."""

@@ -151,7 +151,10 @@ class Oscillating:
             for radar, delay in one_way_each(pair[0]):
                 alone = wide.heard_by(radar, victim)
                 added[LEAKAGE_PART] += deviation(alone, nothing, delay)[LEAKAGE_PART]
-        return np.asarray(samples + wide.narrowed(added))
+        for part, signal in enumerate(added):
+            if signal.any():
+                samples[part] += wide.narrowed(signal)
+        return samples
 
     def _far(
         self,

@@ -77,7 +77,8 @@ def noise_record(
     the record stays what it is there: nothing is sent.
     """
     from scipy.fft import irfft, next_fast_len
-    from scipy.interpolate import BSpline
+
+    from polychirp.synthesis.splines import basis, evaluate
 
     rate = 2.0 * GRID_OVERSAMPLING * highest_offset
     size = int(np.ceil((end - begin) * rate)) + SPLINE_DEGREE + 1
@@ -86,14 +87,13 @@ def noise_record(
         noise, spacing=rate / period, highest_offset=highest_offset, streams=streams
     )
     coefficients = irfft(height / np.sinc(offset / rate) ** (SPLINE_DEGREE + 1), period)[:size]
-    lead = (SPLINE_DEGREE + 1) // 2
-    knots = np.arange(size + SPLINE_DEGREE + 1, dtype=np.float64) - lead
-    spline = BSpline(knots, coefficients * (period / (2.0 * np.pi)), SPLINE_DEGREE)
-    first, last = knots[SPLINE_DEGREE], knots[size]
+    coefficients = coefficients * (period / (2.0 * np.pi))
 
     def at(time: FloatArray) -> FloatArray:
-        place = (np.asarray(time) - begin) * rate + first
-        return np.asarray(spline(np.clip(place, first, last)))
+        place = (np.asarray(time) - begin) * rate
+        out = np.empty(place.shape)
+        evaluate(out.reshape(-1), place.reshape(-1), coefficients, basis(SPLINE_DEGREE))
+        return out
 
     return at
 

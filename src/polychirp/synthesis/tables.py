@@ -179,10 +179,10 @@ def _about(if_filter: IfFilter, overlap: Overlap) -> tuple[float, float]:
 
 def taps_of(if_filter: IfFilter) -> Taps:
     """The filter's impulse response."""
-    from polychirp.synthesis.kernels import Taps
+    from polychirp.synthesis.kernels import NODES, Taps
 
     table = tap_table(if_filter)
-    node, weight = np.polynomial.legendre.leggauss(16)
+    node, weight = np.polynomial.legendre.leggauss(NODES)
     return Taps(
         half=0.5 * if_filter.support,
         stopband=if_filter.stopband,
