@@ -11,6 +11,7 @@ from typing import Final, Literal
 
 from polychirp.channel.composite import Composite
 from polychirp.channel.free_space import FreeSpace
+from polychirp.channel.point_vehicles import PointVehicles
 from polychirp.frames import Pose
 from polychirp.receiver.mitigation.blanking import Blanking
 from polychirp.scoring.statistics import Estimate
@@ -22,13 +23,20 @@ from polychirp.study.monte_carlo.tasks import Executor
 from polychirp.study.paper import WAVEFORMS
 from polychirp.study.paper_results import Interval, Situation, StatisticsRow, WaveformKind
 from polychirp.study.provenance import provenance
-from polychirp.study.spec import Study, StudyRadar
+from polychirp.study.spec import AnyTracer, Study, StudyRadar
 from polychirp.study.traffic import StudyTraffic
 from polychirp.study.trial import Progress, silent
 from polychirp.traffic.street import Building, Road, Street, Vehicle
 from polychirp.units import to_db
 
-Channel = Literal["points", "vehicles"]
+Channel = Literal["points", "point-vehicles", "vehicles"]
+"""Isotropic points; vehicles as point scatterers; vehicles, road and buildings ray-traced."""
+
+_TRACERS: Final[dict[Channel, AnyTracer]] = {
+    "points": FreeSpace(),
+    "point-vehicles": PointVehicles(),
+    "vehicles": Composite(),
+}
 
 NUM_INTERFERERS: Final = 2
 """Radars of other vehicles, in step with the victim."""
@@ -38,7 +46,9 @@ NUM_TARGETS: Final = (1, 4, 10)
 TRIALS: Final = 12
 """Of each point in `polychirp paper`; `studies/paper/fig12-13.toml` has more."""
 
-CURVES: Final[tuple[tuple[WaveformKind, Situation], ...]] = tuple(
+Curve = tuple[WaveformKind, Situation]
+
+CURVES: Final[tuple[Curve, ...]] = tuple(
     product(("conventional", "diverse"), ("alone", "interfered", "blanked"))
 )
 
@@ -49,9 +59,10 @@ _LABELS: Final = tuple(", ".join(curve) for curve in CURVES)
 def statistics_study(channel: Channel = "points", *, seed: int = 1) -> Study:
     """One radar in random traffic, without interferers: where the curves begin.
 
-    On ``points`` an isotropic scatterer of 10 m² stands at the nearest point of every target and
-    nothing is in the way; on ``vehicles`` bodies, road and buildings are traced.
+    On ``points`` an isotropic scatterer of 10 m² stands at the nearest point of every target, and
+    nothing is in the way.
     """
+    shape: Literal["points", "vehicles"] = "points" if channel == "points" else "vehicles"
     ego = Vehicle(name="ego", x=0.0, y=-1.75, speed=10.0)
     return Study(
         name=f"paper-statistics-{channel}",
@@ -72,8 +83,8 @@ def statistics_study(channel: Channel = "points", *, seed: int = 1) -> Study:
                 waveform=WAVEFORMS["conventional"],
             ),
         ),
-        traffic=StudyTraffic(seen_from="ego", num_carriers=NUM_INTERFERERS, shape=channel),
-        tracer=FreeSpace() if channel == "points" else Composite(),
+        traffic=StudyTraffic(seen_from="ego", num_carriers=NUM_INTERFERERS, shape=shape),
+        tracer=_TRACERS[channel],
     )
 
 
@@ -94,13 +105,17 @@ def statistics_plan(
     *,
     trials: int,
     num_targets: Sequence[int] = NUM_TARGETS,
+    curves: Sequence[Curve] = CURVES,
     seed: int = 1,
 ) -> Plan:
-    """Every curve over ``num_targets``; trial n has the same street, noise and draws in all."""
+    """Every one of ``curves`` over ``num_targets``.
+
+    Trial n has the same street, noise and draws in all.
+    """
     study = statistics_study(channel, seed=seed)
     assert study.traffic is not None
     points = []
-    for count, (waveform, situation) in product(num_targets, CURVES):
+    for count, (waveform, situation) in product(num_targets, curves):
         few = replace(study, traffic=replace(study.traffic, num_targets=count))
         one = with_situation(few, waveform, situation)
         points.append(
@@ -114,7 +129,7 @@ def statistics_plan(
     return Plan(
         axes=(
             Axis(name="num_targets", labels=tuple(num_targets), changes=()),
-            Axis(name="curve", labels=_LABELS, changes=()),
+            Axis(name="curve", labels=tuple(map(", ".join, curves)), changes=()),
         ),
         points=tuple(points),
         trials=trials,

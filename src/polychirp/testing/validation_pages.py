@@ -33,6 +33,8 @@ from polychirp.testing.mechanism_table import RECORD as MECHANISMS
 from polychirp.testing.mechanism_table import mechanism_table
 from polychirp.testing.mitigation_table import RECORD as MITIGATIONS
 from polychirp.testing.mitigation_table import mitigation_table
+from polychirp.testing.statistics_table import RECORD as STATISTICS
+from polychirp.testing.statistics_table import statistics_table
 from polychirp.testing.validation import Comparison, read_comparisons
 
 RECORD: Final = "comparisons.json"
@@ -131,6 +133,7 @@ _RECORDED: Final = (
     ("impairments", IMPAIRMENTS, impairment_table),
     ("mitigations", MITIGATIONS, mitigation_table),
     ("diversity", DIVERSITY, diversity_table),
+    ("statistics", STATISTICS, statistics_table),
     ("ghosts", GHOSTS, ghost_table),
 )
 """Blocks of a page, their records, and what makes a block of a record."""
