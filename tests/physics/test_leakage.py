@@ -155,8 +155,9 @@ def test_a_radar_hears_itself_besides_what_is_traced_and_others_do_not():
     car = Actor(name="car", kind="vehicle")
     scene = Scene(time=0.0, actors=(car,), radars=(victim, Radar(name="other")), carriers=(0, 0))
     paths = paths_of(HandPath(delay=1e-7, transmitter=1))
-    assert all_links(scene, paths, victim=0, transmitter=1).part.tolist() == [0]
-    both = all_links(scene, paths_of(HandPath(delay=1e-7)), victim=0, transmitter=0)
+    (other,) = all_links(scene, [paths], victim=0, transmitter=1)
+    assert other.part.tolist() == [0]
+    (both,) = all_links(scene, [paths_of(HandPath(delay=1e-7))], victim=0, transmitter=0)
     assert both.delay == pytest.approx([1e-7, 1e-9, 0.6 / SPEED_OF_LIGHT])
     assert both.part.tolist() == [0, LEAKAGE_PART, LEAKAGE_PART]
     assert both.amplitude[1:].tolist() == own(victim).amplitude.tolist()

@@ -34,7 +34,7 @@ MEDIUM: Final = 14
 class Blockers(NamedTuple):
     """What rays meet.
 
-    ``box`` … ``triangle`` as in `Tree`, of the nodes ``root[role, b]:root[role, b + 1]`` of body
+    ``box`` … ``triangle`` as in `Tree`, of the nodes ``root[role, b, 0]:root[role, b, 1]`` of body
     b in its own frame; ``medium`` ``(triangle,)`` a number into the world's materials; ``pose``
     ``(body, 12)`` the matrix, row by row, and the shift that take a point to the frame of each
     body; ``plate`` ``(plate, 15)`` m, columns `NORMAL` … `MEDIUM`.
@@ -97,7 +97,7 @@ def into_body(blockers: Blockers, b: int, start: Vector, way: Vector) -> tuple[V
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def nodes_of(blockers: Blockers, role: int, b: int) -> tuple[int, int]:
     """Where a body's tree of a role begins and ends."""
-    return blockers.root[role, b], blockers.root[role, b + 1]
+    return blockers.root[role, b, 0], blockers.root[role, b, 1]
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")

@@ -178,11 +178,12 @@ def grow_tree(triangles: FloatArray) -> Tree:
     box, skip, first, count, order = _grow_tree(corners.min(axis=1), corners.max(axis=1))
     ordered = corners[order]
     edges = ordered[:, 1:] - ordered[:, :1]
+    # copies, as what was made had room for twice as many nodes as triangles
     return Tree(
-        box=box,
-        skip=skip,
-        first=first,
-        size=count,
+        box=box.copy(),
+        skip=skip.copy(),
+        first=first.copy(),
+        size=count.copy(),
         triangle=np.concatenate([ordered[:, 0], edges[:, 0], edges[:, 1]], axis=1),
         face=order,
     )

@@ -231,7 +231,7 @@ def _obstacles(
         first=forest.tree.first,
         size=forest.tree.size,
         triangle=forest.tree.triangle,
-        nodes=np.stack([opaque[bodies], opaque[bodies + 1]], axis=-1),
+        nodes=opaque[bodies],
         turn=np.ascontiguousarray(frame @ world.rotation[bodies]),
         shift=np.ascontiguousarray((world.position[bodies] - origin) @ frame.T),
         sheet=np.stack(halves, axis=1).reshape(-1, 9),

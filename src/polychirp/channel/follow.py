@@ -151,19 +151,22 @@ class _Row:
         self.tables[number] = paths
         self.is_traced[number, pairs[:, 0], pairs[:, 1]] = True
 
-    def snapshots(self) -> list[PropagationPaths]:
-        """At every time, each pair's tables before and after it, carried there."""
-        number, last = np.arange(len(self.times))[:, None, None], len(self.times) - 1
-        before = np.maximum.accumulate(np.where(self.is_traced, number, 0))
-        behind = np.where(self.is_traced, number, last)[::-1]
-        after = np.minimum.accumulate(behind)[::-1]
-        return [
-            gather([self._carried(k, source, *ends) for source in self._among(ends)])
-            for k, ends in enumerate(np.stack([before, after], axis=1))
-        ]
+    def at(self, number: int) -> PropagationPaths:
+        """At time ``number``, each pair's tables before and after it, carried there."""
+        ends = self._last(number), self._next(number)
+        sources = [k for k in self.tables if any(np.any(end == k) for end in ends)]
+        return gather([self._carried(number, source, *ends) for source in sources])
 
-    def _among(self, ends: IntArray) -> list[int]:
-        return [number for number in self.tables if np.any(ends == number)]
+    def _last(self, number: int) -> IntArray:
+        """When each pair was traced last, ``(transmitter, receiver)``; 0 for never."""
+        past = self.is_traced[number::-1]
+        return np.where(past.any(axis=0), number - np.argmax(past, axis=0), 0)
+
+    def _next(self, number: int) -> IntArray:
+        """When each pair is traced next, like `_last`; the end for never."""
+        coming = self.is_traced[number:]
+        end = len(self.times) - 1
+        return np.where(coming.any(axis=0), number + np.argmax(coming, axis=0), end)
 
     def _carried(
         self, number: int, source: int, before: IntArray, after: IntArray
@@ -212,11 +215,11 @@ class _Frame:
         rows = []
         for number, (part, begin) in enumerate(zip(self.parts, first, strict=True)):
             progress(number * len(self.times), total)
-            rows.append(self._row(part, begin, faint, strongest).snapshots())
+            rows.append(self._row(part, begin, faint, strongest))
         progress(total, total)
         return tuple(
-            without_weak(gather(tables), moment, self.tracer.dynamic_range)
-            for *tables, moment in zip(*rows, self.scenes, strict=True)
+            without_weak(gather([row.at(k) for row in rows]), moment, self.tracer.dynamic_range)
+            for k, moment in enumerate(self.scenes)
         )
 
     def _first(self) -> list[PropagationPaths]:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from polychirp.axes import FloatArray
+from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.channel.materials import known_materials, material_table
 from polychirp.errors import InputError
 from polychirp.model.material import Material
@@ -25,7 +25,7 @@ A bumper lets 0.87 through, a pane of glass 0.29."""
 GRAIN = 0.05
 """m, edge of the pieces into which faces are cut to find what is visible of a half-hidden body."""
 
-BATCH = 256
+BATCH = 64
 """Candidates whose visibility is tested at first, nearest first; then four times as many."""
 
 INSIDE = 0.6
@@ -100,40 +100,73 @@ def _actor(scene: Scene, name: str) -> Actor:
 
 def _nearest_visible(world: World, actor: Actor, eye: FloatArray) -> tuple[FloatArray, bool]:
     """The nearest visible point in the world, or the nearest hidden one, and which it is."""
-    from polychirp.channel.legs import through
-    from polychirp.channel.occlusion import blocked
-
-    def first_visible(candidates: FloatArray) -> FloatArray | None:
-        gap = eye - candidates
-        away = np.linalg.norm(gap, axis=-1, keepdims=True)
-        ends = candidates + 1e-3 * gap / np.maximum(away, 1e-12)
-        order = np.argsort(away[:, 0], kind="stable")
-        begin, size = 0, BATCH
-        while begin < len(order):
-            batch = order[begin : begin + size]
-            free = ~blocked(world, eye[None], ends[batch])
-            left = np.linalg.svd(through(world, eye[None], ends[batch]), compute_uv=False)[:, -1]
-            free &= left**2 >= CLEAR
-            if np.any(free):
-                return np.asarray(candidates[batch[np.argmax(free)]])
-            begin, size = begin + size, 4 * size
-        return None
+    from polychirp.channel.closest import closest_points
 
     corners = target_corners(actor)
     if not len(corners):
         points = actor.pose.to_outer(np.array([p.position for p in actor.points]).reshape(-1, 3))
         if not len(points):
             raise InputError(f"'{actor.name}' has neither faces nor points to be seen")
-        found = first_visible(points)
+        found = _first_visible(world, points, eye)
         nearest = points[np.argmin(np.linalg.norm(points - eye, axis=-1))]
         return (nearest, False) if found is None else (found, True)
-    corners = _facing(actor.pose.to_outer(corners), eye)
-    candidates = nearest_on_triangles(corners, eye)
-    nearest = candidates[np.argmin(np.linalg.norm(candidates - eye, axis=-1))]
-    if first_visible(nearest[None]) is not None:
+    place = actor.pose.to_inner(eye)
+    points, is_front = closest_points(corners, place)
+    if np.any(is_front):
+        corners, points = corners[is_front], points[is_front]
+    nearest = actor.pose.to_outer(points[np.argmin(np.sum((points - place) ** 2, axis=-1))])
+    if _first_visible(world, nearest[None], eye) is not None:
         return nearest, True
-    found = first_visible(nearest_on_triangles(_cut(corners), eye))
+    pieces = closest_points(_cut(corners), place)[0]
+    found = _first_visible(world, actor.pose.to_outer(pieces), eye)
     return (nearest, False) if found is None else (found, True)
+
+
+def _first_visible(world: World, candidates: FloatArray, eye: FloatArray) -> FloatArray | None:
+    """The nearest of some points ``(candidate, xyz)`` to the eye that it sees; None: it sees none.
+
+    What nothing opaque hides is seen as far as sheets and leaves let through at least `CLEAR` in
+    any polarisation.
+    """
+    from polychirp.channel.legs import through
+    from polychirp.channel.occlusion import blocked
+
+    gap = eye - candidates
+    away = np.linalg.norm(gap, axis=-1, keepdims=True)
+    ends = candidates + 1e-3 * gap / np.maximum(away, 1e-12)
+    for batch in _growing(np.argsort(away[:, 0], kind="stable")):
+        open_ones = batch[~blocked(world, eye[None], ends[batch])]
+        for some in _growing(open_ones):
+            is_clear = least_power(through(world, eye[None], ends[some])) >= CLEAR
+            if np.any(is_clear):
+                return np.asarray(candidates[some[np.argmax(is_clear)]])
+    return None
+
+
+def _growing(numbers: IntArray) -> Iterator[IntArray]:
+    """Numbers in their order: `BATCH` of them, then always four times as many."""
+    begin, size = 0, BATCH
+    while begin < len(numbers):
+        yield numbers[begin : begin + size]
+        begin, size = begin + size, 4 * size
+
+
+def least_power(matrix: ComplexArray) -> FloatArray:
+    r"""Least power that matrices ``(…, 2, 2)`` let through of any polarisation: ``(…,)``.
+
+    The square of the smaller singular value, :math:`2|d|^2/(s + \sqrt{s^2 - 4|d|^2})` with the
+    determinant d and the sum s of all entries' powers.
+
+    >>> least_power(np.diag([0.5j, 2.0]))
+    array(0.25)
+    """
+    power = np.abs(matrix) ** 2
+    total = np.sum(power, axis=(-2, -1))
+    product = (
+        np.abs(matrix[..., 0, 0] * matrix[..., 1, 1] - matrix[..., 0, 1] * matrix[..., 1, 0]) ** 2
+    )
+    root = np.sqrt(np.maximum(total**2 - 4.0 * product, 0.0))
+    return np.asarray(2.0 * product / np.maximum(total + root, 1e-300))
 
 
 def target_corners(actor: Actor) -> FloatArray:
@@ -142,9 +175,9 @@ def target_corners(actor: Actor) -> FloatArray:
     if not mesh.num_faces:
         return _plate_corners(actor)
     if "metal" in mesh.materials:
-        metal = mesh.corners[mesh.material == mesh.materials.index("metal")]
-        if len(metal):
-            return np.asarray(metal)
+        is_metal = mesh.material == mesh.materials.index("metal")
+        if np.any(is_metal):
+            return np.asarray(mesh.vertex[mesh.face[is_metal]])
     return mesh.corners
 
 
@@ -156,39 +189,6 @@ def _plate_corners(actor: Actor) -> FloatArray:
         a, b, d, e = c - u - v, c + u - v, c + u + v, c - u + v
         triangles += [[a, b, d], [a, d, e]]
     return np.array(triangles).reshape(-1, 3, 3)
-
-
-def _facing(corners: FloatArray, eye: FloatArray) -> FloatArray:
-    """The triangles that turn their front to a point; all of them if none does."""
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    front = np.sum(normal * (eye - corners[:, 0]), axis=-1) > 0
-    return corners[front] if np.any(front) else corners
-
-
-def nearest_on_triangles(corners: FloatArray, point: FloatArray) -> FloatArray:
-    """The point of every triangle ``(face, corner, xyz)`` nearest to a point: ``(face, xyz)``.
-
-    >>> flat = np.array([[[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]])
-    >>> nearest_on_triangles(flat, np.array([2.0, 2.0, 1.0]))
-    array([[0.5, 0.5, 0. ]])
-    """
-    a = corners[:, 0]
-    u, v, w = corners[:, 1] - a, corners[:, 2] - a, point - a
-    uu, uv, vv = np.sum(u * u, -1), np.sum(u * v, -1), np.sum(v * v, -1)
-    wu, wv = np.sum(w * u, -1), np.sum(w * v, -1)
-    area = uu * vv - uv * uv
-    safe = np.where(area > 0, area, 1.0)
-    s, t = (vv * wu - uv * wv) / safe, (uu * wv - uv * wu) / safe
-    best = a + s[:, None] * u + t[:, None] * v
-    best[~((area > 0) & (s >= 0) & (t >= 0) & (s + t <= 1))] = np.inf
-    for first, second in ((0, 1), (1, 2), (2, 0)):
-        start, side = corners[:, first], corners[:, second] - corners[:, first]
-        length = np.maximum(np.sum(side * side, -1), 1e-300)
-        share = np.clip(np.sum((point - start) * side, -1) / length, 0.0, 1.0)
-        other = start + share[:, None] * side
-        nearer = np.sum((other - point) ** 2, -1) < np.sum((best - point) ** 2, -1)
-        best = np.where(nearer[:, None], other, best)
-    return np.asarray(best)
 
 
 def _cut(corners: FloatArray) -> FloatArray:

@@ -156,9 +156,9 @@ def _near(middle: FloatArray) -> IntArray:
 
 
 class Forest(NamedTuple):
-    """Trees of several bodies, one behind the other, all of one `Role` before those of the next.
+    """Trees of several bodies, one behind the other; bodies of one surface share them.
 
-    Body b has the nodes ``root[role, b]:root[role, b + 1]``, with roles as in `ROLES`.
+    Body b has the nodes ``root[role, b, 0]:root[role, b, 1]``, with roles as in `ROLES`.
     """
 
     tree: Tree
@@ -169,10 +169,12 @@ class Forest(NamedTuple):
 def forest_of(surfaces: tuple[Surface, ...]) -> Forest:
     """The trees of all bodies behind one another."""
     none = grow_tree(np.zeros((0, 3, 3)))
-    trees = [s.trees[role] for role in ROLES for s in surfaces] or [none] * len(ROLES)
+    kinds = tuple(dict.fromkeys(surfaces))
+    trees = [s.trees[role] for role in ROLES for s in kinds] or [none]
     root = np.concatenate([[0], np.cumsum([tree.skip.size for tree in trees])])
     offset = np.concatenate([[0], np.cumsum([tree.face.size for tree in trees])])
-    begin = np.arange(len(ROLES))[:, None] * (len(trees) // len(ROLES))
+    kind = np.array([kinds.index(surface) for surface in surfaces], dtype=np.int64)
+    number = np.arange(len(ROLES))[:, None] * len(kinds) + kind
     return Forest(
         tree=Tree(
             box=np.concatenate([tree.box for tree in trees]),
@@ -182,7 +184,7 @@ def forest_of(surfaces: tuple[Surface, ...]) -> Forest:
             triangle=np.concatenate([tree.triangle for tree in trees]),
             face=np.concatenate([tree.face for tree in trees]),
         ),
-        root=root[begin + np.arange(begin[1, 0] + 1)],
+        root=np.stack([root[number], root[number + 1]], axis=-1),
     )
 
 
@@ -193,7 +195,7 @@ def _forest_medium(surfaces: tuple[Surface, ...], materials: tuple[str, ...]) ->
             surface.tree_medium[role]
         ]
         for role in ROLES
-        for surface in surfaces
+        for surface in dict.fromkeys(surfaces)
     ]
     return np.concatenate([np.zeros(0, dtype=np.int64), *numbers])
 

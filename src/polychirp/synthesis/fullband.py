@@ -62,16 +62,13 @@ class FullBand(Spec):
         """See `SynthesisEngine.contribution`."""
         radar = scene.radars[victim]
         own, sent = schedules[victim], schedules[transmitter]
-        links = [
-            all_links(
-                scene,
-                paths,
-                victim=victim,
-                transmitter=transmitter,
-                num_elements=sent.num_elements,
-            )
-            for paths in snapshots
-        ]
+        links = all_links(
+            scene,
+            snapshots,
+            victim=victim,
+            transmitter=transmitter,
+            num_elements=sent.num_elements,
+        )
         chosen = nearest_snapshots(own, snapshots)
         times = sample_times(own, radar.converter)
         rate = self.sample_rate or 4.0 * (_largest_beat(own, sent) + radar.if_filter.stopband)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -15,7 +16,7 @@ from polychirp.model.leakage import Bumper
 from polychirp.model.paths import PropagationPaths
 from polychirp.model.radar import Radar
 from polychirp.model.scene import Scene
-from polychirp.synthesis.links import Links, links_between
+from polychirp.synthesis.links import Links, links_of_all
 
 LEAKAGE_PART: Final = 2
 """Its entry in the contribution of a radar to itself, after unmirrored and mirrored paths."""
@@ -23,26 +24,31 @@ LEAKAGE_PART: Final = 2
 
 def all_links(
     scene: Scene,
-    paths: PropagationPaths,
+    snapshots: Sequence[PropagationPaths],
     *,
     victim: int,
     transmitter: int,
     num_elements: int = 1,
-) -> Links:
-    """The traced links of one snapshot, and for a radar's own signal what it hears besides."""
-    traced = links_between(
-        scene, paths, victim=victim, transmitter=transmitter, num_elements=num_elements
+) -> list[Links]:
+    """The traced links of every snapshot, and for a radar's own signal what it hears besides."""
+    traced = links_of_all(
+        scene, snapshots, victim=victim, transmitter=transmitter, num_elements=num_elements
     )
     radar = scene.radars[victim]
     if victim != transmitter or not radar.hears_itself:
         return traced
-    own = own_links(
-        radar,
-        frequency=paths.frequency,
-        reference_time=paths.reference_time,
-        num_elements=num_elements,
-    )
-    return joined(traced, own)
+    return [
+        joined(
+            links,
+            own_links(
+                radar,
+                frequency=paths.frequency,
+                reference_time=paths.reference_time,
+                num_elements=num_elements,
+            ),
+        )
+        for links, paths in zip(traced, snapshots, strict=True)
+    ]
 
 
 def own_links(

@@ -10,6 +10,7 @@ import numpy as np
 
 from polychirp.axes import (
     Axes,
+    BoolArray,
     ComplexArray,
     FloatArray,
     IntArray,
@@ -87,30 +88,77 @@ def links_between(
     InputError
         The array has fewer transmitting elements.
     """
-    chosen = paths.select((paths.receiver == victim) & (paths.transmitter == transmitter))
+    return links_of_all(
+        scene, [paths], victim=victim, transmitter=transmitter, num_elements=num_elements
+    )[0]
+
+
+def links_of_all(
+    scene: Scene,
+    snapshots: Sequence[PropagationPaths],
+    *,
+    victim: int,
+    transmitter: int,
+    num_elements: int = 1,
+) -> list[Links]:
+    """`links_between` of every snapshot, the same antennas before all of them."""
     sender, receiver = scene.radars[transmitter], scene.radars[victim]
     if num_elements > sender.array.num_transmitters:
         raise InputError(
             f"the schedule of radar '{sender.name}' drives {num_elements} transmitting elements, "
             f"its array has {sender.array.num_transmitters}; give it more num_transmitters"
         )
-    turn_out, turn_in = scene.radar_rotation[transmitter], scene.radar_rotation[victim]
-    sent = _field(sender.array.pattern, chosen.departure, turn_out)
-    received = _field(receiver.array.pattern, chosen.arrival, turn_in)
+    chosen = [
+        paths.select((paths.receiver == victim) & (paths.transmitter == transmitter))
+        for paths in snapshots
+    ]
+    departure = np.concatenate([paths.departure for paths in chosen])
+    arrival = np.concatenate([paths.arrival for paths in chosen])
+    transfer = np.concatenate([paths.transfer for paths in chosen])
+    turns = scene.radar_rotation
+    turn_out, turn_in = turns[transmitter], turns[victim]
+    sent = _field(sender.array.pattern, departure, turn_out)
+    received = _field(receiver.array.pattern, arrival, turn_in)
     power = (
         sender.transmit_power * sender.transmit_gain * receiver.receive_gain
     )  # G_t and G_r are in the fields
-    amplitude = np.sqrt(power) * np.einsum("pi,pij,pj->p", received, chosen.transfer, sent)
-    ahead = _lead(sender.array.transmit_position[:num_elements], chosen.departure, turn_out)
-    lead = _lead(receiver.array.position, chosen.arrival, turn_in)
-    part = chosen.is_mirrored if transmitter == victim else ~chosen.is_direct
+    amplitude = np.sqrt(power) * np.einsum("pi,pij,pj->p", received, transfer, sent)
+    amplitude = np.outer(amplitude, sender.array.transmitter_response[:num_elements])
+    ahead = _lead(sender.array.transmit_position[:num_elements], departure, turn_out)
+    lead = _lead(receiver.array.position, arrival, turn_in)
+    ends = np.cumsum([0, *(paths.num_paths for paths in chosen)])
+    return [
+        _links(
+            paths,
+            paths.is_mirrored if transmitter == victim else ~paths.is_direct,
+            ahead=ahead[begin:end],
+            lead=lead[begin:end],
+            amplitude=amplitude[begin:end],
+        )
+        for paths, begin, end in zip(chosen, ends[:-1], ends[1:], strict=True)
+    ]
+
+
+def _links(
+    paths: PropagationPaths,
+    part: BoolArray,
+    *,
+    ahead: FloatArray,
+    lead: FloatArray,
+    amplitude: ComplexArray,
+) -> Links:
+    """Every path once for each element: ``ahead``, ``amplitude`` ``(path, element)``.
+
+    ``lead`` is ``(path, channel)``.
+    """
+    num_elements = ahead.shape[1]
     return Links(
-        reference_time=chosen.reference_time,
-        delay=(chosen.delay[:, None] - ahead).ravel(),
-        delay_rate=np.repeat(chosen.delay_rate, num_elements),
+        reference_time=paths.reference_time,
+        delay=(paths.delay[:, None] - ahead).ravel(),
+        delay_rate=np.repeat(paths.delay_rate, num_elements),
         transmit_element=np.tile(np.arange(num_elements), part.size),
         element_delay=-np.repeat(lead, num_elements, axis=0),
-        amplitude=np.outer(amplitude, sender.array.transmitter_response[:num_elements]).ravel(),
+        amplitude=amplitude.ravel(),
         part=np.repeat(part.astype(np.int64), num_elements),
     )
 

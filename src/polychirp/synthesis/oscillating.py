@@ -38,7 +38,7 @@ from polychirp.model.scene import Scene
 from polychirp.rng import Streams
 from polychirp.synthesis.base import SynthesisEngine
 from polychirp.synthesis.leakage import LEAKAGE_PART
-from polychirp.synthesis.links import links_between
+from polychirp.synthesis.links import links_of_all
 from polychirp.synthesis.noise import noise_density
 from polychirp.synthesis.phase_error import PhaseError, phase_error
 from polychirp.units import from_db
@@ -172,10 +172,7 @@ class Oscillating:
         """
         radar, other = wide.scene.radars[victim], wide.scene.radars[transmitter]
         own, sent = schedules[victim], schedules[transmitter]
-        links = [
-            links_between(wide.scene, shot, victim=victim, transmitter=transmitter)
-            for shot in paths
-        ]
+        links = links_of_all(wide.scene, paths, victim=victim, transmitter=transmitter)
         strength = np.concatenate([np.abs(link.amplitude) for link in links])
         delay = np.concatenate([link.delay for link in links])[np.argmax(strength)]
         most = max(float(np.abs(link.amplitude).sum()) for link in links)

@@ -76,16 +76,13 @@ class Stretch(Spec):
         """See `SynthesisEngine.contribution`."""
         radar = scene.radars[victim]
         own, sent = schedules[victim], schedules[transmitter]
-        links = [
-            all_links(
-                scene,
-                paths,
-                victim=victim,
-                transmitter=transmitter,
-                num_elements=sent.num_elements,
-            )
-            for paths in snapshots
-        ]
+        links = all_links(
+            scene,
+            snapshots,
+            victim=victim,
+            transmitter=transmitter,
+            num_elements=sent.num_elements,
+        )
         times = sample_times(own, radar.converter)
         parts = num_parts(radar, is_own=victim == transmitter)
         shape = (parts, radar.array.num_channels, own.num_ramps, times.most_samples)

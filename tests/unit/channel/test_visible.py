@@ -1,9 +1,12 @@
 """What a radar could know, and where none may sit."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from polychirp.channel.visible import nearest_on_triangles, refuse_radar_inside_body, span, truth
+from polychirp.channel.closest import closest_by_columns, closest_points
+from polychirp.channel.visible import least_power, refuse_radar_inside_body, span, truth
 from polychirp.errors import InputError
 from polychirp.frames import Pose
 from polychirp.model.mesh import Mesh, Plate
@@ -114,6 +117,17 @@ def test_a_body_of_points_counts_with_its_nearest_one():
     assert not truth(around([actor, screen(1.0)], EYE), 0, ["p"]).is_visible[0]
 
 
+def test_two_bodies_of_one_mesh_hide_each_where_it_is():
+    """They share the trees of their surface, not the place."""
+    twin = body(box((1, 1, 1), 0.5), x=4.0, y=8.0)
+    hider = replace(twin, name="hider", pose=Pose(x=2.0, y=0.3))
+    small = replace(body(box((0.1, 0.1, 0.1), 0.1), x=4.0, y=-8.0), name="small")
+    target = Actor(name="p", kind="object", points=(PointScatterer(position=(6, 0, 0), rcs=1.0),))
+    assert truth(around([small, twin, target], EYE), 0, ["p"]).is_visible[0]
+    assert not truth(around([small, twin, hider, target], EYE), 0, ["p"]).is_visible[0]
+    assert not truth(around([hider, small, twin, target], EYE), 0, ["p"]).is_visible[0]
+
+
 def test_a_wall_can_be_a_target():
     seen = truth(around([screen(3.0)], EYE), 0, ["screen"])
     assert seen.range[0] == pytest.approx(2.0)
@@ -136,9 +150,30 @@ def test_nearest_points_agree_with_a_fine_sample_of_the_triangles():
     weights = np.stack([1 - a - b, a, b], axis=-1)[inside]
     sample = np.einsum("wc,fcx->fwx", weights, corners)
     expected = np.min(np.linalg.norm(sample - point, axis=-1), axis=1)
-    found = np.linalg.norm(nearest_on_triangles(corners, point) - point, axis=-1)
+    found = np.linalg.norm(closest_points(corners, point)[0] - point, axis=-1)
     assert np.all(found <= expected + 1e-12)
     np.testing.assert_allclose(found, expected, atol=2e-2)
+
+
+def test_closest_points_and_fronts_are_those_of_the_slow_twin():
+    rng = np.random.default_rng(3)
+    corners = rng.normal(size=(500, 3, 3))
+    corners[:50, 2] = corners[:50, 1]  # no area
+    corners[50:60, 1:] = corners[50:60, :1]  # a single point
+    for place in rng.normal(size=(4, 3)):
+        found, is_front = closest_points(corners, place)
+        expected, is_expected_front = closest_by_columns(corners, place)
+        np.testing.assert_allclose(found, expected, atol=1e-12)
+        assert np.array_equal(is_front, is_expected_front)
+
+
+def test_the_least_power_is_that_of_the_smaller_singular_value():
+    rng = np.random.default_rng(4)
+    matrix = rng.normal(size=(200, 2, 2)) + 1j * rng.normal(size=(200, 2, 2))
+    matrix[0] = 0.0
+    matrix[1] = np.eye(2)
+    expected = np.linalg.svd(matrix, compute_uv=False)[:, -1] ** 2
+    np.testing.assert_allclose(least_power(matrix), expected, rtol=1e-9, atol=1e-15)
 
 
 def test_a_closed_surface_spans_the_whole_sphere_from_inside_and_nothing_from_outside():

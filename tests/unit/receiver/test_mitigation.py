@@ -102,3 +102,11 @@ def test_without_mitigation_all_samples_are_present():
     heard = mitigated(None, frame)
     assert np.array_equal(heard.samples, frame.samples)
     assert np.array_equal(heard.weight, frame.times.is_sample)
+
+
+@pytest.mark.parametrize("method", METHODS.values(), ids=METHODS)
+def test_a_frame_is_mitigated_once_for_all_who_ask(method):
+    frame = frame_of(RAMPS, POINTS)
+    heard = mitigated(method, frame)
+    assert mitigated(method, frame) is heard
+    assert mitigated(method, frame.with_samples(2.0 * frame.samples)) is not heard

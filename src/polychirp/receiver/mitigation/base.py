@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Annotated, Protocol
 
 import numpy as np
@@ -38,8 +39,8 @@ class Mitigated:
         seal(self)
 
 
-class Mitigation(Protocol):
-    """What a receiver may do to a frame's samples before it looks at them."""
+class Mitigation(Hashable, Protocol):
+    """What a receiver may do to a frame's samples before it looks at them: a spec."""
 
     def mitigate(self, frame: IfFrame) -> Mitigated:
         """The frame's samples without what interference did to them, as far as possible."""
@@ -47,9 +48,17 @@ class Mitigation(Protocol):
 
 
 def mitigated(mitigation: Mitigation | None, frame: IfFrame) -> Mitigated:
-    """What a receiver works on: the frame as it is where there is no mitigation."""
+    """What a receiver works on: the frame as it is where there is no mitigation.
+
+    Who detects in a frame and who takes it apart ask for the same: the last two are kept.
+    """
     if mitigation is None:
         return kept(frame, frame.times.is_sample)
+    return _mitigated(mitigation, frame)
+
+
+@lru_cache(maxsize=2)
+def _mitigated(mitigation: Mitigation, frame: IfFrame) -> Mitigated:
     return mitigation.mitigate(frame)
 
 
