@@ -91,7 +91,6 @@ def record() -> list[dict[str, Any]]:
                 statistics_plan(channel, trials=trials, curves=curves),
                 folder=Path(folder),
                 executor=LocalWorkers(count=num_cores()),
-                progress=lambda what, done, total: print(what, done, total, flush=True),
             )
         found += written(rows, channel)
     return found
