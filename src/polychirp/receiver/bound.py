@@ -1,29 +1,33 @@
 r"""The Cramér–Rao bound of a point: how well any unbiased receiver can measure it.
 
 The point keeps one complex amplitude A over the frame and over the array, and moves with constant
-acceleration. Sample n of ramp k on channel m is
+acceleration; its bearing turns as on a straight path (`polychirp.receiver.turning`). Sample n of
+ramp k on channel m is
 
 .. math:: y = A\,e^{j\Phi} + w, \qquad \Phi = 2\pi\left[f\,\tau - \tfrac12 b\,\tau^2
-          - \tfrac{\bar f}{c}\,y_m \sin\theta\right], \qquad \tau = \frac{2R(t)}{c + \dot R(t)}
+          - \tfrac{\bar f}{c}\,y_m\,s(t)\right], \qquad \tau = \frac{2R(t)}{c + \dot R(t)}
 
-in white noise of power σ². With unknown R, v, a, θ and A Fisher's information of the phase's
-parameters is :math:`2\,\mathrm{SNR} \sum \partial_i\Phi\,\partial_j\Phi`, SNR = |A|²/σ² per sample
-and channel; |A| is orthogonal to them, arg A is one of them (Kay 1993, §3.9). Amplitudes free
-on every ramp would leave only the beats, and a bound many times weaker for the rate.
+in white noise of power σ². With unknown R, v, a, θ, its rate and A Fisher's information of the
+phase's parameters is :math:`2\,\mathrm{SNR} \sum \partial_i\Phi\,\partial_j\Phi`, SNR = |A|²/σ² per
+sample and channel; |A| is orthogonal to them, arg A is one of them (Kay 1993, §3.9). Amplitudes
+free on every ramp would leave only the beats, and a bound many times weaker for the rate. What is
+known of the bearing's rate beforehand adds its information (Van Trees 1968, §2.4).
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from polychirp.axes import BoolArray, FloatArray
+from polychirp.axes import FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.antenna import AntennaArray
 from polychirp.model.if_frame import SampleTimes
 from polychirp.model.ramp import RampSchedule
-from polychirp.receiver.point import replica
+from polychirp.receiver.point import path_of, path_slopes, replica
+from polychirp.receiver.turning import courses
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,6 +49,7 @@ def cramer_rao_bound(
     snr: float,
     time: float,
     knows_acceleration: bool = False,
+    turning: float = math.inf,
 ) -> Bound:
     """The bound for an isolated point.
 
@@ -53,6 +58,8 @@ def cramer_rao_bound(
     motion : R, v, a at ``time``
     snr : power ratio per sample and channel
     knows_acceleration : it need not be estimated, as of what stands or rolls steadily
+    turning : 1/s, standard deviation of what is known beforehand of the rate of sin θ, which is
+        taken to be small: 0 where it is known, inf where nothing is
 
     Examples
     --------
@@ -69,18 +76,18 @@ def cramer_rao_bound(
     slopes = _phase_slopes(schedule, times, motion, time)[:, times.is_sample]
     along = array.position[:, 1]
     frequency = float(np.mean(schedule.centre_frequency))
-    bearing = -2.0 * np.pi * frequency / SPEED_OF_LIGHT * np.cos(azimuth) * along
-    one, count = np.ones(array.num_channels), slopes.shape[1]
-    # rows: R, v, a, θ, arg A; sums over channels and samples factorise
-    moments = np.concatenate([slopes, np.ones((1, count))])
-    own = array.num_channels * moments @ moments.T
-    information = np.zeros((5, 5))
-    keep = [0, 1, 2, 4]
-    information[np.ix_(keep, keep)] = own
-    information[3, keep] = information[keep, 3] = (bearing @ one) * moments.sum(axis=1)
-    information[3, 3] = count * (bearing @ bearing)
-    free = np.array([True, True, not knows_acceleration, True, True])
-    return _bound_of(2.0 * snr * information, free)
+    by_sine = -2.0 * np.pi * frequency / SPEED_OF_LIGHT * along
+    # rows: R, v, a, arg A alike on all channels; θ and its rate by each channel's place
+    alike = np.concatenate([slopes, np.ones((1, slopes.shape[1]))])
+    elapsed = (times.time - time)[times.is_sample]
+    own = courses(motion[None], elapsed)[:, 0] * np.array([[np.cos(azimuth)], [1.0]])
+    keep, turn = [0, 1, 2, 5], [3, 4]
+    information = np.zeros((6, 6))
+    information[np.ix_(keep, keep)] = array.num_channels * alike @ alike.T
+    information[np.ix_(turn, keep)] = np.sum(by_sine) * own @ alike.T
+    information[np.ix_(keep, turn)] = information[np.ix_(turn, keep)].T
+    information[np.ix_(turn, turn)] = by_sine @ by_sine * own @ own.T
+    return _bound_of(2.0 * snr * information, not knows_acceleration, turning)
 
 
 def cramer_rao_bound_twin(
@@ -93,25 +100,29 @@ def cramer_rao_bound_twin(
     snr: float,
     time: float,
     knows_acceleration: bool = False,
+    turning: float = math.inf,
 ) -> Bound:
     """The slow, obvious twin: every sample of every channel, differentiated by differences."""
     frequency = float(np.mean(schedule.centre_frequency))
 
+    elapsed = (times.time - time)[times.is_sample]
+
     def signal(point: FloatArray) -> FloatArray:
         own = replica(schedule, times, motion=point[:3], time=time)[times.is_sample]
-        cycles = frequency / SPEED_OF_LIGHT * array.position[:, 1] * np.sin(point[3])
-        both = np.exp(1j * point[4] - 2j * np.pi * cycles)[:, None] * own * np.exp(point[5])
+        straight, turned = courses(point[None, :3], elapsed)[:, 0]
+        sine = np.sin(point[3]) * straight + point[4] * turned
+        cycles = frequency / SPEED_OF_LIGHT * np.outer(array.position[:, 1], sine)
+        both = np.exp(1j * point[5] - 2j * np.pi * cycles) * own * np.exp(point[6])
         return np.concatenate([both.real.ravel(), both.imag.ravel()])
 
-    centre = np.array([*motion, azimuth, 0.0, 0.0])
+    centre = np.array([*motion, azimuth, 0.0, 0.0, 0.0])
     slopes = []
-    for i, step in enumerate((1e-6, 1e-5, 1e-3, 1e-5, 1e-5, 1e-5)):
-        change = np.zeros(6)
+    for i, step in enumerate((1e-6, 1e-5, 1e-3, 1e-5, 1e-4, 1e-5, 1e-5)):
+        change = np.zeros(7)
         change[i] = step
         slopes.append((signal(centre + change) - signal(centre - change)) / (2.0 * step))
     jacobian = np.array(slopes)
-    free = np.array([True, True, not knows_acceleration, True, True, True])
-    return _bound_of(2.0 * snr * jacobian @ jacobian.T, free)
+    return _bound_of(2.0 * snr * jacobian @ jacobian.T, not knows_acceleration, turning)
 
 
 def _phase_slopes(
@@ -119,25 +130,29 @@ def _phase_slopes(
 ) -> FloatArray:
     """∂Φ by R, v and a, ``(3, ramp, fast)``."""
     elapsed = times.time - time
-    distance = motion[0] + motion[1] * elapsed + 0.5 * motion[2] * elapsed**2
-    speed = SPEED_OF_LIGHT + motion[1] + motion[2] * elapsed
+    distance, rate, _ = path_of(motion[None], elapsed)[:, 0]
+    speed = SPEED_OF_LIGHT + rate
     delay = 2.0 * distance / speed
     frequency = schedule.start_frequency[:, None] + schedule.slope[:, None] * (
         times.time - schedule.start_time[:, None]
     )
     by_delay = 2.0 * np.pi * (frequency - schedule.slope[:, None] * delay) / speed
-    by_motion = [2.0 * np.ones_like(elapsed), 2.0 * elapsed - delay, elapsed**2 - delay * elapsed]
-    return np.asarray(by_delay * np.stack(by_motion))
+    # that the delay also goes by the rate, R/c = 0.1 µs of it, is left out
+    by_motion = 2.0 * np.moveaxis(path_slopes(motion[None], elapsed)[0], -1, 0)
+    return np.asarray(by_delay * by_motion)
 
 
-def _bound_of(information: FloatArray, free: BoolArray) -> Bound:
-    """Standard deviations of R, v, θ when only some parameters are unknown."""
+def _bound_of(information: FloatArray, unknown_acceleration: bool, turning: float) -> Bound:
+    """Standard deviations of R, v, θ of (R, v, a, θ, rate of θ, …), with what is known of them."""
+    information = information.copy()
+    free = np.ones(len(information), dtype=bool)
+    free[2], free[4] = unknown_acceleration, turning > 0.0
+    if turning > 0.0:
+        information[4, 4] += turning**-2.0
     size = 1.0 / np.sqrt(np.diag(information)[free])
     scaled = information[np.ix_(free, free)] * np.outer(size, size)
-    deviation = size * np.sqrt(np.diag(np.linalg.inv(scaled)))
-    place = np.cumsum(free) - 1
+    deviation = np.zeros(len(information))
+    deviation[free] = size * np.sqrt(np.diag(np.linalg.inv(scaled)))
     return Bound(
-        range=float(deviation[0]),
-        range_rate=float(deviation[1]),
-        azimuth=float(deviation[place[3]]),
+        range=float(deviation[0]), range_rate=float(deviation[1]), azimuth=float(deviation[3])
     )

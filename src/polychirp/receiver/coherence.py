@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from polychirp.axes import ComplexArray, FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
 
-GREATEST_ACCELERATION = 40.0
-"""m/s², of a distance: at 3 m from a body that passes at 11 m/s, v²/R."""
+GREATEST_ACCELERATION = 60.0
+"""m/s², of a distance: at 3.3 m from a body that passes at 14 m/s, v²/R."""
 
 
 def coherence(amplitude: ComplexArray, frequency: FloatArray, elapsed: FloatArray) -> FloatArray:
@@ -22,7 +22,7 @@ def coherence(amplitude: ComplexArray, frequency: FloatArray, elapsed: FloatArra
 
     Beats fix speed only to a few cm/s; phases must agree once speed and acceleration are corrected
     within that. A false pair (the up-beat of one echo with the down-beat of another) has two
-    phase histories: a quarter of its power at most adds up, a little more by the search.
+    phase histories: about a quarter of its power adds up, more where they happen to agree.
 
     Parameters
     ----------

@@ -7,6 +7,7 @@ phases refine what beats have made unambiguous, where all ramps share one phase 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -18,7 +19,8 @@ from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.if_frame import SampleTimes
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.coherence import best_corrections
-from polychirp.receiver.point import beat_sensitivity
+from polychirp.receiver.point import beat_sensitivity, path_of, path_slopes
+from polychirp.receiver.turning import trust
 
 ONE_POINT = 0.8
 """Share of a point's power, without the noise in it, that must add up in phase."""
@@ -89,7 +91,7 @@ def coherent_steps(
     schedule: RampSchedule,
     times: SampleTimes,
     *,
-    acceleration: FloatArray,
+    motion: FloatArray,
     time: float,
     noise: float,
 ) -> tuple[FloatArray, BoolArray]:
@@ -98,7 +100,7 @@ def coherent_steps(
     Parameters
     ----------
     readings : with known phases of the front end taken back
-    acceleration : m/s², with which they were read, ``(point,)``
+    motion : R, v, a with which they were read, ``(point, 3)``
     time : s, to which the motion refers
     noise : power per sample
     """
@@ -106,15 +108,21 @@ def coherent_steps(
     steps, is_one = np.zeros((number, 3)), np.zeros(number, dtype=bool)
     frequency = schedule.start_frequency + schedule.slope * (readings.middle - schedule.start_time)
     elapsed = readings.middle - time
-    way = np.stack([np.ones_like(elapsed), elapsed, 0.5 * elapsed**2], axis=-1)
-    phase = 4.0 * np.pi / SPEED_OF_LIGHT * frequency[:, None] * way
+    phases = 4.0 * np.pi / SPEED_OF_LIGHT * frequency[:, None] * path_slopes(motion, elapsed)
     beat = 2.0 * np.pi * beat_sensitivity(schedule, times, time)
-    cubic = _cubic(readings, schedule, times)
+    cubic = _cubic(readings, schedule, times, frequency, motion, time)
     start = _first_guesses(readings, frequency, time)
-    for p in range(number):
-        steps[p] = _fit_history(readings, p, phase, beat, start[p], cubic * acceleration[p])
-        turn = np.exp(-1j * (phase @ steps[p]))
-        is_one[p] = _share(readings, p, turn, noise) >= ONE_POINT and _is_unambiguous(
+    weight = readings.count * _trust(readings)
+    for p, phase in enumerate(phases):
+
+        def change(step: FloatArray, p: int = p) -> FloatArray:
+            ways = path_of(np.stack([motion[p] + step, motion[p]]), elapsed)[:2]
+            way, rate = 4.0 * np.pi / SPEED_OF_LIGHT * (ways[:, 0] - ways[:, 1])
+            return np.stack([frequency * way, schedule.slope * way + frequency * rate])
+
+        steps[p] = _fit_history(readings, p, phase, beat, start[p], cubic[p], change, weight[p])
+        turn = np.exp(-1j * change(steps[p])[0])
+        is_one[p] = _share(readings, p, turn, noise, weight[p]) >= ONE_POINT and _is_unambiguous(
             readings, p, beat, frequency, noise
         )
     return steps, is_one
@@ -134,17 +142,27 @@ def _first_guesses(readings: Readings, frequency: FloatArray, time: float) -> Fl
     )
 
 
-def _cubic(readings: Readings, schedule: RampSchedule, times: SampleTimes) -> FloatArray:
-    """Phase and tilt of what `beat_phase` leaves out, ``(2, ramp)`` per m/s² of acceleration.
+def _cubic(
+    readings: Readings,
+    schedule: RampSchedule,
+    times: SampleTimes,
+    frequency: FloatArray,
+    motion: FloatArray,
+    time: float,
+) -> FloatArray:
+    """Phase and tilt of what `beat_phase` leaves out, ``(point, 2, ramp)``.
 
-    It is b a t³/c cycles after a ramp's first sample; means over the ramp, plain and times the
-    time from its middle, of (h + u)³ with the mean squares of u, and of u² (9/5 of its square).
+    It is (b a + f j/3) t³/c cycles after a ramp's first sample, with the third derivative of the
+    range j = −3 v a/R; means over the ramp, plain and times the time from its middle, of (h + u)³
+    with the mean squares of u, and of u² (9/5 of its square).
     """
+    distance, rate, acceleration = path_of(motion, readings.middle - time)
+    third = schedule.slope * acceleration - frequency * rate * acceleration / distance
     half, square = readings.middle - times.first, readings.spread
-    rate = 2.0 * np.pi * schedule.slope / SPEED_OF_LIGHT
-    return (
-        np.stack([half**3 + 3.0 * half * square, 3.0 * half**2 * square + 1.8 * square**2]) * rate
-    )
+    mean = half**3 + 3.0 * half * square
+    tilt = 3.0 * half**2 * square + 1.8 * square**2
+    size = 2.0 * np.pi / SPEED_OF_LIGHT * third
+    return np.stack([size * mean, size * tilt], axis=1)
 
 
 def _fit_history(
@@ -154,32 +172,52 @@ def _fit_history(
     beat: FloatArray,
     step: FloatArray,
     cubic: FloatArray,
+    change: Callable[[FloatArray], FloatArray],
+    weight: FloatArray,
 ) -> FloatArray:
-    """Gauss and Newton on the phases and beats of all ramps, ``(R, v, a)``."""
-    value, slope, weight = readings.value[p], readings.slope[p], readings.count
+    """Gauss and Newton on the phases and beats of all ramps, ``(R, v, a)``.
+
+    ``change`` gives what a step does to both, without linearising: ``(2, ramp)``.
+    """
+    value, slope = readings.value[p], readings.slope[p]
     columns = np.column_stack([phase, np.ones(len(phase))])
     beats = np.column_stack([beat, np.zeros(len(beat))])
     normal = (columns.T * weight) @ columns + (beats.T * (weight * readings.spread)) @ beats
     size = 1.0 / np.sqrt(np.diag(normal))
     inverse = np.linalg.inv(normal * np.outer(size, size)) * np.outer(size, size)
     for _ in range(3):
-        turn = np.exp(-1j * (phase @ step))
+        turned, beaten = change(step)
+        turn = np.exp(-1j * turned)
         mean = (value * turn) @ weight / np.sum(weight)  # a phase of its own on every channel
         power = float(np.sum(np.abs(mean) ** 2)) + 1e-300
         along = np.angle(mean.conj() @ (value * turn))
-        tilt = np.imag(mean.conj() @ (slope * turn)) / power - (beat @ step) * readings.spread
+        tilt = np.imag(mean.conj() @ (slope * turn)) / power - beaten * readings.spread
         right = columns.T @ (weight * (along - cubic[0])) + beats.T @ (weight * (tilt - cubic[1]))
         step = step + (inverse @ right)[:3]
     return step
 
 
-def _share(readings: Readings, p: int, turn: ComplexArray, noise: float) -> float:
+def _trust(readings: Readings) -> FloatArray:
+    """How much each ramp counts, 0 … 1, by how far its channels are from their usual loudness.
+
+    ``(point, ramp)``.
+    """
+    loudness = np.abs(readings.value)
+    apart = loudness - np.median(loudness, axis=2, keepdims=True)
+    return trust(np.sum(apart**2, axis=1) * readings.count)
+
+
+def _share(
+    readings: Readings, p: int, turn: ComplexArray, noise: float, trusted: FloatArray
+) -> float:
     """Power that adds up in phase over all power, both without the noise in them."""
-    weight = readings.count / np.sum(readings.count)
     value = readings.value[p]
-    own = noise / np.sum(readings.count) * value.shape[0]  # in a mean over all samples
-    together = float(np.sum(np.abs((value * turn) @ weight) ** 2)) - own
-    every = float(np.sum(np.abs(value) ** 2 @ weight)) - own * weight.size
+    weight = trusted / np.sum(trusted)
+    own = noise * value.shape[0]  # in the samples of all channels
+    together = float(np.sum(np.abs((value * turn) @ weight) ** 2))
+    together -= own * float(np.sum(weight**2 / readings.count))
+    every = float(np.sum(np.abs(value) ** 2 @ weight))
+    every -= own * float(np.sum(weight / readings.count))
     return float(together / max(every, 1e-300))
 
 

@@ -61,13 +61,13 @@ def noise_share(cells: FloatArray) -> FloatArray:
 
     .. math:: \frac{2 W(x) W_3(x)}{W_2(0)^2} - \frac{W(x)^2\,W_4(0)}{W_2(0)^3}
     """
-    own = _cosine_sum(cells, (0.5, -0.25))  # sin²: 1/2 − 1/2 cos
-    cubed = _cosine_sum(cells, (5 / 16, -15 / 64, 3 / 32, -1 / 64))  # sin⁶
+    own = cosine_sum(cells, (0.5, -0.25))  # sin²: 1/2 − 1/2 cos
+    cubed = cosine_sum(cells, (5 / 16, -15 / 64, 3 / 32, -1 / 64))  # sin⁶
     second, fourth = 3 / 8, 35 / 128  # ∫ sin⁴, ∫ sin⁸
     return np.clip(2.0 * own * cubed / second**2 - own**2 * fourth / second**3, 0.0, 1.0)
 
 
-def _cosine_sum(cells: FloatArray, coefficients: tuple[float, ...]) -> FloatArray:
+def cosine_sum(cells: FloatArray, coefficients: tuple[float, ...]) -> FloatArray:
     """Transform of a window Σ c_m cos(2πmx), c_m halved for m > 0, at distances in cells.
 
     Centred windows have alternating signs, hence the shifts of sinc with (−1)^m.

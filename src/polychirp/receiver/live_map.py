@@ -12,6 +12,7 @@ from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.model.if_frame import SampleTimes
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.band import BINS, Band
+from polychirp.receiver.following import following
 from polychirp.receiver.joint import Grid, floor_over_range, lines, noise_share
 
 FRACTIONS = 8
@@ -57,6 +58,8 @@ class LiveMap:
         shape = (grid.range_rate.size, grid.range.size, len(beams))
         self.statistic = np.zeros(shape, dtype=np.float32)
         self.noise = np.zeros(band.length.size)
+        self._apart = len(self.statistic) // FLOOR_RATES + 1
+        self._block = round(6.0 / grid.range_step)
 
     def draw(self, spectra: FloatArray, beats: FloatArray) -> None:
         """Take the spectra ``(part, ramp, channel, bin)`` that points of ``beats`` were taken from.
@@ -90,12 +93,20 @@ class LiveMap:
     def floor(self) -> FloatArray:
         """Level without targets, ``(range, beam)``: `joint.floor_over_range` of some 16 rates.
 
-        That leaves a thousand cells to a median, good to 0.02 nepers; neighbouring rates read
-        almost the same bins.
+        That leaves a thousand cells to a median, good to 0.03 nepers with 32 ramps; neighbouring
+        rates read almost the same bins.
         """
-        apart = len(self.statistic) // FLOOR_RATES + 1
-        some = np.moveaxis(self.statistic[::apart], -1, 0).astype(np.float64)
-        return floor_over_range(some, round(6.0 / self.grid.range_step))[:, 0].T
+        some = np.moveaxis(self.statistic[:: self._apart], -1, 0).astype(np.float64)
+        return floor_over_range(some, self._block)[:, 0].T
+
+    def following(self) -> tuple[float, float]:
+        """How far the floor follows the map on noise: its covariance and variance (`following`)."""
+        return following(
+            self._start + self._fraction / FRACTIONS,
+            self._step,
+            sampled=self._apart,
+            block=self._block,
+        )
 
     def excess(
         self, floor: FloatArray, least: float

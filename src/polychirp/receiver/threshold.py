@@ -73,6 +73,47 @@ def log_median_of_noise(num_ramps: int) -> float:
     return log_mean_of_noise() + 2.0 * zeta_3 / (math.pi**2 * num_ramps)
 
 
+def log_threshold_above_floor(
+    *, num_ramps: int, false_alarm_probability: float, covariance: float, variance: float
+) -> float:
+    r"""Threshold, in nepers above a floor that is a median of such statistics.
+
+    The floor F follows the cell, F = C S + ε, with ε independent, of zero mean and variance
+    :math:`s^2 = (V - C^2)\,\mathrm{var}\,S`. With x above the mean and the tail
+    :math:`Q(x) = p\,e^{-\lambda(x - x_0) - \kappa(x - x_0)^2/2}` about :math:`x_0`,
+
+    .. math:: (1 - C)\,x + \epsilon = (1 - C) \left(x_0
+              + \frac{(\lambda^2 - \kappa)\,s^2}{2\lambda\,(1 - C)^2}\right)
+
+    has the probability p, to first order in s².
+
+    Parameters
+    ----------
+    covariance, variance : C of the floor with the cell, and V of the floor, in variances of a
+        cell; zero for a floor that is known (`polychirp.receiver.following`)
+
+    >>> ask = {"num_ramps": 32, "false_alarm_probability": 1e-4}
+    >>> round(log_threshold_above_floor(**ask, covariance=0.0, variance=0.0), 2)
+    0.75
+    >>> round(log_threshold_above_floor(**ask, covariance=0.02, variance=0.02), 2)
+    0.74
+    """
+    level = log_mean_threshold(num_ramps=num_ramps, false_alarm_probability=false_alarm_probability)
+    slope, bend = _decay(level, num_ramps)
+    spread = (variance - covariance**2) * math.pi**2 / (6.0 * num_ramps)
+    wider = (slope**2 - bend) * spread / (2.0 * slope * (1.0 - covariance) ** 2)
+    above_mean = (1.0 - covariance) * (level - log_mean_of_noise() + wider)
+    return above_mean + log_mean_of_noise() - log_median_of_noise(num_ramps)
+
+
+@lru_cache(maxsize=256)
+def _decay(level: float, num_ramps: int) -> tuple[float, float]:
+    """First and second derivative of −ln P(S > level)."""
+    step = 0.1 / math.sqrt(num_ramps)
+    low, middle, high = (-math.log(_tail(level + n * step, num_ramps)) for n in (-1, 0, 1))
+    return (high - low) / (2.0 * step), (high - 2.0 * middle + low) / step**2
+
+
 def _tail(level: float, num_ramps: int) -> float:
     """P(S > level) by Lugannani and Rice."""
     from scipy.special import digamma, gammaln, ndtr, polygamma

@@ -39,6 +39,7 @@ from polychirp.receiver.angle import root_music
 from polychirp.receiver.chain import Receiver
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.receiver.point import beat_phase, fit_amplitudes, hann_weights
+from polychirp.receiver.turning import brought_to_start
 
 
 def virtual_array(frame: IfFrame, *, range_rate: float = 0.0) -> IfFrame:
@@ -127,8 +128,18 @@ def bearings_in_motion(receiver: Receiver, frame: IfFrame, detections: Detection
     amplitude, _ = fit_amplitudes(heard.samples, weight, phases, frame.times.rate)
     apart = np.einsum("kl,pcbkr->plcbr", blocks.weight, amplitude[:, :, blocks.ramps])
     snapshots = apart.reshape(len(motion), order.size, blocks.ramps[:, 0].size)[:, order]
-    frequency = float(np.mean(frame.schedule.centre_frequency))
-    sines = root_music(snapshots, spacing=array.spacing * frequency / SPEED_OF_LIGHT)
+    first = blocks.ramps[:, 0].ravel()
+    centre = frame.schedule.centre_frequency
+    still = brought_to_start(
+        snapshots,
+        motion=motion,
+        along=array.position[:, 1],
+        frequency=centre[first],
+        elapsed=(frame.schedule.start_time + 0.5 * frame.schedule.duration)[first]
+        - detections.time,
+    )
+    spacing = array.spacing * float(np.mean(centre[first])) / SPEED_OF_LIGHT
+    sines = root_music(still, spacing=spacing)
     return replace(detections, azimuth=np.arcsin(np.clip(sines, -1.0, 1.0)))
 
 

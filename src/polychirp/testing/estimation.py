@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from polychirp.axes import FloatArray
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.bound import cramer_rao_bound
 from polychirp.receiver.chain import Receiver
+from polychirp.receiver.turning import TYPICAL_CROSSING
 from polychirp.testing.points import HandPoint, frame_of
 
 
@@ -42,7 +43,9 @@ class Estimation:
 def estimate_points(
     receiver: Receiver, schedule: RampSchedule, *, snr: float, trials: int, seed: int = 0
 ) -> Estimation:
-    """Trials with one point anywhere at 4 … 26 m, ±25 m/s, ±3 m/s², ±50°.
+    """Trials with one point anywhere at 4 … 26 m, ±25 m/s, ±3 m/s², ±50°, and turning.
+
+    Its bearing's rate is drawn as the receiver expects it, and so known to the bound.
 
     Parameters
     ----------
@@ -58,6 +61,8 @@ def estimate_points(
             azimuth=draw.uniform(-0.87, 0.87),
             power=snr,
         )
+        turning = TYPICAL_CROSSING / point.range
+        point = replace(point, turning=turning * draw.normal())
         frame = frame_of(schedule, [point], seed=seed * 100_003 + trial)
         least = cramer_rao_bound(
             schedule,
@@ -67,6 +72,7 @@ def estimate_points(
             azimuth=point.azimuth,
             snr=snr,
             time=float(schedule.start_time[0]),
+            turning=turning,
         )
         bounds.append([least.range, least.range_rate, least.azimuth])
         found = receiver.detect(frame)

@@ -13,16 +13,21 @@ from polychirp.model.if_frame import IfFrame, sample_times
 from polychirp.model.radar import Converter
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.point import replica
+from polychirp.receiver.turning import courses
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HandPoint:
-    """A steady point: m, m/s, m/s², rad, and power over that of unit noise per sample."""
+    """A steady point: m, m/s, m/s², rad, and power over that of unit noise per sample.
+
+    ``turning``, 1/s, is the rate of the sine of its azimuth at the start.
+    """
 
     range: float
     range_rate: float = 0.0
     acceleration: float = 0.0
     azimuth: float = 0.0
+    turning: float = 0.0
     power: float = 1.0
 
 
@@ -38,12 +43,16 @@ def frame_of(
     draw = np.random.default_rng(seed)
     array = AntennaArray()
     times = sample_times(schedule, converter or Converter())
-    wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
+    into = times.time - schedule.start_time[:, None]
+    frequency = schedule.start_frequency[:, None] + schedule.slope[:, None] * into
+    wavelength = SPEED_OF_LIGHT / frequency
     shape = (array.num_channels, schedule.num_ramps, times.most_samples)
     samples = np.sqrt(0.5 * noise) * (draw.normal(size=shape) + 1j * draw.normal(size=shape))
     for point in points:
         motion = np.array([point.range, point.range_rate, point.acceleration])
         signal = replica(schedule, times, motion=motion, time=float(schedule.start_time[0]))
-        cycles = array.position[:, 1] * np.sin(point.azimuth) / wavelength + draw.random()
-        samples += np.sqrt(point.power) * np.exp(-2j * np.pi * cycles)[:, None, None] * signal
+        straight, turned = courses(motion[None], times.time - schedule.start_time[0])[:, 0]
+        sine = np.sin(point.azimuth) * straight + point.turning * turned
+        cycles = array.position[:, 1, None, None] * sine / wavelength + draw.random()
+        samples += np.sqrt(point.power) * np.exp(-2j * np.pi * cycles) * signal
     return IfFrame(samples=samples * times.is_sample, times=times, schedule=schedule, array=array)

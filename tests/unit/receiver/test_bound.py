@@ -17,25 +17,47 @@ ARRAY = AntennaArray()
 POINT = {"motion": np.array([9.0, -17.0, 2.0]), "azimuth": 0.4, "snr": 2.0, "time": 0.0}
 
 
-@pytest.mark.parametrize("knows_acceleration", [True, False])
-def test_fishers_information_is_that_of_differences_over_all_samples(knows_acceleration):
+@pytest.mark.parametrize(
+    ("knows_acceleration", "turning"), [(True, 0.0), (False, 0.0), (True, 0.5), (False, np.inf)]
+)
+def test_fishers_information_is_that_of_differences_over_all_samples(knows_acceleration, turning):
     """Central differences of a phase of 5e6 turns: to 1e-4."""
-    options = {**POINT, "knows_acceleration": knows_acceleration}
+    options = {**POINT, "knows_acceleration": knows_acceleration, "turning": turning}
     fast = cramer_rao_bound(RAMPS, TIMES, ARRAY, **options)
     slow = cramer_rao_bound_twin(RAMPS, TIMES, ARRAY, **options)
     for name in ("range", "range_rate", "azimuth"):
         assert getattr(fast, name) == pytest.approx(getattr(slow, name), rel=1e-4)
 
 
-def test_the_azimuth_has_the_bound_of_an_array():
+def test_the_azimuth_of_what_does_not_turn_has_the_bound_of_an_array():
     """var θ = 1/(2 SNR N (2π cos θ/λ)² Σ(y − ȳ)²), N samples of the frame."""
     count = int(TIMES.num_samples.sum())
     along = ARRAY.position[:, 1]
     wavelength = SPEED_OF_LIGHT / float(np.mean(RAMPS.centre_frequency))
     aperture = np.sum((along - along.mean()) ** 2)
     expected = 1.0 / np.sqrt(2 * 2.0 * count * aperture) * wavelength / (2 * np.pi * np.cos(0.4))
-    bound = cramer_rao_bound(RAMPS, TIMES, ARRAY, **POINT)
+    steady = {**POINT, "motion": np.array([9.0, -17.0, 0.0])}
+    bound = cramer_rao_bound(RAMPS, TIMES, ARRAY, **steady, turning=0.0)
     assert bound.azimuth == pytest.approx(expected, rel=1e-6)
+
+
+def test_the_azimuth_at_the_start_of_what_turns_has_twice_the_bound():
+    """A line's end has twice the deviation of its mean; what is known of its slope lies between.
+
+    Of standing points, on the frame's samples evenly: deviation σ of a mean, √12 σ/T of a slope,
+    which knowledge d combines with: σ √(1 + 3 d²/(d² + 12 σ²/T²)).
+    """
+    ramps = Triangular(bandwidth=1e9, ramp_duration=1e-3).schedule(
+        num_sweeps=64, streams=Streams(1)
+    )
+    times = sample_times(ramps, Converter())
+    still = {**POINT, "motion": np.array([9.0, 0.0, 0.0]), "azimuth": 0.0}
+    mean = cramer_rao_bound(ramps, times, ARRAY, **still, turning=0.0).azimuth
+    span = float(ramps.end_time[-1] - ramps.start_time[0])
+    for turning in (2.0 * mean / span, 5.0 * mean / span, np.inf):
+        found = cramer_rao_bound(ramps, times, ARRAY, **still, turning=turning).azimuth
+        known = 1.0 if np.isinf(turning) else turning**2 / (turning**2 + 12.0 * (mean / span) ** 2)
+        assert found == pytest.approx(mean * np.sqrt(1.0 + 3.0 * known), rel=0.02)
 
 
 def test_range_and_rate_have_the_bound_of_a_sweep_and_of_a_frame():

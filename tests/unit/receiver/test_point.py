@@ -82,8 +82,9 @@ def test_sensitivities_are_differences_of_beats(column: int, step: float):
     middle = 0.5 * (TIMES.num_samples - 1) / TIMES.rate
     beats = [end[0, :, 1] + end[0, :, 2] * middle for end in ends]
     expected = (beats[1] - beats[0]) / (2.0 * step)
-    # left out are terms of order v/c and bτ/f, 1e-6, and of acceleration the cubic of a ramp, B/f
-    tolerance = 1e-2 if column == 2 else 1e-5
+    # left out are terms of order v/c and bτ/f, 1e-6, the bend of a straight path, a Δ²/R and for
+    # an acceleration v Δ/R, and of acceleration the cubic of a ramp, B/f
+    tolerance = 3e-2 if column == 2 else 5e-5
     assert beat_sensitivity(RAMPS, TIMES, time)[:, column] == pytest.approx(expected, rel=tolerance)
 
 
