@@ -65,7 +65,7 @@ CAPTIONS: Final[dict[str, str]] = {
     "fig08-view": "The same street as the rays meet it, coloured by material; vehicles with a "
     "radar are painted.",
     "fig12-13": "Detection, ghosts and errors over the number of targets, each with its 95 % "
-    "interval; stars are what the paper reads at ten.",
+    "interval, dashes: medians; stars are what the paper reads at ten.",
     "floor-and-masking": "The price of every variant: what diversity takes from ghosts it adds to "
     "the floor, and what blanking gives back.",
 }

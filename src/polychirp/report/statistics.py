@@ -54,6 +54,13 @@ def statistics_rows(rows: Iterable[StatisticsRow]) -> Iterator[tuple[str, ...]]:
         )
 
 
+_ERRORS: Final = {
+    "range_rmse_m": ("range", "m", "range_median_m"),
+    "azimuth_rmse_deg": ("azimuth", "°", "azimuth_median_deg"),
+    "speed_rmse_kmh": ("speed", "km/h", "speed_median_kmh"),
+}
+"""Fields of rms errors: in words, their unit, and the field of the median."""
+
 BRIEF_HEAD: Final = (
     "Waveform, situation",
     "Targets",
@@ -64,7 +71,7 @@ BRIEF_HEAD: Final = (
     "Speed (km/h)",
     "Floor (dB)",
 )
-"""For a terminal: errors without their limits."""
+"""For a terminal: errors are rms, and medians in brackets."""
 
 
 def brief_rows(rows: Iterable[StatisticsRow]) -> Iterator[tuple[str, ...]]:
@@ -75,17 +82,12 @@ def brief_rows(rows: Iterable[StatisticsRow]) -> Iterator[tuple[str, ...]]:
             str(row.num_targets),
             within(row.detection, 2),
             within(row.ghosts, 1),
-            *(f"{error[0]:.2g}" for error in (row.range_rmse_m, row.azimuth_rmse_deg)),
-            f"{row.speed_rmse_kmh[0]:.2g}",
+            *(
+                f"{getattr(row, field)[0]:.1g} ({getattr(row, median):.1g})"
+                for field, (_, _, median) in _ERRORS.items()
+            ),
             decimal(row.floor_rise_db, 1),
         )
-
-
-_ERRORS: Final = {
-    "range_rmse_m": ("range", "m"),
-    "azimuth_rmse_deg": ("azimuth", "°"),
-    "speed_rmse_kmh": ("speed", "km/h"),
-}
 
 
 def findings(rows: Sequence[StatisticsRow]) -> list[str]:
@@ -95,13 +97,15 @@ def findings(rows: Sequence[StatisticsRow]) -> list[str]:
         return []
     conventional, diverse = at["conventional", "interfered"], at["diverse", "interfered"]
     errors = "; ".join(
-        f"{name} {getattr(diverse, field)[0]:.2g} {unit}, {_beside(diverse, field)} the paper's "
+        f"{name} {getattr(diverse, field)[0]:.2g} {unit} rms (median "
+        f"{getattr(diverse, median):.2g}), {_beside(diverse, field)} the paper's "
         f"{PAPER_ACCURACY[field]:g} {unit}"
-        for field, (name, unit) in _ERRORS.items()
+        for field, (name, unit, median) in _ERRORS.items()
     )
     found = [
-        f"Diverse, {PAPER_TARGETS} points and two interferers: {errors}. Points have one place; "
-        "bodies have many, and their errors are those of the place that reflects.",
+        f"Diverse, {PAPER_TARGETS} points and two interferers: {errors}. Where rms and median are "
+        "far apart, points that share a cell of range and speed make the difference. Points have "
+        "one place; bodies have many, and their errors are those of the place that reflects.",
         f"Interferers in step leave the conventional waveform a detection probability of "
         f"{within(conventional.detection, 2)} with {within(conventional.ghosts, 1)} ghosts in a "
         f"frame, the diverse one {within(diverse.detection, 2)} with {within(diverse.ghosts, 1)}. "

@@ -216,6 +216,8 @@ class StatisticsRow:
     detection : probability that a target in sight is found
     ghosts, false_claims : mean number in a frame: of all, and of those that nothing explains
     range_rmse_m, azimuth_rmse_deg, speed_rmse_kmh : of targets found
+    range_median_m, azimuth_median_deg, speed_median_kmh : of the same errors' sizes: few targets
+        that share a cell with another make most of an rms
     floor_rise_db : median
     """
 
@@ -229,6 +231,9 @@ class StatisticsRow:
     range_rmse_m: Interval
     azimuth_rmse_deg: Interval
     speed_rmse_kmh: Interval
+    range_median_m: float
+    azimuth_median_deg: float
+    speed_median_kmh: float
     floor_rise_db: float
 
 

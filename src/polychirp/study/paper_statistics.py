@@ -9,6 +9,9 @@ from itertools import product
 from pathlib import Path
 from typing import Final, Literal
 
+import numpy as np
+
+from polychirp.axes import FloatArray
 from polychirp.channel.composite import Composite
 from polychirp.channel.free_space import FreeSpace
 from polychirp.channel.point_vehicles import PointVehicles
@@ -17,6 +20,7 @@ from polychirp.receiver.mitigation.blanking import Blanking
 from polychirp.scoring.statistics import Estimate
 from polychirp.study.monte_carlo.grid import Axis
 from polychirp.study.monte_carlo.plan import Plan, Point
+from polychirp.study.monte_carlo.results import Results
 from polychirp.study.monte_carlo.run import run_plan
 from polychirp.study.monte_carlo.summary import Summary, summaries
 from polychirp.study.monte_carlo.tasks import Executor
@@ -143,10 +147,14 @@ def run_statistics(
 ) -> tuple[StatisticsRow, ...]:
     """Run what ``folder`` does not hold yet, and read off the curves."""
     finished = run_plan(plan, folder=folder, executor=executor, progress=progress)
-    return tuple(_row(summary) for summary in summaries(finished.results))
+    results = finished.results
+    points = {hashed: number for number, hashed in enumerate(results.study_hash)}
+    return tuple(
+        _row(summary, results, points[summary.study_hash]) for summary in summaries(results)
+    )
 
 
-def _row(summary: Summary) -> StatisticsRow:
+def _row(summary: Summary, results: Results, point: int) -> StatisticsRow:
     count, curve = summary.labels
     waveform, situation = CURVES[_LABELS.index(str(curve))]
     return StatisticsRow(
@@ -160,8 +168,17 @@ def _row(summary: Summary) -> StatisticsRow:
         range_rmse_m=_interval(summary.range_rmse),
         azimuth_rmse_deg=_interval(summary.azimuth_rmse, scale=180.0 / math.pi),
         speed_rmse_kmh=_interval(summary.range_rate_rmse, scale=3.6),
+        range_median_m=_median(results.range_error[point]),
+        azimuth_median_deg=math.degrees(_median(results.azimuth_error[point])),
+        speed_median_kmh=3.6 * _median(results.range_rate_error[point]),
         floor_rise_db=float(to_db(summary.floor_rise)),
     )
+
+
+def _median(errors: FloatArray) -> float:
+    """Of the sizes of all errors that there are."""
+    sizes = np.abs(errors[np.isfinite(errors)])
+    return float(np.median(sizes)) if sizes.size else math.nan
 
 
 def _interval(estimate: Estimate, *, scale: float = 1.0) -> Interval:

@@ -46,6 +46,7 @@ def detection_statistics(rows: Sequence[StatisticsRow]) -> Drawing:
         if field in PAPER_ACCURACY:
             place = PAPER_TARGETS, PAPER_ACCURACY[field]
             axes.plot(*place, marker="*", markersize=11, color=INK, linestyle="")
+            _medians(axes, rows, field.replace("rmse", "median"))
             axes.set(yscale="log")
         axes.set(xlabel="Targets", ylabel=label)
         axes.set_xticks(sorted({row.num_targets for row in rows}))
@@ -76,6 +77,20 @@ def _curve(
     )
 
 
+def _medians(axes: Axes, rows: Sequence[StatisticsRow], field: str) -> None:
+    """Hollow marks where half of the errors are smaller."""
+    for waveform, colour in _COLOUR.items():
+        some = [row for row in rows if row.waveform == waveform]
+        axes.plot(
+            [row.num_targets for row in some],
+            [getattr(row, field) for row in some],
+            marker="_",
+            markersize=9,
+            color=colour,
+            linestyle="",
+        )
+
+
 def _legend(all_axes: Sequence[Axes]) -> None:
     """In the panel that no curve needs."""
     handles, labels = all_axes[0].get_legend_handles_labels()
@@ -95,6 +110,8 @@ def _data(rows: Sequence[StatisticsRow]) -> dict[str, list[Any]]:
     for field in (*_PANELS, "false_claims"):
         for n, what in enumerate(("", " low", " high")):
             data[f"{field}{what}"] = [_of(row, field)[n] for row in rows]
+    for field in ("range_median_m", "azimuth_median_deg", "speed_median_kmh"):
+        data[field] = [getattr(row, field) for row in rows]
     data["floor_rise_db"] = [row.floor_rise_db for row in rows]
     return data
 
