@@ -89,6 +89,7 @@ def statistics_study(channel: Channel = "points", *, seed: int = 1) -> Study:
         ),
         traffic=StudyTraffic(seen_from="ego", num_carriers=NUM_INTERFERERS, shape=shape),
         tracer=_TRACERS[channel],
+        refresh_interval=4e-3 if channel == "vehicles" else 1e-3,
     )
 
 
