@@ -1,7 +1,7 @@
 """Figures 12 and 13 on three channels, as a table for docs/validation.
 
 ``python -m polychirp.testing.statistics_table FILE`` runs some trials of each and stores what came
-out as JSON: a quarter of an hour on two cores, nearly all of it ray tracing.
+out as JSON: ten minutes on two cores, nearly all of it ray tracing.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from polychirp.testing.markdown import table
 RECORD: Final = "statistics.json"
 """What the table is made of, in the folder of the pages."""
 
-TRIALS: Final[dict[Channel, int]] = {"points": 40, "point-vehicles": 20, "vehicles": 6}
+TRIALS: Final[dict[Channel, int]] = {"points": 30, "point-vehicles": 6, "vehicles": 4}
 
 _HEAD: Final = (
     "channel",
