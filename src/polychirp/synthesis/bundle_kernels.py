@@ -352,14 +352,8 @@ def swept_terms(  # noqa: PLR0913, PLR0917 -- numba takes tables one by one
     gain = np.empty((most, count), dtype=np.complex128)
     swept(gain, pairs, pair, taps, centre, width * node, first, step, only)
     out = np.empty((MOST_POWERS, most, count), dtype=np.complex128)
-    out[0] = 0.0
     kept = np.zeros(MOST_POWERS, dtype=np.int64)
-    one, values = out[0].view(np.float64), gain.view(np.float64)
-    for r in range(most):
-        for b in range(most):
-            factor = to_terms[r, b]
-            for n in range(2 * count):
-                one[r, n] += factor * values[b, n]
+    np.dot(to_terms, gain.view(np.float64), out[0].view(np.float64))
     enough = -1.0
     per_power = -0.5j * pairs.spread[pair] / (TAU * width**2)
     for power in range(MOST_POWERS):
@@ -403,6 +397,48 @@ def _bend(out: ComplexArray, term: ComplexArray, factor: complex) -> None:
     for r in range(most):
         for n in range(count):
             out[r, n] = factor * second[r, n]
+
+
+@compiled
+def crossing_samples(  # noqa: PLR0913, PLR0917 -- numba takes tables one by one
+    out: ComplexArray, own: Ramps, k: int, sent: Ramps, pairs: Pairs, pair: int, taps: Taps,
+    lines: Lines, low: int, high: int, middle: float, centre: float, width: float,
+    node: FloatArray, to_terms: FloatArray, step: float, only: int, tolerance: float,
+    least: float, held: int,
+) -> None:  # fmt: skip
+    """Add what the lines ``low:high`` are at the samples about ``middle``, ``(channel, sample)``.
+
+    Their sums with `crossing_columns`, of ``held`` paths times terms at once, times
+    `swept_terms`, and the chirp that lies in the middle.
+    """
+    channels, count = out.shape
+    first = -(count // 2) * step
+    gain, kept = swept_terms(
+        pairs, pair, taps, centre, width, node, to_terms, first, step, count, only, tolerance,
+        least,
+    )  # fmt: skip
+    terms, powers = kept[0], np.count_nonzero(kept)
+    sums = np.zeros((channels, terms, 2 * powers))
+    block = max(64, held // terms)
+    for begin in range(low, high, block):
+        paths = min(block, high - begin)
+        term, value = np.empty((channels, terms, paths)), np.empty((channels, paths, 2 * powers))
+        crossing_columns(
+            term, value, own, k, sent, pairs, pair, lines, begin, middle, centre, width
+        )
+        for m in range(channels):
+            sums[m] += np.dot(term[m], value[m])
+    for m in range(channels):
+        for q in range(powers):
+            for r in range(kept[q]):
+                factor = complex(sums[m, r, 2 * q], sums[m, r, 2 * q + 1])
+                for n in range(count):
+                    out[m, n] += factor * gain[q, r, n]
+    for n in range(count):
+        time = first + n * step
+        turned = unit((centre + 0.5 * pairs.rate[pair] * time) * time)
+        for m in range(channels):
+            out[m, n] *= turned
 
 
 @compiled

@@ -23,9 +23,8 @@ each with sums of its own, weighted with powers of δ.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from functools import lru_cache, partial
+from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -194,42 +193,22 @@ class Crossing:
 
     def samples(self, run: slice) -> ComplexArray:
         """Those of one run, ``(channel, sample)``."""
-        from polychirp.synthesis.bundle_kernels import crossing_columns
+        from polychirp.synthesis.bundle_kernels import crossing_samples
 
         visit, t = self.visit, self.tables
         count = run.stop - run.start
         tuned = self.tuned.at(visit.first + (run.start + count // 2) * visit.step)
-        time = (np.arange(count) - count // 2) * visit.step
         # in a narrower range, derivatives by the beat would lose digits
         reach = t.taps.half + half_time(count, visit.step)
         tuned.width = max(tuned.width, 1.0 / (TAU * reach))
-        terms = self._terms(tuned, time)
-        columns = partial(
-            crossing_columns, own=t.own, k=visit.ramp, sent=t.sent, pairs=t.pairs,
-            pair=visit.pair, lines=t.lines, middle=tuned.middle, centre=tuned.centre,
-            width=tuned.width,
+        node, to_terms = cosines(num_terms(t.taps.half + count // 2 * visit.step, tuned.width))
+        out = np.zeros((t.lines.element_delay.shape[1], count), dtype=np.complex128)
+        crossing_samples(
+            out, t.own, visit.ramp, t.sent, t.pairs, visit.pair, t.taps, t.lines, visit.low,
+            visit.high, tuned.middle, tuned.centre, tuned.width, node, to_terms, visit.step,
+            self.side, TOLERANCE, 0.05 * visit.limit, PATHS,
         )  # fmt: skip
-        sums = sums_of(visit, t, columns, len(terms[0]), len(terms))
-        wave = sum(sums[:, : len(term), q] @ term for q, term in enumerate(terms))
-        turns = (tuned.centre + 0.5 * tuned.rate * time) * time
-        return np.asarray(wave * np.exp(2j * np.pi * turns))
-
-    def _terms(self, tuned: Tuning, time: FloatArray) -> list[ComplexArray]:
-        """For every power of the rate's distance, the terms at every sample, ``(term, sample)``.
-
-        Those of the power 0 are the gain, tabulated together with the turning of a beat that is
-        off the middle one.
-        """
-        from polychirp.synthesis.bundle_kernels import swept_terms
-
-        t = self.tables
-        most = num_terms(t.taps.half + float(np.abs(time).max()), tuned.width)
-        node, to_terms = cosines(most)
-        terms, kept = swept_terms(
-            t.pairs, self.visit.pair, t.taps, tuned.centre, tuned.width, node, to_terms, time[0],
-            self.visit.step, time.size, self.side, TOLERANCE, 0.05 * self.visit.limit,
-        )  # fmt: skip
-        return [term[:count] for term, count in zip(terms, kept.tolist(), strict=True) if count]
+        return out
 
 
 def _crossing(visit: Visit, tables: Tables, tuned: Tuning, part: slice) -> Crossing:
@@ -276,26 +255,6 @@ def _joined(wave: ComplexArray, basis: FloatArray, rate: float, step: float) -> 
     return np.asarray(y * np.exp(1j * np.pi * rate * time**2))
 
 
-def sums_of(
-    visit: Visit, tables: Tables, columns: Callable[..., None], terms: int, powers: int
-) -> ComplexArray:
-    """Sums over the visit's lines of terms times values, ``(channel, term, power)``.
-
-    ``columns`` fills in ``term`` (channel, term, path) and ``value`` (channel, path, 2 × power) of
-    the lines from ``low`` on.
-    """
-    channels = tables.lines.element_delay.shape[1]
-    total = np.zeros((channels, terms, 2 * powers))
-    block = max(64, PATHS // terms)
-    for low in range(visit.low, visit.high, block):
-        count = min(block, visit.high - low)
-        term = np.empty((channels, terms, count))
-        value = np.empty((channels, count, 2 * powers))
-        columns(term=term, value=value, low=low)
-        total += term @ value
-    return total.view(np.complex128)
-
-
 def half_time(count: int, step: float) -> float:
     """S, that ``count`` samples reach to each side of their middle, and a little more."""
     return 0.5 * (count + 1) * step
@@ -320,11 +279,14 @@ class Tuning:
     def at(self, time: float) -> Tuning:
         """At another time, with the lines' frequencies as they are."""
         later = time - self.middle
-        return replace(
-            self,
+        return Tuning(
             middle=time,
+            frequency=self.frequency,
             centre=self.centre + self.rate * later,
             width=self.width + self.spread * abs(later),
+            apart=self.apart,
+            rate=self.rate,
+            spread=self.spread,
         )
 
 

@@ -17,9 +17,9 @@ from typing import Annotated, Final
 
 import numpy as np
 
-from polychirp.axes import Axes, ComplexArray, FloatArray, seal
+from polychirp.axes import Axes, ComplexArray, FloatArray, IntArray, seal
 from polychirp.model.if_filter import IfFilter
-from polychirp.synthesis.tones import GriddedTones
+from polychirp.synthesis.tones import correction, grid_of, window_at
 
 OVERSAMPLING: Final = 10
 """Entries of a response's table per 1/S of frequency: between them it is right to 5e-10."""
@@ -75,30 +75,65 @@ def response_table(
     if_filter: IfFilter, *, rate: float, highest: float, num_orders: int
 ) -> ResponseTable:
     """The table of one chirp rate for beats of up to ``highest`` Hz in magnitude."""
+    from scipy.fft import ifft
+
+    from polychirp.synthesis.response_kernels import spread_chirp, take_table
+
     step = step_of(if_filter)
     last = STRIDE * math.ceil((highest / step + 6.0) / STRIDE)
-    s, weighted = _weighted_taps(
-        if_filter, last * step + 0.5 * abs(rate) * if_filter.support, num_orders
-    )
-    # the sum of tones counts its samples from the middle one
-    middle = (last + 4) // 2 - 4
-    tones = GriddedTones(last + 4, num_orders, density=2.0)
-    turns = s * (0.5 * rate * s - middle * step)
-    tones.add(-s * step, weighted * np.exp(2j * np.pi * turns)[:, None])
-    moment = tones.sums()
-    envelope = np.maximum.accumulate(np.abs(moment[::-1, 0]))[::-1]
+    fastest = last * step + 0.5 * abs(rate) * if_filter.support
+    plan = _plan(if_filter, last, _num_panels(if_filter, fastest), num_orders)
+    grid = np.zeros((num_orders, plan.size), dtype=np.complex128)
+    spread_chirp(grid, rate, plan.half_square, plan.weight, plan.first, plan.window)
+    wave = ifft(grid, axis=1, norm="forward", overwrite_x=True, workers=1)
+    moment, envelope = np.empty((last + 4, num_orders), dtype=np.complex128), np.empty(last + 4)
+    take_table(moment, envelope, wave, plan.correction)
     return ResponseTable(rate=rate, moment=moment, envelope=envelope)
 
 
-def _weighted_taps(
-    if_filter: IfFilter, fastest: float, num_orders: int
-) -> tuple[FloatArray, FloatArray]:
-    """Nodes in time, and what stands there in an integral of what beats to ``fastest``.
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Plan:
+    """What tables of one size share: a sum of tones (`tones`) over the nodes of the integral.
 
-    ``(node, order)``: h times powers of time, over order!, and the weights.
+    Parameters
+    ----------
+    size : points of the grid
+    half_square : s²/2, ``(node,)``
+    weight : of the integrals, turned to the beat in the middle, ``(order, node)``
+    first, window : points over which a node is spread, ``(node,)`` and ``(node, tap)``
+    correction : takes the window off every beat, ``(beat,)``
     """
+
+    size: int
+    half_square: FloatArray
+    weight: ComplexArray
+    first: IntArray
+    window: FloatArray
+    correction: FloatArray
+
+
+@lru_cache(maxsize=64)
+def _plan(if_filter: IfFilter, last: int, panels: int, num_orders: int) -> _Plan:
+    count, step = last + 4, step_of(if_filter)
+    s, weighted = _panelled_taps(if_filter, panels, num_orders)
+    size, beta = grid_of(count, 2.0)
+    first, window = window_at(-s * step * size, beta)
+    # the sum of tones counts its samples from the middle one
+    turned = np.exp(-2j * np.pi * s * (count // 2 - 4) * step)
+    return _Plan(
+        size=size,
+        half_square=0.5 * s**2,
+        weight=np.ascontiguousarray(weighted.T * turned),
+        first=first,
+        window=window,
+        correction=correction(count, size, beta),
+    )
+
+
+def _num_panels(if_filter: IfFilter, fastest: float) -> int:
+    """Panels of the support, for integrals of what beats to ``fastest``: a multiple of four."""
     panels = math.ceil(if_filter.support * (fastest + if_filter.stopband) / _CYCLES)
-    return _panelled_taps(if_filter, 4 * (panels // 4 + 1), num_orders)
+    return 4 * (panels // 4 + 1)
 
 
 _NODES: Final = 64
@@ -110,6 +145,10 @@ _CYCLES: Final = 24.0
 def _panelled_taps(
     if_filter: IfFilter, panels: int, num_orders: int
 ) -> tuple[FloatArray, FloatArray]:
+    """Nodes in time, and what stands there in an integral, ``(node, order)``.
+
+    That is h times powers of time, over order!, and the weights.
+    """
     inner, weight = np.polynomial.legendre.leggauss(_NODES)
     centre = (2.0 * np.arange(panels) + 1.0) / panels - 1.0
     nodes = (centre[:, None] + inner / panels).ravel()
@@ -181,5 +220,5 @@ MOST_ORDERS: Final = 12
 @lru_cache(maxsize=32)
 def _moments(if_filter: IfFilter) -> FloatArray:
     """The integrals of |h| times even powers of time in S/2, over order!, ``(order,)``."""
-    _, weighted = _weighted_taps(if_filter, 0.0, MOST_ORDERS + 1)
+    _, weighted = _panelled_taps(if_filter, _num_panels(if_filter, 0.0), MOST_ORDERS + 1)
     return np.asarray(np.abs(weighted).sum(axis=0))

@@ -20,6 +20,7 @@ import numpy as np
 
 from polychirp.synthesis.bundles import (
     FEWEST,
+    PATHS,
     TAU,
     TOLERANCE,
     Crossing,
@@ -28,12 +29,13 @@ from polychirp.synthesis.bundles import (
     half_time,
     num_nodes,
     num_terms,
-    sums_of,
     tune,
 )
 from polychirp.synthesis.chirp_response import NUM_TERMS
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from polychirp.axes import ComplexArray, FloatArray
     from polychirp.synthesis.tables import Tables
     from polychirp.synthesis.visits import Visit
@@ -173,7 +175,7 @@ class _Cut:
             side=self.side, centre=corner.middle, width=self.width, beat=corner.centre,
             beat_width=corner.width,
         )  # fmt: skip
-        sums = sums_of(visit, t, columns, terms, len(gain))
+        sums = _sums_of(visit, t, columns, terms, len(gain))
         time = visit.first + np.arange(run.start, run.stop) * visit.step
         off = time[:, None] - corner.middle - self.width * node
         shape = derivatives(t.taps, off.ravel(), NUM_TERMS).reshape(NUM_TERMS, time.size, terms)
@@ -260,8 +262,28 @@ def _near(visit: Visit, tables: Tables, side: int, run: slice) -> list[tuple[sli
         crossing_columns, own=t.own, k=visit.ramp, sent=t.sent, pairs=t.pairs, pair=visit.pair,
         lines=t.lines, middle=tuned.middle, centre=tuned.centre, width=tuned.width,
     )  # fmt: skip
-    sums = sums_of(visit, t, columns, terms, powers)
+    sums = _sums_of(visit, t, columns, terms, powers)
     return [(run, np.einsum("mre,ern->mn", sums, gain))]
+
+
+def _sums_of(
+    visit: Visit, tables: Tables, columns: Callable[..., None], terms: int, powers: int
+) -> ComplexArray:
+    """Sums over the visit's lines of terms times values, ``(channel, term, power)``.
+
+    ``columns`` fills in ``term`` (channel, term, path) and ``value`` (channel, path, 2 × power) of
+    the lines from ``low`` on.
+    """
+    channels = tables.lines.element_delay.shape[1]
+    total = np.zeros((channels, terms, 2 * powers))
+    block = max(64, PATHS // terms)
+    for low in range(visit.low, visit.high, block):
+        count = min(block, visit.high - low)
+        term = np.empty((channels, terms, count))
+        value = np.empty((channels, count, 2 * powers))
+        columns(term=term, value=value, low=low)
+        total += term @ value
+    return total.view(np.complex128)
 
 
 def _num_powers(tuned: Tuning) -> int:

@@ -64,10 +64,11 @@ class Window(NamedTuple):
 class Visits(NamedTuple):
     """Where a pair of ramps is seen in a row of samples: ``(visit,)``.
 
-    The samples of ``row`` meet lines ``low`` to before ``high`` of the victim's ramp ``ramp`` and
-    the pair ``pair`` at samples from ``begin`` to before ``end``.
+    The samples of ``row`` meet lines ``low`` to before ``high``, of the part ``part``, of the
+    victim's ramp ``ramp`` and the pair ``pair`` at samples from ``begin`` to before ``end``.
     """
 
+    part: IntArray
     row: IntArray
     ramp: IntArray
     pair: IntArray
@@ -742,8 +743,7 @@ def sent_amplitude(sent: Ramps, i: int, lines: Lines, p: int) -> complex:
 
 @compiled
 def add_contribution(
-    real: FloatArray,
-    imag: FloatArray,
+    samples: ComplexArray,
     own: Ramps,
     sent: Ramps,
     window: Window,
@@ -754,8 +754,13 @@ def add_contribution(
 ) -> None:
     """Add to ``(part, channel, ramp, fast)`` what the visits' lines make, one by one.
 
+    The lines of a visit are of one part. What they make is summed by itself, real and imaginary
+    parts apart, where it stays near the processor.
+
     One thread, but without Python's lock: victims and trials are what runs side by side.
     """
+    channels, most = samples.shape[1], samples.shape[3]
+    held_real, held_imag = np.empty((channels, most)), np.empty((channels, most))
     for v in range(visits.row.size):
         r, k, pair = visits.row[v], visits.ramp[v], visits.pair[v]
         i = pairs.sent[k] + pair - pairs.start[k]
@@ -763,15 +768,21 @@ def add_contribution(
         since = own.start[k] - lines.reference_time[lines.chosen[k]]
         begin, end = visits.begin[v], visits.end[v]
         start = first + begin * window.step
+        count = end - begin
+        for m in range(channels):
+            held_real[m, :count], held_imag[m, :count] = 0.0, 0.0
         for p in range(visits.low[v], visits.high[v]):
             amplitude = sent_amplitude(sent, i, lines, p)
             if amplitude == 0.0:
                 continue
             drift = lines.delay_rate[p]
-            for m in range(real.shape[1]):
+            for m in range(channels):
                 delay = lines.delay[p] + drift * since + lines.element_delay[p, m]
                 chirp = received(own, k, sent, i, delay, drift, amplitude, lines.limit[p])
                 if chirp.end > chirp.begin:
-                    row_real = real[lines.part[p], m, r, begin:end]
-                    row_imag = imag[lines.part[p], m, r, begin:end]
-                    add_chirp(row_real, row_imag, pairs, taps, pair, chirp, start, window.step)
+                    real, imag = held_real[m, :count], held_imag[m, :count]
+                    add_chirp(real, imag, pairs, taps, pair, chirp, start, window.step)
+        for m in range(channels):
+            row = samples[visits.part[v], m, r, begin:end]
+            for n in range(count):
+                row[n] += complex(held_real[m, n], held_imag[m, n])

@@ -16,7 +16,7 @@ from typing import Final, Literal
 
 import numpy as np
 
-from polychirp.axes import ComplexArray, FloatArray
+from polychirp.axes import ComplexArray
 from polychirp.frames import Spec
 from polychirp.model.if_frame import sample_times
 from polychirp.model.paths import PropagationPaths
@@ -86,7 +86,7 @@ class Stretch(Spec):
         times = sample_times(own, radar.converter)
         parts = num_parts(radar, is_own=victim == transmitter)
         shape = (parts, radar.array.num_channels, own.num_ramps, times.most_samples)
-        real, imag = np.zeros(shape), np.zeros(shape)
+        samples = np.zeros(shape, dtype=np.complex128)
         lines = lines_of(links, nearest_snapshots(own, snapshots))
         ramps = ramps_of(own), ramps_of(sent)
         overlaps = all_overlaps(radar, own, sent, ramps, lines)
@@ -103,14 +103,10 @@ class Stretch(Spec):
             tables = Tables(
                 own=ramps[0], sent=ramps[1], window=window, lines=lines, pairs=pairs, taps=taps
             )
-            self._add(real, imag, tables, visits)
-        samples = np.empty(shape, dtype=np.complex128)
-        samples.real, samples.imag = real, imag
+            self._add(samples, tables, visits)
         return samples
 
-    def _add(
-        self, real: FloatArray, imag: FloatArray, tables: Tables, visits: Sequence[Visit]
-    ) -> None:
+    def _add(self, samples: ComplexArray, tables: Tables, visits: Sequence[Visit]) -> None:
         """Add what the visits make: where it pays in bundles, the rest line by line."""
         from polychirp.synthesis import kernels
 
@@ -122,12 +118,10 @@ class Stretch(Spec):
                 rest.append((visit, visit.met))
                 continue
             runs += corner_runs(visit, tables)
-            for run, samples in runs:
-                where = (visit.part, slice(None), visit.row, run)
-                real[where] += samples.real
-                imag[where] += samples.imag
+            for run, made in runs:
+                samples[visit.part, :, visit.row, run] += made
             rest += gaps(visit, [visit.whole, *(run for run, _ in runs)])
         kernels.add_contribution(
-            real, imag, tables.own, tables.sent, tables.window, tables.lines, tables.pairs,
+            samples, tables.own, tables.sent, tables.window, tables.lines, tables.pairs,
             tables.taps, columns_of(rest),
         )  # fmt: skip

@@ -20,7 +20,7 @@ from typing import Any, Final, Protocol
 
 import numpy as np
 
-from polychirp.axes import ComplexArray, FloatArray
+from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.errors import InputError
 
 WIDTH: Final = 12
@@ -63,12 +63,9 @@ class GriddedTones:
     True
     """
 
-    def __init__(self, count: int, columns: int, density: float = DENSITY) -> None:
-        from scipy.fft import next_fast_len
-
+    def __init__(self, count: int, columns: int) -> None:
         self.count = count
-        self.beta = math.pi * math.sqrt((WIDTH * (1.0 - 0.5 / density)) ** 2 - 0.8)
-        size = next_fast_len(max(math.ceil(density * count), 2 * WIDTH))
+        size, self.beta = grid_of(count, DENSITY)
         self.grid = np.zeros((size, columns), dtype=np.complex128)
 
     def add(self, frequency: FloatArray, weight: ComplexArray) -> None:
@@ -85,7 +82,7 @@ class GriddedTones:
         size, middle = len(self.grid), self.count // 2
         wave = ifft(self.grid, axis=0, norm="forward", workers=1)
         out = np.concatenate([wave[size - middle :], wave[: self.count - middle]])
-        out *= _correction(self.count, size, self.beta)[:, None]
+        out *= correction(self.count, size, self.beta)[:, None]
         return out
 
 
@@ -161,6 +158,23 @@ def _turned(xp: Any, cycles: Any) -> Any:
 # ── the window ────────────────────────────────────────────────────────────────────────────────
 
 
+def grid_of(count: int, density: float) -> tuple[int, float]:
+    """Points of a grid with ``density`` of them per sample, and the shape of the window there."""
+    from scipy.fft import next_fast_len
+
+    beta = math.pi * math.sqrt((WIDTH * (1.0 - 0.5 / density)) ** 2 - 0.8)
+    return next_fast_len(max(math.ceil(density * count), 2 * WIDTH)), beta
+
+
+def window_at(place: FloatArray, beta: float) -> tuple[IntArray, FloatArray]:
+    """The first of the points around each place, and the window there, ``(place, tap)``."""
+    edge = place - 0.5 * WIDTH
+    first = np.ceil(edge)
+    x = 2.0 * (first - edge) - 1.0
+    powers = x[:, None] ** np.arange(DEGREE + 1)
+    return first.astype(np.int64), powers @ _window_polynomials(beta)
+
+
 @lru_cache(maxsize=4)
 def _window_polynomials(beta: float) -> FloatArray:
     """Coefficients of the window about every tap, ``(power, tap)``.
@@ -176,7 +190,7 @@ def _window_polynomials(beta: float) -> FloatArray:
 
 
 @lru_cache(maxsize=128)
-def _correction(count: int, size: int, beta: float) -> FloatArray:
+def correction(count: int, size: int, beta: float) -> FloatArray:
     """What takes the window off every sample again."""
     return 1.0 / _window_spectrum((np.arange(count) - count // 2) / size, beta)
 

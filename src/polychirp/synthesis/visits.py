@@ -107,6 +107,7 @@ def columns_of(visits: Sequence[tuple[Visit, slice]]) -> Visits:
         return np.array(values, dtype=np.int64)
 
     return Visits(
+        part=column([v.part for v, _ in visits]),
         row=column([v.row for v, _ in visits]),
         ramp=column([v.ramp for v, _ in visits]),
         pair=column([v.pair for v, _ in visits]),

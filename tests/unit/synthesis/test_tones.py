@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 
 from polychirp.errors import InputError
-from polychirp.synthesis.tones import BlockTones, GriddedTones, tones_of
+from polychirp.synthesis.tones import (
+    WIDTH,
+    BlockTones,
+    GriddedTones,
+    grid_of,
+    tones_of,
+    window_at,
+)
 
 LIBRARIES = ["numpy", "array_api_strict", "cupy"]
 
@@ -65,3 +72,14 @@ def test_a_missing_library_is_named():
             tones_of("cupy")
     else:
         assert tones_of("cupy")(4, 1).count == 4
+
+
+def test_the_window_about_a_place_is_kaiser_and_bessels():
+    size, beta = grid_of(50, 2.0)
+    place = np.array([-3.2, 0.0, 7.5, 41.999])
+    first, window = window_at(place, beta)
+    off = first[:, None] + np.arange(WIDTH) - place[:, None]
+    expected = np.i0(beta * np.sqrt(np.maximum(1.0 - (2.0 * off / WIDTH) ** 2, 0.0))) / np.i0(beta)
+    assert size >= 100
+    assert np.abs(off).max() <= 0.5 * WIDTH
+    assert window == pytest.approx(expected, abs=1e-9)
