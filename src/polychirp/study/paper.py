@@ -14,6 +14,8 @@ import numpy as np
 from polychirp.errors import InputError
 from polychirp.frames import Pose
 from polychirp.model.detection import Detections
+from polychirp.model.paths import PropagationPaths
+from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
 from polychirp.receiver.chain import Receiver
 from polychirp.receiver.dissect import range_response
@@ -223,6 +225,34 @@ def run_paper(*, seed: int = 1, progress: Progress = silent) -> PaperResults:
         refresh_interval=first.refresh_interval,
         progress=progress,
     )
+    rows = _case_rows(scene, plans, snapshots, seed=seed, progress=progress)
+    correlation = run_correlation(seed=seed, progress=progress)
+    tables = _tables(rows)
+    return PaperResults(
+        seed=seed,
+        versions=versions(),
+        wall_time_s=time.perf_counter() - started,
+        rows=tables["rows"],
+        everyone=tables["everyone"],
+        consistent=tables["consistent"],
+        claims=paper_claims(radar_1="vehicle-1", radar_2="vehicle-2"),
+        conventional=plans["conventional", True][0],
+        diverse=plans["diverse", True][0],
+        scene=scene,
+        notes=_NOTES,
+        correlation=correlation,
+    )
+
+
+def _case_rows(
+    scene: Scene,
+    plans: Mapping[tuple[WaveformKind, bool], Sequence[RampSchedule]],
+    snapshots: Sequence[PropagationPaths],
+    *,
+    seed: int,
+    progress: Progress,
+) -> dict[Case, PaperRow]:
+    """What every case comes to on the same paths."""
     cases = list(paper_cases())
     rows: dict[Case, PaperRow] = {}
     for n, case in enumerate(cases):
@@ -253,22 +283,7 @@ def run_paper(*, seed: int = 1, progress: Progress = silent) -> PaperResults:
         )
         rows[case] = paper_row(case, found, receiver)
     progress("radars", len(cases), len(cases))
-    correlation = run_correlation(seed=seed, progress=progress)
-    tables = _tables(rows)
-    return PaperResults(
-        seed=seed,
-        versions=versions(),
-        wall_time_s=time.perf_counter() - started,
-        rows=tables["rows"],
-        everyone=tables["everyone"],
-        consistent=tables["consistent"],
-        claims=paper_claims(radar_1="vehicle-1", radar_2="vehicle-2"),
-        conventional=plans["conventional", True][0],
-        diverse=plans["diverse", True][0],
-        scene=scene,
-        notes=_NOTES,
-        correlation=correlation,
-    )
+    return rows
 
 
 def _tables(rows: Mapping[Case, PaperRow]) -> dict[str, tuple[PaperRow, ...]]:
