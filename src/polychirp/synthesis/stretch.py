@@ -41,7 +41,8 @@ from polychirp.synthesis.tones import tones_of
 from polychirp.synthesis.visits import Visit, columns_of, gaps, visits_of
 
 NEGLIGIBLE: Final = 3e-7
-"""What may be left out of a contribution, relative to its own strongest sample."""
+"""What may be left out of a contribution, relative to the rms of what its paths bring into the band
+where that is most, and so to about its strongest sample."""
 
 INAUDIBLE: Final = 1e-3
 """The same, relative to the rms of the victim's noise, where nothing comes into the band."""

@@ -43,7 +43,12 @@ def test_the_figure_has_a_curve_for_every_situation_and_the_papers_points() -> N
     drawing = detection_statistics(ROWS)
     panels = drawing.figure.axes
     labels = [text.get_text() for text in panels[-1].get_legend().get_texts()]
-    assert labels == ["conventional, two interferers", "diverse, two interferers", "the paper"]
+    assert labels == [
+        "conventional, two interferers",
+        "diverse, two interferers",
+        "their medians",
+        "the paper",
+    ]
     stars = [line for axes in panels for line in axes.lines if line.get_marker() == "*"]
     assert [(float(s.get_xdata()[0]), float(s.get_ydata()[0])) for s in stars] == [
         (10.0, 0.13),

@@ -7,6 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 
 from polychirp.report.figures.drawing import (
     BLUE,
@@ -78,7 +79,7 @@ def _curve(
 
 
 def _medians(axes: Axes, rows: Sequence[StatisticsRow], field: str) -> None:
-    """Hollow marks where half of the errors are smaller."""
+    """Dashes where half of the errors are smaller."""
     for waveform, colour in _COLOUR.items():
         some = [row for row in rows if row.waveform == waveform]
         axes.plot(
@@ -95,8 +96,11 @@ def _legend(all_axes: Sequence[Axes]) -> None:
     """In the panel that no curve needs."""
     handles, labels = all_axes[0].get_legend_handles_labels()
     (star,) = (line for line in all_axes[-2].lines if line.get_marker() == "*")
+    median = Line2D([], [], marker="_", markersize=9, color=GREY, linestyle="")
     all_axes[-1].axis("off")
-    all_axes[-1].legend([*handles, star], [*labels, "the paper"], loc="center", fontsize=8.5)
+    all_axes[-1].legend(
+        [*handles, median, star], [*labels, "their medians", "the paper"], loc="center", fontsize=8.5
+    )
     all_axes[1].axhline(0.0, color=GREY, linewidth=0.5)
 
 
