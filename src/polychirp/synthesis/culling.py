@@ -42,6 +42,12 @@ It raises the floor by 0.0004 dB. Less would keep far out-of-band neighbours for
 which a model's ramps begin and end, which no real transmitter makes."""
 
 
+_ROWS: Final = 1 << 16
+"""Ramps of ours times transmitters, at once: some 20 MB."""
+
+_SENT: Final = ("start_time", "end_time", "start_frequency", "stop_frequency", "slope")
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Audience:
     """Whom a victim hears.
@@ -123,16 +129,21 @@ def loudness(
     ears = _Ears.of(radar, own)
     chosen = nearest_snapshots(own, snapshots)
     reach = _reach(scene, own, snapshots, chosen, victim)
-    rms, closest = np.zeros(len(interferers)), np.full(len(interferers), math.inf)
-    for n, number in enumerate(interferers):
-        amplitude = reach.amplitude[chosen, number] * _root_power(
-            scene, victim, number, schedules[number].num_elements
-        )
-        if amplitude.any():
-            response, closest[n] = ears.response(
-                schedules[number], reach.earliest[number], reach.latest[number], reach.rate[number]
-            )
-            rms[n] = math.sqrt(float(np.sum((amplitude * response) ** 2)) / ears.num_samples)
+    number = np.asarray(interferers, dtype=np.int64)
+    loudest = reach.amplitude[:, number].max(axis=0, initial=0.0)
+    rms, closest = np.zeros(number.size), np.full(number.size, math.inf)
+    step = max(1, _ROWS // own.num_ramps)
+    audible = np.flatnonzero(loudest > 0.0)
+    for begin in range(0, audible.size, step):
+        n = audible[begin : begin + step]
+        sent = [schedules[i] for i in number[n]]
+        response, closest[n] = ears.response(_Crowd.of(sent, reach, number[n]))
+        root_power = [
+            _root_power(scene, victim, i, plan.num_elements)
+            for i, plan in zip(number[n], sent, strict=True)
+        ]
+        volts = reach.amplitude[chosen][:, number[n]].T * np.array(root_power)[:, None] * response
+        rms[n] = np.sqrt(np.sum(volts**2, axis=1) / ears.num_samples)
     return Loudness(rms=rms, closest=closest)
 
 
@@ -208,6 +219,41 @@ def _root_power(scene: Scene, victim: int, transmitter: int, num_elements: int) 
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class _Crowd:
+    """Transmitters side by side, their ramps end to end; what their paths do at most ``(n, 1)``."""
+
+    schedules: Sequence[RampSchedule]
+    earliest: FloatArray
+    latest: FloatArray
+    rate: FloatArray
+
+    @classmethod
+    def of(cls, schedules: Sequence[RampSchedule], reach: _Reach, number: IntArray) -> _Crowd:
+        at = number[:, None]
+        return cls(schedules, reach.earliest[at], reach.latest[at], reach.rate[at])
+
+    def ramps(self, name: str) -> FloatArray:
+        return np.concatenate([getattr(plan, name) for plan in self.schedules])
+
+    def met(self, begin: FloatArray, end: FloatArray) -> tuple[IntArray, IntArray]:
+        """First ramp, and number of them, that reach a receiver from begin to end ``(n, k)``."""
+        first = np.array(
+            [
+                np.searchsorted(plan.end_time, early)
+                for plan, early in zip(self.schedules, begin - self.latest, strict=True)
+            ]
+        )
+        after = np.array(
+            [
+                np.searchsorted(plan.start_time, late, side="right")
+                for plan, late in zip(self.schedules, end - self.earliest, strict=True)
+            ]
+        )
+        size = np.array([plan.num_ramps for plan in self.schedules])
+        return first + (np.cumsum(size) - size)[:, None], np.maximum(after - first, 0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class _Ears:
     """What of other transmitters can reach the victim's samples, ramp by ramp."""
 
@@ -238,54 +284,55 @@ class _Ears:
     def num_samples(self) -> int:
         return int(self.times.num_samples.sum())
 
-    def response(
-        self, sent: RampSchedule, earliest: float, latest: float, rate: float
-    ) -> tuple[FloatArray, float]:
+    def response(self, crowd: _Crowd) -> tuple[FloatArray, FloatArray]:
         """Root of the energy of each ramp's samples for a path of 1 V, and the closest beat."""
-        first = np.searchsorted(sent.end_time, self.begin - latest)
-        count = np.searchsorted(sent.start_time, self.end - earliest, side="right") - first
-        count = np.maximum(count, 0)
-        k = np.repeat(np.arange(count.size), count)
-        i = first[k] + np.arange(k.size) - np.repeat(np.cumsum(count) - count, count)
-        closest = np.full(count.size, math.inf)
-        np.minimum.at(closest, k, self._beat(sent, k, i, earliest, latest, rate))
-        bend = np.zeros(count.size)
-        slope = np.abs(self.own.slope[k]) + np.abs(sent.slope[i]) * (1.0 + rate) ** 2
-        np.maximum.at(bend, k, slope)
-        ends = self.own_ends.copy()
-        np.add.at(ends, k, sent.start_time[i] >= self.begin[k] - latest)
-        np.add.at(ends, k, sent.end_time[i] <= self.end[k] - earliest)
-        energy = self.norms.root_energy(closest, bend, ends, self.times.num_samples)
-        return np.where(count > 0, energy, 0.0), float(closest.min())
+        shape = (len(crowd.schedules), self.begin.size)
+        first, count = crowd.met(self.begin, self.end)
+        # one row for each meeting of a transmitter's ramp i with a ramp k of ours
+        cell = np.repeat(np.arange(count.size), count.ravel())
+        i = np.arange(cell.size) + np.repeat(
+            first.ravel() - (np.cumsum(count) - count.ravel()), count.ravel()
+        )
+        n, k = np.divmod(cell, self.begin.size)
+        sent = {name: crowd.ramps(name)[i] for name in _SENT}
+        earliest, latest, rate = (
+            value[n, 0] for value in (crowd.earliest, crowd.latest, crowd.rate)
+        )
+        closest, bend = np.full(count.size, math.inf), np.zeros(count.size)
+        np.minimum.at(closest, cell, self._beat(k, sent, earliest, latest, rate))
+        slope = np.abs(self.own.slope[k]) + np.abs(sent["slope"]) * (1.0 + rate) ** 2
+        np.maximum.at(bend, cell, slope)
+        ends = (sent["start_time"] >= self.begin[k] - latest).astype(np.int64)
+        ends += sent["end_time"] <= self.end[k] - earliest
+        all_ends = self.own_ends + np.bincount(cell, ends, count.size).reshape(shape)
+        energy = self.norms.root_energy(
+            closest.reshape(shape), bend.reshape(shape), all_ends, self.times.num_samples
+        )
+        return np.where(count > 0, energy, 0.0), closest.reshape(shape).min(axis=1)
 
     def _beat(
         self,
-        sent: RampSchedule,
         k: IntArray,
-        i: IntArray,
-        earliest: float,
-        latest: float,
-        rate: float,
+        sent: dict[str, FloatArray],
+        earliest: FloatArray,
+        latest: FloatArray,
+        rate: FloatArray,
     ) -> FloatArray:
         """Least magnitude of f_v(t) − f_i(t − τ), linear in t and τ, over a rectangle of both."""
-        own = self.own
-        begin = np.maximum(self.begin[k], sent.start_time[i] + earliest)
-        end = np.minimum(self.end[k], sent.end_time[i] + latest)
-        corners = np.stack(
-            [
-                own.start_frequency[k]
-                + own.slope[k] * (t - own.start_time[k])
-                - sent.start_frequency[i]
-                - sent.slope[i] * (t - delay - sent.start_time[i])
-                for t in (begin, end)
-                for delay in (earliest, latest)
-            ]
-        )
-        low, high = corners.min(axis=0), corners.max(axis=0)
-        away = np.where(low * high <= 0.0, 0.0, np.minimum(np.abs(low), np.abs(high)))
-        highest = np.maximum(sent.start_frequency[i], sent.stop_frequency[i])
+        own, spread = self.own, latest - earliest
+        begin = np.maximum(self.begin[k], sent["start_time"] + earliest)
+        end = np.minimum(self.end[k], sent["end_time"] + latest)
+        apart = own.start_frequency[k] - sent["start_frequency"]
+        apart += sent["slope"] * (sent["start_time"] + earliest) - own.slope[k] * own.start_time[k]
+        drift = own.slope[k] - sent["slope"]
+        at_begin, at_end = apart + drift * begin, apart + drift * end
+        later = sent["slope"] * spread
+        low = np.minimum(at_begin, at_end) + np.minimum(later, 0.0)
+        high = np.maximum(at_begin, at_end) + np.maximum(later, 0.0)
+        away = np.maximum(np.maximum(low, -high), 0.0)
+        highest = np.maximum(sent["start_frequency"], sent["stop_frequency"])
         # the rectangle may reach past a ramp by the spread of delays
-        highest = highest + np.abs(sent.slope[i]) * (latest - earliest)
+        highest = highest + np.abs(later)
         return np.asarray(np.maximum(away - rate * highest, 0.0))
 
 
