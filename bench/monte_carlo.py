@@ -4,11 +4,13 @@
 
 runs the same trials of the small study by one worker and by two, in turn, and prints trials per
 second, their ratio over the number of workers, and what the machine itself allows: the same for
-two plain loops that share nothing. "busy" is the share of their time that the two workers spend in
-trials; unlike the ratio, it means something on a machine that has other work too. Workers are
-timed from their first outcomes on; the seconds that they need to begin are printed apart.
+two plain loops of one thread each that share nothing. "busy" is the share of their time that the
+two workers spend in trials; unlike the ratio, it means something on a machine that has other work
+too. Workers are timed from their first outcomes on; the seconds that they need to begin are
+printed apart.
 """
 
+import os
 import subprocess
 import sys
 import tempfile
@@ -22,7 +24,7 @@ from polychirp.study.monte_carlo.executor import LocalWorkers
 from polychirp.study.monte_carlo.grid import trial_seed
 from polychirp.study.monte_carlo.plan import Plan
 from polychirp.study.monte_carlo.run import run_plan
-from polychirp.study.monte_carlo.tasks import Task
+from polychirp.study.monte_carlo.tasks import ONE_THREAD, Task
 from polychirp.testing.small_study import SMALL_GRID, SMALL_STUDY
 
 LOOP = """
@@ -71,6 +73,7 @@ def loop_rate(file: Path, *, loops: int, trials: int) -> float:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
+            env=os.environ | ONE_THREAD,
         )
         for _ in range(loops)
     ]

@@ -9,7 +9,7 @@ import shutil
 import sys
 from collections import Counter
 from dataclasses import replace
-from itertools import islice
+from itertools import islice, product
 from pathlib import Path
 
 import numpy as np
@@ -256,9 +256,16 @@ def test_a_trial_that_fails_is_told_with_the_command_that_repeats_it(plan, tmp_p
     assert set(again.ran) == {(2, 5)}
 
 
+def test_points_of_one_trial_follow_each_other(plan, tmp_path):
+    """They share random numbers, and what a worker keeps of them."""
+    executor = MadeUp(ahead=1)
+    finish(plan, tmp_path, executor)
+    assert list(executor.ran) == [(p, n) for n in range(plan.trials) for p in range(4)]
+
+
 def test_when_everything_fails_the_rest_is_not_tried(plan, tmp_path):
     executor = MadeUp(ahead=1)
-    executor.failing = {(0, n) for n in range(plan.trials)}
+    executor.failing = set(product(range(len(plan.points)), range(plan.trials)))
     with pytest.raises(RunError, match=f"{GIVE_UP} trials failed"):
         finish(plan, tmp_path, executor)
     assert sum(executor.ran.values()) == GIVE_UP

@@ -10,6 +10,7 @@ from collections import Counter, deque
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
 from queue import SimpleQueue
 from threading import Thread
@@ -35,7 +36,9 @@ class LocalWorkers:
     """So many worker processes; one that dies is replaced, and its trial runs again.
 
     A trial goes to a worker when it is free, and its outcome comes back at once. The worker does
-    its tasks in their order, so that when it dies it is known of which.
+    its tasks in their order, so that when it dies it is known of which. Tasks of one trial number
+    that follow each other stay with one worker as long as there are others for the rest: they have
+    their random numbers in common, and with them much that is worked out once.
 
     Parameters
     ----------
@@ -70,7 +73,7 @@ class _Pool:
 
     def __init__(self, studies: Sequence[Study], tasks: Iterator[Task], *, count: int) -> None:
         self._studies = tuple(studies)
-        self._tasks = tasks
+        self._trials = (group for _, group in groupby(tasks, key=lambda task: task.trial))
         self._again: deque[Task] = deque()
         self._deaths: Counter[Task] = Counter()
         self._news: SimpleQueue[tuple[_Worker, Any]] = SimpleQueue()
@@ -100,10 +103,19 @@ class _Pool:
     def _feed(self, worker: _Worker) -> None:
         """Give a worker what keeps it busy."""
         while len(worker.at) < (2 if self._duration < _SHORT else 1):
-            task = self._again.popleft() if self._again else next(self._tasks, None)
+            task = self._again.popleft() if self._again else self._next_of(worker)
             if task is None:
                 return
             worker.give(task)
+
+    def _next_of(self, worker: _Worker) -> Task | None:
+        """Of the trial it is at; of a new one; or the last that another has before it."""
+        if not worker.ahead:
+            worker.ahead.extend(next(self._trials, ()))
+        if worker.ahead:
+            return worker.ahead.popleft()
+        busiest = max(self._workers, key=lambda other: len(other.ahead))
+        return busiest.ahead.pop() if busiest.ahead else None
 
     def _bury(self, worker: _Worker) -> Iterator[Outcome]:
         """Put another in the place of a dead worker; its trials run again."""
@@ -126,16 +138,21 @@ class _Pool:
             else:
                 yield Outcome(task=culprit, victims=None, failure=f"{PATIENCE} workers died of it")
         successor = _Worker(self._studies, self._news)
+        successor.ahead.extend(worker.ahead)
         self._workers.append(successor)
         for one in self._workers:
             self._feed(one)
 
 
 class _Worker:
-    """A process, and the threads that talk to it so that nobody waits for anybody."""
+    """A process, and the threads that talk to it so that nobody waits for anybody.
+
+    ``at`` it has been given, ``ahead`` are tasks of the same trial that it is to get.
+    """
 
     def __init__(self, studies: Sequence[Study], news: SimpleQueue[tuple[_Worker, Any]]) -> None:
         self.at: deque[Task] = deque()
+        self.ahead: deque[Task] = deque()
         self.is_ready = False
         self._inbox: SimpleQueue[Any] = SimpleQueue()
         self._process = subprocess.Popen(

@@ -14,7 +14,7 @@ from polychirp.study.monte_carlo.grid import trial_seed
 from polychirp.study.monte_carlo.plan import Plan
 from polychirp.study.monte_carlo.records import TrialLog, TrialRecord, read_records, trial_log
 from polychirp.study.monte_carlo.results import Results, gather, save_results
-from polychirp.study.monte_carlo.stopping import BLOCK, Stopping, counts_of
+from polychirp.study.monte_carlo.stopping import Stopping, counts_of
 from polychirp.study.monte_carlo.tables import save_tables
 from polychirp.study.monte_carlo.tasks import Executor, Outcome, Task
 from polychirp.study.provenance import Provenance
@@ -136,14 +136,12 @@ class _Run:
                         break
 
     def _tasks(self) -> Iterator[Task]:
-        """A block of every point, then the next of those that go on."""
-        plan = self._plan
-        for start in range(0, plan.trials, BLOCK):
-            for number in range(len(plan.points)):
-                for trial in range(start, min(start + BLOCK, plan.trials)):
-                    if trial < self._stopping.limit[number] and (number, trial) not in self._known:
-                        seed = trial_seed(plan.origin.seed, trial)
-                        yield Task(point=number, trial=trial, seed=seed)
+        """Trial by trial, each of all points that still go on."""
+        for trial in range(self._plan.trials):
+            seed = trial_seed(self._plan.origin.seed, trial)
+            for point, limit in enumerate(self._stopping.limit):
+                if trial < limit and (point, trial) not in self._known:
+                    yield Task(point=point, trial=trial, seed=seed)
 
     def _take(self, outcome: Outcome) -> None:
         task = outcome.task
