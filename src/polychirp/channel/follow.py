@@ -25,6 +25,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Final, Protocol, runtime_checkable
 
 import numpy as np
@@ -41,12 +42,10 @@ from polychirp.channel.base import (
 )
 from polychirp.model.paths import PropagationPaths
 from polychirp.model.scene import Scene
+from polychirp.threads import side_by_side
 
 if TYPE_CHECKING:
     from polychirp.channel.world import World
-
-ERROR: Final = 1e-3
-"""Power that may be wrong between two traces, relative to that of a part between two radars."""
 
 FAINT_ECHO: Final = 1e-4
 """Power of errors of one part, relative to all of a radar's own echoes.
@@ -213,10 +212,14 @@ class _Frame:
         strongest = strongest_of_pair(whole, power, len(self.scenes[0].radars))
         faint = _faint(_of_pairs(whole, power, len(strongest)))
         rows = []
-        for number, (part, begin) in enumerate(zip(self.parts, first, strict=True)):
-            progress(number * len(self.times), total)
-            rows.append(self._row(part, begin, faint, strongest))
-        progress(total, total)
+        for row in side_by_side(
+            [
+                partial(self._row, part, begin, faint, strongest)
+                for part, begin in zip(self.parts, first, strict=True)
+            ]
+        ):
+            rows.append(row)
+            progress(len(rows) * len(self.times), total)
         return tuple(
             without_weak(gather([row.at(k) for row in rows]), moment, self.tracer.dynamic_range)
             for k, moment in enumerate(self.scenes)
@@ -240,20 +243,22 @@ class _Frame:
         last = len(self.times) - 1
         row = _Row(self.times, len(faint))
         row.add(0, self.pairs, begin)
-        due = np.minimum(self._steps(begin, self.scenes[0], faint), last)
+        due = np.minimum(self._steps(part, begin, self.scenes[0], faint), last)
         for number in range(1, last + 1):
             pairs = self.pairs[due[self.pairs[:, 0], self.pairs[:, 1]] == number]
             if not len(pairs):
                 continue
             found = part.trace(self.worlds[number], pairs, strongest)
             row.add(number, pairs, found)
-            steps = self._steps(found, self.scenes[number], faint)
+            steps = self._steps(part, found, self.scenes[number], faint)
             # on a grid, so that pairs with different steps are traced together
             next_due = np.minimum((number // steps + 1) * steps, last)
             due = np.where(due == number, next_due, due)
         return row
 
-    def _steps(self, paths: PropagationPaths, scene: Scene, faint: FloatArray) -> IntArray:
+    def _steps(
+        self, part: Part, paths: PropagationPaths, scene: Scene, faint: FloatArray
+    ) -> IntArray:
         """After how many times each pair is to be traced again, ``(transmitter, receiver)``.
 
         The same both ways round, which are traced together.
@@ -261,7 +266,7 @@ class _Frame:
         grid = float(self.times[1] - self.times[0]) if len(self.times) > 1 else LONGEST
         step = max(1, int(LONGEST / grid * (1 + 1e-9)))
         power = strength(paths, scene)
-        allowed = np.maximum(ERROR * _of_pairs(paths, power, len(faint)), faint)
+        allowed = np.maximum(part.error * _of_pairs(paths, power, len(faint)), faint)
         steps = np.full(faint.shape, step)
         while step > 1:
             wrong = stated_error(step * grid / paths.coherence_time)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from polychirp.channel.base import RayTracer
 from polychirp.channel.follow import follow
@@ -37,6 +38,7 @@ from polychirp.study.spec import (
 from polychirp.synthesis.base import synthesize
 from polychirp.synthesis.oscillating import Oscillating
 from polychirp.synthesis.stretch import Stretch
+from polychirp.threads import side_by_side
 
 Progress = Callable[[str, int, int], None]
 """Told what is being done, how many steps of it are done, and of how many."""
@@ -78,8 +80,8 @@ def run_trial(study: Study, *, progress: Progress = silent) -> Trial:
     streams = Streams(study.seed)
     scene = scene_of(study)
     plans = schedules(study)
-    for victim in victim_indices(study):
-        code_blocks(plans[victim])  # a code that cannot be told apart is refused before the work
+    for number in victim_indices(study):
+        code_blocks(plans[number])  # a code that cannot be told apart is refused before the work
     snapshots = trace_frame(
         study.tracer,
         scene,
@@ -89,25 +91,27 @@ def run_trial(study: Study, *, progress: Progress = silent) -> Trial:
         progress=progress,
     )
     engine = Oscillating(inner=Stretch(), streams=streams)
-    victims = []
-    for n, victim in enumerate(victim_indices(study)):
-        radar = study.radars[victim]
-        progress("radars", n, len(victim_indices(study)))
+
+    def heard(victim: int) -> Victim:
         frame, parts = synthesize(
             engine, scene, plans, snapshots, victim=victim, interferers=None, streams=streams
         )
-        victims.append(
-            judged(
-                study.receiver,
-                scene,
-                snapshots,
-                victim=victim,
-                frame=frame,
-                parts=parts,
-                targets=target_names(study, radar),
-            )
+        return judged(
+            study.receiver,
+            scene,
+            snapshots,
+            victim=victim,
+            frame=frame,
+            parts=parts,
+            targets=target_names(study, study.radars[victim]),
         )
-    progress("radars", len(victims), len(victims))
+
+    victims: list[Victim] = []
+    listening = [partial(heard, victim) for victim in victim_indices(study)]
+    progress("radars", 0, len(listening))
+    for victim in side_by_side(listening):
+        victims.append(victim)
+        progress("radars", len(victims), len(listening))
     return Trial(scene=scene, snapshots=snapshots, victims=tuple(victims))
 
 
