@@ -10,12 +10,14 @@ import subprocess
 import sys
 import time
 from collections import Counter
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
 from polychirp.cli.app import main
 from polychirp.config.monte_carlo import load_plan
+from polychirp.errors import InputError
 from polychirp.study.monte_carlo import executor as local
 from polychirp.study.monte_carlo.dask_executor import DaskWorkers
 from polychirp.study.monte_carlo.executor import LocalWorkers
@@ -232,6 +234,7 @@ def test_a_local_cluster_gives_the_same_bytes(plan, alone, tmp_path):
 
 SBATCH = """#!/bin/sh
 # a queue that is always empty: the job starts at once, and tells its number
+[ "$1" = --test-only ] && exit 0
 cp "$1" "$0.job"
 setsid sh "$0.job" >/dev/null 2>&1 &
 echo "Submitted batch job $!"
@@ -250,6 +253,49 @@ def test_jobs_of_a_queue_give_the_same_bytes(plan, alone, tmp_path, monkeypatch)
     run_plan(plan, folder=tmp_path / "out", executor=executor, progress=silent)
     assert (tmp_path / "sbatch.job").exists()
     assert files(tmp_path / "out") == files(alone)
+
+
+def slurm_answers():
+    with suppress(FileNotFoundError, subprocess.SubprocessError):
+        subprocess.run(["sinfo"], check=True, capture_output=True, timeout=20)
+        return True
+    return False
+
+
+@pytest.mark.filterwarnings("default")
+def test_slurm_gives_the_same_bytes(plan, alone, tmp_path):
+    pytest.importorskip("dask_jobqueue", reason="dask-jobqueue is not installed (extra 'cluster')")
+    if not slurm_answers():
+        pytest.skip("no SLURM answers here")
+    executor = DaskWorkers(cluster="slurm", count=2)
+    run_plan(plan, folder=tmp_path, executor=executor, progress=silent)
+    assert files(tmp_path) == files(alone)
+
+
+@pytest.mark.filterwarnings("default")
+def test_a_queue_that_refuses_the_job_is_told_in_its_own_words(plan, tmp_path, monkeypatch):
+    pytest.importorskip("dask_jobqueue", reason="dask-jobqueue is not installed (extra 'cluster')")
+    refusal = "sbatch: error: Memory specification can not be satisfied"
+    (tmp_path / "sbatch").write_text(f"#!/bin/sh\necho '{refusal}' >&2; exit 1\n", encoding="utf-8")
+    (tmp_path / "sbatch").chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
+    executor = DaskWorkers(cluster="slurm", count=1)
+    with pytest.raises(InputError, match="SLURM refuses the job: Memory specification") as caught:
+        run_plan(plan, folder=tmp_path / "out", executor=executor, progress=silent)
+    assert "jobqueue.slurm" in str(caught.value)
+
+
+@pytest.mark.filterwarnings("default")
+def test_without_slurm_the_way_out_is_named(plan, tmp_path, monkeypatch):
+    pytest.importorskip("dask_jobqueue", reason="dask-jobqueue is not installed (extra 'cluster')")
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(InputError, match="there is no sbatch here"):
+        run_plan(
+            plan,
+            folder=tmp_path / "out",
+            executor=DaskWorkers(cluster="slurm", count=1),
+            progress=silent,
+        )
 
 
 @pytest.mark.filterwarnings("default")

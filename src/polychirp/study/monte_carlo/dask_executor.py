@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import pickle
+import subprocess
 from collections import deque
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from importlib.util import find_spec
 from itertools import islice
+from tempfile import NamedTemporaryFile
 from typing import Any, Final
 
 from polychirp.errors import CapabilityError, InputError, RunError
@@ -57,6 +59,11 @@ class DaskWorkers:
                 "'pip install polychirp[cluster]' installs them, and --workers does without"
             )
 
+    @property
+    def _patience(self) -> float | None:
+        """S, to wait for the first worker; a queue takes its time."""
+        return None if self.cluster == "slurm" else 600.0
+
     def run(
         self, studies: Sequence[Study], tasks: Iterator[Task]
     ) -> Generator[Outcome, None, None]:
@@ -65,14 +72,14 @@ class DaskWorkers:
         Raises
         ------
         RunError
-            The cluster cannot be reached, or is lost.
+            The cluster cannot be reached, refuses the job, or is lost.
         """
         from distributed import Client
 
         with ExitStack() as stack:
             try:
                 client = stack.enter_context(Client(_address(self, stack), timeout=30))
-                client.wait_for_workers(1, timeout=600)
+                client.wait_for_workers(1, timeout=self._patience)
             except (OSError, TimeoutError) as error:
                 raise RunError(f"the cluster '{self.cluster}' cannot be used: {error}") from error
             yield from _Batches(client, studies, tasks).outcomes()
@@ -109,10 +116,32 @@ def _address(workers: DaskWorkers, stack: ExitStack) -> Any:
                 job_script_prologue=[f"export {k}={v}" for k, v in ONE_THREAD.items()],
             )
         )
+        _check_job(cluster.job_script())
         # unlike scale, it replaces jobs that end
         cluster.adapt(minimum=workers.count, maximum=workers.count)
         return cluster
     return workers.cluster
+
+
+def _check_job(script: str) -> None:
+    """Ask SLURM whether it would take the job: those that it refuses are tried for ever."""
+    with NamedTemporaryFile("w", suffix=".sh", encoding="utf-8") as file:
+        file.write(script)
+        file.flush()
+        try:
+            asked = subprocess.run(
+                ["sbatch", "--test-only", file.name], capture_output=True, text=True, check=False
+            )
+        except FileNotFoundError:
+            raise InputError(
+                "--cluster slurm: there is no sbatch here; run it where SLURM's commands are"
+            ) from None
+    if asked.returncode != 0:
+        why = " ".join(asked.stderr.split()).removeprefix("sbatch: error: ")
+        raise InputError(
+            f"--cluster slurm: SLURM refuses the job: {why}. Queue, account, memory and time "
+            "are set in dask-jobqueue's configuration, under jobqueue.slurm"
+        )
 
 
 class _Batches:
