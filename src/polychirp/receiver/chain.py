@@ -17,8 +17,9 @@ from polychirp.model.if_frame import IfFrame
 from polychirp.receiver.angle import bartlett, capon, root_music
 from polychirp.receiver.band import BINS, Band, band_of
 from polychirp.receiver.beamform import orthogonal_sines, steering
-from polychirp.receiver.coherence import coherence
+from polychirp.receiver.coherence import LEAST_COHERENCE, UNFITTED, coherence, is_on_both_halves
 from polychirp.receiver.coherent import ONE_POINT, coherent_steps, read_points
+from polychirp.receiver.grouping import Body, merged
 from polychirp.receiver.joint import Grid
 from polychirp.receiver.live_map import LiveMap, strongest_peaks
 from polychirp.receiver.mitigation import AnyMitigation
@@ -28,11 +29,6 @@ from polychirp.receiver.refine import motion_steps, range_and_rate_from_beats
 from polychirp.receiver.threshold import log_threshold_above_floor
 from polychirp.receiver.turning import brought_to_start
 from polychirp.units import Metres, MetresPerSecond, Ratio, from_db
-
-LEAST_COHERENCE = 0.4
-"""Asked of a point's ramps (`coherence`). Of 4000 drawn each: noise stays below 0.19; one point,
-whatever beats leave open, above 0.88; a pair of two echoes' ramps has a median of 0.26 with equal
-slopes (8 % above 0.4, 17 % above 0.35) and 0.21 with diverse ones (1 % above 0.4)."""
 
 BEARINGS: Final = {"root-music": root_music, "bartlett": bartlett, "capon": capon}
 
@@ -66,6 +62,7 @@ class Receiver(Spec):
     least_range, greatest_range, greatest_speed : m and m/s, limits of the map
     most_detections : stop when there are so many
     angle : how a claim's bearing is found: by root-MUSIC or by Bartlett's or Capon's beamformer
+    grouping : what makes several points one body, and one claim; None for a claim per point
     """
 
     mitigation: AnyMitigation | None = None
@@ -76,6 +73,7 @@ class Receiver(Spec):
     greatest_speed: MetresPerSecond = 32.0
     most_detections: int = 150
     angle: Literal["root-music", "bartlett", "capon"] = "root-music"
+    grouping: Body | None = None
 
     def __post_init__(self) -> None:
         if not 0 < self.false_alarm_probability < 0.1:
@@ -96,7 +94,8 @@ class Receiver(Spec):
         search = _Search(self, frame)
         while search.next_points():
             pass
-        return search.detections()
+        found = search.detections()
+        return found if self.grouping is None else merged(found, self.grouping)
 
 
 class _Search:
@@ -218,11 +217,14 @@ class _Search:
         coherent = self._coherence(amplitude, motion)
         unsure = np.flatnonzero((coherent < ONE_POINT) & (coherent >= 0.5 * LEAST_COHERENCE))
         bent = self._bent(motion[unsure], amplitude[unsure])
-        again = self._coherence(self.band.match(self.residual, self._phases(bent)), bent)
+        matched = self.band.match(self.residual, self._phases(bent))
+        again = self._coherence(matched, bent)
         is_better = again > coherent[unsure]
         motion[unsure[is_better]] = bent[is_better]
+        amplitude[unsure[is_better]] = matched[is_better]
         coherent[unsure[is_better]] = again[is_better]
         is_point = coherent >= LEAST_COHERENCE
+        is_point[is_point] = self._is_whole(amplitude[is_point], motion[is_point], UNFITTED)
         self.motion = np.vstack([self.motion, motion[is_point]])
         self.floor = np.append(self.floor, floor[cells[:, 1], beam][is_point])
         return is_point
@@ -232,6 +234,20 @@ class _Search:
         middle = schedule.start_time + 0.5 * schedule.duration
         turn = self._high_pass_turn(motion)
         return coherence(amplitude * turn, schedule.centre_frequency, middle)
+
+    def _is_whole(
+        self, amplitude: ComplexArray, motion: FloatArray, share: float = 1.0
+    ) -> BoolArray:
+        """Points on up- and down-ramps; those that are not are arms of something else."""
+        schedule = self.frame.schedule
+        return is_on_both_halves(
+            amplitude * self._high_pass_turn(motion),
+            schedule.centre_frequency,
+            schedule.start_time + 0.5 * schedule.duration,
+            slope=schedule.slope,
+            present=np.sum(self.presence, axis=1) / np.sum(self.frame.times.is_sample, axis=1),
+            share=share,
+        )
 
     def _bent(self, motion: FloatArray, amplitude: ComplexArray) -> FloatArray:
         """Motions with the accelerations that their own beats ask for, as of what passes near."""
@@ -283,8 +299,20 @@ class _Search:
 
     def _is_point(self) -> BoolArray:
         """Points that are still one when the others are fitted with them, ``(point,)``."""
-        is_loud = self.excess() >= self.threshold
-        return is_loud & (self._coherence(self.amplitude, self.motion) >= LEAST_COHERENCE)
+        is_point = self.excess() >= self.threshold
+        is_point &= self._coherence(self.amplitude, self.motion) >= LEAST_COHERENCE
+        is_point[is_point] = self._is_whole(self.amplitude[is_point], self.motion[is_point])
+        return is_point
+
+    def _is_in_map(self) -> BoolArray:
+        """Points within the receiver's limits, ``(point,)``.
+
+        What is just beyond them is found at the edge or by its arms, and moves there as it is
+        fitted: it is taken out, and not claimed.
+        """
+        limits, (distance, rate, _) = self.receiver, self.motion.T
+        is_near = (distance >= limits.least_range) & (distance <= limits.greatest_range)
+        return np.asarray(is_near & (np.abs(rate) <= limits.greatest_speed))
 
     def _keep(self, which: BoolArray) -> None:
         self.motion = self.motion[which]
@@ -326,12 +354,13 @@ class _Search:
         )
 
     def detections(self) -> Detections:
-        """Points as claims, those dropped that only mend a stronger one's skirt."""
+        """Points of the map as claims, but for those that only mend a stronger one's skirt."""
         self._keep(self._is_point())
         snapshots = self._cohere()
         power = np.mean(np.abs(self.amplitude) ** 2, axis=(1, 2))
         distance, rate = self.motion[:, 0], self.motion[:, 1]
         kept = resolved(self.frame, distance=distance, range_rate=rate, power=power)
+        kept = kept[self._is_in_map()[kept]]
         sines = BEARINGS[self.receiver.angle](
             snapshots[kept],
             spacing=self.frame.array.spacing * self.frequency / SPEED_OF_LIGHT,

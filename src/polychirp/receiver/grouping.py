@@ -1,8 +1,9 @@
-"""Detections of one body made one object: clusters in place and range rate."""
+"""Detections of one body made one claim: clusters in place and range rate."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -23,15 +24,20 @@ class Body(Spec):
     range_rate : m/s, between neighbours: of one motion, seen under a few degrees' difference,
         and as wheels and gestures vary
     extent : m, between any two of its detections; a long car by default
+    place : where the body is said to be, and how fast: at its nearest detection, at its strongest
+        or at the mean of all, weighted by power
     """
 
     gap: Metres = 2.0
     range_rate: MetresPerSecond = 1.0
     extent: Metres = 5.5
+    place: Literal["nearest", "strongest", "mean"] = "strongest"
 
     def __post_init__(self) -> None:
         if not (self.gap > 0 and self.range_rate > 0 and self.extent > 0):
             raise InputError("a body's gap, range rate and extent must be positive")
+        if self.place not in ("nearest", "strongest", "mean"):
+            raise InputError(f"a body's place '{self.place}' is none of nearest, strongest, mean")
 
 
 def objects(detections: Detections, body: Body | None = None) -> IntArray:
@@ -61,28 +67,44 @@ def objects(detections: Detections, body: Body | None = None) -> IntArray:
     return number
 
 
-def merged(detections: Detections, number: IntArray) -> Detections:
-    """One claim per object: mean place and rate, weighted by power; total power; greatest SNR.
+def merged(detections: Detections, body: Body | None = None) -> Detections:
+    """One claim per object of `objects`: its place and rate, its total power, its greatest SNR.
 
-    ``number`` as from `objects`.
+    Examples
+    --------
+    >>> found = Detections(
+    ...     time=0.0, range=[10.0, 20.0, 11.5], range_rate=[-5.0, 3.0, -5.2],
+    ...     azimuth=[0.0, 0.1, 0.05], power=[3.0, 2.0, 1.0], snr=[9.0, 8.0, 7.0])
+    >>> one = merged(found)
+    >>> one.range, one.power
+    (array([10., 20.]), array([4., 2.]))
     """
-    groups = [np.flatnonzero(number == n) for n in range(int(number.max(initial=-1)) + 1)]
-    power = np.array([detections.power[g].sum() for g in groups])
-    weights = [detections.power[g] / detections.power[g].sum() for g in groups]
-    place = [
-        np.sum(w * detections.range[g] * np.exp(1j * detections.azimuth[g]))
-        for w, g in zip(weights, groups, strict=True)
-    ]
-    rate = [w @ detections.range_rate[g] for w, g in zip(weights, groups, strict=True)]
+    body = body or Body()
+    number = objects(detections, body)
+    members = [np.flatnonzero(number == n) for n in range(int(number.max(initial=-1)) + 1)]
+    power = np.array([detections.power[m].sum() for m in members], dtype=np.float64)
     order = np.argsort(-power, kind="stable")
+    claims = np.array([_claim(detections, members[n], body) for n in order]).reshape(-1, 3)
     return Detections(
         time=detections.time,
-        range=np.abs(np.array(place, dtype=np.complex128))[order],
-        range_rate=np.array(rate, dtype=np.float64)[order],
-        azimuth=np.angle(np.array(place, dtype=np.complex128))[order],
+        range=claims[:, 0],
+        range_rate=claims[:, 1],
+        azimuth=claims[:, 2],
         power=power[order],
-        snr=np.array([detections.snr[g].max() for g in groups], dtype=np.float64)[order],
+        snr=np.array([detections.snr[members[n]].max() for n in order], dtype=np.float64),
     )
+
+
+def _claim(detections: Detections, members: IntArray, body: Body) -> tuple[float, float, float]:
+    """Range, range rate and azimuth of one object."""
+    distance, azimuth = detections.range[members], detections.azimuth[members]
+    power, rate = detections.power[members], detections.range_rate[members]
+    if body.place == "mean":
+        weight = power / power.sum()
+        place = weight @ (distance * np.exp(1j * azimuth))
+        return float(np.abs(place)), float(weight @ rate), float(np.angle(place))
+    n = int(np.argmin(distance) if body.place == "nearest" else np.argmax(power))
+    return float(distance[n]), float(rate[n]), float(azimuth[n])
 
 
 def _distances(detections: Detections) -> FloatArray:

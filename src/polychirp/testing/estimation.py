@@ -13,6 +13,9 @@ from polychirp.receiver.chain import Receiver
 from polychirp.receiver.turning import TYPICAL_CROSSING
 from polychirp.testing.points import HandPoint, frame_of
 
+FAR_OFF = 5.0
+"""Bounds beyond which an error is none of a normal distribution, but of another peak."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Estimation:
@@ -33,6 +36,16 @@ class Estimation:
     def efficiency(self) -> FloatArray:
         """Rms error over the bound, ``(3,)``: 1 for a receiver that wastes nothing."""
         return np.asarray(np.sqrt(np.mean(self.ratio**2, axis=0)))
+
+    @property
+    def found(self) -> float:
+        """Share of the trials in which something was claimed."""
+        return len(self.ratio) / self.trials
+
+    @property
+    def outliers(self) -> float:
+        """Share of the found with any error beyond `FAR_OFF`: the threshold effect, where not 0."""
+        return float(np.mean(np.any(np.abs(self.ratio) > FAR_OFF, axis=1)))
 
     @property
     def spread(self) -> float:

@@ -21,17 +21,26 @@ QUANTITIES = ("range (m)", "range rate (m/s)", "azimuth (rad)")
 
 @styled
 def estimation_bound(
-    curves: Mapping[str, Sequence[tuple[float, Sequence[float], Sequence[float]]]], *, note: str
+    curves: Mapping[str, Sequence[tuple[float, Sequence[float], Sequence[float]]]],
+    *,
+    shares: Mapping[str, Sequence[tuple[float, float, float]]],
+    note: str,
 ) -> Drawing:
     """Rms errors over SNR, one panel for each of range, range rate and azimuth, the bound a line.
+
+    A fourth panel says where the bound ends to matter: how many are found, and how many of those
+    are outliers.
 
     Parameters
     ----------
     curves : name of the waveform, then (SNR in dB, rms errors, bounds), both in `QUANTITIES`
+    shares : name of the waveform, then (SNR in dB, share found, share of outliers among them), of
+        the SNRs of ``curves`` and of more, where too few are found for an error
     """
-    figure = new_figure(9.6, 3.3)
+    figure = new_figure(12.4, 3.3)
+    *panels, last = figure.subplots(1, 4)
     data: dict[str, list[float]] = {}
-    for column, (axes, quantity) in enumerate(zip(figure.subplots(1, 3), QUANTITIES, strict=True)):
+    for column, (axes, quantity) in enumerate(zip(panels, QUANTITIES, strict=True)):
         for colour, (name, points) in zip(COLOURS, curves.items(), strict=False):
             snr = [point[0] for point in points]
             errors = [float(point[1][column]) for point in points]
@@ -45,6 +54,17 @@ def estimation_bound(
         axes.set(yscale="log", xlabel="SNR per sample (dB)")
         axes.set_ylabel(f"Rms error of {quantity}")
         axes.grid(visible=True, color=GREY, alpha=0.2)
-    figure.axes[0].legend(loc="best", fontsize=7)
+    for colour, (name, rows) in zip(COLOURS, shares.items(), strict=False):
+        snr, found, outliers = (list(column) for column in zip(*rows, strict=True))
+        last.plot(snr, found, color=colour, marker="o", markersize=3.5, label=f"{name}, found")
+        last.plot(snr, outliers, color=colour, marker="x", linestyle=":",
+                  label=f"{name}, outliers")  # fmt: skip
+        drawn = [snr.index(value) for value in data[f"SNR (dB), {name}"]]
+        data[f"share found, {name}"] = [found[n] for n in drawn]
+        data[f"share of outliers, {name}"] = [outliers[n] for n in drawn]
+    last.set(xlabel="SNR per sample (dB)", ylabel="Share of trials", ylim=(-0.04, 1.04))
+    last.grid(visible=True, color=GREY, alpha=0.2)
+    for axes in (figure.axes[0], last):
+        axes.legend(loc="best", fontsize=7)
     figure.suptitle(note, size=8.5)
     return Drawing(figure=figure, data=data)
