@@ -36,20 +36,17 @@ from typing import Final
 
 import numpy as np
 
-from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
-from polychirp.channel.base import gather, no_paths, path_table, strength, strongest_of_pair
+from polychirp.axes import BoolArray, FloatArray, IntArray
+from polychirp.channel.base import gather, no_paths, strength, strongest_of_pair
+from polychirp.channel.cell_paths import cell_paths, slide_of
+from polychirp.channel.gathering import gather_cells
 from polychirp.channel.lighting import Lighting, lighting_of, media_of, parts_of
-from polychirp.channel.motion import passing
-from polychirp.channel.optics import (
-    CELL,
-    gather_cells,
-)
+from polychirp.channel.optics import CELL
 from polychirp.channel.views import View
 from polychirp.channel.world import World
 from polychirp.channel.worth import estimated_power, mark_needed, scalar_cells
-from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import ModelWarning
-from polychirp.model.paths import Bounce, PropagationPaths
+from polychirp.model.paths import PropagationPaths
 
 OVERSHOOT: Final = 2.0
 """By how much a body's echo may exceed that of a mirror at its place: Fresnel zones of a body
@@ -282,138 +279,13 @@ class _Tasks:
             self.task,
             self.first_cell,
             self.worth,
-            np.array([[self._slide(view) for view in pair] for pair in self.combinations])
+            np.stack([slide_of(views, world, self.body) for views in self._sides], axis=1)
             @ world.rotation[self.body],
             world.wavenumber,
         )
-        tables = [no_paths(world.scene, world.frequency)]
-        for row, cell, (a, b) in zip(moments, self.first_cell, self.combinations, strict=True):
-            tables += self._tables(a, b, row, int(cell))
-        return gather(tables)
+        return cell_paths(world, self.body, self.combinations, self.first_cell, moments)
 
-    def _tables(
-        self, a: View, b: View, moments: ComplexArray, first_cell: int
-    ) -> list[PropagationPaths]:
-        """Paths from the radar of a to that of b, and back if the views differ."""
-        world = self.world
-        power = np.max(np.abs(moments[:, :4]), axis=-1) ** 2
-        kept = np.flatnonzero(
-            (power > 0) & (power * world.dynamic_range >= np.max(power, initial=0.0))
-        )
-        if not len(kept):
-            return []
-        transfer = moments[kept, :4].reshape(-1, 2, 2)
-        length, out, back = _means(
-            moments[kept],
-            np.asarray((first_cell + kept) * CELL, dtype=np.float64),
-            tuple(self._towards(view) for view in (a, b)),
-            world.rotation[self.body],
-        )
-        transfer = transfer * np.exp(1j * world.wavenumber * length)[:, None, None]
-        slide = np.array([self._slide(view) for view in (a, b)])
-        rate = out @ slide[0] + back @ slide[1]
-        coherence = _coherence_time(
-            moments[kept], slide @ world.rotation[self.body], rate, world.wavenumber
-        )
-        point = _ellipse_point(a.image, b.image, out, length)
-        bend = passing(point - a.image, slide[0]) + passing(point - b.image, slide[1])
-        ends = [(a, b, out, back, transfer)]
-        if a is not b:
-            ends.append((b, a, back, out, np.swapaxes(transfer, 1, 2)))
-        return [
-            path_table(
-                scene=world.scene,
-                frequency=world.frequency,
-                pair=np.tile([sender.radar, receiver.radar], (len(kept), 1)),
-                delay=length / SPEED_OF_LIGHT,
-                delay_rate=rate / SPEED_OF_LIGHT,
-                transfer=matrix,
-                departure=sender.departure(away),
-                arrival=receiver.departure(home),
-                bounces=[
-                    *self._mirror_bounce(sender, point),
-                    (Bounce.SCATTERING, np.full(len(kept), world.body[self.body]), point),
-                    *self._mirror_bounce(receiver, point),
-                ],
-                coherence_time=coherence,
-                delay_acceleration=bend / SPEED_OF_LIGHT,
-            )
-            for sender, receiver, away, home, matrix in ends
-        ]
-
-    def _slide(self, view: View) -> FloatArray:
-        """How the body moves against a view's image, m/s ``(xyz,)`` in the world."""
-        return np.asarray(self.world.velocity[self.body] - view.image_velocity)
-
-    def _towards(self, view: View) -> FloatArray:
-        way = self.world.centre[self.body] - view.image
-        return np.asarray(way / np.linalg.norm(way))
-
-    def _mirror_bounce(
-        self, view: View, point: FloatArray
-    ) -> list[tuple[Bounce, IntArray, FloatArray]]:
-        if view.plate is None:
-            return []
-        actor = np.full(len(point), self.world.plates.actor[view.plate])
-        return [(Bounce.REFLECTION, actor, view.mirror_point(point))]
-
-
-def _means(
-    moments: ComplexArray,
-    middle: FloatArray,
-    towards: tuple[FloatArray, ...],
-    rotation: FloatArray,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Length (m) and the two directions in the world of cells, from their moments.
-
-    Where a cell's contributions all but cancel, the ratios of moments mean nothing; then the
-    cell's centre and the body's direction stand in. The field at the centre frequency is right
-    in any case.
-    """
-    total = moments[:, 0]
-    divisor = np.where(total == 0, 1.0, total)
-    excess = (moments[:, 4] / divisor).real
-    length = middle + np.clip(excess, -CELL, CELL)
-    directions = []
-    for first, fallback in ((5, towards[0]), (8, towards[1])):
-        mean = (moments[:, first : first + 3] / divisor[:, None]).real @ rotation.T
-        directions.append(np.where(_is_direction(mean)[:, None], mean, fallback))
-    return length, directions[0], directions[1]
-
-
-def _coherence_time(
-    moments: ComplexArray, slide: FloatArray, rate: FloatArray, wavenumber: float
-) -> FloatArray:
-    r"""Time, s ``(path,)``, after which a cell's contributions c no longer move as one.
-
-    Carried on at the rate :math:`\nu_0`, their sum is wrong by
-
-    .. math:: \frac{\sum c\,e^{-jk(\nu-\nu_0)t}}{\sum c} - 1 \approx
-        -jkt\,\overline{(\nu-\nu_0)} - \tfrac12 k^2t^2\,\overline{(\nu-\nu_0)^2}
-
-    with means over c, which are complex. The time is that at which the two terms' sizes add up to
-    one half: a spread of 1 rad rms, if the first vanishes.
-    """
-    divisor = np.where(moments[:, 0] == 0, 1.0, moments[:, 0])
-    out, back = moments[:, 5:8] / divisor[:, None], moments[:, 8:11] / divisor[:, None]
-    mean = out @ slide[0] + back @ slide[1]
-    square = moments[:, 11] / divisor - 2 * rate * mean + rate**2
-    first, second = wavenumber * np.abs(mean - rate), 0.5 * wavenumber**2 * np.abs(square)
-    # ½ = first·t + second·t², written so that nothing cancels
-    below = first + np.sqrt(first**2 + 2 * second)
-    return np.asarray(1.0 / np.maximum(below, 1e-12))
-
-
-def _is_direction(vectors: FloatArray) -> BoolArray:
-    return np.asarray(np.abs(np.linalg.norm(vectors, axis=-1) - 1.0) < 0.2)
-
-
-def _ellipse_point(
-    start: FloatArray, end: FloatArray, direction: FloatArray, length: FloatArray
-) -> FloatArray:
-    """M ``(path, xyz)``: where a path of total ``length`` that leaves along ``direction`` turns."""
-    unit = direction / np.linalg.norm(direction, axis=-1, keepdims=True)
-    base = end - start
-    room = 2 * np.maximum(length - unit @ base, 1e-9)
-    share = (length**2 - base @ base) / room
-    return np.asarray(start + share[:, None] * unit)
+    @property
+    def _sides(self) -> list[list[View]]:
+        """The first views of all combinations, and the second ones."""
+        return [[pair[side] for pair in self.combinations] for side in (0, 1)]

@@ -10,8 +10,11 @@ import numpy as np
 
 from polychirp.axes import BoolArray
 from polychirp.channel.blockers import Blockers, in_frame_of
+from polychirp.channel.horizon import horizons
 from polychirp.channel.optics import (
+    LIFT,
     LIT,
+    NUM_ASPECTS,
     Faces,
     Rows,
     agree,
@@ -19,6 +22,7 @@ from polychirp.channel.optics import (
     look,
     look_closer,
     rows_of,
+    sees_any,
     spread,
 )
 from polychirp.channel.reflection_table import ReflectionTable, reflection_table
@@ -39,7 +43,11 @@ class Parts(NamedTuple):
 def parts_of(surface: Surface) -> Parts:
     """A surface's parts, kept for the next snapshot."""
     faces = faces_of(surface)
-    return Parts(faces, faces.of(surface.patch_face), faces.of(surface.panel_face))
+    patches = faces.of(surface.patch_face)
+    above = patches.centroid + LIFT * patches.normal
+    horizon = horizons(surface.trees["opaque"], above, patches.normal)
+    patches = patches._replace(horizon=horizon)
+    return Parts(faces, patches, patches.of(surface.patch[surface.panel_face]))
 
 
 def faces_of(surface: Surface) -> Faces:
@@ -51,6 +59,7 @@ def faces_of(surface: Surface) -> Faces:
         corner=surface.corner,
         area=surface.area,
         medium=surface.medium,
+        horizon=np.ones(len(surface.area)),
     )
 
 
@@ -79,7 +88,7 @@ class Lighting:
             return self
         world, rotation = self.world, self.world.rotation[self.body]
         surface, rows = world.surfaces[self.body], self.rows
-        parts, view = parts_of(surface), rows.view
+        parts = parts_of(surface)
         table = _table(self.views, world, self.body)
         losses = losses_of(world, self.body, table, parts.patches, rows)
         wave = fields(
@@ -88,10 +97,11 @@ class Lighting:
             in_frame_of(world, rotation, world.position[self.body]).plate,
             media_of(world, world.materials),
             np.ascontiguousarray(UPWARDS @ rotation),
-            table.plate[view],
-            losses.number[view, surface.patch[rows.face]],
-            losses.matrix,
+            table.plate,
+            surface.patch,
+            losses,
             rows,
+            rows.view,
         )
         return replace(self, rows=rows._replace(wave=wave))
 
@@ -110,7 +120,7 @@ def lighting_of(world: World, body: int, views: list[View]) -> Lighting:
     parts = parts_of(world.surfaces[body])
     if not views:
         return Lighting(world=world, body=body, views=(), rows=_no_rows())
-    is_open = np.any(look(parts.panels, _table(views, world, body), blockers) == LIT, axis=1)
+    is_open = sees_any(parts.panels, _table(views, world, body), blockers)
     seeing = tuple(view for view, sees in zip(views, is_open, strict=True) if sees)
     if not seeing:
         return Lighting(world=world, body=body, views=(), rows=_no_rows())
@@ -153,4 +163,5 @@ def _table(views: tuple[View, ...] | list[View], world: World, body: int) -> Vie
 def _no_rows() -> Rows:
     none = np.zeros(0, dtype=np.int64)
     wave = np.empty((0, 4, 2), dtype=np.complex64)
-    return Rows(np.zeros(1, dtype=np.int64), none, np.zeros((0, 3)), np.zeros(0), wave)
+    vectors, aspect = np.zeros((0, 3)), np.zeros((0, NUM_ASPECTS))
+    return Rows(np.zeros(1, dtype=np.int64), none, vectors, np.zeros(0), aspect, wave)

@@ -23,16 +23,23 @@ LIFT = 3e-3
 CELL = 0.04
 """m of total path length: width of the smooth cells in which contributions are gathered."""
 
+TURN = 128
+"""Facets that one thread looks at in a turn."""
+
 AWAY, HIDDEN, LIT = 0, 1, 2
 """A facet that is turned from a view; that turns to it, and is in a shadow; and is seen."""
 
 SideArray = NDArray[np.int8]
 
-NUM_MOMENTS = 12
-"""Of a cell: transfer (4); V–V-weighted excess length (1), two directions (3 + 3), rate² (1)."""
-
 V, H, GAMMA, PLACE = 0, 1, 2, 3
 """Rows of one facet's `Rows.wave`."""
+
+FACING, ALONG_FIRST, ALONG_SECOND, NEARNESS, NUM_ASPECTS = 3, 4, 5, 6, 7
+"""Columns of `Rows.aspect`, behind the lengths to three corners."""
+
+ONE_TERM, TWO_TERMS = 2.0, 0.5
+"""rad: below the first, phases at a facet's corners are all near each other; below the second, two
+of them are."""
 
 Vector = tuple[float, float, float]
 ComplexVector = tuple[complex, complex, complex]
@@ -40,7 +47,10 @@ Field = tuple[complex, complex]
 
 
 class Faces(NamedTuple):
-    """A `Surface`'s arrays as the kernels need them, ``(face, …)``."""
+    """A `Surface`'s arrays as the kernels need them, ``(face, …)``.
+
+    ``horizon`` is as `horizons` gives it of the facets' own body; 1 if that is not known.
+    """
 
     centroid: FloatArray
     normal: FloatArray
@@ -48,6 +58,7 @@ class Faces(NamedTuple):
     corner: FloatArray
     area: FloatArray
     medium: IntArray
+    horizon: FloatArray
 
     def of(self, number: IntArray) -> Faces:
         """The faces of these numbers."""
@@ -58,6 +69,7 @@ class Faces(NamedTuple):
             self.corner[number],
             self.area[number],
             self.medium[number],
+            self.horizon[number],
         )
 
 
@@ -65,16 +77,19 @@ class Rows(NamedTuple):
     """Lit facets of several views, one view behind the other, ``(row, …)``.
 
     ``start`` ``(view + 1,)`` says where each view's rows begin; ``face``; ``direction`` from the
-    image to the centroid, unit; ``length`` m; and ``wave`` ``(row, 4, 2)`` complex: in rows `V`
-    and `H` the fields of waves that left so polarised, across and in the plane of incidence; in
-    `GAMMA` (Γs, Γp) of the facet; in `PLACE` the angle's cosine, and the vector across the plane
-    of incidence as a complex number in the facet's two tangents.
+    image to the centroid, unit; ``length`` m; ``aspect`` ``(row, 7)``: the lengths to the facet's
+    corners, m, to first order; the angle's cosine; the direction's parts along the facet's two
+    tangents; 1/m; and ``wave`` ``(row, 4, 2)`` complex: in rows `V` and `H` the fields of waves
+    that left so polarised, across and in the plane of incidence; in `GAMMA` (Γs, Γp) of the facet;
+    in `PLACE` the angle's cosine, and the vector across the plane of incidence as a complex number
+    in the facet's two tangents.
     """
 
     start: IntArray
     face: IntArray
     direction: FloatArray
     length: FloatArray
+    aspect: FloatArray
     wave: NDArray[np.complex64]
 
     @property
@@ -84,13 +99,14 @@ class Rows(NamedTuple):
 
     def only(self, kept: BoolArray) -> Rows:
         """Some of the rows, ``kept`` ``(row,)``."""
-        before = np.concatenate([[0], np.cumsum(kept)])
+        number = np.flatnonzero(kept)
         return Rows(
-            before[self.start],
-            self.face[kept],
-            self.direction[kept],
-            self.length[kept],
-            self.wave[kept] if len(self.wave) else self.wave,
+            np.searchsorted(number, self.start),
+            self.face[number],
+            np.take(self.direction, number, axis=0),
+            self.length[number],
+            np.take(self.aspect, number, axis=0),
+            np.take(self.wave, number, axis=0) if len(self.wave) else self.wave,
         )
 
 
@@ -104,7 +120,7 @@ def _across(direction: Vector, normal: Vector, spare: Vector) -> Vector:
     return c[0] / size, c[1] / size, c[2] / size
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def meet_mirror(centre: Vector, normal: Vector, image: Vector, point: Vector) -> Vector:
     """Where the line from an image to a point meets the plate."""
     gx, gy, gz = point[0] - image[0], point[1] - image[1], point[2] - image[2]
@@ -113,11 +129,16 @@ def meet_mirror(centre: Vector, normal: Vector, image: Vector, point: Vector) ->
     return image[0] + t * gx, image[1] + t * gy, image[2] + t * gz
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _sees(
-    views: ViewTable, blockers: Blockers, view: int, centroid: Vector, normal: Vector
+    views: ViewTable,
+    blockers: Blockers,
+    view: int,
+    faces: Faces,
+    f: int,
 ) -> bool:
     """Whether nothing hides a facet that faces the view's image."""
+    centroid, normal = row(faces.centroid, f), row(faces.normal, f)
     bodies, plates = near_view(views, view, NEAR_BODIES), near_view(views, view, NEAR_PLATES)
     source = row(views.source, view)
     lifted = (
@@ -127,6 +148,8 @@ def _sees(
     )
     number, plate = views.plate[view], blockers.plate
     if number < 0:
+        if _is_open(faces, f, lifted, source):
+            bodies = bodies[:-1]  # all but its own
         return not is_blocked(blockers, bodies, plates, source, lifted, SKIN)
     centre, upright = vector_at(plate, number, CENTRE), vector_at(plate, number, NORMAL)
     above = (lifted[0] - centre[0], lifted[1] - centre[1], lifted[2] - centre[2])
@@ -136,7 +159,17 @@ def _sees(
     gap = (meet[0] - centre[0], meet[1] - centre[1], meet[2] - centre[2])
     if is_beside(plate, number, gap) or is_blocked(blockers, bodies, plates, source, meet, SKIN):
         return False
+    if _is_open(faces, f, lifted, meet):
+        bodies = bodies[:-1]
     return not is_blocked(blockers, bodies, plates, lifted, meet, 0.0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _is_open(faces: Faces, f: int, start: Vector, end: Vector) -> bool:
+    """Whether a way from a facet is above its horizon."""
+    way, sine = (end[0] - start[0], end[1] - start[1], end[2] - start[2]), faces.horizon[f]
+    height = dot(way, row(faces.normal, f))
+    return bool(height > 0.0 and height * height > sine * sine * dot(way, way))
 
 
 def look(faces: Faces, views: ViewTable, blockers: Blockers) -> SideArray:
@@ -162,15 +195,34 @@ def look_closer(
     """
     num_views, num_faces = views.plate.size, faces.area.size
     out = np.full((num_views, num_faces), AWAY, dtype=np.int8)
-    for number in prange(num_views * num_faces):
-        view, f = number // num_faces, number % num_faces
-        c, n, s = row(faces.centroid, f), row(faces.normal, f), row(views.image, view)
-        if dot(n, (s[0] - c[0], s[1] - c[1], s[2] - c[2])) <= 0.0:
-            continue
-        known = agreed[view, part[f]]
-        if known == AWAY:
-            known = LIT if _sees(views, blockers, view, c, n) else HIDDEN
-        out[view, f] = known
+    num_turns = (num_faces + TURN - 1) // TURN
+    for number in prange(num_views * num_turns):
+        view, begin = number // num_turns, (number % num_turns) * TURN
+        s = row(views.image, view)
+        for f in range(begin, min(begin + TURN, num_faces)):
+            c, n = row(faces.centroid, f), row(faces.normal, f)
+            if dot(n, (s[0] - c[0], s[1] - c[1], s[2] - c[2])) <= 0.0:
+                continue
+            known = agreed[view, part[f]]
+            if known == AWAY:
+                known = LIT if _sees(views, blockers, view, faces, f) else HIDDEN
+            out[view, f] = known
+    return out
+
+
+@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
+def sees_any(faces: Faces, views: ViewTable, blockers: Blockers) -> BoolArray:
+    """Whether a view finds any of the faces `LIT`, ``(view,)``."""
+    out = np.zeros(views.plate.size, dtype=np.bool_)
+    for view in prange(views.plate.size):
+        s = row(views.image, view)
+        for f in range(faces.area.size):
+            c, n = row(faces.centroid, f), row(faces.normal, f)
+            if dot(n, (s[0] - c[0], s[1] - c[1], s[2] - c[2])) <= 0.0:
+                continue
+            if _sees(views, blockers, view, faces, f):
+                out[view] = True
+                break
     return out
 
 
@@ -206,32 +258,48 @@ def spread(faces: Faces, views: ViewTable, patch: IntArray, lit_patch: BoolArray
 
 def rows_of(faces: Faces, views: ViewTable, seen: BoolArray) -> Rows:
     """The facets that views see, ``seen`` ``(view, face)``, as yet without waves."""
-    view, face = np.nonzero(seen)
-    # both are columns of one table, and kernels are compiled for every layout of their arrays
-    view, face = np.ascontiguousarray(view), np.ascontiguousarray(face)
-    start = np.concatenate([[0], np.cumsum(np.bincount(view, minlength=len(seen)))])
-    direction, length = np.empty((len(face), 3)), np.empty(len(face))
-    _aim(faces, views, view, face, direction, length)
-    return Rows(start, face, direction, length, np.empty((0, 4, 2), dtype=np.complex64))
+    start = np.concatenate([[0], np.cumsum(np.count_nonzero(seen, axis=1))])
+    count = int(start[-1])
+    face, direction, length = np.empty(count, dtype=np.int64), np.empty((count, 3)), np.empty(count)
+    aspect = np.empty((count, NUM_ASPECTS))
+    rows = Rows(start, face, direction, length, aspect, np.empty((0, 4, 2), dtype=np.complex64))
+    _aim(faces, views, seen, rows)
+    return rows
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
-def _aim(
-    faces: Faces,
-    views: ViewTable,
-    view_of_row: IntArray,
-    face: IntArray,
-    direction: FloatArray,
-    length: FloatArray,
-) -> None:
-    for i in range(face.size):
-        c, s = faces.centroid[face[i]], views.image[view_of_row[i]]
-        d = (c[0] - s[0], c[1] - s[1], c[2] - s[2])
-        size = math.sqrt(dot(d, d))
-        length[i] = size
-        direction[i, 0], direction[i, 1], direction[i, 2] = (
-            d[0] / size, d[1] / size, d[2] / size,
-        )  # fmt: skip
+@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
+def _aim(faces: Faces, views: ViewTable, seen: BoolArray, rows: Rows) -> None:
+    """Fill rows whose ``start`` alone is known."""
+    for view in prange(seen.shape[0]):
+        _aim_one(faces, row(views.image, view), seen[view], rows.start[view], rows)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _aim_one(faces: Faces, s: Vector, seen: BoolArray, first: int, rows: Rows) -> None:
+    """Fill the rows of one view's image, from ``first`` on."""
+    i = first
+    for f in range(seen.size):
+        if not seen[f]:
+            continue
+        c = row(faces.centroid, f)
+        way = (c[0] - s[0], c[1] - s[1], c[2] - s[2])
+        size = math.sqrt(dot(way, way))
+        near = 1.0 / size
+        d = (way[0] * near, way[1] * near, way[2] * near)
+        n, t = row(faces.normal, f), row(faces.tangent, f)
+        rows.face[i], rows.length[i] = f, size
+        rows.direction[i, 0], rows.direction[i, 1], rows.direction[i, 2] = d
+        for corner in range(3):
+            offset = (
+                faces.corner[f, corner, 0],
+                faces.corner[f, corner, 1],
+                faces.corner[f, corner, 2],
+            )
+            rows.aspect[i, corner] = size + dot(d, offset)
+        rows.aspect[i, FACING], rows.aspect[i, NEARNESS] = -dot(n, d), near
+        rows.aspect[i, ALONG_FIRST] = dot(d, t)
+        rows.aspect[i, ALONG_SECOND] = dot(d, cross(n, t))
+        i += 1
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True, parallel=True)
@@ -242,22 +310,24 @@ def fields(
     plate_media: ReflectionTable,
     upwards: FloatArray,
     mirror: IntArray,
-    loss: IntArray,
-    losses: ComplexArray,
+    patch: IntArray,
+    losses: tuple[IntArray, ComplexArray],
     rows: Rows,
+    view: IntArray,
 ) -> NDArray[np.complex64]:
     """Fields, and how their facets take them, of all rows, as `Rows` has them.
 
     ``plate`` as `Blockers` has it; ``upwards`` are the world's z and y, ``(2, xyz)``; ``mirror``
-    ``(row,)`` says which plate a row's view looks into, or −1; ``loss`` ``(row,)`` which of the
-    matrices ``losses`` of `view_losses.Losses` it has.
+    ``(view,)`` says which plate a view looks into, or −1; ``patch`` ``(face,)`` where a facet
+    belongs to; ``losses`` are `view_losses.Losses`; ``view`` ``(row,)`` says whose row it is.
     """
     # single precision: a field's error of 1e-7 is no phase error
-    wave = np.empty((mirror.size, 4, 2), dtype=np.complex64)
-    for i in prange(mirror.size):
+    wave = np.empty((view.size, 4, 2), dtype=np.complex64)
+    for i in prange(view.size):
         d, f = row(rows.direction, i), rows.face[i]
+        number, lost = mirror[view[i]], losses[0][view[i], patch[f]]
         across, sent_v, sent_h = _incident(
-            mirror[i], plate, plate_media, upwards, d, loss[i] > 0, losses[loss[i]]
+            number, plate, plate_media, upwards, d, lost > 0, losses[1][lost]
         )
         n, t1 = row(faces.normal, f), row(faces.tangent, f)
         side, cosine = _across(d, n, t1), -dot(n, d)
@@ -340,30 +410,29 @@ def _any_across(n: Vector) -> Vector:
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _phasor(phase: float) -> complex:
-    """e^{−jφ} to 1e-11 for |φ| up to 1e6, three times as fast as the library's sine and cosine."""
+    """e^{−jφ} to 1e-11 for |φ| up to 1e6, three times as fast as the library's sine and cosine.
+
+    Without branches or divisions, so that several can be worked out at a time.
+    """
     turns = math.floor(phase * (2.0 / math.pi) + 0.5)
     # π/2 in two parts, of which the first has 21 trailing zeros
     x = (phase - turns * 1.5707963267341256) - turns * 6.077100506506192e-11
     y = x * x
-    sine = x * (
-        1.0 - y / 6.0 * (1.0 - y / 20.0 * (1.0 - y / 42.0 * (1.0 - y / 72.0 * (1.0 - y / 110.0))))
-    )
-    cosine = 1.0 - y / 2.0 * (
-        1.0 - y / 12.0 * (1.0 - y / 30.0 * (1.0 - y / 56.0 * (1.0 - y / 90.0 * (1.0 - y / 132.0))))
-    )
-    quadrant = int(turns) & 3
-    if quadrant & 1:
-        sine, cosine = cosine, -sine
-    if quadrant & 2:
-        sine, cosine = -sine, -cosine
-    return complex(cosine, -sine)
+    sine = 1.0 - y * (1 / 72) * (1.0 - y * (1 / 110))
+    sine = x * (1.0 - y * (1 / 6) * (1.0 - y * (1 / 20) * (1.0 - y * (1 / 42) * sine)))
+    cosine = 1.0 - y * (1 / 56) * (1.0 - y * (1 / 90) * (1.0 - y * (1 / 132)))
+    cosine = 1.0 - y * (1 / 2) * (1.0 - y * (1 / 12) * (1.0 - y * (1 / 30) * cosine))
+    quadrant = int(turns)
+    is_odd, is_back = (quadrant & 1) != 0, (quadrant & 2) != 0
+    real, imaginary = (-sine, -cosine) if is_odd else (cosine, -sine)
+    return complex(-real, -imaginary) if is_back else complex(real, imaginary)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
 def _chord(a: float, b: float) -> complex:
     """Divided difference of e^{−jp} between two phases, without cancellation."""
     half = 0.5 * (a - b)
-    ratio = math.sin(half) / half if abs(half) > 1e-8 else 1.0
+    ratio = -_phasor(half).imag / half if abs(half) > 1e-8 else 1.0
     turned = _phasor(0.5 * (a + b))
     return complex(ratio * turned.imag, -ratio * turned.real)
 
@@ -393,11 +462,11 @@ def facet_terms(phases: tuple[float, float, float], weight: ComplexArray, place:
     p, q, r = phases
     lo, hi = min(p, q, r), max(p, q, r)
     mid = p + q + r - lo - hi
-    if hi - lo < 2.0:
+    if hi - lo < ONE_TERM:
         weight[0] = facet_integral(lo, mid, hi)
         place[0] = 1.0 / 3.0
         return 1
-    if min(mid - lo, hi - mid) >= 0.5:
+    if min(mid - lo, hi - mid) >= TWO_TERMS:
         # one division for all: dividing complex numbers is slow
         scale = 2.0 / ((p - q) * (q - r) * (r - p))
         weight[0] = _phasor(p) * (scale * (q - r))
@@ -416,209 +485,3 @@ def facet_terms(phases: tuple[float, float, float], weight: ComplexArray, place:
     weight[0] = _phasor(lone) * (-2.0 / ((lone - near) * (lone - far)))
     weight[1] = facet_integral(lo, mid, hi) - weight[0]
     return 2
-
-
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True, inline="always")
-def _response(
-    one: NDArray[np.complex64],
-    other: NDArray[np.complex64],
-    scale: float,
-    out: ComplexArray,
-) -> None:
-    r"""F ``(receiving, transmitting)`` of a facet, times ``scale``, from two of `Rows.wave`.
-
-    The mean of both ways round, so reciprocal. With φ by which one plane of incidence is turned
-    from the other, it is between the fields' parts across (s) and in (p) their planes
-
-    .. math::
-        F = \frac12 \begin{pmatrix}
-            -a\,(\Gamma_{s1} + \Gamma_{s2}) & b\,(\Gamma_{p2} - \Gamma_{s1}) \\
-            b\,(\Gamma_{s2} - \Gamma_{p1}) & a\,(\Gamma_{p1} + \Gamma_{p2})
-        \end{pmatrix}, \quad
-        a = (\cos\theta_1 + \cos\theta_2) \cos\varphi, \quad
-        b = (1 + \cos\theta_1 \cos\theta_2) \sin\varphi
-
-    which are J and M of `facets` written out.
-    """
-    cosine1, cosine2 = one[PLACE, 0].real, other[PLACE, 0].real
-    turn = one[PLACE, 1].conjugate() * other[PLACE, 1]
-    a = 0.5 * scale * (cosine1 + cosine2) * turn.real
-    b = 0.5 * scale * (1.0 + cosine1 * cosine2) * turn.imag
-    ss, pp = -a * (one[GAMMA, 0] + other[GAMMA, 0]), a * (one[GAMMA, 1] + other[GAMMA, 1])
-    sp, ps = b * (other[GAMMA, 1] - one[GAMMA, 0]), b * (other[GAMMA, 0] - one[GAMMA, 1])
-    for t in range(2):
-        s, p = one[t, 0] * ss + one[t, 1] * ps, one[t, 0] * sp + one[t, 1] * pp
-        for r in range(2):
-            out[2 * r + t] = s * other[r, 0] + p * other[r, 1]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def next_shared(
-    first: IntArray, second: IntArray, a: int, b: int, ends: tuple[int, int]
-) -> tuple[int, int]:
-    """From rows a and b on, the next two of one facet; the first is ``ends[0]`` if there are none.
-
-    ``first`` and ``second`` are the rows' facets ``(row,)``; ``ends`` those of both views' rows.
-    """
-    while a < ends[0] and b < ends[1]:
-        if first[a] < second[b]:
-            a += 1
-        elif second[b] < first[a]:
-            b += 1
-        else:
-            return a, b
-    return ends[0], ends[1]
-
-
-@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
-def gather_cells(
-    faces: Faces,
-    media: ReflectionTable,
-    first: Rows,
-    second: Rows,
-    task: IntArray,
-    first_cell: IntArray,
-    worth: BoolArray,
-    slide: FloatArray,
-    wavenumber: float,
-) -> ComplexArray:
-    """Moments ``(task, cell, moment)`` of all facets that both views of a task see.
-
-    ``task`` ``(task, 2)`` holds the views of transmitter and receiver, among those of ``first``
-    and ``second``; cell j of a task is centred at a path length of ``(first_cell + j) · CELL``,
-    and stays empty where it is not ``worth`` ``(task, cell)`` the work. ``slide`` ``(task, view,
-    xyz)`` is how the body moves against both images, m/s.
-    """
-    out = np.zeros((worth.shape[0], worth.shape[1], NUM_MOMENTS), dtype=np.complex128)
-    for k in prange(task.shape[0]):
-        spans = first.start[task[k, 0] :][:2], second.start[task[k, 1] :][:2]
-        _gather_task(
-            faces,
-            media,
-            first,
-            second,
-            spans,
-            first_cell[k],
-            worth[k],
-            slide[k],
-            wavenumber,
-            out[k],
-        )
-    return out
-
-
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
-def _gather_task(
-    faces: Faces,
-    media: ReflectionTable,
-    first: Rows,
-    second: Rows,
-    spans: tuple[IntArray, IntArray],
-    first_cell: int,
-    worth: BoolArray,
-    slide: FloatArray,
-    wavenumber: float,
-    cells: ComplexArray,
-) -> None:
-    """Add what all facets scatter from one view to another; ``spans`` are their rows' ends.
-
-    One long loop, because a call that hands on all arrays takes as long as a facet.
-    """
-    weight, place = np.empty(3, dtype=np.complex128), np.empty((3, 3))
-    response = np.empty(4, dtype=np.complex128)
-    slide1, slide2 = vector(slide[0]), vector(slide[1])
-    ends = spans[0][1], spans[1][1]
-    a, b = next_shared(first.face, second.face, spans[0][0], spans[1][0], ends)
-    while a < ends[0]:
-        f = first.face[a]
-        corner, medium = faces.corner[f], faces.medium[f]
-        d1, d2 = row(first.direction, a), row(second.direction, b)
-        r1, r2 = first.length[a], second.length[b]
-        g = (d1[0] + d2[0], d1[1] + d2[1], d1[2] + d2[2])
-        e0, e1, e2 = dot(g, row(corner, 0)), dot(g, row(corner, 1)), dot(g, row(corner, 2))
-        total = r1 + r2
-        if is_worth(worth, total + min(e0, e1, e2), total + max(e0, e1, e2), first_cell):
-            # of the whole path, which saves the centroid's phasor
-            phases = wavenumber * (total + e0), wavenumber * (total + e1), wavenumber * (total + e2)
-            count = facet_terms(phases, weight, place)
-            scale = faces.area[f] / (8.0 * math.pi * r1 * r2)
-            phase = media.roughness[medium] * dot(g, row(faces.normal, f))
-            if phase != 0.0:
-                scale *= math.exp(-0.5 * phase * phase)
-            _response(first.wave[a], second.wave[b], scale, response)
-            for i in range(count):
-                offset = _blend(place[i], corner)
-                out, back = _direction_to(d1, r1, offset), _direction_to(d2, r2, offset)
-                rate = dot(out, slide1) + dot(back, slide2)
-                position = (total + dot(g, offset)) / CELL - first_cell
-                _deposit(cells, worth, position, -1j * weight[i], response, out, back, rate)
-        a, b = next_shared(first.face, second.face, a + 1, b + 1, ends)
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _blend(place: FloatArray, corner: FloatArray) -> Vector:
-    """A point of a triangle, m from its centroid, from its barycentric coordinates."""
-    p, q, r = place[0], place[1], place[2]
-    return (
-        p * corner[0, 0] + q * corner[1, 0] + r * corner[2, 0],
-        p * corner[0, 1] + q * corner[1, 1] + r * corner[2, 1],
-        p * corner[0, 2] + q * corner[1, 2] + r * corner[2, 2],
-    )
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def is_worth(worth: BoolArray, shortest: float, longest: float, first_cell: int) -> bool:
-    """Whether one of the cells that lengths of a facet, m, fall into is worth the work."""
-    cell = max(int(shortest / CELL) - first_cell, 0)
-    last = min(int(longest / CELL) - first_cell + 1, worth.size - 1)
-    while cell <= last and not worth[cell]:
-        cell += 1
-    return cell <= last
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _direction_to(direction: Vector, length: float, offset: Vector) -> Vector:
-    """Unit direction to a point a little off the end of a leg."""
-    scale = 1.0 / (length + dot(direction, offset))
-    return (
-        scale * (length * direction[0] + offset[0]),
-        scale * (length * direction[1] + offset[1]),
-        scale * (length * direction[2] + offset[2]),
-    )
-
-
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True, inline="always")
-def _deposit(
-    cells: ComplexArray,
-    worth: BoolArray,
-    position: float,
-    amplitude: complex,
-    response: ComplexArray,
-    out: Vector,
-    back: Vector,
-    rate: float,
-) -> None:
-    """Add one term to the two cells beside its position, given in cells."""
-    cell = int(position)
-    x = position - cell
-    # smooth, and both shares add to one
-    share = x * x * (3.0 - 2.0 * x)
-    vv, vh = amplitude * response[0], amplitude * response[1]
-    hv, hh = amplitude * response[2], amplitude * response[3]
-    for side in range(2):
-        if not worth[cell + side]:
-            continue
-        part = share if side == 1 else 1.0 - share
-        into, whole = cells[cell + side], part * vv
-        into[0] += whole
-        into[1] += part * vh
-        into[2] += part * hv
-        into[3] += part * hh
-        into[4] += whole * ((x - side) * CELL)
-        into[5] += whole * out[0]
-        into[6] += whole * out[1]
-        into[7] += whole * out[2]
-        into[8] += whole * back[0]
-        into[9] += whole * back[1]
-        into[10] += whole * back[2]
-        into[11] += whole * (rate * rate)

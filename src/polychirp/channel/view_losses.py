@@ -45,8 +45,7 @@ def losses_of(world: World, body: int, table: ViewTable, faces: Faces, rows: Row
         return Losses(number, _identities(1))
     rotation = world.rotation[body]
     blockers = in_frame_of(world, rotation, world.position[body])
-    is_lit = np.zeros(number.shape, dtype=np.bool_)
-    is_lit[rows.view, surface.patch[rows.face]] = True
+    is_lit = _lit_patches(rows, surface.patch, len(surface.patch_face))
     views, patches = np.nonzero(_weakened(table, blockers, faces, is_lit))
     number[views, patches] = np.arange(1, len(views) + 1)
     matrix = _identities(len(views) + 1)
@@ -61,6 +60,16 @@ def _identities(count: int) -> ComplexArray:
     matrix = np.zeros((count, 2, 2, 2), dtype=np.complex128)
     matrix[..., 0, 0] = matrix[..., 1, 1] = 1.0
     return matrix
+
+
+@njit(cache=True, nogil=True)
+def _lit_patches(rows: Rows, patch: IntArray, num_patches: int) -> BoolArray:
+    """Where a view has rows of a patch, ``(view, patch)``."""
+    out = np.zeros((rows.start.size - 1, num_patches), dtype=np.bool_)
+    for view in range(rows.start.size - 1):
+        for i in range(rows.start[view], rows.start[view + 1]):
+            out[view, patch[rows.face[i]]] = True
+    return out
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -68,23 +68,6 @@ class View:
             point - 2 * normal * (normal @ (point - self.world.plates.centre[self.plate]))
         )
 
-    def departure(self, direction: FloatArray) -> FloatArray:
-        """Directions ``(…, xyz)`` as they leave the radar, of those that reach the body."""
-        if self.plate is None:
-            return direction
-        normal = self.world.plates.normal[self.plate]
-        return np.asarray(direction - 2 * (direction @ normal)[..., None] * normal)
-
-    def mirror_point(self, point: FloatArray) -> FloatArray:
-        """m, ``(…, xyz)``: where the way from the radar to ``point`` meets the plate."""
-        plates = self.world.plates
-        normal = plates.normal[self.plate]
-        below = (plates.centre[self.plate] - self.image) @ normal
-        way = point - self.image
-        along = way @ normal
-        share = below / np.where(along == 0, np.inf, along)
-        return np.asarray(self.image + share[..., None] * way)
-
     @cached_property
     def distance(self) -> float:
         """m, least distance from the image to the body's sphere; 0 inside."""
@@ -141,16 +124,25 @@ class View:
 
     @cached_property
     def between(self) -> tuple[IntArray, IntArray]:
-        """Bodies and plates that may come between, bodies near the radar first: they hide most."""
+        """Bodies and plates that may come between, bodies near the radar first: they hide most.
+
+        The body itself is the last.
+        """
         centre, radius = self.world.centre[self.body], float(self.world.radius[self.body])
         ways = [np.array([self.image, centre])]
         if self.plate is not None:  # unfolded at the mirror, and folded back
             ways.append(np.array([self.source, self._mirror(centre)]))
-        bodies = np.unique(np.concatenate([bodies_near(self.world, w, radius) for w in ways]))
-        plates = np.unique(np.concatenate([plates_near(self.world, w, radius) for w in ways]))
-        away = np.linalg.norm(self.world.centre[bodies] - self.source, axis=-1)
-        bodies = bodies[np.argsort(away, kind="stable")]
-        return bodies, plates[plates != self.plate] if self.plate is not None else plates
+        is_between = np.zeros(len(self.world.surfaces), dtype=np.bool_)
+        crosses = np.zeros(len(self.world.plates.actor), dtype=np.bool_)
+        for way in ways:
+            is_between[bodies_near(self.world, way, radius)] = True
+            crosses[plates_near(self.world, way, radius)] = True
+        if self.plate is not None:
+            crosses[self.plate] = False
+        bodies = np.flatnonzero(is_between)
+        away = np.sum((self.world.centre[bodies] - self.source) ** 2, axis=-1)
+        away[bodies == self.body] = np.inf
+        return bodies[np.argsort(away, kind="stable")], np.flatnonzero(crosses)
 
     @cached_property
     def near(self) -> tuple[IntArray, ...]:

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from polychirp.channel.blockers import in_frame_of
-from polychirp.channel.lighting import faces_of
+from polychirp.channel.lighting import faces_of, parts_of
 from polychirp.channel.materials import material_table
-from polychirp.channel.optics import AWAY, HIDDEN, LIT, agree, look, look_closer
+from polychirp.channel.optics import AWAY, HIDDEN, LIT, agree, look, look_closer, sees_any
 from polychirp.channel.views import View, view_table
 from polychirp.channel.world import bodies_near, world_of
 from polychirp.frames import Pose
@@ -61,6 +61,27 @@ def test_with_nothing_agreed_every_facet_has_its_ray():
     np.testing.assert_array_equal(
         look_closer(faces, table, blockers, patch, nothing), look(faces, table, blockers)
     )
+
+
+def test_a_view_sees_any_of_a_body_if_one_of_its_facets_is_lit():
+    world = half_hidden_sphere()
+    table, blockers = looked_at(world)
+    faces = faces_of(world.surfaces[0])
+    sides = look(faces, table, blockers)[0]
+    for side, expected in ((LIT, True), (HIDDEN, False), (AWAY, False)):
+        some = faces.of(np.flatnonzero(sides == side))
+        assert sees_any(some, table, blockers).tolist() == [expected]
+
+
+def test_what_is_above_the_horizon_is_seen_as_by_its_ray():
+    """Patches, which know their horizons, against the same facets without."""
+    world = half_hidden_sphere()
+    table, blockers = looked_at(world)
+    patches = parts_of(world.surfaces[0]).patches
+    assert np.any(patches.horizon < 0.5)
+    unknown = patches._replace(horizon=np.ones(len(patches.area)))
+    found = look(patches, table, blockers)
+    np.testing.assert_array_equal(found, look(unknown, table, blockers))
 
 
 def test_parts_agree_where_all_around_them_that_turn_to_the_view_say_the_same():

@@ -5,9 +5,10 @@ import pytest
 
 from polychirp.channel.base import strength, without_weak
 from polychirp.channel.composite import Composite
+from polychirp.channel.gathering import gather_cells
 from polychirp.channel.lighting import lighting_of, media_of, parts_of
 from polychirp.channel.materials import material_table
-from polychirp.channel.optics import CELL, gather_cells
+from polychirp.channel.optics import CELL
 from polychirp.channel.plain_optics import scalar_scattered
 from polychirp.channel.views import View
 from polychirp.channel.world import world_of
