@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from numba import njit, prange
@@ -11,73 +11,62 @@ from numpy.typing import NDArray
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.channel.blockers import Blockers
-from polychirp.channel.occlusion import is_blocked
+from polychirp.channel.fresnel import Media
+from polychirp.channel.legs import lose
 from polychirp.channel.optics import LIFT, ComplexVector, Vector, _across, _phasor
+from polychirp.channel.tube_meetings import Space, find_veils, is_hidden
 from polychirp.channel.tube_rays import Ray, ahead
-from polychirp.channel.vectors import cross, dot, vector
+from polychirp.channel.vectors import cross, dot, vector, vector_at
 from polychirp.channel.world import SKIN
+
+PER_CHUNK: Final = 64
+"""Hits that one thread looks at before the next."""
+
+POINT: Final = 0
+DIRECTION: Final = 3
+NORMAL: Final = 6
+SIDE_A: Final = 9
+SIDE_B: Final = 12
+DEPARTURE: Final = 15
+FIRST: Final = 18
+LENGTH: Final = 21
+RATE: Final = 22
+BODY: Final = 23
+ROUGHNESS: Final = 24
+TURNS: Final = 25
+TUBE: Final = 26
+"""Columns of `Hits.number`: seven vectors, and six numbers."""
 
 
 class Hits(NamedTuple):
     """Where tubes meet a body after another one, ``(hit, …)``.
 
-    ``normal`` towards where the ray came from; ``side_a``, ``side_b``: sides of the footprint, m;
-    ``current`` ``(hit, polarisation, kind, xyz)``: J and M, without 1/L; ``turns``:
-    reflections, this one included; ``tube``: its number.
+    ``number`` ``(hit, 27)``, columns `POINT` …: the normal is towards where the ray came from; A
+    and B are the footprint's sides, m; `FIRST` is a point; `TURNS` counts reflections, this one
+    included; `TUBE` is the tube's number. ``current`` ``(hit, polarisation, kind, xyz)``: J and
+    M, without 1/L.
     """
 
-    point: FloatArray
-    direction: FloatArray
-    normal: FloatArray
-    side_a: FloatArray
-    side_b: FloatArray
-    length: FloatArray
-    rate: FloatArray
-    departure: FloatArray
-    first: FloatArray
-    body: IntArray
-    roughness: FloatArray
+    number: FloatArray
     current: NDArray[np.complex64]
-    turns: IntArray
-    tube: IntArray
 
     def of(self, which: IntArray) -> Hits:
         """The hits of these numbers."""
-        return Hits(
-            self.point[which],
-            self.direction[which],
-            self.normal[which],
-            self.side_a[which],
-            self.side_b[which],
-            self.length[which],
-            self.rate[which],
-            self.departure[which],
-            self.first[which],
-            self.body[which],
-            self.roughness[which],
-            self.current[which],
-            self.turns[which],
-            self.tube[which],
-        )
+        return Hits(self.number[which], self.current[which])
+
+    def vectors(self, column: int) -> FloatArray:
+        """One of the vectors, ``(hit, xyz)``."""
+        return self.number[:, column : column + 3]
+
+    def whole(self, column: int) -> IntArray:
+        """One of the whole numbers, ``(hit,)``."""
+        return self.number[:, column].astype(np.int64)
 
 
 def empty_hits(size: int) -> Hits:
     """Room for hits."""
     return Hits(
-        point=np.empty((size, 3)),
-        direction=np.empty((size, 3)),
-        normal=np.empty((size, 3)),
-        side_a=np.empty((size, 3)),
-        side_b=np.empty((size, 3)),
-        length=np.empty(size),
-        rate=np.empty(size),
-        departure=np.empty((size, 3)),
-        first=np.empty((size, 3)),
-        body=np.empty(size, dtype=np.int64),
-        roughness=np.empty(size),
-        current=np.empty((size, 2, 2, 3), dtype=np.complex64),
-        turns=np.empty(size, dtype=np.int64),
-        tube=np.empty(size, dtype=np.int64),
+        number=np.empty((size, TUBE + 1)), current=np.empty((size, 2, 2, 3), dtype=np.complex64)
     )
 
 
@@ -121,23 +110,26 @@ def _footprint(edge: Vector, ray: Ray, normal: Vector, cosine: float, length: fl
     )
 
 
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _keep(number: FloatArray, slot: int, column: int, a: Vector) -> None:
+    number[slot, column], number[slot, column + 1], number[slot, column + 2] = a
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def record(hits: Hits, slot: int, ray: Ray, bounced: Ray, normal: Vector, body: int,
             roughness: float) -> None:  # fmt: skip
     """Keep where a ray meets a body, before and after."""
-    cosine = -dot(ray.direction, normal)
-    hits.point[slot] = bounced.point
-    hits.direction[slot] = ray.direction
-    hits.normal[slot] = normal
-    hits.side_a[slot] = _footprint(ray.edge_a, ray, normal, cosine, bounced.length)
-    hits.side_b[slot] = _footprint(ray.edge_b, ray, normal, cosine, bounced.length)
-    hits.length[slot] = bounced.length
-    hits.rate[slot] = ray.rate
-    hits.departure[slot] = ray.departure
-    hits.first[slot] = ray.first
-    hits.body[slot] = body
-    hits.roughness[slot] = roughness
-    hits.turns[slot] = bounced.turns
+    cosine, length, number = -dot(ray.direction, normal), bounced.length, hits.number
+    _keep(number, slot, POINT, bounced.point)
+    _keep(number, slot, DIRECTION, ray.direction)
+    _keep(number, slot, NORMAL, normal)
+    _keep(number, slot, SIDE_A, _footprint(ray.edge_a, ray, normal, cosine, length))
+    _keep(number, slot, SIDE_B, _footprint(ray.edge_b, ray, normal, cosine, length))
+    _keep(number, slot, DEPARTURE, ray.departure)
+    _keep(number, slot, FIRST, ray.first)
+    number[slot, LENGTH], number[slot, RATE] = length, ray.rate
+    number[slot, BODY], number[slot, ROUGHNESS] = body, roughness
+    number[slot, TURNS] = bounced.turns
     current = hits.current[slot]
     _induce(normal, ray.direction, bounced.direction, ray.wave_v, bounced.wave_v, current[0])
     _induce(normal, ray.direction, bounced.direction, ray.wave_h, bounced.wave_h, current[1])
@@ -161,48 +153,58 @@ def _heard(current: NDArray[np.complex64], back: Vector, field: Vector) -> compl
 @njit(cache=True, nogil=True, error_model="numpy")
 def _radiated(hits: Hits, i: int, back: Vector, r2: float, wavenumber: float) -> complex:
     """What multiplies F: −(j/8π) dS e^{−jk(L+r2)}/(L r2) and the footprint's phases."""
-    a, b, d = vector(hits.side_a[i]), vector(hits.side_b[i]), vector(hits.direction[i])
+    number = hits.number
+    a, b = vector_at(number, i, SIDE_A), vector_at(number, i, SIDE_B)
+    d, length = vector_at(number, i, DIRECTION), number[i, LENGTH]
     turn = (d[0] - back[0], d[1] - back[1], d[2] - back[2])
     square = cross(a, b)
     area = math.sqrt(dot(square, square))
     half = 0.5 * wavenumber
     share = _sinc(half * dot(turn, a)) * _sinc(half * dot(turn, b))
-    phase = wavenumber * hits.roughness[i] * dot(turn, vector(hits.normal[i]))
+    phase = wavenumber * number[i, ROUGHNESS] * dot(turn, vector_at(number, i, NORMAL))
     if phase != 0.0:
         share *= math.exp(-0.5 * phase * phase)
-    scale = area * share / (8.0 * math.pi * hits.length[i] * r2)
-    return complex(0.0, -scale) * _phasor(wavenumber * (hits.length[i] + r2))
+    scale = area * share / (8.0 * math.pi * length * r2)
+    return complex(0.0, -scale) * _phasor(wavenumber * (length + r2))
 
 
 @njit(cache=True, nogil=True, error_model="numpy", parallel=True)
 def radiate(
     hits: Hits, sink: FloatArray, not_from: int, wavenumber: float
-) -> tuple[ComplexArray, FloatArray, FloatArray]:
-    """Transfer ``(hit, receiving·transmitting)``, direction and length of all last legs.
+) -> tuple[ComplexArray, FloatArray, FloatArray, FloatArray]:
+    """Transfer ``(hit, receiving·transmitting)``, direction and length of all last legs, and power.
 
     Zero where the receiver is behind the surface, and from the body ``not_from``. What is in
-    between is not looked at.
+    between is not looked at. The power is that of the greatest entry.
     """
-    size = hits.length.size
+    number = hits.number
+    size = len(number)
     transfer = np.zeros((size, 4), dtype=np.complex128)
-    backs, lengths = np.zeros((size, 3)), np.zeros(size)
+    backs, lengths, power = np.zeros((size, 3)), np.zeros(size), np.zeros(size)
     for i in prange(size):
-        c = hits.point[i]
+        c = vector_at(number, i, POINT)
         q = (sink[0] - c[0], sink[1] - c[1], sink[2] - c[2])
         r2 = math.sqrt(dot(q, q))
         q = (q[0] / r2, q[1] / r2, q[2] / r2)
         backs[i, 0], backs[i, 1], backs[i, 2] = q
         lengths[i] = r2
-        if hits.body[i] == not_from or dot(q, vector(hits.normal[i])) <= 0.0:
+        if number[i, BODY] == not_from or dot(q, vector_at(number, i, NORMAL)) <= 0.0:
             continue
         away = (-q[0], -q[1], -q[2])
         h = _across((0.0, 0.0, 1.0), away, (0.0, 1.0, 0.0))
         v = cross(away, h)
         weight = _radiated(hits, i, q, r2, wavenumber)
         for t in range(2):
-            transfer[i, t] = weight * _heard(hits.current[i, t], q, v)
-            transfer[i, 2 + t] = weight * _heard(hits.current[i, t], q, h)
-    return transfer, backs, lengths
+            one = weight * _heard(hits.current[i, t], q, v)
+            other = weight * _heard(hits.current[i, t], q, h)
+            transfer[i, t], transfer[i, 2 + t] = one, other
+            power[i] = max(power[i], _square(one), _square(other))
+    return transfer, backs, lengths, power
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _square(a: complex) -> float:
+    return a.real * a.real + a.imag * a.imag
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -218,56 +220,96 @@ def promises(
 
     Power, with 1/√(1 + x²) for |sinc x|. Zero as in `radiate`.
     """
-    size = hits.length.size
+    number = hits.number
+    size = len(number)
     power, backs = np.zeros(size), np.zeros((size, 3))
     for i in prange(size):
-        c = hits.point[i]
+        c = vector_at(number, i, POINT)
         q = (sink[0] - c[0], sink[1] - c[1], sink[2] - c[2])
         r2 = math.sqrt(dot(q, q))
         q = (q[0] / r2, q[1] / r2, q[2] / r2)
         backs[i, 0], backs[i, 1], backs[i, 2] = q
-        if hits.body[i] == not_from or dot(q, vector(hits.normal[i])) <= 0.0:
+        if number[i, BODY] == not_from or dot(q, vector_at(number, i, NORMAL)) <= 0.0:
             continue
-        a, b, d = vector(hits.side_a[i]), vector(hits.side_b[i]), vector(hits.direction[i])
+        a, b = vector_at(number, i, SIDE_A), vector_at(number, i, SIDE_B)
+        d = vector_at(number, i, DIRECTION)
         turn = (d[0] - q[0], d[1] - q[1], d[2] - q[2])
         square, half = cross(a, b), 0.5 * wavenumber
         scale = _envelope(half * dot(turn, a)) * _envelope(half * dot(turn, b))
-        scale *= math.sqrt(dot(square, square)) / (8.0 * math.pi * hits.length[i] * r2)
+        scale *= math.sqrt(dot(square, square)) / (8.0 * math.pi * number[i, LENGTH] * r2)
         h = _across((0.0, 0.0, 1.0), (-q[0], -q[1], -q[2]), (0.0, 1.0, 0.0))
         v = cross(h, q)
         most = 0.0
         for t in range(2):
             one, other = _heard(hits.current[i, t], q, v), _heard(hits.current[i, t], q, h)
-            most = max(most, one.real * one.real + one.imag * one.imag)
-            most = max(most, other.real * other.real + other.imag * other.imag)
+            most = max(most, _square(one), _square(other))
         power[i] = scale * scale * most
     return power, backs
 
 
+class Between(NamedTuple):
+    """What may come between a receiver and every body: numbers, and where those of each begin.
+
+    Bodies; opaque plates; sheets among plates; bodies with sheets or leaves.
+    """
+
+    bodies: IntArray
+    body_start: IntArray
+    plates: IntArray
+    plate_start: IntArray
+    panes: IntArray
+    pane_start: IntArray
+    veiled: IntArray
+    veiled_start: IntArray
+
+
 @njit(cache=True, nogil=True, error_model="numpy", parallel=True)
 def unhidden(
+    space: Space, between: Between, hits: Hits, sink: FloatArray, which: IntArray
+) -> BoolArray:
+    """Whether nothing opaque is between hits ``which`` and a receiver."""
+    number, start = hits.number, vector(sink)
+    out = np.empty(which.size, dtype=np.bool_)
+    for chunk in prange((which.size + PER_CHUNK - 1) // PER_CHUNK):
+        notes = np.empty(space.room, dtype=np.float32)
+        for row in range(chunk * PER_CHUNK, min((chunk + 1) * PER_CHUNK, which.size)):
+            b = int(number[which[row], BODY])
+            bodies = between.bodies[between.body_start[b] : between.body_start[b + 1]]
+            plates = between.plates[between.plate_start[b] : between.plate_start[b + 1]]
+            end = _lifted(number, which[row])
+            out[row] = not is_hidden(space, bodies, plates, start, end, notes)
+    return out
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _lifted(number: FloatArray, i: int) -> Vector:
+    """A point just before the surface that a tube meets."""
+    return ahead(vector_at(number, i, POINT), vector_at(number, i, NORMAL), LIFT)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
+def last_legs(
+    space: Space,
     faces: Blockers,
-    near: tuple[IntArray, IntArray, IntArray, IntArray],
+    media: Media,
+    between: Between,
     hits: Hits,
     sink: FloatArray,
-    which: IntArray,
-) -> BoolArray:
-    """Whether nothing opaque is between hits ``which`` and a receiver.
-
-    ``near`` are bodies, where those for every last body begin, and plates likewise.
-    """
-    bodies, body_start, plates, plate_start = near
-    out = np.empty(which.size, dtype=np.bool_)
-    for row in prange(which.size):
-        i = which[row]
-        b = hits.body[i]
-        lifted = ahead(vector(hits.point[i]), vector(hits.normal[i]), LIFT)
-        out[row] = not is_blocked(
-            faces,
-            bodies[body_start[b] : body_start[b + 1]],
-            plates[plate_start[b] : plate_start[b + 1]],
-            vector(sink),
-            lifted,
-            SKIN,
-        )
+    upwards: FloatArray,
+    wavenumber: float,
+) -> ComplexArray:
+    """What sheets and leaves leave on the way from a receiver to hits, ``(hit, 2, 2)``."""
+    number, start = hits.number, vector(sink)
+    out = np.zeros((len(number), 2, 2), dtype=np.complex128)
+    for chunk in prange((len(number) + PER_CHUNK - 1) // PER_CHUNK):
+        notes = np.empty(space.room, dtype=np.float32)
+        veils = np.empty(len(space.body), dtype=np.int64)
+        for i in range(chunk * PER_CHUNK, min((chunk + 1) * PER_CHUNK, len(number))):
+            b, end = int(number[i, BODY]), _lifted(number, i)
+            out[i, 0, 0] = out[i, 1, 1] = 1.0
+            bodies = between.veiled[between.veiled_start[b] : between.veiled_start[b + 1]]
+            plates = between.panes[between.pane_start[b] : between.pane_start[b + 1]]
+            there = veils[: find_veils(space, bodies, start, end, notes, veils)]
+            if there.size + plates.size > 0:
+                lose(faces, media, there, plates, start, end, SKIN, upwards, wavenumber, out[i])
     return out

@@ -6,24 +6,27 @@ import math
 
 import numpy as np
 from numba import njit, prange
+from numpy.typing import NDArray
 
 from polychirp.axes import FloatArray, IntArray
 from polychirp.channel.blockers import Blockers
 from polychirp.channel.fresnel import Media
-from polychirp.channel.nearest import DEPTH
 from polychirp.channel.optics import Vector
-from polychirp.channel.tube_currents import Hits, record
+from polychirp.channel.tube_currents import TUBE, Hits, record
 from polychirp.channel.tube_meetings import (
     FACE,
+    IS_PANE,
     NOTHING,
     PANE,
     PLATE,
-    Bodies,
+    SCATTERS,
     Meeting,
+    Space,
     fade,
     is_behind,
+    is_near_leaves,
     meet,
-    meet_alone,
+    meet_body,
     surface_of,
 )
 from polychirp.channel.tube_rays import (
@@ -52,11 +55,11 @@ Waiting = list[tuple[Ray, Meeting]]
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _leads_on(met: Meeting, bodies: Bodies, turns: int, most_turns: int) -> bool:
+def _leads_on(met: Meeting, space: Space, turns: int, most_turns: int) -> bool:
     """Whether a ray that has turned so often may bring anything at what it meets."""
     if met[1] == FACE:
-        return bool(bodies.scatters[met[2]])
-    if met[1] == PLATE and not bodies.is_pane[met[2]]:
+        return bool(space.body[met[2], SCATTERS] > 0.0)
+    if met[1] == PLATE and space.plate[met[2], IS_PANE] == 0.0:
         return 0 < turns < most_turns - 1
     return met[1] != NOTHING
 
@@ -65,21 +68,21 @@ def _leads_on(met: Meeting, bodies: Bodies, turns: int, most_turns: int) -> bool
 def _pass(
     ray: Ray,
     point: Vector,
-    distance: float,
+    met: Meeting,
     surface: tuple[Vector, int],
-    faces: Blockers,
+    space: Space,
     media: Media,
-    bodies: Bodies,
     limits: tuple[int, float],
     waiting: Waiting,
-    boxes: IntArray,
+    boxes: NDArray[np.float32],
 ) -> None:
     """Let a ray through a sheet at a point; it waits if it meets anything behind."""
-    met = meet(faces, bodies, point, ray.direction, OFF, MISS, boxes)
-    if _leads_on(met, bodies, ray.turns, limits[0]):
-        behind = passed(ray, point, distance, surface[0], media, surface[1], limits[1])
+    home = met[2] if met[1] == PANE else -1
+    next_met = meet(space, point, ray.direction, OFF, MISS, home, boxes)
+    if _leads_on(next_met, space, ray.turns, limits[0]):
+        behind = passed(ray, point, met[0], surface[0], media, surface[1], limits[1])
         if is_heard(behind):
-            waiting.append((behind, met))
+            waiting.append((behind, next_met))
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -88,12 +91,11 @@ def _bounce(  # noqa: PLR0913, PLR0917 (flat, as parallel loops take them)
     point: Vector,
     met: Meeting,
     surface: tuple[Vector, int, Vector],
-    faces: Blockers,
+    space: Space,
     media: Media,
-    bodies: Bodies,
     limits: tuple[int, float],
     waiting: Waiting,
-    boxes: IntArray,
+    boxes: NDArray[np.float32],
     hits: Hits,
     slots: tuple[int, int],
 ) -> int:
@@ -104,8 +106,9 @@ def _bounce(  # noqa: PLR0913, PLR0917 (flat, as parallel loops take them)
     slot, next_met = slots[0], MISS
     if ray.turns + 1 < most_turns:
         after = mirrored(ray.direction, normal)
-        next_met = meet(faces, bodies, point, after, OFF, MISS, boxes)
-    goes_on = _leads_on(next_met, bodies, ray.turns + 1, most_turns)
+        home = -1 if kind == PLATE else number
+        next_met = meet(space, point, after, OFF, MISS, home, boxes)
+    goes_on = _leads_on(next_met, space, ray.turns + 1, most_turns)
     is_last = kind != PLATE and ray.met > 0
     # fields are dear: only for what leads somewhere
     if not (goes_on or is_last):
@@ -127,15 +130,15 @@ def _bounce(  # noqa: PLR0913, PLR0917 (flat, as parallel loops take them)
     return slot
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _follow(
+    space: Space,
     faces: Blockers,
     media: Media,
-    bodies: Bodies,
     first_body: int,
     limits: tuple[int, float],
     waiting: Waiting,
-    boxes: IntArray,
+    boxes: NDArray[np.float32],
     hits: Hits,
     slots: tuple[int, int],
 ) -> int:
@@ -147,32 +150,30 @@ def _follow(
     slot = slots[0]
     while len(waiting) > 0:
         ray, met = waiting.pop()
-        distance, kind, number, triangle = met
-        normal, medium, velocity = surface_of(faces, bodies, kind, number, triangle)
+        distance, kind, number, _ = met
+        normal, medium, velocity = surface_of(space, met)
         point = ahead(ray.point, ray.direction, distance)
         cosine = -dot(ray.direction, normal)
-        if bodies.cloudy.size > 0:
-            loss = fade(faces, media, bodies, ray.point, ray.direction, distance)
+        if is_near_leaves(space, ray.point, ray.direction, distance):
+            loss = fade(faces, media, space.body, ray.point, ray.direction, distance)
             ray = weakened(ray, loss, 0.0, 0)
-        if kind == PANE or (kind == PLATE and bodies.is_pane[number]):
+        if kind == PANE or (kind == PLATE and space.plate[number, IS_PANE] > 0.0):
             # both faces of a sheet are alike
             if cosine < 0.0:
                 normal, cosine = (-normal[0], -normal[1], -normal[2]), -cosine
-            _pass(ray, point, distance, (normal, medium), faces, media, bodies, limits,
-                  waiting, boxes)  # fmt: skip
+            _pass(ray, point, met, (normal, medium), space, media, limits, waiting, boxes)
         is_body = kind != PLATE
         # the first to reflect is the window's body
         is_turn = ray.met > 0 or (is_body and number == first_body)
-        if cosine <= 0.0 or not is_turn or (is_body and not bodies.scatters[number]):
+        if cosine <= 0.0 or not is_turn or (is_body and space.body[number, SCATTERS] == 0.0):
             continue
         slot = _bounce(
             ray,
             point,
             met,
             (normal, medium, velocity),
-            faces,
+            space,
             media,
-            bodies,
             limits,
             waiting,
             boxes,
@@ -186,9 +187,9 @@ def _follow(
 def _trace_some(
     window: FloatArray,
     tubes: tuple[int, IntArray, IntArray],
+    space: Space,
     faces: Blockers,
     media: Media,
-    bodies: Bodies,
     first_body: int,
     wavenumber: float,
     hits: Hits,
@@ -197,20 +198,20 @@ def _trace_some(
     """Follow some tubes of a window."""
     columns, numbers, most_turns = tubes
     slot, hider = slots[0], MISS[2]
-    boxes = np.empty(DEPTH, dtype=np.int64)
+    boxes = np.empty(space.room, dtype=np.float32)
     waiting = [(launched(window, columns, columns), MISS) for _ in range(0)]
     for place in range(numbers.size):
         tube = numbers[place]
         ray = launched(window, tube // columns, tube % columns)
         p, d = ray.point, ray.direction
         # what hid the body from a tube will often hide it from the next
-        if hider >= 0 and is_behind(faces, bodies, hider, first_body, p, d):
+        if hider >= 0 and is_behind(space, hider, first_body, p, d, boxes):
             continue
-        alone = meet_alone(faces, first_body, p, d, boxes)
+        alone = meet_body(space, first_body, p, d, (SKIN, np.inf), boxes)
         if alone[1] == NOTHING:
             continue
-        met = meet(faces, bodies, p, d, SKIN, alone, boxes)
-        if met[1] == PLATE and not bodies.is_pane[met[2]]:
+        met = meet(space, p, d, SKIN, alone, first_body, boxes)
+        if met[1] == PLATE and space.plate[met[2], IS_PANE] == 0.0:
             continue
         if met[1] == FACE and met[2] != first_body:
             hider = met[2]
@@ -218,9 +219,9 @@ def _trace_some(
         waiting.append((ray, met))
         begin, limits = slot, (most_turns[place], wavenumber)
         slot = _follow(
-            faces, media, bodies, first_body, limits, waiting, boxes, hits, (slot, slots[1])
+            space, faces, media, first_body, limits, waiting, boxes, hits, (slot, slots[1])
         )
-        hits.tube[begin : min(slot, slots[1])] = tube
+        hits.number[begin : min(slot, slots[1]), TUBE] = tube
     return slot
 
 
@@ -228,9 +229,9 @@ def _trace_some(
 def trace(
     window: FloatArray,
     tubes: tuple[int, IntArray, IntArray],
+    space: Space,
     faces: Blockers,
     media: Media,
-    bodies: Bodies,
     first_body: int,
     wavenumber: float,
     hits: Hits,
@@ -246,6 +247,7 @@ def trace(
     window : `Window.rows`, ``(7, xyz)``
     tubes : number of the window's columns; numbers of the tubes, counted row by row; and the
         greatest number of reflections of each that is followed
+    space, faces : the same world, as `tube_meetings.place_of` makes it
     wavenumber : 1/m
     """
     columns, numbers, most_turns = tubes
@@ -257,9 +259,9 @@ def trace(
         counts[chunk] = -slot + _trace_some(
             window,
             (columns, numbers[begin:end], most_turns[begin:end]),
+            space,
             faces,
             media,
-            bodies,
             first_body,
             wavenumber,
             hits,

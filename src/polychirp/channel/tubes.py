@@ -71,25 +71,41 @@ Phases of single paths between cars are not converged: take them for one draw of
 
 from __future__ import annotations
 
-from typing import Final, NamedTuple
+from functools import lru_cache
+from typing import Final
 
 import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import no_paths, strength, strongest_of_pair, without_weak
 from polychirp.channel.blockers import Blockers, in_frame_of
-from polychirp.channel.facets import OVERSHOOT, scatters
-from polychirp.channel.legs import through
-from polychirp.channel.optics import LIFT
+from polychirp.channel.facets import OVERSHOOT
 from polychirp.channel.sight import visible_line_of_sight
 from polychirp.channel.tube_cells import Contributions, cell_paths, joined
-from polychirp.channel.tube_currents import Hits, empty_hits, promises, radiate, unhidden
+from polychirp.channel.tube_currents import (
+    BODY,
+    DEPARTURE,
+    DIRECTION,
+    FIRST,
+    LENGTH,
+    POINT,
+    RATE,
+    TUBE,
+    TURNS,
+    Between,
+    Hits,
+    empty_hits,
+    last_legs,
+    promises,
+    radiate,
+    unhidden,
+)
 from polychirp.channel.tube_levels import Level, first_level
-from polychirp.channel.tube_meetings import Bodies
+from polychirp.channel.tube_meetings import SCATTERS, Space, space_of
 from polychirp.channel.tube_optics import PER_CHUNK, trace
 from polychirp.channel.tube_windows import Window
 from polychirp.channel.views import View
-from polychirp.channel.world import Role, World
+from polychirp.channel.world import UPWARDS, World
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
 from polychirp.model.paths import PropagationPaths
@@ -169,40 +185,6 @@ def tube_paths(
     return without_weak(paths, world.scene, world.dynamic_range)
 
 
-class _Place(NamedTuple):
-    """A world as the kernels need it."""
-
-    faces: Blockers
-    bodies: Bodies
-
-
-def _place_of(world: World) -> _Place:
-    actors = world.scene.actors
-    speeds = [actors[actor].velocity for actor in world.plates.actor]
-
-    gap = world.scene.radar_position[:, None] - world.centre
-    away = np.min(np.linalg.norm(gap, axis=-1), axis=0) - world.radius
-    is_near = away <= world.max_length
-
-    def having(*roles: Role) -> IntArray:
-        has = [any(s.trees[role].face.size for role in roles) for s in world.surfaces]
-        return np.flatnonzero(np.array(has) & is_near)
-
-    return _Place(
-        faces=in_frame_of(world, np.eye(3), np.zeros(3)),
-        bodies=Bodies(
-            centre=world.centre,
-            radius=world.radius,
-            velocity=world.velocity,
-            plate_velocity=np.array(speeds).reshape(-1, 3),
-            scatters=np.array([scatters(world, body) for body in range(len(world.body))]),
-            is_pane=world.plate_is_pane,
-            solid=having("opaque", "pane"),
-            cloudy=having("cloud"),
-        ),
-    )
-
-
 class _Tracing:
     """Tubes of all transmitters, and what they radiate to all receivers."""
 
@@ -223,19 +205,11 @@ class _Tracing:
         self.position = world.scene.radar_position
         self.rotation = world.scene.radar_rotation
         num_radars = len(is_wanted)
-        self.views = {
-            (radar, body): View(world=world, radar=radar, body=body)
-            for radar in range(num_radars)
-            for body in range(len(world.surfaces))
-        }
         if strongest is None:
             strongest = np.zeros((num_radars, num_radars))
-        direct = visible_line_of_sight(
-            world, np.argwhere(is_wanted & ~np.eye(num_radars, dtype=np.bool_))
-        )
-        direct_power = strongest_of_pair(direct, strength(direct, world.scene), num_radars)
+        direct = self.place.direct_power(is_wanted)
         # both ways round: half of every journey is the reverse of another
-        self.known = np.maximum(direct_power, np.minimum(strongest, strongest.T))
+        self.known = np.maximum(direct, np.minimum(strongest, strongest.T))
 
     def contributions(self) -> Contributions:
         """All that is worth more than the dynamic range leaves."""
@@ -246,9 +220,11 @@ class _Tracing:
 
     def _of_transmitter(self, radar: int) -> list[Contributions]:
         first, hits = self._leaves(radar)
+        if not len(first):
+            return []
         receivers = np.flatnonzero(self.is_wanted[radar])
         pattern = self.world.scene.radars[radar].array.pattern
-        gain = pattern.gain(hits.departure @ self.rotation[radar])
+        gain = pattern.gain(hits.vectors(DEPARTURE) @ self.rotation[radar])
         return [
             self._to_receiver(radar, int(receiver), first, hits, gain) for receiver in receivers
         ]
@@ -260,14 +236,15 @@ class _Tracing:
         first, leaves = [np.zeros(0, dtype=np.int64)], [empty_hits(0)]
         while level.windows:
             hits = self._all_hits(radar, level)
+            tube = hits.whole(TUBE)
             is_first = len(leaves) == 1
             worth = self._worth_halving(radar, level, hits, depth=len(leaves) - 1)
             # parts of a wide tube may turn more often than its middle
-            turns = np.full(len(worth), self.max_bounces) if is_first else hits.turns[worth]
-            halved = level.with_neighbours(hits.tube[worth], turns)
+            turns = np.full(len(worth), self.max_bounces) if is_first else hits.whole(TURNS)[worth]
+            halved = level.with_neighbours(tube[worth], turns)
             # hits after more reflections than are followed further stay
-            kept = np.flatnonzero(hits.turns > halved[hits.tube])
-            first.append(level.body[level.window_of(hits.tube[kept])])
+            kept = np.flatnonzero(hits.number[:, TURNS] > halved[tube])
+            first.append(level.body[level.window_of(tube[kept])])
             leaves.append(hits.of(kept))
             level = level.halved(halved)
         return np.concatenate(first), _all_of(leaves)
@@ -281,18 +258,20 @@ class _Tracing:
             for begin in range(0, len(tubes), BATCH):
                 some = slice(begin, begin + BATCH)
                 hits = self._hits(radar, body, window, (tubes[some], turns[some]))
-                found.append(hits._replace(tube=hits.tube + level.start[number]))
+                hits.number[:, TUBE] += level.start[number]
+                found.append(hits)
         return _all_of(found)
 
     def _worth_halving(self, radar: int, level: Level, hits: Hits, *, depth: int) -> IntArray:
         """Hits of a level's tubes that matter to a receiver, by number, with repeats."""
         world, scene = self.world, self.world.scene
-        can = np.flatnonzero(level.left[level.window_of(hits.tube)] > 0)
+        can = np.flatnonzero(level.left[level.window_of(hits.whole(TUBE))] > 0)
         found = [np.zeros(0, dtype=np.int64)]
         if not len(can):
             return found[0]
         share = WORTH[min(depth, len(WORTH) - 1)]
-        gain = scene.radars[radar].array.pattern.gain(hits.departure @ self.rotation[radar])
+        departure = hits.vectors(DEPARTURE) @ self.rotation[radar]
+        gain = scene.radars[radar].array.pattern.gain(departure)
         for receiver in np.flatnonzero(self.is_wanted[radar]):
             power, back = promises(
                 hits, self.position[receiver], self._own(int(receiver)), world.wavenumber
@@ -320,20 +299,20 @@ class _Tracing:
         bodies = [
             body
             for body in self.firsts
-            if self.place.bodies.scatters[body]
+            if self.place.space.body[body, SCATTERS]
             and world.body[body] != carrier
-            and self.views[radar, body].distance <= world.max_length
+            and self.place.views[radar, body].distance <= world.max_length
             and any(
                 self._bound(radar, body, int(receiver)) * world.dynamic_range
                 >= self.known[radar, receiver]
                 for receiver in np.flatnonzero(self.is_wanted[radar])
             )
         ]
-        return sorted(bodies, key=lambda body: self.views[radar, body].distance)
+        return sorted(bodies, key=lambda body: self.place.views[radar, body].distance)
 
     def _bound(self, radar: int, body: int, receiver: int) -> float:
         """Greatest power of a path with this first body, the elements' gains included."""
-        out, back = self.views[radar, body], self.views[receiver, body]
+        out, back = self.place.views[radar, body], self.place.views[receiver, body]
         length = max(out.distance + back.distance, 1e-3)
         amplitude = OVERSHOOT**2 / (2 * self.world.wavenumber * length)
         peak = self.world.scene.radars[receiver].array.pattern.peak_gain
@@ -351,9 +330,9 @@ class _Tracing:
             counts = trace(
                 rows,
                 (window.shape[1], *tubes),
+                self.place.space,
                 self.place.faces,
                 self.world.media,
-                self.place.bodies,
                 body,
                 self.world.wavenumber,
                 hits,
@@ -370,32 +349,42 @@ class _Tracing:
     ) -> Contributions:
         world, scene = self.world, self.world.scene
         sink = self.position[receiver]
-        transfer, back, last_leg = radiate(hits, sink, self._own(receiver), world.wavenumber)
-        heard = np.flatnonzero(np.any(transfer != 0, axis=1))
-        power = np.max(np.abs(transfer[heard]) ** 2, axis=1) * gain[heard]
+        transfer, back, last_leg, power = radiate(hits, sink, self._own(receiver), world.wavenumber)
+        heard = np.flatnonzero(power)
+        power = power[heard] * gain[heard]
         power *= scene.radars[receiver].array.pattern.gain(-back[heard] @ self.rotation[receiver])
         weak = 1.0 / world.dynamic_range
         limits = (weak, 0.0, self.known[radar, receiver] * weak)
         kept = heard[np.sort(self._seen(receiver, hits, heard, power, limits))]
-        legs = self._last_legs(sink, hits.of(kept))
-        body = hits.body[kept]
+        there = hits.of(kept)
+        legs = self._last_legs(receiver, there)
+        body = there.whole(BODY)
         velocity = world.velocity[body]
-        turn = hits.direction[kept] - back[kept]
+        turn = there.vectors(DIRECTION) - back[kept]
         return Contributions(
             pair=np.tile([radar, receiver], (len(kept), 1)),
             body=np.stack([first[kept], body], axis=1),
             transfer=np.swapaxes(legs, 1, 2) @ transfer[kept].reshape(-1, 2, 2),
-            length=hits.length[kept] + last_leg[kept],
-            rate=hits.rate[kept]
+            length=there.number[:, LENGTH] + last_leg[kept],
+            rate=there.number[:, RATE]
             + np.sum(velocity * turn, axis=1)
             + back[kept] @ scene.radar_velocity[receiver],
-            direction=np.stack([hits.departure[kept], -back[kept]], axis=1),
-            point=np.stack([hits.first[kept], hits.point[kept]], axis=1),
+            direction=np.stack([there.vectors(DEPARTURE), -back[kept]], axis=1),
+            point=np.stack([there.vectors(FIRST), there.vectors(POINT)], axis=1),
         )
 
-    def _last_legs(self, sink: FloatArray, hits: Hits) -> ComplexArray:
+    def _last_legs(self, receiver: int, hits: Hits) -> ComplexArray:
         """What sheets and leaves leave on the way from a receiver to hits, ``(hit, 2, 2)``."""
-        return through(self.world, sink, hits.point + LIFT * hits.normal)
+        return last_legs(
+            self.place.space,
+            self.place.faces,
+            self.world.media,
+            self.place.between(receiver),
+            hits,
+            self.position[receiver],
+            UPWARDS,
+            self.world.wavenumber,
+        )
 
     def _seen(
         self,
@@ -415,27 +404,58 @@ class _Tracing:
         order = np.argsort(-power, kind="stable")
         rest = np.cumsum(power[order][::-1])[::-1]
         reach = np.cumsum(np.sqrt(power[order])[::-1])[::-1] ** 2
-        near = self._between(receiver)
+        near = self.place.between(receiver)
         found, total = [np.zeros(0, dtype=np.int64)], 0.0
         sink = self.position[receiver]
         for begin in range(0, len(order), AT_A_TIME):
             if rest[begin] < max(share * total, floor) or reach[begin] < floor_in_step:
                 break
             some = order[begin : begin + AT_A_TIME]
-            free = some[unhidden(self.place.faces, near, hits, sink, which[some])]
+            free = some[unhidden(self.place.space, near, hits, sink, which[some])]
             total += float(np.sum(power[free]))
             found.append(free)
         return np.concatenate(found)
 
-    def _between(self, receiver: int) -> tuple[IntArray, IntArray, IntArray, IntArray]:
-        """Bodies and opaque plates that may hide each body from a receiver, as `unhidden` asks."""
-        world = self.world
-        between = [self.views[receiver, body].between for body in range(len(world.surfaces))]
-        is_opaque = ~world.plate_is_pane
-        return (
-            *_joined([bodies for bodies, _ in between]),
-            *_joined([plates[is_opaque[plates]] for _, plates in between]),
-        )
+
+class _Place:
+    """A world as tubes need it."""
+
+    def __init__(self, world: World) -> None:
+        self.world = world
+        self.faces: Blockers = in_frame_of(world, np.eye(3), np.zeros(3))
+        self.space: Space = space_of(world, self.faces)
+        self.views = {
+            (radar, body): View(world=world, radar=radar, body=body)
+            for radar in range(len(world.scene.radars))
+            for body in range(len(world.surfaces))
+        }
+        self._between: dict[int, Between] = {}
+        self._direct: dict[bytes, FloatArray] = {}
+
+    def direct_power(self, is_wanted: BoolArray) -> FloatArray:
+        """Power of the direct paths of wanted pairs, ``(transmitter, receiver)``."""
+        key = is_wanted.tobytes()
+        if key not in self._direct:
+            scene, num_radars = self.world.scene, len(is_wanted)
+            others = is_wanted & ~np.eye(num_radars, dtype=np.bool_)
+            paths = visible_line_of_sight(self.world, np.argwhere(others))
+            self._direct[key] = strongest_of_pair(paths, strength(paths, scene), num_radars)
+        return self._direct[key]
+
+    def between(self, receiver: int) -> Between:
+        """What may come between a receiver and every body."""
+        if receiver not in self._between:
+            bodies = range(len(self.world.surfaces))
+            near = [self.views[receiver, body].near for body in bodies]
+            lists = [_joined(list(kind)) for kind in zip(*near, strict=True)]
+            self._between[receiver] = Between(*[rows for kind in lists for rows in kind])
+        return self._between[receiver]
+
+
+@lru_cache(maxsize=2)
+def _place_of(world: World) -> _Place:
+    """A world as tubes need it, kept for its next part."""
+    return _Place(world)
 
 
 def _all_of(parts: list[Hits]) -> Hits:
