@@ -158,8 +158,23 @@ class Band:
         self, residual: FloatArray, phases: FloatArray, amplitude: ComplexArray
     ) -> FloatArray:
         """By how much the residual says each point's beat is wrong: Hz, ``(point, ramp)``."""
-        cells = _beat_errors(residual, self.places(phases), amplitude, *self._kernel())
+        above = np.sum((self.tilts(residual, phases) * amplitude.conj()).real, axis=1)
+        strength = np.sum(np.abs(amplitude) ** 2, axis=1)
+        return np.asarray(above / np.maximum(strength, 1e-300))
+
+    def tilts(self, residual: FloatArray, phases: FloatArray) -> ComplexArray:
+        """Beat errors times amplitudes that the residual shows: ``(point, channel, ramp)``, Hz."""
+        cells = _tilts(residual, self.places(phases), *self._kernel())
         return np.asarray(cells * (self.rate / self.length))
+
+    def without(
+        self, spectra: FloatArray, phases: FloatArray, amplitude: ComplexArray
+    ) -> FloatArray:
+        """Spectra that points of known amplitudes ``(point, channel, ramp)`` were taken out of."""
+        out = spectra.copy()
+        if len(phases):
+            _without(out, self.places(phases), amplitude, *self._kernel())
+        return out
 
     def _kernel(self) -> tuple[Any, ...]:
         return self.moments, self.table, self.farthest, self.gain, self.is_whole
@@ -206,6 +221,7 @@ def band_of(
     )
 
 
+@lru_cache(maxsize=1024)
 def _smooth_below(length: int) -> int:
     """The greatest length up to this one whose prime factors are 2, 3 and 5; at least 2."""
     best = 2
@@ -415,8 +431,8 @@ def _remove(spectrum: Any, kernel: Any, wide: Any, found: Any) -> None:  # pragm
 
 
 @njit(cache=True, nogil=True)
-def _beat_errors(  # pragma: no cover - compiled
-    residual: Any,
+def _without(  # pragma: no cover - compiled
+    spectra: Any,
     places: Any,
     amplitude: Any,
     moments: Any,
@@ -424,11 +440,25 @@ def _beat_errors(  # pragma: no cover - compiled
     farthest: int,
     gain: Any,
     is_whole: Any,
+) -> None:
+    _, ramps, _, bins = spectra.shape
+    kernel, wide = np.zeros((1, 2, bins)), np.array([[0, bins]])
+    for p in range(places.shape[0]):
+        for k in range(ramps):
+            place, own = places[p, k], moments[table[k]]
+            _kernel_into(kernel[0], own, -place[1] / BINS, place[2], farthest, is_whole[k])
+            turn = np.exp(2j * np.pi * place[0]) * gain[k]
+            _remove(spectra[:, k], kernel, wide, amplitude[p : p + 1, :, k] * turn)
+
+
+@njit(cache=True, nogil=True)
+def _tilts(  # pragma: no cover - compiled
+    residual: Any, places: Any, moments: Any, table: Any, farthest: int, gain: Any, is_whole: Any
 ) -> Any:
     """In cells: the least-squares fit of the kernel's derivative to what is left near a beat."""
     _, ramps, channels, bins = residual.shape
     points = places.shape[0]
-    out = np.zeros((points, ramps))
+    out = np.zeros((points, channels, ramps), dtype=np.complex128)
     ahead, behind = np.empty((2, bins)), np.empty((2, bins))
     delta = 1.0 / STEP
     for p in range(points):
@@ -441,13 +471,9 @@ def _beat_errors(  # pragma: no cover - compiled
             _kernel_into(slope, own, start - delta, place[2], farthest, whole)
             _kernel_into(other, own, start + delta, place[2], farthest, whole)
             slope -= other  # a beat fitted δ cells too low leaves δ of it behind, over 2 delta
-            above, strength = 0.0, 0.0
-            turn = np.exp(-2j * np.pi * place[0])
-            for m in range(channels):
-                strength += abs(amplitude[p, m, k]) ** 2
-                found = _inner(slope, residual[:, k, m, low:high]) * turn
-                above += (found * np.conj(amplitude[p, m, k])).real
             below = _inner(slope, slope).real
-            if strength > 0.0 and below > 0.0:
-                out[p, k] = 2.0 * delta * above / (gain[k] * strength * below)
+            if below > 0.0:
+                turn = np.exp(-2j * np.pi * place[0]) * 2.0 * delta / (gain[k] * below)
+                for m in range(channels):
+                    out[p, m, k] = _inner(slope, residual[:, k, m, low:high]) * turn
     return out

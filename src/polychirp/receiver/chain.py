@@ -24,10 +24,13 @@ from polychirp.receiver.joint import Grid
 from polychirp.receiver.live_map import LiveMap, strongest_peaks
 from polychirp.receiver.mitigation import AnyMitigation
 from polychirp.receiver.mitigation.base import mitigated
-from polychirp.receiver.point import beat_frequency, beat_phase, beat_sensitivity
+from polychirp.receiver.pairs import MOST_CLAIMS, Pair, Pairs
+from polychirp.receiver.point import beat_sensitivity
 from polychirp.receiver.refine import motion_steps, range_and_rate_from_beats
+from polychirp.receiver.skirts import resolved, unrelated
 from polychirp.receiver.threshold import log_threshold_above_floor
 from polychirp.receiver.turning import brought_to_start
+from polychirp.receiver.waves import Waves
 from polychirp.units import Metres, MetresPerSecond, Ratio, from_db
 
 BEARINGS: Final = {"root-music": root_music, "bartlett": bartlett, "capon": capon}
@@ -38,6 +41,9 @@ UNMOVED = 0.1
 PATIENCE = 20
 """Batches of new points tried on one map without any gain before the search ends: what is left of
 an extended body gives points that only replace each other."""
+
+AFTERWARDS = 3
+"""The same after a pair was found: what it hid shows at once."""
 
 MOST_CANDIDATES = 40
 """Peaks looked at together."""
@@ -51,7 +57,8 @@ class Receiver(Spec):
     taken out of the samples, and the map drawn anew, until nothing crosses the threshold: so a
     weak target is not lost under the skirts of a strong one, and those skirts are no targets.
     What crosses it but does not move like one point over the frame (`coherence`) is no claim; what
-    is one point by all its phases gets its range and rate from them (`coherent`).
+    is one point by all its phases gets its range and rate from them (`coherent`), and what is two
+    in one cell is taken for two (`pairs`).
 
     Parameters
     ----------
@@ -92,7 +99,7 @@ class Receiver(Spec):
     def detect(self, frame: IfFrame) -> Detections:
         """Detections of one frame, strongest first; range and azimuth at its first ramp's start."""
         search = _Search(self, frame)
-        while search.next_points():
+        while search.next_points() or search.split():
             pass
         found = search.detections()
         return found if self.grouping is None else merged(found, self.grouping)
@@ -106,9 +113,9 @@ class _Search:
         heard = mitigated(receiver.mitigation, frame)
         self.frame = frame.with_samples(heard.samples)
         self.presence = heard.weight
-        self.time = float(frame.schedule.start_time[0])
+        self.waves = Waves.of(frame)
         self.frequency = float(np.mean(frame.schedule.centre_frequency))
-        self.grid = search_grid(receiver, frame, self.time)
+        self.grid = search_grid(receiver, frame, self.waves.time)
         self.band = self._band()
         self.spectra = self.band.spectra(self.frame.samples)
         self.residual = self.spectra
@@ -126,11 +133,12 @@ class _Search:
             covariance=covariance,
             variance=variance,
         )
-        self.sensitivity = beat_sensitivity(frame.schedule, frame.times, self.time)
+        self.sensitivity = beat_sensitivity(frame.schedule, frame.times, self.waves.time)
         self.resolution = frame.times.rate / frame.times.num_samples
         self.motion = np.zeros((0, 3))
         self.amplitude = np.zeros((0, *frame.samples.shape[:2]), dtype=np.complex128)
         self.floor = np.zeros(0)
+        self.pairs = Pairs(waves=self.waves, band=self.band)
         shape = (self.grid.range_rate.size, self.grid.range.size)
         self.is_tried = np.zeros(shape, dtype=bool)
         self.refused = np.full(shape, np.inf, dtype=np.float32)
@@ -140,7 +148,7 @@ class _Search:
         """All bins in which a point of the map can beat."""
         frame, grid = self.frame, self.grid
         far, fast = np.meshgrid(grid.range[[0, -1]], grid.range_rate[[0, -1]])
-        beats = self._beats(far.ravel(), fast.ravel())
+        beats = self.waves.beats(far.ravel(), fast.ravel())
         return band_of(
             self.presence,
             frame.times,
@@ -150,14 +158,14 @@ class _Search:
 
     def next_points(self) -> bool:
         """Find and take out the strongest points left; False when there is none."""
-        self.map.draw(self.residual, self._beats(self.motion[:, 0], self.motion[:, 1]))
+        self.map.draw(self.residual, self.waves.beats(self.motion[:, 0], self.motion[:, 1]))
         floor = self.map.floor()
-        self.top = max(self.top, float(self.map.statistic.max()))
+        self.top = max(self.top, self.map.loudest())
         least = self.top - np.log(self.receiver.dynamic_range)
         excess, beam = self.map.excess(floor, least)
         is_old = (excess > self.refused - UNMOVED) & (excess < self.refused + UNMOVED)
         excess[self.is_tried | is_old] = -np.inf
-        for _ in range(PATIENCE):
+        for _ in range(AFTERWARDS if self.pairs.found else PATIENCE):
             before = self.motion, self.amplitude, self.floor, self.residual
             if not self._look(excess, beam, floor):
                 return False
@@ -187,17 +195,8 @@ class _Search:
             if np.any(is_point):
                 return True
 
-    def _beats(self, distance: FloatArray, range_rate: FloatArray) -> FloatArray:
-        return beat_frequency(
-            self.frame.schedule,
-            self.frame.times,
-            distance=distance,
-            range_rate=range_rate,
-            time=self.time,
-        )
-
     def _beats_of(self, cells: IntArray) -> FloatArray:
-        return self._beats(self.grid.range[cells[:, 1]], self.grid.range_rate[cells[:, 0]])
+        return self.waves.beats(self.grid.range[cells[:, 1]], self.grid.range_rate[cells[:, 0]])
 
     def _add(self, cells: IntArray, beam: IntArray, floor: FloatArray) -> BoolArray:
         """Take those peaks as points whose ramps cohere: which they are, ``(cell,)``."""
@@ -207,17 +206,17 @@ class _Search:
             self.map.logs,
             guess,
             beam,
-            self._beats(guess[:, 0], guess[:, 1]) * bins - self.band.first,
+            self.waves.beats(guess[:, 0], guess[:, 1]) * bins - self.band.first,
             np.ascontiguousarray(self.sensitivity[:, :2] * bins[:, None]),
             reach=BINS,
             resolution=float(BINS),
         )
         motion = np.column_stack([found, np.zeros(len(found))])
-        amplitude = self.band.match(self.residual, self._phases(motion))
+        amplitude = self.band.match(self.residual, self.waves.phases(motion))
         coherent = self._coherence(amplitude, motion)
         unsure = np.flatnonzero((coherent < ONE_POINT) & (coherent >= 0.5 * LEAST_COHERENCE))
         bent = self._bent(motion[unsure], amplitude[unsure])
-        matched = self.band.match(self.residual, self._phases(bent))
+        matched = self.band.match(self.residual, self.waves.phases(bent))
         again = self._coherence(matched, bent)
         is_better = again > coherent[unsure]
         motion[unsure[is_better]] = bent[is_better]
@@ -225,15 +224,19 @@ class _Search:
         coherent[unsure[is_better]] = again[is_better]
         is_point = coherent >= LEAST_COHERENCE
         is_point[is_point] = self._is_whole(amplitude[is_point], motion[is_point], UNFITTED)
+        under = floor[cells[:, 1], beam]
         self.motion = np.vstack([self.motion, motion[is_point]])
-        self.floor = np.append(self.floor, floor[cells[:, 1], beam][is_point])
+        self.floor = np.append(self.floor, under[is_point])
+        above = self._above(amplitude, under)
+        for n in np.flatnonzero(~is_point):
+            self.pairs.refused.append((float(above[n]), motion[n], float(under[n])))
         return is_point
 
     def _coherence(self, amplitude: ComplexArray, motion: FloatArray) -> FloatArray:
         schedule = self.frame.schedule
         middle = schedule.start_time + 0.5 * schedule.duration
-        turn = self._high_pass_turn(motion)
-        return coherence(amplitude * turn, schedule.centre_frequency, middle)
+        turned = amplitude * self.waves.turned_back(motion)
+        return coherence(turned, schedule.centre_frequency, middle)
 
     def _is_whole(
         self, amplitude: ComplexArray, motion: FloatArray, share: float = 1.0
@@ -241,7 +244,7 @@ class _Search:
         """Points on up- and down-ramps; those that are not are arms of something else."""
         schedule = self.frame.schedule
         return is_on_both_halves(
-            amplitude * self._high_pass_turn(motion),
+            amplitude * self.waves.turned_back(motion),
             schedule.centre_frequency,
             schedule.start_time + 0.5 * schedule.duration,
             slope=schedule.slope,
@@ -252,25 +255,12 @@ class _Search:
     def _bent(self, motion: FloatArray, amplitude: ComplexArray) -> FloatArray:
         """Motions with the accelerations that their own beats ask for, as of what passes near."""
         for _ in range(2):
-            phases = self._phases(motion)
+            phases = self.waves.phases(motion)
             errors = self.band.beat_errors(self.residual, phases, amplitude)
             strength = np.sum(np.abs(amplitude) ** 2, axis=1)
             motion = motion + motion_steps(errors, strength, self.sensitivity, self.resolution)
-            amplitude = self.band.match(self.residual, self._phases(motion))
+            amplitude = self.band.match(self.residual, self.waves.phases(motion))
         return motion
-
-    def _high_pass_turn(self, motion: FloatArray) -> ComplexArray:
-        """Takes back how the high pass turns up- and down-beats against each other.
-
-        ``(point, 1, ramp)``, of points of any ``motion`` ``(point, 3)``.
-        """
-        beats = self._beats(motion[:, 0], motion[:, 1])
-        if self.frame.high_pass is None:
-            return np.ones((len(motion), 1, beats.shape[1]), dtype=np.complex128)
-        return np.asarray(np.exp(-1j * np.angle(self.frame.high_pass.response(beats)))[:, None])
-
-    def _phases(self, motion: FloatArray) -> FloatArray:
-        return beat_phase(self.frame.schedule, self.frame.times, motion=motion, time=self.time)
 
     def _take_out(self, steps: int = 2) -> None:
         """Fit all points to the spectra together, by turns amplitudes and motions."""
@@ -288,14 +278,82 @@ class _Search:
             self._fit()
 
     def _fit(self) -> FloatArray:
-        phases = self._phases(self.motion)
+        phases = self.waves.phases(self.motion)
         self.amplitude, self.residual = self.band.fit(self.spectra, phases, np.sqrt(self.map.noise))
         return phases
 
+    def split(self) -> bool:
+        """Take two points for one claim, or for a peak that was refused; False when there are none.
+
+        After that all is looked for anew: what they disturbed, and what the fit dropped for it.
+        """
+        before = len(self.pairs.found)
+        while len(self.motion) + 2 * len(self.pairs.found) < self.receiver.most_detections:
+            if not (
+                any(map(self._is_split, self._doubtful()))
+                or self._is_taken(self.pairs.of_refused(self.residual, self.map.noise))
+            ):
+                break
+            self._take_out()
+        if len(self.pairs.found) == before:
+            return False
+        self.is_tried[:] = False
+        return True
+
+    def _doubtful(self) -> list[BoolArray]:
+        """Claims that may be one pair, ``(point,)`` each: what is not one point, and what overlaps.
+
+        Two points leave residues beside what was taken for one, which become claims as well.
+        """
+        coherent = self._coherence(self.amplitude, self.motion)
+        if np.all(coherent >= ONE_POINT):
+            return []
+        beats = self.waves.beats(self.motion[:, 0], self.motion[:, 1])
+        apart = np.median(np.abs(beats[:, None] - beats) / self.resolution, axis=-1)
+        is_none = coherent < ONE_POINT
+        near = (apart < 2.0) | (is_none & (apart < 4.0))
+        every = [near[n] for n in np.argsort(coherent) if is_none[n]]
+        groups = {own.tobytes(): own for own in every}
+        groups |= {(own & is_none).tobytes(): own & is_none for own in every}
+        return list(groups.values())[:MOST_CLAIMS]
+
+    def _is_split(self, own: BoolArray) -> bool:
+        """Put a pair in the place of claims, ``(point,)``, if they are one."""
+        strongest = int(np.argmax(own * np.sum(np.abs(self.amplitude) ** 2, axis=(1, 2))))
+        pair = self.pairs.of_claim(
+            self.pairs.alone(self.residual, self.motion[own], self.amplitude[own]),
+            motion=self.motion[strongest],
+            noise=self.map.noise,
+            floor=float(self.floor[strongest]),
+        )
+        if self._is_taken(pair):
+            self._keep(~own)
+        return pair is not None
+
+    def _is_taken(self, pair: Pair | None) -> bool:
+        """Take a pair, if there is one, out of the spectra for good."""
+        if pair is not None:
+            phases = self.waves.phases(pair.motion)
+            self.spectra = self.band.without(self.spectra, phases, pair.amplitude)
+        return pair is not None
+
+    def _with_pairs(self) -> None:
+        """Measure all pairs once more, without what was found since, and count them as points."""
+        for pair in self.pairs.found:
+            again = self.pairs.fit(
+                self.pairs.alone(self.residual, pair.motion, pair.amplitude), pair, self.map.noise
+            )
+            self.motion = np.vstack([self.motion, again.motion])
+            self.amplitude = np.concatenate([self.amplitude, again.amplitude])
+            self.floor = np.append(self.floor, [pair.floor, pair.floor])
+
     def excess(self) -> FloatArray:
         """How far the fitted points stand above the floor in the map's statistic, ``(point,)``."""
-        power = np.sum(np.abs(self.amplitude) ** 2, axis=1) * self.band.noise_gain
-        return np.asarray(np.mean(np.log(np.maximum(power, 1e-300)), axis=1) - self.floor)
+        return self._above(self.amplitude, self.floor)
+
+    def _above(self, amplitude: ComplexArray, floor: FloatArray) -> FloatArray:
+        power = np.sum(np.abs(amplitude) ** 2, axis=1) * self.band.noise_gain
+        return np.asarray(np.mean(np.log(np.maximum(power, 1e-300)), axis=1) - floor)
 
     def _is_point(self) -> BoolArray:
         """Points that are still one when the others are fitted with them, ``(point,)``."""
@@ -331,15 +389,15 @@ class _Search:
             self.frame.samples,
             self.presence > 0,
             self.frame.times,
-            phases=self._phases(self.motion),
+            phases=self.waves.phases(self.motion),
             amplitude=self.amplitude,
         )
         steps, is_one = coherent_steps(
-            readings.turned(self._high_pass_turn(self.motion)),
+            readings.turned(self.waves.turned_back(self.motion)),
             self.frame.schedule,
             self.frame.times,
             motion=self.motion,
-            time=self.time,
+            time=self.waves.time,
             noise=float(np.median(self.map.noise)),
         )
         self.motion[is_one] += steps[is_one]
@@ -350,12 +408,13 @@ class _Search:
             motion=self.motion,
             along=self.frame.array.position[:, 1],
             frequency=schedule.start_frequency + schedule.slope * (middle - schedule.start_time),
-            elapsed=middle - self.time,
+            elapsed=middle - self.waves.time,
         )
 
     def detections(self) -> Detections:
         """Points of the map as claims, but for those that only mend a stronger one's skirt."""
         self._keep(self._is_point())
+        self._with_pairs()
         snapshots = self._cohere()
         power = np.mean(np.abs(self.amplitude) ** 2, axis=(1, 2))
         distance, rate = self.motion[:, 0], self.motion[:, 1]
@@ -366,7 +425,7 @@ class _Search:
             spacing=self.frame.array.spacing * self.frequency / SPEED_OF_LIGHT,
         )
         return Detections(
-            time=self.time,
+            time=self.waves.time,
             range=distance[kept],
             range_rate=rate[kept],
             azimuth=np.arcsin(np.clip(sines, -1.0, 1.0)),
@@ -386,46 +445,3 @@ def search_grid(receiver: Receiver, frame: IfFrame, time: float) -> Grid:
         range_rate=step * np.arange(-count, count + 1, dtype=np.float64),
         time=time,
     )
-
-
-def unrelated(beats: FloatArray, resolution: FloatArray) -> list[int]:
-    """Numbers of the candidates, strongest first, that share beats with none taken before.
-
-    Strong points cross the map as arms, and where the up-arm of one meets the down-arm of another
-    stands a false peak, stronger than weak true ones. It beats like the first on all up-ramps:
-    such a candidate waits until those before it are taken out, and is gone then.
-
-    ``beats`` is Hz, ``(candidate, ramp)``, ``resolution`` Hz, ``(ramp,)``.
-    """
-    apart = np.abs(beats[:, None] - beats) < 3.0 * resolution
-    is_related = np.mean(apart, axis=-1) >= 0.2
-    taken: list[int] = []
-    for n in range(len(beats)):
-        if not np.any(is_related[n, taken]):
-            taken.append(n)
-    return taken
-
-
-def resolved(
-    frame: IfFrame, *, distance: FloatArray, range_rate: FloatArray, power: FloatArray
-) -> IntArray:
-    """Numbers of the points, strongest first, that a stronger one's skirt does not explain.
-
-    Taking out a body's echo as points leaves a few per cent of it in the cells around; what is
-    found there more than 20 dB below, within one range cell and two Doppler cells, is not a
-    target of its own.
-    """
-    cell = SPEED_OF_LIGHT / (2.0 * float(np.max(frame.schedule.bandwidth)))
-    wavelength = SPEED_OF_LIGHT / float(np.mean(frame.schedule.centre_frequency))
-    doppler = wavelength / (2.0 * float(np.min(frame.schedule.duration)))
-    kept: list[int] = []
-    for n in np.argsort(power)[::-1]:
-        near = [
-            power[m]
-            for m in kept
-            if abs(distance[m] - distance[n]) < cell
-            and abs(range_rate[m] - range_rate[n]) < 2.0 * doppler
-        ]
-        if not near or power[n] > 0.01 * max(near):
-            kept.append(int(n))
-    return np.array(kept, dtype=np.int64)

@@ -108,12 +108,19 @@ class LiveMap:
             block=self._block,
         )
 
+    def loudest(self) -> float:
+        """The statistic of all beams together where that of one is highest."""
+        beams = self.statistic.reshape(-1, self.statistic.shape[-1])
+        cell = int(np.argmax(self.statistic)) // beams.shape[1]
+        return float(np.logaddexp.reduce(beams[cell].astype(np.float64)))
+
     def excess(
         self, floor: FloatArray, least: float
     ) -> tuple[NDArray[np.float32], NDArray[np.int8]]:
         """Strongest beam's height above the floor, and its number: ``(range_rate, range)`` each.
 
-        −∞ where the statistic is below ``least``.
+        −∞ where less than ``least`` is in all beams together: what lies between two orthogonal
+        beams has 40 % of its power in either.
         """
         return _excess(  # type: ignore[no-any-return]
             self.statistic, floor.astype(np.float32), np.float32(least)
@@ -203,17 +210,28 @@ def _sum_of_rows(  # pragma: no cover - compiled
 @njit(cache=True, nogil=True)
 def _excess(statistic: Any, floor: Any, least: Any) -> Any:  # pragma: no cover - compiled
     rates, ranges, beams = statistic.shape
-    out = np.empty((rates, ranges), dtype=np.float32)
+    out = np.full((rates, ranges), -np.inf, dtype=np.float32)
     beam = np.zeros((rates, ranges), dtype=np.int8)
+    nearly = np.float32(least - np.log(beams))
     for i in range(rates):
         for j in range(ranges):
-            best = np.float32(-np.inf)
+            highest, best, number = np.float32(-np.inf), np.float32(-np.inf), 0
             for b in range(beams):
                 value = statistic[i, j, b]
-                if value >= least and value - floor[j, b] > best:
+                highest = max(highest, value)
+                if value - floor[j, b] > best:
                     best = value - floor[j, b]
-                    beam[i, j] = b
+                    number = b
+            if highest < nearly:
+                continue
+            if highest < least:
+                together = np.float32(0.0)
+                for b in range(beams):
+                    together += np.exp(statistic[i, j, b] - highest)
+                if highest + np.log(together) < least:
+                    continue
             out[i, j] = best
+            beam[i, j] = number
     return out, beam
 
 

@@ -56,7 +56,11 @@ def trust(left: FloatArray) -> FloatArray:
     stand out from the others: all that leave six times as much as the lower quartile are brought
     down to it. Of noise on four channels alone 0.2 % do.
     """
-    usual = 6.0 * np.quantile(left, 0.25, axis=1, keepdims=True)
+    place = 0.25 * (left.shape[1] - 1)
+    below, above = int(place), min(int(place) + 1, left.shape[1] - 1)
+    ordered = np.partition(left, (below, above), axis=1)
+    quartile = ordered[:, below] + (place - below) * (ordered[:, above] - ordered[:, below])
+    usual = 6.0 * quartile[:, None]
     return np.asarray(usual / np.maximum(left, usual + 1e-300))
 
 

@@ -54,6 +54,22 @@ def test_the_fit_in_the_band_is_the_fit_over_samples(present):
 
 
 @pytest.mark.parametrize("present", [TIMES.is_sample, holed(400, 440)], ids=["whole", "holed"])
+def test_points_of_known_amplitudes_are_taken_out_as_from_samples(present):
+    """−100 dB as above: as if they had not been in the samples."""
+    phases = beat_phase(RAMPS, TIMES, motion=MOTION, time=0.0)
+    own = band(present)
+    frame = frame_of(RAMPS, POINTS, noise=0.0)
+    amplitude, _ = fit_amplitudes(
+        frame.samples * present, hann_weights(present), phases, TIMES.rate
+    )
+    spectra = own.spectra(frame.samples * present)
+    left = own.without(spectra, phases, amplitude)
+    assert np.abs(left).max() < 1e-5 * np.abs(spectra).max()
+    again = own.without(left, phases, -amplitude)
+    assert np.abs(again - spectra).max() < 1e-12 * np.abs(spectra).max()
+
+
+@pytest.mark.parametrize("present", [TIMES.is_sample, holed(400, 440)], ids=["whole", "holed"])
 def test_a_match_is_the_fit_of_a_point_alone(present):
     frame = frame_of(RAMPS, POINTS, seed=3)
     phases = beat_phase(RAMPS, TIMES, motion=MOTION, time=0.0)

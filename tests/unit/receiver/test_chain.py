@@ -7,8 +7,9 @@ import pytest
 
 from polychirp.errors import InputError
 from polychirp.model.front_end import HighPass
-from polychirp.receiver.chain import Receiver, unrelated
+from polychirp.receiver.chain import Receiver
 from polychirp.receiver.mitigation import Autoregression, Blanking, Imat, StftExcision
+from polychirp.receiver.skirts import unrelated
 from polychirp.rng import Streams
 from polychirp.testing.points import HandPoint, frame_of
 from polychirp.waveform import DiverseTriangular, Triangular

@@ -72,3 +72,18 @@ def test_peaks_come_strongest_first_and_apart():
     peaks = strongest_peaks(excess, 1.0, 2, 40)
     assert peaks.tolist() == [[3, 3], [10, 10]]  # 9.9 is beside the first, 5 is below 85 %
     assert len(strongest_peaks(excess, 11.0, 2, 40)) == 0
+
+
+def test_what_lies_between_two_beams_is_as_loud_as_what_fills_one():
+    """Both of power 1 over all channels; 0.9 of it is asked for, twice the power is too much."""
+    live, _ = map_and_band()
+    live.statistic[:] = -20.0
+    live.statistic[1, 2] = [0.0, -20.0, -20.0, -20.0]
+    live.statistic[4, 7, 1:3] = np.log(0.5)
+    floor = np.full((GRID.range.size, 4), -10.0)
+    excess, beam = live.excess(floor, np.log(0.9))
+    assert np.argwhere(excess > 0).tolist() == [[1, 2], [4, 7]]
+    assert excess[4, 7] == pytest.approx(10.0 + np.log(0.5), abs=1e-5)
+    assert beam[4, 7] == 1
+    assert live.loudest() == pytest.approx(0.0, abs=1e-6)
+    assert not np.any(live.excess(floor, np.log(2.0))[0] > 0)
