@@ -17,7 +17,7 @@ from polychirp.model.if_frame import IfFrame
 from polychirp.receiver.angle import bartlett, capon, root_music
 from polychirp.receiver.band import BINS, Band, band_of
 from polychirp.receiver.beamform import orthogonal_sines, steering
-from polychirp.receiver.coherence import LEAST_COHERENCE, UNFITTED, coherence, is_on_both_halves
+from polychirp.receiver.coherence import UNFITTED, coherence, is_on_both_halves, least_coherence
 from polychirp.receiver.coherent import ONE_POINT, coherent_steps, read_points
 from polychirp.receiver.grouping import Body, merged
 from polychirp.receiver.joint import Grid
@@ -133,6 +133,8 @@ class _Search:
             covariance=covariance,
             variance=variance,
         )
+        middle = frame.schedule.start_time + 0.5 * frame.schedule.duration
+        self.least = least_coherence(frame.schedule.centre_frequency, middle)
         self.sensitivity = beat_sensitivity(frame.schedule, frame.times, self.waves.time)
         self.resolution = frame.times.rate / frame.times.num_samples
         self.motion = np.zeros((0, 3))
@@ -214,7 +216,7 @@ class _Search:
         motion = np.column_stack([found, np.zeros(len(found))])
         amplitude = self.band.match(self.residual, self.waves.phases(motion))
         coherent = self._coherence(amplitude, motion)
-        unsure = np.flatnonzero((coherent < ONE_POINT) & (coherent >= 0.5 * LEAST_COHERENCE))
+        unsure = np.flatnonzero((coherent < ONE_POINT) & (coherent >= 0.5 * self.least))
         bent = self._bent(motion[unsure], amplitude[unsure])
         matched = self.band.match(self.residual, self.waves.phases(bent))
         again = self._coherence(matched, bent)
@@ -222,7 +224,7 @@ class _Search:
         motion[unsure[is_better]] = bent[is_better]
         amplitude[unsure[is_better]] = matched[is_better]
         coherent[unsure[is_better]] = again[is_better]
-        is_point = coherent >= LEAST_COHERENCE
+        is_point = coherent >= self.least
         is_point[is_point] = self._is_whole(amplitude[is_point], motion[is_point], UNFITTED)
         under = floor[cells[:, 1], beam]
         self.motion = np.vstack([self.motion, motion[is_point]])
@@ -358,7 +360,7 @@ class _Search:
     def _is_point(self) -> BoolArray:
         """Points that are still one when the others are fitted with them, ``(point,)``."""
         is_point = self.excess() >= self.threshold
-        is_point &= self._coherence(self.amplitude, self.motion) >= LEAST_COHERENCE
+        is_point &= self._coherence(self.amplitude, self.motion) >= self.least
         is_point[is_point] = self._is_whole(self.amplitude[is_point], self.motion[is_point])
         return is_point
 

@@ -8,12 +8,14 @@ from polychirp.model.if_frame import sample_times
 from polychirp.model.radar import Converter
 from polychirp.receiver.chain import Receiver
 from polychirp.receiver.coherence import (
+    CHANCE,
     FALSE_REJECTIONS,
     LEAST_COHERENCE,
     MOST_OF_A_HALF,
     coherence,
     coherence_of_halves,
     is_on_both_halves,
+    least_coherence,
     least_of_half,
 )
 from polychirp.receiver.point import replica
@@ -171,3 +173,21 @@ def test_what_lies_beyond_the_map_is_not_claimed_in_it(beyond):
     found = Receiver().detect(frame_of(RAMPS, [beyond, target]))
     assert found.range == pytest.approx([9.0], abs=5e-3)
     assert found.range_rate == pytest.approx([3.0], abs=5e-3)
+
+
+# ── what is asked ───────────────────────────────────────────────────────────────────────────────
+
+
+def test_bursts_from_one_direction_seldom_cohere_by_chance():
+    """Of any amplitude on each of 16 ramps, the same on four channels."""
+    ramps = 1.5e-3 * np.arange(16)
+    frequency = np.full(16, 79.5e9)
+    drawn = np.random.default_rng(4).standard_normal((20_000, 1, 16, 2)).view(np.complex128)
+    found = coherence(np.repeat(drawn[..., 0], 4, axis=1), frequency, ramps)
+    asked = least_coherence(frequency, ramps)
+    assert np.mean(found >= asked) <= CHANCE
+    assert np.mean(found >= LEAST_COHERENCE) > 10 * CHANCE
+
+
+def test_of_many_ramps_no_more_is_asked():
+    assert least_coherence(np.full(32, 79.5e9), 1.5e-3 * np.arange(32)) == LEAST_COHERENCE
