@@ -17,7 +17,7 @@ from polychirp.model.if_frame import IfFrame
 from polychirp.receiver.angle import bartlett, capon, root_music
 from polychirp.receiver.band import BINS, Band, band_of
 from polychirp.receiver.beamform import orthogonal_sines, steering
-from polychirp.receiver.coherence import UNFITTED, coherence, is_on_both_halves, least_coherence
+from polychirp.receiver.coherence import UNFITTED, is_on_both_halves, least_coherence, straightened
 from polychirp.receiver.coherent import ONE_POINT, coherent_steps, read_points
 from polychirp.receiver.grouping import Body, merged
 from polychirp.receiver.joint import Grid
@@ -113,6 +113,7 @@ class _Search:
         heard = mitigated(receiver.mitigation, frame)
         self.frame = frame.with_samples(heard.samples)
         self.presence = heard.weight
+        self.present = heard.weight.sum(axis=1) / frame.times.is_sample.sum(axis=1)
         self.waves = Waves.of(frame)
         self.frequency = float(np.mean(frame.schedule.centre_frequency))
         self.grid = search_grid(receiver, frame, self.waves.time)
@@ -215,17 +216,16 @@ class _Search:
         )
         motion = np.column_stack([found, np.zeros(len(found))])
         amplitude = self.band.match(self.residual, self.waves.phases(motion))
-        coherent = self._coherence(amplitude, motion)
+        coherent, straight = self._straightened(amplitude, motion)
         unsure = np.flatnonzero((coherent < ONE_POINT) & (coherent >= 0.5 * self.least))
         bent = self._bent(motion[unsure], amplitude[unsure])
         matched = self.band.match(self.residual, self.waves.phases(bent))
-        again = self._coherence(matched, bent)
+        again, its_own = self._straightened(matched, bent)
         is_better = again > coherent[unsure]
-        motion[unsure[is_better]] = bent[is_better]
-        amplitude[unsure[is_better]] = matched[is_better]
-        coherent[unsure[is_better]] = again[is_better]
-        is_point = coherent >= self.least
-        is_point[is_point] = self._is_whole(amplitude[is_point], motion[is_point], UNFITTED)
+        better = unsure[is_better]
+        motion[better], amplitude[better] = bent[is_better], matched[is_better]
+        coherent[better], straight[better] = again[is_better], its_own[is_better]
+        is_point = (coherent >= self.least) & self._is_whole(straight, UNFITTED)
         under = floor[cells[:, 1], beam]
         self.motion = np.vstack([self.motion, motion[is_point]])
         self.floor = np.append(self.floor, under[is_point])
@@ -234,24 +234,19 @@ class _Search:
             self.pairs.refused.append((float(above[n]), motion[n], float(under[n])))
         return is_point
 
-    def _coherence(self, amplitude: ComplexArray, motion: FloatArray) -> FloatArray:
+    def _straightened(
+        self, amplitude: ComplexArray, motion: FloatArray
+    ) -> tuple[FloatArray, ComplexArray]:
+        """Coherence of points, and their amplitudes as nearly in phase as they get."""
         schedule = self.frame.schedule
         middle = schedule.start_time + 0.5 * schedule.duration
         turned = amplitude * self.waves.turned_back(motion)
-        return coherence(turned, schedule.centre_frequency, middle)
+        return straightened(turned, schedule.centre_frequency, middle)
 
-    def _is_whole(
-        self, amplitude: ComplexArray, motion: FloatArray, share: float = 1.0
-    ) -> BoolArray:
+    def _is_whole(self, straight: ComplexArray, share: float = 1.0) -> BoolArray:
         """Points on up- and down-ramps; those that are not are arms of something else."""
-        schedule = self.frame.schedule
         return is_on_both_halves(
-            amplitude * self.waves.turned_back(motion),
-            schedule.centre_frequency,
-            schedule.start_time + 0.5 * schedule.duration,
-            slope=schedule.slope,
-            present=np.sum(self.presence, axis=1) / np.sum(self.frame.times.is_sample, axis=1),
-            share=share,
+            straight, slope=self.frame.schedule.slope, present=self.present, share=share
         )
 
     def _bent(self, motion: FloatArray, amplitude: ComplexArray) -> FloatArray:
@@ -307,7 +302,7 @@ class _Search:
 
         Two points leave residues beside what was taken for one, which become claims as well.
         """
-        coherent = self._coherence(self.amplitude, self.motion)
+        coherent, _ = self._straightened(self.amplitude, self.motion)
         if np.all(coherent >= ONE_POINT):
             return []
         beats = self.waves.beats(self.motion[:, 0], self.motion[:, 1])
@@ -359,10 +354,9 @@ class _Search:
 
     def _is_point(self) -> BoolArray:
         """Points that are still one when the others are fitted with them, ``(point,)``."""
-        is_point = self.excess() >= self.threshold
-        is_point &= self._coherence(self.amplitude, self.motion) >= self.least
-        is_point[is_point] = self._is_whole(self.amplitude[is_point], self.motion[is_point])
-        return is_point
+        coherent, straight = self._straightened(self.amplitude, self.motion)
+        is_loud = self.excess() >= self.threshold
+        return is_loud & (coherent >= self.least) & self._is_whole(straight)
 
     def _is_in_map(self) -> BoolArray:
         """Points within the receiver's limits, ``(point,)``.

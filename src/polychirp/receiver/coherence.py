@@ -52,11 +52,25 @@ def coherence(amplitude: ComplexArray, frequency: FloatArray, elapsed: FloatArra
     frequency : Hz, mean on each ramp, ``(ramp,)``
     elapsed : s, middle of each ramp, ``(ramp,)``
     """
+    return straightened(amplitude, frequency, elapsed)[0]
+
+
+def straightened(
+    amplitude: ComplexArray, frequency: FloatArray, elapsed: FloatArray
+) -> tuple[FloatArray, ComplexArray]:
+    """`coherence`, and the amplitudes with the correction at which most adds up taken back.
+
+    ``(point,)`` and ``(point, channel, ramp)``, the latter of power 1/K; parameters as of
+    `coherence`.
+    """
     turns = _turns(frequency.tobytes(), elapsed.tobytes())
     power = elapsed.size * np.sum(np.abs(amplitude) ** 2, axis=(1, 2))
     # single precision, hence the points' own scale
     scaled = amplitude / np.sqrt(np.maximum(power, 1e-300))[:, None, None]
-    return np.asarray(np.max(_added(scaled, turns), axis=1, initial=0.0), dtype=np.float64)
+    added = _added(scaled, turns)
+    best = np.argmax(added, axis=1)
+    share = np.take_along_axis(added, best[:, None], axis=1)[:, 0].astype(np.float64)
+    return share, scaled * turns[best, None]
 
 
 def least_coherence(frequency: FloatArray, elapsed: FloatArray) -> float:
@@ -64,9 +78,9 @@ def least_coherence(frequency: FloatArray, elapsed: FloatArray) -> float:
 
     Bursts of another radar come from one direction, so that all channels say the same. If their
     amplitudes are Gaussian, with any phase on every one of K ramps, one correction finds a
-    coherence above C in them with the probability :math:`(1 - C)^{K-1}`, a beta distribution's tail, and N corrections with no more
-    than N times that: at `CHANCE`, 0.59 for 16 ramps of 1.5 ms. For 32 that is less than
-    `LEAST_COHERENCE`, which is asked then.
+    coherence above C in them with the probability :math:`(1 - C)^{K-1}`, a beta distribution's
+    tail, and N corrections with no more than N times that: at `CHANCE`, 0.59 for 16 ramps of
+    1.5 ms. For 32 that is less than `LEAST_COHERENCE`, which is asked then.
 
     >>> ramps = np.arange(16)
     >>> round(least_coherence(np.full(16, 79e9), 1.5e-3 * ramps), 2)
@@ -92,12 +106,7 @@ def best_corrections(
 
 
 def coherence_of_halves(
-    amplitude: ComplexArray,
-    frequency: FloatArray,
-    elapsed: FloatArray,
-    *,
-    slope: FloatArray,
-    present: FloatArray,
+    straight: ComplexArray, *, slope: FloatArray, present: FloatArray
 ) -> FloatArray:
     r"""Coherence that the up-ramps and the down-ramps would each give alone: ``(point, 2)``.
 
@@ -112,41 +121,31 @@ def coherence_of_halves(
 
     Parameters
     ----------
-    amplitude, frequency, elapsed : as of `coherence`
+    straight : :math:`a_k e^{-j\varphi_k}`, ``(point, channel, ramp)``, as of `straightened`
     slope : Hz/s, of each ramp, ``(ramp,)``: its sign tells the halves
     present : w, share of each ramp that was heard, ``(ramp,)``; a half without any counts as whole
     """
-    rate, acceleration = best_corrections(amplitude, frequency, elapsed)
-    centred = elapsed - float(np.mean(elapsed))
-    way = rate[:, None] * centred + 0.5 * acceleration[:, None] * centred**2
-    steady = amplitude * np.exp(-4j * np.pi * frequency / SPEED_OF_LIGHT * way)[:, None]
-    power = np.sum(np.abs(amplitude) ** 2, axis=1) @ present / max(float(present.sum()), 1e-300)
-    share = np.ones((len(amplitude), 2))
+    power = np.sum(np.abs(straight) ** 2, axis=1) @ present / max(float(present.sum()), 1e-300)
+    share = np.ones((len(straight), 2))
     for n, is_in in enumerate((slope > 0, slope < 0)):
         weight = present * is_in
         if np.any(weight > 0):
-            mean = steady @ (weight / weight.sum())
+            mean = straight @ (weight / weight.sum())
             share[:, n] = np.sum(np.abs(mean) ** 2, axis=1) / np.maximum(power, 1e-300)
     return share
 
 
 def is_on_both_halves(
-    amplitude: ComplexArray,
-    frequency: FloatArray,
-    elapsed: FloatArray,
-    *,
-    slope: FloatArray,
-    present: FloatArray,
-    share: float = 1.0,
+    straight: ComplexArray, *, slope: FloatArray, present: FloatArray, share: float = 1.0
 ) -> BoolArray:
     """Points that are on the up-ramps and on the down-ramps, ``(point,)``.
 
     Parameters as of `coherence_of_halves`; ``share`` of what `least_of_half` asks is enough. Ramps
     of one direction only have no second half, and nothing is asked of them.
     """
-    halves = coherence_of_halves(amplitude, frequency, elapsed, slope=slope, present=present)
+    halves = coherence_of_halves(straight, slope=slope, present=present)
     least = [
-        least_of_half(num_ramps=round(float(present[is_in].sum())), channels=amplitude.shape[1])
+        least_of_half(num_ramps=round(float(present[is_in].sum())), channels=straight.shape[1])
         for is_in in (slope > 0, slope < 0)
     ]
     return np.asarray(np.all(halves >= share * np.array(least), axis=1))
@@ -189,11 +188,21 @@ def _added(amplitude: ComplexArray, turns: NDArray[np.complex64]) -> NDArray[np.
 def _turns(frequencies: bytes, times: bytes) -> NDArray[np.complex64]:
     """The corrections that are tried, ``(correction, ramp)``: the same for all of a frame."""
     frequency, elapsed = np.frombuffer(frequencies), np.frombuffer(times)
-    rate, acceleration = _steps(frequency, elapsed)
+    return turns_back(*_steps(frequency, elapsed), frequency=frequency, elapsed=elapsed)
+
+
+def turns_back(
+    rate: FloatArray, acceleration: FloatArray, *, frequency: FloatArray, elapsed: FloatArray
+) -> NDArray[np.complex64]:
+    """What takes every rate with every acceleration back, ``(rate × acceleration, ramp)``.
+
+    m/s and m/s² about the middle of the ramps, the accelerations of one rate side by side.
+    """
     centred = elapsed - float(np.mean(elapsed))
-    way = rate[:, None, None] * centred + 0.5 * acceleration[:, None] * centred**2
-    turns = np.exp(-4j * np.pi * frequency / SPEED_OF_LIGHT * way).reshape(-1, elapsed.size)
-    return np.asarray(turns, dtype=np.complex64)
+    scale = -4j * np.pi * frequency / SPEED_OF_LIGHT
+    first = np.exp(scale * rate[:, None] * centred).astype(np.complex64)
+    second = np.exp(scale * 0.5 * acceleration[:, None] * centred**2).astype(np.complex64)
+    return np.asarray((first[:, None] * second).reshape(-1, elapsed.size))
 
 
 def _steps(frequency: FloatArray, elapsed: FloatArray) -> tuple[FloatArray, FloatArray]:

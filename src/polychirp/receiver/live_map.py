@@ -13,7 +13,7 @@ from polychirp.model.if_frame import SampleTimes
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.band import BINS, Band
 from polychirp.receiver.following import following
-from polychirp.receiver.joint import Grid, floor_over_range, lines, noise_share
+from polychirp.receiver.joint import Grid, floor_over_range, lines, medians, noise_share
 
 FRACTIONS = 8
 """Where a row of the map begins between two range steps is rounded to so many parts of one: a
@@ -69,7 +69,7 @@ class LiveMap:
         down.
         """
         power = _beam_powers(spectra, np.ascontiguousarray(self.beams))
-        noise = np.median(power[:, ::BINS], axis=1) / np.log(2.0)
+        noise = medians(np.swapaxes(power[:, ::BINS], 1, 2)) / np.log(2.0)
         self.noise = np.mean(noise, axis=1)
         self.logs = _logs(power, noise, self._depletion(beats))
         self.statistic = _sum_of_rows(

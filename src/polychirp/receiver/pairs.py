@@ -15,7 +15,7 @@ alone, but for one amplitude for the whole frame. They replace the claim if they
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property
 from itertools import product
 
 import numpy as np
@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from polychirp.axes import ComplexArray, FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.receiver.band import BINS, NEAR, Band
+from polychirp.receiver.coherence import turns_back
 from polychirp.receiver.coherent import ONE_POINT, Readings, coherent_steps
 from polychirp.receiver.turning import courses, sines_and_rates, trust
 from polychirp.receiver.waves import Waves
@@ -100,9 +101,18 @@ class Pairs:
         self.found: list[Pair] = []
         self.refused: list[tuple[float, FloatArray, float]] = []
         self.middle = waves.times.first + 0.5 * (band.length - 1) / band.rate
-        self._tried, self._turns = _histories(
-            waves.schedule.centre_frequency.tobytes(), self.middle.tobytes()
-        )
+
+    @cached_property
+    def _histories(self) -> tuple[FloatArray, NDArray[np.complex64]]:
+        return _histories(self.waves.schedule.centre_frequency, self.middle)
+
+    @property
+    def _tried(self) -> FloatArray:
+        return self._histories[0]
+
+    @property
+    def _turns(self) -> NDArray[np.complex64]:
+        return self._histories[1]
 
     def alone(
         self, residual: FloatArray, motion: FloatArray, amplitude: ComplexArray
@@ -303,22 +313,19 @@ def _power(turns: NDArray[np.complex64], amplitude: NDArray[np.complex64]) -> ND
     return np.asarray(np.sum(total.real**2 + total.imag**2, axis=1))
 
 
-@lru_cache(maxsize=4)
-def _histories(frequencies: bytes, times: bytes) -> tuple[FloatArray, NDArray[np.complex64]]:
+def _histories(
+    frequency: FloatArray, elapsed: FloatArray
+) -> tuple[FloatArray, NDArray[np.complex64]]:
     """The corrections that are tried, ``(correction, 2)``, and what takes them back, ``(…, ramp)``.
 
     A half of a cycle apart over the frame, or a sixth of one for accelerations.
     """
-    frequency, elapsed = np.frombuffer(frequencies), np.frombuffer(times)
     span = float(np.ptp(elapsed)) or 1.0
     wavelength = SPEED_OF_LIGHT / float(np.mean(frequency))
     rate = _around_zero(WIDEST[0], wavelength / (4.0 * span))
     acceleration = _around_zero(WIDEST[1], wavelength / (1.5 * span**2))
     tried = np.stack(np.meshgrid(rate, acceleration, indexing="ij"), axis=-1).reshape(-1, 2)
-    centred = elapsed - np.mean(elapsed)
-    way = tried[:, :1] * centred + 0.5 * tried[:, 1:] * centred**2
-    turns = np.exp(-4j * np.pi * frequency / SPEED_OF_LIGHT * way)
-    return tried, turns.astype(np.complex64)
+    return tried, turns_back(rate, acceleration, frequency=frequency, elapsed=elapsed)
 
 
 def _around_zero(widest: float, step: float) -> FloatArray:

@@ -17,6 +17,7 @@ from polychirp.receiver.coherence import (
     is_on_both_halves,
     least_coherence,
     least_of_half,
+    straightened,
 )
 from polychirp.receiver.point import replica
 from polychirp.rng import Streams
@@ -71,11 +72,13 @@ HEARD = np.ones(RAMPS.num_ramps)
 
 
 def halves(amplitude, present=HEARD, slope=RAMPS.slope):
-    return coherence_of_halves(amplitude, FREQUENCY, MIDDLE, slope=slope, present=present)
+    straight = straightened(amplitude, FREQUENCY, MIDDLE)[1]
+    return coherence_of_halves(straight, slope=slope, present=present)
 
 
 def is_whole(amplitude, present=HEARD, slope=RAMPS.slope):
-    return is_on_both_halves(amplitude, FREQUENCY, MIDDLE, slope=slope, present=present)
+    straight = straightened(amplitude, FREQUENCY, MIDDLE)[1]
+    return is_on_both_halves(straight, slope=slope, present=present)
 
 
 def noise_like(amplitude, seed, power=1.0):
@@ -146,14 +149,9 @@ def test_points_that_pass_for_coherent_pass_both_halves(sweeps):
     shape = (4000, 4, ramps.num_ramps)
     level = 10.0 ** draw.uniform(-0.2, 1.0, size=(4000, 1, 1))
     noisy = np.sqrt(level) + np.sqrt(0.5) * (draw.normal(size=(*shape, 2)) @ [1.0, 1j])
-    is_claimed = coherence(noisy, ramps.centre_frequency, middle) >= LEAST_COHERENCE
-    is_kept = is_on_both_halves(
-        noisy,
-        ramps.centre_frequency,
-        middle,
-        slope=ramps.slope,
-        present=np.ones(ramps.num_ramps),
-    )
+    share, straight = straightened(noisy, ramps.centre_frequency, middle)
+    is_claimed = share >= LEAST_COHERENCE
+    is_kept = is_on_both_halves(straight, slope=ramps.slope, present=np.ones(ramps.num_ramps))
     lost = np.sum(is_claimed & ~is_kept)
     assert lost <= FALSE_REJECTIONS * np.sum(is_claimed) + 3.0 * np.sqrt(
         FALSE_REJECTIONS * np.sum(is_claimed)

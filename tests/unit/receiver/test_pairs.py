@@ -100,7 +100,7 @@ def histories(*motions, loudness=(1.0, 1.0), seed=0):
 
 
 def tried(elapsed):
-    return _histories(np.full(32, 77e9).tobytes(), elapsed.tobytes())
+    return _histories(np.full(32, 77e9), elapsed)
 
 
 def test_two_histories_are_told_apart_by_a_tenth_of_a_metre_per_second():

@@ -53,7 +53,8 @@ def mitigated(mitigation: Mitigation | None, frame: IfFrame) -> Mitigated:
     Who detects in a frame and who takes it apart ask for the same: the last two are kept.
     """
     if mitigation is None:
-        return kept(frame, frame.times.is_sample)
+        present = frame.times.is_sample.astype(np.float64)
+        return Mitigated(samples=frame.samples, weight=present, repair=lambda samples: samples)
     return _mitigated(mitigation, frame)
 
 
