@@ -12,14 +12,10 @@ from polychirp.model.front_end import Digitiser, FrontEnd, GainControl, HighPass
 from polychirp.model.leakage import Bumper, Leakage
 from polychirp.model.oscillator import Oscillator, PhaseNoise, QuadraticError
 from polychirp.model.paths import PropagationPaths
-from polychirp.rng import Streams
 from polychirp.study.paper import paper_study
 from polychirp.study.paper_results import WaveformKind
-from polychirp.study.spec import Study, StudyRadar, scene_of, schedules, target_names
-from polychirp.study.trial import Progress, Victim, judged, silent, trace_frame
-from polychirp.synthesis.base import synthesize
-from polychirp.synthesis.oscillating import Oscillating
-from polychirp.synthesis.stretch import Stretch
+from polychirp.study.spec import Study, StudyRadar, scene_of, schedules
+from polychirp.study.trial import Progress, Victim, heard, silent, trace_frame
 from polychirp.units import from_db, to_db
 
 VICTIM: Final = "vehicle-2"
@@ -144,26 +140,9 @@ def _impaired(study: Study, name: str) -> Study:
 
 def _seen(study: Study, snapshots: Sequence[PropagationPaths]) -> Victim:
     """What the victim hears and claims; paths carry no radars, so they are traced once."""
-    streams, scene = Streams(study.seed), scene_of(study)
+    scene = scene_of(study)
     victim = scene.radar_index(VICTIM)
-    frame, parts = synthesize(
-        Oscillating(inner=Stretch(), streams=streams),
-        scene,
-        schedules(study),
-        snapshots,
-        victim=victim,
-        interferers=None,
-        streams=streams,
-    )
-    return judged(
-        study.receiver,
-        scene,
-        snapshots,
-        victim=victim,
-        frame=frame,
-        parts=parts,
-        targets=target_names(study, study.radars[victim]),
-    )
+    return heard(study, scene, schedules(study), snapshots, victim=victim)
 
 
 def _row(name: str, waveform: str, seen: Victim) -> ImpairedRow:

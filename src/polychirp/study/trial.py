@@ -77,7 +77,6 @@ class Trial:
 def run_trial(study: Study, *, progress: Progress = silent) -> Trial:
     """Run a study once: traffic, scene, ramps, paths, samples, detections, score."""
     study = drawn(study)
-    streams = Streams(study.seed)
     scene = scene_of(study)
     plans = schedules(study)
     for number in victim_indices(study):
@@ -90,29 +89,46 @@ def run_trial(study: Study, *, progress: Progress = silent) -> Trial:
         receivers=victim_indices(study),
         progress=progress,
     )
-    engine = Oscillating(inner=Stretch(), streams=streams)
-
-    def heard(victim: int) -> Victim:
-        frame, parts = synthesize(
-            engine, scene, plans, snapshots, victim=victim, interferers=None, streams=streams
-        )
-        return judged(
-            study.receiver,
-            scene,
-            snapshots,
-            victim=victim,
-            frame=frame,
-            parts=parts,
-            targets=target_names(study, study.radars[victim]),
-        )
-
     victims: list[Victim] = []
-    listening = [partial(heard, victim) for victim in victim_indices(study)]
+    listening = [
+        partial(heard, study, scene, plans, snapshots, victim=victim)
+        for victim in victim_indices(study)
+    ]
     progress("radars", 0, len(listening))
     for victim in side_by_side(listening):
         victims.append(victim)
         progress("radars", len(victims), len(listening))
     return Trial(scene=scene, snapshots=snapshots, victims=tuple(victims))
+
+
+def heard(
+    study: Study,
+    scene: Scene,
+    plans: Sequence[RampSchedule],
+    snapshots: Sequence[PropagationPaths],
+    *,
+    victim: int,
+) -> Victim:
+    """What one radar hears by these paths, and makes of it."""
+    streams = Streams(study.seed)
+    frame, parts = synthesize(
+        Oscillating(inner=Stretch(), streams=streams),
+        scene,
+        plans,
+        snapshots,
+        victim=victim,
+        interferers=None,
+        streams=streams,
+    )
+    return judged(
+        study.receiver,
+        scene,
+        snapshots,
+        victim=victim,
+        frame=frame,
+        parts=parts,
+        targets=target_names(study, study.radars[victim]),
+    )
 
 
 def trace_frame(
