@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 from typing import Final
 
@@ -42,6 +43,7 @@ from polychirp.study.spec import Study, StudyRadar, scene_of, schedules
 from polychirp.study.trial import Progress, Victim, judged, silent, trace_frame
 from polychirp.synthesis.base import synthesize
 from polychirp.synthesis.stretch import Stretch
+from polychirp.threads import side_by_side
 from polychirp.traffic.paper import paper_mounts, paper_street
 from polychirp.units import from_db, to_db
 from polychirp.waveform import AnyWaveform, DiverseTriangular, FixedTriangular, Triangular
@@ -254,36 +256,55 @@ def _case_rows(
 ) -> dict[Case, PaperRow]:
     """What every case comes to on the same paths."""
     cases = list(paper_cases())
+
+    def in_step(case: Case) -> Case:
+        """A radar alone is always in step."""
+        same = replace(case, synchronous=True)
+        return case if case.interferers or same not in cases else same
+
+    distinct = list(dict.fromkeys(in_step(case) for case in cases))
     rows: dict[Case, PaperRow] = {}
-    for n, case in enumerate(cases):
-        progress("radars", n, len(cases))
-        in_step = replace(case, synchronous=True)
-        if not case.interferers and in_step in rows:  # a radar alone is always in step
-            rows[case] = replace(rows[in_step], synchronous=False)
-            continue
-        victim = scene.radar_index(case.victim)
-        receiver = Receiver(mitigation=Blanking() if case.mitigation == "blanking" else None)
-        frame, parts = synthesize(
-            Stretch(),
-            scene if case.antenna == "table 2" else with_consistent_antennas(scene),
-            plans[case.waveform, case.synchronous],
-            snapshots,
-            victim=victim,
-            interferers=[scene.radar_index(name) for name in case.interferers],
-            streams=Streams(seed),
-        )
-        found = judged(
-            receiver,
-            scene,
-            snapshots,
-            victim=victim,
-            frame=frame,
-            parts=parts,
-            targets=TARGETS[case.victim],
-        )
-        rows[case] = paper_row(case, found, receiver)
-    progress("radars", len(cases), len(cases))
-    return rows
+    made = side_by_side(
+        [
+            partial(_case_row, case, scene, plans[case.waveform, case.synchronous], snapshots, seed)
+            for case in distinct
+        ]
+    )
+    progress("radars", 0, len(distinct))
+    for case, row in zip(distinct, made, strict=True):
+        rows[case] = row
+        progress("radars", len(rows), len(distinct))
+    return {case: replace(rows[in_step(case)], synchronous=case.synchronous) for case in cases}
+
+
+def _case_row(
+    case: Case,
+    scene: Scene,
+    plans: Sequence[RampSchedule],
+    snapshots: Sequence[PropagationPaths],
+    seed: int,
+) -> PaperRow:
+    victim = scene.radar_index(case.victim)
+    receiver = Receiver(mitigation=Blanking() if case.mitigation == "blanking" else None)
+    frame, parts = synthesize(
+        Stretch(),
+        scene if case.antenna == "table 2" else with_consistent_antennas(scene),
+        plans,
+        snapshots,
+        victim=victim,
+        interferers=[scene.radar_index(name) for name in case.interferers],
+        streams=Streams(seed),
+    )
+    found = judged(
+        receiver,
+        scene,
+        snapshots,
+        victim=victim,
+        frame=frame,
+        parts=parts,
+        targets=TARGETS[case.victim],
+    )
+    return paper_row(case, found, receiver)
 
 
 def _tables(rows: Mapping[Case, PaperRow]) -> dict[str, tuple[PaperRow, ...]]:
