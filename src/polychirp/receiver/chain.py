@@ -17,7 +17,7 @@ from polychirp.model.if_frame import IfFrame
 from polychirp.receiver.angle import bartlett, capon, root_music
 from polychirp.receiver.band import BINS, Band, band_of
 from polychirp.receiver.beamform import orthogonal_sines, steering
-from polychirp.receiver.coherence import UNFITTED, is_on_both_halves, least_coherence, straightened
+from polychirp.receiver.coherence import is_on_both_halves, least_coherence, straightened
 from polychirp.receiver.coherent import ONE_POINT, coherent_steps, read_points
 from polychirp.receiver.grouping import Body, merged
 from polychirp.receiver.joint import Grid
@@ -216,16 +216,16 @@ class _Search:
         )
         motion = np.column_stack([found, np.zeros(len(found))])
         amplitude = self.band.match(self.residual, self.waves.phases(motion))
-        coherent, straight = self._straightened(amplitude, motion)
+        coherent = self._coherence(amplitude, motion)
         unsure = np.flatnonzero((coherent < ONE_POINT) & (coherent >= 0.5 * self.least))
         bent = self._bent(motion[unsure], amplitude[unsure])
         matched = self.band.match(self.residual, self.waves.phases(bent))
-        again, its_own = self._straightened(matched, bent)
+        again = self._coherence(matched, bent)
         is_better = again > coherent[unsure]
         better = unsure[is_better]
         motion[better], amplitude[better] = bent[is_better], matched[is_better]
-        coherent[better], straight[better] = again[is_better], its_own[is_better]
-        is_point = (coherent >= self.least) & self._is_whole(straight, UNFITTED)
+        coherent[better] = again[is_better]
+        is_point = coherent >= self.least
         under = floor[cells[:, 1], beam]
         self.motion = np.vstack([self.motion, motion[is_point]])
         self.floor = np.append(self.floor, under[is_point])
@@ -243,11 +243,8 @@ class _Search:
         turned = amplitude * self.waves.turned_back(motion)
         return straightened(turned, schedule.centre_frequency, middle)
 
-    def _is_whole(self, straight: ComplexArray, share: float = 1.0) -> BoolArray:
-        """Points on up- and down-ramps; those that are not are arms of something else."""
-        return is_on_both_halves(
-            straight, slope=self.frame.schedule.slope, present=self.present, share=share
-        )
+    def _coherence(self, amplitude: ComplexArray, motion: FloatArray) -> FloatArray:
+        return self._straightened(amplitude, motion)[0]
 
     def _bent(self, motion: FloatArray, amplitude: ComplexArray) -> FloatArray:
         """Motions with the accelerations that their own beats ask for, as of what passes near."""
@@ -302,7 +299,7 @@ class _Search:
 
         Two points leave residues beside what was taken for one, which become claims as well.
         """
-        coherent, _ = self._straightened(self.amplitude, self.motion)
+        coherent = self._coherence(self.amplitude, self.motion)
         if np.all(coherent >= ONE_POINT):
             return []
         beats = self.waves.beats(self.motion[:, 0], self.motion[:, 1])
@@ -354,19 +351,23 @@ class _Search:
 
     def _is_point(self) -> BoolArray:
         """Points that are still one when the others are fitted with them, ``(point,)``."""
-        coherent, straight = self._straightened(self.amplitude, self.motion)
         is_loud = self.excess() >= self.threshold
-        return is_loud & (coherent >= self.least) & self._is_whole(straight)
+        return is_loud & (self._coherence(self.amplitude, self.motion) >= self.least)
 
-    def _is_in_map(self) -> BoolArray:
-        """Points within the receiver's limits, ``(point,)``.
+    def _is_claimed(self) -> BoolArray:
+        """Points within the receiver's limits, and on up- and down-ramps, ``(point,)``.
 
-        What is just beyond them is found at the edge or by its arms, and moves there as it is
-        fitted: it is taken out, and not claimed.
+        What is just beyond the limits is found at the edge or by its arms, which are on half of the
+        ramps. It is taken out, or its skirts would be claimed, and is no claim itself.
         """
         limits, (distance, rate, _) = self.receiver, self.motion.T
         is_near = (distance >= limits.least_range) & (distance <= limits.greatest_range)
-        return np.asarray(is_near & (np.abs(rate) <= limits.greatest_speed))
+        is_whole = is_on_both_halves(
+            self._straightened(self.amplitude, self.motion)[1],
+            slope=self.frame.schedule.slope,
+            present=self.present,
+        )
+        return np.asarray(is_near & (np.abs(rate) <= limits.greatest_speed) & is_whole)
 
     def _keep(self, which: BoolArray) -> None:
         self.motion = self.motion[which]
@@ -411,11 +412,12 @@ class _Search:
         """Points of the map as claims, but for those that only mend a stronger one's skirt."""
         self._keep(self._is_point())
         self._with_pairs()
+        is_claimed = self._is_claimed()
         snapshots = self._cohere()
         power = np.mean(np.abs(self.amplitude) ** 2, axis=(1, 2))
         distance, rate = self.motion[:, 0], self.motion[:, 1]
         kept = resolved(self.frame, distance=distance, range_rate=rate, power=power)
-        kept = kept[self._is_in_map()[kept]]
+        kept = kept[is_claimed[kept]]
         sines = BEARINGS[self.receiver.angle](
             snapshots[kept],
             spacing=self.frame.array.spacing * self.frequency / SPEED_OF_LIGHT,

@@ -29,9 +29,6 @@ MOST_OF_A_HALF = 0.15
 targets found, ten points or bodies a frame, the least had 0.17 and 99 % had 0.3; arms have less
 than 0.01, and more only where they meet something on the other half."""
 
-UNFITTED = 0.1
-"""Share of that asked of candidates, whose halves others not yet taken out disturb."""
-
 FALSE_REJECTIONS = 1e-3
 """Probability that noise takes a point of the least coherence for one on half of its ramps."""
 
@@ -136,19 +133,19 @@ def coherence_of_halves(
 
 
 def is_on_both_halves(
-    straight: ComplexArray, *, slope: FloatArray, present: FloatArray, share: float = 1.0
+    straight: ComplexArray, *, slope: FloatArray, present: FloatArray
 ) -> BoolArray:
     """Points that are on the up-ramps and on the down-ramps, ``(point,)``.
 
-    Parameters as of `coherence_of_halves`; ``share`` of what `least_of_half` asks is enough. Ramps
-    of one direction only have no second half, and nothing is asked of them.
+    Parameters as of `coherence_of_halves`. Ramps of one direction only have no second half, and
+    nothing is asked of them.
     """
     halves = coherence_of_halves(straight, slope=slope, present=present)
     least = [
         least_of_half(num_ramps=round(float(present[is_in].sum())), channels=straight.shape[1])
         for is_in in (slope > 0, slope < 0)
     ]
-    return np.asarray(np.all(halves >= share * np.array(least), axis=1))
+    return np.asarray(np.all(halves >= np.array(least), axis=1))
 
 
 @lru_cache(maxsize=256)
