@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Final, Literal
 
@@ -18,7 +19,7 @@ from polychirp.receiver.angle import bartlett, capon, root_music
 from polychirp.receiver.band import BINS, Band, band_of
 from polychirp.receiver.beamform import orthogonal_sines, steering
 from polychirp.receiver.coherence import is_on_both_halves, least_coherence, straightened
-from polychirp.receiver.coherent import ONE_POINT, coherent_steps, read_points
+from polychirp.receiver.coherent import ONE_POINT, Readings, coherent_steps, read_points
 from polychirp.receiver.grouping import Body, merged
 from polychirp.receiver.joint import Grid
 from polychirp.receiver.live_map import LiveMap, strongest_peaks
@@ -44,6 +45,13 @@ an extended body gives points that only replace each other."""
 
 AFTERWARDS = 3
 """The same after a pair was found: what it hid shows at once."""
+
+STRAIGHT = 0.2
+"""m/s²: readings of a point that turns out to accelerate by that much less or more bend within
+ramps, and range is wrong by some 10 µm. They are read once more where that matters."""
+
+LOUD = math.log(1e5)
+"""Nepers above the floor, from which on it does."""
 
 MOST_CANDIDATES = 40
 """Peaks looked at together."""
@@ -382,6 +390,23 @@ class _Search:
         """
         if len(self.motion) == 0:
             return self.amplitude
+        readings, steps, is_one = self._coherent_steps()
+        self.motion[is_one] += steps[is_one]
+        if np.any(is_one & (np.abs(steps[:, 2]) > STRAIGHT) & (self.excess() > LOUD)):
+            readings, steps, is_one = self._coherent_steps()
+            self.motion[is_one] += steps[is_one]
+        schedule, middle = self.frame.schedule, readings.middle
+        return brought_to_start(
+            np.where(is_one[:, None, None], readings.value, self.amplitude)
+            * np.sqrt(readings.count),
+            motion=self.motion,
+            along=self.frame.array.position[:, 1],
+            frequency=schedule.start_frequency + schedule.slope * (middle - schedule.start_time),
+            elapsed=middle - self.waves.time,
+        )
+
+    def _coherent_steps(self) -> tuple[Readings, FloatArray, BoolArray]:
+        """Readings of all points, and the steps that their phases ask for: `coherent_steps`."""
         readings = read_points(
             self.frame.samples,
             self.presence > 0,
@@ -397,16 +422,7 @@ class _Search:
             time=self.waves.time,
             noise=float(np.median(self.map.noise)),
         )
-        self.motion[is_one] += steps[is_one]
-        schedule, middle = self.frame.schedule, readings.middle
-        return brought_to_start(
-            np.where(is_one[:, None, None], readings.value, self.amplitude)
-            * np.sqrt(readings.count),
-            motion=self.motion,
-            along=self.frame.array.position[:, 1],
-            frequency=schedule.start_frequency + schedule.slope * (middle - schedule.start_time),
-            elapsed=middle - self.waves.time,
-        )
+        return readings, steps, is_one
 
     def detections(self) -> Detections:
         """Points of the map as claims, but for those that only mend a stronger one's skirt."""
