@@ -392,7 +392,9 @@ class _Search:
             return self.amplitude
         readings, steps, is_one = self._coherent_steps()
         self.motion[is_one] += steps[is_one]
-        if np.any(is_one & (np.abs(steps[:, 2]) > STRAIGHT) & (self.excess() > LOUD)):
+        has_bent = is_one & (np.abs(steps[:, 2]) > STRAIGHT) & (self.excess() > LOUD)
+        if np.any(has_bent) and not self.pairs.found:
+            self._fit()  # what is taken out of each other must fit the new motions
             readings, steps, is_one = self._coherent_steps()
             self.motion[is_one] += steps[is_one]
         schedule, middle = self.frame.schedule, readings.middle
