@@ -263,13 +263,14 @@ def slurm_answers():
 
 
 @pytest.mark.filterwarnings("default")
-def test_slurm_gives_the_same_bytes(plan, alone, tmp_path):
+def test_slurm_gives_the_same_bytes(plan, alone, tmp_path, monkeypatch):
     pytest.importorskip("dask_jobqueue", reason="dask-jobqueue is not installed (extra 'cluster')")
     if not slurm_answers():
         pytest.skip("no SLURM answers here")
+    monkeypatch.chdir(tmp_path)  # jobs write their logs where they are sent from
     executor = DaskWorkers(cluster="slurm", count=2)
-    run_plan(plan, folder=tmp_path, executor=executor, progress=silent)
-    assert files(tmp_path) == files(alone)
+    run_plan(plan, folder=tmp_path / "out", executor=executor, progress=silent)
+    assert files(tmp_path / "out") == files(alone)
 
 
 @pytest.mark.filterwarnings("default")
