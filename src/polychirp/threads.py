@@ -2,7 +2,9 @@
 
 Kernels let go of the interpreter while they run, and what lies between them does not. So two
 pieces keep two cores busy, where one with its kernels in two threads keeps one and a half: small
-kernels hardly gain from a second thread, and wait for it.
+kernels hardly gain from a second thread, and wait for it. The threads that linear algebra keeps
+for itself do harm here: matrices are small, and while those threads wait for the next one they
+take the cores of others.
 """
 
 from __future__ import annotations
@@ -27,6 +29,7 @@ def side_by_side(pieces: Sequence[Callable[[], Result]]) -> Iterator[Result]:
     [1, 2]
     """
     import numba
+    from threadpoolctl import threadpool_limits
 
     cores = numba.get_num_threads()
     at_a_time = min(cores, MOST, len(pieces))
@@ -34,9 +37,10 @@ def side_by_side(pieces: Sequence[Callable[[], Result]]) -> Iterator[Result]:
         for piece in pieces:
             yield piece()
         return
-    with ThreadPoolExecutor(
+    pool = ThreadPoolExecutor(
         at_a_time, initializer=numba.set_num_threads, initargs=(cores // at_a_time,)
-    ) as pool:
+    )
+    with threadpool_limits(1, user_api="blas"), pool:
         try:
             yield from pool.map(lambda piece: piece(), pieces)
         finally:
@@ -45,9 +49,7 @@ def side_by_side(pieces: Sequence[Callable[[], Result]]) -> Iterator[Result]:
 
 def _may_be_shared() -> bool:
     """Whether kernels of several threads may run at once."""
-    from numba import threading_layer  # type: ignore[attr-defined]
+    import numba
 
-    try:
-        return bool(threading_layer() != "workqueue")
-    except ValueError:  # chosen when the first parallel kernel runs, and none has
-        return False
+    numba.get_num_threads()  # which chooses the layer, where nothing has yet
+    return bool(numba.threading_layer() != "workqueue")  # type: ignore[attr-defined]

@@ -4,6 +4,7 @@ import threading
 
 import numba
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from polychirp import threads
 from polychirp.threads import side_by_side
@@ -75,3 +76,14 @@ def test_without_a_shared_layer_one_goes_after_another(monkeypatch):
     monkeypatch.setattr(threads, "_may_be_shared", lambda: False)
     assert list(side_by_side([numba.get_num_threads] * 2)) == [2, 2]
     assert list(side_by_side([threading.get_ident] * 2)) == [threading.get_ident()] * 2
+
+
+def test_linear_algebra_keeps_to_one_thread_meanwhile():
+    def most():
+        return max(p["num_threads"] for p in threadpool_info() if p["user_api"] == "blas")
+
+    if not shared():
+        pytest.skip("numba's threading layer here is for one thread at a time")
+    with threadpool_limits(2, user_api="blas"):
+        assert list(side_by_side([most, most])) == [1, 1]
+        assert most() == 2
