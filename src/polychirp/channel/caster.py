@@ -175,7 +175,10 @@ def _grow_tree(
 def grow_tree(triangles: FloatArray) -> Tree:
     """The tree of triangles, m ``(triangle, corner, xyz)``; none at all make an empty box."""
     corners = np.ascontiguousarray(triangles, dtype=np.float64).reshape(-1, 3, 3)
-    box, skip, first, count, order = _grow_tree(corners.min(axis=1), corners.max(axis=1))
+    # corner by corner: along an axis of three NumPy takes ten times as long
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+    box, skip, first, count, order = _grow_tree(low, high)
     ordered = corners[order]
     edges = ordered[:, 1:] - ordered[:, :1]
     # copies, as what was made had room for twice as many nodes as triangles

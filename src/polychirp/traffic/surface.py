@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 from typing import Final
 
@@ -107,21 +108,11 @@ class SurfaceBuilder:
         The outside is where (along the lines) × (from first to second) points. Points are
         matched by their places ``*_at`` along the lines, by default evenly spread.
         """
-        advance_first = _advances(first, first_at)
-        advance_second = _advances(second, second_at)
-        order = np.argsort(np.concatenate([advance_first, advance_second]), kind="stable")
-        on_first = order < advance_first.size
-        i: IntArray = np.cumsum(on_first) - on_first
-        j: IntArray = np.cumsum(~on_first) - ~on_first
-        # the last column: whichever line advances brings its next point
-        following = np.where(
-            on_first,
-            first[np.minimum(i + 1, len(first) - 1)],
-            second[np.minimum(j + 1, len(second) - 1)],
-        )
-        self.triangles(
-            np.column_stack([first[i], following, second[j]]), part=part, material=material
-        )
+        if first_at is None and second_at is None:
+            corner = _even_strip(len(first), len(second))
+        else:
+            corner = _strip(_advances(len(first), first_at), _advances(len(second), second_at))
+        self.triangles(np.concatenate([first, second])[corner], part=part, material=material)
 
     def net(self, lines: list[IntArray], *, part: str, material: str) -> None:
         """Strips between each line and the next."""
@@ -146,10 +137,29 @@ class SurfaceBuilder:
         )
 
 
-def _advances(line: IntArray, places: FloatArray | None) -> FloatArray:
-    """Where a line steps to its next point: half way, and never backwards."""
-    at = np.linspace(0.0, 1.0, len(line)) if places is None else places
+def _advances(count: int, places: FloatArray | None) -> FloatArray:
+    """Where a line of so many points steps to its next: half way, and never backwards."""
+    at = np.linspace(0.0, 1.0, count) if places is None else places
     return np.maximum.accumulate(0.5 * (at[1:] + at[:-1]))
+
+
+def _strip(first: FloatArray, second: FloatArray) -> IntArray:
+    """Triangles ``(face, 3)`` between two lines that step to their next points at these places.
+
+    Points are numbered along the first line, then along the second.
+    """
+    order = np.argsort(np.concatenate([first, second]), kind="stable")
+    on_first = order < first.size
+    i: IntArray = np.cumsum(on_first) - on_first
+    j: IntArray = first.size + 1 + np.cumsum(~on_first) - ~on_first
+    # whichever line steps brings its next point
+    return np.column_stack([i, np.where(on_first, i, j) + 1, j])
+
+
+@lru_cache(maxsize=4096)
+def _even_strip(first: int, second: int) -> IntArray:
+    """`_strip` of lines of so many points, evenly spread; a vehicle has many that are alike."""
+    return _strip(_advances(first, None), _advances(second, None))
 
 
 def mirrored(mesh: Mesh) -> Mesh:
