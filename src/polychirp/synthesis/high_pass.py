@@ -65,10 +65,10 @@ def high_passed(radar: Radar, samples: ComplexArray, times: SampleTimes) -> Comp
     InputError
         The converter is too slow, or stops too close to the ramp's end, to follow the filter.
     """
-    from scipy.signal import lfilter
-
     if radar.front_end.high_pass is None:
         return samples
+    from scipy.signal import lfilter
+
     before, after = _lead(radar)
     zeros, poles = _coefficients_of(radar, radar.front_end.high_pass)
     out = np.zeros((*samples.shape[:-1], times.most_samples), dtype=np.complex128)
