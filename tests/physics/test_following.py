@@ -111,7 +111,7 @@ def test_a_coherence_time_is_when_extrapolation_is_half_wrong():
 
 @pytest.mark.parametrize(("x", "gap"), [(3, 0.5e-3), (3, 1e-3), (3, 2e-3), (8, 1e-3), (8, 4e-3)])
 def test_half_way_between_two_traces_the_error_is_as_stated(x, gap):
-    """Against tracing then: 3 dB more at most, 10 dB less; from −30 to −10 dB in all."""
+    """Against tracing then, within 4 dB; from −34 to −10 dB in all."""
     tracer, band = (
         Composite(reflecting_planes=False, max_bounces=1),
         np.linspace(78.5e9, 79.5e9, 33),
@@ -124,7 +124,7 @@ def test_half_way_between_two_traces_the_error_is_as_stated(x, gap):
     new = response(middle, (0, 0), band)
     wrong = 0.5 * sum(response(table, (0, 0), band) for table in both) - new
     found = np.sum(np.abs(wrong) ** 2) / np.sum(np.abs(new) ** 2)
-    assert 0.1 * said < found < 2.0 * said
+    assert 0.4 * said < found < 2.5 * said
 
 
 POINT = PointScatterer(position=(0.0, 0.0, 0.0), rcs=1.0)

@@ -183,8 +183,9 @@ def strength(paths: PropagationPaths, scene: Scene) -> FloatArray:
         (paths.receiver, paths.arrival),
     ):
         for number, radar in enumerate(scene.radars):
-            mine = ends == number
-            power[mine] *= radar.array.pattern.gain(direction[mine] @ turn[number])
+            mine = np.flatnonzero(ends == number)
+            if mine.size:
+                power[mine] *= radar.array.pattern.gain(direction[mine] @ turn[number])
     return np.asarray(power)
 
 

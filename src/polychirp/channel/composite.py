@@ -46,7 +46,7 @@ LEAST_TUBE: Final = 5e-4
 """m: below this a body of a few metres takes more tubes than anyone waits for."""
 
 
-BOUNCE_ERROR: Final = 0.03
+BOUNCE_ERROR: Final = 0.01
 """Of bounces' power, that may be wrong between two traces.
 
 Tubes of 2 cm leave more of it wrong: against tubes of 2.5 mm the fields of a pair of radars in the

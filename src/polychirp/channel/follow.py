@@ -6,12 +6,14 @@ rates and accelerations; those of the one fade linearly as those of the other co
 .. math:: H(t) = (1 - s)\,H_0(t) + s\,H_1(t - T), \qquad s = t/T
 
 What moves sideways, or into a shadow, so changes without a step. A path whose coherence time is
-:math:`t_c` holds contributions whose phases spread, and is wrong half way by the power
+:math:`t_c` holds contributions whose phases spread: carried on for t, it is wrong by
+:math:`\alpha t + \beta t^2`, of which the sizes add up to ½ at :math:`t_c`. Fading in between is
+right about α and leaves :math:`\beta T^2/4` half way. With a quarter from either term,
 
-.. math:: e = \min\{1, \tfrac18 (T/t_c)^2\}^2
+.. math:: e = \min\{1, \tfrac1{16} (T/t_c)^2\}^2
 
-(linear interpolation of :math:`e^{j\phi t/t_c}`; and of what no longer coheres at all no more is
-lost than its power). A part, such as the facets of one body, is traced again for a pair of radars
+is the power that is wrong; and of what no longer coheres at all no more is lost than its power. A
+part, such as the facets of one body, is traced again for a pair of radars
 before the errors of that pair's paths add up to `ERROR` of their power, or of what they are
 heard among to `FAINT_ECHO` or `FAINT_OTHER`, whichever is more. A car that passes a radar at two
 metres is traced for it at every step, for the others every few milliseconds.
@@ -58,10 +60,9 @@ FAINT_OTHER: Final = 1e-3
 
 Other radars' ramps are heard as bursts or as ghosts, below which nobody looks for weaker ones."""
 
-LONGEST: Final = 8e-3
-"""s, after which a part is traced again in any case: shadows move too.
-
-Without a limit a frame costs little less, since what passes closely takes most of the time."""
+LONGEST: Final = 16e-3
+"""s, after which a part is traced again in any case: shadows move too, of which no coherence time
+knows."""
 
 
 @runtime_checkable
@@ -140,52 +141,61 @@ def _every_time(
 class _Row:
     """One part at all the times at which it was traced, each for some of the pairs."""
 
-    def __init__(self, times: FloatArray, num_radars: int) -> None:
-        self.times = times
+    def __init__(self, num_times: int, num_radars: int) -> None:
         self.tables: dict[int, PropagationPaths] = {}
-        self.is_traced = np.zeros((len(times), num_radars, num_radars), dtype=bool)
+        self.is_traced = np.zeros((num_times, num_radars, num_radars), dtype=bool)
 
     def add(self, number: int, pairs: IntArray, paths: PropagationPaths) -> None:
         """Keep what was traced at time ``number`` for ``pairs``."""
         self.tables[number] = paths
         self.is_traced[number, pairs[:, 0], pairs[:, 1]] = True
 
+
+class _Fading:
+    """All parts at every time: each pair's tables before and after it, carried there.
+
+    The paths of all tables are behind one another; of which ``row`` and of which time's ``table``
+    each is, is in ``(path,)``.
+    """
+
+    def __init__(self, rows: Sequence[_Row], times: FloatArray) -> None:
+        self.times = times
+        self.is_traced = np.array([row.is_traced for row in rows])
+        tables = [(r, k, table) for r, row in enumerate(rows) for k, table in row.tables.items()]
+        counts = [table.num_paths for _, _, table in tables]
+        self.row = np.repeat([r for r, _, _ in tables], counts)
+        self.table = np.repeat([k for _, k, _ in tables], counts)
+        # each path is of its own table's time, whatever the whole says
+        self.paths = gather([table for _, _, table in tables])
+
     def at(self, number: int) -> PropagationPaths:
-        """At time ``number``, each pair's tables before and after it, carried there."""
-        ends = self._last(number), self._next(number)
-        sources = [k for k in self.tables if any(np.any(end == k) for end in ends)]
-        return gather([self._carried(number, source, *ends) for source in sources])
+        """Paths at time ``number``."""
+        where = self.row, self.paths.transmitter, self.paths.receiver
+        before, after = self._last(number)[where], self._next(number)[where]
+        used = np.flatnonzero((self.table == before) | (self.table == after))
+        table, gap = self.table[used], (after - before)[used]
+        share = np.where(gap == 0, 1.0, 1.0 - np.abs(number - table) / np.maximum(gap, 1))
+        used, share = used[share > 0], share[share > 0]
+        paths, time = self.paths.select(used), self.times[number]
+        delay, delay_rate = paths.delays_after(time - self.times[self.table[used]])
+        return replace(
+            paths,
+            reference_time=float(time),
+            delay=delay,
+            delay_rate=delay_rate,
+            transfer=share[:, None, None] * paths.transfer,
+        )
 
     def _last(self, number: int) -> IntArray:
-        """When each pair was traced last, ``(transmitter, receiver)``; 0 for never."""
-        past = self.is_traced[number::-1]
-        return np.where(past.any(axis=0), number - np.argmax(past, axis=0), 0)
+        """When each pair was traced last, ``(row, transmitter, receiver)``; 0 for never."""
+        past = self.is_traced[:, number::-1]
+        return np.where(past.any(axis=1), number - np.argmax(past, axis=1), 0)
 
     def _next(self, number: int) -> IntArray:
         """When each pair is traced next, like `_last`; the end for never."""
-        coming = self.is_traced[number:]
+        coming = self.is_traced[:, number:]
         end = len(self.times) - 1
-        return np.where(coming.any(axis=0), number + np.argmax(coming, axis=0), end)
-
-    def _carried(
-        self, number: int, source: int, before: IntArray, after: IntArray
-    ) -> PropagationPaths:
-        """What the table traced at ``source`` has at time ``number`` for the pairs that it serves.
-
-        ``before`` and ``after`` are the pairs' tables, ``(transmitter, receiver)``.
-        """
-        away = abs(number - source)
-        share = np.where(before == after, 1.0, 1.0 - away / np.maximum(after - before, 1))
-        share = np.where((before == source) | (after == source), share, 0.0)
-        table = self.tables[source]
-        part = share[table.transmitter, table.receiver]
-        paths = table.select(part > 0)
-        paths = paths.carried(float(self.times[number]) - paths.reference_time)
-        return replace(
-            paths,
-            reference_time=float(self.times[number]),
-            transfer=part[part > 0, None, None] * paths.transfer,
-        )
+        return np.where(coming.any(axis=1), number + np.argmax(coming, axis=1), end)
 
 
 class _Frame:
@@ -211,17 +221,22 @@ class _Frame:
         power = strength(whole, self.scenes[0])
         strongest = strongest_of_pair(whole, power, len(self.scenes[0].radars))
         faint = _faint(_of_pairs(whole, power, len(strongest)))
-        rows = []
-        for row in side_by_side(
-            [
-                partial(self._row, part, begin, faint, strongest)
-                for part, begin in zip(self.parts, first, strict=True)
-            ]
-        ):
+        steps = [
+            self._steps(part, begin, self.scenes[0], faint)
+            for part, begin in zip(self.parts, first, strict=True)
+        ]
+        # what asks for most first, so that no core waits for another in the end
+        order = np.argsort([-np.sum(1 / some) for some in steps], kind="stable")
+        following = [
+            partial(self._row, self.parts[k], first[k], steps[k], faint, strongest) for k in order
+        ]
+        rows: list[_Row] = []
+        for row in side_by_side(following):
             rows.append(row)
             progress(len(rows) * len(self.times), total)
+        fading = _Fading([rows[k] for k in np.argsort(order)], self.times)
         return tuple(
-            without_weak(gather([row.at(k) for row in rows]), moment, self.tracer.dynamic_range)
+            without_weak(fading.at(k), moment, self.tracer.dynamic_range)
             for k, moment in enumerate(self.scenes)
         )
 
@@ -237,13 +252,21 @@ class _Frame:
         return tables
 
     def _row(
-        self, part: Part, begin: PropagationPaths, faint: FloatArray, strongest: FloatArray
+        self,
+        part: Part,
+        begin: PropagationPaths,
+        steps: IntArray,
+        faint: FloatArray,
+        strongest: FloatArray,
     ) -> _Row:
-        """One part, traced for each pair as often as that pair asks for, and at the end."""
+        """One part, traced for each pair as often as that pair asks for, and at the end.
+
+        ``steps`` are those of its paths at the first time, ``begin``.
+        """
         last = len(self.times) - 1
-        row = _Row(self.times, len(faint))
+        row = _Row(len(self.times), len(faint))
         row.add(0, self.pairs, begin)
-        due = np.minimum(self._steps(part, begin, self.scenes[0], faint), last)
+        due = np.minimum(steps, last)
         for number in range(1, last + 1):
             pairs = self.pairs[due[self.pairs[:, 0], self.pairs[:, 1]] == number]
             if not len(pairs):
@@ -284,9 +307,9 @@ def stated_error(gap: FloatArray) -> FloatArray:
     """Share of a path's power that is wrong half way between traces; ``gap`` T/t_c.
 
     >>> float(stated_error(np.array(0.4)))
-    0.0004
+    0.0001
     """
-    return np.asarray(np.minimum(1.0, gap**2 / 8) ** 2)
+    return np.asarray(np.minimum(1.0, gap**2 / 16) ** 2)
 
 
 def _of_pairs(paths: PropagationPaths, power: FloatArray, num_radars: int) -> FloatArray:

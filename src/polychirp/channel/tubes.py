@@ -123,7 +123,7 @@ be left to tubes that are not halved."""
 FLOOR: Final = 1e-4
 """Power, of the strongest known path of a pair, below which no tubes are halved for it."""
 
-ROOM: Final = 4
+ROOM: Final = 2
 """Hits of a tube at every bounce but the first for which there is room: sheets make branches."""
 
 
@@ -452,9 +452,9 @@ class _Place:
         return self._between[receiver]
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=40)
 def _place_of(world: World) -> _Place:
-    """A world as tubes need it, kept for its next part."""
+    """A world as tubes need it, kept for its next part: a frame comes back to all its times."""
     return _Place(world)
 
 

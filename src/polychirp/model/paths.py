@@ -145,12 +145,20 @@ class PropagationPaths:
         >>> paths_of(HandPath(delay=1e-7, delay_rate=1e-8)).carried(2.0).delay.tolist()
         [1.2e-07]
         """
-        bend = 0.5 * self.delay_acceleration * elapsed**2
+        delay, delay_rate = self.delays_after(elapsed)
         return replace(
             self,
             reference_time=self.reference_time + elapsed,
-            delay=self.delay + self.delay_rate * elapsed + bend,
-            delay_rate=self.delay_rate + self.delay_acceleration * elapsed,
+            delay=delay,
+            delay_rate=delay_rate,
+        )
+
+    def delays_after(self, elapsed: FloatArray | float) -> tuple[FloatArray, FloatArray]:
+        """Delays (s) and their rates ``elapsed`` s later, each path after its own time."""
+        bend = 0.5 * self.delay_acceleration * elapsed**2
+        return (
+            self.delay + self.delay_rate * elapsed + bend,
+            self.delay_rate + self.delay_acceleration * elapsed,
         )
 
     def select(self, which: BoolArray | IntArray) -> PropagationPaths:

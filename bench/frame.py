@@ -1,0 +1,79 @@
+"""The whole frame of the paper, from scene to detections: four victims, four channels each.
+
+    OPENBLAS_NUM_THREADS=1 python bench/frame.py
+
+Wall time in a process that has nothing ready, and again when it has meshes and kernels ready; and
+its memory at the peak. How wrong paths are that are renewed only as often as they ask for, against
+tracing all of them every millisecond:
+
+    OPENBLAS_NUM_THREADS=1 python bench/frame.py errors
+"""
+
+import resource
+import sys
+import time
+
+import numpy as np
+
+from polychirp.study.paper import paper_study
+from polychirp.study.spec import refresh_times, scene_of, schedules
+from polychirp.study.trial import run_trial, trace_frame
+
+RUNS = 4
+BAND = np.linspace(78.5e9, 79.5e9, 101)
+
+
+def frames():
+    for number in range(RUNS):
+        steps = [("scene and paths", time.perf_counter())]
+
+        def note(what, done, _total, steps=steps):
+            if what == "radars" and done == 0:
+                steps.append(("signals and receivers", time.perf_counter()))
+
+        run_trial(paper_study("conventional"), progress=note)
+        ends = [began for _, began in steps[1:]] + [time.perf_counter()]
+        taken = [end - began for (_, began), end in zip(steps, ends, strict=True)]
+        parts = (f"{name} {t:.1f} s" for (name, _), t in zip(steps, taken, strict=True))
+        print("again" if number else "first", f"{sum(taken):.1f} s:", *parts, flush=True)
+    print(f"peak {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3:.0f} MB")
+
+
+def errors():
+    """Wrong power over all times and the band, as the antennas' elements weigh it."""
+    study = paper_study("conventional")
+    scene, tracer, plans = scene_of(study), study.tracer, schedules(study)
+    followed = trace_frame(tracer, scene, plans, refresh_interval=study.refresh_interval)
+    times = refresh_times(plans, study.refresh_interval)
+    right, wrong = 0.0, 0.0
+    for time_, found in zip(times, followed, strict=True):
+        moment = scene.at(float(time_))
+        true = responses(tracer.trace(moment), moment)
+        right = right + np.sum(np.abs(true) ** 2, axis=-1)
+        wrong = wrong + np.sum(np.abs(responses(found, moment) - true) ** 2, axis=-1)
+    for what, of in (("echoes", np.diagonal), ("others", others)):
+        print(what, np.round(10 * np.log10(of(wrong) / of(right)), 1), "dB")
+
+
+def others(power):
+    """Of all other transmitters, ``(receiver,)``."""
+    return power.sum(axis=0) - np.diagonal(power)
+
+
+def responses(paths, scene):
+    """V–V over `BAND`, elements' gains included, ``(transmitter, receiver, frequency)``."""
+    amplitude = paths.transfer[:, 0, 0].copy()
+    ends = (paths.transmitter, paths.departure), (paths.receiver, paths.arrival)
+    for end, direction in ends:
+        for number, radar in enumerate(scene.radars):
+            mine = end == number
+            local = direction[mine] @ scene.radar_rotation[number]
+            amplitude[mine] *= np.sqrt(radar.array.pattern.gain(local))
+    wave = amplitude[:, None] * np.exp(-2j * np.pi * paths.delay[:, None] * BAND)
+    found = np.zeros((len(scene.radars), len(scene.radars), len(BAND)), dtype=complex)
+    np.add.at(found, (paths.transmitter, paths.receiver), wave)
+    return found
+
+
+if __name__ == "__main__":
+    errors() if "errors" in sys.argv[1:] else frames()
