@@ -47,13 +47,11 @@ class Part(NamedTuple):
 
     ``trace`` takes the world, (transmitter, receiver) pairs ``(pair, 2)``, and what is known of
     the strongest path of every pair ``(transmitter, receiver)``: what cannot matter beside it
-    may be left out. Between two traces ``error`` of its power may be wrong: no more than what the
-    mechanism itself leaves wrong asks for.
+    may be left out.
     """
 
     name: str
     trace: Callable[[World, IntArray, FloatArray], PropagationPaths]
-    error: float = 1e-3
 
 
 def all_pairs(

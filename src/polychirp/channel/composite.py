@@ -46,13 +46,6 @@ LEAST_TUBE: Final = 5e-4
 """m: below this a body of a few metres takes more tubes than anyone waits for."""
 
 
-BOUNCE_ERROR: Final = 0.01
-"""Of bounces' power, that may be wrong between two traces.
-
-Tubes of 2 cm leave more of it wrong: against tubes of 2.5 mm the fields of a pair of radars in the
-paper's street have a correlation of 0.6 in the median, and powers 4 dB apart."""
-
-
 @dataclass(frozen=True, kw_only=True)
 class NamedMaterial(Material):
     """A study's own material, or its own value of a known one."""
@@ -236,7 +229,7 @@ class Composite(Spec):
                 max_bounces=self.max_bounces,
                 first=body,
             )
-            yield Part(f"bounces from {name}", trace, error=BOUNCE_ERROR)
+            yield Part(f"bounces from {name}", trace)
 
     def trace(self, scene: Scene) -> PropagationPaths:
         """Every path between the radars of ``scene``, at its time.
