@@ -55,11 +55,11 @@ ERROR: Final = 1e-2
 Meshes that are right to a decibel leave as much of it wrong, and tubes of 2 cm more: against tubes
 of 2.5 mm what bounces between the paper's bodies has a correlation of 0.6 in the median."""
 
-FAINT_ECHO: Final = 1e-4
+FAINT_ECHO: Final = 2.5e-5
 """Power of errors of one part, relative to all of a radar's own echoes.
 
-Receivers look 40 dB below the strongest echo: at ten times as much, what is left of strong echoes
-is tried as points, thousands of them."""
+Receivers look 40 dB below the strongest echo: at four times as much, what is left of strong echoes
+is claimed now and then, and at forty times tried as points, thousands of them."""
 
 FAINT_OTHER: Final = 1e-3
 """Power of errors of one part, relative to what a radar hears of others.

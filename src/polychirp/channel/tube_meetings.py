@@ -302,6 +302,19 @@ def surface_of(space: Space, met: Meeting) -> tuple[Vector, int, Vector]:
     return normal, medium if medium >= 0 else -1 - medium, vector_at(body, number, VELOCITY)
 
 
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def is_in_front(space: Space, met: Meeting, direction: Vector) -> bool:
+    """Whether a ray meets a body's face from the side of its normal."""
+    body, b = space.body, met[2]
+    along = (
+        dot(vector_at(body, b, POSE), direction),
+        dot(vector_at(body, b, POSE + 3), direction),
+        dot(vector_at(body, b, POSE + 6), direction),
+    )
+    n = cross(vector_at(space.triangle, met[3], 3), vector_at(space.triangle, met[3], 6))
+    return bool(dot(n, along) < 0.0)
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def is_behind(
     space: Space,

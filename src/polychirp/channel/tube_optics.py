@@ -24,6 +24,7 @@ from polychirp.channel.tube_meetings import (
     Space,
     fade,
     is_behind,
+    is_in_front,
     is_near_leaves,
     meet,
     meet_body,
@@ -55,10 +56,11 @@ Waiting = list[tuple[Ray, Meeting]]
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _leads_on(met: Meeting, space: Space, turns: int, most_turns: int) -> bool:
+def _leads_on(met: Meeting, direction: Vector, space: Space, turns: int, most_turns: int) -> bool:
     """Whether a ray that has turned so often may bring anything at what it meets."""
     if met[1] == FACE:
-        return bool(space.body[met[2], SCATTERS] > 0.0)
+        # most rays that come in by a window end at the back of a panel
+        return bool(space.body[met[2], SCATTERS] > 0.0) and is_in_front(space, met, direction)
     if met[1] == PLATE and space.plate[met[2], IS_PANE] == 0.0:
         return 0 < turns < most_turns - 1
     return met[1] != NOTHING
@@ -79,7 +81,7 @@ def _pass(
     """Let a ray through a sheet at a point; it waits if it meets anything behind."""
     home = met[2] if met[1] == PANE else -1
     next_met = meet(space, point, ray.direction, OFF, MISS, home, boxes)
-    if _leads_on(next_met, space, ray.turns, limits[0]):
+    if _leads_on(next_met, ray.direction, space, ray.turns, limits[0]):
         behind = passed(ray, point, met[0], surface[0], media, surface[1], limits[1])
         if is_heard(behind):
             waiting.append((behind, next_met))
@@ -103,12 +105,12 @@ def _bounce(  # noqa: PLR0913, PLR0917 (flat, as parallel loops take them)
     distance, kind, number, _ = met
     normal, medium, velocity = surface
     most_turns, wavenumber = limits
-    slot, next_met = slots[0], MISS
+    slot, next_met, after = slots[0], MISS, ray.direction
     if ray.turns + 1 < most_turns:
         after = mirrored(ray.direction, normal)
         home = -1 if kind == PLATE else number
         next_met = meet(space, point, after, OFF, MISS, home, boxes)
-    goes_on = _leads_on(next_met, space, ray.turns + 1, most_turns)
+    goes_on = _leads_on(next_met, after, space, ray.turns + 1, most_turns)
     is_last = kind != PLATE and ray.met > 0
     # fields are dear: only for what leads somewhere
     if not (goes_on or is_last):
