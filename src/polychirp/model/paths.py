@@ -154,7 +154,16 @@ class PropagationPaths:
         )
 
     def delays_after(self, elapsed: FloatArray | float) -> tuple[FloatArray, FloatArray]:
-        """Delays (s) and their rates ``elapsed`` s later, each path after its own time."""
+        """Delays (s) and their rates (s/s) some time later, as in `carried`, ``(path,)`` each.
+
+        Parameters
+        ----------
+        elapsed : s, of all paths or of each, ``(path,)``
+
+        >>> from polychirp.testing.paths import HandPath, paths_of
+        >>> paths_of(HandPath(delay=1e-7, delay_rate=1e-8)).delays_after(2.0)[0].tolist()
+        [1.2e-07]
+        """
         bend = 0.5 * self.delay_acceleration * elapsed**2
         return (
             self.delay + self.delay_rate * elapsed + bend,
