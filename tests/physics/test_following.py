@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from polychirp.channel import follow as module
-from polychirp.channel.base import Part, all_pairs
+from polychirp.channel.base import all_pairs
 from polychirp.channel.composite import Composite
 from polychirp.channel.follow import FAINT_ECHO, FAINT_OTHER, follow, stated_error
 from polychirp.channel.free_space import FreeSpace
@@ -49,7 +49,7 @@ def counted(tracer, monkeypatch):
                     counts[key] = counts.get(key, 0) + 1
                 return part.trace(world, pairs, strongest)
 
-            return Part(part.name, trace)
+            return part._replace(trace=trace)
 
         return tuple(one(part) for part in parts(self, world))
 
@@ -74,6 +74,32 @@ def test_a_body_is_traced_often_for_the_radar_that_it_passes_alone(monkeypatch):
     assert counts["facets of beside", 1, 1] == 2
     assert counts["facets of beside", 0, 1] == counts["facets of beside", 1, 0]
     assert all(np.any((table.transmitter == 1) & (table.receiver == 1)) for table in paths)
+
+
+def test_what_is_faint_beside_the_rest_of_its_whole_is_seldom_renewed(monkeypatch):
+    """A car and its image in the road: the image alone would ask for every trace."""
+    road = Plate(
+        centre=(0, 0, 0), half_u=(40, 0, 0), half_v=(0, 20, 0), material="asphalt", part="r"
+    )
+    scene = around(
+        [
+            car("beside", x=1.0, y=2.5, speed=25.0),
+            Actor(name="road", kind="road", plates=(road,)),
+        ],
+        [(0, 0, 0.6)],
+    )
+    tracer = Composite(max_bounces=1)
+    counts = counted(tracer, monkeypatch)
+    follow(tracer, scene, TIMES)
+    assert counts["facets of beside"] == len(TIMES)
+    assert counts["mirrored facets of beside"] == 2
+    parts = Composite.parts
+    monkeypatch.setattr(
+        Composite, "parts", lambda *a: tuple(part._replace(whole="") for part in parts(*a))
+    )
+    counts.clear()
+    follow(tracer, scene, TIMES)
+    assert counts["mirrored facets of beside"] == len(TIMES)
 
 
 def response(paths, pair, frequencies):

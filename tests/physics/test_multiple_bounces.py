@@ -337,6 +337,22 @@ def test_behind_a_pane_a_corner_loses_what_the_pane_takes_twice(compare, own):
     assert abs(behind[0, 0] / bare[0, 0] / expected - 1) < 5e-3
 
 
+@pytest.mark.parametrize(("kind", "from_within"), [("object", 1.0), ("vehicle", 0.0)])
+def test_from_within_only_what_is_no_vehicle_reflects(kind, from_within):
+    """A corner of two panes, from before and from behind: nothing comes back out of a cabin."""
+    panes, place = dihedral(0.1, 0.05), (6.0, 0.0, 0.0)
+    echo = {}
+    for side, corners in (("before", panes), ("behind", panes[:, ::-1])):
+        actor = replace(body(corners, material="clear"), kind=kind)
+        echo[side] = transfer_at(tubes(around([actor], [place]), tube=4e-3), FREQUENCY)
+        plain = PlainBody(corners=corners, material=CLEAR, is_filled=kind == "vehicle")
+        ends = np.array(place), np.array(place)
+        expected = multiple_bounces([plain], *ends, FREQUENCY, tube=4e-3)
+        np.testing.assert_allclose(echo[side], expected, rtol=0, atol=1e-9)
+    assert np.abs(echo["before"]).max() > 1e-6
+    np.testing.assert_allclose(echo["behind"], from_within * echo["before"], rtol=1e-9, atol=1e-15)
+
+
 def test_behind_a_crown_a_corner_loses_what_leaves_take_twice():
     """e^{−αx} of the power on each way through x = 0.5 m of leaves."""
     crown = Actor(

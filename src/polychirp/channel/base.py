@@ -47,11 +47,13 @@ class Part(NamedTuple):
 
     ``trace`` takes the world, (transmitter, receiver) pairs ``(pair, 2)``, and what is known of
     the strongest path of every pair ``(transmitter, receiver)``: what cannot matter beside it
-    may be left out.
+    may be left out. What is wrong with a part is weighed against the power of all parts of the
+    same ``whole``; without one, against its own.
     """
 
     name: str
     trace: Callable[[World, IntArray, FloatArray], PropagationPaths]
+    whole: str = ""
 
 
 def all_pairs(

@@ -209,12 +209,14 @@ class Composite(Spec):
             yield _part("corners", corner_paths)
 
     def _body_parts(self, world: World) -> Iterator[Part]:
-        from polychirp.channel.facets import facet_echoes, scattering_bodies
+        from polychirp.channel.facets import facet_echoes, mirrored_echoes, scattering_bodies
 
         for body in scattering_bodies(world):
             name = world.scene.actors[world.body[body]].name
-            trace = partial(facet_echoes, body=body, mirrors=self.reflecting_planes)
-            yield Part(f"facets of {name}", trace)
+            direct, mirrored = (partial(f, body=body) for f in (facet_echoes, mirrored_echoes))
+            yield Part(f"facets of {name}", direct, name)
+            if self.reflecting_planes:
+                yield Part(f"mirrored facets of {name}", mirrored, name)
 
     def _bounce_parts(self, world: World) -> Iterator[Part]:
         from polychirp.channel.facets import scattering_bodies

@@ -32,12 +32,14 @@ bodies' motion during the flight (it moves a delay by v·τ, below 3 µm).
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
-from polychirp.channel.base import gather, no_paths, strength, strongest_of_pair
+from polychirp.channel.base import gather, no_paths
 from polychirp.channel.cell_paths import cell_paths, slide_of
 from polychirp.channel.gathering import gather_cells
 from polychirp.channel.lighting import Lighting, lighting_of, media_of, parts_of
@@ -69,9 +71,21 @@ def scatters(world: World, body: int) -> bool:
 
 
 def facet_echoes(
-    world: World, pairs: IntArray, strongest: FloatArray, *, body: int, mirrors: bool
+    world: World, pairs: IntArray, strongest: FloatArray, *, body: int
 ) -> PropagationPaths:
-    r"""Paths of ``pairs`` over the facets of one body, seen directly and in road and walls.
+    """Paths of ``pairs`` ``(pair, 2)`` over the facets of one body, given by its number."""
+    del strongest  # what is seen directly is worth its while
+    direct = _direct_views(world, body, _radars(pairs))
+    seen = _seen_directly(world, body, direct)
+    _check_facets(seen)
+    tasks = _Tasks(seen, seen, _combinations(direct, direct, _wanted(pairs)))
+    return _only(pairs, tasks.paths(seen, seen))
+
+
+def mirrored_echoes(
+    world: World, pairs: IntArray, strongest: FloatArray, *, body: int
+) -> PropagationPaths:
+    r"""Paths of ``pairs`` over the facets of one body that an end sees in a plate, or both.
 
     A plate is tried for a body where it has both before it and may hold a mirror point. A
     combination of views is left out unseen if its bound
@@ -83,61 +97,65 @@ def facet_echoes(
 
     Parameters
     ----------
+    pairs : ``(pair, 2)``
     strongest : what is known of the strongest path of every pair, ``(transmitter, receiver)``
     body : number of the body
-    mirrors : whether road and walls mirror
     """
-    wanted = {(int(i), int(j)) for i, j in pairs}
-    paths = _over_body(world, body, wanted, mirrors, strongest)
-    is_wanted = np.zeros(strongest.shape, dtype=np.bool_)
-    is_wanted[pairs[:, 0], pairs[:, 1]] = True
-    return paths.select(is_wanted[paths.transmitter, paths.receiver])
-
-
-def _over_body(
-    world: World,
-    body: int,
-    wanted: set[tuple[int, int]],
-    mirrors: bool,
-    strongest: FloatArray,
-) -> PropagationPaths:
-    """Paths over one body, of which those by mirrors may be worth more than is known of a pair."""
-    # A radar's own vehicle is within centimetres of the antenna, where neither incident wave
-    # nor facets are what physical optics takes them for: that is part of the installation.
-    asked = {radar for pair in wanted for radar in pair}
-    radars = [r for r in sorted(asked) if world.scene.carriers[r] != world.body[body]]
-    near = [View(world=world, radar=r, body=body) for r in radars]
-    direct = [view for view in near if view.distance <= world.max_length]
+    direct = _direct_views(world, body, _radars(pairs))
     mirrored = [
         View(world=world, radar=view.radar, body=body, plate=int(plate))
         for view in direct
-        for plate in (view.mirrors if mirrors else ())
+        for plate in view.mirrors
     ]
-    seen = lighting_of(world, body, direct).with_waves()
-    _check_facets(seen)
-    found = _Tasks(seen, seen, _combinations(direct, direct, wanted)).paths(seen, seen)
-    if not mirrored:
-        return found
-    known = strongest_of_pair(found, strength(found, world.scene), len(strongest))
-    known = np.maximum(strongest, known)
-    return gather([found, *_in_mirrors(seen, mirrored, wanted, known)])
-
-
-def _in_mirrors(
-    seen: Lighting, mirrored: list[View], wanted: set[tuple[int, int]], known: FloatArray
-) -> list[PropagationPaths]:
-    """Paths that meet plates, as far as they may be worth more than is known of their pairs."""
-    world = seen.world
-    once = _worthy(world, _combinations(list(seen.views), mirrored, wanted), known)
-    twice = _worthy(world, _combinations(mirrored, mirrored, wanted), known)
+    once = _worthy(world, _combinations(direct, mirrored, _wanted(pairs)), strongest)
+    twice = _worthy(world, _combinations(mirrored, mirrored, _wanted(pairs)), strongest)
+    if not once and not twice:
+        return no_paths(world.scene, world.frequency)
     views = dict.fromkeys([b for _, b in once + twice] + [a for a, _ in twice])
-    reflected = lighting_of(world, seen.body, list(views))
-    tasks = [_Tasks(seen, reflected, once, known), _Tasks(reflected, reflected, twice, known)]
+    seen, reflected = _seen_directly(world, body, direct), lighting_of(world, body, list(views))
+    tasks = [
+        _Tasks(seen, reflected, once, strongest),
+        _Tasks(reflected, reflected, twice, strongest),
+    ]
     needed = np.zeros(reflected.rows.face.shape, dtype=np.bool_)
     tasks[0].mark((np.zeros(seen.rows.face.shape, dtype=np.bool_), needed))
     tasks[1].mark((needed, needed))
     reflected = reflected.only(needed).with_waves()
-    return [tasks[0].paths(seen, reflected), tasks[1].paths(reflected, reflected)]
+    found = [tasks[0].paths(seen, reflected), tasks[1].paths(reflected, reflected)]
+    return _only(pairs, gather(found))
+
+
+def _radars(pairs: IntArray) -> tuple[int, ...]:
+    return tuple(int(radar) for radar in np.unique(pairs))
+
+
+def _wanted(pairs: IntArray) -> set[tuple[int, int]]:
+    return {(int(i), int(j)) for i, j in pairs}
+
+
+@lru_cache(maxsize=4)
+def _direct_views(world: World, body: int, radars: tuple[int, ...]) -> tuple[View, ...]:
+    """Radars that a body may see.
+
+    A radar's own vehicle is within centimetres of the antenna, where neither incident wave nor
+    facets are what physical optics takes them for: that is part of the installation.
+    """
+    others = [radar for radar in radars if world.scene.carriers[radar] != world.body[body]]
+    views = [View(world=world, radar=radar, body=body) for radar in others]
+    return tuple(view for view in views if view.distance <= world.max_length)
+
+
+@lru_cache(maxsize=2)
+def _seen_directly(world: World, body: int, views: tuple[View, ...]) -> Lighting:
+    """What direct views see of a body, kept as its mirrored views are joined with them next."""
+    return lighting_of(world, body, list(views)).with_waves()
+
+
+def _only(pairs: IntArray, paths: PropagationPaths) -> PropagationPaths:
+    """Paths of the pairs asked for: those over two views go both ways round."""
+    num_radars = 1 + int(np.max(pairs, initial=0))
+    asked = np.unique(pairs @ (num_radars, 1))
+    return paths.select(np.isin(paths.transmitter * num_radars + paths.receiver, asked))
 
 
 def _worthy(
@@ -165,7 +183,7 @@ def _bound(world: World, a: View, b: View) -> float:
 
 
 def _combinations(
-    first: list[View], second: list[View], wanted: set[tuple[int, int]]
+    first: Sequence[View], second: Sequence[View], wanted: set[tuple[int, int]]
 ) -> list[tuple[View, View]]:
     """Unordered pairs of views that may make a path: at most one plate, and a wanted pair.
 

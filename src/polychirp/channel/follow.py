@@ -14,8 +14,8 @@ right about α and leaves :math:`\beta T^2/4` half way. With a quarter from eith
 
 is the power that is wrong; and of what no longer coheres at all no more is lost than its power. A
 part, such as the facets of one body, is traced again for a pair of radars
-before the errors of that pair's paths add up to `ERROR` of their power, or of what they are
-heard among to `FAINT_ECHO` or `FAINT_OTHER`, whichever is more. A car that passes a radar at two
+before the errors of that pair's paths add up to `ERROR` of the power of its whole, or of what they
+are heard among to `FAINT_ECHO` or `FAINT_OTHER`, whichever is more. A car that passes a radar at two
 metres is traced for it at every step, for the others every few milliseconds.
 
 Limits: amplitudes and shadows in between are guessed from both ends. Delays of bounces between
@@ -28,7 +28,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Final, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Final, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     from polychirp.channel.world import World
 
 ERROR: Final = 1e-2
-"""Of a part's power, that may be wrong between two traces.
+"""Of the power of a part's whole, that may be wrong between two traces.
 
 Meshes that are right to a decibel leave as much of it wrong, and tubes of 2 cm more: against tubes
 of 2.5 mm what bounces between the paper's bodies has a correlation of 0.6 in the median."""
@@ -144,6 +144,16 @@ def _every_time(
     return tuple(snapshots)
 
 
+class _Limits(NamedTuple):
+    """What a part's errors are weighed against, each ``(transmitter, receiver)``.
+
+    ``others``: power of the other parts of its whole; ``faint``: of errors that nobody notices.
+    """
+
+    others: FloatArray
+    faint: FloatArray
+
+
 class _Row:
     """One part at all the times at which it was traced, each for some of the pairs."""
 
@@ -227,11 +237,15 @@ class _Frame:
         power = strength(whole, self.scenes[0])
         strongest = strongest_of_pair(whole, power, len(self.scenes[0].radars))
         faint = _faint(_of_pairs(whole, power, len(strongest)))
-        steps = [self._steps(begin, self.scenes[0], faint) for begin in first]
+        limits = [_Limits(others, faint) for others in self._of_wholes(first)]
+        steps = [
+            self._steps(begin, self.scenes[0], limit)
+            for begin, limit in zip(first, limits, strict=True)
+        ]
         # what asks for most first, so that no core waits for another in the end
         order = np.argsort([-np.sum(1 / some) for some in steps], kind="stable")
         following = [
-            partial(self._row, self.parts[k], first[k], steps[k], faint, strongest) for k in order
+            partial(self._row, self.parts[k], first[k], steps[k], limits[k], strongest) for k in order
         ]
         rows: list[_Row] = []
         for row in side_by_side(following):
@@ -254,12 +268,20 @@ class _Frame:
             tables.append(found)
         return tables
 
+    def _of_wholes(self, first: list[PropagationPaths]) -> FloatArray:
+        """Power of all other parts of each part's whole, ``(part, transmitter, receiver)``."""
+        scene = self.scenes[0]
+        power = [_of_pairs(paths, strength(paths, scene), len(scene.radars)) for paths in first]
+        whole = np.array([part.whole or part.name for part in self.parts])
+        is_other = (whole[:, None] == whole) & ~np.eye(len(whole), dtype=np.bool_)
+        return np.tensordot(is_other, np.array(power), axes=1)
+
     def _row(
         self,
         part: Part,
         begin: PropagationPaths,
         steps: IntArray,
-        faint: FloatArray,
+        limits: _Limits,
         strongest: FloatArray,
     ) -> _Row:
         """One part, traced for each pair as often as that pair asks for, and at the end.
@@ -267,7 +289,7 @@ class _Frame:
         ``steps`` are those of its paths at the first time, ``begin``.
         """
         last = len(self.times) - 1
-        row = _Row(len(self.times), len(faint))
+        row = _Row(len(self.times), len(strongest))
         row.add(0, self.pairs, begin)
         due = np.minimum(steps, last)
         for number in range(1, last + 1):
@@ -276,13 +298,13 @@ class _Frame:
                 continue
             found = part.trace(self.worlds[number], pairs, strongest)
             row.add(number, pairs, found)
-            steps = self._steps(found, self.scenes[number], faint)
+            steps = self._steps(found, self.scenes[number], limits)
             # on a grid, so that pairs with different steps are traced together
             next_due = np.minimum((number // steps + 1) * steps, last)
             due = np.where(due == number, next_due, due)
         return row
 
-    def _steps(self, paths: PropagationPaths, scene: Scene, faint: FloatArray) -> IntArray:
+    def _steps(self, paths: PropagationPaths, scene: Scene, limits: _Limits) -> IntArray:
         """After how many times each pair is to be traced again, ``(transmitter, receiver)``.
 
         The same both ways round, which are traced together.
@@ -290,11 +312,12 @@ class _Frame:
         grid = float(self.times[1] - self.times[0]) if len(self.times) > 1 else LONGEST
         step = max(1, int(LONGEST / grid * (1 + 1e-9)))
         power = strength(paths, scene)
-        allowed = np.maximum(ERROR * _of_pairs(paths, power, len(faint)), faint)
-        steps = np.full(faint.shape, step)
+        whole = limits.others + _of_pairs(paths, power, len(limits.others))
+        allowed = np.maximum(ERROR * whole, limits.faint)
+        steps = np.full(allowed.shape, step)
         while step > 1:
             wrong = stated_error(step * grid / paths.coherence_time)
-            is_wrong = _of_pairs(paths, power * wrong, len(faint)) > allowed
+            is_wrong = _of_pairs(paths, power * wrong, len(allowed)) > allowed
             is_wrong |= is_wrong.T
             if not np.any(is_wrong):
                 break

@@ -21,11 +21,15 @@ from polychirp.model.material import Material
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlainBody:
-    """Triangles of one smooth material, m ``(face, corner, xyz)``; of a plate or of a body."""
+    """Triangles of one smooth material, m ``(face, corner, xyz)``; of a plate or of a body.
+
+    Of a body that ``is_filled`` nothing reflects from within.
+    """
 
     corners: FloatArray
     material: Material
     is_plate: bool = False
+    is_filled: bool = False
 
 
 class _Wave(NamedTuple):
@@ -123,7 +127,7 @@ class _Plain:
         point = wave.point + distance * wave.direction
         here = wave._replace(point=point, length=wave.length + distance)
         if body.material.is_sheet:
-            if normal @ wave.direction > 0:
+            if normal @ wave.direction > 0 and not body.is_filled:
                 normal = -normal
             field = self._behind(wave.field, wave.direction, normal, body.material)
             found += self._follow(here._replace(field=field), first)

@@ -40,10 +40,12 @@ VELOCITY: Final = 15
 SOLID: Final = 18
 CLOUD: Final = 19
 SCATTERS: Final = 20
-FIRST_BUNDLE: Final = 21
-FIRST_TRIANGLE: Final = 22
+FILLED: Final = 21
+FIRST_BUNDLE: Final = 22
+FIRST_TRIANGLE: Final = 23
 """Columns of `Space.body`: `Blockers.pose`; two vectors; the radius, m, of the sphere around what
-blocks and around leaves, −1 for none; and numbers."""
+blocks and around leaves, −1 for none; whether it scatters, and whether nothing turns back within
+its panes; and numbers."""
 
 PLATE_VELOCITY: Final = 15
 IS_PANE: Final = 18
@@ -54,7 +56,7 @@ class Space(NamedTuple):
     """All that tubes meet, in few arrays: a kernel takes every array as some eight words.
 
     ``bundle``, ``triangle`` as in `Bundles`, those of all bodies behind one another; ``body``
-    ``(body, 23)``, columns `POSE` …; ``plate`` ``(plate, 19)``; ``room`` as in
+    ``(body, 24)``, columns `POSE` …; ``plate`` ``(plate, 19)``; ``room`` as in
     `Bundles`.
     """
 
@@ -115,6 +117,7 @@ def space_of(world: World, faces: Blockers) -> Space:
                 np.where(has["opaque"] | has["pane"], world.radius, -1.0),
                 np.where(has["cloud"], world.radius, -1.0),
                 [scatters(world, body) for body in range(len(world.body))],
+                [actors[actor].kind == "vehicle" for actor in world.body],
                 begin,
             ]
         ),

@@ -15,6 +15,7 @@ from polychirp.channel.optics import Vector
 from polychirp.channel.tube_currents import TUBE, Hits, record
 from polychirp.channel.tube_meetings import (
     FACE,
+    FILLED,
     IS_PANE,
     NOTHING,
     PANE,
@@ -160,10 +161,13 @@ def _follow(
             loss = fade(faces, media, space.body, ray.point, ray.direction, distance)
             ray = weakened(ray, loss, 0.0, 0)
         if kind == PANE or (kind == PLATE and space.plate[number, IS_PANE] > 0.0):
+            is_within = cosine < 0.0
             # both faces of a sheet are alike
-            if cosine < 0.0:
+            if is_within:
                 normal, cosine = (-normal[0], -normal[1], -normal[2]), -cosine
             _pass(ray, point, met, (normal, medium), space, media, limits, waiting, boxes)
+            if is_within and kind == PANE and space.body[number, FILLED] > 0.0:
+                continue
         is_body = kind != PLATE
         # the first to reflect is the window's body
         is_turn = ray.met > 0 or (is_body and number == first_body)

@@ -32,7 +32,8 @@ wide tubes only.
 
 **Sheets.** At a thin sheet a ray branches: one goes on as the sheet reflects, and one behind it,
 with the sheet's transmission; both faces of a sheet are alike. The last leg loses what the sheets
-on it take. Passing a sheet is no reflection: a body behind a pane is still the first.
+on it take. Passing a sheet is no reflection: a body behind a pane is still the first. The panes of
+vehicles only reflect outwards: within are seats and people that no mesh has (decision 9).
 
 **Reciprocity.** Physical optics at the last surface only is not reciprocal. A journey from i to j
 is half what tubes from i radiate to j, and half the reverse of what tubes from j radiate to i.

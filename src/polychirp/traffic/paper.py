@@ -42,7 +42,7 @@ _VEHICLES: Final[tuple[tuple[str, Body, int, float, float], ...]] = (
     ("target-1", "truck", 2, 14.0, 8.7),
     ("target-2", "van", 1, 39.11348, 11.5),
     ("target-3", "hatchback", 2, -12.83107, 9.2),
-    ("target-4", "sedan", 1, -10.66493, 9.6),
+    ("target-4", "sedan", 1, -10.66493, 10.1),
 )
 
 _BUILDINGS: Final = (
