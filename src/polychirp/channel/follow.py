@@ -13,10 +13,10 @@ right about α and leaves :math:`\beta T^2/4` half way. With a quarter from eith
 .. math:: e = \min\{1, \tfrac1{16} (T/t_c)^2\}^2
 
 is the power that is wrong; and of what no longer coheres at all no more is lost than its power. A
-part, such as the facets of one body, is traced again for a pair of radars
-before the errors of that pair's paths add up to `ERROR` of the power of its whole, or of what they
-are heard among to `FAINT_ECHO` or `FAINT_OTHER`, whichever is more. A car that passes a radar at two
-metres is traced for it at every step, for the others every few milliseconds.
+part, such as the facets of one body, is traced again for a pair of radars before the errors of that
+pair's paths add up to `ERROR` of the power of its whole, or of what they are heard among to
+`FAINT_ECHO` or `FAINT_OTHER`, whichever is more. A car that passes a radar at two metres is traced
+for it at every step, for the others every few milliseconds.
 
 Limits: amplitudes and shadows in between are guessed from both ends. Delays of bounces between
 bodies have no acceleration, as their mirror points slide; and they change faster than their
