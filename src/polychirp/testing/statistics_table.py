@@ -1,7 +1,7 @@
 """Figures 12 and 13 on three channels, as a table for docs/validation.
 
 ``python -m polychirp.testing.statistics_table FILE`` runs some trials of each and stores what came
-out as JSON: ten minutes on two cores, nearly all of it ray tracing.
+out as JSON: four minutes on two cores, most of it ray tracing.
 """
 
 from __future__ import annotations
