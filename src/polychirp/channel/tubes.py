@@ -66,7 +66,8 @@ tubes                      median  rms   worst
 2 cm, cut down to 2.5 mm   0.98    3.9   -10.6
 =========================  ======  ====  =====
 
-At single times the median of the last is 1.53, 1.27 and 0.97 dB, at 2.4 times the cost of the first.
+At single times the median of the last is 1.53, 1.27 and 0.97 dB; it costs 2.4 times as much as the
+first.
 Phases of single paths between cars are not converged: take them for one draw of many.
 """
 
