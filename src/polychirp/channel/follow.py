@@ -245,7 +245,8 @@ class _Frame:
         # what asks for most first, so that no core waits for another in the end
         order = np.argsort([-np.sum(1 / some) for some in steps], kind="stable")
         following = [
-            partial(self._row, self.parts[k], first[k], steps[k], limits[k], strongest) for k in order
+            partial(self._row, self.parts[k], first[k], steps[k], limits[k], strongest)
+            for k in order
         ]
         rows: list[_Row] = []
         for row in side_by_side(following):
