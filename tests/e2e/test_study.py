@@ -222,7 +222,9 @@ def test_force_begins_anew(file, tmp_path, capsys):
 
 @pytest.mark.filterwarnings("default")  # Dask's own
 def test_a_local_cluster_gives_the_same_bytes(plan, alone, tmp_path):
+    """And leaves nothing in the environment, in which numba would then refuse to compile."""
     pytest.importorskip("distributed", reason="Dask is not installed (extra 'cluster')")
+    environment = dict(os.environ)
     run_plan(
         plan,
         folder=tmp_path,
@@ -230,6 +232,7 @@ def test_a_local_cluster_gives_the_same_bytes(plan, alone, tmp_path):
         progress=silent,
     )
     assert files(tmp_path) == files(alone)
+    assert dict(os.environ) == environment
 
 
 SBATCH = """#!/bin/sh

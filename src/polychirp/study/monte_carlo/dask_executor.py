@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import pickle
 import subprocess
 from collections import deque
 from collections.abc import Generator, Iterator, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from importlib.util import find_spec
 from itertools import islice
@@ -77,12 +78,28 @@ class DaskWorkers:
         from distributed import Client
 
         with ExitStack() as stack:
+            stack.enter_context(_own_environment())
             try:
                 client = stack.enter_context(Client(_address(self, stack), timeout=30))
                 client.wait_for_workers(1, timeout=self._patience)
             except (OSError, TimeoutError) as error:
                 raise RunError(f"the cluster '{self.cluster}' cannot be used: {error}") from error
             yield from _Batches(client, studies, tasks).outcomes()
+
+
+@contextmanager
+def _own_environment() -> Iterator[None]:
+    """The environment is afterwards what it was, whatever was set meanwhile.
+
+    Dask's nannies set what their workers are to have in the process that starts them, and numba
+    refuses to compile after a change of the number of threads.
+    """
+    before = dict(os.environ)
+    try:
+        yield
+    finally:
+        os.environ.clear()
+        os.environ.update(before)
 
 
 def _address(workers: DaskWorkers, stack: ExitStack) -> Any:
