@@ -214,9 +214,9 @@ class Composite(Spec):
 
         for body in scattering_bodies(world):
             name = world.scene.actors[world.body[body]].name
-            direct, mirrored = (partial(f, body=body) for f in (facet_echoes, mirrored_echoes))
-            yield Part(f"facets of {name}", direct, name)
+            yield _part(f"facets of {name}", partial(facet_echoes, body=body), name)
             if self.reflecting_planes:
+                mirrored = partial(mirrored_echoes, body=body)
                 yield Part(f"mirrored facets of {name}", mirrored, name)
 
     def _bounce_parts(self, world: World) -> Iterator[Part]:
@@ -255,6 +255,6 @@ class Composite(Spec):
         return without_weak(gather(tables), scene, self.dynamic_range)
 
 
-def _part(name: str, mechanism: Mechanism) -> Part:
+def _part(name: str, mechanism: Mechanism, whole: str = "") -> Part:
     """A part that is traced whatever else there is."""
-    return Part(name, lambda world, pairs, _: mechanism(world, pairs))
+    return Part(name, lambda world, pairs, _: mechanism(world, pairs), whole)

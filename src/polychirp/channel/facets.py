@@ -70,11 +70,8 @@ def scatters(world: World, body: int) -> bool:
     return kind in SCATTERERS and bool(world.surfaces[body].area.size)
 
 
-def facet_echoes(
-    world: World, pairs: IntArray, strongest: FloatArray, *, body: int
-) -> PropagationPaths:
+def facet_echoes(world: World, pairs: IntArray, *, body: int) -> PropagationPaths:
     """Paths of ``pairs`` ``(pair, 2)`` over the facets of one body, given by its number."""
-    del strongest  # what is seen directly is worth its while
     direct = _direct_views(world, body, _radars(pairs))
     seen = _seen_directly(world, body, direct)
     _check_facets(seen)
