@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from polychirp.channel.composite import Composite
 from polychirp.channel.rcs import cross_sections
+from polychirp.channel.tracers.composite import Composite
 from polychirp.report.figures.convergence import Fineness, convergence_picture
 from polychirp.traffic.vehicle import vehicle_mesh
 from polychirp.units import to_db

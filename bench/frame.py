@@ -15,7 +15,7 @@ import time
 
 import numpy as np
 
-from polychirp.study.paper import paper_study
+from polychirp.study.paper.scenarios import paper_study
 from polychirp.study.spec import refresh_times, scene_of, schedules
 from polychirp.study.trial import run_trial, trace_frame
 

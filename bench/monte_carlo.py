@@ -25,7 +25,7 @@ from polychirp.study.monte_carlo.grid import trial_seed
 from polychirp.study.monte_carlo.plan import Plan
 from polychirp.study.monte_carlo.run import run_plan
 from polychirp.study.monte_carlo.tasks import ONE_THREAD, Task
-from polychirp.testing.small_study import SMALL_GRID, SMALL_STUDY
+from tests.support.small_study import SMALL_GRID, SMALL_STUDY
 
 LOOP = """
 import sys, time

@@ -11,8 +11,8 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
-from polychirp.channel.composite import Composite
-from polychirp.channel.point_vehicles import PointVehicles
+from polychirp.channel.point_vehicles.tracer import PointVehicles
+from polychirp.channel.tracers.composite import Composite
 from polychirp.frames import Pose
 from polychirp.model.mesh import Plate
 from polychirp.model.radar import Radar

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from polychirp.channel.base import all_pairs, strength, strongest_of_pair
-from polychirp.study.paper import paper_study
+from polychirp.study.paper.scenarios import paper_study
 from polychirp.study.spec import scene_of
 
 SNAPSHOTS = 4

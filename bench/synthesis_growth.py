@@ -21,7 +21,7 @@ from polychirp.model.radar import Radar
 from polychirp.model.scene import Actor, Scene
 from polychirp.report.figures.growth import growth_picture
 from polychirp.rng import Streams
-from polychirp.synthesis.stretch import Stretch
+from polychirp.synthesis.stretch.engine import Stretch
 from polychirp.testing.paths import free_space_gain
 from polychirp.waveform import DiverseTriangular
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from polychirp.channel.embree import caster_of, has_embree
+from polychirp.channel.scene.embree import caster_of, has_embree
 from polychirp.testing.shapes import sphere
 
 NUM_RAYS = 200_000

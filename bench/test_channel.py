@@ -5,10 +5,10 @@ import time
 import numpy as np
 import pytest
 
-from polychirp.channel.caster import Caster, closest_by_trying_all
-from polychirp.channel.composite import Composite
-from polychirp.channel.materials import known_materials
-from polychirp.channel.plain_optics import scattered
+from polychirp.channel.geometry.bvh import Caster, closest_by_trying_all
+from polychirp.channel.materials.library import known_materials
+from polychirp.channel.physical_optics.reference import scattered
+from polychirp.channel.tracers.composite import Composite
 from polychirp.frames import Pose
 from polychirp.model.mesh import Plate
 from polychirp.model.radar import Radar

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from polychirp.channel.base import all_pairs
-from polychirp.channel.composite import Composite
-from polychirp.channel.diffraction import diffracted_paths
-from polychirp.channel.plain_diffraction import beside_obstacle
+from polychirp.channel.diffraction.paths import diffracted_paths
+from polychirp.channel.diffraction.reference import beside_obstacle
+from polychirp.channel.tracers.composite import Composite
 from polychirp.frames import Pose
 from polychirp.model.radar import Radar
 from polychirp.model.scene import Actor, Scene

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from polychirp.channel.composite import Composite
-from polychirp.channel.sionna import SionnaRt, llvm_for_sionna
+from polychirp.channel.tracers.composite import Composite
+from polychirp.channel.tracers.sionna import SionnaRt, llvm_for_sionna
 from polychirp.errors import CapabilityError, ModelWarning
 
 try:

@@ -11,12 +11,12 @@ import time
 import numpy as np
 import pytest
 
-from polychirp.receiver.angle import root_music
-from polychirp.receiver.cfar import CfarWindow, ordered_statistic
+from polychirp.receiver.angle.doa import root_music
 from polychirp.receiver.chain import Receiver
+from polychirp.receiver.detection.cfar import CfarWindow, ordered_statistic
 from polychirp.rng import Streams
-from polychirp.testing.points import HandPoint, frame_of
 from polychirp.waveform import DiverseTriangular, Triangular
+from tests.support.points import HandPoint, frame_of
 
 FAMILIES = {
     "conventional": Triangular(bandwidth=1e9, ramp_duration=1e-3),

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from polychirp.channel.base import all_pairs
-from polychirp.channel.composite import Composite
-from polychirp.channel.corners import corner_paths
-from polychirp.channel.diffuse import diffuse_paths
-from polychirp.channel.foliage import foliage_paths
+from polychirp.channel.clutter.foliage import foliage_paths
+from polychirp.channel.clutter.rough_plates import diffuse_paths
+from polychirp.channel.specular.double_plates import corner_paths
+from polychirp.channel.tracers.composite import Composite
 from polychirp.model.radar import Radar
 from polychirp.traffic.paper import paper_mounts, paper_street
 

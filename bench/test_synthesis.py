@@ -10,7 +10,7 @@ from polychirp.model.if_frame import sample_times
 from polychirp.model.radar import Radar
 from polychirp.model.scene import Actor, Scene
 from polychirp.rng import Streams
-from polychirp.synthesis.stretch import Stretch
+from polychirp.synthesis.stretch.engine import Stretch
 from polychirp.testing.paths import HandPath, free_space_gain, paths_of
 from polychirp.waveform import DiverseTriangular
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from polychirp.channel.base import all_pairs
-from polychirp.channel.composite import Composite
-from polychirp.channel.materials import known_materials
-from polychirp.channel.plain_tubes import PlainBody, multiple_bounces
-from polychirp.channel.tubes import tube_paths
+from polychirp.channel.materials.library import known_materials
+from polychirp.channel.ray_tubes.paths import tube_paths
+from polychirp.channel.ray_tubes.reference import PlainBody, multiple_bounces
+from polychirp.channel.tracers.composite import Composite
 from polychirp.frames import Pose
 from polychirp.model.mesh import Plate
 from polychirp.model.radar import Radar

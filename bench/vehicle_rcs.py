@@ -7,8 +7,8 @@ takes some minutes.
 
 import numpy as np
 
-from polychirp.channel.composite import Composite
 from polychirp.channel.rcs import cross_sections, far_distance
+from polychirp.channel.tracers.composite import Composite
 from polychirp.model.mesh import Mesh
 from polychirp.traffic.vehicle import vehicle_mesh
 from polychirp.units import to_db

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from polychirp.testing.validation import Comparison, read_comparisons, write_comparisons
+from tools.pages.validation import Comparison, read_comparisons, write_comparisons
 
 settings.register_profile("reproducible", derandomize=True, deadline=None, database=None)
 settings.load_profile("reproducible")

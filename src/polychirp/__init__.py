@@ -10,8 +10,8 @@ if TYPE_CHECKING:
     from polychirp.config.load import load_study as load_study
     from polychirp.receiver.chain import Receiver as Receiver
     from polychirp.receiver.mitigation.blanking import Blanking as Blanking
-    from polychirp.study.paper import paper_study as paper_study
-    from polychirp.study.paper import run_paper as run_paper
+    from polychirp.study.paper.scenarios import paper_study as paper_study
+    from polychirp.study.paper.scenarios import run_paper as run_paper
     from polychirp.study.spec import Study as Study
     from polychirp.study.spec import StudyRadar as StudyRadar
     from polychirp.study.store import load_run as load_run
@@ -24,8 +24,8 @@ _HOMES = {
     "StudyRadar": "polychirp.study.spec",
     "load_run": "polychirp.study.store",
     "load_study": "polychirp.config.load",
-    "paper_study": "polychirp.study.paper",
-    "run_paper": "polychirp.study.paper",
+    "paper_study": "polychirp.study.paper.scenarios",
+    "run_paper": "polychirp.study.paper.scenarios",
     "run_trial": "polychirp.study.trial",
 }
 

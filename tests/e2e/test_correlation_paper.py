@@ -12,7 +12,7 @@ from polychirp.report.correlation import (
     write_correlation,
 )
 from polychirp.report.figures.correlation import bends
-from polychirp.study.correlation_cases import correlation_cases, run_correlation
+from polychirp.study.section_v.cases import correlation_cases, run_correlation
 from polychirp.units import to_db
 
 pytestmark = pytest.mark.slow
@@ -92,7 +92,7 @@ def test_everything_is_written_with_its_data(results, tmp_path):
 
 
 def test_the_command_prints_the_table(monkeypatch, capsys, results):
-    monkeypatch.setattr("polychirp.study.correlation_cases.run_correlation", lambda **_: results)
+    monkeypatch.setattr("polychirp.study.section_v.cases.run_correlation", lambda **_: results)
     assert main(["correlate", "paper"]) == 0
     printed = " ".join(capsys.readouterr().out.split())
     assert "cross, receiver" in printed

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from polychirp.channel.free_space import FreeSpace
+from polychirp.channel.tracers.free_space import FreeSpace
 from polychirp.errors import CapabilityError
 from polychirp.model.antenna import AntennaArray, ArrayErrors
 from polychirp.model.if_frame import PARTS

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from polychirp.channel.base import strength
-from polychirp.channel.composite import Composite
-from polychirp.channel.diffraction import diffracted_paths
+from polychirp.channel.diffraction.paths import diffracted_paths
+from polychirp.channel.tracers.composite import Composite
 from polychirp.report.record import results_json
 from polychirp.report.verdict import verdicts
-from polychirp.study.paper import TARGETS, paper_cases, run_paper
+from polychirp.study.paper.scenarios import TARGETS, paper_cases, run_paper
 from polychirp.units import to_db
 
 pytestmark = pytest.mark.slow

@@ -13,7 +13,7 @@ from polychirp.capture.parameter_file import TEMPLATE, read_parameters
 from polychirp.capture.recording import open_numpy
 from polychirp.cli.app import main
 from polychirp.constants import SPEED_OF_LIGHT
-from polychirp.receiver.doppler import SawtoothReceiver
+from polychirp.receiver.alternatives.sawtooth_receiver import SawtoothReceiver
 
 ROOT = Path(__file__).parents[2]
 REAL = ROOT / ".." / "shared" / "data" / "openradar" / "doppler_example_1.npy"

@@ -25,7 +25,7 @@ from polychirp.study.monte_carlo.records import read_records, victim_records
 from polychirp.study.monte_carlo.run import LOG, STORE, run_plan
 from polychirp.study.monte_carlo.tasks import PATIENCE, Task
 from polychirp.study.trial import run_trial, silent
-from polychirp.testing.small_study import SMALL_GRID, SMALL_STUDY
+from tests.support.small_study import SMALL_GRID, SMALL_STUDY
 
 pytestmark = pytest.mark.slow
 

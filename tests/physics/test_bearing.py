@@ -5,7 +5,7 @@ import pytest
 
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.antenna import AntennaArray
-from polychirp.receiver.angle import root_music
+from polychirp.receiver.angle.doa import root_music
 
 FREQUENCY = 79e9
 

@@ -11,7 +11,7 @@ from polychirp.model.radar import Radar
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Actor, Scene
 from polychirp.study.spec import GREATEST_DRIFT, Study, StudyRadar, schedule_of
-from polychirp.synthesis.stretch import Stretch
+from polychirp.synthesis.stretch.engine import Stretch
 from polychirp.testing.paths import HandPath, paths_of
 from polychirp.traffic.street import Street, Vehicle
 from polychirp.waveform import Sawtooth, Triangular

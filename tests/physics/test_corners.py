@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from polychirp.channel.base import all_pairs
-from polychirp.channel.composite import Composite
-from polychirp.channel.corners import corner_paths
-from polychirp.channel.fresnel import reflection
-from polychirp.channel.materials import known_materials
-from polychirp.channel.plain_optics import scattered
+from polychirp.channel.materials.fresnel import reflection
+from polychirp.channel.materials.library import known_materials
+from polychirp.channel.physical_optics.reference import scattered
+from polychirp.channel.specular.double_plates import corner_paths
+from polychirp.channel.tracers.composite import Composite
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.frames import Pose
 from polychirp.model.mesh import Plate

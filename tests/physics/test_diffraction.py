@@ -5,10 +5,10 @@ import pytest
 from scipy.special import fresnel
 
 from polychirp.channel.base import all_pairs, gather
-from polychirp.channel.composite import Composite
-from polychirp.channel.diffraction import CLEAR, diffracted_paths
-from polychirp.channel.plain_diffraction import beside_conductor, beside_obstacle
-from polychirp.channel.sight import visible_line_of_sight
+from polychirp.channel.diffraction.paths import CLEAR, diffracted_paths
+from polychirp.channel.diffraction.reference import beside_conductor, beside_obstacle
+from polychirp.channel.direct.occluded import visible_line_of_sight
+from polychirp.channel.tracers.composite import Composite
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.frames import Pose
 from polychirp.model.mesh import Plate

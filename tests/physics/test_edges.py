@@ -24,7 +24,7 @@ import numpy as np
 import pytest
 from scipy.special import j0, y0
 
-from polychirp.channel.composite import Composite
+from polychirp.channel.tracers.composite import Composite
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.frames import Pose
 from polychirp.model.scene import Actor

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from polychirp.receiver.cfar import (
+from polychirp.receiver.detection.cfar import (
     CfarWindow,
     cell_averaging,
     cell_averaging_factor,
@@ -71,7 +71,7 @@ def test_the_quadrature_for_many_looks_is_rohlings_product_for_one(num_cells: in
     """The general law at one look, against the closed product formula."""
     from scipy.special import gammaincc
 
-    from polychirp.receiver.cfar import _order_statistic
+    from polychirp.receiver.detection.cfar import _order_statistic
 
     rank = 3 * num_cells // 4
     alpha = ordered_statistic_factor(num_cells, rank, false_alarm_probability=1e-4)

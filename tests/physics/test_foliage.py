@@ -5,8 +5,8 @@ import pytest
 from scipy.stats import kstest
 
 from polychirp.channel.base import all_pairs
-from polychirp.channel.composite import Composite, NamedMaterial
-from polychirp.channel.foliage import enclosed_volume, foliage_paths, windings
+from polychirp.channel.clutter.foliage import enclosed_volume, foliage_paths, windings
+from polychirp.channel.tracers.composite import Composite, NamedMaterial
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
 from polychirp.frames import Pose

@@ -5,11 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from polychirp.channel import follow as module
 from polychirp.channel.base import all_pairs
-from polychirp.channel.composite import Composite
-from polychirp.channel.follow import FAINT_ECHO, FAINT_OTHER, follow, stated_error
-from polychirp.channel.free_space import FreeSpace
+from polychirp.channel.tracers import path_interpolation
+from polychirp.channel.tracers.composite import Composite
+from polychirp.channel.tracers.free_space import FreeSpace
+from polychirp.channel.tracers.path_interpolation import (
+    FAINT_ECHO,
+    FAINT_OTHER,
+    follow,
+    stated_error,
+)
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.frames import Pose
 from polychirp.model.mesh import Plate
@@ -306,6 +311,6 @@ def test_shadows_are_renewed_even_if_nothing_moves(monkeypatch):
     tracer = Composite()
     counts = counted(tracer, monkeypatch)
     still = around([car("ahead", x=12.0, y=0.0, speed=0.0)], [(0, 0, 0.6)])
-    times = np.arange(0, 3.01 * module.LONGEST, 1e-3)
+    times = np.arange(0, 3.01 * path_interpolation.LONGEST, 1e-3)
     follow(tracer, still, times)
     assert counts["facets of ahead"] == 4

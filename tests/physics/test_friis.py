@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from polychirp.channel.composite import Composite
-from polychirp.channel.free_space import FreeSpace
-from polychirp.channel.motion import retarded_leg
+from polychirp.channel.geometry.retarded_delay import retarded_leg
+from polychirp.channel.tracers.composite import Composite
+from polychirp.channel.tracers.free_space import FreeSpace
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
 from polychirp.frames import Pose

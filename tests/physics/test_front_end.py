@@ -22,11 +22,11 @@ from polychirp.model.radar import Converter, Radar
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Actor, Scene
 from polychirp.rng import Streams
-from polychirp.synthesis.base import synthesize
-from polychirp.synthesis.digitiser import digitised, gains
-from polychirp.synthesis.front_end import overload, reading
-from polychirp.synthesis.high_pass import coefficients, high_passed, with_lead
-from polychirp.synthesis.stretch import Stretch
+from polychirp.synthesis.impairments.adc import digitised, gains
+from polychirp.synthesis.impairments.front_end import overload, reading
+from polychirp.synthesis.impairments.high_pass import coefficients, high_passed, with_lead
+from polychirp.synthesis.received_frame import synthesize
+from polychirp.synthesis.stretch.engine import Stretch
 from polychirp.testing.paths import HandPath, paths_of
 from polychirp.units import from_db
 

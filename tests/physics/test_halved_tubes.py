@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from polychirp.channel import tubes
-from polychirp.channel.composite import Composite
-from polychirp.channel.tube_levels import LEAST, Level, first_level, level_of
-from polychirp.channel.tubes import tube_paths
+from polychirp.channel.ray_tubes import paths as ray_tubes
+from polychirp.channel.ray_tubes.paths import tube_paths
+from polychirp.channel.ray_tubes.refinement import LEAST, Level, first_level, level_of
+from polychirp.channel.tracers.composite import Composite
 from polychirp.frames import Pose
 from polychirp.model.scene import Actor
 from polychirp.testing.shapes import around, box, mesh_of, transfer_at, trihedral
@@ -51,12 +51,14 @@ def start_narrow(monkeypatch, times):
             [np.full(window.num_tubes, how[-1]) for window in windows],
         )
 
-    monkeypatch.setattr(tubes, "first_level", narrow)
+    monkeypatch.setattr(ray_tubes, "first_level", narrow)
 
 
 def halve_all(monkeypatch, turns):
     """Let every tube be halved for journeys of so many bounces."""
-    monkeypatch.setattr(tubes._Tracing, "_worth_halving", lambda *_, **__: np.zeros(0, dtype=int))
+    monkeypatch.setattr(
+        ray_tubes._Tracing, "_worth_halving", lambda *_, **__: np.zeros(0, dtype=int)
+    )
     monkeypatch.setattr(
         Level,
         "with_neighbours",
@@ -92,7 +94,7 @@ def test_what_is_not_followed_further_stays_as_wide_tubes_had_it(world, monkeypa
 
 
 @pytest.mark.parametrize("ends", [(0, 0), (0, 1), (1, 1)])
-@pytest.mark.parametrize(("worth", "share"), [(tubes.WORTH, 1.0), ((1e-9,), 0.05)])
+@pytest.mark.parametrize(("worth", "share"), [(ray_tubes.WORTH, 1.0), ((1e-9,), 0.05)])
 def test_the_less_is_left_to_wide_tubes_the_less_of_their_error_is_left(
     world, monkeypatch, ends, worth, share
 ):
@@ -103,7 +105,7 @@ def test_the_less_is_left_to_wide_tubes_the_less_of_their_error_is_left(
             start_narrow(patch, times)
             by.append(field(world, ends))
     wide, narrow = by
-    monkeypatch.setattr(tubes, "WORTH", worth)
+    monkeypatch.setattr(ray_tubes, "WORTH", worth)
     error = np.abs(field(world, ends) - narrow).max()
     assert error < share * np.abs(wide - narrow).max()
 

@@ -15,9 +15,9 @@ from polychirp.model.radar import Radar
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Actor, Scene
 from polychirp.rng import Streams
-from polychirp.synthesis.base import synthesize
-from polychirp.synthesis.leakage import LEAKAGE_PART, all_links, num_parts, own_links
-from polychirp.synthesis.stretch import Stretch
+from polychirp.synthesis.links.leakage import LEAKAGE_PART, all_links, num_parts, own_links
+from polychirp.synthesis.received_frame import synthesize
+from polychirp.synthesis.stretch.engine import Stretch
 from polychirp.testing.paths import HandPath, paths_of
 from polychirp.units import from_db
 

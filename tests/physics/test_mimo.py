@@ -14,19 +14,19 @@ from polychirp.model.if_filter import IfFilter
 from polychirp.model.if_frame import IfFrame, sample_times
 from polychirp.model.radar import Converter, Radar
 from polychirp.model.scene import Actor, Scene
-from polychirp.receiver.angle import root_music
-from polychirp.receiver.beamform import beamform, steering
+from polychirp.receiver.alternatives.sawtooth_receiver import SawtoothReceiver
+from polychirp.receiver.angle.beamform import beamform, steering
+from polychirp.receiver.angle.doa import root_music
 from polychirp.receiver.chain import Receiver
-from polychirp.receiver.doppler import SawtoothReceiver
-from polychirp.receiver.virtual_array import (
+from polychirp.receiver.mimo import (
     bearings_in_motion,
     element_streams,
     virtual_array,
 )
 from polychirp.rng import Streams
-from polychirp.synthesis.base import synthesize
-from polychirp.synthesis.links import links_between
-from polychirp.synthesis.stretch import Stretch
+from polychirp.synthesis.links.links import links_between
+from polychirp.synthesis.received_frame import synthesize
+from polychirp.synthesis.stretch.engine import Stretch
 from polychirp.testing.paths import HandPath, paths_of
 from polychirp.waveform import DopplerDivision, PhaseCoded, Sawtooth, TimeDivision, coded
 

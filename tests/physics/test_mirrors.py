@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from polychirp.channel.composite import Composite, NamedMaterial
-from polychirp.channel.fresnel import (
+from polychirp.channel.materials.fresnel import (
     half_space,
     media,
     reflection,
@@ -12,7 +11,8 @@ from polychirp.channel.fresnel import (
     sheet,
     smooth_reflection,
 )
-from polychirp.channel.materials import known_materials
+from polychirp.channel.materials.library import known_materials
+from polychirp.channel.tracers.composite import Composite, NamedMaterial
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.frames import Pose
 from polychirp.model.mesh import Plate

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from polychirp.channel.base import gather
-from polychirp.channel.composite import Composite, NamedMaterial
-from polychirp.channel.fresnel import sheet
-from polychirp.channel.materials import known_materials
-from polychirp.channel.plain_optics import scattered
-from polychirp.channel.plain_tubes import PlainBody, multiple_bounces
-from polychirp.channel.tube_windows import NEAR, box_windows
-from polychirp.channel.tubes import tube_paths
+from polychirp.channel.materials.fresnel import sheet
+from polychirp.channel.materials.library import known_materials
+from polychirp.channel.physical_optics.reference import scattered
+from polychirp.channel.ray_tubes.launch_grid import NEAR, box_windows
+from polychirp.channel.ray_tubes.paths import tube_paths
+from polychirp.channel.ray_tubes.reference import PlainBody, multiple_bounces
+from polychirp.channel.tracers.composite import Composite, NamedMaterial
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
 from polychirp.frames import Pose, polarisation_basis

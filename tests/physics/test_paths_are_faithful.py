@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from polychirp.channel.base import without_weak
-from polychirp.channel.composite import Composite
+from polychirp.channel.tracers.composite import Composite
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.frames import Pose
 from polychirp.model.paths import Bounce

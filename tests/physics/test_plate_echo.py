@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from polychirp.channel.composite import Composite
-from polychirp.channel.materials import known_materials
-from polychirp.channel.plain_optics import scattered
+from polychirp.channel.materials.library import known_materials
+from polychirp.channel.physical_optics.reference import scattered
+from polychirp.channel.tracers.composite import Composite
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.frames import Pose
 from polychirp.model.scene import Actor
-from polychirp.testing.revolved import cylinder, disc
 from polychirp.testing.shapes import around, mesh_of, plate, transfer_at
 from polychirp.units import to_db
+from tests.support.revolved import cylinder, disc
 
 WAVELENGTH = SPEED_OF_LIGHT / 79e9
 TRACER = Composite(dynamic_range=1e14)

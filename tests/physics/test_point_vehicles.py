@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from polychirp.channel.boxes import crosses, vehicle_boxes
-from polychirp.channel.composite import Composite
-from polychirp.channel.echo_points import SIDES, lobes
-from polychirp.channel.free_space import FreeSpace
-from polychirp.channel.point_vehicles import PointVehicles
-from polychirp.channel.vehicle_echoes import scatterers
+from polychirp.channel.point_vehicles.occlusion_boxes import crosses, vehicle_boxes
+from polychirp.channel.point_vehicles.paths import scatterers
+from polychirp.channel.point_vehicles.scattering_points import SIDES, lobes
+from polychirp.channel.point_vehicles.tracer import PointVehicles
+from polychirp.channel.tracers.composite import Composite
+from polychirp.channel.tracers.free_space import FreeSpace
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
 from polychirp.frames import Pose
@@ -18,10 +18,10 @@ from polychirp.model.mesh import Plate
 from polychirp.model.radar import Radar
 from polychirp.model.scene import Actor, PointScatterer, Scene
 from polychirp.rng import Streams
-from polychirp.study.point_tables import cross_section, echo_paths, mean_power
 from polychirp.testing.shapes import around, box, mesh_of
 from polychirp.traffic.vehicle import vehicle_mesh
 from polychirp.units import to_db
+from tools.point_tables import cross_section, echo_paths, mean_power
 
 TR = "3GPP TR 38.901, clause 7.9.2.1"
 SEDAN = mesh_of(box((4.6, 1.84, 1.45), 2.0))

@@ -11,8 +11,8 @@ from polychirp.capture.dca1000 import open_raw, write_raw
 from polychirp.capture.parameters import CaptureParameters
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.if_frame import IfFrame
-from polychirp.receiver.cfar import ordered_statistic
-from polychirp.receiver.doppler import SawtoothReceiver
+from polychirp.receiver.alternatives.sawtooth_receiver import SawtoothReceiver
+from polychirp.receiver.detection.cfar import ordered_statistic
 
 PARAMETERS = CaptureParameters(
     start_frequency=77e9,

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from polychirp.channel.composite import Composite
 from polychirp.channel.rcs import cross_sections, far_distance, running_median
+from polychirp.channel.tracers.composite import Composite
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
 from polychirp.model.mesh import EMPTY_MESH, Mesh

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from polychirp.channel.composite import Composite
+from polychirp.channel.tracers.composite import Composite
 from polychirp.frames import Pose
 from polychirp.model.mesh import Plate
 from polychirp.model.paths import Bounce

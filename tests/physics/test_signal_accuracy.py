@@ -17,8 +17,8 @@ from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Actor, Scene
 from polychirp.rng import Streams
 from polychirp.synthesis.fullband import FullBand
-from polychirp.synthesis.noise import noise_density, thermal_noise
-from polychirp.synthesis.stretch import Stretch
+from polychirp.synthesis.links.thermal_noise import noise_density, thermal_noise
+from polychirp.synthesis.stretch.engine import Stretch
 from polychirp.testing.paths import HandPath, free_space_gain, paths_of
 from polychirp.units import to_db
 

@@ -8,10 +8,10 @@ zones: with edges u ≥ 50 away (in units of √(λ/2·…)) they differ by at m
 import numpy as np
 import pytest
 
-from polychirp.channel.composite import Composite, NamedMaterial
-from polychirp.channel.fresnel import half_space, sheet
-from polychirp.channel.materials import known_materials
-from polychirp.channel.sionna import SionnaRt, llvm_for_sionna
+from polychirp.channel.materials.fresnel import half_space, sheet
+from polychirp.channel.materials.library import known_materials
+from polychirp.channel.tracers.composite import Composite, NamedMaterial
+from polychirp.channel.tracers.sionna import SionnaRt, llvm_for_sionna
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import CapabilityError, ModelWarning
 from polychirp.frames import Pose

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.special import spherical_jn, spherical_yn
 
-from polychirp.channel.composite import Composite
-from polychirp.channel.materials import known_materials
-from polychirp.channel.plain_optics import scattered
+from polychirp.channel.materials.library import known_materials
+from polychirp.channel.physical_optics.reference import scattered
+from polychirp.channel.tracers.composite import Composite
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.frames import Pose
 from polychirp.model.scene import Actor

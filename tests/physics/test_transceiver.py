@@ -16,7 +16,7 @@ from polychirp.model.front_end import Digitiser, IqImbalance
 from polychirp.model.oscillator import PhaseNoise
 from polychirp.model.transceiver import Link, Transceiver
 from polychirp.rng import Streams
-from polychirp.synthesis.transceiver import link_for, transceived
+from polychirp.synthesis.sdr.transceiver import link_for, transceived
 from polychirp.units import from_db, to_db
 from polychirp.waveform import Sawtooth
 from polychirp.waveform.playing import played

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from polychirp.channel.composite import Composite
-from polychirp.channel.fresnel import media, sheet, sheet_transmission
-from polychirp.channel.legs import through
-from polychirp.channel.materials import known_materials
+from polychirp.channel.materials.fresnel import media, sheet, sheet_transmission
+from polychirp.channel.materials.library import known_materials
+from polychirp.channel.scene.transmission import through
+from polychirp.channel.tracers.composite import Composite
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.frames import Pose
 from polychirp.model.mesh import Plate

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from polychirp.channel.base import strength
-from polychirp.channel.tubes import tube_paths
-from polychirp.study.paper import paper_study
+from polychirp.channel.ray_tubes.paths import tube_paths
+from polychirp.study.paper.scenarios import paper_study
 from polychirp.study.spec import scene_of
 from polychirp.units import to_db
 

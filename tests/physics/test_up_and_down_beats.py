@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from polychirp.constants import SPEED_OF_LIGHT as C
-from polychirp.receiver.triangular import range_and_rate
+from polychirp.receiver.alternatives.triangular_pairing import range_and_rate
 
 
 def mean_beat(distance, rate, *, start, duration, frequency, slope):

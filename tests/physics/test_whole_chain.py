@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from polychirp.channel.free_space import FreeSpace
+from polychirp.channel.tracers.free_space import FreeSpace
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.frames import Pose
 from polychirp.model.antenna import ISOTROPIC, AntennaArray
@@ -18,8 +18,8 @@ from polychirp.model.scene import Actor, PointScatterer, Scene
 from polychirp.receiver.chain import Receiver
 from polychirp.rng import Streams
 from polychirp.study.trial import trace_frame
-from polychirp.synthesis.base import synthesize
-from polychirp.synthesis.stretch import Stretch
+from polychirp.synthesis.received_frame import synthesize
+from polychirp.synthesis.stretch.engine import Stretch
 from polychirp.waveform import DiverseTriangular, Triangular
 
 WAVELENGTH = SPEED_OF_LIGHT / 79e9

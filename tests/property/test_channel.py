@@ -6,11 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from polychirp.channel.base import RayTracer
-from polychirp.channel.composite import Composite, NamedMaterial
-from polychirp.channel.free_space import FreeSpace
-from polychirp.channel.fresnel import half_space, roughness_factor, sheet
-from polychirp.channel.materials import known_materials
-from polychirp.channel.plain_optics import scattered
+from polychirp.channel.materials.fresnel import half_space, roughness_factor, sheet
+from polychirp.channel.materials.library import known_materials
+from polychirp.channel.physical_optics.reference import scattered
+from polychirp.channel.tracers.composite import Composite, NamedMaterial
+from polychirp.channel.tracers.free_space import FreeSpace
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.frames import Pose
 from polychirp.model.mesh import Plate

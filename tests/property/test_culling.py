@@ -17,11 +17,11 @@ from polychirp.model.radar import Converter, Radar
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Actor, Scene
 from polychirp.rng import Streams
-from polychirp.synthesis.base import synthesize
-from polychirp.synthesis.culling import NEGLIGIBLE_SHARE, _norm, audience, loudness
 from polychirp.synthesis.fullband import FullBand
-from polychirp.synthesis.noise import noise_density
-from polychirp.synthesis.stretch import Stretch
+from polychirp.synthesis.links.interferer_culling import NEGLIGIBLE_SHARE, _norm, audience, loudness
+from polychirp.synthesis.links.thermal_noise import noise_density
+from polychirp.synthesis.received_frame import synthesize
+from polychirp.synthesis.stretch.engine import Stretch
 from polychirp.testing.paths import HandPath, free_space_gain, paths_of
 from polychirp.units import from_db
 

@@ -13,10 +13,10 @@ from polychirp.model.paths import Bounce
 from polychirp.model.radar import Converter, Radar
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Actor, Scene
-from polychirp.synthesis import bundles, corners, stretch
 from polychirp.synthesis.fullband import FullBand
-from polychirp.synthesis.overlaps import strongest_sample
-from polychirp.synthesis.stretch import NEGLIGIBLE, Stretch
+from polychirp.synthesis.stretch import engine, path_batches, ramp_edges
+from polychirp.synthesis.stretch.engine import NEGLIGIBLE, Stretch
+from polychirp.synthesis.stretch.ramp_overlaps import strongest_sample
 from polychirp.testing.paths import HandPath, paths_of
 from polychirp.units import from_db
 
@@ -253,9 +253,9 @@ def test_bundles_of_paths_are_their_sum_path_by_path(backend, ratio, seed, longe
         return Stretch(backend=name).contribution(*frame, victim=0, transmitter=transmitter)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(stretch, "strongest_sample", noted)
+        patch.setattr(engine, "strongest_sample", noted)
         by_path = samples("kernels")
-        patch.setattr(bundles, "PER_SAMPLE", (1.0, 1.0))
+        patch.setattr(path_batches, "PER_SAMPLE", (1.0, 1.0))
         bundled = samples(backend)
     strongest = max(np.abs(by_path).max(), *brought)
     assert np.abs(bundled - by_path).max() < 2 * NEGLIGIBLE * strongest
@@ -276,10 +276,10 @@ def test_bundles_that_leave_nothing_out_are_right_to_1e_8(
     """Corners near the band included, which else are bundled from some thousand paths on."""
     frame, transmitter = many_paths_on_two_ramps(seed, ratio, longest, attenuation, fastest=fastest)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(stretch, "NEGLIGIBLE", 1e-12)
+        patch.setattr(engine, "NEGLIGIBLE", 1e-12)
         by_path = Stretch(backend="kernels").contribution(*frame, victim=0, transmitter=transmitter)
-        patch.setattr(bundles, "PER_SAMPLE", (1.0, 1.0))
-        patch.setattr(corners, "ALIKE", 0.0)
+        patch.setattr(path_batches, "PER_SAMPLE", (1.0, 1.0))
+        patch.setattr(ramp_edges, "ALIKE", 0.0)
         bundled = Stretch().contribution(*frame, victim=0, transmitter=transmitter)
     assert np.abs(bundled - by_path).max() < 1e-8 * np.abs(by_path).max()
 
@@ -308,7 +308,7 @@ def test_bundles_of_chirps_shorter_than_a_window_are_their_sum_path_by_path(leng
     paths = many_paths(np.random.default_rng(1), 1, longest=200e-9, fastest=4e-7, count=60)
     frame = scene, [own, sent], [paths_of(*paths)]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(stretch, "NEGLIGIBLE", 1e-12)
+        patch.setattr(engine, "NEGLIGIBLE", 1e-12)
         by_path = Stretch(backend="kernels").contribution(*frame, victim=0, transmitter=1)
         bundled = Stretch().contribution(*frame, victim=0, transmitter=1)
     strongest = np.abs(by_path).max()

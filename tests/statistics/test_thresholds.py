@@ -8,20 +8,24 @@ from scipy.stats import poisson
 
 from polychirp.model.if_frame import sample_times
 from polychirp.model.radar import Converter
-from polychirp.receiver.beamform import beamform, orthogonal_sines, steering
+from polychirp.receiver.angle.beamform import beamform, orthogonal_sines, steering
 from polychirp.receiver.chain import Receiver, _Search, search_grid
-from polychirp.receiver.joint import (
+from polychirp.receiver.detection.range_rate_map import (
     floor_over_range,
     log_range_rate_map,
     log_spectra,
     spectrum_size,
 )
-from polychirp.receiver.point import hann_weights
-from polychirp.receiver.threshold import log_mean_threshold, log_median_of_noise, mean_threshold
+from polychirp.receiver.detection.threshold import (
+    log_mean_threshold,
+    log_median_of_noise,
+    mean_threshold,
+)
+from polychirp.receiver.signal_model.point_signal import hann_weights
 from polychirp.rng import Streams
-from polychirp.testing.estimation import estimate_points
-from polychirp.testing.points import frame_of
 from polychirp.waveform import DiverseTriangular, Triangular
+from tests.support.estimation import estimate_points
+from tests.support.points import frame_of
 
 
 def test_the_papers_threshold_calls_half_of_the_noise_targets():

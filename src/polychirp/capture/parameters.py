@@ -10,10 +10,10 @@ import numpy as np
 from polychirp.axes import FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
-from polychirp.frames import Spec
 from polychirp.model.antenna import ISOTROPIC, AntennaArray
 from polychirp.model.if_frame import SampleTimes
 from polychirp.model.ramp import RampSchedule
+from polychirp.spec import Spec
 from polychirp.units import Hertz, HertzPerSecond, Metres, SamplesPerSecond, Seconds
 
 AxisName = Literal["frame", "sweep", "transmitter", "receiver", "channel", "ramp", "fast"]

@@ -12,17 +12,13 @@ from polychirp.model.paths import Bounce, PropagationPaths
 from polychirp.model.scene import Scene
 
 if TYPE_CHECKING:
-    from polychirp.channel.world import World
+    from polychirp.channel.scene.world import World
 
 Capability = Literal[
     "line-of-sight", "occlusion", "points", "vehicle-points", "facets", "planes", "tubes",
     "diffraction", "transmission", "diffuse",
 ]  # fmt: skip
 """What a tracer can answer for; a study that needs more is refused before it runs."""
-
-
-CasterName = Literal["numba", "embree", "auto"]
-"""What may find out whether rays are blocked; `embree.caster_name` says what "auto" means here."""
 
 
 @runtime_checkable

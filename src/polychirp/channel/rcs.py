@@ -29,7 +29,7 @@ from polychirp.model.radar import Radar
 from polychirp.model.scene import Actor, Scene
 
 if TYPE_CHECKING:
-    from polychirp.channel.composite import Composite
+    from polychirp.channel.tracers.composite import Composite
 
 BATCH: Final = 16
 """Aspects in one scene: each lit facet of each takes some 200 bytes."""
@@ -94,7 +94,7 @@ def cross_sections(
     --------
     A sphere of 10 cm has πr² from everywhere: −15.0 dBsm.
 
-    >>> from polychirp.channel.composite import Composite
+    >>> from polychirp.channel.tracers.composite import Composite
     >>> from polychirp.testing.shapes import mesh_of, sphere
     >>> from polychirp.units import to_db
     >>> ball = mesh_of(sphere(0.1, 4e-3))

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from polychirp.correlation.base import Correlation
     from polychirp.correlation.lobes import Lobes
     from polychirp.radio.base import Radio
-    from polychirp.study.correlate import Operand, Pair
+    from polychirp.study.section_v.operands import Operand, Pair
 
 RADIOS: Final = ("loopback", "soapy", "pluto")
 
@@ -94,7 +94,7 @@ def run(arguments: argparse.Namespace) -> int:
         return _search(arguments)
     from polychirp.correlation.base import correlate
     from polychirp.correlation.lobes import lobes
-    from polychirp.study.correlate import aligned_pair, closed_form, fine_step, paired
+    from polychirp.study.section_v.operands import aligned_pair, closed_form, fine_step, paired
 
     a, b = _operands(arguments)
     pair = paired(
@@ -144,7 +144,7 @@ def _operands(arguments: argparse.Namespace) -> tuple[Operand, Operand]:
 def _operand(text: str, arguments: argparse.Namespace) -> Operand:
     from polychirp.capture.sigmf import DATA, META, check_sha512, open_sigmf
     from polychirp.cli.progress import progress_bar
-    from polychirp.study.correlate import NAMED, from_recording, from_study, named
+    from polychirp.study.section_v.operands import NAMED, from_recording, from_study, named
 
     if Path(text).suffix in (META, DATA):
         recording = open_sigmf(text)
@@ -171,7 +171,7 @@ def _operand(text: str, arguments: argparse.Namespace) -> Operand:
 
 def _on_the_bench(arguments: argparse.Namespace, pair: Pair) -> Pair:
     """A through the model or through a radio, where that is asked for."""
-    from polychirp.study.correlate import through_model, through_radio
+    from polychirp.study.section_v.operands import through_model, through_radio
 
     snr = _read(arguments, "snr", "dB")
     if snr is not None and arguments.radio:
@@ -238,7 +238,7 @@ def _store(name: str, content: bytes) -> None:
 def _ambiguity(arguments: argparse.Namespace, pair: Pair) -> bytes:
     from polychirp.cli.progress import progress_bar
     from polychirp.report.figures.correlation import ambiguity_picture
-    from polychirp.study.correlate import ambiguity_of
+    from polychirp.study.section_v.operands import ambiguity_of
 
     doppler = _read(arguments, "doppler", "Hz") or 0.0
     with progress_bar("ambiguity") as show:
@@ -288,7 +288,7 @@ def _finite(values: dict[str, float]) -> dict[str, float | None]:
 def _search(arguments: argparse.Namespace) -> int:
     from polychirp.cli.progress import progress_bar
     from polychirp.correlation.search import search
-    from polychirp.study.correlate import reference_for
+    from polychirp.study.section_v.operands import reference_for
 
     if arguments.b is None:
         raise InputError("--search needs B, the reference to look for")
@@ -317,7 +317,7 @@ def _search(arguments: argparse.Namespace) -> int:
 def _paper(arguments: argparse.Namespace) -> int:
     from polychirp.cli.progress import progress_bar
     from polychirp.report.correlation import correlation_csv, correlation_json, write_correlation
-    from polychirp.study.correlation_cases import run_correlation
+    from polychirp.study.section_v.cases import run_correlation
 
     with progress_bar("correlate") as show:
         results = run_correlation(seed=arguments.seed, num_seeds=arguments.draws, progress=show)

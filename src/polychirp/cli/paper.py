@@ -15,7 +15,7 @@ from polychirp.cli.progress import progress_bar
 from polychirp.errors import InputError
 
 if TYPE_CHECKING:
-    from polychirp.study.paper_results import StatisticsRow
+    from polychirp.study.paper.results import StatisticsRow
 
 
 def add_parser(subparsers: Any) -> None:
@@ -46,7 +46,7 @@ def run(arguments: argparse.Namespace) -> int:
         if parent.exists() and not parent.is_dir():
             raise InputError(f"--out: '{parent}' is a file; name a folder")
     from polychirp.report.paper import write_paper
-    from polychirp.study.paper import run_paper
+    from polychirp.study.paper.scenarios import run_paper
 
     started = time.perf_counter()
     with progress_bar("paper") as progress:
@@ -67,7 +67,7 @@ def _statistics(
 ) -> tuple[StatisticsRow, ...]:
     """Figures 12 and 13 from few trials, drawn anew; all that they found stays in ``folder``."""
     from polychirp.study.monte_carlo.executor import LocalWorkers, num_cores
-    from polychirp.study.paper_statistics import TRIALS, run_statistics, statistics_plan
+    from polychirp.study.paper.statistics import TRIALS, run_statistics, statistics_plan
 
     shutil.rmtree(folder, ignore_errors=True)
     return run_statistics(

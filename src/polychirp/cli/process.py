@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from polychirp.capture.recording import Recording
     from polychirp.model.detection import Detections
     from polychirp.model.if_frame import IfFrame
-    from polychirp.receiver.doppler import SawtoothReceiver
+    from polychirp.receiver.alternatives.sawtooth_receiver import SawtoothReceiver
 
 _NO_TRUTH = (
     "A recording has no ground truth: nothing here says which detections are right. Echoes at rest "
@@ -51,7 +51,7 @@ def add_parser(subparsers: Any) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Read, detect, print, write."""
     from polychirp.capture.parameter_file import TEMPLATE, read_parameters
-    from polychirp.receiver.doppler import SawtoothReceiver
+    from polychirp.receiver.alternatives.sawtooth_receiver import SawtoothReceiver
 
     if arguments.describe:
         print(TEMPLATE, end="")

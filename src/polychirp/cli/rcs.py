@@ -74,8 +74,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Trace, print, plot."""
     import numpy as np
 
-    from polychirp.channel.composite import Composite
     from polychirp.channel.rcs import cross_sections, far_distance
+    from polychirp.channel.tracers.composite import Composite
     from polychirp.cli.progress import progress_bar
 
     step, window = _positive(arguments, "step", "rad"), _positive(arguments, "smooth", "rad")
@@ -148,7 +148,7 @@ def _mesh(arguments: argparse.Namespace) -> Mesh:
 def _from_file(arguments: argparse.Namespace) -> Mesh:
     from dataclasses import replace
 
-    from polychirp.channel.materials import known_materials
+    from polychirp.channel.materials.library import known_materials
     from polychirp.traffic.mesh_file import load_mesh
 
     name, path = arguments.mesh, Path(arguments.mesh)

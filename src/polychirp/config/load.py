@@ -17,7 +17,7 @@ from pydantic import TypeAdapter, ValidationError
 from polychirp.config.override import apply_override
 from polychirp.config.problems import Place, problems
 from polychirp.errors import InputError
-from polychirp.frames import Spec
+from polychirp.spec import Spec
 from polychirp.study.spec import Study
 
 S = TypeVar("S", bound=Spec)

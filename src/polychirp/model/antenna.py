@@ -11,8 +11,9 @@ import numpy as np
 from polychirp.axes import ComplexArray, FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
-from polychirp.frames import Spec, direction_angles
+from polychirp.frames import direction_angles
 from polychirp.rng import Streams
+from polychirp.spec import Spec
 from polychirp.units import Metres, Radians, Ratio, from_db
 
 

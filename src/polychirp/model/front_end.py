@@ -10,7 +10,7 @@ import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray
 from polychirp.errors import InputError
-from polychirp.frames import Spec
+from polychirp.spec import Spec
 from polychirp.units import Hertz, Radians, Ratio, Watts, from_db
 
 

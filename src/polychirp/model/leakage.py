@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from polychirp.errors import InputError
-from polychirp.frames import Spec
+from polychirp.spec import Spec
 from polychirp.units import Metres, Radians, Ratio, Seconds, from_db
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from polychirp.constants import VACUUM_PERMITTIVITY
 from polychirp.errors import InputError
-from polychirp.frames import Spec
+from polychirp.spec import Spec
 from polychirp.units import Hertz, Metres, PerMetre, SiemensPerMetre
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from polychirp.axes import FloatArray
 from polychirp.errors import InputError
-from polychirp.frames import ByKind, Spec
+from polychirp.spec import ByKind, Spec
 from polychirp.units import Hertz, PerHertz, from_db
 
 

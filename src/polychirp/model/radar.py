@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from polychirp.errors import InputError
-from polychirp.frames import Pose, Spec
+from polychirp.frames import Pose
 from polychirp.model.antenna import AntennaArray
 from polychirp.model.front_end import FrontEnd
 from polychirp.model.if_filter import IfFilter
 from polychirp.model.leakage import Bumper, Leakage
 from polychirp.model.oscillator import Oscillator
+from polychirp.spec import Spec
 from polychirp.units import Ratio, SamplesPerSecond, Seconds, Watts, from_db
 
 

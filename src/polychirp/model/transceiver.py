@@ -11,10 +11,10 @@ from typing import Final
 
 from polychirp.constants import BOLTZMANN, REFERENCE_TEMPERATURE
 from polychirp.errors import InputError, PhysicsError
-from polychirp.frames import Spec
 from polychirp.model.front_end import Digitiser, GainControl, IqImbalance
 from polychirp.model.if_filter import IfFilter
 from polychirp.model.oscillator import PhaseNoise
+from polychirp.spec import Spec
 from polychirp.units import Fraction, Hertz, Ratio, SamplesPerSecond, Seconds, Watts, from_db
 
 TYPICAL_NOISE: Final = PhaseNoise(

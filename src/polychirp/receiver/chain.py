@@ -12,26 +12,35 @@ from numpy.typing import NDArray
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
-from polychirp.frames import Spec
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame
-from polychirp.receiver.angle import bartlett, capon, root_music
-from polychirp.receiver.band import BINS, Band, band_of
-from polychirp.receiver.beamform import orthogonal_sines, steering
-from polychirp.receiver.coherence import is_on_both_halves, least_coherence, straightened
-from polychirp.receiver.coherent import ONE_POINT, Readings, coherent_steps, read_points
-from polychirp.receiver.grouping import Body, merged
-from polychirp.receiver.joint import Grid
-from polychirp.receiver.live_map import LiveMap, strongest_peaks
+from polychirp.receiver.angle.beamform import orthogonal_sines, steering
+from polychirp.receiver.angle.doa import bartlett, capon, root_music
+from polychirp.receiver.clustering import Body, merged
+from polychirp.receiver.detection.range_rate_map import Grid
+from polychirp.receiver.detection.residual_map import LiveMap, strongest_peaks
+from polychirp.receiver.detection.sidelobe_rejection import resolved, unrelated
+from polychirp.receiver.detection.threshold import log_threshold_above_floor
+from polychirp.receiver.estimation.bearing_rate import brought_to_start
+from polychirp.receiver.estimation.beat_refinement import motion_steps, range_and_rate_from_beats
+from polychirp.receiver.estimation.coherence_test import (
+    is_on_both_halves,
+    least_coherence,
+    straightened,
+)
+from polychirp.receiver.estimation.phase_refinement import (
+    ONE_POINT,
+    Readings,
+    coherent_steps,
+    read_points,
+)
+from polychirp.receiver.estimation.two_targets_per_cell import MOST_CLAIMS, Pair, Pairs
 from polychirp.receiver.mitigation import AnyMitigation
 from polychirp.receiver.mitigation.base import mitigated
-from polychirp.receiver.pairs import MOST_CLAIMS, Pair, Pairs
-from polychirp.receiver.point import beat_sensitivity
-from polychirp.receiver.refine import motion_steps, range_and_rate_from_beats
-from polychirp.receiver.skirts import resolved, unrelated
-from polychirp.receiver.threshold import log_threshold_above_floor
-from polychirp.receiver.turning import brought_to_start
-from polychirp.receiver.waves import Waves
+from polychirp.receiver.signal_model.frame_model import Waves
+from polychirp.receiver.signal_model.point_signal import beat_sensitivity
+from polychirp.receiver.signal_model.spectral_fit import BINS, Band, band_of
+from polychirp.spec import Spec
 from polychirp.units import Metres, MetresPerSecond, Ratio, from_db
 
 BEARINGS: Final = {"root-music": root_music, "bartlett": bartlett, "capon": capon}

@@ -14,7 +14,7 @@ from rich.table import Table
 
 from polychirp.report.figures.correlation import correlation_drawings
 from polychirp.report.words import decimal
-from polychirp.study.correlation_cases import CorrelationResults, Interval
+from polychirp.study.section_v.cases import CorrelationResults, Interval
 
 NUM_WORDS: Final = 3
 """Columns of the table of peaks that hold words."""

@@ -35,8 +35,8 @@ from polychirp.report.words import (
     timing,
     variant_name,
 )
-from polychirp.study.correlation_cases import CorrelationResults
-from polychirp.study.paper_results import PaperResults, PaperRow, StatisticsRow
+from polychirp.study.paper.results import PaperResults, PaperRow, StatisticsRow
+from polychirp.study.section_v.cases import CorrelationResults
 
 PAGE: Final = Template(
     """<!DOCTYPE html>

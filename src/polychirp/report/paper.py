@@ -19,7 +19,7 @@ from polychirp.report.html import page
 from polychirp.report.record import results_json
 from polychirp.report.verdict import row_of
 from polychirp.report.words import figure_name
-from polychirp.study.paper_results import PaperClaim, PaperResults
+from polychirp.study.paper.results import PaperClaim, PaperResults
 
 
 def write_paper(

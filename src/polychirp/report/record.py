@@ -10,7 +10,7 @@ from typing import Any
 from polychirp.report.correlation import correlation_json
 from polychirp.report.statistics import findings
 from polychirp.report.verdict import Verdict, verdicts
-from polychirp.study.paper_results import PaperResults, PaperRow
+from polychirp.study.paper.results import PaperResults, PaperRow
 
 
 def results_json(results: PaperResults) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Final
 
 from polychirp.report.words import WAVEFORM, decimal
-from polychirp.study.paper_results import PAPER_ACCURACY, PAPER_TARGETS, Interval, StatisticsRow
+from polychirp.study.paper.results import PAPER_ACCURACY, PAPER_TARGETS, Interval, StatisticsRow
 
 SITUATION: Final = {
     "alone": "alone",

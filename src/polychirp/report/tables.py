@@ -11,7 +11,7 @@ from rich.text import Text
 from polychirp.report.statistics import BRIEF_HEAD, brief_rows
 from polychirp.report.verdict import interference_ghosts, verdicts
 from polychirp.report.words import MITIGATION, WAVEFORM, decimal, target_words, timing
-from polychirp.study.paper_results import PaperResults, PaperRow, StatisticsRow
+from polychirp.study.paper.results import PaperResults, PaperRow, StatisticsRow
 
 
 def claims_table(results: PaperResults) -> Table:

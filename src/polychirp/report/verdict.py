@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from polychirp.study.paper_results import (
+from polychirp.study.paper.results import (
     INTERFERENCE_GHOSTS,
     GhostRow,
     PaperClaim,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from polychirp.study.paper_results import (
+from polychirp.study.paper.results import (
     Mitigation,
     PaperClaim,
     PaperRow,
@@ -45,7 +45,7 @@ def variant_name(row: PaperRow) -> str:
 def figure_name(claim: PaperClaim) -> str:
     """Name of the figure that answers a claim.
 
-    >>> from polychirp.study.paper_results import paper_claims
+    >>> from polychirp.study.paper.results import paper_claims
     >>> figure_name(paper_claims(radar_1="v1", radar_2="v2")[0])
     'fig09a'
     """

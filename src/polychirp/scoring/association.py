@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
-from polychirp.frames import Spec
 from polychirp.model.detection import Detections
 from polychirp.model.truth import Truth
+from polychirp.spec import Spec
 from polychirp.units import Metres, MetresPerSecond, Radians
 
 

@@ -8,17 +8,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from polychirp.channel.composite import Composite
-from polychirp.channel.materials import check_materials, material_table
-from polychirp.channel.point_vehicles import PointVehicles
-from polychirp.channel.sionna import SionnaRt
-from polychirp.channel.visible import refuse_radar_inside_body
+from polychirp.channel.materials.library import check_materials, material_table
+from polychirp.channel.point_vehicles.tracer import PointVehicles
+from polychirp.channel.scene.ground_truth import refuse_radar_inside_body
+from polychirp.channel.tracers.composite import Composite
+from polychirp.channel.tracers.sionna import SionnaRt
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError, ModelWarning, PhysicsError, did_you_mean
 from polychirp.model.if_frame import SampleTimes, parts_of, sample_times
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
-from polychirp.study.drawn import drawn
+from polychirp.study.random_draw import drawn
 from polychirp.study.spec import (
     Study,
     StudyRadar,
@@ -30,7 +30,7 @@ from polychirp.study.spec import (
     target_names,
     victim_indices,
 )
-from polychirp.synthesis.high_pass import refuse_unfollowed
+from polychirp.synthesis.impairments.high_pass import refuse_unfollowed
 
 Limits = tuple[float, float]
 """Least and greatest value over the ramps of a frame."""

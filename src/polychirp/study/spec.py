@@ -9,18 +9,18 @@ from typing import Annotated, Final
 import numpy as np
 
 from polychirp.axes import FloatArray
-from polychirp.channel.composite import Composite
-from polychirp.channel.free_space import FreeSpace
-from polychirp.channel.point_vehicles import PointVehicles
-from polychirp.channel.sionna import SionnaRt
+from polychirp.channel.point_vehicles.tracer import PointVehicles
+from polychirp.channel.tracers.composite import Composite
+from polychirp.channel.tracers.free_space import FreeSpace
+from polychirp.channel.tracers.sionna import SionnaRt
 from polychirp.errors import InputError
-from polychirp.frames import ByKind, Spec
 from polychirp.model.antenna import ArrayErrors
 from polychirp.model.radar import Radar
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
 from polychirp.receiver.chain import Receiver
 from polychirp.rng import Streams
+from polychirp.spec import ByKind, Spec
 from polychirp.study.traffic import StudyTraffic
 from polychirp.traffic.street import Street
 from polychirp.units import Fraction, FractionPerSecond, Seconds

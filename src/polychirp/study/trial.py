@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import partial
 
 from polychirp.channel.base import RayTracer
-from polychirp.channel.follow import follow
-from polychirp.channel.visible import truth
+from polychirp.channel.scene.ground_truth import truth
+from polychirp.channel.tracers.path_interpolation import follow
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame, IfParts
 from polychirp.model.paths import PropagationPaths
@@ -16,9 +16,9 @@ from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
 from polychirp.model.score import Score
 from polychirp.model.truth import Truth
+from polychirp.receiver.attribution import floor_rise, part_powers
 from polychirp.receiver.chain import Receiver
-from polychirp.receiver.dissect import floor_rise, part_powers
-from polychirp.receiver.virtual_array import (
+from polychirp.receiver.mimo import (
     bearings_in_motion,
     code_blocks,
     virtual_array,
@@ -26,7 +26,7 @@ from polychirp.receiver.virtual_array import (
 )
 from polychirp.rng import Streams
 from polychirp.scoring.compare import compare
-from polychirp.study.drawn import drawn
+from polychirp.study.random_draw import drawn
 from polychirp.study.spec import (
     Study,
     refresh_times,
@@ -35,9 +35,9 @@ from polychirp.study.spec import (
     target_names,
     victim_indices,
 )
-from polychirp.synthesis.base import synthesize
-from polychirp.synthesis.oscillating import Oscillating
-from polychirp.synthesis.stretch import Stretch
+from polychirp.synthesis.impairments.oscillator_errors import Oscillating
+from polychirp.synthesis.received_frame import synthesize
+from polychirp.synthesis.stretch.engine import Stretch
 from polychirp.threads import side_by_side
 
 Progress = Callable[[str, int, int], None]

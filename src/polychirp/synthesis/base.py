@@ -1,24 +1,14 @@
-"""What every synthesis engine does, and the sum of its contributions to one radar's frame."""
+"""`SynthesisEngine`, the seam between paths and samples."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Protocol, runtime_checkable
 
-import numpy as np
-
 from polychirp.axes import ComplexArray
-from polychirp.errors import InputError
-from polychirp.model.if_frame import IfFrame, IfParts, parts_of, sample_times
 from polychirp.model.paths import PropagationPaths
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
-from polychirp.rng import Streams
-from polychirp.synthesis.culling import NEGLIGIBLE_SHARE, audience
-from polychirp.synthesis.front_end import distortion, linear_steps
-from polychirp.synthesis.high_pass import with_lead
-from polychirp.synthesis.leakage import LEAKAGE_PART
-from polychirp.synthesis.noise import thermal_noise
 
 
 @runtime_checkable
@@ -42,137 +32,3 @@ class SynthesisEngine(Protocol):
         ahead of the front end; zero behind the last sample of a short ramp.
         """
         ...
-
-
-def synthesize(
-    engine: SynthesisEngine,
-    scene: Scene,
-    schedules: Sequence[RampSchedule],
-    snapshots: Sequence[PropagationPaths],
-    *,
-    victim: int,
-    interferers: Sequence[int] | None,
-    streams: Streams,
-    neglected_share: float = NEGLIGIBLE_SHARE,
-) -> tuple[IfFrame, IfParts]:
-    """Samples of one radar over one frame, and the parts that sum to them.
-
-    Parameters
-    ----------
-    schedules : one per radar of the scene, clocked, in absolute time
-    snapshots : geometry during the frame, in order of time; every ramp of the victim uses the
-        one whose reference time is nearest to the middle of the ramp
-    victim : number of the radar
-    interferers : numbers of the radars that disturb it; None: all others
-    streams : noise comes from ``streams["noise", name of the victim]``
-    neglected_share : of the noise's rms; radars that never come into the band and together stay
-        below it are left out (`culling.audience`), at 0 none that is received at all
-
-    Raises
-    ------
-    InputError
-        A radar without schedule, a number that is no radar's, an interferer named twice or the
-        victim itself, no or unordered snapshots, or a ramp too short for the converter.
-
-    Examples
-    --------
-    An empty world gives noise alone:
-
-    >>> from polychirp.model.radar import Radar
-    >>> from polychirp.model.scene import Actor
-    >>> from polychirp.synthesis.stretch import Stretch
-    >>> from polychirp.testing.paths import paths_of
-    >>> ramps = RampSchedule(start_time=[0.0], duration=[1e-3], start_frequency=[79e9],
-    ...     slope=[1e12], start_phase=[0], sweep=[0])
-    >>> scene = Scene(time=0.0, actors=(Actor(name="car", kind="vehicle"),),
-    ...     radars=(Radar(name="front"),), carriers=(0,))
-    >>> frame, parts = synthesize(Stretch(), scene, [ramps], [paths_of()],
-    ...     victim=0, interferers=None, streams=Streams(seed=1))
-    >>> frame.samples.shape, bool(np.all(frame.samples == parts.noise))
-    ((4, 1, 981), True)
-    """
-    others = [i for i in range(len(scene.radars)) if i != victim]
-    chosen = others if interferers is None else list(interferers)
-    _check(scene, schedules, snapshots, victim, chosen)
-    heard = audience(
-        scene, schedules, snapshots, victim=victim, interferers=chosen, share=neglected_share
-    )
-    radar, schedule = scene.radars[victim], schedules[victim]
-    times = sample_times(schedule, radar.converter)
-    names = parts_of(radar)
-    samples = _behind_the_filter(
-        engine,
-        with_lead(scene, victim),
-        schedules,
-        snapshots,
-        victim=victim,
-        interferers=heard.heard,
-        names=names,
-        streams=streams,
-    )
-    samples = linear_steps(radar, samples, times)
-    if "distortion" in names:
-        samples[-1] = distortion(radar, samples[:-1].sum(axis=0), times)
-    parts = IfParts(samples=samples, names=names, neglected=heard.neglected)
-    frame = IfFrame(
-        samples=parts.total(),
-        times=times,
-        schedule=schedule,
-        array=radar.array,
-        high_pass=radar.front_end.high_pass,
-    )
-    return frame, parts
-
-
-def _behind_the_filter(
-    engine: SynthesisEngine,
-    scene: Scene,
-    schedules: Sequence[RampSchedule],
-    snapshots: Sequence[PropagationPaths],
-    *,
-    victim: int,
-    interferers: Sequence[int],
-    names: Sequence[str],
-    streams: Streams,
-) -> ComplexArray:
-    """What leaves the victim's IF filter, V ``(part, channel, ramp, fast)``, parts as named."""
-    radar, schedule = scene.radars[victim], schedules[victim]
-    times = sample_times(schedule, radar.converter)
-    samples = np.zeros(
-        (len(names), radar.array.num_channels, schedule.num_ramps, times.most_samples),
-        dtype=np.complex128,
-    )
-    own = engine.contribution(scene, schedules, snapshots, victim=victim, transmitter=victim)
-    samples[0:2] = own[0:2]
-    if "leakage" in names:
-        samples[names.index("leakage")] = own[LEAKAGE_PART]
-    for transmitter in interferers:
-        samples[2:4] += engine.contribution(
-            scene, schedules, snapshots, victim=victim, transmitter=transmitter
-        )
-    samples[4] = thermal_noise(radar, times, streams["noise", radar.name])
-    # the mixer conjugates what a channel received; its error scales its noise as well
-    samples *= np.conj(radar.array.channel_response)[:, None, None]
-    return samples
-
-
-def _check(
-    scene: Scene,
-    schedules: Sequence[RampSchedule],
-    snapshots: Sequence[PropagationPaths],
-    victim: int,
-    interferers: Sequence[int],
-) -> None:
-    radars = range(len(scene.radars))
-    if len(schedules) != len(radars):
-        raise InputError(
-            f"{len(schedules)} schedules for {len(radars)} radars; give every radar its own"
-        )
-    for number in (victim, *interferers):
-        if number not in radars:
-            raise InputError(f"there is no radar {number}; the scene has 0 to {len(radars) - 1}")
-    if victim in interferers or len(set(interferers)) < len(interferers):
-        raise InputError("interferers are other radars than the victim, each named once")
-    moments = [paths.reference_time for paths in snapshots]
-    if not moments or moments != sorted(moments):
-        raise InputError("synthesis needs one snapshot of paths or more, in order of time")

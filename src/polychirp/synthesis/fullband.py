@@ -14,13 +14,13 @@ import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.errors import InputError
-from polychirp.frames import Spec
 from polychirp.model.if_frame import sample_times
 from polychirp.model.paths import PropagationPaths
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
-from polychirp.synthesis.leakage import all_links, num_parts
-from polychirp.synthesis.links import Links, nearest_snapshots
+from polychirp.spec import Spec
+from polychirp.synthesis.links.leakage import all_links, num_parts
+from polychirp.synthesis.links.links import Links, nearest_snapshots
 from polychirp.units import SamplesPerSecond
 
 _PANEL = 16

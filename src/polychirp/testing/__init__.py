@@ -1,1 +1,1 @@
-"""What tests of polychirp and of its plug-ins share."""
+"""Hand-made paths and bodies, for examples and for tests of polychirp and of its plug-ins."""

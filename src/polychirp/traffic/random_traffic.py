@@ -9,8 +9,8 @@ from typing import Final, Literal
 import numpy as np
 
 from polychirp.errors import InputError
-from polychirp.frames import Spec
 from polychirp.rng import Streams
+from polychirp.spec import Spec
 from polychirp.traffic.placing import (
     BODIES,
     NEAREST,

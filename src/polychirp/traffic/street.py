@@ -13,10 +13,11 @@ import numpy as np
 
 from polychirp.axes import FloatArray
 from polychirp.errors import InputError
-from polychirp.frames import Pose, Spec
+from polychirp.frames import Pose
 from polychirp.model.mesh import Mesh
 from polychirp.model.radar import Radar
 from polychirp.model.scene import Actor, PointScatterer, Scene
+from polychirp.spec import Spec
 from polychirp.traffic import roadside
 from polychirp.traffic.mesh_file import load_mesh
 from polychirp.traffic.shapes import Body

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from polychirp.frames import ByKind
+from polychirp.spec import ByKind
 from polychirp.waveform.base import Waveform as Waveform
 from polychirp.waveform.coding import AnyCoding as AnyCoding
 from polychirp.waveform.coding import Coding as Coding

@@ -5,7 +5,7 @@ from the same elements. A weight of magnitude 1 is full power: each element has 
 and elements that send together do not share it.
 
 A beat carries the conjugate of the weight, since the mixer gives
-:math:`y = s_{tx}\,\overline{s_{rx}}`. `polychirp.receiver.virtual_array` decodes.
+:math:`y = s_{tx}\,\overline{s_{rx}}`. `polychirp.receiver.mimo` decodes.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ import numpy as np
 
 from polychirp.axes import ComplexArray, IntArray
 from polychirp.errors import InputError
-from polychirp.frames import ByKind, Spec
 from polychirp.model.ramp import RampSchedule
+from polychirp.spec import ByKind, Spec
 
 
 @runtime_checkable

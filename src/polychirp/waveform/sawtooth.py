@@ -7,9 +7,9 @@ from typing import Literal
 
 import numpy as np
 
-from polychirp.frames import Spec
 from polychirp.model.ramp import RampSchedule, continuous_phase
 from polychirp.rng import Streams
+from polychirp.spec import Spec
 from polychirp.units import Hertz, Seconds
 from polychirp.waveform.base import need_not_negative, need_positive, need_sweeps
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from polychirp.channel.caster import Caster, grow_tree
-from polychirp.channel.horizon import horizons
+from polychirp.channel.geometry.bvh import Caster, grow_tree
+from polychirp.channel.physical_optics.horizon import horizons
 from polychirp.testing.shapes import box, sphere
 
 

@@ -4,12 +4,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from polychirp.channel.blockers import in_frame_of
-from polychirp.channel.lighting import faces_of, parts_of
-from polychirp.channel.materials import material_table
-from polychirp.channel.optics import AWAY, HIDDEN, LIT, agree, look, look_closer, sees_any
-from polychirp.channel.views import View, view_table
-from polychirp.channel.world import bodies_near, world_of
+from polychirp.channel.materials.library import material_table
+from polychirp.channel.physical_optics.illumination import faces_of, parts_of
+from polychirp.channel.physical_optics.kernels import (
+    AWAY,
+    HIDDEN,
+    LIT,
+    agree,
+    look,
+    look_closer,
+    sees_any,
+)
+from polychirp.channel.physical_optics.views import View, view_table
+from polychirp.channel.scene.blockers import in_frame_of
+from polychirp.channel.scene.world import bodies_near, world_of
 from polychirp.frames import Pose
 from polychirp.model.scene import Actor
 from polychirp.testing.shapes import around, box, mesh_of, sphere

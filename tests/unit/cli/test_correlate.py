@@ -12,7 +12,7 @@ import pytest
 from polychirp.capture.sigmf import open_sigmf, write_sigmf
 from polychirp.cli.app import main
 from polychirp.model.baseband import Baseband
-from polychirp.study.correlate import NAMED, named
+from polychirp.study.section_v.operands import NAMED, named
 from polychirp.waveform.playing import played
 
 CHIRP = played(named("paper-100").schedule, sample_rate=130e6, centre_frequency=4e9)
@@ -159,7 +159,7 @@ def test_a_cut_recording_is_one_sentence(recording, capsys):
 
 
 def test_a_recording_too_long_for_memory_is_to_be_searched(recording, capsys, monkeypatch):
-    monkeypatch.setattr("polychirp.study.correlate.MOST_IN_MEMORY", 1000)
+    monkeypatch.setattr("polychirp.study.section_v.operands.MOST_IN_MEMORY", 1000)
     assert main(["correlate", recording, "paper-100"]) == 2
     (said,) = last_words(capsys)
     assert "has 3.9e+04 samples, too many for memory at once" in said

@@ -7,8 +7,8 @@ import pytest
 from polychirp.config.dump import dump
 from polychirp.config.load import build, read_toml, with_defaults
 from polychirp.errors import InputError
-from polychirp.frames import Spec
 from polychirp.model.radar import Radar
+from polychirp.spec import Spec
 from polychirp.units import Ratio, Seconds
 from polychirp.waveform import AnyWaveform, DiverseTriangular, Triangular
 

@@ -16,7 +16,7 @@ from polychirp.study.monte_carlo.grid import trial_seed
 from polychirp.study.monte_carlo.plan import check_plan
 from polychirp.study.spec import schedules
 from polychirp.study.trial import silent
-from polychirp.testing.small_study import SMALL_GRID, SMALL_STUDY
+from tests.support.small_study import SMALL_GRID, SMALL_STUDY
 
 ROOT = Path(__file__).parents[3]
 

@@ -6,7 +6,7 @@ import pytest
 
 from polychirp.config.load import load_study
 from polychirp.receiver.mitigation import Autoregression, Blanking, Imat, StftExcision
-from polychirp.study.paper import paper_study
+from polychirp.study.paper.scenarios import paper_study
 
 FOLDER = Path(__file__).parents[3] / "studies" / "paper"
 STUDIES = {

@@ -8,7 +8,7 @@ import pytest
 from polychirp.config.load import load_study
 from polychirp.config.monte_carlo import load_plan
 from polychirp.study.check import check
-from polychirp.study.ghosts import case
+from polychirp.study.experiments.ghosts import case
 from polychirp.study.monte_carlo.plan import check_plan
 from polychirp.study.trial import silent
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from polychirp.config.load import build, with_defaults
-from polychirp.study.drawn import drawn
+from polychirp.study.random_draw import drawn
 from polychirp.study.spec import Study
 
 ROOT = Path(__file__).parents[3]

@@ -8,8 +8,8 @@ from polychirp.receiver.mitigation import Autoregression
 from polychirp.receiver.mitigation.autoregression import interpolator
 from polychirp.receiver.mitigation.prediction import covariance_model
 from polychirp.rng import Streams
-from polychirp.testing.points import HandPoint, frame_of
 from polychirp.waveform import Triangular
+from tests.support.points import HandPoint, frame_of
 
 RAMPS = Triangular().schedule(num_sweeps=1, streams=Streams(1))
 TONES = [

@@ -5,10 +5,10 @@ import pytest
 
 from polychirp.errors import InputError
 from polychirp.receiver.mitigation import Blanking
-from polychirp.receiver.point import hann_weights, matched_amplitudes
+from polychirp.receiver.signal_model.point_signal import hann_weights, matched_amplitudes
 from polychirp.rng import Streams
-from polychirp.testing.points import HandPoint, frame_of
 from polychirp.waveform import Triangular
+from tests.support.points import HandPoint, frame_of
 
 RAMPS = Triangular().schedule(num_sweeps=1, streams=Streams(1))
 ECHO = HandPoint(range=9.0, power=1e4)

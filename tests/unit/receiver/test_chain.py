@@ -8,11 +8,11 @@ import pytest
 from polychirp.errors import InputError
 from polychirp.model.front_end import HighPass
 from polychirp.receiver.chain import Receiver
+from polychirp.receiver.detection.sidelobe_rejection import unrelated
 from polychirp.receiver.mitigation import Autoregression, Blanking, Imat, StftExcision
-from polychirp.receiver.skirts import unrelated
 from polychirp.rng import Streams
-from polychirp.testing.points import HandPoint, frame_of
 from polychirp.waveform import DiverseTriangular, Triangular
+from tests.support.points import HandPoint, frame_of
 
 STREET = [
     HandPoint(range=5.0, range_rate=12.0, azimuth=-0.7, power=3e4),

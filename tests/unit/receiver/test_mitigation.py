@@ -5,10 +5,14 @@ import pytest
 
 from polychirp.receiver.mitigation import Autoregression, Blanking, Imat, StftExcision
 from polychirp.receiver.mitigation.base import mitigated
-from polychirp.receiver.point import beat_phase, hann_weights, matched_amplitudes
+from polychirp.receiver.signal_model.point_signal import (
+    beat_phase,
+    hann_weights,
+    matched_amplitudes,
+)
 from polychirp.rng import Streams
-from polychirp.testing.points import HandPoint, frame_of
 from polychirp.waveform import DiverseTriangular
+from tests.support.points import HandPoint, frame_of
 
 RAMPS = DiverseTriangular().schedule(num_sweeps=3, streams=Streams(2))
 POINTS = [

@@ -7,8 +7,8 @@ from polychirp.errors import InputError
 from polychirp.receiver.mitigation import Blanking, StftExcision
 from polychirp.receiver.mitigation.stft_excision import whole_slices
 from polychirp.rng import Streams
-from polychirp.testing.points import HandPoint, frame_of
 from polychirp.waveform import Triangular
+from tests.support.points import HandPoint, frame_of
 
 RAMPS = Triangular().schedule(num_sweeps=4, streams=Streams(1))
 ECHO = HandPoint(range=9.0, power=1e4)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from polychirp.receiver.chain import Receiver
-from polychirp.receiver.turning import TYPICAL_CROSSING
+from polychirp.receiver.estimation.bearing_rate import TYPICAL_CROSSING
 from polychirp.rng import Streams
-from polychirp.testing.points import HandPoint, frame_of
 from polychirp.waveform import DiverseTriangular
+from tests.support.points import HandPoint, frame_of
 
 
 @pytest.mark.parametrize("trial", [48, 95, 98])

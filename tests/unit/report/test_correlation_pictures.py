@@ -15,7 +15,7 @@ from polychirp.report.figures.correlation import (
     pair_picture,
     slope_law,
 )
-from polychirp.study.correlation_cases import (
+from polychirp.study.section_v.cases import (
     CorrelationResults,
     CorrelationRow,
     Interval,

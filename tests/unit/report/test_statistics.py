@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from polychirp.report.figures.detection_statistics import detection_statistics
 from polychirp.report.statistics import STATISTICS_HEAD, findings, statistics_rows
-from polychirp.study.paper_results import StatisticsRow
+from polychirp.study.paper.results import StatisticsRow
 
 
 def row(waveform: str, count: int) -> StatisticsRow:

@@ -8,7 +8,7 @@ import pytest
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
 from polychirp.model.if_frame import SampleTimes
-from polychirp.receiver.point import beat_phase
+from polychirp.receiver.signal_model.point_signal import beat_phase
 from polychirp.rng import Streams
 from polychirp.scoring.closed_forms import (
     any_of,

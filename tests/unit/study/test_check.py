@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from polychirp.channel.free_space import FreeSpace
+from polychirp.channel.tracers.free_space import FreeSpace
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError, ModelWarning, PhysicsError
 from polychirp.frames import Pose

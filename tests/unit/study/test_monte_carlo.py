@@ -32,7 +32,7 @@ from polychirp.study.monte_carlo.stopping import BLOCK, Stopping
 from polychirp.study.monte_carlo.summary import differences, summaries
 from polychirp.study.monte_carlo.tasks import Outcome, Task
 from polychirp.study.trial import silent
-from polychirp.testing.small_study import SMALL_GRID, SMALL_STUDY
+from tests.support.small_study import SMALL_GRID, SMALL_STUDY
 
 HEADER = {"versions": {"polychirp": "1"}, "platform": "here"}
 ERROR = 0.1

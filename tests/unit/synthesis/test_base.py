@@ -7,9 +7,10 @@ from polychirp.model.radar import Radar
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Actor, Scene
 from polychirp.rng import Streams
-from polychirp.synthesis.base import SynthesisEngine, synthesize
+from polychirp.synthesis.base import SynthesisEngine
 from polychirp.synthesis.fullband import FullBand
-from polychirp.synthesis.stretch import Stretch
+from polychirp.synthesis.received_frame import synthesize
+from polychirp.synthesis.stretch.engine import Stretch
 from polychirp.testing.paths import paths_of
 
 PLAN = RampSchedule(

@@ -8,9 +8,9 @@ import numpy as np
 
 from polychirp.axes import BoolArray, FloatArray
 from polychirp.errors import InputError
-from polychirp.frames import Spec
 from polychirp.model.if_frame import IfFrame
 from polychirp.receiver.mitigation.prediction import rms, surprise
+from polychirp.spec import Spec
 from polychirp.units import Seconds
 
 

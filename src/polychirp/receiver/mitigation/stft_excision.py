@@ -9,10 +9,10 @@ import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray
 from polychirp.errors import InputError
-from polychirp.frames import Spec
 from polychirp.model.if_frame import IfFrame
-from polychirp.receiver.cfar import ordered_statistic_factor
+from polychirp.receiver.detection.cfar import ordered_statistic_factor
 from polychirp.receiver.mitigation.base import Mitigated
+from polychirp.spec import Spec
 
 if TYPE_CHECKING:
     from scipy.signal import ShortTimeFFT

@@ -25,7 +25,7 @@ from polychirp.report.figures.drawing import (
     new_figure,
     styled,
 )
-from polychirp.study.correlation_cases import CorrelationResults, CorrelationRow
+from polychirp.study.section_v.cases import CorrelationResults, CorrelationRow
 from polychirp.units import to_db
 
 NUM_BINS: Final = 1500

@@ -18,7 +18,7 @@ from polychirp.report.figures.drawing import (
     new_figure,
     styled,
 )
-from polychirp.study.paper_results import PAPER_ACCURACY, PAPER_TARGETS, Interval, StatisticsRow
+from polychirp.study.paper.results import PAPER_ACCURACY, PAPER_TARGETS, Interval, StatisticsRow
 
 _COLOUR: Final = {"conventional": VERMILION, "diverse": BLUE}
 _MARK: Final = {"alone": ("o", "-"), "interfered": ("s", "--"), "blanked": ("^", ":")}

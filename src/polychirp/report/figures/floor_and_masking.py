@@ -11,7 +11,7 @@ from polychirp.errors import InputError
 from polychirp.report.figures.drawing import BLUE, VERMILION, Column, Drawing, new_figure, styled
 from polychirp.report.verdict import interference_ghosts
 from polychirp.report.words import SCENARIO, WAVEFORM, timing
-from polychirp.study.paper_results import PaperRow
+from polychirp.study.paper.results import PaperRow
 
 MEASURES: Final[tuple[tuple[str, str, Callable[[PaperRow], float]], ...]] = (
     ("floor_rise_db", "Floor rise (dB)", lambda row: row.floor_rise_db),

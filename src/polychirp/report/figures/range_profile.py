@@ -23,7 +23,7 @@ from polychirp.report.figures.drawing import (
     styled,
 )
 from polychirp.report.words import variant_name
-from polychirp.study.paper_results import GhostKind, PaperRow
+from polychirp.study.paper.results import GhostKind, PaperRow
 
 FARTHEST: Final = 30.0
 """m, the paper's greatest target range."""

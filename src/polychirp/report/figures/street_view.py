@@ -37,7 +37,7 @@ BLOCK: Final = 200_000
 
 
 class RayCaster(Protocol):
-    """Finds what rays meet first; `polychirp.channel.caster.Caster` is one."""
+    """Finds what rays meet first; `polychirp.channel.geometry.bvh.Caster` is one."""
 
     def closest(self, origins: FloatArray, directions: FloatArray) -> tuple[FloatArray, IntArray]:
         """Distance, m ``(ray,)``, infinite without a hit, and face ``(ray,)``."""
@@ -151,7 +151,7 @@ def render(
     """Picture ``(down, right, rgb)`` of a scene, each pixel the mean of four rays."""
     street = surfaces(scene)
     if caster is None:
-        from polychirp.channel.caster import Caster
+        from polychirp.channel.geometry.bvh import Caster
 
         caster = Caster(street.corners)
     skin, eye = _Skin.of(street), np.array(camera.position)

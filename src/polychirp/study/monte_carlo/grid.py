@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from polychirp.errors import InputError
-from polychirp.frames import Spec
+from polychirp.spec import Spec
 
 Label = str | int | float
 """What stands for one value of an axis in tables and coordinates."""

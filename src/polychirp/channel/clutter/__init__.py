@@ -1,0 +1,1 @@
+"""Echoes with random phases: rough plates, foliage, and scatterers strewn over them."""

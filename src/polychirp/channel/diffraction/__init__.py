@@ -1,0 +1,1 @@
+"""Waves bent around the edges of bodies."""

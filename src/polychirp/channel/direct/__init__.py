@@ -1,0 +1,1 @@
+"""The direct path between two radars, and echoes of point scatterers."""

@@ -1,0 +1,70 @@
+"""The direct path from one radar to another."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from polychirp.axes import ComplexArray, FloatArray, IntArray
+from polychirp.channel.base import path_table
+from polychirp.channel.geometry.retarded_delay import passing, retarded_leg
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.errors import InputError
+from polychirp.frames import polarisation_basis
+from polychirp.model.paths import PropagationPaths
+from polychirp.model.scene import Scene
+
+
+def projection(departure: FloatArray, arrival: FloatArray) -> ComplexArray:
+    """What polarisation a straight path keeps: ``(path, receiving, transmitting)``.
+
+    Both bases are taken on outward directions, so that V keeps its sign and H turns it.
+
+    >>> ahead = np.array([[1.0, 0.0, 0.0]])
+    >>> projection(ahead, -ahead)[0].real
+    array([[ 1.,  0.],
+           [ 0., -1.]])
+    """
+    sent, heard = polarisation_basis(departure), polarisation_basis(arrival)
+    return np.asarray(heard @ np.swapaxes(sent, -1, -2), dtype=np.complex128)
+
+
+def line_of_sight(scene: Scene, *, frequency: float, pairs: IntArray) -> PropagationPaths:
+    r"""Direct paths of ``pairs`` ``(pair, 2)``, of different radars only, whatever is between.
+
+    .. math:: |A| = \frac{\lambda}{4\pi d}
+
+    Friis, with d from where the transmitter was to where the receiver is; the delay is exact for
+    linear motion.
+
+    Raises
+    ------
+    InputError
+        Two radars are at the same place.
+    """
+    pair = pairs[pairs[:, 0] != pairs[:, 1]]
+    place, speed = scene.radar_position, scene.radar_velocity
+    same = np.all(place[pair[:, 0]] == place[pair[:, 1]], axis=-1)
+    if np.any(same):
+        names = [scene.radars[number].name for number in pair[np.argmax(same)]]
+        raise InputError(f"radars '{names[0]}' and '{names[1]}' are at one place; move one")
+    delay, delay_rate, flight = retarded_leg(
+        source=place[pair[:, 0]],
+        source_velocity=speed[pair[:, 0]],
+        sink=place[pair[:, 1]],
+        sink_velocity=speed[pair[:, 1]],
+    )
+    amplitude = 1.0 / (4 * np.pi * frequency * delay)  # λ/4πd with d = cτ
+    return path_table(
+        scene=scene,
+        frequency=frequency,
+        pair=pair,
+        delay=delay,
+        delay_rate=delay_rate,
+        transfer=amplitude[:, None, None] * projection(flight, -flight),
+        departure=flight,
+        arrival=-flight,
+        delay_acceleration=passing(
+            SPEED_OF_LIGHT * delay[:, None] * flight, speed[pair[:, 1]] - speed[pair[:, 0]]
+        )
+        / SPEED_OF_LIGHT,
+    )

@@ -1,0 +1,48 @@
+"""Line of sight and point scatterers where surfaces block, and thin sheets and leaves weaken."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from polychirp.axes import FloatArray, IntArray
+from polychirp.channel.direct.line_of_sight import line_of_sight
+from polychirp.channel.direct.point_scatterers import point_echoes
+from polychirp.channel.scene.occlusion import blocked
+from polychirp.channel.scene.transmission import through, with_legs
+from polychirp.channel.scene.world import SKIN, World
+from polychirp.model.paths import PropagationPaths
+
+
+def visible_line_of_sight(world: World, pairs: IntArray) -> PropagationPaths:
+    """Direct paths with nothing opaque between the two radars but their own skins."""
+    paths = line_of_sight(world.scene, frequency=world.frequency, pairs=pairs)
+    place = world.scene.radar_position
+    start, end = place[paths.transmitter], place[paths.receiver]
+    end = short_of(start, end, SKIN)
+    free = ~blocked(world, start, end)
+    paths = paths.select(free)
+    return replace(paths, transfer=paths.transfer @ through(world, start[free], end[free]))
+
+
+def visible_point_echoes(world: World, pairs: IntArray) -> PropagationPaths:
+    """Paths over point scatterers that both radars see; a point's own body does not count."""
+    paths = point_echoes(world.scene, frequency=world.frequency, pairs=pairs)
+    place, free = world.scene.radar_position, np.ones(paths.num_paths, dtype=np.bool_)
+    legs = np.empty((2, paths.num_paths, 2, 2), dtype=np.complex128)
+    for actor in np.unique(paths.bounce_actor):
+        mine = paths.bounce_actor == actor
+        own = next(iter(world.bodies_of(int(actor)).tolist()), None)
+        point = paths.bounce_point[mine]
+        for leg, radar in enumerate((paths.transmitter[mine], paths.receiver[mine])):
+            free[mine] &= ~blocked(world, place[radar], point, but_body=own)
+            legs[leg, mine] = through(world, place[radar], point, but_body=own)
+    return replace(paths, transfer=with_legs(paths.transfer, legs[0], legs[1])).select(free)
+
+
+def short_of(start: FloatArray, end: FloatArray, gap: float) -> FloatArray:
+    """Points ``gap`` m before ``end`` on the way from ``start``."""
+    way = end - start
+    length = np.linalg.norm(way, axis=-1, keepdims=True)
+    return np.asarray(end - way * np.minimum(1.0, gap / np.maximum(length, 1e-12)))

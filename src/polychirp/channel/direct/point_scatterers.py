@@ -1,0 +1,96 @@
+"""Isotropic point scatterers."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from polychirp.axes import ComplexArray, FloatArray, IntArray
+from polychirp.channel.base import no_paths, path_table
+from polychirp.channel.geometry.retarded_delay import passing, retarded_leg
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.model.paths import Bounce, PropagationPaths
+from polychirp.model.scene import Scene
+
+
+def point_echoes(scene: Scene, *, frequency: float, pairs: IntArray) -> PropagationPaths:
+    r"""Paths of ``pairs`` ``(pair, 2)`` over every `PointScatterer`, whatever is between.
+
+    .. math:: |A|^2 = \frac{\sigma\lambda^2}{(4\pi)^3 r_1^2 r_2^2}
+
+    the radar equation without antennas (monostatic and bistatic). A point keeps V as V and H as
+    H in all directions. Delays are exact for linear motion: a target at R that recedes at v has
+    :math:`\tau = 2R/(c+v)`.
+    """
+    found = [
+        (index, actor.pose.to_outer(np.array(point.position)), point.rcs)
+        for index, actor in enumerate(scene.actors)
+        for point in actor.points
+    ]
+    if not found or not len(pairs):
+        return no_paths(scene, frequency)
+    pair = np.repeat(pairs, len(found), axis=0)
+    rcs = np.tile([entry[2] for entry in found], len(pairs))
+    return echoes_over(
+        scene,
+        frequency=frequency,
+        pair=pair,
+        actor=np.tile([entry[0] for entry in found], len(pairs)),
+        point=np.tile([entry[1] for entry in found], (len(pairs), 1)),
+        scattering=np.sqrt(rcs)[:, None, None] * np.eye(2),
+    )
+
+
+def echoes_over(
+    scene: Scene,
+    *,
+    frequency: float,
+    pair: IntArray,
+    actor: IntArray,
+    point: FloatArray,
+    scattering: FloatArray | ComplexArray,
+    kind: Bounce = Bounce.SCATTERING,
+) -> PropagationPaths:
+    r"""One path over each of these points, which ride on actors.
+
+    .. math:: A = \frac{\lambda}{(4\pi)^{3/2} r_1 r_2}\, S
+
+    Parameters
+    ----------
+    pair : (transmitter, receiver), ``(path, 2)``
+    actor : that carries the point, ``(path,)``
+    point : where it is at the time of the scene, m ``(path, xyz)``
+    scattering : S, m, ``(path, 2, 2)``: |S|² is the cross section between two polarisations
+    kind : what the points do to the wave
+    """
+    velocity = np.array([one.velocity for one in scene.actors])[actor]
+    place, speed = scene.radar_position, scene.radar_velocity
+    back, back_rate, back_flight = retarded_leg(
+        source=point,
+        source_velocity=velocity,
+        sink=place[pair[:, 1]],
+        sink_velocity=speed[pair[:, 1]],
+    )
+    out, out_rate, out_flight = retarded_leg(
+        source=place[pair[:, 0]],
+        source_velocity=speed[pair[:, 0]],
+        sink=point,
+        sink_velocity=velocity,
+        lateness=back,
+        lateness_rate=back_rate,
+    )
+    legs = [SPEED_OF_LIGHT * late[:, None] for late in (out, back)]
+    bend = passing(legs[0] * out_flight, velocity - speed[pair[:, 0]])
+    bend += passing(legs[1] * back_flight, speed[pair[:, 1]] - velocity)
+    spread = (4 * np.pi) ** 1.5 * out * back * SPEED_OF_LIGHT * frequency
+    return path_table(
+        scene=scene,
+        frequency=frequency,
+        pair=pair,
+        delay=out + back,
+        delay_rate=out_rate + back_rate,
+        transfer=np.asarray(scattering / spread[:, None, None], dtype=np.complex128),
+        departure=out_flight,
+        arrival=-back_flight,
+        bounces=[(kind, actor, point - velocity * back[:, None])],
+        delay_acceleration=bend / SPEED_OF_LIGHT,
+    )

@@ -1,0 +1,1 @@
+"""Rays, boxes, nearest points and delays of moving points: geometry without waves."""

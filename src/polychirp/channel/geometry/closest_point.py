@@ -1,0 +1,105 @@
+"""The point of every triangle that is nearest to a place, and which triangles face it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from polychirp.axes import BoolArray, FloatArray
+from polychirp.channel.geometry.bvh import Vector
+from polychirp.channel.geometry.vectors import cross, dot, vector
+
+
+def closest_points(corners: FloatArray, place: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """The point of every triangle nearest to a place, m, and whether its front is turned there.
+
+    Parameters
+    ----------
+    corners : m, ``(face, corner, xyz)``
+    place : m, ``(xyz,)``
+
+    Returns
+    -------
+    point : m, ``(face, xyz)``
+    is_front : ``(face,)``
+
+    Examples
+    --------
+    >>> flat = np.array([[[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]])
+    >>> closest_points(flat, np.array([2.0, 2.0, 1.0]))
+    (array([[0.5, 0.5, 0. ]]), array([ True]))
+    """
+    point = np.empty((len(corners), 3))
+    is_front = np.empty(len(corners), dtype=np.bool_)
+    _closest_points(np.ascontiguousarray(corners), place, point, is_front)
+    return point, is_front
+
+
+def closest_by_columns(corners: FloatArray, place: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """The slow twin of `closest_points`: all triangles at once, one operation after the other."""
+    a = corners[:, 0]
+    u, v, w = corners[:, 1] - a, corners[:, 2] - a, place - a
+    is_front = np.sum(np.cross(u, v) * w, axis=-1) > 0
+    uu, uv, vv = np.sum(u * u, -1), np.sum(u * v, -1), np.sum(v * v, -1)
+    wu, wv = np.sum(w * u, -1), np.sum(w * v, -1)
+    area = uu * vv - uv * uv
+    safe = np.where(area > 0, area, 1.0)
+    s, t = (vv * wu - uv * wv) / safe, (uu * wv - uv * wu) / safe
+    best = a + s[:, None] * u + t[:, None] * v
+    best[~((area > 0) & (s >= 0) & (t >= 0) & (s + t <= 1))] = np.inf
+    for first, second in ((0, 1), (1, 2), (2, 0)):
+        start, side = corners[:, first], corners[:, second] - corners[:, first]
+        length = np.maximum(np.sum(side * side, -1), 1e-300)
+        share = np.clip(np.sum((place - start) * side, -1) / length, 0.0, 1.0)
+        other = start + share[:, None] * side
+        nearer = np.sum((other - place) ** 2, -1) < np.sum((best - place) ** 2, -1)
+        best = np.where(nearer[:, None], other, best)
+    return np.asarray(best), np.asarray(is_front)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _closest_points(
+    corners: FloatArray, place: FloatArray, point: FloatArray, is_front: BoolArray
+) -> None:
+    p = vector(place)
+    for face in range(len(corners)):
+        a, b, c = vector(corners[face, 0]), vector(corners[face, 1]), vector(corners[face, 2])
+        u, v, w = _from(a, b), _from(a, c), _from(a, p)
+        is_front[face] = dot(cross(u, v), w) > 0.0
+        point[face] = _closest(a, b, c, p)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _closest(a: Vector, b: Vector, c: Vector, p: Vector) -> Vector:
+    """Where the place's foot is if that is inside, else on the nearest side."""
+    u, v, w = _from(a, b), _from(a, c), _from(a, p)
+    uu, uv, vv, wu, wv = dot(u, u), dot(u, v), dot(v, v), dot(w, u), dot(w, v)
+    area = uu * vv - uv * uv
+    if area > 0.0:
+        s, t = (vv * wu - uv * wv) / area, (uu * wv - uv * wu) / area
+        if s >= 0.0 and t >= 0.0 and s + t <= 1.0:
+            return (
+                a[0] + s * u[0] + t * v[0],
+                a[1] + s * u[1] + t * v[1],
+                a[2] + s * u[2] + t * v[2],
+            )
+    best = _closest_on_side(a, b, p)
+    for other in (_closest_on_side(b, c, p), _closest_on_side(c, a, p)):
+        off, gap = _from(p, other), _from(p, best)
+        if dot(off, off) < dot(gap, gap):
+            best = other
+    return best
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _closest_on_side(start: Vector, end: Vector, p: Vector) -> Vector:
+    side = _from(start, end)
+    share = dot(_from(start, p), side) / max(dot(side, side), 1e-300)
+    share = min(max(share, 0.0), 1.0)
+    return start[0] + share * side[0], start[1] + share * side[1], start[2] + share * side[2]
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _from(a: Vector, b: Vector) -> Vector:
+    """The way from a to b."""
+    return b[0] - a[0], b[1] - a[1], b[2] - a[2]

@@ -1,0 +1,1 @@
+"""Permittivities of materials, and the reflection and transmission of their layers."""

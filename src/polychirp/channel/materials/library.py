@@ -1,0 +1,65 @@
+"""Named materials near 79 GHz, one source per row."""
+
+from __future__ import annotations
+
+import tomllib
+import warnings
+from collections.abc import Iterable, Mapping
+from functools import cache
+from importlib.resources import files
+from types import MappingProxyType
+
+from polychirp.errors import InputError, ModelWarning
+from polychirp.model.material import Material
+
+
+@cache
+def known_materials() -> Mapping[str, Material]:
+    """The materials of ``materials.toml``, by name.
+
+    >>> known_materials()["metal"].is_conductor
+    True
+    """
+    text = (
+        files("polychirp.channel.materials").joinpath("materials.toml").read_text(encoding="utf-8")
+    )
+    return MappingProxyType({name: Material(**row) for name, row in tomllib.loads(text).items()})
+
+
+def material_table(extra: Mapping[str, Material] | None = None) -> Mapping[str, Material]:
+    """The known materials with those of a study added; a study's own value of a name wins.
+
+    >>> table = material_table({"brick": Material(relative_permittivity=4.1)})
+    >>> table["brick"].relative_permittivity, table["glass"].thickness
+    (4.1, 0.004)
+    """
+    return MappingProxyType({**known_materials(), **(extra or {})})
+
+
+def check_materials(names: Iterable[str], table: Mapping[str, Material], frequency: float) -> None:
+    """Every name is known, and used within the band of its values.
+
+    Raises
+    ------
+    InputError
+        A material has no row in the table.
+
+    Warns
+    -----
+    ModelWarning
+        The frequency (Hz) is outside the band for which a material's values hold.
+    """
+    for name in sorted(set(names)):
+        if name not in table:
+            raise InputError(
+                f"there is no material '{name}'; the known ones are {', '.join(sorted(table))}"
+            )
+        row = table[name]
+        if not row.lowest_frequency <= frequency <= row.highest_frequency:
+            # Python shows the same sentence once
+            warnings.warn(
+                f"material '{name}' is known from {row.lowest_frequency / 1e9:g} to "
+                f"{row.highest_frequency / 1e9:g} GHz but used at {frequency / 1e9:g} GHz",
+                ModelWarning,
+                stacklevel=2,
+            )

@@ -1,0 +1,1 @@
+"""Echoes of meshed bodies: near-field physical optics, facet by facet."""

@@ -1,0 +1,119 @@
+r"""Horizons: how far from its tangent plane a body leaves the sky above a point of it open.
+
+Above the horizon no ray can meet the body that it leaves, and none needs to be cast.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+from numba import njit, prange
+
+from polychirp.axes import FloatArray, IntArray
+from polychirp.channel.geometry.bvh import Tree, Vector
+from polychirp.channel.geometry.vectors import dot, row, vector_at
+
+ALL_OF_IT: Final = 0.95
+"""Sine of a horizon above which no more is looked for."""
+
+
+def horizons(tree: Tree, points: FloatArray, normals: FloatArray) -> FloatArray:
+    r"""Sine of the angle over the plane above which nothing of a tree can be met, ``(point,)``.
+
+    An upper bound: of whatever reaches above the plane, greatest height over least distance.
+
+    Parameters
+    ----------
+    points, normals : m and unit vectors, ``(point, xyz)``, in the tree's frame
+
+    Examples
+    --------
+    A wall of 1 m at 2 m:
+
+    >>> from polychirp.channel.geometry.bvh import grow_tree
+    >>> wall = np.array([[[2.0, -1, 0], [2.0, 1, 0], [2.0, 0, 1]]])
+    >>> float(horizons(grow_tree(wall), np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]))[0])
+    0.5
+    """
+    if not tree.face.size:
+        return np.zeros(len(points))
+    return np.asarray(
+        _horizons(
+            tree.box,
+            tree.skip,
+            tree.first,
+            tree.size,
+            tree.triangle,
+            np.ascontiguousarray(points),
+            np.ascontiguousarray(normals),
+        )
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
+def _horizons(
+    box: FloatArray,
+    skip: IntArray,
+    first: IntArray,
+    size: IntArray,
+    triangle: FloatArray,
+    points: FloatArray,
+    normals: FloatArray,
+) -> FloatArray:
+    out = np.zeros(len(points))
+    for i in prange(len(points)):
+        point, normal = row(points, i), row(normals, i)
+        best, node = 0.0, 0
+        while node < skip.size and best < ALL_OF_IT:
+            low, high = vector_at(box, node, 0), vector_at(box, node, 3)
+            if _sine(low, high, point, _height(low, high, point, normal)) <= best:
+                node = skip[node]
+                continue
+            for t in range(first[node], first[node] + size[node]):
+                best = max(best, _of_triangle(triangle, t, point, normal))
+            node += 1
+        out[i] = best if best < ALL_OF_IT else 1.0
+    return out
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _height(low: Vector, high: Vector, point: Vector, normal: Vector) -> float:
+    """Greatest height of a box above the plane through a point."""
+    return float(
+        max(normal[0] * (low[0] - point[0]), normal[0] * (high[0] - point[0]))
+        + max(normal[1] * (low[1] - point[1]), normal[1] * (high[1] - point[1]))
+        + max(normal[2] * (low[2] - point[2]), normal[2] * (high[2] - point[2]))
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _sine(low: Vector, high: Vector, point: Vector, height: float) -> float:
+    """A height over the least distance of a box, at most 1."""
+    if height <= 0.0:
+        return 0.0
+    x = max(low[0] - point[0], 0.0, point[0] - high[0])
+    y = max(low[1] - point[1], 0.0, point[1] - high[1])
+    z = max(low[2] - point[2], 0.0, point[2] - high[2])
+    away = math.sqrt(x * x + y * y + z * z)
+    return min(1.0, height / away) if away > 0.0 else 1.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _of_triangle(triangle: FloatArray, t: int, point: Vector, normal: Vector) -> float:
+    """Bound of one triangle: its greatest height over the least distance of its box."""
+    a, u, v = vector_at(triangle, t, 0), vector_at(triangle, t, 3), vector_at(triangle, t, 6)
+    above = dot(normal, (a[0] - point[0], a[1] - point[1], a[2] - point[2]))
+    height = above + max(0.0, dot(normal, u), dot(normal, v))
+    low = (
+        a[0] + min(0.0, u[0], v[0]),
+        a[1] + min(0.0, u[1], v[1]),
+        a[2] + min(0.0, u[2], v[2]),
+    )
+    high = (
+        a[0] + max(0.0, u[0], v[0]),
+        a[1] + max(0.0, u[1], v[1]),
+        a[2] + max(0.0, u[2], v[2]),
+    )
+    return float(_sine(low, high, point, height))

@@ -1,0 +1,196 @@
+"""Views: one radar as one body sees it, directly or mirrored in one plate.
+
+A path over a body joins two views of it: that of the transmitter and that of the receiver.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from polychirp.axes import FloatArray, IntArray
+from polychirp.channel.materials.fresnel import reflection
+from polychirp.channel.scene.world import World, bodies_near, plates_near
+
+
+class _Radars(NamedTuple):
+    """Where a scene's radars are, how they move and how they are turned: arrays ``(radar, …)``."""
+
+    position: FloatArray
+    velocity: FloatArray
+    rotation: FloatArray
+
+
+@lru_cache(maxsize=2)
+def _radars_of(world: World) -> _Radars:
+    """A world's radars, kept for its next view: a scene works them out whenever it is asked."""
+    scene = world.scene
+    return _Radars(scene.radar_position, scene.radar_velocity, scene.radar_rotation)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class View:
+    """Radar ``radar`` seen by body ``body``, mirrored in plate ``plate`` if there is one."""
+
+    world: World
+    radar: int
+    body: int
+    plate: int | None = None
+
+    @cached_property
+    def source(self) -> FloatArray:
+        """m, ``(xyz,)`` in the world: where the radar is."""
+        return np.asarray(_radars_of(self.world).position[self.radar])
+
+    @cached_property
+    def image(self) -> FloatArray:
+        """m, ``(xyz,)`` in the world: where the radar seems to be."""
+        return self.source if self.plate is None else self._mirror(self.source)
+
+    @cached_property
+    def image_velocity(self) -> FloatArray:
+        """m/s, ``(xyz,)`` in the world: how the image moves, while the plate moves too."""
+        own = _radars_of(self.world).velocity[self.radar]
+        if self.plate is None:
+            return np.asarray(own)
+        plates = self.world.plates
+        normal = plates.normal[self.plate]
+        carried = np.array(self.world.scene.actors[plates.actor[self.plate]].velocity)
+        return np.asarray(own - 2 * normal * (normal @ (own - carried)))
+
+    def _mirror(self, point: FloatArray) -> FloatArray:
+        normal = self.world.plates.normal[self.plate]
+        return np.asarray(
+            point - 2 * normal * (normal @ (point - self.world.plates.centre[self.plate]))
+        )
+
+    @cached_property
+    def distance(self) -> float:
+        """m, least distance from the image to the body's sphere; 0 inside."""
+        away = np.linalg.norm(self.world.centre[self.body] - self.image)
+        return max(0.0, float(away - self.world.radius[self.body]))
+
+    @cached_property
+    def most_gain(self) -> float:
+        """Greatest power gain of the radar's element towards the body's sphere."""
+        pattern = self.world.scene.radars[self.radar].array.pattern
+        centre, radius = self.world.centre[self.body], float(self.world.radius[self.body])
+        if self.plate is not None:
+            centre = self._mirror(centre)
+        way = (centre - self.source) @ _radars_of(self.world).rotation[self.radar]
+        length = float(np.linalg.norm(way))
+        if length <= radius or way[0] / length >= np.sqrt(1 - (radius / length) ** 2):
+            return pattern.peak_gain  # the sphere holds the radar or its boresight
+        cube = np.stack(np.meshgrid(*[[-1.0, 0.0, 1.0]] * 3), axis=-1).reshape(-1, 3)
+        return float(np.max(pattern.gain(way + radius * cube)))
+
+    @cached_property
+    def most_reflection(self) -> float:
+        """Greatest amplitude that the mirror leaves, over the angles to the body's sphere."""
+        if self.plate is None:
+            return 1.0
+        world, plates = self.world, self.world.plates
+        normal = plates.normal[self.plate]
+        away = world.centre[self.body] - self.image
+        length, radius = float(np.linalg.norm(away)), float(world.radius[self.body])
+        least = max(0.0, (away @ normal - radius) / (length + radius))
+        most = min(1.0, (away @ normal + radius) / max(length - radius, 1e-9))
+        material = world.table[world.materials[plates.medium[self.plate]]]
+        both = reflection(material, np.linspace(least, max(least, most), 9), world.frequency)
+        return float(np.max(np.abs(both)))
+
+    @property
+    def mirrors(self) -> IntArray:
+        """Plates that can mirror the radar to the body: both before them, and not beside."""
+        plates = self.world.plates
+        radius = float(self.world.radius[self.body])
+        start = self.source - plates.centre
+        end = self.world.centre[self.body] - plates.centre
+        height, body_height = (np.sum(way * plates.normal, axis=-1) for way in (start, end))
+        found = (height > 0) & (body_height + radius > 0)
+        # mirror points lie between the foot of the radar and those of the body
+        for axis, half in (
+            (plates.across, plates.half_across),
+            (plates.along, plates.half_along),
+        ):
+            first, last = (np.sum(way * axis, axis=-1) for way in (start, end))
+            found &= np.maximum(first, last + radius) >= -half
+            found &= np.minimum(first, last - radius) <= half
+        return np.flatnonzero(found)
+
+    @cached_property
+    def between(self) -> tuple[IntArray, IntArray]:
+        """Bodies and plates that may come between, bodies near the radar first: they hide most.
+
+        The body itself is the last.
+        """
+        centre, radius = self.world.centre[self.body], float(self.world.radius[self.body])
+        ways = [np.array([self.image, centre])]
+        if self.plate is not None:  # unfolded at the mirror, and folded back
+            ways.append(np.array([self.source, self._mirror(centre)]))
+        is_between = np.zeros(len(self.world.surfaces), dtype=np.bool_)
+        crosses = np.zeros(len(self.world.plates.actor), dtype=np.bool_)
+        for way in ways:
+            is_between[bodies_near(self.world, way, radius)] = True
+            crosses[plates_near(self.world, way, radius)] = True
+        if self.plate is not None:
+            crosses[self.plate] = False
+        bodies = np.flatnonzero(is_between)
+        away = np.sum((self.world.centre[bodies] - self.source) ** 2, axis=-1)
+        away[bodies == self.body] = np.inf
+        return bodies[np.argsort(away, kind="stable")], np.flatnonzero(crosses)
+
+    @cached_property
+    def near(self) -> tuple[IntArray, ...]:
+        """What may come between, of the four kinds of `ViewTable.near`."""
+        bodies, plates = self.between
+        is_pane = self.world.plate_is_pane[plates]
+        is_veiled = np.zeros(len(self.world.surfaces), dtype=np.bool_)
+        is_veiled[self.world.veiled] = True
+        return bodies, plates[~is_pane], plates[is_pane], bodies[is_veiled[bodies]]
+
+
+NEAR_BODIES, NEAR_PLATES, NEAR_PANES, NEAR_VEILED = 0, 1, 2, 3
+"""Columns of `ViewTable.start`: what may hide a view, and panes and bodies that may weaken it."""
+
+
+class ViewTable(NamedTuple):
+    """Views of one body as arrays ``(view, …)`` in the body's frame, for the kernels.
+
+    ``plate`` is −1 without a mirror. What may come between view i and the body are, of kind k,
+    ``near[start[i, k]:start[i, k + 1]]``, with k from `NEAR_BODIES` to `NEAR_VEILED`.
+    """
+
+    source: FloatArray
+    image: FloatArray
+    plate: IntArray
+    near: IntArray
+    start: IntArray
+
+    @property
+    def weakened(self) -> bool:
+        """Whether there are panes or clouds in any view's way."""
+        return bool(np.any(self.start[:, NEAR_PANES] < self.start[:, -1]))
+
+
+def view_table(views: list[View], rotation: FloatArray, position: FloatArray) -> ViewTable:
+    """Views of one body in its frame, which is turned by ``rotation`` at ``position`` (m)."""
+    near = [numbers for view in views for numbers in view.near]
+    start = np.concatenate([[0], np.cumsum([len(numbers) for numbers in near])])
+    return ViewTable(
+        (np.array([view.source for view in views]) - position) @ rotation,
+        (np.array([view.image for view in views]) - position) @ rotation,
+        np.array([-1 if view.plate is None else view.plate for view in views], dtype=np.int64),
+        np.concatenate(near),
+        start[4 * np.arange(len(views))[:, None] + np.arange(5)],
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def near_view(table: ViewTable, view: int, kind: int) -> IntArray:
+    """Numbers of what may come between a view and its body, of one kind."""
+    return table.near[table.start[view, kind] : table.start[view, kind + 1]]

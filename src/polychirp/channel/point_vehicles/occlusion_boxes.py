@@ -1,0 +1,287 @@
+"""What hides a point from a radar where vehicles are boxes: slabs, and plates.
+
+Boxes are closed: nothing is seen through windows, over bonnets or below the floor.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Final, NamedTuple
+
+import numpy as np
+from numba import njit, prange
+
+from polychirp.axes import BoolArray, FloatArray, IntArray
+from polychirp.channel.scene.world import SKIN, Plates
+from polychirp.model.mesh import Mesh
+from polychirp.model.scene import Scene
+
+BEHIND: Final = 1e-3
+"""m behind a radar, to which the face of its own vehicle's box is moved."""
+
+NOWHERE: Final = 1e30
+"""m: where the box of a carrier without a body is."""
+
+
+class Boxes(NamedTuple):
+    """Boxes in frames of their own, one per row.
+
+    ``rotation`` ``(box, xyz, xyz)`` and ``position`` m take a point of a box's frame to the
+    world; ``low``, ``high`` m ``(box, xyz)`` are its corners there; ``actor`` ``(box,)``.
+    """
+
+    rotation: FloatArray
+    position: FloatArray
+    low: FloatArray
+    high: FloatArray
+    actor: IntArray
+
+    def of(self, number: IntArray) -> Boxes:
+        """The boxes of these numbers, with repetitions."""
+        return Boxes(
+            self.rotation[number],
+            self.position[number],
+            self.low[number],
+            self.high[number],
+            self.actor[number],
+        )
+
+    @property
+    def centre(self) -> FloatArray:
+        """m, ``(box, xyz)`` in the world."""
+        middle = 0.5 * (self.low + self.high)
+        return np.asarray(np.einsum("bij,bj->bi", self.rotation, middle) + self.position)
+
+    @property
+    def radius(self) -> FloatArray:
+        """m, ``(box,)``: of the sphere around a box."""
+        return np.asarray(0.5 * np.linalg.norm(self.high - self.low, axis=-1))
+
+
+@lru_cache(maxsize=256)
+def extent(mesh: Mesh) -> tuple[FloatArray, FloatArray]:
+    """Low and high corner of the box around a mesh, m ``(xyz,)`` in its frame."""
+    return mesh.corners.min(axis=(0, 1)), mesh.corners.max(axis=(0, 1))
+
+
+def vehicle_boxes(scene: Scene) -> Boxes:
+    """The boxes around the meshes of all vehicles."""
+    rows = [
+        (index, actor) for index, actor in enumerate(scene.actors)
+        if actor.kind == "vehicle" and actor.mesh.num_faces
+    ]  # fmt: skip
+    corners = np.array([extent(actor.mesh) for _, actor in rows]).reshape(-1, 2, 3)
+    return Boxes(
+        rotation=np.array([actor.pose.rotation for _, actor in rows]).reshape(-1, 3, 3),
+        position=np.array([actor.pose.position for _, actor in rows]).reshape(-1, 3),
+        low=corners[:, 0],
+        high=corners[:, 1],
+        actor=np.array([index for index, _ in rows], dtype=np.int64),
+    )
+
+
+def own_boxes(scene: Scene, boxes: Boxes) -> Boxes:
+    """For every radar the box of its carrier, the nearest face moved back until it is outside.
+
+    A radar behind a bumper or a mirror is thus not shut in by its own vehicle, which still hides
+    what is on its other side.
+    """
+    number = {int(actor): row for row, actor in enumerate(boxes.actor)}
+    rows = []
+    for place, carrier in zip(scene.radar_position, scene.carriers, strict=True):
+        if carrier not in number:
+            nowhere = np.full(3, NOWHERE)
+            rows.append((np.eye(3), np.zeros(3), nowhere, nowhere, carrier))
+            continue
+        turn, position, low, high, _ = (field[number[carrier]] for field in boxes)
+        local = (place - position) @ turn
+        depth = np.concatenate([local - low, high - local])
+        if np.all(depth > -BEHIND):
+            face = int(np.argmin(depth))
+            low, high = low.copy(), high.copy()
+            if face < 3:
+                low[face] = local[face] + BEHIND
+            else:
+                high[face - 3] = local[face - 3] - BEHIND
+        rows.append((turn, position, low, high, carrier))
+    return Boxes(
+        rotation=np.array([row[0] for row in rows]).reshape(-1, 3, 3),
+        position=np.array([row[1] for row in rows]).reshape(-1, 3),
+        low=np.array([row[2] for row in rows]).reshape(-1, 3),
+        high=np.array([row[3] for row in rows]).reshape(-1, 3),
+        actor=np.array([row[4] for row in rows], dtype=np.int64),
+    )
+
+
+def crosses(boxes: Boxes, start: FloatArray, end: FloatArray) -> BoolArray:
+    """Whether a straight way from ``start`` to ``end`` (m, ``(row, xyz)``) enters its row's box.
+
+    The slabs between opposite faces (Kay and Kajiya, 1986).
+    """
+    origin = np.einsum("bij,bi->bj", boxes.rotation, start - boxes.position)
+    way = np.einsum("bij,bi->bj", boxes.rotation, end - start)
+    way = np.where(np.abs(way) < 1e-12, 1e-12, way)
+    first, second = (boxes.low - origin) / way, (boxes.high - origin) / way
+    enter = np.max(np.minimum(first, second), axis=-1)
+    leave = np.min(np.maximum(first, second), axis=-1)
+    return np.asarray(np.maximum(enter, 0.0) < np.minimum(leave, 1.0))
+
+
+class Near(NamedTuple):
+    """Numbers of what is near each radar: those of radar r are ``number[first[r]:first[r+1]]``."""
+
+    first: IntArray
+    number: IntArray
+
+
+def _near(place: FloatArray, centre: FloatArray, reach: FloatArray) -> Near:
+    gap = np.linalg.norm(place[:, None] - centre[None], axis=-1)
+    radar, number = np.nonzero(gap <= reach)
+    return Near(np.searchsorted(radar, np.arange(len(place) + 1)), number)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _slab(low: float, high: float, origin: float, way: float) -> tuple[float, float]:
+    if abs(way) < 1e-12:
+        way = 1e-12
+    first, second = (low - origin) / way, (high - origin) / way
+    return (first, second) if first < second else (second, first)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _in_box(boxes: Boxes, b: int, start: FloatArray, end: FloatArray) -> bool:
+    enter, leave = 0.0, 1.0
+    for axis in range(3):
+        origin, way = 0.0, 0.0
+        for i in range(3):
+            m = boxes.rotation[b, i, axis]
+            origin += m * (start[i] - boxes.position[b, i])
+            way += m * (end[i] - start[i])
+        a, z = _slab(boxes.low[b, axis], boxes.high[b, axis], origin, way)
+        enter, leave = max(enter, a), min(leave, z)
+        if not enter < leave:
+            return False
+    return True
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _in_plate(plates: Plates, p: int, start: FloatArray, end: FloatArray, nearest: float) -> bool:
+    slope, height = 0.0, 0.0
+    for i in range(3):
+        slope += plates.normal[p, i] * (end[i] - start[i])
+        height += plates.normal[p, i] * (start[i] - plates.centre[p, i])
+    if slope == 0.0:
+        return False
+    t = -height / slope
+    if not nearest < t < 1.0:
+        return False
+    u, v = 0.0, 0.0
+    for i in range(3):
+        gap = start[i] + t * (end[i] - start[i]) - plates.centre[p, i]
+        u += plates.across[p, i] * gap
+        v += plates.along[p, i] * gap
+    return bool(abs(u) <= plates.half_across[p] and abs(v) <= plates.half_along[p])
+
+
+@njit(cache=True, nogil=True, parallel=True, error_model="numpy")
+def _hidden(
+    starts: FloatArray,
+    ends: FloatArray,
+    radar: IntArray,
+    spared: IntArray,
+    boxes: Boxes,
+    ball: FloatArray,
+    near_box: Near,
+    plates: Plates,
+    near_plate: Near,
+) -> BoolArray:
+    """Whether a way is blocked by what is near its radar, but for the two ``spared`` actors."""
+    out = np.zeros(starts.shape[0], dtype=np.bool_)
+    for row in prange(starts.shape[0]):
+        start, end, r = starts[row], ends[row], radar[row]
+        dx, dy, dz = end[0] - start[0], end[1] - start[1], end[2] - start[2]
+        square = max(dx * dx + dy * dy + dz * dz, 1e-30)
+        for k in range(near_plate.first[r], near_plate.first[r + 1]):
+            if _in_plate(plates, near_plate.number[k], start, end, SKIN / math.sqrt(square)):
+                out[row] = True
+                break
+        if out[row]:
+            continue
+        for k in range(near_box.first[r], near_box.first[r + 1]):
+            b = near_box.number[k]
+            if boxes.actor[b] == spared[row, 0] or boxes.actor[b] == spared[row, 1]:
+                continue
+            gx, gy, gz = ball[b, 0] - start[0], ball[b, 1] - start[1], ball[b, 2] - start[2]
+            t = min(max((gx * dx + gy * dy + gz * dz) / square, 0.0), 1.0)
+            gx, gy, gz = gx - t * dx, gy - t * dy, gz - t * dz
+            if gx * gx + gy * gy + gz * gz > ball[b, 3] ** 2:
+                continue
+            if _in_box(boxes, b, start, end):
+                out[row] = True
+                break
+    return out
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Obstacles:
+    """All that hides one thing from another, sorted by the radars near it.
+
+    Parameters
+    ----------
+    place : of the radars, m ``(radar, xyz)``; carrier : their actors, ``(radar,)``
+    boxes : of the vehicles; own : of every radar's carrier (`own_boxes`)
+    plates : in the world
+    near_box, near_plate : within reach of every radar
+    """
+
+    place: FloatArray
+    carrier: IntArray
+    boxes: Boxes
+    own: Boxes
+    plates: Plates
+    near_box: Near
+    near_plate: Near
+
+    def without_plates(self) -> Obstacles:
+        """The boxes alone."""
+        none = Near(np.zeros(len(self.place) + 1, dtype=np.int64), np.zeros(0, dtype=np.int64))
+        return replace(self, near_plate=none)
+
+    def hide(self, radar: IntArray, end: FloatArray, spared: IntArray) -> BoolArray:
+        """Whether radars ``(way,)`` cannot see points of the world, m ``(way, xyz)``.
+
+        ``spared`` ``(way,)`` are actors whose boxes do not block: those that the points are on.
+        """
+        if not len(radar):
+            return np.zeros(0, dtype=np.bool_)
+        start = self.place[radar]
+        spheres = np.column_stack([self.boxes.centre, self.boxes.radius])
+        hidden = _hidden(
+            start,
+            np.ascontiguousarray(end),
+            radar,
+            np.stack([self.carrier[radar], spared], axis=-1),
+            self.boxes,
+            spheres,
+            self.near_box,
+            self.plates,
+            self.near_plate,
+        )
+        return np.asarray(hidden | crosses(self.own.of(radar), start, end))
+
+
+def obstacles_of(scene: Scene, plates: Plates, reach: float) -> Obstacles:
+    """Vehicles of a scene and ``plates`` within ``reach`` (m) of its radars."""
+    boxes, place = vehicle_boxes(scene), scene.radar_position
+    size = np.hypot(plates.half_across, plates.half_along)
+    return Obstacles(
+        place=place,
+        carrier=np.array(scene.carriers, dtype=np.int64),
+        boxes=boxes,
+        own=own_boxes(scene, boxes),
+        plates=plates,
+        near_box=_near(place, boxes.centre, reach + boxes.radius),
+        near_plate=_near(place, plates.centre, reach + size),
+    )

@@ -1,0 +1,298 @@
+"""Paths among vehicles that are boxes with a few points; far ones cost nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from polychirp.axes import ComplexArray, FloatArray, IntArray
+from polychirp.channel.base import no_paths, strength, strongest_of_pair
+from polychirp.channel.direct.line_of_sight import line_of_sight
+from polychirp.channel.direct.point_scatterers import echoes_over
+from polychirp.channel.point_vehicles.occlusion_boxes import (
+    Obstacles,
+    crosses,
+    extent,
+    obstacles_of,
+)
+from polychirp.channel.point_vehicles.scattering_points import EchoLaw, Even, lobes, table_for
+from polychirp.channel.scene.world import World, world_of
+from polychirp.channel.specular.plates import mirror_paths
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.model.material import Material
+from polychirp.model.mesh import EMPTY_MESH
+from polychirp.model.paths import PropagationPaths
+from polychirp.model.scene import Actor, Scene
+from polychirp.rng import Streams
+
+if TYPE_CHECKING:
+    from polychirp.channel.point_vehicles.tracer import VehicleModel
+
+BATCH: Final = 1 << 19
+"""Paths over points that are looked at together; most of them are too long or too weak."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PreparedStreet:
+    """A scene whose vehicles are boxes.
+
+    Parameters
+    ----------
+    scene : as it was given
+    world : its plates alone
+    obstacles : boxes and plates
+    max_length : m
+    """
+
+    scene: Scene
+    world: World
+    obstacles: Obstacles
+    max_length: float
+
+    def near_pairs(self) -> IntArray:
+        """(transmitter, receiver) no farther apart than the longest path, ``(pair, 2)``."""
+        tree = KDTree(self.obstacles.place)
+        twos = tree.query_pairs(self.max_length, output_type="ndarray").reshape(-1, 2)
+        alone = np.repeat(np.arange(len(self.scene.radars))[:, None], 2, axis=1)
+        pairs = np.concatenate([twos, twos[:, ::-1], alone]).astype(np.int64)
+        return np.asarray(pairs[np.lexsort([pairs[:, 1], pairs[:, 0]])])
+
+
+def prepared(
+    scene: Scene,
+    *,
+    frequency: float,
+    dynamic_range: float,
+    max_length: float,
+    table: Mapping[str, Material],
+) -> PreparedStreet:
+    """A scene made ready for `direct`, `mirrored` and `echoes`.
+
+    Raises
+    ------
+    InputError
+        A plate is of an unknown material.
+    """
+    bare = replace(scene, actors=tuple(replace(a, mesh=EMPTY_MESH) for a in scene.actors))
+    world = world_of(bare, frequency=frequency, dynamic_range=dynamic_range, table=table)
+    obstacles = obstacles_of(scene, world.plates, max_length)
+    return PreparedStreet(scene=scene, world=world, obstacles=obstacles, max_length=max_length)
+
+
+def direct(street: PreparedStreet) -> PropagationPaths:
+    """Lines of sight that neither box nor plate blocks."""
+    obstacles, scene = street.obstacles, street.scene
+    if not scene.radars:
+        return no_paths(scene, street.world.frequency)
+    paths = line_of_sight(scene, frequency=street.world.frequency, pairs=street.near_pairs())
+    sink = obstacles.place[paths.receiver]
+    hidden = obstacles.hide(paths.transmitter, sink, obstacles.carrier[paths.receiver])
+    hidden |= crosses(obstacles.own.of(paths.receiver), sink, obstacles.place[paths.transmitter])
+    return paths.select(~hidden)
+
+
+def mirrored(street: PreparedStreet) -> PropagationPaths:
+    """Single reflections in plates, no longer than the longest path and past all boxes."""
+    if not street.scene.radars:
+        return no_paths(street.scene, street.world.frequency)
+    paths = mirror_paths(street.world, street.near_pairs())
+    paths = paths.select(paths.delay * SPEED_OF_LIGHT <= street.max_length)
+    obstacles = street.obstacles.without_plates()  # their shadows are in `mirror_paths`
+    hidden = np.zeros(paths.num_paths, dtype=np.bool_)
+    for radar in (paths.transmitter, paths.receiver):
+        hidden |= obstacles.hide(radar, paths.bounce_point, paths.bounce_actor)
+    return paths.select(~hidden)
+
+
+class Scatterers(NamedTuple):
+    """All points of a scene that echo.
+
+    ``actor`` ``(point,)``; ``place`` m ``(point, xyz)`` in the world; ``law``, ``number``
+    ``(point,)``: which of ``laws``, and which of its points; ``matrix`` ``(point, 2, 2)``: root
+    of what multiplies the law's cross section, phases and all.
+    """
+
+    actor: IntArray
+    place: FloatArray
+    law: IntArray
+    number: IntArray
+    matrix: ComplexArray
+    laws: tuple[EchoLaw, ...]
+
+
+EVEN: Final = Even(place=np.zeros((1, 3)))
+"""The law of an actor's own `PointScatterer`."""
+
+
+def scatterers(scene: Scene, *, model: VehicleModel, seed: int) -> Scatterers:
+    """Points of all vehicles that have a mesh, and every `PointScatterer`."""
+    laws: list[EchoLaw] = [EVEN]
+    actor, place, law, number = [], [], [], []
+    matrix: list[ComplexArray] = []
+    for index, one in enumerate(scene.actors):
+        if one.points:
+            actor.append(np.full(len(one.points), index))
+            place.append(one.pose.to_outer(np.array([point.position for point in one.points])))
+            law.append(np.zeros(len(one.points), dtype=np.int64))
+            number.append(np.zeros(len(one.points), dtype=np.int64))
+            root = np.sqrt([point.rcs for point in one.points])
+            matrix.append(root[:, None, None] * np.eye(2, dtype=np.complex128))
+        if one.kind == "vehicle" and one.mesh.num_faces:
+            mine = _law_of(one, model)
+            if mine not in laws:
+                laws.append(mine)
+            low, high = extent(one.mesh)
+            count = len(mine.place)
+            actor.append(np.full(count, index))
+            place.append(one.pose.to_outer(low + mine.place * (high - low)))
+            law.append(np.full(count, laws.index(mine)))
+            number.append(np.arange(count))
+            matrix.append(np.sqrt(mine.scale(high - low)) * _drawn(mine, seed, one.name))
+    if not actor:
+        none = np.zeros(0, dtype=np.int64)
+        return Scatterers(none, np.zeros((0, 3)), none, none, np.zeros((0, 2, 2), complex), (EVEN,))
+    return Scatterers(
+        np.concatenate(actor),
+        np.concatenate(place),
+        np.concatenate(law),
+        np.concatenate(number),
+        np.concatenate(matrix),
+        tuple(laws),
+    )
+
+
+def _law_of(actor: Actor, model: VehicleModel) -> EchoLaw:
+    if model == "tables":
+        low, high = extent(actor.mesh)
+        return table_for(high - low)
+    return lobes("one" if model == "3gpp-one" else "five")
+
+
+@lru_cache(maxsize=4096)
+def _drawn(law: EchoLaw, seed: int, name: str) -> ComplexArray:
+    """What is random of the points of the vehicle called ``name``, ``(point, 2, 2)``."""
+    streams = Streams(seed).of("point-vehicles", name)
+    return np.array([law.matrix(streams[number]) for number in range(len(law.place))])
+
+
+class Legs(NamedTuple):
+    """Ways between a radar and a point that it sees, sorted by point.
+
+    ``radar``, ``point`` ``(leg,)``; ``length`` m; ``gain`` of the radar's element that way;
+    ``towards`` ``(leg, xyz)``: unit vectors from the point to the radar, in the actor's frame.
+    """
+
+    radar: IntArray
+    point: IntArray
+    length: FloatArray
+    gain: FloatArray
+    towards: FloatArray
+
+
+def legs_of(street: PreparedStreet, found: Scatterers) -> Legs:
+    """All legs shorter than the longest path, to points that nothing hides."""
+    obstacles, scene = street.obstacles, street.scene
+    near = KDTree(obstacles.place).sparse_distance_matrix(
+        KDTree(found.place), street.max_length, output_type="ndarray"
+    )
+    radar, point = near["i"].astype(np.int64), near["j"].astype(np.int64)
+    actor = found.actor[point]
+    # no law of a whole vehicle holds for a radar on it
+    open_ways = (found.law[point] == 0) | (actor != obstacles.carrier[radar])
+    radar, point = radar[open_ways], point[open_ways]
+    open_ways = ~obstacles.hide(radar, found.place[point], found.actor[point])
+    radar, point = radar[open_ways], point[open_ways]
+    order = np.lexsort([radar, point])
+    radar, point = radar[order], point[order]
+    gap = obstacles.place[radar] - found.place[point]
+    length = np.linalg.norm(gap, axis=-1)
+    outward = gap / np.maximum(length, 1e-12)[:, None]
+    turn = np.array([actor.pose.rotation for actor in scene.actors])[found.actor[point]]
+    return Legs(
+        radar=radar,
+        point=point,
+        length=length,
+        gain=_gains(scene, radar, -outward),
+        towards=np.einsum("lij,li->lj", turn, outward),
+    )
+
+
+def _gains(scene: Scene, radar: IntArray, direction: FloatArray) -> FloatArray:
+    """Power gain of the radars' elements towards directions of the world, ``(leg,)``."""
+    gain, order, turn = np.empty(len(radar)), np.argsort(radar, kind="stable"), scene.radar_rotation
+    first = np.searchsorted(radar[order], np.arange(len(scene.radars) + 1))
+    for number, one in enumerate(scene.radars):
+        mine = order[first[number] : first[number + 1]]
+        gain[mine] = one.array.pattern.gain(direction[mine] @ turn[number])
+    return gain
+
+
+def _leg_pairs(legs: Legs) -> Iterator[tuple[IntArray, IntArray]]:
+    """Every leg out with every leg back of its point, in batches."""
+    _, first, count = np.unique(legs.point, return_index=True, return_counts=True)
+    partners, start = np.repeat(count, count), np.repeat(first, count)
+    total = np.concatenate([[0], np.cumsum(partners)])
+    begin = 0
+    while begin < len(partners):
+        end = max(begin + 1, int(np.searchsorted(total, total[begin] + BATCH, side="right")) - 1)
+        out = np.repeat(np.arange(begin, end), partners[begin:end])
+        inner = np.arange(len(out)) - np.repeat(
+            total[begin:end] - total[begin], partners[begin:end]
+        )
+        yield out, start[out] + inner
+        begin = end
+
+
+def echoes(
+    street: PreparedStreet, *, model: VehicleModel, seed: int, known: PropagationPaths
+) -> PropagationPaths:
+    """Paths over the points of vehicles, and over every `PointScatterer`.
+
+    Left out are those weaker than the world's dynamic range allows beside paths that are
+    ``known`` or found, before they become a table.
+    """
+    scene, frequency = street.scene, street.world.frequency
+    found = scatterers(scene, model=model, seed=seed)
+    if not len(found.actor) or not scene.radars:
+        return no_paths(scene, frequency)
+    legs, share = legs_of(street, found), 1 / street.world.dynamic_range
+    strongest = strongest_of_pair(known, strength(known, scene), len(scene.radars))
+    factor = np.max(np.abs(found.matrix) ** 2, axis=(1, 2))
+    factor *= (SPEED_OF_LIGHT / frequency) ** 2 / (4 * np.pi) ** 3
+    kept = []
+    for out, back in _leg_pairs(legs):
+        short = legs.length[out] + legs.length[back] <= street.max_length
+        ways = np.stack([out[short], back[short]], axis=-1)
+        area = _cross_section(found, legs, ways)
+        spread = np.prod(legs.gain[ways] / legs.length[ways] ** 2, axis=-1)
+        power = factor[legs.point[ways[:, 0]]] * area * spread
+        pair = legs.radar[ways]
+        np.maximum.at(strongest, (pair[:, 0], pair[:, 1]), power)
+        strong = power > 0.9 * share * strongest[pair[:, 0], pair[:, 1]]
+        kept.append((ways[strong], area[strong]))
+    ways = np.concatenate([rows for rows, _ in kept]) if kept else np.zeros((0, 2), dtype=np.int64)
+    area = np.concatenate([some for _, some in kept]) if kept else np.zeros(0)
+    point = legs.point[ways[:, 0]]
+    return echoes_over(
+        scene,
+        frequency=frequency,
+        pair=legs.radar[ways],
+        actor=found.actor[point],
+        point=found.place[point],
+        scattering=np.sqrt(area)[:, None, None] * found.matrix[point],
+    )
+
+
+def _cross_section(found: Scatterers, legs: Legs, ways: IntArray) -> FloatArray:
+    """m² ``(path,)`` that the laws say of pairs of legs ``(path, 2)``."""
+    point, area = legs.point[ways[:, 0]], np.empty(len(ways))
+    for law, rule in enumerate(found.laws):
+        mine = found.law[point] == law
+        towards, back = (legs.towards[ways[mine, end]] for end in (0, 1))
+        area[mine] = rule.cross_section(found.number[point[mine]], towards, back)
+    return area

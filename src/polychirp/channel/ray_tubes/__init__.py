@@ -1,0 +1,1 @@
+"""Reflections between bodies: ray tubes that are traced over several bounces."""

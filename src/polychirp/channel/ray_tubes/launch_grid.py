@@ -1,0 +1,121 @@
+"""Windows: bundles of narrow tubes from a radar that cover a body's box without gaps."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from polychirp.axes import FloatArray
+from polychirp.channel.scene.world import Surface, World
+
+NEAR: Final = 10.0
+"""m, up to which tubes are as wide as asked for."""
+
+
+class Window(NamedTuple):
+    r"""Tubes side by side on a rectangle at right angles to ``axes[0]``.
+
+    The tube in row i and column j starts along
+
+    .. math:: D = (c + a u + b v)/s, \quad s = |c + a u + b v|
+
+    with c, u, v the three ``axes`` ``(axis, xyz)``, unit vectors at right angles, and (a, b) =
+    ``start + (i, j)·step``. ``shape`` are the numbers of rows and columns.
+    """
+
+    origin: FloatArray
+    axes: FloatArray
+    start: FloatArray
+    step: FloatArray
+    shape: tuple[int, int]
+
+    @property
+    def num_tubes(self) -> int:
+        """How many tubes there are."""
+        return self.shape[0] * self.shape[1]
+
+    @property
+    def finer(self) -> Window:
+        """The same window with twice as many rows and columns."""
+        return self._replace(
+            start=self.start - 0.25 * self.step,
+            step=0.5 * self.step,
+            shape=(2 * self.shape[0], 2 * self.shape[1]),
+        )
+
+    def rows(self, velocity: FloatArray) -> FloatArray:
+        """For the kernels, ``(7, 3)``: origin, velocity (m/s), three axes, start and step."""
+        start, step = np.append(self.start, 0.0), np.append(self.step, 0.0)
+        return np.stack([self.origin, velocity, *self.axes, start, step])
+
+
+@lru_cache(maxsize=256)
+def box_of(surface: Surface) -> tuple[FloatArray, FloatArray]:
+    """Low and high corner of a surface's box in its own frame, m ``(xyz,)``."""
+    corners = surface.centroid[:, None] + surface.corner
+    return corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+
+
+def windows_over(world: World, radar: int, body: int, tube: float) -> list[Window]:
+    """Windows of a radar over a body, whose tubes are ``tube`` m wide where the body is nearest.
+
+    Farther than `NEAR` they are wider as the root of the distance, so that a wave front bends as
+    much within them.
+    """
+    low, high = box_of(world.surfaces[body])
+    rotation, position = world.rotation[body], world.position[body]
+    place = (world.scene.radar_position[radar] - position) @ rotation
+    distance = float(np.linalg.norm(np.clip(place, low, high) - place))
+    found = box_windows(place, low, high, tube * max(1.0, distance / NEAR) ** 0.5)
+    return [
+        window._replace(origin=window.origin @ rotation.T + position, axes=window.axes @ rotation.T)
+        for window in found
+    ]
+
+
+def box_windows(place: FloatArray, low: FloatArray, high: FloatArray, tube: float) -> list[Window]:
+    """Windows over the box between two corners, seen from a place outside or inside of it.
+
+    From outside one window will do: its middle direction goes to the nearest point of the box,
+    so that all of the box lies ahead. It ends where the box seems to, and has even numbers of
+    rows and columns: the crease of a symmetric corner falls between two tubes.
+
+    >>> window, = box_windows(
+    ...     np.array([10.0, 0, 0]), np.array([-1, -0.5, -0.5]), np.array([0, 0.5, 0.5]), 0.1)
+    >>> window.shape
+    (10, 10)
+    """
+    nearest = np.clip(place, low, high)
+    away = nearest - place
+    distance = float(np.linalg.norm(away))
+    if distance < 1e-6 * float(np.linalg.norm(high - low)):
+        return _all_around(place, low, high, tube)
+    middle = away / distance
+    # the side of the box that is most nearly upright in the window
+    side = np.eye(3)[np.argmin(np.abs(middle))]
+    along = side - (side @ middle) * middle
+    along /= np.linalg.norm(along)
+    axes = np.stack([middle, np.cross(along, middle), along])
+    corner = np.stack(np.meshgrid(*zip(low, high, strict=True), indexing="ij"), -1).reshape(-1, 3)
+    depth, across, upright = axes @ (corner - place).T
+    seen = np.stack([across / depth, upright / depth])
+    first, last = seen.min(axis=1), seen.max(axis=1)
+    half = np.maximum(1, np.ceil((last - first) * distance / (2 * tube) - 1e-6))
+    step = (last - first) / (2 * half)
+    rows, columns = (2 * half).astype(int)
+    return [Window(place, axes, first + 0.5 * step, step, (int(rows), int(columns)))]
+
+
+def _all_around(place: FloatArray, low: FloatArray, high: FloatArray, tube: float) -> list[Window]:
+    """Six windows that fill all directions, as wide apart as at half the box's least side."""
+    count = 2 * int(np.ceil(0.5 * np.min(high - low) / tube - 1e-6) + 1)
+    step = np.full(2, 2.0 / count)
+    return [
+        Window(
+            place, np.roll(sign * np.eye(3), turn, axis=0), -1 + 0.5 * step, step, (count, count)
+        )
+        for turn in range(3)
+        for sign in (1.0, -1.0)
+    ]

@@ -1,0 +1,1 @@
+"""The scene as rays meet it: its triangles, which of them block or weaken, and the truth."""

@@ -1,0 +1,159 @@
+"""Everything that rays meet, in few arrays, and in the frame of one body.
+
+A kernel takes every array of a tuple as some eight words, and copies them for every call of
+another kernel. So what is used together is a row of one table here: the sides of a plate, the
+pose of a body; and the trees of all bodies and roles lie behind one another.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final, NamedTuple
+
+import numpy as np
+from numba import njit
+
+from polychirp.axes import FloatArray, IntArray
+from polychirp.channel.geometry.bvh import Vector, first_hit
+from polychirp.channel.geometry.vectors import cross, dot, vector_at
+from polychirp.channel.scene.world import World
+
+OPAQUE, PANES, CLOUDS = 0, 1, 2
+"""Rows of `Blockers.root`: the places of `world.ROLES`."""
+
+NORMAL: Final = 0
+CENTRE: Final = 3
+ACROSS: Final = 6
+ALONG: Final = 9
+HALF_ACROSS: Final = 12
+HALF_ALONG: Final = 13
+MEDIUM: Final = 14
+"""Columns of `Blockers.plate`: four vectors, and three numbers."""
+
+
+class Blockers(NamedTuple):
+    """What rays meet.
+
+    ``box`` … ``triangle`` as in `Tree`, of the nodes ``root[role, b, 0]:root[role, b, 1]`` of body
+    b in its own frame; ``medium`` ``(triangle,)`` a number into the world's materials; ``pose``
+    ``(body, 12)`` the matrix, row by row, and the shift that take a point to the frame of each
+    body; ``plate`` ``(plate, 15)`` m, columns `NORMAL` … `MEDIUM`.
+    """
+
+    box: FloatArray
+    skip: IntArray
+    first: IntArray
+    size: IntArray
+    triangle: FloatArray
+    medium: IntArray
+    root: IntArray
+    pose: FloatArray
+    plate: FloatArray
+
+
+def in_frame_of(world: World, rotation: FloatArray, position: FloatArray) -> Blockers:
+    """All that rays meet, seen from a frame at ``position`` (m) turned by ``rotation``."""
+    back = np.swapaxes(world.rotation, 1, 2)
+    shift = np.einsum("bij,bj->bi", back, position - world.position)
+    plates, forest = world.plates, world.forest
+    return Blockers(
+        *forest.tree[:5],
+        medium=world.forest_medium,
+        root=forest.root,
+        pose=np.concatenate([(back @ rotation).reshape(-1, 9), shift], axis=1),
+        plate=np.column_stack(
+            [
+                plates.normal @ rotation,
+                (plates.centre - position) @ rotation,
+                plates.across @ rotation,
+                plates.along @ rotation,
+                plates.half_across,
+                plates.half_along,
+                plates.medium,
+            ]
+        ),
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _turned(pose: FloatArray, b: int, v: Vector) -> Vector:
+    return (
+        dot(vector_at(pose, b, 0), v),
+        dot(vector_at(pose, b, 3), v),
+        dot(vector_at(pose, b, 6), v),
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def into_body(blockers: Blockers, b: int, start: Vector, way: Vector) -> tuple[Vector, Vector]:
+    """A point and a direction in the frame of a body."""
+    place, shift = _turned(blockers.pose, b, start), vector_at(blockers.pose, b, 9)
+    return (
+        (place[0] + shift[0], place[1] + shift[1], place[2] + shift[2]),
+        _turned(blockers.pose, b, way),
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def nodes_of(blockers: Blockers, role: int, b: int) -> tuple[int, int]:
+    """Where a body's tree of a role begins and ends."""
+    return blockers.root[role, b, 0], blockers.root[role, b, 1]
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def hit_body(
+    blockers: Blockers,
+    nodes: tuple[int, int],
+    start: Vector,
+    way: Vector,
+    span: tuple[float, float],
+    any_will_do: bool,
+) -> tuple[float, int]:
+    """Share of a leg in a body's frame, and triangle, of the first or any hit, as `first_hit`."""
+    return first_hit(
+        blockers.box,
+        blockers.skip,
+        blockers.first,
+        blockers.size,
+        blockers.triangle,
+        nodes,
+        start,
+        way,
+        span,
+        any_will_do,
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def face_normal(blockers: Blockers, b: int, triangle: int) -> Vector:
+    """Unit normal of a triangle of a body."""
+    n = cross(vector_at(blockers.triangle, triangle, 3), vector_at(blockers.triangle, triangle, 6))
+    size, pose = math.sqrt(dot(n, n)), blockers.pose
+    return (
+        (pose[b, 0] * n[0] + pose[b, 3] * n[1] + pose[b, 6] * n[2]) / size,
+        (pose[b, 1] * n[0] + pose[b, 4] * n[1] + pose[b, 7] * n[2]) / size,
+        (pose[b, 2] * n[0] + pose[b, 5] * n[1] + pose[b, 8] * n[2]) / size,
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def is_beside(plate: FloatArray, p: int, gap: Vector) -> bool:
+    """Whether a point of a plate's plane, ``gap`` m from its centre, is not on the plate."""
+    if abs(dot(vector_at(plate, p, ACROSS), gap)) > plate[p, HALF_ACROSS]:
+        return True
+    return bool(abs(dot(vector_at(plate, p, ALONG), gap)) > plate[p, HALF_ALONG])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def crosses_plate(plate: FloatArray, p: int, start: Vector, way: Vector, nearest: float) -> bool:
+    """Whether a leg crosses a plate beyond a share ``nearest`` of the leg."""
+    n, c = vector_at(plate, p, NORMAL), vector_at(plate, p, CENTRE)
+    slope = dot(n, way)
+    if slope == 0.0:
+        return False
+    gap = (start[0] - c[0], start[1] - c[1], start[2] - c[2])
+    t = -dot(n, gap) / slope
+    if not nearest < t < 1.0:
+        return False
+    meet = (gap[0] + t * way[0], gap[1] + t * way[1], gap[2] + t * way[2])
+    return not is_beside(plate, p, meet)

@@ -1,0 +1,173 @@
+"""Rays among triangles on Embree, where the package ``embreex`` is installed.
+
+Embree works in single precision: a ray's start is known to 6e-8 of its coordinates. Meshes are
+therefore moved to their own middle, and every hit's distance is worked out again in double
+precision from the triangle that was hit. Which triangle is hit can differ from `caster.Caster`
+for rays that pass an edge by less than the rounding.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Final, Literal, Protocol
+
+import numpy as np
+
+from polychirp.axes import BoolArray, FloatArray, IntArray
+from polychirp.channel.geometry.bvh import Caster, rays
+from polychirp.channel.scene.world import Surface, World
+from polychirp.errors import InputError
+
+CasterName = Literal["numba", "embree", "auto"]
+"""Names of the ray casters; `caster_name` tells which of them "auto" means on this machine."""
+
+SHARE: Final = 1e-6
+"""Share of a leg's length, at both its ends, within which single precision tells nothing."""
+
+
+class RayCaster(Protocol):
+    """What casts rays among the triangles that it was made of; `caster.Caster` says how."""
+
+    def closest(self, origins: FloatArray, directions: FloatArray) -> tuple[FloatArray, IntArray]:
+        """Distance in m and face of the first hits, both ``(ray,)``."""
+
+    def occluded(self, origins: FloatArray, ends: FloatArray) -> BoolArray:
+        """Whether a triangle lies between origin and end, ``(ray,)``."""
+
+
+def has_embree() -> bool:
+    """Whether the package ``embreex`` can be imported."""
+    try:
+        import embreex.mesh_construction  # type: ignore[import-not-found,unused-ignore]  # noqa: F401
+    except ImportError:
+        return False
+    return True
+
+
+def caster_of(triangles: FloatArray, name: CasterName = "auto") -> RayCaster:
+    """A ray caster for triangles, m ``(triangle, corner, xyz)``.
+
+    Parameters
+    ----------
+    name : "numba" needs no further package, "embree" needs ``embreex``, "auto" takes Embree
+        where it is installed
+
+    Raises
+    ------
+    InputError
+        Embree is asked for and not installed.
+
+    Examples
+    --------
+    >>> caster = caster_of(np.array([[[1.0, -1, -1], [1.0, 1, -1], [1.0, 0, 1]]]), "numba")
+    >>> float(caster.closest(np.zeros((1, 3)), np.array([[1.0, 0, 0]]))[0][0])
+    1.0
+    """
+    return Caster(triangles) if caster_name(name) == "numba" else EmbreeCaster(triangles)
+
+
+def caster_name(name: CasterName) -> Literal["numba", "embree"]:
+    """Which caster a name stands for here.
+
+    Raises
+    ------
+    InputError
+        Embree is asked for and not installed.
+
+    Examples
+    --------
+    >>> caster_name("numba")
+    'numba'
+    """
+    if name == "auto":
+        return "embree" if has_embree() else "numba"
+    if name == "embree" and not has_embree():
+        raise InputError(
+            "rays on Embree need the package 'embreex' (pip install \"polychirp[embree]\"); "
+            "install it, or use the caster 'numba'"
+        )
+    return name
+
+
+class EmbreeCaster:
+    """Rays among triangles, m ``(triangle, corner, xyz)``, on Embree.
+
+    The same two questions as `caster.Caster` answers, with a start and an end on a triangle
+    counted as free of it within `SHARE` of the leg.
+
+    Raises
+    ------
+    InputError
+        ``embreex`` is not installed.
+    """
+
+    def __init__(self, triangles: FloatArray) -> None:
+        caster_name("embree")
+        from embreex.mesh_construction import TriangleMesh
+        from embreex.rtcore_scene import EmbreeScene
+
+        self._corners = np.asarray(triangles, dtype=np.float64).reshape(-1, 3, 3)
+        self._middle = np.zeros(3)
+        self._scene = EmbreeScene()
+        if len(self._corners):
+            flat = self._corners.reshape(-1, 3)
+            self._middle = 0.5 * (flat.min(axis=0) + flat.max(axis=0))
+            TriangleMesh(self._scene, (self._corners - self._middle).astype(np.float32))
+
+    def closest(self, origins: FloatArray, directions: FloatArray) -> tuple[FloatArray, IntArray]:
+        """What `caster.Caster.closest` gives."""
+        start, way = rays(origins, directions)
+        distance = np.full(len(start), np.inf)
+        face = np.zeros(len(start), dtype=np.int64)
+        if not len(self._corners) or not len(start):
+            return distance, face
+        unit = way / np.linalg.norm(way, axis=-1, keepdims=True)
+        found = self._scene.run(
+            (start - self._middle).astype(np.float32), unit.astype(np.float32), query="INTERSECT"
+        )
+        hit = found >= 0
+        face[hit] = found[hit]
+        corner = self._corners[face[hit]]
+        normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+        height = np.sum(normal * (corner[:, 0] - start[hit]), axis=-1)
+        distance[hit] = height / np.sum(normal * unit[hit], axis=-1)
+        return distance, face
+
+    def occluded(self, origins: FloatArray, ends: FloatArray) -> BoolArray:
+        """What `caster.Caster.occluded` gives."""
+        start, stop = rays(origins, ends)
+        if not len(self._corners) or not len(start):
+            return np.zeros(len(start), dtype=np.bool_)
+        way = stop - start
+        found = self._scene.run(
+            (start + SHARE * way - self._middle).astype(np.float32),
+            way.astype(np.float32),
+            dists=np.full(len(start), 1 - 2 * SHARE, dtype=np.float32),
+            query="OCCLUDED",
+        )
+        return np.asarray(found >= 0)
+
+
+@lru_cache(maxsize=64)
+def embree_of(surface: Surface) -> EmbreeCaster:
+    """The caster of a surface's opaque faces in its own frame; kept for the next snapshot."""
+    rows = surface.trees["opaque"].triangle
+    return EmbreeCaster(
+        np.stack([rows[:, :3], rows[:, :3] + rows[:, 3:6], rows[:, :3] + rows[:, 6:]], axis=1)
+    )
+
+
+def blocked_by_bodies(
+    world: World, bodies: IntArray, starts: FloatArray, ends: FloatArray, skin: float
+) -> BoolArray:
+    """Whether one of ``bodies`` is between points of the world, ``skin`` m off the start."""
+    out = np.zeros(len(starts), dtype=np.bool_)
+    way = ends - starts
+    length = np.linalg.norm(way, axis=-1, keepdims=True)
+    first = starts + np.minimum(skin / np.maximum(length, 1e-30), 1.0) * way
+    for body in bodies:
+        left = np.flatnonzero(~out & (length[:, 0] > skin))
+        turn, place = world.rotation[body], world.position[body]
+        caster = embree_of(world.surfaces[body])
+        out[left] = caster.occluded((first[left] - place) @ turn, (ends[left] - place) @ turn)
+    return out

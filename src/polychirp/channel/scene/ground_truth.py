@@ -1,0 +1,285 @@
+"""What a radar could know: the nearest visible point of every body; and where none may sit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from polychirp.axes import ComplexArray, FloatArray, IntArray
+from polychirp.channel.materials.library import known_materials, material_table
+from polychirp.errors import InputError
+from polychirp.model.material import Material
+from polychirp.model.scene import Actor, Scene
+from polychirp.model.truth import Truth
+
+if TYPE_CHECKING:
+    from polychirp.channel.scene.world import World
+
+CLEAR = 0.5
+"""Power that must get through sheets and leaves, in both polarisations, for a point to be seen.
+
+A bumper lets 0.87 through, a pane of glass 0.29."""
+
+GRAIN = 0.05
+"""m, edge of the pieces into which faces are cut to find what is visible of a half-hidden body."""
+
+BATCH = 64
+"""Candidates whose visibility is tested at first, nearest first; then four times as many."""
+
+INSIDE = 0.6
+"""Share of the full sphere that a body must span around a point to hold it.
+
+A point close behind one open sheet has one half, a point in a body with windows almost one.
+"""
+
+
+def truth(
+    scene: Scene,
+    receiver: int,
+    targets: Sequence[str],
+    *,
+    materials: Mapping[str, Material] | None = None,
+    frequency: float = 79e9,
+) -> Truth:
+    r"""Nearest visible point of the metal of every target, from a radar's phase centre.
+
+    A body without metal counts with all its faces, one without faces with its plates, and one
+    without any with its point scatterers. The nearest point is exact on triangles; of a body
+    that is partly hidden, it is the nearest visible one of pieces of 5 cm.
+
+    The range rate is that of the body along the line of sight, :math:`(v_B - v_X)\cdot u`: on a
+    curved body the nearest point slides, but to first order across that line.
+
+    Parameters
+    ----------
+    receiver : number of the radar; targets : names of actors
+    materials : added to the known ones: they decide what blocks
+    frequency : Hz
+
+    Raises
+    ------
+    InputError
+        There is no such actor, or it has neither faces, plates nor points.
+    """
+    from polychirp.channel.scene.world import world_of
+
+    world = world_of(scene, frequency=frequency, dynamic_range=1.0, table=material_table(materials))
+    eye = scene.radar_position[receiver]
+    points, seen = [], []
+    for name in targets:
+        actor = _actor(scene, name)
+        point, is_visible = _nearest_visible(world, actor, eye)
+        points.append(point)
+        seen.append(is_visible)
+    point = np.array(points).reshape(-1, 3)
+    way = point - eye
+    distance = np.linalg.norm(way, axis=-1)
+    towards = way / np.maximum(distance, 1e-12)[:, None]
+    velocity = np.array([_actor(scene, name).velocity for name in targets]).reshape(-1, 3)
+    ahead = towards @ scene.radar_rotation[receiver]
+    return Truth(
+        time=scene.time,
+        name=tuple(targets),
+        range=distance,
+        range_rate=np.sum((velocity - scene.radar_velocity[receiver]) * towards, axis=-1),
+        azimuth=np.arctan2(ahead[:, 1], ahead[:, 0]),
+        point=point,
+        is_visible=np.array(seen, dtype=np.bool_),
+    )
+
+
+def _actor(scene: Scene, name: str) -> Actor:
+    for actor in scene.actors:
+        if actor.name == name:
+            return actor
+    known = ", ".join(actor.name for actor in scene.actors)
+    raise InputError(f"there is no actor '{name}'; the scene has {known}")
+
+
+def _nearest_visible(world: World, actor: Actor, eye: FloatArray) -> tuple[FloatArray, bool]:
+    """The nearest visible point in the world, or the nearest hidden one, and which it is."""
+    from polychirp.channel.geometry.closest_point import closest_points
+
+    corners = target_corners(actor)
+    if not len(corners):
+        points = actor.pose.to_outer(np.array([p.position for p in actor.points]).reshape(-1, 3))
+        if not len(points):
+            raise InputError(f"'{actor.name}' has neither faces nor points to be seen")
+        found = _first_visible(world, points, eye)
+        nearest = points[np.argmin(np.linalg.norm(points - eye, axis=-1))]
+        return (nearest, False) if found is None else (found, True)
+    place = actor.pose.to_inner(eye)
+    points, is_front = closest_points(corners, place)
+    if np.any(is_front):
+        corners, points = corners[is_front], points[is_front]
+    nearest = actor.pose.to_outer(points[np.argmin(np.sum((points - place) ** 2, axis=-1))])
+    if _first_visible(world, nearest[None], eye) is not None:
+        return nearest, True
+    pieces = closest_points(_cut(corners), place)[0]
+    found = _first_visible(world, actor.pose.to_outer(pieces), eye)
+    return (nearest, False) if found is None else (found, True)
+
+
+def _first_visible(world: World, candidates: FloatArray, eye: FloatArray) -> FloatArray | None:
+    """The nearest of some points ``(candidate, xyz)`` to the eye that it sees; None: it sees none.
+
+    What nothing opaque hides is seen as far as sheets and leaves let through at least `CLEAR` in
+    any polarisation.
+    """
+    from polychirp.channel.scene.occlusion import blocked
+    from polychirp.channel.scene.transmission import through
+
+    gap = eye - candidates
+    away = np.linalg.norm(gap, axis=-1, keepdims=True)
+    ends = candidates + 1e-3 * gap / np.maximum(away, 1e-12)
+    for batch in _growing(np.argsort(away[:, 0], kind="stable")):
+        open_ones = batch[~blocked(world, eye[None], ends[batch])]
+        for some in _growing(open_ones):
+            is_clear = least_power(through(world, eye[None], ends[some])) >= CLEAR
+            if np.any(is_clear):
+                return np.asarray(candidates[some[np.argmax(is_clear)]])
+    return None
+
+
+def _growing(numbers: IntArray) -> Iterator[IntArray]:
+    """Numbers in their order: `BATCH` of them, then always four times as many."""
+    begin, size = 0, BATCH
+    while begin < len(numbers):
+        yield numbers[begin : begin + size]
+        begin, size = begin + size, 4 * size
+
+
+def least_power(matrix: ComplexArray) -> FloatArray:
+    r"""Least power that matrices ``(…, 2, 2)`` let through of any polarisation: ``(…,)``.
+
+    The square of the smaller singular value, :math:`2|d|^2/(s + \sqrt{s^2 - 4|d|^2})` with the
+    determinant d and the sum s of all entries' powers.
+
+    >>> least_power(np.diag([0.5j, 2.0]))
+    array(0.25)
+    """
+    power = np.abs(matrix) ** 2
+    total = np.sum(power, axis=(-2, -1))
+    product = (
+        np.abs(matrix[..., 0, 0] * matrix[..., 1, 1] - matrix[..., 0, 1] * matrix[..., 1, 0]) ** 2
+    )
+    root = np.sqrt(np.maximum(total**2 - 4.0 * product, 0.0))
+    return np.asarray(2.0 * product / np.maximum(total + root, 1e-300))
+
+
+def target_corners(actor: Actor) -> FloatArray:
+    """What counts as the body for `truth`: m ``(face, corner, xyz)`` in the actor's frame."""
+    mesh = actor.mesh
+    if not mesh.num_faces:
+        return _plate_corners(actor)
+    if "metal" in mesh.materials:
+        is_metal = mesh.material == mesh.materials.index("metal")
+        if np.any(is_metal):
+            return np.asarray(mesh.vertex[mesh.face[is_metal]])
+    return mesh.corners
+
+
+def _plate_corners(actor: Actor) -> FloatArray:
+    """Two triangles for every plate."""
+    triangles = []
+    for plate in actor.plates:
+        c, u, v = np.array(plate.centre), np.array(plate.half_u), np.array(plate.half_v)
+        a, b, d, e = c - u - v, c + u - v, c + u + v, c - u + v
+        triangles += [[a, b, d], [a, d, e]]
+    return np.array(triangles).reshape(-1, 3, 3)
+
+
+def _cut(corners: FloatArray) -> FloatArray:
+    """The same surface in triangles with no edge longer than `GRAIN`, by halving longest edges."""
+    done = []
+    while len(corners):
+        edge = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=-1)
+        long = edge.max(axis=1) > GRAIN
+        done.append(corners[~long])
+        first = np.argmax(edge, axis=1)[long]
+        turned = np.take_along_axis(
+            corners[long], ((first[:, None] + np.arange(3)) % 3)[..., None], axis=1
+        )
+        half = 0.5 * (turned[:, 0] + turned[:, 1])
+        corners = np.concatenate(
+            [
+                np.stack([turned[:, 0], half, turned[:, 2]], axis=1),
+                np.stack([half, turned[:, 1], turned[:, 2]], axis=1),
+            ]
+        )
+    return np.concatenate(done)
+
+
+def refuse_radar_inside_body(scene: Scene) -> None:
+    """Check that every radar is in the open.
+
+    Raises
+    ------
+    InputError
+        A radar is inside a closed mesh (its own vehicle's body too), inside a building, or below
+        the road. Sheets that block nothing, such as bumpers, do not count.
+    """
+    for radar, position in zip(scene.radars, scene.radar_position, strict=True):
+        for actor in scene.actors:
+            place = actor.pose.to_inner(position)
+            if _is_in_mesh(actor, place) or _is_in_box(actor, place):
+                raise InputError(
+                    f"radar '{radar.name}' is inside '{actor.name}'; move its mount outwards"
+                )
+            if actor.kind == "road" and _is_below(actor, place):
+                raise InputError(f"radar '{radar.name}' is below '{actor.name}'; raise its mount")
+
+
+def _is_in_mesh(actor: Actor, place: FloatArray) -> bool:
+    mesh = actor.mesh
+    if not mesh.num_faces:
+        return False
+    solid = np.array([not _is_sheet(name) for name in mesh.materials])[mesh.material]
+    corners = mesh.corners[solid]
+    if not len(corners) or not _is_within(corners.reshape(-1, 3), place):
+        return False
+    return span(corners, place) > INSIDE
+
+
+def _is_sheet(material: str) -> bool:
+    from polychirp.channel.materials.fresnel import power_through
+
+    row = known_materials().get(material)
+    return row is not None and power_through(row, 79e9) >= CLEAR
+
+
+def _is_within(points: FloatArray, place: FloatArray) -> bool:
+    """Whether a place is strictly within the axis-parallel box of points."""
+    return bool(np.all((points.min(axis=0) < place) & (place < points.max(axis=0))))
+
+
+def span(corners: FloatArray, place: FloatArray) -> float:
+    """Solid angle of triangles seen from behind, as a share of the full sphere.
+
+    1 inside a closed surface, 0 outside (van Oosterom and Strackee 1983).
+    """
+    a, b, c = np.moveaxis(corners - place, 1, 0)
+    la, lb, lc = (np.linalg.norm(x, axis=-1) for x in (a, b, c))
+    volume = np.sum(a * np.cross(b, c), axis=-1)
+    below = la * lb * lc + np.sum(a * b, -1) * lc + np.sum(b * c, -1) * la + np.sum(c * a, -1) * lb
+    return float(np.sum(2 * np.arctan2(volume, below)) / (4 * np.pi))
+
+
+def _is_in_box(actor: Actor, place: FloatArray) -> bool:
+    """Whether a place is behind all plates of an actor, and within the box that they span."""
+    if actor.kind == "road" or not actor.plates:
+        return False
+    behind = all(np.dot(place - plate.centre, plate.normal) < 0 for plate in actor.plates)
+    return behind and _is_within(_plate_corners(actor).reshape(-1, 3), place)
+
+
+def _is_below(actor: Actor, place: FloatArray) -> bool:
+    """Whether a place is under one of a road's plates."""
+    for plate in actor.plates:
+        gap = place - np.array(plate.centre)
+        u, v = np.array(plate.half_u), np.array(plate.half_v)
+        if gap @ plate.normal < 0 and abs(gap @ u) <= u @ u and abs(gap @ v) <= v @ v:
+            return True
+    return False

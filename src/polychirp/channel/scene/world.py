@@ -1,0 +1,433 @@
+"""A scene made ready for rays: what never changes is prepared once and moved rigidly.
+
+Every mesh becomes a `Surface` in its own frame, with a tree of the faces that block; the trees
+of all bodies of a scene lie behind one another in one `Tree`. A snapshot adds only poses, so
+that tracing the scene a millisecond later rebuilds nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property, lru_cache, partial
+from typing import Final, Literal, NamedTuple
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from polychirp.axes import BoolArray, FloatArray, IntArray
+from polychirp.channel.geometry.bvh import Tree, grow_tree
+from polychirp.channel.materials.fresnel import Media, media
+from polychirp.channel.materials.library import check_materials
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.model.material import Material
+from polychirp.model.mesh import Mesh
+from polychirp.model.scene import Scene
+from polychirp.threads import side_by_side
+
+PATCH: Final = 0.08
+"""m, size of the patches of a surface that share a first shadow ray, and losses in sheets."""
+
+PANEL: Final = 0.24
+"""m, size of the panels of patches of which a view must see one before it is looked at closer."""
+
+NUM_NEAR: Final = 9
+"""A patch and those around it, that must agree before no more rays are spent on its facets."""
+
+SKIN: Final = 0.02
+"""m from a radar within which nothing blocks: its own cover and what it is mounted on."""
+
+
+UPWARDS: Final = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])
+"""z, and y in its place along z: what `frames.polarisation_basis` is built on."""
+
+Role = Literal["opaque", "pane", "cloud"]
+"""What a face is to a ray: its end; a thin sheet to cross; the border of a cloud of leaves."""
+
+ROLES: Final[tuple[Role, ...]] = ("opaque", "pane", "cloud")
+
+
+def role_of(material: Material, *, transmission: bool = True) -> Role:
+    """What a face of the material is to a ray, if sheets let waves through or not."""
+    if material.is_cloud:
+        return "cloud"
+    return "pane" if transmission and material.is_sheet else "opaque"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Surface:
+    """A mesh in its own frame, as physical optics and rays need it; clouds have no faces.
+
+    Parameters
+    ----------
+    centroid, normal, tangent : m and unit vectors, ``(face, xyz)``; normal × tangent is the
+        second tangent
+    corner : m from the centroid, ``(face, corner, xyz)``; the farthest is at ``reach`` ``(face,)``
+    area : m², ``(face,)``; medium : number into ``materials``, ``(face,)``
+    trees : of the faces of every `Role`
+    tree_medium : number into ``materials`` of the triangles of every tree
+    patch : number of the patch of neighbours that turn alike, ``(face,)``
+    patch_face : the face in the middle of every patch, ``(patch,)``
+    patch_near : the patches around every patch, itself among them, ``(patch, near)``
+    panel_face : the face in the middle of every panel of patches that turn alike, ``(panel,)``
+    centre, radius : m, of a sphere around all
+    """
+
+    centroid: FloatArray
+    normal: FloatArray
+    tangent: FloatArray
+    corner: FloatArray
+    reach: FloatArray
+    area: FloatArray
+    medium: IntArray
+    materials: tuple[str, ...]
+    trees: Mapping[Role, Tree]
+    tree_medium: Mapping[Role, IntArray]
+    patch: IntArray
+    patch_face: IntArray
+    patch_near: IntArray
+    panel_face: IntArray
+    centre: FloatArray
+    radius: float
+
+
+@lru_cache(maxsize=64)
+def surface_of(mesh: Mesh, roles: tuple[Role, ...]) -> Surface:
+    """The surface of a mesh, with the roles of its materials; kept for the next snapshot."""
+    corners = mesh.corners
+    double = _double_area(corners)
+    real = double > 0  # a face without area neither scatters nor blocks
+    corners, medium = corners[real], mesh.material[real]
+    role = np.array(roles)[medium]
+    trees = {name: grow_tree(corners[role == name]) for name in ROLES}
+    low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+    centre = 0.5 * (low + high)
+    face = corners[role != "cloud"]
+    double = _double_area(face)
+    normal = np.cross(face[:, 1] - face[:, 0], face[:, 2] - face[:, 0]) / double[:, None]
+    edge = face[:, 1] - face[:, 0]
+    centroid = face.mean(axis=1)
+    patch, patch_face = _patches(centroid, normal, PATCH)
+    _, panel_middle = _patches(centroid[patch_face], normal[patch_face], PANEL)
+    offset = np.ascontiguousarray(face - centroid[:, None])
+    return Surface(
+        centroid=centroid,
+        normal=normal,
+        tangent=edge / np.linalg.norm(edge, axis=-1, keepdims=True),
+        corner=offset,
+        reach=np.sqrt(np.max(np.sum(offset**2, axis=-1), axis=-1)),
+        area=0.5 * double,
+        medium=medium[role != "cloud"],
+        materials=mesh.materials,
+        trees=trees,
+        tree_medium={name: medium[role == name][tree.face] for name, tree in trees.items()},
+        patch=patch,
+        patch_face=patch_face,
+        patch_near=_near(centroid[patch_face]),
+        panel_face=patch_face[panel_middle],
+        centre=centre,
+        radius=float(np.sqrt(np.max(np.sum((corners - centre) ** 2, axis=-1)))),
+    )
+
+
+@lru_cache(maxsize=6)
+def _surfaces_of(kinds: tuple[tuple[Mesh, tuple[Role, ...]], ...]) -> tuple[Surface, ...]:
+    """The surfaces of meshes with the roles of their materials; new ones are made side by side."""
+    unlike = tuple(dict.fromkeys(kinds))
+    made = side_by_side([partial(surface_of, mesh, roles) for mesh, roles in unlike])
+    surfaces = dict(zip(unlike, made, strict=True))
+    return tuple(surfaces[kind] for kind in kinds)
+
+
+def _double_area(corners: FloatArray) -> FloatArray:
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return np.asarray(np.linalg.norm(cross, axis=-1))
+
+
+def _patches(centroid: FloatArray, normal: FloatArray, size: float) -> tuple[IntArray, IntArray]:
+    """Patch of every face, and the face nearest to the middle of every patch."""
+    key = np.concatenate([np.floor(centroid / size), np.round(1.5 * normal)], axis=1)
+    key -= np.min(key, axis=0, initial=np.inf)
+    shape = 1 + np.max(key, axis=0, initial=0)
+    # one number a patch, in the order of their rows: sorting rows takes ten times as long
+    one = np.ravel_multi_index(tuple(key.astype(np.int64).T), tuple(shape.astype(np.int64)))
+    patch = np.unique(one, return_inverse=True)[1]
+    counts = np.bincount(patch)
+    middle = np.stack([np.bincount(patch, weights=x) / counts for x in centroid.T], axis=-1)
+    off = np.sum((centroid - middle[patch]) ** 2, axis=-1)
+    order = np.lexsort([off, patch])
+    return patch, order[np.cumsum(counts) - counts]
+
+
+def _near(middle: FloatArray) -> IntArray:
+    """The nearest of some points to each of them, itself among them, ``(point, near)``."""
+    count = min(NUM_NEAR, len(middle))
+    if not count:
+        return np.zeros((0, 0), dtype=np.int64)
+    number = cKDTree(middle).query(middle, k=count)[1]
+    return np.asarray(number, dtype=np.int64).reshape(len(middle), count)
+
+
+class Forest(NamedTuple):
+    """Trees of several bodies, one behind the other; bodies of one surface share them.
+
+    Body b has the nodes ``root[role, b, 0]:root[role, b, 1]``, with roles as in `ROLES`.
+    """
+
+    tree: Tree
+    root: IntArray
+
+
+@lru_cache(maxsize=6)
+def forest_of(surfaces: tuple[Surface, ...]) -> Forest:
+    """The trees of all bodies behind one another."""
+    none = grow_tree(np.zeros((0, 3, 3)))
+    kinds = tuple(dict.fromkeys(surfaces))
+    trees = [s.trees[role] for role in ROLES for s in kinds] or [none]
+    root = np.concatenate([[0], np.cumsum([tree.skip.size for tree in trees])])
+    offset = np.concatenate([[0], np.cumsum([tree.face.size for tree in trees])])
+    kind = np.array([kinds.index(surface) for surface in surfaces], dtype=np.int64)
+    number = np.arange(len(ROLES))[:, None] * len(kinds) + kind
+    return Forest(
+        tree=Tree(
+            box=np.concatenate([tree.box for tree in trees]),
+            skip=np.concatenate([t.skip + r for t, r in zip(trees, root[:-1], strict=True)]),
+            first=np.concatenate([t.first + o for t, o in zip(trees, offset[:-1], strict=True)]),
+            size=np.concatenate([tree.size for tree in trees]),
+            triangle=np.concatenate([tree.triangle for tree in trees]),
+            face=np.concatenate([tree.face for tree in trees]),
+        ),
+        root=np.stack([root[number], root[number + 1]], axis=-1),
+    )
+
+
+@lru_cache(maxsize=6)
+def _forest_medium(surfaces: tuple[Surface, ...], materials: tuple[str, ...]) -> IntArray:
+    numbers = [
+        np.array([materials.index(name) for name in surface.materials], dtype=np.int64)[
+            surface.tree_medium[role]
+        ]
+        for role in ROLES
+        for surface in dict.fromkeys(surfaces)
+    ]
+    return np.concatenate([np.zeros(0, dtype=np.int64), *numbers])
+
+
+class Plates(NamedTuple):
+    """Rectangles in one common frame: m ``(plate, xyz)``, half sides m ``(plate,)``.
+
+    ``actor`` and ``medium`` ``(plate,)`` say whose they are, and of what.
+    """
+
+    centre: FloatArray
+    normal: FloatArray
+    across: FloatArray
+    along: FloatArray
+    half_across: FloatArray
+    half_along: FloatArray
+    actor: IntArray
+    medium: IntArray
+
+    def of(self, number: IntArray) -> Plates:
+        """The plates of these numbers, with repetitions."""
+        return Plates(
+            self.centre[number],
+            self.normal[number],
+            self.across[number],
+            self.along[number],
+            self.half_across[number],
+            self.half_along[number],
+            self.actor[number],
+            self.medium[number],
+        )
+
+
+def _plates(scene: Scene, materials: tuple[str, ...]) -> Plates:
+    """All plates of a scene in the world."""
+    rows = [
+        (actor.pose, plate, index) for index, actor in enumerate(scene.actors)
+        for plate in actor.plates
+    ]  # fmt: skip
+    empty = np.zeros((0, 3))
+    u = np.array([pose.rotation @ plate.half_u for pose, plate, _ in rows]).reshape(-1, 3)
+    v = np.array([pose.rotation @ plate.half_v for pose, plate, _ in rows]).reshape(-1, 3)
+    half_across = np.linalg.norm(u, axis=-1)
+    half_along = np.linalg.norm(v, axis=-1)
+    across, along = u / half_across[:, None], v / half_along[:, None]
+    centres = [pose.to_outer(np.array(plate.centre)) for pose, plate, _ in rows]
+    return Plates(
+        centre=np.array(centres) if rows else empty,
+        normal=np.cross(across, along),
+        across=across,
+        along=along,
+        half_across=half_across,
+        half_along=half_along,
+        actor=np.array([index for _, _, index in rows], dtype=np.int64),
+        medium=np.array([materials.index(p.material) for _, p, _ in rows], dtype=np.int64),
+    )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class World:
+    """A scene at one instant, ready for the mechanisms.
+
+    Parameters
+    ----------
+    scene : what it was made from
+    frequency : Hz
+    dynamic_range : ratio by which a path may be weaker than its pair's strongest
+    surfaces : of the bodies, in the order of ``body``
+    body : their actors, ``(body,)``
+    rotation, position, velocity : of the bodies, ``(body, xyz, xyz)``, m and m/s ``(body, xyz)``
+    plates : in the world
+    materials : of all media
+    table : materials by name
+    transmission : whether thin sheets let waves through; otherwise they block
+    max_length : m, of the longest path that is followed
+    caster : what `occlusion.blocked` asks about bodies; facets' shadows are always numba's
+    """
+
+    scene: Scene
+    frequency: float
+    dynamic_range: float
+    surfaces: tuple[Surface, ...]
+    body: IntArray
+    rotation: FloatArray
+    position: FloatArray
+    velocity: FloatArray
+    plates: Plates
+    materials: tuple[str, ...]
+    table: Mapping[str, Material]
+    transmission: bool = True
+    max_length: float = np.inf
+    caster: Literal["numba", "embree"] = "numba"
+
+    @property
+    def wavenumber(self) -> float:
+        """1/m."""
+        return float(2 * np.pi * self.frequency / SPEED_OF_LIGHT)
+
+    @cached_property
+    def forest(self) -> Forest:
+        """Trees of all faces, plates apart."""
+        return forest_of(self.surfaces)
+
+    @property
+    def forest_medium(self) -> IntArray:
+        """Number into ``materials`` of the triangles of ``forest``, ``(triangle,)``."""
+        return _forest_medium(self.surfaces, self.materials)
+
+    @cached_property
+    def veiled(self) -> IntArray:
+        """Numbers of the bodies that have panes or clouds."""
+        return np.array(
+            [
+                number
+                for number, surface in enumerate(self.surfaces)
+                if surface.trees["pane"].face.size or surface.trees["cloud"].face.size
+            ],
+            dtype=np.int64,
+        )
+
+    @cached_property
+    def plate_is_pane(self) -> BoolArray:
+        """``(plate,)``: whether a plate is a thin sheet."""
+        roles = [role_of(self.table[m], transmission=self.transmission) for m in self.materials]
+        return np.array([role == "pane" for role in roles], dtype=np.bool_)[self.plates.medium]
+
+    @cached_property
+    def centre(self) -> FloatArray:
+        """m, ``(body, xyz)``: centres of the bodies' spheres in the world."""
+        local = np.array([surface.centre for surface in self.surfaces]).reshape(-1, 3)
+        return np.asarray(np.einsum("bij,bj->bi", self.rotation, local) + self.position)
+
+    @cached_property
+    def radius(self) -> FloatArray:
+        """m, ``(body,)``."""
+        return np.array([surface.radius for surface in self.surfaces])
+
+    @cached_property
+    def media(self) -> Media:
+        """In the order of ``materials``."""
+        return media(self.materials, self.table, self.frequency)
+
+    def bodies_of(self, actor: int) -> IntArray:
+        """Numbers of the bodies that are ``actor``: one or none."""
+        return np.flatnonzero(self.body == actor)
+
+
+def world_of(
+    scene: Scene,
+    *,
+    frequency: float,
+    dynamic_range: float,
+    table: Mapping[str, Material],
+    transmission: bool = True,
+    max_length: float = np.inf,
+    caster: Literal["numba", "embree"] = "numba",
+) -> World:
+    """A scene made ready.
+
+    Raises
+    ------
+    InputError
+        A mesh or a plate is of a material that the table does not know.
+    """
+    meshed = [index for index, actor in enumerate(scene.actors) if actor.mesh.num_faces]
+    used = {plate.material for actor in scene.actors for plate in actor.plates}
+    used.update(name for index in meshed for name in scene.actors[index].mesh.materials)
+    check_materials(used, table, frequency)
+    materials = tuple(sorted(used))
+    roles = {name: role_of(table[name], transmission=transmission) for name in used}
+    actors = [scene.actors[index] for index in meshed]
+    kinds = [(actor.mesh, tuple(roles[name] for name in actor.mesh.materials)) for actor in actors]
+    return World(
+        scene=scene,
+        frequency=frequency,
+        dynamic_range=dynamic_range,
+        surfaces=_surfaces_of(tuple(kinds)),
+        body=np.array(meshed, dtype=np.int64),
+        rotation=np.array([actor.pose.rotation for actor in actors]).reshape(-1, 3, 3),
+        position=np.array([actor.pose.position for actor in actors]).reshape(-1, 3),
+        velocity=np.array([actor.velocity for actor in actors]).reshape(-1, 3),
+        plates=_plates(scene, materials),
+        materials=materials,
+        table=table,
+        transmission=transmission,
+        max_length=max_length,
+        caster=caster,
+    )
+
+
+def bodies_near(world: World, ends: FloatArray, radius: float) -> IntArray:
+    """Bodies that can block between a point and a sphere: m ``(2, xyz)`` and its radius at end 1.
+
+    The two span a cone, of radius t·``radius`` at the share t of the way, which a body's own
+    sphere must touch. Their gap is a convex function of t, least where its slope is zero.
+    """
+    if not len(world.surfaces):
+        return np.zeros(0, dtype=np.int64)
+    start, way = ends[0], ends[1] - ends[0]
+    length = max(float(np.linalg.norm(way)), 1e-15)
+    gap = world.centre - start
+    foot = gap @ way / length**2
+    off = np.linalg.norm(gap - foot[:, None] * way, axis=-1)
+    where = np.ones(len(foot))
+    if length > radius:
+        where = np.clip(foot + off * radius / (length * np.sqrt(length**2 - radius**2)), 0.0, 1.0)
+    away = np.hypot(off, (where - foot) * length)
+    return np.flatnonzero(away - where * radius <= world.radius)
+
+
+def plates_near(world: World, ends: FloatArray, radius: float) -> IntArray:
+    """Plates that can come between a point and a sphere: those not wholly on one side."""
+    sides = np.einsum("epx,px->ep", ends[:, None] - world.plates.centre, world.plates.normal)
+    return np.flatnonzero(
+        (np.minimum(sides[0], sides[1] - radius) <= 0)
+        & (np.maximum(sides[0], sides[1] + radius) >= 0)
+    )
+
+
+def everything_opaque(world: World) -> tuple[IntArray, IntArray]:
+    """Numbers of all bodies, and of all plates that are no panes."""
+    return np.arange(len(world.surfaces)), np.flatnonzero(~world.plate_is_pane)

@@ -1,0 +1,1 @@
+"""Mirror images in large plates (road, walls) and in pairs of plates."""

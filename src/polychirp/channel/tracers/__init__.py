@@ -1,0 +1,1 @@
+"""The ray tracers that a study may name, and interpolation of their paths in time."""

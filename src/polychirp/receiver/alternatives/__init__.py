@@ -1,0 +1,1 @@
+"""Receivers beside the default one: as the paper prints it, and for chirp sequences."""

@@ -1,0 +1,157 @@
+"""The receiver of the paper, as its section VII describes it: for comparison only."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.errors import InputError
+from polychirp.model.detection import Detections
+from polychirp.model.if_frame import IfFrame
+from polychirp.receiver.alternatives.triangular_pairing import range_and_rate
+from polychirp.receiver.angle.beamform import beamform, orthogonal_sines, steering
+from polychirp.receiver.angle.doa import root_music
+from polychirp.receiver.detection.range_rate_map import spectrum_size
+from polychirp.receiver.detection.threshold import mean_threshold
+from polychirp.receiver.signal_model.point_signal import hann_weights
+from polychirp.spec import Spec
+from polychirp.units import Metres, MetresPerSecond
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PaperReceiver(Spec):
+    """Range profiles averaged over sweeps, the mean as threshold (eq. 12), up and down paired.
+
+    Every weakness of the description is kept: profiles of different slopes are averaged without
+    regard to speed, so a moving target smears under diversity (errata 10); the threshold has no
+    false-alarm rate (errata 4); an up- and a down-peak of like strength are a pair.
+
+    Parameters
+    ----------
+    least_range, greatest_range : m, limits of the profiles
+    greatest_speed : m/s, of a pair of peaks
+    """
+
+    kind: Literal["paper"] = "paper"
+    least_range: Metres = 0.5
+    greatest_range: Metres = 30.0
+    greatest_speed: MetresPerSecond = 32.0
+
+    def __post_init__(self) -> None:
+        if not 0 < self.least_range < self.greatest_range:
+            raise InputError("a receiver's least range must be positive and below its greatest")
+        if not self.greatest_speed > 0:
+            raise InputError("a receiver's greatest speed must be positive")
+
+    def detect(self, frame: IfFrame) -> Detections:
+        """Pairs of peaks above the mean, strongest first; range at the first ramp's start.
+
+        The averaged profile shows the range in the middle of the frame: it is led back.
+        """
+        ranges = np.arange(
+            self.least_range,
+            self.greatest_range,
+            SPEED_OF_LIGHT / (4.0 * float(np.max(frame.schedule.bandwidth))),
+        )
+        spectra = range_spectra(frame, ranges)
+        rising = frame.schedule.slope > 0
+        beams = beamform(spectra, self._beams(frame))
+        profiles = [np.mean(np.abs(beams[:, which]), axis=1) for which in (rising, ~rising)]
+        strongest = [profile.max(axis=0) for profile in profiles]
+        up, down = (peaks_above(line, mean_threshold(line)) for line in strongest)
+        pairs = self._pairs(frame, ranges, up, down, strongest)
+        return self._claims(frame, ranges, pairs, strongest, spectra[:, rising])
+
+    def _beams(self, frame: IfFrame) -> ComplexArray:
+        return steering(
+            frame.array,
+            frequency=float(np.mean(frame.schedule.centre_frequency)),
+            sine=orthogonal_sines(frame.array.num_channels),
+        )
+
+    def _pairs(
+        self,
+        frame: IfFrame,
+        ranges: FloatArray,
+        up: IntArray,
+        down: IntArray,
+        lines: list[FloatArray],
+    ) -> list[tuple[int, int]]:
+        """Peaks of like strength whose difference is a speed that can be."""
+        reach = self.greatest_speed * _coupling(frame)
+        left, pairs = list(down), []
+        for u in sorted(up, key=lambda n: -lines[0][n]):
+            near = [d for d in left if abs(ranges[u] - ranges[d]) <= 2.0 * reach]
+            if near:
+                best = min(near, key=lambda d: abs(np.log(lines[1][d] / lines[0][u])))
+                left.remove(best)
+                pairs.append((int(u), int(best)))
+        return pairs
+
+    def _claims(
+        self,
+        frame: IfFrame,
+        ranges: FloatArray,
+        pairs: list[tuple[int, int]],
+        lines: list[FloatArray],
+        rising: ComplexArray,
+    ) -> Detections:
+        slope = float(np.mean(np.abs(frame.schedule.slope)))
+        up, down = (np.array([pair[n] for pair in pairs], dtype=np.int64) for n in (0, 1))
+        beat = 2.0 * slope / SPEED_OF_LIGHT
+        distance, rate = range_and_rate(
+            up_beat=beat * ranges[up],
+            down_beat=beat * ranges[down],
+            slope=slope,
+            turning_frequency=float(frame.schedule.start_frequency[0]),
+        )
+        start = float(frame.schedule.start_time[0])
+        middle = 0.5 * float(frame.schedule.end_time[-1] - start)
+        snapshots = np.moveaxis(rising[:, :, up], 2, 0)  # (detection, channel, ramp)
+        frequency = float(np.mean(frame.schedule.centre_frequency))
+        sines = root_music(snapshots, spacing=frame.array.spacing * frequency / SPEED_OF_LIGHT)
+        power = 0.5 * (lines[0][up] ** 2 + lines[1][down] ** 2) / frame.array.num_channels
+        threshold = mean_threshold(lines[0])
+        return Detections(
+            time=start,
+            range=np.asarray(distance - rate * middle),
+            range_rate=np.asarray(rate),
+            azimuth=np.arcsin(np.clip(sines, -1.0, 1.0)),
+            power=power,
+            snr=(lines[0][up] / threshold) ** 2,
+        )
+
+
+def range_spectra(frame: IfFrame, ranges: FloatArray) -> ComplexArray:
+    r"""Amplitude at the beats of ``ranges`` on every ramp: V, ``(channel, ramp, range)``.
+
+    .. math:: X_k(R) = \frac{1}{\sum w}\sum_n w_n y_{kn} e^{-j2\pi (2 b_k R/c) n/f_s}
+
+    One common range axis whatever the slopes, read from transforms padded to an eighth of a
+    resolution cell. Speed is not looked at, so an echo that recedes at v stands
+    :math:`v f/b_k` too far on an up- and too near on a down-ramp.
+    """
+    weight = hann_weights(frame.times.is_sample)
+    size = 4 * spectrum_size(frame.times)
+    total = np.sum(weight, axis=1)[:, None]
+    spectra = np.fft.fft(frame.samples * (weight / total), size, axis=-1)
+    beats = 2.0 * frame.schedule.slope[:, None] * ranges / SPEED_OF_LIGHT
+    index = np.round(beats * size / frame.times.rate).astype(np.int64) % size
+    return np.asarray(np.take_along_axis(spectra, index[None], axis=-1))
+
+
+def peaks_above(line: FloatArray, threshold: float) -> IntArray:
+    """Numbers of the local maxima of ``line`` above ``threshold``."""
+    inner = line[1:-1]
+    is_peak: BoolArray = (inner > line[:-2]) & (inner >= line[2:]) & (inner > threshold)
+    return np.asarray(np.flatnonzero(is_peak) + 1)
+
+
+def _coupling(frame: IfFrame) -> float:
+    """By how many metres of apparent range one m/s shifts a ramp: f/b."""
+    slope = float(np.mean(np.abs(frame.schedule.slope)))
+    return float(np.mean(frame.schedule.centre_frequency)) / slope

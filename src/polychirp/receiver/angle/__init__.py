@@ -1,0 +1,1 @@
+"""Azimuths: beamforming, and direction-of-arrival estimators."""

@@ -1,0 +1,134 @@
+"""What a receiver's output is made of: the same linear steps, applied to each kept-apart part."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from polychirp.axes import ComplexArray, FloatArray
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.model.detection import Detections
+from polychirp.model.if_frame import PARTS, IfFrame, IfParts
+from polychirp.receiver.angle.beamform import beamform, orthogonal_sines, steering
+from polychirp.receiver.chain import Receiver, search_grid
+from polychirp.receiver.detection.range_rate_map import (
+    log_range_rate_map,
+    log_spectra,
+    spectrum_size,
+)
+from polychirp.receiver.mitigation.base import mitigated
+from polychirp.receiver.signal_model.point_signal import (
+    beat_phase,
+    hann_weights,
+    matched_amplitudes,
+)
+
+
+def part_powers(
+    receiver: Receiver, frame: IfFrame, parts: IfParts, detections: Detections
+) -> FloatArray:
+    r"""Power that each part puts into each detection, W, ``(detection, part)`` as in `PARTS`.
+
+    The geometric mean over ramps of `part_amplitudes`, as the detector takes it. A part that beats
+    like the detection on all ramps *is* the detection. One that the frame does not have puts in
+    nothing.
+    """
+    amplitude = part_amplitudes(receiver, frame, parts, detections)
+    power = np.maximum(np.abs(amplitude) ** 2, 1e-300)
+    out = np.zeros((detections.num_detections, len(PARTS)))
+    out[:, [PARTS.index(part) for part in parts.names]] = np.exp(np.mean(np.log(power), axis=2))
+    return out
+
+
+def part_amplitudes(
+    receiver: Receiver, frame: IfFrame, parts: IfParts, detections: Detections
+) -> ComplexArray:
+    """Amplitude of each part at each detection: V, ``(detection, part, ramp)`` as in the parts.
+
+    The part goes through what mitigation did to the whole, is steered to the detection's azimuth
+    and matched to a point of its range and rate on every ramp. These steps are linear, so parts
+    add up to what the receiver finds there.
+    """
+    heard = mitigated(receiver.mitigation, frame)
+    weight = hann_weights(heard.weight)
+    motion = np.stack(
+        [detections.range, detections.range_rate, np.zeros(detections.num_detections)], axis=-1
+    )
+    phases = beat_phase(frame.schedule, frame.times, motion=motion, time=detections.time)
+    weights = _steering(frame, np.sin(detections.azimuth))
+    stacked = heard.repair(parts.samples).reshape(-1, *weight.shape)  # parts and channels
+    amplitude = matched_amplitudes(stacked, weight, phases, frame.times.rate)
+    by_part = amplitude.reshape(len(motion), *parts.samples.shape[:3])
+    return np.asarray(np.einsum("nc,npck->npk", weights, by_part))
+
+
+def floor_rise(receiver: Receiver, frame: IfFrame, parts: IfParts) -> float:
+    """How far disturbance lifts the floor of the range spectra: power ratio, 1 for not at all.
+
+    Floor: median over the range cells up to the receiver's greatest range of the spectrum's mean
+    power over beams and ramps; a ghost fills few cells and does not count. Compared are
+    interference, leakage, distortion and noise together with noise alone, after what mitigation
+    did to the whole.
+    """
+    heard = mitigated(receiver.mitigation, frame)
+    weight = hann_weights(heard.weight)
+    size = spectrum_size(frame.times)
+    farthest = 2.0 * np.abs(frame.schedule.slope) * receiver.greatest_range / SPEED_OF_LIGHT
+    frequency = np.fft.fftfreq(size, 1.0 / frame.times.rate)
+    side = np.sign(frame.schedule.slope)[:, None] * frequency
+    inside = (side > 0) & (side < farthest[:, None])
+
+    def floor(samples: ComplexArray) -> float:
+        power = np.exp(log_spectra(samples, weight, size)).mean(axis=0)
+        medians = [np.median(power[k, inside[k]]) for k in range(power.shape[0])]
+        return float(np.mean(medians))
+
+    disturbance = parts.total("direct", "indirect", "leakage", "distortion", "noise")
+    return floor(heard.repair(disturbance)) / floor(heard.repair(parts.noise))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RangeResponse:
+    """The range-rate map seen along range.
+
+    Parameters
+    ----------
+    range : m, ``(range,)``
+    power : W of one channel, ``(range,)``: geometric mean over ramps, strongest beam and range
+        rate, the array's gain taken out
+    noise : W, the same for thermal noise alone, mean over range
+    """
+
+    range: FloatArray
+    power: FloatArray
+    noise: float
+
+
+def range_response(receiver: Receiver, frame: IfFrame, parts: IfParts) -> RangeResponse:
+    """Power over range after all ramps are brought together, as the detector sees it."""
+    heard = mitigated(receiver.mitigation, frame)
+    weight = hann_weights(heard.weight)
+    grid = search_grid(receiver, frame, float(frame.schedule.start_time[0]))
+    size = spectrum_size(frame.times)
+    beams = _steering(frame, orthogonal_sines(frame.array.num_channels))
+
+    def along_range(samples: ComplexArray) -> FloatArray:
+        logs = log_spectra(beamform(samples, beams), weight, size)
+        statistic = log_range_rate_map(logs, frame.schedule, frame.times, grid)
+        return np.asarray(np.exp(statistic.max(axis=(0, 1))))
+
+    # a tone of power P per channel gives a cell of P M (Σw)²/Σw²: shown is P
+    gain = frame.array.num_channels * float(
+        np.mean(np.sum(weight, axis=1) ** 2 / np.sum(weight**2, axis=1))
+    )
+    return RangeResponse(
+        range=grid.range,
+        power=along_range(heard.samples) / gain,
+        noise=float(np.mean(along_range(heard.repair(parts.noise)))) / gain,
+    )
+
+
+def _steering(frame: IfFrame, sine: FloatArray) -> ComplexArray:
+    frequency = float(np.mean(frame.schedule.centre_frequency))
+    return steering(frame.array, frequency=frequency, sine=sine)

@@ -1,0 +1,1 @@
+"""From samples to detections: range-rate map, thresholds and side-lobe rejection."""

@@ -1,0 +1,379 @@
+r"""Constant-false-alarm-rate detection on maps of power, with exact thresholds.
+
+A cell is compared with a multiple of a statistic of the training cells around it. With noise
+alone every cell is the power of a complex Gaussian summed over ``num_looks`` independent
+channels: exponential for one look, Gamma for more. Then the multiple for a wanted false-alarm
+probability follows exactly, for every number of training cells; near an edge, where there are
+fewer of them, the multiple is larger and the probability the same.
+
+The training cells must be independent of each other. A taper makes neighbouring cells alike: take
+every other one (`CfarWindow.step`), and noise crosses within some 15 % as often as stated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from polychirp.axes import FloatArray, IntArray, PerDetection, PerPathIndex, seal
+from polychirp.errors import InputError
+from polychirp.spec import Spec
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CfarWindow(Spec):
+    """Training cells around a cell of a map ``(row, column)``: a frame around a guarded middle.
+
+    A cell i rows and j columns away belongs to it where the magnitude of i or of j exceeds
+    ``guard`` and neither exceeds ``guard + training``. For a single row take 0 for both along
+    the rows.
+
+    Parameters
+    ----------
+    guard, training : cells on either side, along rows and columns
+    step : take every so many-th cell of the frame, along rows and columns: tapers make neighbours
+        alike, and training cells must be independent
+    is_circular : whether the first and the last cell of an axis are neighbours, as in a Doppler
+        spectrum; otherwise the window is cut off at the edge
+    """
+
+    guard: tuple[int, int] = (2, 2)
+    training: tuple[int, int] = (4, 4)
+    step: tuple[int, int] = (1, 1)
+    is_circular: tuple[bool, bool] = (False, False)
+
+    def __post_init__(self) -> None:
+        if min(*self.guard, *self.training, *(step - 1 for step in self.step)) < 0:
+            raise InputError(
+                "a CFAR window has no negative number of cells and steps of at least 1"
+            )
+        if self.offsets.size == 0:
+            raise InputError("a CFAR window needs at least one training cell")
+
+    @property
+    def reach(self) -> tuple[int, int]:
+        """Cells from the middle to the outermost training cell, along rows and columns."""
+        return self.guard[0] + self.training[0], self.guard[1] + self.training[1]
+
+    def fitted(self, shape: tuple[int, ...]) -> CfarWindow:
+        """The same window, made smaller where a map of ``shape`` has no room for it.
+
+        >>> CfarWindow(guard=(3, 3), training=(8, 8)).fitted((9, 64))
+        CfarWindow(guard=(2, 3), training=(2, 8), step=(1, 1), is_circular=(False, False))
+        """
+        room = [(length - 1) // 2 for length in shape]
+        guard = [min(near, far // 2) for near, far in zip(self.guard, room, strict=True)]
+        training = [
+            min(cells, far - near)
+            for cells, far, near in zip(self.training, room, guard, strict=True)
+        ]
+        return replace(self, guard=(guard[0], guard[1]), training=(training[0], training[1]))
+
+    @property
+    def offsets(self) -> IntArray:
+        """``(training cell, 2)``: where the training cells are, relative to the middle."""
+        rows, columns = (
+            _shifts(far, step) for far, step in zip(self.reach, self.step, strict=True)
+        )
+        near_row, near_column = self.guard
+        frame = [(i, j) for i in rows for j in columns if abs(i) > near_row or abs(j) > near_column]
+        return np.array(frame, dtype=np.int64).reshape(-1, 2)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Crossings:
+    """Cells of a map above their threshold, in the map's order.
+
+    Parameters
+    ----------
+    row, column : where, ``(detection,)``
+    power : of the cell, in the unit of the map
+    floor : mean power of noise at that place, estimated from the training cells
+    """
+
+    row: PerPathIndex
+    column: PerPathIndex
+    power: PerDetection
+    floor: PerDetection
+
+    def __post_init__(self) -> None:
+        seal(self)
+
+
+# ── thresholds ────────────────────────────────────────────────────────────────
+
+
+def cell_averaging_factor(
+    num_cells: int, *, false_alarm_probability: float, num_looks: int = 1
+) -> float:
+    r"""Multiple of the training cells' mean that noise exceeds with the given probability.
+
+    .. math:: \alpha = N\left(P_{fa}^{-1/N} - 1\right)
+
+    for one look (Finn and Johnson 1968). The sum over M looks is Gamma distributed, so cell over
+    sum of training cells is beta-prime distributed, and
+    :math:`P_{fa} = I_x(NM, M)` with :math:`x = 1/(1 + \alpha/N)`.
+
+    >>> cell_averaging_factor(10, false_alarm_probability=1e-3)
+    9.95...
+    """
+    _check_probability(false_alarm_probability)
+    if num_looks == 1:
+        return float(num_cells * np.expm1(-np.log(false_alarm_probability) / num_cells))
+    from scipy.special import betaincinv
+
+    x = betaincinv(num_cells * num_looks, num_looks, false_alarm_probability)
+    return float(num_cells * (1.0 / x - 1.0))
+
+
+@lru_cache(maxsize=4096)
+def ordered_statistic_factor(
+    num_cells: int, rank: int, *, false_alarm_probability: float, num_looks: int = 1
+) -> float:
+    r"""Multiple of the ``rank``-th smallest training cell that noise exceeds with the probability.
+
+    .. math:: P_{fa} = \prod_{i=0}^{k-1} \frac{N-i}{N-i+\alpha}
+
+    for one look (Rohling 1983, with ranks from 1). For M looks
+    :math:`P_{fa} = E\left[Q_M(\alpha\,Q_M^{-1}(1-u))\right]` with the order statistic's
+    quantile :math:`u \sim \mathrm{Beta}(k, N-k+1)` and :math:`Q_M` the tail of the Gamma
+    distribution, by Gauss–Jacobi quadrature.
+
+    >>> ordered_statistic_factor(16, 12, false_alarm_probability=1e-3)
+    7.42...
+    """
+    from scipy.optimize import brentq
+
+    _check_probability(false_alarm_probability)
+    excess = _order_statistic_tail(num_cells, rank, num_looks)
+    wanted = np.log(false_alarm_probability)
+    high = 1.0
+    while np.log(excess(high)) > wanted:
+        high *= 2.0
+    root = brentq(lambda alpha: np.log(excess(alpha)) - wanted, 0.0, high, xtol=1e-12, rtol=1e-12)
+    return float(root)
+
+
+def _order_statistic_tail(num_cells: int, rank: int, num_looks: int) -> Callable[[float], float]:
+    """False-alarm probability as a function of the multiple."""
+    remaining = num_cells - np.arange(rank)
+    if num_looks == 1:
+        return lambda alpha: float(np.exp(-np.sum(np.log1p(alpha / remaining))))
+    from scipy.special import gammaincc
+
+    value, weight = _order_statistic(num_cells, rank, num_looks)
+    return lambda alpha: float(weight @ gammaincc(num_looks, alpha * value))
+
+
+@lru_cache(maxsize=4096)
+def _order_statistic(num_cells: int, rank: int, num_looks: int) -> tuple[FloatArray, FloatArray]:
+    """Nodes and weights of the ``rank``-th smallest of ``num_cells`` Gamma variables."""
+    from scipy.special import gammaincinv, roots_jacobi
+
+    node, weight = roots_jacobi(60, num_cells - rank, rank - 1)
+    return gammaincinv(num_looks, 0.5 * (1.0 + node)), weight / weight.sum()
+
+
+def _check_probability(probability: float) -> None:
+    if not 0.0 < probability < 1.0:
+        raise InputError(
+            f"a false-alarm probability of {probability:g} is not between 0 and 1; try 1e-4"
+        )
+
+
+# ── detectors ─────────────────────────────────────────────────────────────────
+
+
+def cell_averaging(
+    power: FloatArray,
+    *,
+    window: CfarWindow,
+    false_alarm_probability: float,
+    num_looks: int = 1,
+) -> Crossings:
+    """Cells of ``power`` ``(row, column)`` above a multiple of the mean around them.
+
+    Best in even noise; a second target among the training cells masks the first.
+
+    Raises
+    ------
+    InputError
+        The map is smaller than the window, or the probability none.
+
+    Examples
+    --------
+    >>> power = np.ones((1, 32))
+    >>> power[0, 7] = 100.0
+    >>> window = CfarWindow(guard=(0, 1), training=(0, 8))
+    >>> found = cell_averaging(power, window=window, false_alarm_probability=1e-4)
+    >>> found.column, found.floor
+    (array([7]), array([1.]))
+    """
+    power = _checked(power, window)
+    count = training_count(power.shape, window)
+    floor = training_sum(power, window) / count
+    factor = _for_each_count(
+        count,
+        lambda number: cell_averaging_factor(
+            number, false_alarm_probability=false_alarm_probability, num_looks=num_looks
+        ),
+    )
+    row, column = np.nonzero(power > factor * floor)
+    return Crossings(row=row, column=column, power=power[row, column], floor=floor[row, column])
+
+
+def ordered_statistic(
+    power: FloatArray,
+    *,
+    window: CfarWindow,
+    false_alarm_probability: float,
+    quantile: float = 0.75,
+    num_looks: int = 1,
+) -> Crossings:
+    """Cells of ``power`` ``(row, column)`` above a multiple of an order statistic around them.
+
+    The statistic is the training cell of rank ``quantile`` × their number. Targets that fill
+    fewer than the remaining cells do not mask each other.
+
+    A cell exceeds α times the k-th smallest exactly when at least k training cells are below
+    1/α of it: counting replaces sorting, and is what makes this fast.
+
+    Raises
+    ------
+    InputError
+        The map is smaller than the window, or a probability none.
+
+    Examples
+    --------
+    >>> power = np.ones((1, 32))
+    >>> power[0, [7, 10]] = 100.0
+    >>> window = CfarWindow(guard=(0, 1), training=(0, 8))
+    >>> ordered_statistic(power, window=window, false_alarm_probability=1e-4).column
+    array([ 7, 10])
+    """
+    from polychirp.receiver.detection.cfar_kernel import count_below
+
+    power = _checked(power, window)
+    if not 0.0 < quantile <= 1.0:
+        raise InputError(
+            f"an order statistic's quantile of {quantile:g} is not in (0, 1]; try 0.75"
+        )
+    count = training_count(power.shape, window)
+    rank = np.maximum(1, np.rint(quantile * count).astype(np.int64))
+    factor = _for_each_count(
+        count,
+        lambda number: ordered_statistic_factor(
+            number,
+            max(1, round(quantile * number)),
+            false_alarm_probability=false_alarm_probability,
+            num_looks=num_looks,
+        ),
+    )
+    padded = _padded(power, window, fill=np.inf)
+    row, column = np.nonzero(count_below(padded, power / factor, window.offsets) >= rank)
+    around = window.offsets + np.array(window.reach) + np.stack([row, column], axis=1)[:, None]
+    training = np.sort(padded[around[..., 0], around[..., 1]], axis=1)
+    statistic = training[np.arange(row.size), rank[row, column] - 1]
+    bias = _for_each_count(
+        count[row, column],
+        lambda number: _mean_order_statistic(number, max(1, round(quantile * number)), num_looks),
+    )
+    return Crossings(row=row, column=column, power=power[row, column], floor=statistic / bias)
+
+
+def _mean_order_statistic(num_cells: int, rank: int, num_looks: int) -> float:
+    """Mean of the ``rank``-th smallest of ``num_cells`` noise cells of mean 1."""
+    if num_looks == 1:
+        return float(np.sum(1.0 / (num_cells - np.arange(rank))))
+    value, weight = _order_statistic(num_cells, rank, num_looks)
+    return float(weight @ value) / num_looks
+
+
+# ── training cells ────────────────────────────────────────────────────────────
+
+
+def training_cells(power: FloatArray, row: int, column: int, window: CfarWindow) -> FloatArray:
+    """Powers ``(training cell,)`` around one cell of the map: what a detector looks at.
+
+    >>> training_cells(np.arange(8.0)[None], 0, 0, CfarWindow(guard=(0, 1), training=(0, 2)))
+    array([2., 3.])
+    """
+    place = window.offsets + np.array([row, column])
+    size = np.array(power.shape)
+    inside = np.all(((place >= 0) & (place < size)) | np.array(window.is_circular), axis=1)
+    i, j = (place[inside] % size).T
+    return np.asarray(power[i, j])
+
+
+def training_count(shape: tuple[int, ...], window: CfarWindow) -> IntArray:
+    """``(row, column)``: how many training cells every cell of a map has."""
+    return np.rint(training_sum(np.ones(shape), window)).astype(np.int64)
+
+
+def training_sum(power: FloatArray, window: CfarWindow) -> FloatArray:
+    """``(row, column)``: sum of every cell's training cells.
+
+    Shifted sums, first along the columns, then along the rows: only additions, so a target in
+    the guarded middle leaves no rounding error behind, as it does with integral images.
+    """
+    padded = _padded(power, window, fill=0.0)
+    rows, columns = (
+        _shifts(far, step) for far, step in zip(window.reach, window.step, strict=True)
+    )
+    (near_row, near_column), (far_row, far_column) = window.guard, window.reach
+    side = [j for j in columns if abs(j) > near_column]
+    middle = [i for i in rows if abs(i) <= near_row]
+    ends = [i for i in rows if abs(i) > near_row]
+    total = _shifted_sum(_shifted_sum(padded, 1, side, far_column), 0, middle, far_row)
+    total += _shifted_sum(_shifted_sum(padded, 1, columns, far_column), 0, ends, far_row)
+    return total
+
+
+def _shifts(far: int, step: int) -> list[int]:
+    """Multiples of ``step`` from −far to far."""
+    return list(range(-(far // step) * step, far + 1, step))
+
+
+def _shifted_sum(array: FloatArray, axis: int, shifts: list[int], margin: int) -> FloatArray:
+    """Sum of the array's copies shifted along an axis, without its margins."""
+    size = array.shape[axis] - 2 * margin
+    total = np.zeros([size if k == axis else length for k, length in enumerate(array.shape)])
+    for shift in shifts:
+        part = [slice(None), slice(None)]
+        part[axis] = slice(margin + shift, margin + shift + size)
+        total += array[tuple(part)]
+    return total
+
+
+def _padded(power: FloatArray, window: CfarWindow, *, fill: float) -> FloatArray:
+    """The map continued by the window's reach: circularly, or with ``fill``."""
+    for axis in (0, 1):
+        width = [(0, 0), (0, 0)]
+        width[axis] = (window.reach[axis], window.reach[axis])
+        if window.is_circular[axis]:
+            power = np.pad(power, width, mode="wrap")
+        else:
+            power = np.pad(power, width, constant_values=fill)
+    return power
+
+
+def _for_each_count(count: IntArray, factor: Callable[[int], float]) -> FloatArray:
+    """``factor`` of every cell's number of training cells, worked out once per number."""
+    number, place = np.unique(count, return_inverse=True)
+    return np.array([factor(int(n)) for n in number])[place].reshape(count.shape)
+
+
+def _checked(power: FloatArray, window: CfarWindow) -> FloatArray:
+    power = np.ascontiguousarray(power, dtype=np.float64)
+    if power.ndim != 2:
+        raise InputError(f"a CFAR map has 2 axes, not {power.ndim}; give a single row as map[None]")
+    for axis, name in enumerate(("row", "column")):
+        if 2 * window.reach[axis] + 1 > power.shape[axis]:
+            raise InputError(
+                f"a CFAR window of {2 * window.reach[axis] + 1} {name}s does not fit a map of "
+                f"{power.shape[axis]}; take fewer training or guard cells"
+            )
+    return power

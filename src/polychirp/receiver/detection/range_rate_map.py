@@ -1,0 +1,175 @@
+"""Range and range rate together, over ramps of any slopes: the log range-rate map."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numba import njit, prange
+
+from polychirp.axes import ComplexArray, FloatArray, IntArray
+from polychirp.model.if_frame import SampleTimes
+from polychirp.model.ramp import RampSchedule
+from polychirp.receiver.signal_model.point_signal import beat_frequency
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Grid:
+    """Range and range-rate axes of a map, evenly spaced: m and m/s, at ``time`` s."""
+
+    range: FloatArray
+    range_rate: FloatArray
+    time: float
+
+    @property
+    def range_step(self) -> float:
+        """Spacing of the range axis, m."""
+        return float(self.range[1] - self.range[0])
+
+    @property
+    def range_rate_step(self) -> float:
+        """Spacing of the range-rate axis, m/s."""
+        return float(self.range_rate[1] - self.range_rate[0])
+
+
+def spectrum_size(times: SampleTimes) -> int:
+    """Length of the zero-padded transforms: at least two points per resolution cell."""
+    return int(2 ** np.ceil(np.log2(2 * times.most_samples)))
+
+
+def log_spectra(samples: ComplexArray, weight: FloatArray, size: int) -> FloatArray:
+    """Ln of every ramp's windowed spectrum, ``(beam, ramp, frequency)``, noise power kept.
+
+    ``samples`` ``(beam, ramp, fast)``, ``weight`` ``(ramp, fast)``. White noise of power σ² per
+    sample gives cells of mean power σ² (before the logarithm), whatever the window.
+    """
+    energy = np.sum(weight**2, axis=-1)
+    scale = 1.0 / np.sqrt(np.maximum(energy, 1e-30))
+    spectrum = np.fft.fft(samples * (weight * scale[:, None]), size, axis=-1)
+    power = spectrum.real**2 + spectrum.imag**2
+    return np.log(np.maximum(power, 1e-300))
+
+
+def noise_share(cells: FloatArray) -> FloatArray:
+    r"""Share of the noise that removing a point took away, 0 … 1, at distances in cells.
+
+    A point fitted with free amplitude on a ramp takes with it what noise looks like it. With the
+    window w, its transform W and those of its powers, :math:`W_n`, an amplitude fitted to the
+    spectrum (`spectral_fit.Band.fit`) leaves of the noise at distance x all but
+
+    .. math:: \frac{2 W(x) W_3(x)}{W_2(0)^2} - \frac{W(x)^2\,W_4(0)}{W_2(0)^3}
+    """
+    own = cosine_sum(cells, (0.5, -0.25))  # sin²: 1/2 − 1/2 cos
+    cubed = cosine_sum(cells, (5 / 16, -15 / 64, 3 / 32, -1 / 64))  # sin⁶
+    second, fourth = 3 / 8, 35 / 128  # ∫ sin⁴, ∫ sin⁸
+    return np.clip(2.0 * own * cubed / second**2 - own**2 * fourth / second**3, 0.0, 1.0)
+
+
+def cosine_sum(cells: FloatArray, coefficients: tuple[float, ...]) -> FloatArray:
+    """Transform of a window Σ c_m cos(2πmx), c_m halved for m > 0, at distances in cells.
+
+    Centred windows have alternating signs, hence the shifts of sinc with (−1)^m.
+    """
+    out = coefficients[0] * np.sinc(cells)
+    for m, c in enumerate(coefficients[1:], start=1):
+        out = out + c * (-1.0) ** m * (np.sinc(cells - m) + np.sinc(cells + m))
+    return np.asarray(out)
+
+
+def log_range_rate_map(
+    logs: FloatArray, schedule: RampSchedule, times: SampleTimes, grid: Grid
+) -> FloatArray:
+    r"""Mean over ramps of ln(power) where a point of that range and rate would beat.
+
+    .. math:: S(R, v) = \frac1K \sum_k \ln \left|X_k\big(f_{b,k}(R, v)\big)\right|^2
+
+    Every ramp is read at the beat that *its* slope, carrier and instant give to the point, range
+    migration included, so nothing is assumed equal between ramps. The logarithm (a geometric
+    mean over ramps) asks for the point on every ramp: pairs of an up- with a wrong down-beat,
+    and interference that hits single ramps, do not pass. The nearest bin is read, not a mean of
+    two, so that noise keeps its distribution. Shape ``(beam, range_rate, range)``.
+    """
+    first, step = lines(schedule, times, grid, logs.shape[-1])
+    return np.asarray(_read_along(logs, first, step, grid.range.size))
+
+
+def log_range_rate_map_by_loops(
+    logs: FloatArray, schedule: RampSchedule, times: SampleTimes, grid: Grid
+) -> FloatArray:
+    """The slow, obvious twin of `log_range_rate_map`: one cell after the other."""
+    beams, ramps, size = logs.shape
+    out = np.zeros((beams, grid.range_rate.size, grid.range.size))
+    for i, rate in enumerate(grid.range_rate):
+        for j, distance in enumerate(grid.range):
+            beat = beat_frequency(
+                schedule, times, distance=distance, range_rate=rate, time=grid.time
+            )
+            place = np.floor(beat * size / times.rate + 0.5).astype(np.int64) % size
+            for k in range(ramps):
+                out[:, i, j] += logs[:, k, place[k]] / ramps
+    return out
+
+
+def lines(
+    schedule: RampSchedule, times: SampleTimes, grid: Grid, size: int | IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """Beats are straight lines in range: bin at ``grid.range[0]`` and bins per range step.
+
+    Both ``(range_rate, ramp)``; ``size`` of the transforms, of all or of each ramp.
+    """
+    ends = [
+        beat_frequency(
+            schedule,
+            times,
+            distance=np.full(grid.range_rate.shape, distance),
+            range_rate=grid.range_rate,
+            time=grid.time,
+        )
+        * (size / times.rate)
+        for distance in (grid.range[0], grid.range[-1])
+    ]
+    return ends[0], (ends[1] - ends[0]) / (grid.range.size - 1)
+
+
+@njit(cache=True, nogil=True, parallel=True)
+def _read_along(logs: Any, first: Any, step: Any, num_ranges: int) -> Any:  # pragma: no cover
+    beams, ramps, size = logs.shape
+    rates = first.shape[0]
+    out = np.zeros((beams, rates, num_ranges))
+    for i in prange(rates):
+        for b in range(beams):
+            for k in range(ramps):
+                place = first[i, k]
+                for j in range(num_ranges):
+                    out[b, i, j] += logs[b, k, int(np.floor(place + 0.5)) & (size - 1)]
+                    place += step[i, k]
+            for j in range(num_ranges):
+                out[b, i, j] /= ramps
+    return out
+
+
+def floor_over_range(statistic: FloatArray, block: int) -> FloatArray:
+    """Level of the map without targets, ``(beam, 1, range)``.
+
+    The median over all range rates and ``block`` range cells, a straight line between blocks.
+    A target, its arms, and the notch that it leaves when taken out fill few of those cells; a
+    mean would be pulled by them, and the false alarms with it.
+    """
+    beams, _, ranges = statistic.shape
+    edges = np.linspace(0, ranges, max(1, round(ranges / block)) + 1).astype(np.int64)
+    spans = list(pairwise(edges))
+    level = np.array([medians(statistic[:, :, a:b].reshape(beams, -1)) for a, b in spans])
+    middle = 0.5 * (edges[:-1] + edges[1:] - 1)
+    cells = np.arange(ranges)
+    lines = [np.interp(cells, middle, level[:, beam]) for beam in range(beams)]
+    return np.array(lines)[:, None, :]
+
+
+def medians(values: FloatArray) -> FloatArray:
+    """Medians along the last axis, to single precision: sorting that is vectorised, and quick."""
+    ordered = np.sort(values.astype(np.float32), axis=-1)
+    size = ordered.shape[-1]
+    low, high = ordered[..., (size - 1) // 2], ordered[..., size // 2]
+    return np.asarray(0.5 * (low + high), dtype=np.float64)

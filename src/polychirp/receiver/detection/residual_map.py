@@ -1,0 +1,274 @@
+"""The log range-rate map of a frame, drawn anew and anew while points go out of its spectra."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from polychirp.axes import ComplexArray, FloatArray, IntArray
+from polychirp.model.if_frame import SampleTimes
+from polychirp.model.ramp import RampSchedule
+from polychirp.receiver.detection.floor_correlation import following
+from polychirp.receiver.detection.range_rate_map import (
+    Grid,
+    floor_over_range,
+    lines,
+    medians,
+    noise_share,
+)
+from polychirp.receiver.signal_model.spectral_fit import BINS, Band
+
+FRACTIONS = 8
+"""Where a row of the map begins between two range steps is rounded to so many parts of one: a
+thirty-second of a resolution cell. Rows are then sums of stretches of memory."""
+
+FLOOR_RATES = 16
+"""Rates of the map that its floor is read from."""
+
+
+class LiveMap:
+    """Mean over ramps of ln(power) along each point's beats, of spectra that points went out of.
+
+    The map is what `joint.log_range_rate_map` draws of the same bins but for the rounding of
+    `FRACTIONS`, in single precision, with another order of axes.
+
+    Parameters
+    ----------
+    beams : weights ``(beam, channel)``
+
+    Attributes
+    ----------
+    logs : ln(power) as drawn, ``(ramp, bin, beam)``
+    statistic : mean over ramps, ``(range_rate, range, beam)``
+    noise : median power of the bins as noise would have it, ``(ramp,)``, mean over beams
+    """
+
+    def __init__(
+        self,
+        band: Band,
+        schedule: RampSchedule,
+        times: SampleTimes,
+        grid: Grid,
+        beams: ComplexArray,
+    ) -> None:
+        self.band, self.grid, self.beams = band, grid, beams
+        first, step = lines(schedule, times, grid, band.size)
+        self._step = np.ascontiguousarray(step[0])
+        fraction = np.rint((first - band.first) / step * FRACTIONS).astype(np.int64)
+        self._start = np.ascontiguousarray(fraction // FRACTIONS)
+        self._fraction = np.ascontiguousarray(fraction % FRACTIONS)
+        self.logs = np.zeros((band.length.size, band.num_bins, len(beams)), dtype=np.float32)
+        shape = (grid.range_rate.size, grid.range.size, len(beams))
+        self.statistic = np.zeros(shape, dtype=np.float32)
+        self.noise = np.zeros(band.length.size)
+        self._apart = len(self.statistic) // FLOOR_RATES + 1
+        self._block = round(6.0 / grid.range_step)
+
+    def draw(self, spectra: FloatArray, beats: FloatArray) -> None:
+        """Take the spectra ``(part, ramp, channel, bin)`` that points of ``beats`` were taken from.
+
+        ``beats`` is Hz, ``(point, ramp)``. The noise that went out with them is put back as its
+        mean (`joint.noise_share`), so that a notch looks like noise and does not pull the floor
+        down.
+        """
+        power = _beam_powers(spectra, np.ascontiguousarray(self.beams))
+        noise = medians(np.swapaxes(power[:, ::BINS], 1, 2)) / np.log(2.0)
+        self.noise = np.mean(noise, axis=1)
+        self.logs = _logs(power, noise, self._depletion(beats))
+        self.statistic = _sum_of_rows(
+            self.logs, self._start, self._fraction, self._step, self.grid.range.size
+        )
+
+    def _depletion(self, beats: FloatArray) -> FloatArray:
+        """Share of the noise that went out, ``(ramp, bin)``: of the nearest point."""
+        band = self.band
+        out = np.zeros((band.length.size, band.num_bins))
+        if len(beats) == 0:
+            return out
+        place = beats * band.size / band.rate - band.first
+        reach = np.arange(-3 * BINS + 1, 3 * BINS)
+        index = np.rint(place).astype(np.int64)[..., None] + reach
+        share = noise_share(np.abs(index - place[..., None]) / BINS)
+        rows = np.broadcast_to(np.arange(band.length.size)[:, None], index.shape)
+        np.maximum.at(out, (rows, np.clip(index, 0, band.num_bins - 1)), share)
+        return out
+
+    def floor(self) -> FloatArray:
+        """Level without targets, ``(range, beam)``: `joint.floor_over_range` of some 16 rates.
+
+        That leaves a thousand cells to a median, good to 0.03 nepers with 32 ramps; neighbouring
+        rates read almost the same bins.
+        """
+        some = np.moveaxis(self.statistic[:: self._apart], -1, 0).astype(np.float64)
+        return floor_over_range(some, self._block)[:, 0].T
+
+    def following(self) -> tuple[float, float]:
+        """How far the floor follows the map on noise: its covariance and variance (`following`)."""
+        return following(
+            self._start + self._fraction / FRACTIONS,
+            self._step,
+            sampled=self._apart,
+            block=self._block,
+        )
+
+    def loudest(self) -> float:
+        """The statistic of all beams together where that of one is highest."""
+        beams = self.statistic.reshape(-1, self.statistic.shape[-1])
+        cell = int(np.argmax(self.statistic)) // beams.shape[1]
+        return float(np.logaddexp.reduce(beams[cell].astype(np.float64)))
+
+    def excess(
+        self, floor: FloatArray, least: float
+    ) -> tuple[NDArray[np.float32], NDArray[np.int8]]:
+        """Strongest beam's height above the floor, and its number: ``(range_rate, range)`` each.
+
+        −∞ where less than ``least`` is in all beams together: what lies between two orthogonal
+        beams has 40 % of its power in either.
+        """
+        return _excess(  # type: ignore[no-any-return]
+            self.statistic, floor.astype(np.float32), np.float32(least)
+        )
+
+
+def rows_by_loops(
+    logs: NDArray[np.float32],
+    start: IntArray,
+    fraction: IntArray,
+    step: FloatArray,
+    num_ranges: int,
+) -> FloatArray:
+    """The slow, obvious twin of the map's compiled sum: one cell after the other.
+
+    The cell in row i, range step j reads of ramp k the bin nearest to
+    ``step[k]·(start[i, k] + fraction[i, k]/FRACTIONS + j)``.
+    """
+    out = np.zeros((len(start), num_ranges, logs.shape[2]))
+    for i, j, k in np.ndindex(len(start), num_ranges, len(logs)):
+        place = step[k] * (start[i, k] + fraction[i, k] / FRACTIONS + j)
+        out[i, j] += logs[k, int(np.floor(place + 0.5))] / len(logs)
+    return out
+
+
+@njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
+def _beam_powers(spectra: Any, beams: Any) -> Any:  # pragma: no cover - compiled
+    """``(ramp, bin, beam)``."""
+    _, ramps, channels, bins = spectra.shape
+    out = np.empty((ramps, bins, len(beams)))
+    real, imag = np.empty(bins), np.empty(bins)
+    for k in range(ramps):
+        for b in range(len(beams)):
+            real[:] = 0.0
+            imag[:] = 0.0
+            for m in range(channels):
+                x, y = beams[b, m].real, beams[b, m].imag
+                re, im = spectra[0, k, m], spectra[1, k, m]
+                for i in range(bins):
+                    real[i] += x * re[i] - y * im[i]
+                    imag[i] += x * im[i] + y * re[i]
+            for i in range(bins):
+                out[k, i, b] = real[i] ** 2 + imag[i] ** 2
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _logs(power: Any, noise: Any, depletion: Any) -> Any:  # pragma: no cover - compiled
+    ramps, bins, beams = power.shape
+    out = np.empty((ramps, bins, beams), dtype=np.float32)
+    for k in range(ramps):
+        for i in range(bins):
+            for b in range(beams):
+                value = power[k, i, b] + noise[k, b] * depletion[k, i]
+                out[k, i, b] = np.log(max(value, 1e-300))
+    return out
+
+
+@njit(cache=True, nogil=True, fastmath={"contract", "nsz"})
+def _sum_of_rows(  # pragma: no cover - compiled
+    logs: Any, start: Any, fraction: Any, step: Any, num_ranges: int
+) -> Any:
+    """Every row of the map is, for each ramp, a stretch of one of its resampled spectra."""
+    ramps, bins, beams = logs.shape
+    rates = start.shape[0]
+    out = np.zeros((rates, num_ranges * beams), dtype=np.float32)
+    for k in range(ramps):
+        low = start[:, k].min()
+        length = start[:, k].max() - low + num_ranges
+        resampled = np.empty((FRACTIONS, length * beams), dtype=np.float32)
+        for f in range(FRACTIONS):
+            for j in range(length):
+                place = step[k] * (low + j + f / FRACTIONS)
+                i = min(bins - 1, max(0, int(np.floor(place + 0.5))))
+                for b in range(beams):
+                    resampled[f, j * beams + b] = logs[k, i, b]
+        for i in range(rates):
+            first = (start[i, k] - low) * beams
+            row = resampled[fraction[i, k], first : first + num_ranges * beams]
+            total = out[i]
+            for n in range(num_ranges * beams):
+                total[n] += row[n]
+    out *= np.float32(1.0 / ramps)
+    return out.reshape((rates, num_ranges, beams))
+
+
+@njit(cache=True, nogil=True)
+def _excess(statistic: Any, floor: Any, least: Any) -> Any:  # pragma: no cover - compiled
+    rates, ranges, beams = statistic.shape
+    out = np.full((rates, ranges), -np.inf, dtype=np.float32)
+    beam = np.zeros((rates, ranges), dtype=np.int8)
+    nearly = np.float32(least - np.log(beams))
+    for i in range(rates):
+        for j in range(ranges):
+            highest, best, number = np.float32(-np.inf), np.float32(-np.inf), 0
+            for b in range(beams):
+                value = statistic[i, j, b]
+                highest = max(highest, value)
+                if value - floor[j, b] > best:
+                    best = value - floor[j, b]
+                    number = b
+            if highest < nearly:
+                continue
+            if highest < least:
+                together = np.float32(0.0)
+                for b in range(beams):
+                    together += np.exp(statistic[i, j, b] - highest)
+                if highest + np.log(together) < least:
+                    continue
+            out[i, j] = best
+            beam[i, j] = number
+    return out, beam
+
+
+@njit(cache=True, nogil=True)
+def strongest_peaks(  # pragma: no cover - compiled
+    excess: Any, threshold: float, apart: int, most: int
+) -> Any:
+    """Peaks within 15 % of the strongest, ``(peak, 2)``: row and column, strongest first.
+
+    Parameters
+    ----------
+    excess : ``(row, column)``
+    threshold : none is below it
+    apart : cells that peaks are apart from each other, along rows or columns
+    most : so many at most
+    """
+    enough = max(threshold, 0.85 * excess.max())
+    rows, columns = np.nonzero(excess >= enough)
+    value = np.empty(rows.size, dtype=np.float32)
+    for n in range(rows.size):
+        value[n] = excess[rows[n], columns[n]]
+    peaks = np.empty((most, 2), dtype=np.int64)
+    count = 0
+    for n in np.argsort(-value, kind="mergesort"):
+        if count == most:
+            break
+        is_new = True
+        for m in range(count):
+            if abs(peaks[m, 0] - rows[n]) <= apart and abs(peaks[m, 1] - columns[n]) <= apart:
+                is_new = False
+        if is_new:
+            peaks[count, 0], peaks[count, 1] = rows[n], columns[n]
+            count += 1
+    return peaks[:count]

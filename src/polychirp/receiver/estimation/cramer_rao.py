@@ -1,0 +1,158 @@
+r"""The Cramér–Rao bound of a point: how well any unbiased receiver can measure it.
+
+The point keeps one complex amplitude A over the frame and over the array, and moves with constant
+acceleration; its bearing turns as on a straight path (`bearing_rate`). Sample n of ramp k on
+channel m is
+
+.. math:: y = A\,e^{j\Phi} + w, \qquad \Phi = 2\pi\left[f\,\tau - \tfrac12 b\,\tau^2
+          - \tfrac{\bar f}{c}\,y_m\,s(t)\right], \qquad \tau = \frac{2R(t)}{c + \dot R(t)}
+
+in white noise of power σ². With unknown R, v, a, θ, its rate and A Fisher's information of the
+phase's parameters is :math:`2\,\mathrm{SNR} \sum \partial_i\Phi\,\partial_j\Phi`, SNR = |A|²/σ² per
+sample and channel; |A| is orthogonal to them, arg A is one of them (Kay 1993, §3.9). Amplitudes
+free on every ramp would leave only the beats, and a bound many times weaker for the rate. What is
+known of the bearing's rate beforehand adds its information (Van Trees 1968, §2.4).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from polychirp.axes import FloatArray
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.model.antenna import AntennaArray
+from polychirp.model.if_frame import SampleTimes
+from polychirp.model.ramp import RampSchedule
+from polychirp.receiver.estimation.bearing_rate import courses
+from polychirp.receiver.signal_model.point_signal import path_of, path_slopes, replica
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bound:
+    """Least standard deviations: m, m/s and rad, of range and rate at the reference time."""
+
+    range: float
+    range_rate: float
+    azimuth: float
+
+
+def cramer_rao_bound(
+    schedule: RampSchedule,
+    times: SampleTimes,
+    array: AntennaArray,
+    *,
+    motion: FloatArray,
+    azimuth: float,
+    snr: float,
+    time: float,
+    knows_acceleration: bool = False,
+    turning: float = math.inf,
+) -> Bound:
+    """The bound for an isolated point.
+
+    Parameters
+    ----------
+    motion : R, v, a at ``time``
+    snr : power ratio per sample and channel
+    knows_acceleration : it need not be estimated, as of what stands or rolls steadily
+    turning : 1/s, standard deviation of what is known beforehand of the rate of sin θ, which is
+        taken to be small: 0 where it is known, inf where nothing is
+
+    Examples
+    --------
+    >>> from polychirp.model.if_frame import sample_times
+    >>> from polychirp.model.radar import Converter
+    >>> from polychirp.waveform import Triangular
+    >>> from polychirp.rng import Streams
+    >>> ramps = Triangular().schedule(num_sweeps=16, streams=Streams(1))
+    >>> bound = cramer_rao_bound(ramps, sample_times(ramps, Converter()), AntennaArray(),
+    ...     motion=np.array([10.0, 0.0, 0.0]), azimuth=0.0, snr=1.0, time=0.0)
+    >>> bound.range < 1e-3
+    True
+    """
+    slopes = _phase_slopes(schedule, times, motion, time)[:, times.is_sample]
+    along = array.position[:, 1]
+    frequency = float(np.mean(schedule.centre_frequency))
+    by_sine = -2.0 * np.pi * frequency / SPEED_OF_LIGHT * along
+    # rows: R, v, a, arg A alike on all channels; θ and its rate by each channel's place
+    alike = np.concatenate([slopes, np.ones((1, slopes.shape[1]))])
+    elapsed = (times.time - time)[times.is_sample]
+    own = courses(motion[None], elapsed)[:, 0] * np.array([[np.cos(azimuth)], [1.0]])
+    keep, turn = [0, 1, 2, 5], [3, 4]
+    information = np.zeros((6, 6))
+    information[np.ix_(keep, keep)] = array.num_channels * alike @ alike.T
+    information[np.ix_(turn, keep)] = np.sum(by_sine) * own @ alike.T
+    information[np.ix_(keep, turn)] = information[np.ix_(turn, keep)].T
+    information[np.ix_(turn, turn)] = by_sine @ by_sine * own @ own.T
+    return _bound_of(2.0 * snr * information, not knows_acceleration, turning)
+
+
+def cramer_rao_bound_twin(
+    schedule: RampSchedule,
+    times: SampleTimes,
+    array: AntennaArray,
+    *,
+    motion: FloatArray,
+    azimuth: float,
+    snr: float,
+    time: float,
+    knows_acceleration: bool = False,
+    turning: float = math.inf,
+) -> Bound:
+    """The slow, obvious twin: every sample of every channel, differentiated by differences."""
+    frequency = float(np.mean(schedule.centre_frequency))
+
+    elapsed = (times.time - time)[times.is_sample]
+
+    def signal(point: FloatArray) -> FloatArray:
+        own = replica(schedule, times, motion=point[:3], time=time)[times.is_sample]
+        straight, turned = courses(point[None, :3], elapsed)[:, 0]
+        sine = np.sin(point[3]) * straight + point[4] * turned
+        cycles = frequency / SPEED_OF_LIGHT * np.outer(array.position[:, 1], sine)
+        both = np.exp(1j * point[5] - 2j * np.pi * cycles) * own * np.exp(point[6])
+        return np.concatenate([both.real.ravel(), both.imag.ravel()])
+
+    centre = np.array([*motion, azimuth, 0.0, 0.0, 0.0])
+    slopes = []
+    for i, step in enumerate((1e-6, 1e-5, 1e-3, 1e-5, 1e-4, 1e-5, 1e-5)):
+        change = np.zeros(7)
+        change[i] = step
+        slopes.append((signal(centre + change) - signal(centre - change)) / (2.0 * step))
+    jacobian = np.array(slopes)
+    return _bound_of(2.0 * snr * jacobian @ jacobian.T, not knows_acceleration, turning)
+
+
+def _phase_slopes(
+    schedule: RampSchedule, times: SampleTimes, motion: FloatArray, time: float
+) -> FloatArray:
+    """∂Φ by R, v and a, ``(3, ramp, fast)``."""
+    elapsed = times.time - time
+    distance, rate, _ = path_of(motion[None], elapsed)[:, 0]
+    speed = SPEED_OF_LIGHT + rate
+    delay = 2.0 * distance / speed
+    frequency = schedule.start_frequency[:, None] + schedule.slope[:, None] * (
+        times.time - schedule.start_time[:, None]
+    )
+    by_delay = 2.0 * np.pi * (frequency - schedule.slope[:, None] * delay) / speed
+    # that the delay also goes by the rate, R/c = 0.1 µs of it, is left out
+    by_motion = 2.0 * np.moveaxis(path_slopes(motion[None], elapsed)[0], -1, 0)
+    return np.asarray(by_delay * by_motion)
+
+
+def _bound_of(information: FloatArray, unknown_acceleration: bool, turning: float) -> Bound:
+    """Standard deviations of R, v, θ of (R, v, a, θ, rate of θ, …), with what is known of them."""
+    information = information.copy()
+    free = np.ones(len(information), dtype=bool)
+    free[2], free[4] = unknown_acceleration, turning > 0.0
+    if turning > 0.0:
+        information[4, 4] += turning**-2.0
+    size = 1.0 / np.sqrt(np.diag(information)[free])
+    scaled = information[np.ix_(free, free)] * np.outer(size, size)
+    deviation = np.zeros(len(information))
+    deviation[free] = size * np.sqrt(np.diag(np.linalg.inv(scaled)))
+    return Bound(
+        range=float(deviation[0]), range_rate=float(deviation[1]), azimuth=float(deviation[3])
+    )

@@ -1,0 +1,327 @@
+"""A point fitted with one amplitude for the whole frame: its motion at the bound.
+
+Beats measure the rate to a few cm/s; the phase from ramp to ramp measures it a hundred times
+better, but only up to multiples of half a wavelength per ramp interval. So beats come first, and
+phases refine what beats have made unambiguous, where all ramps share one phase history.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from polychirp.axes import BoolArray, ComplexArray, FloatArray
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.model.if_frame import SampleTimes
+from polychirp.model.ramp import RampSchedule
+from polychirp.receiver.estimation.bearing_rate import trust
+from polychirp.receiver.estimation.coherence_test import best_corrections
+from polychirp.receiver.signal_model.point_signal import beat_sensitivity, path_of, path_slopes
+
+ONE_POINT = 0.8
+"""Share of a point's power, without the noise in it, that must add up in phase."""
+
+SPREAD = 3.0
+"""Standard deviations by which beats must tell a rate from its nearest alias, to either side."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Readings:
+    """What all samples of a ramp, equally weighted, say about each point's phase.
+
+    Parameters
+    ----------
+    value : mean of the samples turned back by the point's phase, ``(point, channel, ramp)``
+    slope : mean of the same times the time from the ramp's middle, s, ``(point, channel, ramp)``
+    count : samples, ``(ramp,)``
+    spread : mean square time from the middle, s², ``(ramp,)``
+    middle : s, ``(ramp,)``
+    """
+
+    value: ComplexArray
+    slope: ComplexArray
+    count: FloatArray
+    spread: FloatArray
+    middle: FloatArray
+
+    def turned(self, turn: ComplexArray) -> Readings:
+        """The same with phases added, ``(point, 1, ramp)``."""
+        return replace(self, value=self.value * turn, slope=self.slope * turn)
+
+    def of(self, point: int) -> Readings:
+        """The same of one point."""
+        return replace(
+            self, value=self.value[point : point + 1], slope=self.slope[point : point + 1]
+        )
+
+
+def read_points(
+    samples: ComplexArray,
+    present: BoolArray,
+    times: SampleTimes,
+    *,
+    phases: FloatArray,
+    amplitude: ComplexArray,
+) -> Readings:
+    """Readings of every point with all the others taken out.
+
+    Without a window nothing of a sample's worth is lost; the others' skirts are gone with them.
+
+    Parameters
+    ----------
+    samples : ``(channel, ramp, fast)``
+    present : ``(ramp, fast)``
+    phases : `beat_phase` of each point, ``(point, ramp, 3)``
+    amplitude : of each point, ``(point, channel, ramp)``
+    """
+    count = np.maximum(np.sum(present, axis=1), 1).astype(np.float64)
+    ticks = np.arange(present.shape[1])
+    centre = np.sum(present * ticks, axis=1) / count
+    spread = np.sum(present * (ticks - centre[:, None]) ** 2, axis=1) / count
+    value, slope = _read(samples, present, phases, amplitude, centre, times.rate)
+    return Readings(
+        value=amplitude + value / count,
+        slope=slope / count / times.rate,
+        count=count,
+        spread=spread / times.rate**2,
+        middle=times.first + centre / times.rate,
+    )
+
+
+def coherent_steps(
+    readings: Readings,
+    schedule: RampSchedule,
+    times: SampleTimes,
+    *,
+    motion: FloatArray,
+    time: float,
+    noise: float,
+) -> tuple[FloatArray, BoolArray]:
+    """Corrections of (R, v, a) for a single phase history, ``(point, 3)``, and who has one.
+
+    Parameters
+    ----------
+    readings : with known phases of the front end taken back
+    motion : R, v, a with which they were read, ``(point, 3)``
+    time : s, to which the motion refers
+    noise : power per sample
+    """
+    number = readings.value.shape[0]
+    steps, is_one = np.zeros((number, 3)), np.zeros(number, dtype=bool)
+    frequency = schedule.start_frequency + schedule.slope * (readings.middle - schedule.start_time)
+    elapsed = readings.middle - time
+    phases = 4.0 * np.pi / SPEED_OF_LIGHT * frequency[:, None] * path_slopes(motion, elapsed)
+    beat = 2.0 * np.pi * beat_sensitivity(schedule, times, time)
+    cubic = _cubic(readings, schedule, times, frequency, motion, time)
+    start = _first_guesses(readings, frequency, time)
+    weight = readings.count * _trust(readings)
+    for p, phase in enumerate(phases):
+
+        def change(step: FloatArray, p: int = p) -> FloatArray:
+            ways = path_of(np.stack([motion[p] + step, motion[p]]), elapsed)[:2]
+            way, rate = 4.0 * np.pi / SPEED_OF_LIGHT * (ways[:, 0] - ways[:, 1])
+            return np.stack([frequency * way, schedule.slope * way + frequency * rate])
+
+        def fitted(
+            first: FloatArray, p: int = p, phase: FloatArray = phase
+        ) -> tuple[FloatArray, float]:
+            step = _fit_history(readings, p, phase, beat, first, cubic[p], change, weight[p])
+            return step, _share(readings, p, np.exp(-1j * change(step)[0]), noise, weight[p])
+
+        steps[p], share = fitted(start[p])
+        if share < ONE_POINT:
+            straight = _without_acceleration(motion[p], readings, time)
+            turned = readings.of(p).turned(np.exp(-1j * change(straight)[0])[None, None])
+            again, its_share = fitted(straight + _first_guesses(turned, frequency, time)[0])
+            if its_share > share:
+                steps[p], share = again, its_share
+        is_one[p] = share >= ONE_POINT and _is_unambiguous(readings, p, beat, frequency, noise)
+    return steps, is_one
+
+
+def _without_acceleration(motion: FloatArray, readings: Readings, time: float) -> FloatArray:
+    """Step to the steady motion with the same range and rate in the middle of the frame.
+
+    Weak beats may leave an acceleration of 15 m/s² that is not there, and with it a third
+    derivative 3va/R, which no correction of rate and acceleration takes back: at 10 m and
+    20 m/s a cycle at the end of 50 ms.
+    """
+    half = float(np.mean(readings.middle)) - time
+    acceleration = float(motion[2])
+    return np.array([-0.5 * half**2, half, -1.0]) * acceleration
+
+
+def _first_guesses(readings: Readings, frequency: FloatArray, time: float) -> FloatArray:
+    """The best of the corrections that are tried, seen from the reference time: ``(point, 3)``."""
+    rate, acceleration = best_corrections(readings.value, frequency, readings.middle)
+    offset = float(np.mean(readings.middle)) - time
+    return np.stack(
+        [
+            0.5 * acceleration * offset**2 - rate * offset,
+            rate - acceleration * offset,
+            acceleration,
+        ],
+        axis=-1,
+    )
+
+
+def _cubic(
+    readings: Readings,
+    schedule: RampSchedule,
+    times: SampleTimes,
+    frequency: FloatArray,
+    motion: FloatArray,
+    time: float,
+) -> FloatArray:
+    """Phase and tilt of what `beat_phase` leaves out, ``(point, 2, ramp)``.
+
+    It is (b a + f j/3) t³/c cycles after a ramp's first sample, with the third derivative of the
+    range j = −3 v a/R; means over the ramp, plain and times the time from its middle, of (h + u)³
+    with the mean squares of u, and of u² (9/5 of its square).
+    """
+    distance, rate, acceleration = path_of(motion, readings.middle - time)
+    third = schedule.slope * acceleration - frequency * rate * acceleration / distance
+    half, square = readings.middle - times.first, readings.spread
+    mean = half**3 + 3.0 * half * square
+    tilt = 3.0 * half**2 * square + 1.8 * square**2
+    size = 2.0 * np.pi / SPEED_OF_LIGHT * third
+    return np.stack([size * mean, size * tilt], axis=1)
+
+
+def _fit_history(
+    readings: Readings,
+    p: int,
+    phase: FloatArray,
+    beat: FloatArray,
+    step: FloatArray,
+    cubic: FloatArray,
+    change: Callable[[FloatArray], FloatArray],
+    weight: FloatArray,
+) -> FloatArray:
+    """Gauss and Newton on the phases and beats of all ramps, ``(R, v, a)``.
+
+    ``change`` gives what a step does to both, without linearising: ``(2, ramp)``.
+    """
+    value, slope = readings.value[p], readings.slope[p]
+    columns = np.column_stack([phase, np.ones(len(phase))])
+    beats = np.column_stack([beat, np.zeros(len(beat))])
+    normal = (columns.T * weight) @ columns + (beats.T * (weight * readings.spread)) @ beats
+    size = 1.0 / np.sqrt(np.diag(normal))
+    inverse = np.linalg.inv(normal * np.outer(size, size)) * np.outer(size, size)
+    for _ in range(3):
+        turned, beaten = change(step)
+        turn = np.exp(-1j * turned)
+        mean = (value * turn) @ weight / np.sum(weight)  # a phase of its own on every channel
+        power = float(np.sum(np.abs(mean) ** 2)) + 1e-300
+        along = np.angle(mean.conj() @ (value * turn))
+        tilt = np.imag(mean.conj() @ (slope * turn)) / power - beaten * readings.spread
+        right = columns.T @ (weight * (along - cubic[0])) + beats.T @ (weight * (tilt - cubic[1]))
+        step = step + (inverse @ right)[:3]
+    return step
+
+
+def _trust(readings: Readings) -> FloatArray:
+    """How much each ramp counts, 0 … 1, by how far its channels are from their usual loudness.
+
+    ``(point, ramp)``.
+    """
+    loudness = np.abs(readings.value)
+    apart = loudness - np.median(loudness, axis=2, keepdims=True)
+    return trust(np.sum(apart**2, axis=1) * readings.count)
+
+
+def _share(
+    readings: Readings, p: int, turn: ComplexArray, noise: float, trusted: FloatArray
+) -> float:
+    """Power that adds up in phase over all power, both without the noise in them."""
+    value = readings.value[p]
+    weight = trusted / np.sum(trusted)
+    own = noise * value.shape[0]  # in the samples of all channels
+    together = float(np.sum(np.abs((value * turn) @ weight) ** 2))
+    together -= own * float(np.sum(weight**2 / readings.count))
+    every = float(np.sum(np.abs(value) ** 2 @ weight))
+    every -= own * float(np.sum(weight / readings.count))
+    return float(together / max(every, 1e-300))
+
+
+def _is_unambiguous(
+    readings: Readings, p: int, beat: FloatArray, frequency: FloatArray, noise: float
+) -> bool:
+    """Whether beats alone tell the rate from its nearest alias, λ/(2 × ramp interval) away."""
+    power = np.sum(np.abs(readings.value[p]) ** 2, axis=0) * readings.count * readings.spread
+    information = 2.0 / noise * (beat[:, :2].T * power) @ beat[:, :2]
+    deviation = float(np.sqrt(np.linalg.inv(information)[1, 1]))
+    interval = float(np.max(np.diff(readings.middle), initial=1e-9))
+    alias = SPEED_OF_LIGHT / (2.0 * float(np.mean(frequency)) * interval)
+    return SPREAD * deviation < 0.5 * alias
+
+
+LANES = 16
+"""Samples that a recurrence takes in step: alone it waits for every product."""
+
+
+@njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
+def _turning_into(real: Any, imag: Any, phase: Any, rate: float) -> None:  # pragma: no cover
+    """Unit signal of one point on one ramp, by recurrences of a quadratic phase."""
+    slope, bend = phase[1] / rate, phase[2] / rate**2
+    tr, ti, sr, si = np.empty(LANES), np.empty(LANES), np.empty(LANES), np.empty(LANES)
+    for i in range(LANES):
+        turn = 2.0 * np.pi * ((phase[0] + slope * i + 0.5 * bend * i * i) % 1.0)
+        step = 2.0 * np.pi * ((LANES * (slope + bend * (i + 0.5 * LANES))) % 1.0)
+        tr[i], ti[i], sr[i], si[i] = np.cos(turn), np.sin(turn), np.cos(step), np.sin(step)
+    gr = np.cos(2.0 * np.pi * bend * LANES**2)
+    gi = np.sin(2.0 * np.pi * bend * LANES**2)
+    for first in range(0, real.size, LANES):
+        count = min(LANES, real.size - first)
+        for i in range(count):
+            real[first + i], imag[first + i] = tr[i], ti[i]
+        for i in range(LANES):
+            x, y = tr[i], ti[i]
+            tr[i], ti[i] = x * sr[i] - y * si[i], x * si[i] + y * sr[i]
+            x, y = sr[i], si[i]
+            sr[i], si[i] = x * gr - y * gi, x * gi + y * gr
+
+
+@njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
+def _read(  # pragma: no cover - compiled
+    samples: Any, present: Any, phases: Any, amplitude: Any, centre: Any, rate: float
+) -> Any:
+    """Sums over the residual, turned back, plain and times the ticks from the middle."""
+    channels, ramps, fast = samples.shape
+    points = phases.shape[0]
+    value = np.zeros((points, channels, ramps), dtype=np.complex128)
+    slope = np.zeros((points, channels, ramps), dtype=np.complex128)
+    real, imag = np.empty((points, fast)), np.empty((points, fast))
+    x, y = np.empty((channels, fast)), np.empty((channels, fast))
+    for k in range(ramps):
+        for m in range(channels):
+            for n in range(fast):
+                x[m, n] = samples[m, k, n].real if present[k, n] else 0.0
+                y[m, n] = samples[m, k, n].imag if present[k, n] else 0.0
+        for p in range(points):
+            _turning_into(real[p], imag[p], phases[p, k], rate)
+            for n in range(fast):
+                real[p, n] *= present[k, n]
+                imag[p, n] *= present[k, n]
+            for m in range(channels):
+                a, b = amplitude[p, m, k].real, amplitude[p, m, k].imag
+                for n in range(fast):
+                    x[m, n] -= a * real[p, n] - b * imag[p, n]
+                    y[m, n] -= a * imag[p, n] + b * real[p, n]
+        for p in range(points):
+            for m in range(channels):
+                a, b, c, d = 0.0, 0.0, 0.0, 0.0
+                for n in range(fast):
+                    re = x[m, n] * real[p, n] + y[m, n] * imag[p, n]
+                    im = y[m, n] * real[p, n] - x[m, n] * imag[p, n]
+                    a += re
+                    b += im
+                    c += re * (n - centre[k])
+                    d += im * (n - centre[k])
+                value[p, m, k] = complex(a, b)
+                slope[p, m, k] = complex(c, d)
+    return value, slope

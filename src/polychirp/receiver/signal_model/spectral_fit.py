@@ -1,0 +1,480 @@
+r"""Points fitted in the frequency domain: a windowed beat is a few bins wide.
+
+With Hann's window w a point of amplitude a, beat f and curvature b puts into the spectrum of a ramp
+of L samples
+
+.. math:: S(f_m) = a\,e^{j\varphi}\,g\,K(x, c), \qquad
+          K(x, c) = \int w(u)\,e^{-j2\pi x u + j\pi c u^2}\,du
+
+where :math:`x = (f_m - f) L/f_s` counts resolution cells, :math:`c = b (L/f_s)^2` is the curvature
+in cycles over the ramp, φ the phase in the middle of the ramp, and :math:`g = L/\sqrt{\sum w^2}`
+makes white noise keep its power. K falls as :math:`1/\pi |x|^3`, so sums over a thousand
+samples become sums over a dozen bins, two to a cell. Its dependence on c is the series
+:math:`\sum_q (j\pi c)^q/q!\,M_{2q}(x)` in the window's even moments, cut after q = 5: below −110 dB
+up to c = 1 (a car at 32 m/s, 1 GHz, 2 ms: 0.85). Ramps with blanked samples have moments of
+their own, and no short reach. The obvious twin in the time domain is
+`polychirp.receiver.signal_model.point_signal`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
+from polychirp.model.if_frame import SampleTimes
+from polychirp.receiver.signal_model.point_signal import hann_weights
+
+MOMENTS = 6
+"""Terms of the series in the curvature."""
+
+STEP = 16
+"""Points of a moment's table per resolution cell; cubic interpolation is good to −115 dB."""
+
+BINS = 2
+"""Bins of the spectra per resolution cell."""
+
+NEAR = 3.0
+"""Resolution cells to either side of a beat in which its amplitude and error are read."""
+
+REACH = 9.0
+"""Cells beyond which two points do not share a normal equation: 1/(2π 9³) = −73 dB, and what is
+left of that goes out in the second pass."""
+
+NEGLIGIBLE = 0.03
+"""Of the noise's rms: a point's skirt is taken out as far as it exceeds this."""
+
+RIDGE = 1e-7
+"""Share of a point's own energy added to the normal equations, as in `point.fit_amplitudes`."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Band:
+    """The bins of every ramp's spectrum in which points of a map can beat.
+
+    Real and imaginary parts are kept apart, ``(part, …)``: compilers vectorise that.
+
+    Parameters
+    ----------
+    first : number of the first bin, ``(ramp,)``; may be negative
+    num_bins : of every ramp
+    rate : of the samples, 1/s
+    length : samples under the window, ``(ramp,)``; bins are ``rate/(BINS·length)`` apart
+    gain : L/√Σw², ``(ramp,)``
+    weight : the window over √Σw², zero where no sample is used, ``(ramp, fast)``
+    is_whole : no sample under the window is missing, ``(ramp,)``
+    moments : M_2q of each kind of ramp, ``(table, part, phase, moment, place)`` from −``farthest``
+        cells on; ``phase`` is the place between two bins
+    table : which of them a ramp has, ``(ramp,)``
+    farthest : cells
+    """
+
+    first: IntArray
+    num_bins: int
+    rate: float
+    length: IntArray
+    gain: FloatArray
+    weight: FloatArray
+    is_whole: BoolArray
+    moments: FloatArray
+    table: IntArray
+    farthest: int
+
+    @property
+    def size(self) -> IntArray:
+        """Length of each ramp's transform, ``(ramp,)``."""
+        return BINS * self.length
+
+    @property
+    def noise_gain(self) -> FloatArray:
+        """(Σw)²/Σw², ``(ramp,)``: what a point gains over the noise of a sample."""
+        return np.asarray(np.sum(self.weight, axis=1) ** 2)
+
+    def spectra(self, samples: ComplexArray) -> FloatArray:
+        """Spectra ``(part, ramp, channel, bin)`` of ``(channel, ramp, fast)``.
+
+        Their phase refers to the middle of each ramp's window; white noise keeps its power.
+        """
+        channels, ramps, _ = samples.shape
+        out = np.empty((2, ramps, channels, self.num_bins))
+        for k in range(ramps):
+            length = int(self.length[k])
+            windowed = samples[:, k, :length] * self.weight[k, :length]
+            spectrum = np.fft.fft(windowed, BINS * length, axis=-1)
+            bins = self.first[k] + np.arange(self.num_bins)
+            turn = np.exp(1j * np.pi * bins * ((length - 1) / (BINS * length)))
+            shown = spectrum[:, bins % (BINS * length)] * turn
+            out[0, k], out[1, k] = shown.real, shown.imag
+        return out
+
+    def places(self, phases: FloatArray) -> FloatArray:
+        """Of points' `beat_phase`: phase in the middle, bin, curvature in cycles; same shape."""
+        centre = 0.5 * (self.length - 1) / self.rate
+        value, slope, bend = phases[..., 0], phases[..., 1], phases[..., 2]
+        beat = slope + bend * centre
+        return np.stack(
+            [
+                (value + slope * centre + 0.5 * bend * centre**2) % 1.0,
+                beat * self.size / self.rate - self.first,
+                bend * (self.length / self.rate) ** 2,
+            ],
+            axis=-1,
+        )
+
+    def match(self, spectra: FloatArray, phases: FloatArray) -> ComplexArray:
+        """Amplitudes of points each on its own, ``(point, channel, ramp)``."""
+        return np.asarray(_match(spectra, self.places(phases), *self._kernel()))
+
+    def fit(
+        self, spectra: FloatArray, phases: FloatArray, noise: FloatArray
+    ) -> tuple[ComplexArray, FloatArray]:
+        r"""Amplitudes of several points at once, and what they leave of the spectra.
+
+        Every point p asks that what is left be orthogonal to its own kernel :math:`V_p` within
+        ``NEAR`` cells: :math:`\langle V_p, S - \sum_q a_q K_q\rangle = 0`. Exact where the
+        spectra are sums of points, whatever of a kernel lies outside.
+
+        Parameters
+        ----------
+        spectra : ``(part, ramp, channel, bin)``
+        phases : `beat_phase`, ``(point, ramp, 3)``
+        noise : rms of the noise in a bin, ``(ramp,)``; skirts far below it are not removed
+
+        Returns
+        -------
+        amplitude : ``(point, channel, ramp)``
+        residual : as ``spectra``
+        """
+        _, ramps, channels, _ = spectra.shape
+        if len(phases) == 0:
+            return np.zeros((0, channels, ramps), dtype=np.complex128), spectra.copy()
+        amplitude, residual = _fit(spectra, self.places(phases), noise, *self._kernel())
+        return amplitude, residual
+
+    def beat_errors(
+        self, residual: FloatArray, phases: FloatArray, amplitude: ComplexArray
+    ) -> FloatArray:
+        """By how much the residual says each point's beat is wrong: Hz, ``(point, ramp)``."""
+        above = np.sum((self.tilts(residual, phases) * amplitude.conj()).real, axis=1)
+        strength = np.sum(np.abs(amplitude) ** 2, axis=1)
+        return np.asarray(above / np.maximum(strength, 1e-300))
+
+    def tilts(self, residual: FloatArray, phases: FloatArray) -> ComplexArray:
+        """Beat errors times amplitudes that the residual shows: ``(point, channel, ramp)``, Hz."""
+        cells = _tilts(residual, self.places(phases), *self._kernel())
+        return np.asarray(cells * (self.rate / self.length))
+
+    def without(
+        self, spectra: FloatArray, phases: FloatArray, amplitude: ComplexArray
+    ) -> FloatArray:
+        """Spectra that points of known amplitudes ``(point, channel, ramp)`` were taken out of."""
+        out = spectra.copy()
+        if len(phases):
+            _without(out, self.places(phases), amplitude, *self._kernel())
+        return out
+
+    def _kernel(self) -> tuple[Any, ...]:
+        return self.moments, self.table, self.farthest, self.gain, self.is_whole
+
+
+def band_of(
+    presence: BoolArray | FloatArray, times: SampleTimes, *, lowest: FloatArray, highest: FloatArray
+) -> Band:
+    """The band from beat ``lowest`` to ``highest``, Hz, ``(ramp,)``, with eight cells to spare.
+
+    Windows end at a length that transforms like, a per cent shorter than the ramp at most, where
+    they have almost faded out anyway.
+
+    Parameters
+    ----------
+    presence : how far each sample counts, 0 … 1, ``(ramp, fast)``
+    """
+    ticks = np.arange(presence.shape[1])
+    last = np.max(np.where(presence > 0, ticks + 1, 0), axis=1)
+    length = np.array([_smooth_below(int(n)) for n in last])
+    weight = hann_weights(presence * (ticks < length[:, None]))
+    bins = BINS * length / times.rate
+    first = np.floor(lowest * bins).astype(np.int64) - 8 * BINS
+    num_bins = int(np.max(np.ceil(highest * bins).astype(np.int64) - first)) + 8 * BINS + 1
+    is_whole = np.sum(presence * (ticks < length[:, None]), axis=1) == length
+    energy = np.maximum(np.sum(weight**2, axis=1), 1e-30)
+    farthest = -(-num_bins // BINS) + 4
+    broken = np.flatnonzero(~is_whole)
+    tables = [_hann_moments(farthest)]
+    tables += [_moments(weight[k, : length[k]], farthest) for k in broken]
+    table = np.zeros(length.size, dtype=np.int64)
+    table[broken] = 1 + np.arange(broken.size)
+    return Band(
+        first=first,
+        num_bins=num_bins,
+        rate=times.rate,
+        length=length,
+        gain=length / np.sqrt(energy),
+        weight=weight / np.sqrt(energy)[:, None],
+        is_whole=is_whole,
+        moments=np.array(tables),
+        table=table,
+        farthest=farthest,
+    )
+
+
+@lru_cache(maxsize=1024)
+def _smooth_below(length: int) -> int:
+    """The greatest length up to this one whose prime factors are 2, 3 and 5; at least 2."""
+    best = 2
+    fives = 1
+    while fives <= length:
+        threes = fives
+        while threes <= length:
+            best = max(best, threes << ((length // threes).bit_length() - 1))
+            threes *= 3
+        fives *= 5
+    return best
+
+
+@lru_cache(maxsize=8)
+def _hann_moments(farthest: int) -> FloatArray:
+    """Of a window so long that its number of samples does not matter: 1/(2π 1024³)."""
+    u = (np.arange(2048) + 0.5) / 2048
+    return _moments(np.sin(np.pi * u) ** 2, farthest)
+
+
+def _moments(weight: FloatArray, farthest: int) -> FloatArray:
+    """Transforms of w u^2q in the order of `Band.moments`, ``STEP`` points per cell."""
+    length = weight.size
+    u = (np.arange(length) - 0.5 * (length - 1)) / length
+    powers = u ** (2 * np.arange(MOMENTS)[:, None])
+    spectrum = np.fft.fft(weight * powers, STEP * length, axis=-1) / length
+    x = np.arange(-farthest * STEP, farthest * STEP)
+    shown = spectrum[:, x % (STEP * length)] * np.exp(1j * np.pi * x / STEP * (length - 1) / length)
+    parts = np.stack([shown.real, shown.imag]).reshape(2, MOMENTS, -1, STEP // BINS)
+    return np.ascontiguousarray(np.moveaxis(parts, 3, 1))
+
+
+@njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
+def _add_row(out: Any, factor: float, row: Any) -> None:  # pragma: no cover - compiled
+    for i in range(out.size):
+        out[i] += factor * row[i]
+
+
+@njit(cache=True, nogil=True)
+def _kernel_into(  # pragma: no cover - compiled
+    out: Any, moments: Any, x: float, curvature: float, farthest: int, is_whole: bool
+) -> None:
+    """K(x + i/BINS, curvature) for all places i of ``out``, ``(part, place)``."""
+    out[:] = 0.0
+    phases, terms, length = moments.shape[1:]
+    place = (x + farthest) * STEP
+    middle = int(np.floor(place))
+    t = place - middle
+    count = out.shape[1]
+    for o in range(-1, 3):
+        if o == -1:
+            share = -t * (t - 1.0) * (t - 2.0) / 6.0
+        elif o == 0:
+            share = 0.5 * (t + 1.0) * (t - 1.0) * (t - 2.0)
+        elif o == 1:
+            share = -0.5 * (t + 1.0) * t * (t - 2.0)
+        else:
+            share = (t + 1.0) * t * (t - 1.0) / 6.0
+        start = (middle + o) // phases
+        phase = (middle + o) - start * phases
+        low, high = max(0, -start), min(count, length - start)
+        if high <= low:
+            continue
+        for q in range(terms):
+            row = moments[0, phase, q, start + low : start + high]
+            odd = q % 2
+            sign = 1.0 if q % 4 < 2 else -1.0
+            _add_row(out[odd, low:high], sign * share, row)
+            if not is_whole:
+                row = moments[1, phase, q, start + low : start + high]
+                _add_row(out[1 - odd, low:high], sign * share * (1.0 - 2.0 * odd), row)
+            share *= np.pi * curvature / (q + 1)
+
+
+@njit(cache=True, nogil=True)
+def _span(place: float, cells: float, bins: int) -> Any:  # pragma: no cover - compiled
+    """First bin and one past the last within ``cells`` of a place."""
+    low = max(0, int(np.ceil(place - cells * BINS)))
+    high = min(bins, int(np.floor(place + cells * BINS)) + 1)
+    return low, max(low, high)
+
+
+@njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
+def _inner(a: Any, b: Any) -> Any:  # pragma: no cover - compiled
+    """Σ a* b of two rows ``(part, place)``."""
+    real, imag = 0.0, 0.0
+    for i in range(a.shape[1]):
+        real += a[0, i] * b[0, i] + a[1, i] * b[1, i]
+        imag += a[0, i] * b[1, i] - a[1, i] * b[0, i]
+    return complex(real, imag)
+
+
+@njit(cache=True, nogil=True)
+def _match(  # pragma: no cover - compiled
+    spectra: Any, places: Any, moments: Any, table: Any, farthest: int, gain: Any, is_whole: Any
+) -> Any:
+    _, ramps, channels, bins = spectra.shape
+    out = np.zeros((places.shape[0], channels, ramps), dtype=np.complex128)
+    values = np.empty((2, bins))
+    for p in range(places.shape[0]):
+        for k in range(ramps):
+            place = places[p, k]
+            low, high = _span(place[1], NEAR, bins)
+            own = values[:, : high - low]
+            start = (low - place[1]) / BINS
+            _kernel_into(own, moments[table[k]], start, place[2], farthest, is_whole[k])
+            energy = _inner(own, own).real + 1e-300
+            turn = np.exp(-2j * np.pi * place[0]) / (gain[k] * energy)
+            for m in range(channels):
+                out[p, m, k] = _inner(own, spectra[:, k, m, low:high]) * turn
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _fit(  # pragma: no cover - compiled
+    spectra: Any,
+    places: Any,
+    noise: Any,
+    moments: Any,
+    table: Any,
+    farthest: int,
+    gain: Any,
+    is_whole: Any,
+) -> Any:
+    _, ramps, channels, bins = spectra.shape
+    points = places.shape[0]
+    amplitude = np.zeros((points, channels, ramps), dtype=np.complex128)
+    residual = spectra.copy()
+    kernel = np.zeros((points, 2, bins))
+    wide = np.zeros((points, 2), dtype=np.int64)
+    near = np.zeros((points, 2), dtype=np.int64)
+    for k in range(ramps):
+        own = moments[table[k]]
+        reach = REACH + NEAR if is_whole[k] else 2.0 * farthest
+        for p in range(points):
+            near[p, 0], near[p, 1] = _span(places[p, k, 1], NEAR, bins)
+            _show(kernel, wide, p, reach, places[p, k], own, farthest, is_whole[k])
+        gram = _gram(kernel, wide, near)
+        found = np.linalg.solve(gram, _readings(kernel, near, residual[:, k]))
+        for p in range(points):
+            above = np.abs(found[p]).max() / (2.0 * np.pi * NEGLIGIBLE * noise[k] + 1e-300)
+            skirt = min(above ** (1.0 / 3.0), 2.0 * farthest)
+            if skirt > reach:
+                _show(kernel, wide, p, skirt, places[p, k], own, farthest, is_whole[k])
+        _remove(residual[:, k], kernel, wide, found)
+        change = np.linalg.solve(gram, _readings(kernel, near, residual[:, k]))
+        _remove(residual[:, k], kernel, wide, change)
+        for p in range(points):
+            turn = np.exp(-2j * np.pi * places[p, k, 0]) / gain[k]
+            for m in range(channels):
+                amplitude[p, m, k] = (found[p, m] + change[p, m]) * turn
+    return amplitude, residual
+
+
+@njit(cache=True, nogil=True)
+def _show(  # pragma: no cover - compiled
+    kernel: Any,
+    wide: Any,
+    p: int,
+    cells: float,
+    place: Any,
+    moments: Any,
+    farthest: int,
+    is_whole: bool,
+) -> None:
+    """A point's kernel within so many cells of its beat."""
+    low, high = _span(place[1], cells, kernel.shape[2])
+    wide[p, 0], wide[p, 1] = low, high
+    start = (low - place[1]) / BINS
+    _kernel_into(kernel[p, :, low:high], moments, start, place[2], farthest, is_whole)
+
+
+@njit(cache=True, nogil=True)
+def _gram(kernel: Any, wide: Any, near: Any) -> Any:  # pragma: no cover - compiled
+    points = kernel.shape[0]
+    out = np.zeros((points, points), dtype=np.complex128)
+    for p in range(points):
+        for q in range(points):
+            low, high = max(near[p, 0], wide[q, 0]), min(near[p, 1], wide[q, 1])
+            if low < high:
+                out[p, q] = _inner(kernel[p, :, low:high], kernel[q, :, low:high])
+        out[p, p] = out[p, p] * (1.0 + RIDGE) + 1e-300
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _readings(kernel: Any, near: Any, spectrum: Any) -> Any:  # pragma: no cover - compiled
+    points, channels = kernel.shape[0], spectrum.shape[1]
+    out = np.zeros((points, channels), dtype=np.complex128)
+    for p in range(points):
+        low, high = near[p]
+        for m in range(channels):
+            out[p, m] = _inner(kernel[p, :, low:high], spectrum[:, m, low:high])
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _remove(spectrum: Any, kernel: Any, wide: Any, found: Any) -> None:  # pragma: no cover
+    for p in range(kernel.shape[0]):
+        low, high = wide[p]
+        for m in range(spectrum.shape[1]):
+            real, imag = found[p, m].real, found[p, m].imag
+            _add_row(spectrum[0, m, low:high], -real, kernel[p, 0, low:high])
+            _add_row(spectrum[0, m, low:high], imag, kernel[p, 1, low:high])
+            _add_row(spectrum[1, m, low:high], -real, kernel[p, 1, low:high])
+            _add_row(spectrum[1, m, low:high], -imag, kernel[p, 0, low:high])
+
+
+@njit(cache=True, nogil=True)
+def _without(  # pragma: no cover - compiled
+    spectra: Any,
+    places: Any,
+    amplitude: Any,
+    moments: Any,
+    table: Any,
+    farthest: int,
+    gain: Any,
+    is_whole: Any,
+) -> None:
+    _, ramps, _, bins = spectra.shape
+    kernel, wide = np.zeros((1, 2, bins)), np.array([[0, bins]])
+    for p in range(places.shape[0]):
+        for k in range(ramps):
+            place, own = places[p, k], moments[table[k]]
+            _kernel_into(kernel[0], own, -place[1] / BINS, place[2], farthest, is_whole[k])
+            turn = np.exp(2j * np.pi * place[0]) * gain[k]
+            _remove(spectra[:, k], kernel, wide, amplitude[p : p + 1, :, k] * turn)
+
+
+@njit(cache=True, nogil=True)
+def _tilts(  # pragma: no cover - compiled
+    residual: Any, places: Any, moments: Any, table: Any, farthest: int, gain: Any, is_whole: Any
+) -> Any:
+    """In cells: the least-squares fit of the kernel's derivative to what is left near a beat."""
+    _, ramps, channels, bins = residual.shape
+    points = places.shape[0]
+    out = np.zeros((points, channels, ramps), dtype=np.complex128)
+    ahead, behind = np.empty((2, bins)), np.empty((2, bins))
+    delta = 1.0 / STEP
+    for p in range(points):
+        for k in range(ramps):
+            place = places[p, k]
+            low, high = _span(place[1], NEAR, bins)
+            start = (low - place[1]) / BINS
+            own, whole = moments[table[k]], is_whole[k]
+            slope, other = behind[:, : high - low], ahead[:, : high - low]
+            _kernel_into(slope, own, start - delta, place[2], farthest, whole)
+            _kernel_into(other, own, start + delta, place[2], farthest, whole)
+            slope -= other  # a beat fitted δ cells too low leaves δ of it behind, over 2 delta
+            below = _inner(slope, slope).real
+            if below > 0.0:
+                turn = np.exp(-2j * np.pi * place[0]) * 2.0 * delta / (gain[k] * below)
+                for m in range(channels):
+                    out[p, m, k] = _inner(slope, residual[:, k, m, low:high]) * turn
+    return out

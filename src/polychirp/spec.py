@@ -1,0 +1,35 @@
+"""`Spec`: a value that a study file can hold; `ByKind`: a choice among several specs."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, get_args, get_type_hints
+
+
+class Spec:
+    """A value that a study file can hold: frozen, comparable, refusing unknown keys."""
+
+    __slots__ = ()
+    __pydantic_config__: ClassVar[dict[str, str]] = {"extra": "forbid"}
+
+
+class ByKind:
+    """Marks a union of specs of which a study file chooses one by its ``kind``.
+
+    Written ``Annotated[Sawtooth | Triangular, ByKind()]``; each member has a field
+    ``kind: Literal["…"]``. Without the mark, a reader of files tries every member and reports
+    the faults of all of them.
+    """
+
+    __slots__ = ()
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> dict[str, Any]:
+        """Let ``kind`` choose (pydantic's hook, a plain dictionary)."""
+        return {
+            "type": "tagged-union",
+            "discriminator": "kind",
+            "choices": {
+                kind: handler.generate_schema(member)
+                for member in get_args(source)
+                for kind in get_args(get_type_hints(member)["kind"])
+            },
+        }

@@ -1,0 +1,1 @@
+"""Experiments over many studies: diversity, ghosts, impairments, mitigation, mechanisms."""

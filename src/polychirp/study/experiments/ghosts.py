@@ -1,0 +1,350 @@
+r"""How often there is a ghost: Monte Carlo on points, beside the closed forms.
+
+A radar looks at oncoming and parked cars, some of which carry a radar that looks back. Targets are
+points and waves travel in free space, so that what differs from `scoring.closed_forms` is the
+receiver's doing. Each trial draws another street, noise, starts and clocks, the same for all cases.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from polychirp.axes import FloatArray
+from polychirp.channel.direct.line_of_sight import line_of_sight
+from polychirp.channel.tracers.free_space import FreeSpace
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.errors import RunError
+from polychirp.frames import Pose
+from polychirp.model.paths import PropagationPaths
+from polychirp.receiver.chain import Receiver
+from polychirp.scoring.closed_forms import (
+    any_of,
+    apparent_point,
+    ghost_by_clock,
+    ghost_by_start,
+    has_arm_in_map,
+    removing_slope_difference,
+)
+from polychirp.scoring.ghosts import Nature
+from polychirp.scoring.statistics import Estimate, mean_count, proportion
+from polychirp.study.monte_carlo.grid import trial_seed
+from polychirp.study.monte_carlo.records import NATURES, VictimRecord
+from polychirp.study.monte_carlo.tasks import Executor, Task
+from polychirp.study.random_draw import drawn
+from polychirp.study.spec import Study, StudyRadar, scene_of
+from polychirp.study.traffic import StudyTraffic
+from polychirp.study.trial import Progress, silent
+from polychirp.traffic.random_traffic import Lane
+from polychirp.traffic.street import Street, Vehicle
+from polychirp.waveform import DiverseTriangular, Triangular
+
+TRIALS: Final = 60
+"""Of every case but those of slopes, which cost more and are nearly certain."""
+
+FEW_TRIALS: Final = 20
+"""Of these."""
+
+LANES: Final = (
+    Lane(y=1.75, oncoming=True),
+    *(Lane(y=y, oncoming=True, speed=(0.0, 0.0)) for y in (5.0, 8.5, 12.0, -5.0, -8.5, -12.0)),
+)
+"""One of oncoming cars, and rows of parked ones on both sides; all of them face the victim."""
+
+START_SPREADS: Final = (0.02e-6, 0.05e-6, 0.1e-6, 0.2e-6, 0.5e-6, 1e-6, 5e-6)
+CLOCK_SPREADS: Final = (0.01e-6, 0.1e-6, 0.2e-6, 0.3e-6, 0.5e-6, 1e-6)
+SLOPE_DIFFERENCES: Final = (1e-6, 1e-5, 1e-4, 2e-4, 3e-4, 5e-4, 1e-3, 1e-2, 1e-1)
+NUMBERS: Final = (1, 2, 3, 4)
+
+_NUMBERS_SPREAD: Final = 0.3e-6
+"""s, of starts, where the number of interferers is varied."""
+
+_GHOST: Final = [Nature(name).is_ghost for name in NATURES]
+_DIRECT: Final = NATURES.index(Nature.DIRECT.value)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Case:
+    """One point of the comparison.
+
+    Parameters
+    ----------
+    axis, value : what is varied, and to what, in SI
+    waveform : "conventional" or "diverse"
+    study : that is run
+    num_trials : of it
+    slope_difference : relative, of the interferers' ramps
+    """
+
+    axis: str
+    value: float
+    waveform: str
+    study: Study
+    num_trials: int
+    slope_difference: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GhostRow:
+    """What was found at one case, with 95 % intervals.
+
+    Parameters
+    ----------
+    axis, value, waveform : of the case
+    theory : probability that a direct ghost's apparent point is in the map, by the closed forms, in
+        the mean over the streets drawn
+    theory_of_arms : that such a point or one of its arms is (`has_arm_in_map`)
+    direct : measured probability that a frame has a claim made by a direct path
+    any_ghost : that it has a claim where nothing is
+    ghosts : mean number of those
+    detection : probability that a target is found
+    predicted : trials in which an interferer's apparent point is in the map
+    lost : of those, trials without a direct ghost
+    extra : trials with a direct ghost, though no apparent point is in the map
+    arms : of those, trials in which an arm of one is
+    num_trials : of the case
+    """
+
+    axis: str
+    value: float
+    waveform: str
+    theory: float
+    theory_of_arms: float
+    direct: Estimate
+    any_ghost: Estimate
+    ghosts: Estimate
+    detection: Estimate
+    predicted: int
+    lost: int
+    extra: int
+    arms: int
+    num_trials: int
+
+
+def ghost_study(
+    *,
+    waveform: Triangular | DiverseTriangular = Triangular(),  # noqa: B008, a frozen value
+    start_spread: float = 0.0,
+    clock_spread: float = 0.0,
+    num_interferers: int = 1,
+    slope_difference: float = 0.0,
+) -> Study:
+    """A victim, two point targets and up to four cars that may carry a radar like its own.
+
+    ``slope_difference`` is relative, and made by the bandwidth of a conventional waveform.
+    """
+    other = None
+    if slope_difference and isinstance(waveform, Triangular):
+        other = replace(waveform, bandwidth=waveform.bandwidth * (1.0 + slope_difference))
+    return Study(
+        name="ghosts-start-spread",
+        num_sweeps=8,
+        street=Street(vehicles=(Vehicle(name="ego", x=0.0, y=-1.75, max_edge=0.2),)),
+        radars=(
+            StudyRadar(name="front", vehicle="ego", mount=Pose(x=2.33, z=0.5), waveform=waveform),
+        ),
+        traffic=StudyTraffic(
+            seen_from="ego",
+            num_targets=2,
+            num_carriers=NUMBERS[-1],
+            shape="points",
+            lanes=LANES,
+            max_edge=0.2,
+            num_interferers=num_interferers,
+            start_spread=start_spread,
+            clock_spread=clock_spread,
+            waveform=other,
+        ),
+        victims=("front",),
+        tracer=FreeSpace(),
+        refresh_interval=8e-3,
+    )
+
+
+def cases() -> tuple[Case, ...]:
+    """All that the record compares."""
+    return (
+        *(case("start", spread) for spread in START_SPREADS),
+        *(case("clock", spread) for spread in CLOCK_SPREADS),
+        *(case("slope", difference) for difference in SLOPE_DIFFERENCES),
+        *(case("number", number) for number in NUMBERS),
+        *(case("start", spread, "diverse") for spread in (START_SPREADS[0], START_SPREADS[-1])),
+        case("clock", CLOCK_SPREADS[-1], "diverse"),
+        case("number", NUMBERS[-1], "diverse"),
+    )
+
+
+def case(axis: str, value: float, waveform: str = "conventional") -> Case:
+    """One of them: ``axis`` is start, clock, slope or number."""
+    change: Mapping[str, Mapping[str, float]] = {
+        "start": {"start_spread": value},
+        "clock": {"clock_spread": value},
+        "slope": {"slope_difference": value},
+        "number": {"start_spread": _NUMBERS_SPREAD, "num_interferers": int(value)},
+    }
+    kind = {"conventional": Triangular(), "diverse": DiverseTriangular()}[waveform]
+    return Case(
+        axis=axis,
+        value=value,
+        waveform=waveform,
+        study=ghost_study(waveform=kind, **change[axis]),  # type: ignore[arg-type]
+        num_trials=FEW_TRIALS if axis == "slope" else TRIALS,
+        slope_difference=value if axis == "slope" else 0.0,
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Expectation:
+    """What theory says of one trial.
+
+    Parameters
+    ----------
+    in_map, arm : probabilities on that trial's street, before start and clock are drawn, that a
+        direct ghost's point is in the map, and that it or one of its arms is
+    is_in_map, has_arm : whether that is so with the start and the clock that it draws
+    """
+
+    in_map: float = 0.0
+    arm: float = 0.0
+    is_in_map: bool = False
+    has_arm: bool = False
+
+
+def measure_ghosts(
+    cases: Sequence[Case],
+    *,
+    executor: Executor,
+    seed: int = 1,
+    progress: Progress = silent,
+) -> tuple[GhostRow, ...]:
+    """Run every case, its trials with the seeds that they have in all others.
+
+    Raises
+    ------
+    RunError
+        A trial fails.
+    """
+    total = sum(case.num_trials for case in cases)
+    tasks = (
+        Task(point=point, trial=trial, seed=trial_seed(seed, trial))
+        for point, case in enumerate(cases)
+        for trial in range(case.num_trials)
+    )
+    found: dict[tuple[int, int], VictimRecord] = {}
+    with closing(executor.run([case.study for case in cases], tasks)) as outcomes:
+        for outcome in outcomes:
+            if outcome.victims is None:
+                raise RunError(f"a trial of the ghosts failed: {outcome.failure}")
+            found[outcome.task.point, outcome.task.trial] = outcome.victims[0]
+            progress("ghosts", len(found), total)
+    return tuple(
+        _row(
+            case,
+            [expectation(case, trial_seed(seed, trial)) for trial in range(case.num_trials)],
+            [found[point, trial] for trial in range(case.num_trials)],
+        )
+        for point, case in enumerate(cases)
+    )
+
+
+def _row(case: Case, expected: Sequence[Expectation], records: Sequence[VictimRecord]) -> GhostRow:
+    claims = np.array([record.claims for record in records], dtype=np.float64)
+    ones = np.ones(len(records))
+    is_direct = claims[:, _DIRECT] > 0
+    num_ghosts = claims[:, _GHOST].sum(axis=1)
+    is_due = np.array([one.is_in_map for one in expected])
+    has_arm = np.array([one.has_arm for one in expected])
+    is_extra = is_direct & ~is_due
+    return GhostRow(
+        axis=case.axis,
+        value=case.value,
+        waveform=case.waveform,
+        theory=float(np.mean([one.in_map for one in expected])),
+        theory_of_arms=float(np.mean([one.arm for one in expected])),
+        direct=proportion(is_direct.astype(np.float64), ones),
+        any_ghost=proportion((num_ghosts > 0).astype(np.float64), ones),
+        ghosts=mean_count(num_ghosts),
+        detection=proportion(
+            np.array([sum(record.is_detected) for record in records], dtype=np.float64),
+            np.array([sum(record.is_visible) for record in records], dtype=np.float64),
+        ),
+        predicted=int(is_due.sum()),
+        lost=int(np.sum(is_due & ~is_direct)),
+        extra=int(is_extra.sum()),
+        arms=int(np.sum(is_extra & has_arm)),
+        num_trials=len(records),
+    )
+
+
+def expectation(case: Case, seed: int) -> Expectation:
+    """What theory says of the trial with ``seed``; diverse waveforms make no ghost.
+
+    Probabilities are exact where either all starts or all clocks are equal.
+    """
+    study = drawn(replace(case.study, seed=seed))
+    receiver, ramps = study.receiver, study.radars[0].waveform
+    if not isinstance(ramps, Triangular) or _is_removed(case.slope_difference, receiver, ramps):
+        return Expectation()
+    others = study.radars[1:]
+    paths = line_of_sight(
+        scene_of(study),
+        frequency=ramps.start_frequency,
+        pairs=np.array([[n + 1, 0] for n in range(len(others))]),
+    )
+    distance, rate = apparent_point(
+        delay=paths.delay,
+        delay_rate=paths.delay_rate,
+        start_offset=np.array([radar.start_time for radar in others]),
+        clock_offset=np.array([radar.clock_offset for radar in others]),
+    )
+    low, high, speed = receiver.least_range, receiver.greatest_range, receiver.greatest_speed
+    coupling = ramps.ramp_duration * (ramps.start_frequency / ramps.bandwidth + 0.5)
+    is_in_map = (distance >= low) & (distance <= high) & (np.abs(rate) <= speed)
+    has_arm = has_arm_in_map(
+        distance=distance,
+        range_rate=rate,
+        coupling=coupling,
+        least_range=low,
+        greatest_range=high,
+        greatest_speed=speed,
+    )
+    half = 0.5 * SPEED_OF_LIGHT
+    own_range, own_speed = half * paths.delay, half * np.abs(paths.delay_rate)
+    wider = coupling * (speed + own_speed)
+    faster = speed + np.maximum(high - own_range, own_range - low) / coupling
+    return Expectation(
+        in_map=_probability(case, paths, low=low, high=high, speed=speed),
+        arm=_probability(case, paths, low=low - wider, high=high + wider, speed=faster),
+        is_in_map=bool(np.any(is_in_map)),
+        has_arm=bool(np.any(has_arm)),
+    )
+
+
+def _is_removed(slope_difference: float, receiver: Receiver, ramps: Triangular) -> bool:
+    limit = removing_slope_difference(
+        greatest_delay=2.0 * receiver.greatest_range / SPEED_OF_LIGHT,
+        duration=ramps.ramp_duration,
+    )
+    return slope_difference >= limit
+
+
+def _probability(
+    case: Case,
+    paths: PropagationPaths,
+    *,
+    low: FloatArray | float,
+    high: FloatArray | float,
+    speed: FloatArray | float,
+) -> float:
+    """That a direct ghost is within limits that may differ from path to path."""
+    traffic = case.study.traffic
+    assert traffic is not None
+    by_start = ghost_by_start(
+        paths.delay, spread=traffic.start_spread, least_range=low, greatest_range=high
+    )
+    by_clock = ghost_by_clock(paths.delay_rate, spread=traffic.clock_spread, greatest_speed=speed)
+    return any_of(by_start * by_clock)

@@ -1,0 +1,243 @@
+"""What receive-side mitigation does to one and the same frame, between nothing and an oracle."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Final
+
+import numpy as np
+
+from polychirp.axes import ComplexArray, FloatArray, axes_of
+from polychirp.model.detection import Detections
+from polychirp.model.if_frame import IfFrame, IfParts
+from polychirp.model.paths import PropagationPaths
+from polychirp.receiver.attribution import part_amplitudes
+from polychirp.receiver.chain import Receiver
+from polychirp.receiver.mitigation import (
+    AnyMitigation,
+    Autoregression,
+    Blanking,
+    Imat,
+    StftExcision,
+)
+from polychirp.receiver.mitigation.base import mitigated
+from polychirp.rng import Streams
+from polychirp.scoring.mitigation import (
+    error_vector_magnitude,
+    share_touched,
+    signal_to_disturbance,
+)
+from polychirp.study.paper.scenarios import paper_study
+from polychirp.study.spec import Study, scene_of, schedules, target_names
+from polychirp.study.trial import Progress, Victim, judged, silent, trace_frame
+from polychirp.synthesis.impairments.oscillator_errors import Oscillating
+from polychirp.synthesis.received_frame import synthesize
+from polychirp.synthesis.stretch.engine import Stretch
+from polychirp.units import to_db
+
+METHODS: Final[Mapping[str, AnyMitigation | None]] = {
+    "nothing": None,
+    "blanking": Blanking(),
+    "blanking, tapered": Blanking(taper=8e-6),
+    "blanking by amplitude": Blanking(whitening=0),
+    "autoregression": Autoregression(),
+    "IMAT": Imat(),
+    "STFT excision": StftExcision(),
+    "STFT excision, levelled": StftExcision(cells="levelled"),
+}
+"""By name: what the receiver does."""
+
+ORACLE: Final = "clean oracle"
+"""Knows the frame's parts, and takes out exactly what other radars put in: no receiver can."""
+
+SCENARIOS: Final[Mapping[str, tuple[str, str]]] = {
+    "C, direct": ("vehicle-2", "vehicle-4"),
+    "B, indirect": ("vehicle-1", "vehicle-3"),
+}
+"""Scenarios of the paper: victim and interferer."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MitigationRow:
+    """What one method made of a frame.
+
+    Of several targets that the oracle finds, the one that fares worst counts; NaN where it finds
+    none.
+
+    Parameters
+    ----------
+    scenario, method : which
+    sinr_db : own echo over noise and interference in the target's cell, after mitigation
+    evm : error of the target's complex amplitude over what it is for the oracle
+    floor_rise_db : of the range spectra over thermal noise
+    ghosts : detections where nothing is, that interference or the front end made
+    others : further detections where nothing is
+    echoes : detections that are real echoes of something else than the targets
+    missed : targets
+    lost : share of the samples that no longer count
+    touched_clean : share of the samples that the method changes where there is no interference
+    loss_clean_db : of SINR, there
+    """
+
+    scenario: str
+    method: str
+    sinr_db: float
+    evm: float
+    floor_rise_db: float
+    ghosts: int
+    others: int
+    echoes: int
+    missed: int
+    lost: float
+    touched_clean: float
+    loss_clean_db: float
+
+
+def compare_paper_mitigations(
+    *, seed: int = 1, progress: Progress = silent
+) -> tuple[MitigationRow, ...]:
+    """Scenarios C and B of the paper under diverse waveforms, every method on the same frame."""
+    rows: list[MitigationRow] = []
+    for scenario, radars in SCENARIOS.items():
+        study = replace(paper_study("diverse", radars=radars, seed=seed), victims=radars[:1])
+        rows += compare_mitigations(study, scenario=scenario, progress=progress)
+    return tuple(rows)
+
+
+def compare_mitigations(
+    study: Study,
+    *,
+    scenario: str = "",
+    methods: Mapping[str, AnyMitigation | None] = METHODS,
+    progress: Progress = silent,
+) -> tuple[MitigationRow, ...]:
+    """Each method on the frame of the study's first victim, then the clean oracle."""
+    bench = _Bench(study, progress)
+    rows = []
+    for number, (name, mitigation) in enumerate(methods.items()):
+        progress("mitigations", number, len(methods) + 1)
+        rows.append(bench.row(scenario, name, mitigation))
+    progress("mitigations", len(methods), len(methods) + 1)
+    rows.append(bench.oracle(scenario))
+    progress("mitigations", len(methods) + 1, len(methods) + 1)
+    return tuple(rows)
+
+
+class _Bench:
+    """One frame, with interference and without, on which methods are tried."""
+
+    def __init__(self, study: Study, progress: Progress) -> None:
+        self.study = study
+        self.scene = scene_of(study)
+        self.victim = self.scene.radar_index((study.victims or (study.radars[0].name,))[0])
+        self.snapshots = _snapshots(study, self.victim, progress)
+        streams = Streams(study.seed)
+        self.frame, self.parts = synthesize(
+            Oscillating(inner=Stretch(), streams=streams),
+            self.scene,
+            schedules(study),
+            self.snapshots,
+            victim=self.victim,
+            interferers=None,
+            streams=streams,
+        )
+        alone = without_interference(self.parts)
+        self.clean = self._judged(None, self.frame.with_samples(alone.total()), alone)
+        self.cells = chosen(self.clean.detections, self.clean.score.target_detection)
+        self.own, self.rest = self._amplitudes(None, self.clean)
+
+    def row(self, scenario: str, name: str, mitigation: AnyMitigation | None) -> MitigationRow:
+        seen = self._judged(mitigation, self.frame, self.parts)
+        heard = mitigated(mitigation, seen.frame)
+        untouched = mitigated(mitigation, self.clean.frame)
+        own, rest = self._amplitudes(mitigation, self.clean)
+        loss = to_db(signal_to_disturbance(self.own, self.rest) / signal_to_disturbance(own, rest))
+        present = seen.frame.times.is_sample
+        return replace(
+            self._outcome(scenario, name, mitigation, seen),
+            lost=float(1.0 - np.mean(heard.weight[present])),
+            touched_clean=share_touched(
+                self.clean.frame.samples, untouched.samples, untouched.weight, present
+            ),
+            loss_clean_db=_worst(loss, np.max),
+        )
+
+    def oracle(self, scenario: str) -> MitigationRow:
+        return self._outcome(scenario, ORACLE, None, self.clean)
+
+    def _outcome(
+        self, scenario: str, name: str, mitigation: AnyMitigation | None, seen: Victim
+    ) -> MitigationRow:
+        own, rest = self._amplitudes(mitigation, seen)
+        score = seen.score
+        made = sum(score.nature[n] in ("direct", "indirect", "front-end") for n in score.ghosts)
+        return MitigationRow(
+            scenario=scenario,
+            method=name,
+            sinr_db=_worst(to_db(signal_to_disturbance(own, rest)), np.min),
+            evm=_worst(error_vector_magnitude(own + rest, self.own + self.rest), np.max),
+            floor_rise_db=float(to_db(score.floor_rise)),
+            ghosts=made,
+            others=len(score.ghosts) - made,
+            echoes=len(score.numbers("echo")),
+            missed=score.num_missed,
+            lost=0.0,
+            touched_clean=0.0,
+            loss_clean_db=0.0,
+        )
+
+    def _receiver(self, mitigation: AnyMitigation | None) -> Receiver:
+        return replace(self.study.receiver, mitigation=mitigation)
+
+    def _judged(self, mitigation: AnyMitigation | None, frame: IfFrame, parts: IfParts) -> Victim:
+        return judged(
+            self._receiver(mitigation),
+            self.scene,
+            self.snapshots,
+            victim=self.victim,
+            frame=frame,
+            parts=parts,
+            targets=target_names(self.study, self.study.radars[self.victim]),
+        )
+
+    def _amplitudes(
+        self, mitigation: AnyMitigation | None, seen: Victim
+    ) -> tuple[ComplexArray, ComplexArray]:
+        """Own echo, and all else, in the cells of the targets: ``(target, ramp)`` each."""
+        amplitude = part_amplitudes(self._receiver(mitigation), seen.frame, seen.parts, self.cells)
+        is_own = np.isin(seen.parts.names, ("echo", "multipath"))
+        return amplitude[:, is_own].sum(axis=1), amplitude[:, ~is_own].sum(axis=1)
+
+
+def _snapshots(study: Study, victim: int, progress: Progress) -> tuple[PropagationPaths, ...]:
+    plans = schedules(study)
+    return trace_frame(
+        study.tracer,
+        scene_of(study),
+        [plans[victim]],
+        refresh_interval=study.refresh_interval,
+        receivers=[victim],
+        progress=progress,
+    )
+
+
+def without_interference(parts: IfParts) -> IfParts:
+    """The parts that the radar would have alone: what the clean oracle leaves."""
+    kept = [n for n, name in enumerate(parts.names) if name not in ("direct", "indirect")]
+    return replace(parts, samples=parts.samples[kept], names=tuple(parts.names[n] for n in kept))
+
+
+def chosen(detections: Detections, numbers: Sequence[int]) -> Detections:
+    """Some of the detections."""
+    few = {
+        field.name: getattr(detections, field.name)[list(numbers)]
+        for field in fields(Detections)
+        if field.name in axes_of(Detections)
+    }
+    return replace(detections, **few)
+
+
+def _worst(values: FloatArray, of: Callable[[FloatArray], float]) -> float:
+    return float(of(values)) if values.size else math.nan

@@ -1,0 +1,1 @@
+"""The paper's scenarios, their results and their statistics."""

@@ -1,0 +1,271 @@
+"""What `polychirp paper` found, beside what the paper claims: plain values, in people's units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Final, Literal
+
+from polychirp.axes import Axes, FloatArray, seal
+from polychirp.model.ramp import RampSchedule
+from polychirp.model.scene import Scene
+from polychirp.study.section_v.cases import CorrelationResults
+
+Scenario = Literal["A", "B", "C", "all"]
+"""§VII of the paper: without interference, with indirect, with direct interference; and, beyond
+it, the whole street with all four radars on."""
+
+WaveformKind = Literal["conventional", "diverse", "fixed-per-radar"]
+Mitigation = Literal["none", "blanking"]
+Antenna = Literal["table 2", "consistent"]
+"""Table 2's 27 dBi as printed, or the 11 dBi that a beam of ±80° × ±10° can have."""
+
+GhostKind = Literal["direct", "indirect", "multipath", "unexplained"]
+
+Situation = Literal["alone", "interfered", "blanked"]
+"""Of a radar in random traffic: nobody else transmits; others do; and its receiver blanks."""
+
+Interval = tuple[float, float, float]
+"""An estimate, and the limits that hold the true value in 95 of 100 cases."""
+
+PAPER_TARGETS: Final = 10
+"""At which the paper reads its accuracy off figure 13."""
+
+PAPER_ACCURACY: Final = {
+    "range_rmse_m": 0.13,
+    "azimuth_rmse_deg": 0.12,
+    "speed_rmse_kmh": 0.1,
+}
+"""What it reads there, by the field of a `StatisticsRow`."""
+
+INTERFERENCE_GHOSTS: Final = ("direct", "indirect")
+"""Ghosts that another radar makes; the others have no part in the paper's claims."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TargetRow:
+    """One target: its truth, and how far the detection that belongs to it is off (found − true)."""
+
+    name: str
+    range_m: float
+    closing_speed_mps: float
+    azimuth_deg: float
+    detected: bool
+    range_error_m: float | None = None
+    speed_error_mps: float | None = None
+    azimuth_error_deg: float | None = None
+    snr_db: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GhostRow:
+    """One detection that belongs to no body.
+
+    Its power is over that of the strongest detected target; NaN where none was detected.
+    """
+
+    kind: GhostKind
+    range_m: float
+    closing_speed_mps: float
+    azimuth_deg: float
+    power_over_strongest_target_db: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PaperRow:
+    """One frame of one victim under one waveform, one timing and one receiver.
+
+    Parameters
+    ----------
+    radar : the victim's name
+    synchronous : whether all radars start together, the paper's worst case
+    missed : visible targets that were not detected
+    floor_rise_db : rise of the floor over the same frame without interference
+    other_echoes : detections that are real echoes of walls, road, trees or further bodies
+    profile_range : m, ``(range,)``
+    profile_power_db : dBm at the converter, ``(range,)``, mean over ramps after beamforming
+    noise_floor_db : dBm, thermal floor of that profile
+    mean_threshold_db : dBm, equation (12) of the paper on that profile
+    detection_range : m, ``(detection,)``, of everything detected
+    detection_power_db : dBm, ``(detection,)``
+    paper_claims, paper_found : how many detections the paper's own receiver makes of the same
+        samples, and how many of the targets are among them
+    antenna : of all radars
+    """
+
+    scenario: Scenario
+    radar: str
+    waveform: WaveformKind
+    synchronous: bool
+    mitigation: Mitigation
+    targets: tuple[TargetRow, ...]
+    ghosts: tuple[GhostRow, ...]
+    missed: int
+    floor_rise_db: float
+    other_echoes: int
+    profile_range: Annotated[FloatArray, Axes("range")]
+    profile_power_db: Annotated[FloatArray, Axes("range")]
+    noise_floor_db: float
+    mean_threshold_db: float
+    detection_range: Annotated[FloatArray, Axes("detection")]
+    detection_power_db: Annotated[FloatArray, Axes("detection")]
+    paper_claims: int = 0
+    paper_found: int = 0
+    antenna: Antenna = "table 2"
+
+    def __post_init__(self) -> None:
+        seal(self)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PaperClaim:
+    """What the paper says of one panel of its figures 9 to 11.
+
+    Parameters
+    ----------
+    figure : the panel, such as "11a"
+    text : the claim in a few words
+    target_ranges_m : ranges of the targets said to be found
+    num_ghosts : how many false targets it shows
+    ghost_ranges_m : where, if the paper says so
+    is_ghost_strongest : whether a ghost is said to stand above the targets
+    """
+
+    figure: str
+    scenario: Scenario
+    radar: str
+    waveform: WaveformKind
+    text: str
+    target_ranges_m: tuple[float, ...]
+    num_ghosts: int = 0
+    ghost_ranges_m: tuple[float, ...] = ()
+    is_ghost_strongest: bool = False
+
+
+def paper_claims(*, radar_1: str, radar_2: str) -> tuple[PaperClaim, ...]:
+    """The six panels of figures 9 to 11, for the radars that stand for vehicles 1 and 2.
+
+    >>> [claim.figure for claim in paper_claims(radar_1="v1", radar_2="v2")]
+    ['9a', '9b', '10a', '10b', '11a', '11b']
+    """
+    behind, ahead = (6.5, 9.15), (12.6, 13.65)
+    return (
+        PaperClaim(
+            figure="9a",
+            scenario="A",
+            radar=radar_1,
+            waveform="conventional",
+            text="targets 3 and 4 found at 9.15 m and 6.5 m",
+            target_ranges_m=behind,
+        ),
+        PaperClaim(
+            figure="9b",
+            scenario="A",
+            radar=radar_2,
+            waveform="conventional",
+            text="target 2 and vehicle 4 found at 12.6 m and 13.65 m",
+            target_ranges_m=ahead,
+        ),
+        PaperClaim(
+            figure="10a",
+            scenario="B",
+            radar=radar_1,
+            waveform="conventional",
+            text="two targets and two false targets, made by radar 3",
+            target_ranges_m=behind,
+            num_ghosts=2,
+        ),
+        PaperClaim(
+            figure="10b",
+            scenario="B",
+            radar=radar_1,
+            waveform="diverse",
+            text="two targets, no false target",
+            target_ranges_m=behind,
+        ),
+        PaperClaim(
+            figure="11a",
+            scenario="C",
+            radar=radar_2,
+            waveform="conventional",
+            text="two targets, and a false one at 6.6 m that is stronger than both",
+            target_ranges_m=ahead,
+            num_ghosts=1,
+            ghost_ranges_m=(6.6,),
+            is_ghost_strongest=True,
+        ),
+        PaperClaim(
+            figure="11b",
+            scenario="C",
+            radar=radar_2,
+            waveform="diverse",
+            text="two targets at 12.6 m and 13.65 m, no false target",
+            target_ranges_m=ahead,
+        ),
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StatisticsRow:
+    """One point of the curves, in people's units.
+
+    Parameters
+    ----------
+    waveform, situation : of all radars; what the victim hears, and whether it blanks
+    num_targets, num_trials : placed in sight; run
+    detection : probability that a target in sight is found
+    ghosts, false_claims : mean number in a frame: of all, and of those that nothing explains
+    range_rmse_m, azimuth_rmse_deg, speed_rmse_kmh : of targets found
+    range_median_m, azimuth_median_deg, speed_median_kmh : of the same errors' sizes: few targets
+        that share a cell with another make most of an rms
+    floor_rise_db : median
+    """
+
+    waveform: WaveformKind
+    situation: Situation
+    num_targets: int
+    num_trials: int
+    detection: Interval
+    ghosts: Interval
+    false_claims: Interval
+    range_rmse_m: Interval
+    azimuth_rmse_deg: Interval
+    speed_rmse_kmh: Interval
+    range_median_m: float
+    azimuth_median_deg: float
+    speed_median_kmh: float
+    floor_rise_db: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PaperResults:
+    """Everything that `polychirp paper` shows.
+
+    Parameters
+    ----------
+    versions : of polychirp and of what it computes with, by name
+    wall_time_s : what the computation took
+    rows : one per scenario A, B, C, victim and variant
+    everyone : one per radar and waveform, with all four radars on
+    consistent : scenarios A and C again, with the antenna that the beam allows
+    claims : see `paper_claims`
+    conventional, diverse : sixteen sweeps of one radar, for figure 4
+    scene : the street, for figure 8
+    notes : sentences a reader of the numbers must know
+    correlation : section V, where it was run
+    statistics : figures 12 and 13, where they were
+    """
+
+    seed: int
+    versions: Mapping[str, str]
+    wall_time_s: float
+    rows: tuple[PaperRow, ...]
+    everyone: tuple[PaperRow, ...] = ()
+    consistent: tuple[PaperRow, ...] = ()
+    claims: tuple[PaperClaim, ...]
+    conventional: RampSchedule
+    diverse: RampSchedule
+    scene: Scene
+    notes: tuple[str, ...] = ()
+    correlation: CorrelationResults | None = None
+    statistics: tuple[StatisticsRow, ...] = ()

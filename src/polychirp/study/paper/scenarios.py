@@ -1,0 +1,413 @@
+"""The paper's scenarios A, B and C: what to run, and what came of it."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import product
+from typing import Final
+
+import numpy as np
+
+from polychirp.errors import InputError
+from polychirp.frames import Pose
+from polychirp.model.detection import Detections
+from polychirp.model.paths import PropagationPaths
+from polychirp.model.ramp import RampSchedule
+from polychirp.model.scene import Scene
+from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
+from polychirp.receiver.attribution import range_response
+from polychirp.receiver.chain import Receiver
+from polychirp.receiver.detection.threshold import mean_threshold
+from polychirp.receiver.mitigation.blanking import Blanking
+from polychirp.rng import Streams
+from polychirp.scoring.association import Gate, associate
+from polychirp.study.paper.results import (
+    Antenna,
+    GhostKind,
+    GhostRow,
+    Mitigation,
+    PaperResults,
+    PaperRow,
+    Scenario,
+    TargetRow,
+    WaveformKind,
+    paper_claims,
+)
+from polychirp.study.provenance import versions
+from polychirp.study.section_v.cases import run_correlation
+from polychirp.study.spec import Study, StudyRadar, scene_of, schedules
+from polychirp.study.trial import Progress, Victim, judged, silent, trace_frame
+from polychirp.synthesis.received_frame import synthesize
+from polychirp.synthesis.stretch.engine import Stretch
+from polychirp.threads import side_by_side
+from polychirp.traffic.paper import paper_mounts, paper_street
+from polychirp.units import from_db, to_db
+from polychirp.waveform import AnyWaveform, DiverseTriangular, FixedTriangular, Triangular
+
+WAVEFORMS: Final[dict[WaveformKind, AnyWaveform]] = {
+    "conventional": Triangular(bandwidth=1e9, ramp_duration=1e-3),
+    "diverse": DiverseTriangular(),
+    "fixed-per-radar": FixedTriangular(),
+}
+"""The paper's two, and the honest comparator: one slope per radar, kept.
+
+The conventional one has the shortest sweep and the widest band of table 2: equal slopes pair an up-
+with a down-beat by chance where echoes crowd, and least so with little range-Doppler coupling.
+"""
+
+TARGETS: Final = {
+    "vehicle-1": ("target-4", "target-3"),
+    "vehicle-2": ("target-2", "vehicle-4"),
+    "vehicle-3": ("target-3", "target-4"),
+    "vehicle-4": ("vehicle-2", "target-2"),
+}
+"""What each radar has to find."""
+
+GREATEST_CLOCK_OFFSET: Final = 20e-6
+"""Of radars that are not synchronised: a crystal's tolerance."""
+
+PAPER_GATE: Final = Gate(range=0.4, range_rate=2.0, azimuth=math.radians(15.0))
+"""Wider in speed than ours: the paper's receiver knows it to a Doppler cell, 1.3 m/s."""
+
+GHOST_EXTENT: Final = (1.0, 2.0)
+"""m and m/s: ghosts of one kind that are closer than this are one ghost, as one body is one."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Case:
+    """One row of the table before it is run."""
+
+    scenario: Scenario
+    victim: str
+    interferers: tuple[str, ...]
+    waveform: WaveformKind
+    synchronous: bool
+    mitigation: Mitigation
+    antenna: Antenna = "table 2"
+
+
+def paper_cases() -> Iterator[Case]:
+    """Scenarios A, B and C, every variant; two again with another antenna; the whole street."""
+    pairs: list[tuple[Scenario, str, tuple[str, ...]]] = [
+        ("A", "vehicle-1", ()),
+        ("A", "vehicle-2", ()),
+        ("B", "vehicle-1", ("vehicle-3",)),
+        ("C", "vehicle-2", ("vehicle-4",)),
+    ]
+    mitigations: tuple[Mitigation, ...] = ("none", "blanking")
+    for pair, synchronous, waveform, mitigation in product(
+        pairs, (True, False), WAVEFORMS, mitigations
+    ):
+        scenario, victim, interferers = pair
+        yield Case(
+            scenario=scenario,
+            victim=victim,
+            interferers=interferers,
+            waveform=waveform,
+            synchronous=synchronous,
+            mitigation=mitigation,
+        )
+    radars = tuple(TARGETS)
+    both: tuple[WaveformKind, ...] = ("conventional", "diverse")
+    for (scenario, victim, interferers), waveform in product((pairs[1], pairs[3]), both):
+        yield Case(
+            scenario=scenario,
+            victim=victim,
+            interferers=interferers,
+            waveform=waveform,
+            synchronous=True,
+            mitigation="none",
+            antenna="consistent",
+        )
+    for waveform, victim in product(both, radars):
+        yield Case(
+            scenario="all",
+            victim=victim,
+            interferers=tuple(name for name in radars if name != victim),
+            waveform=waveform,
+            synchronous=True,
+            mitigation="none",
+        )
+
+
+def paper_study(
+    waveform: WaveformKind,
+    *,
+    synchronous: bool = True,
+    radars: Sequence[str] = tuple(TARGETS),
+    seed: int = 1,
+) -> Study:
+    """The paper's street with some of its radars, as a study that can be run or written to a file.
+
+    Without synchronism, the radars that interfere (3 and 4) start anywhere within a triangle of
+    the others and run on their own crystals; radars 1 and 2 keep the time. Targets are what any of
+    the radars has to find: one that a radar cannot see is no miss of it.
+
+    Raises
+    ------
+    InputError
+        The street has no such radar.
+
+    Examples
+    --------
+    >>> study = paper_study("diverse", radars=("vehicle-2", "vehicle-4"))
+    >>> study.name, len(study.radars), study.targets
+    ('paper-diverse', 2, ('target-2', 'vehicle-4', 'vehicle-2'))
+    """
+    mounts = paper_mounts()
+    unknown = sorted(set(radars) - set(mounts))
+    if unknown:
+        raise InputError(f"the street has no radar '{unknown[0]}'; it has {', '.join(mounts)}")
+    return Study(
+        name=f"paper-{waveform}",
+        seed=seed,
+        street=paper_street(),
+        radars=tuple(
+            _radar(name, mounts[name], WAVEFORMS[waveform], synchronous=synchronous, seed=seed)
+            for name in radars
+        ),
+        targets=tuple(dict.fromkeys(target for name in radars for target in TARGETS[name])),
+        refresh_interval=1e-3,
+    )
+
+
+def _radar(
+    name: str, mount: tuple[str, Pose], waveform: AnyWaveform, *, synchronous: bool, seed: int
+) -> StudyRadar:
+    vehicle, pose = mount
+    keeps_time = synchronous or name in ("vehicle-1", "vehicle-2")
+    draw = Streams(seed)["timing", name]
+    # both are drawn in any case, and nothing else from this stream
+    start_time, clock_offset = draw.uniform(0.0, 3e-3), draw.uniform(-1.0, 1.0)
+    return StudyRadar(
+        name=name,
+        vehicle=vehicle,
+        mount=pose,
+        waveform=waveform,
+        start_time=0.0 if keeps_time else start_time,
+        clock_offset=0.0 if keeps_time else clock_offset * GREATEST_CLOCK_OFFSET,
+    )
+
+
+def with_consistent_antennas(scene: Scene) -> Scene:
+    """The same radars with the gain that their beam can have, 11 dBi instead of 27 (errata 9).
+
+    Paths carry no antennas, so they need not be traced again.
+    """
+    radars = [
+        replace(
+            radar,
+            array=replace(
+                radar.array, pattern=replace(radar.array.pattern, peak_gain=from_db(11.0))
+            ),
+        )
+        for radar in scene.radars
+    ]
+    return replace(scene, radars=tuple(radars))
+
+
+def run_paper(*, seed: int = 1, progress: Progress = silent) -> PaperResults:
+    """Run every case of the paper on one street: the same paths and noise for all."""
+    started = time.perf_counter()
+    studies = {
+        (waveform, synchronous): paper_study(waveform, synchronous=synchronous, seed=seed)
+        for waveform, synchronous in product(WAVEFORMS, (True, False))
+    }
+    plans = {key: schedules(study) for key, study in studies.items()}
+    first = studies["conventional", True]
+    scene = scene_of(first)
+    snapshots = trace_frame(
+        first.tracer,
+        scene,
+        [plan for some in plans.values() for plan in some],
+        refresh_interval=first.refresh_interval,
+        progress=progress,
+    )
+    rows = _case_rows(scene, plans, snapshots, seed=seed, progress=progress)
+    correlation = run_correlation(seed=seed, progress=progress)
+    tables = _tables(rows)
+    return PaperResults(
+        seed=seed,
+        versions=versions(),
+        wall_time_s=time.perf_counter() - started,
+        rows=tables["rows"],
+        everyone=tables["everyone"],
+        consistent=tables["consistent"],
+        claims=paper_claims(radar_1="vehicle-1", radar_2="vehicle-2"),
+        conventional=plans["conventional", True][0],
+        diverse=plans["diverse", True][0],
+        scene=scene,
+        notes=_NOTES,
+        correlation=correlation,
+    )
+
+
+def _case_rows(
+    scene: Scene,
+    plans: Mapping[tuple[WaveformKind, bool], Sequence[RampSchedule]],
+    snapshots: Sequence[PropagationPaths],
+    *,
+    seed: int,
+    progress: Progress,
+) -> dict[Case, PaperRow]:
+    """What every case comes to on the same paths."""
+    cases = list(paper_cases())
+
+    def in_step(case: Case) -> Case:
+        """A radar alone is always in step."""
+        same = replace(case, synchronous=True)
+        return case if case.interferers or same not in cases else same
+
+    distinct = list(dict.fromkeys(in_step(case) for case in cases))
+    rows: dict[Case, PaperRow] = {}
+    made = side_by_side(
+        [
+            partial(_case_row, case, scene, plans[case.waveform, case.synchronous], snapshots, seed)
+            for case in distinct
+        ]
+    )
+    progress("radars", 0, len(distinct))
+    for case, row in zip(distinct, made, strict=True):
+        rows[case] = row
+        progress("radars", len(rows), len(distinct))
+    return {case: replace(rows[in_step(case)], synchronous=case.synchronous) for case in cases}
+
+
+def _case_row(
+    case: Case,
+    scene: Scene,
+    plans: Sequence[RampSchedule],
+    snapshots: Sequence[PropagationPaths],
+    seed: int,
+) -> PaperRow:
+    victim = scene.radar_index(case.victim)
+    receiver = Receiver(mitigation=Blanking() if case.mitigation == "blanking" else None)
+    frame, parts = synthesize(
+        Stretch(),
+        scene if case.antenna == "table 2" else with_consistent_antennas(scene),
+        plans,
+        snapshots,
+        victim=victim,
+        interferers=[scene.radar_index(name) for name in case.interferers],
+        streams=Streams(seed),
+    )
+    found = judged(
+        receiver,
+        scene,
+        snapshots,
+        victim=victim,
+        frame=frame,
+        parts=parts,
+        targets=TARGETS[case.victim],
+    )
+    return paper_row(case, found, receiver)
+
+
+def _tables(rows: Mapping[Case, PaperRow]) -> dict[str, tuple[PaperRow, ...]]:
+    """The rows of each table of the results, by name."""
+    named: dict[str, list[PaperRow]] = {"rows": [], "consistent": [], "everyone": []}
+    for case, row in rows.items():
+        if case.scenario == "all":
+            named["everyone"].append(row)
+        else:
+            named["rows" if case.antenna == "table 2" else "consistent"].append(row)
+    return {name: tuple(some) for name, some in named.items()}
+
+
+_NOTES: Final = (
+    "Targets are metal bodies: a plastic bumper in front of one gives a weaker, nearer echo of "
+    "its own, counted among the other echoes.",
+    "Scenarios A, B and C have the transmitters that the paper names; the rows for the whole "
+    "street have all four radars on.",
+    "Detections that belong together were not merged into objects; ghosts of one kind within "
+    f"{GHOST_EXTENT[0]:g} m and {GHOST_EXTENT[1]:g} m/s of each other are shown as one.",
+)
+
+
+def paper_row(case: Case, victim: Victim, receiver: Receiver) -> PaperRow:
+    """One row of the table: numbers in people's units."""
+    response = range_response(receiver, victim.frame, victim.parts)
+    score = victim.score
+    by_the_paper = PaperReceiver().detect(victim.frame)
+    found, _ = associate(by_the_paper, victim.truth, gate=PAPER_GATE)
+    return PaperRow(
+        scenario=case.scenario,
+        radar=case.victim,
+        waveform=case.waveform,
+        synchronous=case.synchronous,
+        mitigation=case.mitigation,
+        targets=tuple(_target_row(victim, n) for n in range(len(victim.truth.name))),
+        ghosts=_ghost_rows(victim),
+        missed=score.num_missed,
+        floor_rise_db=float(to_db(score.floor_rise)),
+        other_echoes=len(score.numbers("echo")),
+        profile_range=response.range,
+        profile_power_db=_dbm(response.power),
+        noise_floor_db=float(_dbm(response.noise)),
+        mean_threshold_db=float(_dbm(mean_threshold(np.sqrt(response.power)) ** 2)),
+        detection_range=victim.detections.range,
+        detection_power_db=_dbm(victim.detections.power),
+        paper_claims=by_the_paper.num_detections,
+        paper_found=int(found.size),
+        antenna=case.antenna,
+    )
+
+
+def _dbm(power: np.ndarray | float) -> np.ndarray:
+    return to_db(power) + 30.0
+
+
+def _target_row(victim: Victim, n: int) -> TargetRow:
+    truth, score = victim.truth, victim.score
+    row = TargetRow(
+        name=truth.name[n],
+        range_m=float(truth.range[n]),
+        closing_speed_mps=-float(truth.range_rate[n]),
+        azimuth_deg=math.degrees(truth.azimuth[n]),
+        detected=bool(score.is_detected[n]),
+    )
+    if not row.detected:
+        return row
+    return replace(
+        row,
+        range_error_m=float(score.range_error[n]),
+        speed_error_mps=-float(score.range_rate_error[n]),
+        azimuth_error_deg=math.degrees(score.azimuth_error[n]),
+        snr_db=float(to_db(score.sinr[n])),
+    )
+
+
+def _ghost_rows(victim: Victim) -> tuple[GhostRow, ...]:
+    """Ghosts, strongest first, those of one kind and place as one."""
+    found, score = victim.detections, victim.score
+    reference = max((float(found.power[n]) for n in score.target_detection), default=math.nan)
+    kept: list[int] = []
+    for n in sorted(score.ghosts, key=lambda n: -found.power[n]):
+        if not any(score.nature[m] == score.nature[n] and _same_place(found, m, n) for m in kept):
+            kept.append(n)
+    return tuple(
+        GhostRow(
+            kind=_kind(score.nature[n]),
+            range_m=float(found.range[n]),
+            closing_speed_mps=-float(found.range_rate[n]),
+            azimuth_deg=math.degrees(found.azimuth[n]),
+            power_over_strongest_target_db=float(to_db(found.power[n] / reference)),
+        )
+        for n in kept
+    )
+
+
+def _same_place(found: Detections, a: int, b: int) -> bool:
+    return bool(
+        abs(found.range[a] - found.range[b]) < GHOST_EXTENT[0]
+        and abs(found.range_rate[a] - found.range_rate[b]) < GHOST_EXTENT[1]
+    )
+
+
+def _kind(nature: str) -> GhostKind:
+    kinds: tuple[GhostKind, ...] = ("direct", "indirect", "multipath", "unexplained")
+    return kinds[kinds.index(nature)]

@@ -1,0 +1,1 @@
+"""The correlation experiment of the paper's section V."""

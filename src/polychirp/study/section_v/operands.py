@@ -1,0 +1,328 @@
+"""Two operands of a correlation, whatever they are: made comparable, and what theory expects."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from polychirp.axes import FloatArray
+from polychirp.capture.sigmf import SigmfRecording
+from polychirp.correlation.alignment import aligned, at_baseband, comparable
+from polychirp.correlation.ambiguity import Ambiguity, ambiguity
+from polychirp.correlation.base import Correlation
+from polychirp.correlation.theory import crossing_peak, disjoint_peak, expected
+from polychirp.errors import InputError, did_you_mean
+from polychirp.model.baseband import Baseband, Progress, silent
+from polychirp.model.ramp import RampSchedule
+from polychirp.model.transceiver import Transceiver
+from polychirp.radio.base import Radio, measured
+from polychirp.rng import Streams
+from polychirp.study.section_v.cases import ramp
+from polychirp.study.spec import Study, schedule_of
+from polychirp.synthesis.sdr.transceiver import link_for, transceived
+from polychirp.waveform import AnyWaveform
+from polychirp.waveform.playing import band_edges, played
+
+NAMED: Final[dict[str, AnyWaveform]] = {
+    "paper-100": ramp(4e9, 100e6),
+    "paper-120": ramp(3.75e9, 120e6),
+}
+"""The chirps of the paper's section V."""
+
+MARGIN: Final = 1.3
+"""Sample rate over bandwidth where nobody says one: that of the paper's 100 MHz at 130 MS/s."""
+
+MOST_LAGS: Final = 1 << 23
+"""Of a correlation on a fine grid; longer signals have a coarser one."""
+
+MOST_TERMS: Final = 1 << 27
+"""Ramps times ramps times lags up to which the closed form is computed."""
+
+MOST_IN_MEMORY: Final = 1 << 26
+"""Samples of a recording that is correlated as a whole: 1 GB, and some times as much meanwhile."""
+
+COMMON_CARRIER: Final = 1e11
+"""Hz, where plans are put that are compared at baseband: frequencies of a plan are positive."""
+
+NUM_DOPPLERS: Final = 301
+NUM_DELAYS: Final = 2000
+"""Size of a picture of the ambiguity function; lags nearer than a sample are not resolved."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Operand:
+    """One side of a correlation.
+
+    Parameters
+    ----------
+    name : for messages
+    schedule : ramps from time zero on, where they are known
+    recording : where it is one
+    """
+
+    name: str
+    schedule: RampSchedule | None = None
+    recording: SigmfRecording | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Pair:
+    """Two signals of one rate about one carrier, and their plans about that carrier.
+
+    Parameters
+    ----------
+    title : for tables and pictures
+    a, b : from time zero on
+    a_plan, b_plan : where they are known
+    is_ideal : whether both are as planned: no recording, no radio
+    """
+
+    title: str
+    a: Baseband
+    b: Baseband
+    a_plan: RampSchedule | None
+    b_plan: RampSchedule | None
+    is_ideal: bool
+
+    @property
+    def law(self) -> tuple[float, str] | None:
+        """Power ratio that a law gives for two single ramps, and its name."""
+        a, b = self.a_plan, self.b_plan
+        if a is None or b is None or a.num_ramps != 1 or b.num_ramps != 1:
+            return None
+        times = float(a.duration[0]), float(b.duration[0])
+        gap = _gap(a, b)
+        if gap > 0:
+            return disjoint_peak(gap, *times), "bound for bands that share no frequency"
+        slopes = float(a.slope[0]), float(b.slope[0])
+        if abs(slopes[0] - slopes[1]) * times[0] * times[1] < 10.0:
+            return None
+        if slopes[0] == -slopes[1]:
+            return crossing_peak(*slopes, *times), "-10 log10(2 B T) + 2.6 dB for opposite slopes"
+        return crossing_peak(*slopes, *times), "-10 log10(|dB| T) + 1.4 dB for crossing ramps"
+
+
+def _gap(a: RampSchedule, b: RampSchedule) -> float:
+    """Hz between two bands; negative where they overlap."""
+    (low, high), (other_low, other_high) = band_edges(a), band_edges(b)
+    return max(other_low - high, low - other_high)
+
+
+# ── operands ──────────────────────────────────────────────────────────────────
+
+
+def named(name: str) -> Operand:
+    """One of `NAMED`."""
+    return Operand(name=name, schedule=NAMED[name].schedule(num_sweeps=1, streams=Streams(1)))
+
+
+def from_recording(name: str, recording: SigmfRecording) -> Operand:
+    """A recording, with the ramps that it names."""
+    plan = None if recording.schedule is None else _from_zero(recording.schedule)
+    return Operand(name=name, schedule=plan, recording=recording)
+
+
+def from_study(study: Study, radar: str, *, num_sweeps: int) -> Operand:
+    """What a radar of a study plays in its first sweeps, as its clock runs.
+
+    Raises
+    ------
+    InputError
+        The study has no such radar, or no sweep is asked for.
+    """
+    if num_sweeps < 1:
+        raise InputError("play one sweep or more")
+    for one in study.radars:
+        if one.name == radar:
+            plan = schedule_of(replace(study, num_sweeps=num_sweeps), one)
+            return Operand(name=radar, schedule=_from_zero(plan))
+    known = [one.name for one in study.radars]
+    raise InputError(f"the study has no radar '{radar}'; {did_you_mean(radar, known)}")
+
+
+def _from_zero(plan: RampSchedule) -> RampSchedule:
+    return replace(plan, start_time=plan.start_time - plan.start_time[0])
+
+
+# ── pairs ─────────────────────────────────────────────────────────────────────
+
+
+def paired(
+    a: Operand, b: Operand, *, sample_rate: float | None = None, compare_basebands: bool = False
+) -> Pair:
+    """Both operands at one rate about one carrier.
+
+    Parameters
+    ----------
+    sample_rate : 1/s; a recording's own if absent, else 1.3 times the bandwidth of both
+    compare_basebands : whether each is taken about the middle of its own band
+
+    Raises
+    ------
+    InputError
+        A waveform does not fit into the band, or recordings share no frequency.
+    """
+    recorded = [one.recording for one in (b, a) if one.recording is not None]
+    plans = [one.schedule for one in (a, b) if one.schedule is not None and one.recording is None]
+    if compare_basebands:
+        spans = [high - low for low, high in map(band_edges, plans)]
+        rate = sample_rate or (recorded[0].sample_rate if recorded else MARGIN * max(spans))
+        signals = [at_baseband(_signal(one, rate, None)) for one in (a, b)]
+    else:
+        edges = [edge for plan in plans for edge in band_edges(plan)]
+        centre = recorded[0].centre_frequency if recorded else 0.5 * (min(edges) + max(edges))
+        wide = MARGIN * (max(edges) - min(edges)) if edges else 0.0
+        rate = sample_rate or (recorded[0].sample_rate if recorded else wide)
+        signals = [_signal(one, rate, centre) for one in (a, b)]
+        signals[0] = comparable(signals[0], signals[1])
+    about = [_about_zero(one, compare_basebands) for one in (a, b)]
+    return Pair(
+        title=_title(a, b, signals[1], compare_basebands),
+        a=signals[0],
+        b=signals[1],
+        a_plan=about[0],
+        b_plan=about[1],
+        is_ideal=not recorded,
+    )
+
+
+def _title(a: Operand, b: Operand, signal: Baseband, compare_basebands: bool) -> str:
+    what = f"{a.name} with itself" if a is b else f"{a.name} with {b.name}"
+    where = "at baseband" if compare_basebands else f"about {signal.centre_frequency / 1e9:.6g} GHz"
+    return f"{what}, {where}, {signal.sample_rate / 1e6:.6g} MS/s"
+
+
+def _signal(one: Operand, rate: float, centre: float | None) -> Baseband:
+    if one.recording is not None:
+        if one.recording.num_samples > MOST_IN_MEMORY:
+            raise InputError(
+                f"'{one.name}' has {one.recording.num_samples:.3g} samples, too many for memory at "
+                "once; look for a shorter reference in it with --search"
+            )
+        return replace(one.recording.signal(), start_time=0.0).resampled(rate)
+    assert one.schedule is not None
+    return played(one.schedule, sample_rate=rate, centre_frequency=centre)
+
+
+def _about_zero(one: Operand, compare_basebands: bool) -> RampSchedule | None:
+    """A plan that can be compared in closed form: at baseband, all are about one carrier."""
+    if one.schedule is None or not compare_basebands:
+        return one.schedule
+    low, high = band_edges(one.schedule)
+    moved = one.schedule.start_frequency + (COMMON_CARRIER - 0.5 * (low + high))
+    return replace(one.schedule, start_frequency=moved)
+
+
+def fine_step(pair: Pair) -> int:
+    """Lags per sample: as many as memory allows, up to 16."""
+    lags = pair.a.num_samples + pair.b.num_samples
+    step = 16
+    while step > 1 and step * lags > MOST_LAGS:
+        step //= 2
+    return step
+
+
+def closed_form(pair: Pair, lag: FloatArray) -> Correlation | None:
+    """What theory expects of a pair as planned, where that is known and not too much."""
+    a, b = pair.a_plan, pair.b_plan
+    if not pair.is_ideal or a is None or b is None:
+        return None
+    if a.num_ramps * b.num_ramps * lag.size > MOST_TERMS:
+        return None
+    return expected(a, b, lag)
+
+
+def aligned_pair(pair: Pair, *, greatest_offset: float = 0.0) -> tuple[Pair, dict[str, float]]:
+    """The pair with the delay of its first signal taken away, and what was."""
+    found = aligned(pair.a, pair.b, greatest_offset=greatest_offset)
+    taken = {"delay": found.delay}
+    if greatest_offset > 0:
+        taken["frequency offset"] = found.frequency_offset
+    return replace(pair, a=found.signal), taken
+
+
+def reference_for(
+    recording: SigmfRecording, operand: Operand, *, compare_basebands: bool = False
+) -> Baseband:
+    """A short reference at a recording's rate and carrier."""
+    rate = recording.sample_rate
+    if compare_basebands:
+        return at_baseband(_signal(operand, rate, None))
+    if operand.recording is None:
+        return _signal(operand, rate, recording.centre_frequency)
+    other = operand.recording.signal()
+    here = Baseband(
+        samples=np.zeros(1, dtype=np.complex128),
+        sample_rate=rate,
+        centre_frequency=recording.centre_frequency,
+    )
+    return comparable(other, here)
+
+
+def ambiguity_of(pair: Pair, *, greatest_doppler: float, progress: Progress = silent) -> Ambiguity:
+    """Ambiguity function of a pair around zero lag, the size of a picture."""
+    reach = min(0.5 * NUM_DELAYS / pair.a.sample_rate, pair.b.duration)
+    doppler = np.linspace(-greatest_doppler, greatest_doppler, NUM_DOPPLERS)
+    return ambiguity(pair.a, pair.b, doppler=doppler, greatest_lag=reach, progress=progress)
+
+
+# ── bench ─────────────────────────────────────────────────────────────────────
+
+
+def through_model(pair: Pair, *, snr: float, seed: int) -> Pair:
+    """A as the paper's transceivers play and record it, ``snr`` (ratio) above the noise."""
+    radio = _radio_for(pair)
+    signal = _tuned(pair.a, radio)
+    record = transceived(
+        signal,
+        transmitter=radio,
+        receiver=radio,
+        link=link_for(snr, signal, transmitter=radio, receiver=radio),
+        receive_frequency=signal.centre_frequency,
+        streams=Streams(seed).of("correlate"),
+    )
+    heard = replace(record, centre_frequency=pair.b.centre_frequency)
+    return replace(pair, a=heard, is_ideal=False)
+
+
+def through_radio(pair: Pair, radio: Radio, *, i_hold_a_licence: bool) -> Pair:
+    """A as a radio plays and records it, aligned: a recording begins anywhere.
+
+    Raises
+    ------
+    InputError
+        No carrier is named, or `radio.base.measured` refuses.
+    """
+    if pair.a.centre_frequency == 0.0 and radio.abilities.radiates:
+        raise InputError("a radio needs a carrier; leave --baseband out")
+    record = measured(radio, pair.a, repetitions=1, i_hold_a_licence=i_hold_a_licence)
+    return replace(pair, a=aligned(record, pair.a).signal, is_ideal=False)
+
+
+def _radio_for(pair: Pair) -> Transceiver:
+    """The paper's transceiver at the pair's rate, its filter in proportion."""
+    usual = Transceiver()
+    scale = pair.a.sample_rate / usual.sample_rate
+    assert usual.filter is not None
+    return replace(
+        usual,
+        sample_rate=pair.a.sample_rate,
+        filter=replace(
+            usual.filter,
+            passband=scale * usual.filter.passband,
+            stopband=scale * usual.filter.stopband,
+        ),
+        highest_carrier=max(usual.highest_carrier, pair.a.centre_frequency),
+    )
+
+
+def _tuned(signal: Baseband, radio: Transceiver) -> Baseband:
+    """With a carrier that the radio has, where none is named."""
+    strongest = float(np.abs(signal.samples).max())
+    return replace(
+        signal,
+        samples=signal.samples / max(1.0, strongest),
+        centre_frequency=signal.centre_frequency or radio.lowest_carrier,
+    )

@@ -1,0 +1,1 @@
+"""Errors of real hardware: phase noise, bent ramps, filters, converters."""

@@ -1,0 +1,62 @@
+"""From what leaves the IF filter to the samples, every maker's part on its own.
+
+Filters and I/Q imbalance are linear and act on each part. Offset, saturation and quantisation are
+not: what they add to the sum of all parts becomes a part of its own, the distortion.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from polychirp.axes import BoolArray, ComplexArray
+from polychirp.errors import InputError
+from polychirp.model.if_frame import IfParts, SampleTimes
+from polychirp.model.radar import Radar
+from polychirp.synthesis.impairments.adc import Digitised, digitised
+from polychirp.synthesis.impairments.high_pass import high_passed
+
+
+def linear_steps(radar: Radar, samples: ComplexArray, times: SampleTimes) -> ComplexArray:
+    """High-pass and I/Q imbalance of V ``(part, channel, ramp, fast)``, which may be overwritten.
+
+    ``samples`` are those of `high_pass.with_lead`, the result is at ``times``.
+    """
+    samples = high_passed(radar, samples, times)
+    imbalance = radar.front_end.imbalance
+    if imbalance is not None:
+        for part in samples:
+            part[...] = imbalance.applied(part)
+    return samples
+
+
+def distortion(radar: Radar, linear: ComplexArray, times: SampleTimes) -> ComplexArray:
+    """What is read less what came, V ``(channel, ramp, fast)``, of the sum of all linear parts."""
+    offset = radar.front_end.offset
+    added = 0.0 if offset is None else np.where(times.is_sample, offset.voltage, 0.0)
+    if radar.front_end.digitiser is None:
+        return np.broadcast_to(added, linear.shape)
+    return np.asarray(digitised(radar.front_end.digitiser, linear + added).samples - linear)
+
+
+def reading(radar: Radar, parts: IfParts, times: SampleTimes) -> Digitised:
+    """How a frame was digitised: gains and overload, which its samples no longer show.
+
+    Raises
+    ------
+    InputError
+        The radar has no digitiser.
+    """
+    digitiser, offset = radar.front_end.digitiser, radar.front_end.offset
+    if digitiser is None:
+        raise InputError(f"radar '{radar.name}' has no digitiser; give its front end one")
+    linear = parts.total(*(part for part in parts.names if part != "distortion"))
+    if offset is not None:
+        linear = linear + np.where(times.is_sample, offset.voltage, 0.0)
+    return digitised(digitiser, linear)
+
+
+def overload(radar: Radar, parts: IfParts, times: SampleTimes) -> BoolArray:
+    """Samples at which I or Q was beyond full scale, ``(channel, ramp, fast)``."""
+    if radar.front_end.digitiser is None:
+        return np.broadcast_to(np.False_, parts.samples.shape[1:])
+    return reading(radar, parts, times).is_overloaded

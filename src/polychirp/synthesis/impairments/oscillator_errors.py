@@ -1,0 +1,397 @@
+r"""Radars whose oscillators err: phase noise and ramp errors around any engine.
+
+With an error θ of each transmitter's phase, in cycles, the mixer's product of each path gains
+
+.. math:: e^{j2\pi\left[\theta_v(t) - \theta_i(t-\tau)\right]}
+
+before the IF filter. In a radar's own echo both are the same: what is left of phase noise is
+:math:`4\sin^2(\pi\nu\tau)` of its spectrum at offset ν (range correlation; Budge and Burt 1993).
+
+Closed forms know straight chirps alone, so the inner engine is asked for the same signal at a
+higher rate behind a filter that is flat over all that the errors can bring into the band; the
+errors are multiplied in there, and the radar's own filter and rate follow. To the exact samples
+of straight chirps only the difference is added:
+
+.. math:: y = y_0 + h * \left[y_w \left(e^{j2\pi[\theta_v - \theta_i]} - 1\right)\right] .
+
+Paths of different delay see different errors: θ is band-limited, so that a few nodes of delay,
+with each path shared among them by Lagrange's polynomials, are enough.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from polychirp.axes import BoolArray, ComplexArray, FloatArray
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.model.if_filter import IfFilter
+from polychirp.model.if_frame import SampleTimes, sample_times
+from polychirp.model.paths import PropagationPaths
+from polychirp.model.radar import Converter, Radar
+from polychirp.model.ramp import RampSchedule
+from polychirp.model.scene import Scene
+from polychirp.rng import Streams
+from polychirp.synthesis.base import SynthesisEngine
+from polychirp.synthesis.impairments.phase_error import PhaseError, phase_error
+from polychirp.synthesis.links.leakage import LEAKAGE_PART
+from polychirp.synthesis.links.links import links_of_all
+from polychirp.synthesis.links.thermal_noise import noise_density
+from polychirp.units import from_db
+
+OFFSETS: Final = 2.0
+"""Highest offset of phase noise that is followed as a wave, in stop bands of the IF filter."""
+
+TOLERANCE: Final = 1e-6
+"""Rad rms, by which an error of phase may be missed between the nodes of delay."""
+
+MOST_NODES: Final = 16
+"""Nodes of delay in a group; with half a cycle of the highest offset none needs more."""
+
+TRANSITION: Final = 2.5
+"""Of the wide filter, in stop bands of the victim's: so short that it seldom meets ramps' ends."""
+
+FLATNESS: Final = from_db(120.0)
+"""Attenuation, and so ripple, of the wide filter."""
+
+INAUDIBLE: Final = 1e-6
+"""Density of another radar's far noise that is left out, relative to the victim's thermal noise."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Oscillating:
+    r"""Any engine, with the oscillators of the scene's radars as they are.
+
+    Without an oscillator that errs, the samples are the inner engine's, at no cost. Otherwise the
+    inner engine is also asked once per node of delay, at a rate of 8.5 stop bands. At the default
+    level of noise the result is right to 1e-6 of a full-scale sample, and to 2e-5 where windows
+    reach over the ends of ramps; what folds back into the band is of fourth order in the phase.
+
+    Limits. A path's delay decides its error of phase as it is at the snapshot's reference time,
+    at the array's centre: both must keep well within 1/ν at the highest offset ν, as a snapshot
+    a few ms old does. Only offsets up to two stop bands of the scene's widest IF filter are waves
+    that add in phase over paths and radars. What another radar's beat, further out, leaves in the
+    band at larger offsets is Gaussian noise of density
+
+    .. math:: P\,\left[L_v(f_{IF}) + L_i(f_{IF})\right] ,
+
+    at the beat of the strongest path; it reaches the array from where its paths come, and it is
+    independent from one victim to the next.
+
+    Parameters
+    ----------
+    inner : engine for straight chirps; it must make signals of the given paths alone
+    streams : phase noise comes from ``streams["oscillator", name, …]``
+
+    Examples
+    --------
+    >>> from polychirp.synthesis.stretch.engine import Stretch
+    >>> engine = Oscillating(inner=Stretch(), streams=Streams(seed=1))
+    >>> isinstance(engine, SynthesisEngine)
+    True
+    """
+
+    inner: SynthesisEngine
+    streams: Streams
+
+    def contribution(
+        self,
+        scene: Scene,
+        schedules: Sequence[RampSchedule],
+        snapshots: Sequence[PropagationPaths],
+        *,
+        victim: int,
+        transmitter: int,
+    ) -> ComplexArray:
+        """See `SynthesisEngine.contribution`."""
+        samples = self.inner.contribution(
+            scene, schedules, snapshots, victim=victim, transmitter=transmitter
+        )
+        pair = (scene.radars[victim], scene.radars[transmitter])
+        if all(radar.oscillator.is_ideal for radar in pair):
+            return samples
+        paths = [_between(shot, victim, transmitter) for shot in snapshots]
+        highest = highest_offset(scene)
+        wide = Wide.of(scene, schedules[victim], victim, highest)
+        errors = [
+            phase_error(
+                scene.radars[radar],
+                schedules[radar],
+                highest_offset=highest,
+                streams=self.streams,
+            )
+            for radar in (victim, transmitter)
+        ]
+        time = wide.times.time
+        error = _turned(errors[0], time)
+
+        def deviation(
+            alone: Scene, shots: Sequence[PropagationPaths], delay: float
+        ) -> ComplexArray:
+            """What the errors add to signals of one delay, at the wide rate."""
+            signal = self.inner.contribution(
+                alone, schedules, shots, victim=victim, transmitter=transmitter
+            )
+            signal *= error * np.conj(_turned(errors[1], time - delay)) - 1.0
+            return signal
+
+        added = np.zeros((*samples.shape[:2], *time.shape), dtype=np.complex128)
+        if any(shot.num_paths for shot in paths):
+            shortest = float(min(schedules[r].duration.min() for r in (victim, transmitter)))
+            for delay, shots in shared(paths, pair[1], highest=highest, shortest=shortest):
+                added[:LEAKAGE_PART] += deviation(wide.scene, shots, delay)
+            if victim != transmitter:
+                added += self._far(wide, schedules, paths, victim, transmitter, highest)
+        if len(samples) > LEAKAGE_PART:
+            nothing = [shot.select(np.zeros(0, dtype=np.int64)) for shot in paths]
+            for radar, delay in one_way_each(pair[0]):
+                alone = wide.heard_by(radar, victim)
+                added[LEAKAGE_PART] += deviation(alone, nothing, delay)[LEAKAGE_PART]
+        for part, signal in enumerate(added):
+            if signal.any():
+                samples[part] += wide.narrowed(signal)
+        return samples
+
+    def _far(
+        self,
+        wide: Wide,
+        schedules: Sequence[RampSchedule],
+        paths: Sequence[PropagationPaths],
+        victim: int,
+        transmitter: int,
+        highest: float,
+    ) -> ComplexArray:
+        """Noise at offsets beyond ``highest``, at the wide rate.
+
+        What noise another radar has at the victim's own frequency is mixed like the victim's own
+        ramp, sent from there.
+        """
+        radar, other = wide.scene.radars[victim], wide.scene.radars[transmitter]
+        own, sent = schedules[victim], schedules[transmitter]
+        links = links_of_all(wide.scene, paths, victim=victim, transmitter=transmitter)
+        strength = np.concatenate([np.abs(link.amplitude) for link in links])
+        delay = np.concatenate([link.delay for link in links])[np.argmax(strength)]
+        most = max(float(np.abs(link.amplitude).sum()) for link in links)
+        time = wide.times.time
+        mine, mixes = _frequency(own, time)
+        others, sends = _frequency(sent, time - float(delay))
+        beat = np.abs(mine - others)
+        level = _level(radar, beat) + _level(other, beat)
+        density = np.where(mixes & sends & (beat > highest), level, 0.0)
+        if density.max() * most**2 < INAUDIBLE * noise_density(radar):
+            return np.zeros((), dtype=np.complex128)
+        # one code word stands for all: which elements send changes where the noise comes from
+        weight = np.repeat(sent.transmit_weight[:1], own.num_ramps, axis=0)
+        noisy = replace(own, transmit_weight=weight)
+        plans = [noisy if n == transmitter else plan for n, plan in enumerate(schedules)]
+        carrier = self.inner.contribution(
+            wide.scene, plans, paths, victim=victim, transmitter=transmitter
+        )
+        generator = self.streams["oscillator", radar.name, "far", other.name]
+        white = generator.standard_normal((*time.shape, 2)).view(np.complex128)[..., 0]
+        return np.asarray(carrier * (white * np.sqrt(0.5 * wide.times.rate * density)))
+
+
+def highest_offset(scene: Scene) -> float:
+    """Hz, to which phase noise is followed as a wave: the same for all radars of a scene."""
+    return OFFSETS * max(radar.if_filter.stopband for radar in scene.radars)
+
+
+class _Early(Converter):
+    """A converter whose window may begin before the ramp and end behind it."""
+
+    __slots__ = ()
+
+    def __post_init__(self) -> None:
+        pass
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Wide:
+    """A victim that samples so fast, behind so wide a filter, that errors of phase can follow.
+
+    Every window of the victim's own filter lies within the samples: sample n of the victim is
+    ``reach + n·factor`` of these.
+
+    Parameters
+    ----------
+    scene : with the victim's filter and converter exchanged, and deaf to its own leakage
+    times : when its converter samples
+    factor : wide samples to one of the victim's
+    reach : wide samples in half the victim's filter
+    if_filter : the victim's own
+    own_times : when the victim's own converter samples
+    """
+
+    scene: Scene
+    times: SampleTimes
+    factor: int
+    reach: int
+    if_filter: IfFilter
+    own_times: SampleTimes
+
+    @classmethod
+    def of(cls, scene: Scene, schedule: RampSchedule, victim: int, highest: float) -> Wide:
+        """For errors with offsets up to ``highest`` Hz."""
+        radar = scene.radars[victim]
+        edge, converter = radar.if_filter.stopband, radar.converter
+        wide_filter = IfFilter(
+            passband=highest + edge,
+            stopband=highest + (1.0 + TRANSITION) * edge,
+            attenuation=FLATNESS,
+        )
+        # what the errors smear beyond half the rate must not fold back into the band
+        most = wide_filter.stopband + highest + edge
+        factor = math.ceil(most / converter.sample_rate)
+        rate = factor * converter.sample_rate
+        reach = math.ceil(0.5 * radar.if_filter.support * rate)
+        early = _Early(
+            sample_rate=rate,
+            start=converter.start - reach / rate,
+            margin=converter.margin - reach / rate,
+        )
+        wide = replace(radar, if_filter=wide_filter, converter=early, leakage=(), bumper=None)
+        return cls(
+            scene=_with_radar(scene, wide, victim),
+            times=sample_times(schedule, early),
+            factor=factor,
+            reach=reach,
+            if_filter=radar.if_filter,
+            own_times=sample_times(schedule, converter),
+        )
+
+    def heard_by(self, radar: Radar, victim: int) -> Scene:
+        """The scene with the leakage and the bumper of ``radar``."""
+        wide = self.scene.radars[victim]
+        return _with_radar(
+            self.scene, replace(wide, leakage=radar.leakage, bumper=radar.bumper), victim
+        )
+
+    def narrowed(self, signal: ComplexArray) -> ComplexArray:
+        """Behind the victim's own filter, ``(…, ramp, fast)``, at its own sample times."""
+        from scipy.signal import upfirdn
+
+        rate = self.times.rate
+        taps = self.if_filter.impulse_response(np.arange(-self.reach, self.reach + 1) / rate) / rate
+        # zeros after the taps make the first whole window end on a sample that is kept
+        late = -2 * self.reach % self.factor
+        taps = np.concatenate([np.zeros(late), taps])
+        skipped = (2 * self.reach + late) // self.factor
+        kept = slice(skipped, skipped + self.own_times.most_samples)
+        filtered = upfirdn(taps, signal, down=self.factor, axis=-1)[..., kept]
+        return np.asarray(np.where(self.own_times.is_sample, filtered, 0.0))
+
+
+def one_way_each(radar: Radar) -> Iterator[tuple[Radar, float]]:
+    """The radar with one way at a time on which it hears itself, and that way's delay, s.
+
+    They are so short that no two share a node of delay: what is left of the noise is in
+    proportion to the delay.
+    """
+    for leak in radar.leakage:
+        yield replace(radar, leakage=(leak,), bumper=None), leak.delay
+    if radar.bumper is not None:
+        yield replace(radar, leakage=()), 2.0 * radar.bumper.distance / SPEED_OF_LIGHT
+
+
+def _with_radar(scene: Scene, radar: Radar, number: int) -> Scene:
+    radars = list(scene.radars)
+    radars[number] = radar
+    return replace(scene, radars=tuple(radars))
+
+
+def shared(
+    snapshots: Sequence[PropagationPaths], sender: Radar, *, highest: float, shortest: float
+) -> Iterator[tuple[float, tuple[PropagationPaths, ...]]]:
+    r"""Nodes of delay, and every path's share in each.
+
+    .. math:: \theta(t-\tau) \approx \sum_k \ell_k(\tau)\, \theta(t-\tau_k)
+
+    over groups of delays half a cycle of the highest offset wide, with Lagrange's polynomials ℓ
+    on Chebyshev's nodes of each group.
+
+    Parameters
+    ----------
+    snapshots : of one transmitter and receiver
+    sender : radar whose errors are looked up at the delays
+    highest : Hz, offset up to which it has phase noise
+    shortest : s, ramp
+    """
+    delays = [shot.delay for shot in snapshots]
+    every = np.concatenate(delays)
+    width = 0.5 / highest
+    for group in np.unique(np.floor(every / width)):
+        inside = [np.floor(delay / width) == group for delay in delays]
+        among = every[np.floor(every / width) == group]
+        centre = 0.5 * float(among.min() + among.max())
+        half = 0.5 * float(np.ptp(among))
+        count = _num_nodes(sender, half, highest, shortest)
+        nodes = centre + half * np.cos(np.pi * (np.arange(count) + 0.5) / count)
+        for k, node in enumerate(nodes):
+            yield (
+                float(node),
+                tuple(
+                    _scaled(shot, which, nodes, k)
+                    for shot, which in zip(snapshots, inside, strict=True)
+                ),
+            )
+
+
+def _scaled(
+    shot: PropagationPaths, which: BoolArray, nodes: FloatArray, k: int
+) -> PropagationPaths:
+    """Some paths, times the polynomial that is 1 at node k and 0 at all others."""
+    chosen = shot.select(which)
+    others = np.delete(nodes, k)
+    share = np.prod((chosen.delay[:, None] - others) / (nodes[k] - others), axis=1)
+    return replace(chosen, transfer=share[:, None, None] * chosen.transfer)
+
+
+def _num_nodes(sender: Radar, half: float, highest: float, shortest: float) -> int:
+    """The fewest nodes over delays of ±half that miss less than the tolerance."""
+    for count in range(1, MOST_NODES):
+        if _missed(sender, half, count, highest, shortest) <= TOLERANCE:
+            return count
+    return MOST_NODES
+
+
+def _missed(sender: Radar, half: float, count: int, highest: float, shortest: float) -> float:
+    """Rad rms. A wave of frequency f is missed by 2(πfa)^K/K!, Jacobi–Anger's next term."""
+    total = 0.0
+    scale = 2.0 * half**count / math.factorial(count)
+    noise, ramp_error = sender.oscillator.phase_noise, sender.oscillator.ramp_error
+    if noise is not None:
+        f = np.geomspace(1e-3 * highest, highest, 200)
+        missed = scale * (np.pi * f) ** count
+        total += float(np.trapezoid(2.0 * noise.density(f) * missed**2, f))
+    if ramp_error is not None:
+        total += (scale * (np.pi * ramp_error.bandwidth(shortest)) ** count) ** 2
+    return math.sqrt(total)
+
+
+def _between(shot: PropagationPaths, victim: int, transmitter: int) -> PropagationPaths:
+    return shot.select((shot.receiver == victim) & (shot.transmitter == transmitter))
+
+
+def _turned(error: PhaseError | None, time: FloatArray) -> ComplexArray:
+    """e^{j2πθ}."""
+    if error is None:
+        return np.ones((), dtype=np.complex128)
+    return np.asarray(np.exp(2j * np.pi * error(time)))
+
+
+def _frequency(schedule: RampSchedule, time: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """Hz, and whether anything is sent, at ``time``."""
+    ramp = np.maximum(np.searchsorted(schedule.start_time, time, side="right") - 1, 0)
+    into = time - schedule.start_time[ramp]
+    sends = (into >= 0.0) & (into < schedule.duration[ramp])
+    return schedule.start_frequency[ramp] + schedule.slope[ramp] * into, sends
+
+
+def _level(radar: Radar, offset: FloatArray) -> FloatArray:
+    noise = radar.oscillator.phase_noise
+    return np.zeros_like(offset) if noise is None else noise.density(offset)

@@ -1,0 +1,126 @@
+r"""The error θ(t) of a transmitted phase over one frame, of which every victim hears the same.
+
+Phase noise is a sum of waves with independent Gaussian amplitudes,
+
+.. math:: 2\pi\,\theta(t) = 2\,\mathrm{Re} \sum_m c_m e^{j2\pi m t/P}, \qquad
+          \mathrm{E}|c_m|^2 = L(m/P)/P ,
+
+up to a highest offset. The period P is twice the frame, so that its ends know nothing of each
+other; the lowest wave is that of offset 1/P.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Final
+
+import numpy as np
+
+from polychirp.axes import ComplexArray, FloatArray
+from polychirp.model.oscillator import AnyRampError, PhaseNoise
+from polychirp.model.radar import Radar
+from polychirp.model.ramp import RampSchedule
+from polychirp.rng import Streams
+
+PHASE_MARGIN: Final = 100e-6
+"""s, by which a record of noise reaches beyond the ramps on both sides."""
+
+GRID_OVERSAMPLING: Final = 4
+"""Grid points per Nyquist interval of the highest offset."""
+
+SPLINE_DEGREE: Final = 7
+"""With four grid points to Nyquist's one it is right to 2·7⁻⁸ of the highest offset's wave."""
+
+PhaseError = Callable[[FloatArray], FloatArray]
+"""θ in cycles at times in s, of any shape."""
+
+
+def phase_error(
+    radar: Radar, schedule: RampSchedule, *, highest_offset: float, streams: Streams
+) -> PhaseError | None:
+    """What a radar's oscillator adds to the phase that ``schedule`` sends; None if it is ideal.
+
+    Parameters
+    ----------
+    highest_offset : Hz, to which phase noise is drawn
+    streams : noise comes from ``streams["oscillator", name of the radar]``
+    """
+    oscillator = radar.oscillator
+    parts: list[PhaseError] = []
+    if oscillator.phase_noise is not None:
+        parts.append(
+            noise_record(
+                oscillator.phase_noise,
+                begin=float(schedule.start_time[0]) - PHASE_MARGIN,
+                end=float(schedule.end_time[-1]) + PHASE_MARGIN,
+                highest_offset=highest_offset,
+                streams=streams.of("oscillator", radar.name),
+            )
+        )
+    if oscillator.ramp_error is not None:
+        parts.append(RampPhase(error=oscillator.ramp_error, schedule=schedule))
+    if not parts:
+        return None
+    return lambda time: np.asarray(sum(part(time) for part in parts))
+
+
+@lru_cache(maxsize=16)
+def noise_record(
+    noise: PhaseNoise, *, begin: float, end: float, highest_offset: float, streams: Streams
+) -> PhaseError:
+    """Phase noise from ``begin`` to ``end``; the same arguments give the same noise.
+
+    Splines on a grid; a wave's coefficients are its samples over the spline's own response, so
+    that all that is wrong is the wave's images about the grid's rate. Before and behind its ends
+    the record stays what it is there: nothing is sent.
+    """
+    from scipy.fft import irfft, next_fast_len
+
+    from polychirp.synthesis.impairments.splines import basis, evaluate
+
+    rate = 2.0 * GRID_OVERSAMPLING * highest_offset
+    size = int(np.ceil((end - begin) * rate)) + SPLINE_DEGREE + 1
+    period = next_fast_len(2 * size, real=True)
+    offset, height = noise_waves(
+        noise, spacing=rate / period, highest_offset=highest_offset, streams=streams
+    )
+    coefficients = irfft(height / np.sinc(offset / rate) ** (SPLINE_DEGREE + 1), period)[:size]
+    coefficients = coefficients * (period / (2.0 * np.pi))
+
+    def at(time: FloatArray) -> FloatArray:
+        place = (np.asarray(time) - begin) * rate
+        out = np.empty(place.shape)
+        evaluate(out.reshape(-1), place.reshape(-1), coefficients, basis(SPLINE_DEGREE))
+        return out
+
+    return at
+
+
+def noise_waves(
+    noise: PhaseNoise, *, spacing: float, highest_offset: float, streams: Streams
+) -> tuple[FloatArray, ComplexArray]:
+    """Offsets m/P in Hz and amplitudes c in rad, ``(wave,)`` each, from offset zero on."""
+    offset = spacing * np.arange(int(highest_offset / spacing) + 1, dtype=np.float64)
+    draws = streams["phase noise"].standard_normal((offset.size, 2)).view(np.complex128)[:, 0]
+    height = draws * np.sqrt(0.5 * noise.density(offset) * spacing)
+    height[0] = 0.0
+    return offset, height
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RampPhase:
+    """The phase of a ramp error, going on from ramp to ramp without a jump."""
+
+    error: AnyRampError
+    schedule: RampSchedule
+
+    def __call__(self, time: FloatArray) -> FloatArray:
+        """θ, cycles, at times ``(…,)``; between ramps it waits."""
+        start, duration = self.schedule.start_time, self.schedule.duration
+        whole = float(self.error.phase(np.ones(()))) * duration
+        before = np.concatenate([[0.0], np.cumsum(whole)[:-1]])
+        ramp = np.maximum(np.searchsorted(start, time, side="right") - 1, 0)
+        fraction = np.clip((time - start[ramp]) / duration[ramp], 0.0, 1.0)
+        return np.asarray(before[ramp] + self.error.phase(fraction) * duration[ramp])

@@ -1,0 +1,50 @@
+"""Splines on a uniform grid, compiled: SciPy's find every interval and recur every basis anew."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from polychirp.axes import FloatArray
+from polychirp.synthesis.stretch.path_kernels import compiled
+
+
+@lru_cache(maxsize=4)
+def basis(degree: int) -> FloatArray:
+    """What the coefficients are weighted with between two knots, ``(power, coefficient)``.
+
+    >>> (5040 * basis(7)[0]).round().tolist()
+    [1.0, 120.0, 1191.0, 2416.0, 1191.0, 120.0, 1.0, 0.0]
+    """
+    from scipy.interpolate import BSpline
+
+    spline = BSpline.basis_element(np.arange(degree + 2.0), extrapolate=False)
+    place = 0.5 - 0.5 * np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
+    values = spline(place[:, None] + np.arange(degree, -1.0, -1.0))
+    return np.ascontiguousarray(np.linalg.solve(place[:, None] ** np.arange(degree + 1), values))
+
+
+@compiled
+def evaluate(
+    out: FloatArray, place: FloatArray, coefficients: FloatArray, weight: FloatArray
+) -> None:
+    """Splines at places between the first interval's beginning, 0, and the last's end.
+
+    Interval n is made of the coefficients from n on; ``weight`` is `basis`. Places beyond the ends
+    have the values there.
+    """
+    intervals = coefficients.size - weight.shape[1] + 1
+    value = np.empty(weight.shape[1])
+    for p in range(place.size):
+        at = min(max(place[p], 0.0), float(intervals))
+        n = min(int(at), intervals - 1)
+        x = at - n
+        value[:] = weight[weight.shape[0] - 1]
+        for power in range(weight.shape[0] - 2, -1, -1):
+            for i in range(value.size):
+                value[i] = value[i] * x + weight[power, i]
+        total = 0.0
+        for i in range(value.size):
+            total += value[i] * coefficients[n + i]
+        out[p] = total

@@ -1,0 +1,1 @@
+"""Link budgets: who transmits to whom at which power, leakage, noise, inaudible radars."""

@@ -1,0 +1,1 @@
+"""A model of a software-defined radio transceiver."""

@@ -1,0 +1,272 @@
+r"""From the samples that one radio plays to those that another one records.
+
+Between the converters the signal is sampled on a grid some times finer, wide enough for both
+carriers, centred on the receiver's. What is delayed inside the radios is taken out: a link without
+delay gives no lag.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from polychirp.axes import ComplexArray, FloatArray
+from polychirp.constants import BOLTZMANN, REFERENCE_TEMPERATURE
+from polychirp.errors import InputError
+from polychirp.model.baseband import Baseband
+from polychirp.model.front_end import Digitiser
+from polychirp.model.oscillator import PhaseNoise
+from polychirp.model.transceiver import Link, Transceiver
+from polychirp.rng import Streams
+from polychirp.synthesis.impairments.adc import digitised
+from polychirp.synthesis.impairments.phase_error import noise_waves
+
+MARGIN: Final = 128
+"""Samples of silence kept around what is sent: filters ring there."""
+
+MOST_POINTS: Final = 1 << 26
+"""Of the grid between the converters: 1 GB each time it is copied."""
+
+
+def transceived(
+    signal: Baseband,
+    *,
+    transmitter: Transceiver,
+    receiver: Transceiver,
+    link: Link,
+    receive_frequency: float,
+    streams: Streams,
+) -> Baseband:
+    """What ``receiver`` records, tuned to ``receive_frequency`` Hz, while ``signal`` is played.
+
+    Both start at once; the record is as long as what arrives, and a margin. Volts into 1 Ω at the
+    receiver's input, so that a record's power is watts there.
+
+    Parameters
+    ----------
+    signal : to play, of magnitude 1 at most, at the transmitter's rate about its carrier
+    streams : noise and phase noises come from ``streams["receiver", "noise"]``,
+        ``streams.of("transmitter")`` and ``streams.of("receiver")``
+
+    Raises
+    ------
+    InputError
+        Another sample rate, samples above magnitude 1, or too long a signal.
+    PhysicsError
+        A carrier that a radio cannot tune.
+    """
+    _check(signal, transmitter, receiver, receive_frequency)
+    factor = _factor(signal, receiver, receive_frequency)
+    rate = factor * transmitter.sample_rate
+    field, begin = _sent(signal, transmitter, factor, streams)
+    time = begin + np.arange(field.size) / rate
+    field *= math.sqrt(1.0 / link.attenuation)
+    # the grid's time runs with the wave: at the receiver it is later by the delay
+    shift = signal.centre_frequency * (1.0 + transmitter.clock_offset)
+    shift -= receive_frequency * (1.0 + receiver.clock_offset)
+    field *= np.exp(2j * np.pi * ((shift * time) % 1.0))
+    turns = -receive_frequency * (1.0 + receiver.clock_offset) * link.delay
+    field *= np.exp(2j * np.pi * (turns % 1.0))
+    field = _received(field, rate, receiver, streams)
+    return _recorded(
+        Baseband(samples=field, sample_rate=rate, start_time=begin + link.delay),
+        receiver,
+        receive_frequency,
+    )
+
+
+def arriving_power(signal: Baseband, *, transmitter: Transceiver, receiver: Transceiver) -> float:
+    """W at the receiver's converter without attenuation or noise, mean over the signal's duration.
+
+    The receiver is tuned to the signal; what holding and filters take from it is taken.
+    """
+    quiet = replace(receiver, noise_figure=None, converter=None, phase_noise=None)
+    arriving = transceived(
+        signal,
+        transmitter=replace(transmitter, phase_noise=None),
+        receiver=quiet,
+        link=Link(attenuation=1.0),
+        receive_frequency=signal.centre_frequency,
+        streams=Streams(0),
+    )
+    return arriving.energy / signal.duration
+
+
+def link_for(
+    snr: float,
+    signal: Baseband,
+    *,
+    transmitter: Transceiver,
+    receiver: Transceiver,
+    delay: float = 0.0,
+) -> Link:
+    """The link over which ``signal`` arrives ``snr`` (ratio) above the noise at the converter.
+
+    Raises
+    ------
+    InputError
+        The receiver has no noise.
+    """
+    if receiver.noise_power == 0.0:
+        raise InputError("a receiver without noise has no SNR; give it a noise figure")
+    power = arriving_power(signal, transmitter=transmitter, receiver=receiver)
+    return Link(attenuation=power / (snr * receiver.noise_power), delay=delay)
+
+
+def _check(
+    signal: Baseband, transmitter: Transceiver, receiver: Transceiver, receive_frequency: float
+) -> None:
+    transmitter.check_carrier(signal.centre_frequency)
+    receiver.check_carrier(receive_frequency)
+    if not math.isclose(signal.sample_rate, transmitter.sample_rate, rel_tol=1e-9):
+        raise InputError(
+            f"the signal has {signal.sample_rate / 1e6:g} MS/s, the transmitter plays "
+            f"{transmitter.sample_rate / 1e6:g}; resample it"
+        )
+    # a resampled chirp overshoots at its ends
+    if float(np.abs(signal.samples).max()) > 1.0 + 1e-9:
+        raise InputError("a sample to be played is above magnitude 1; scale the signal down")
+
+
+def _factor(signal: Baseband, receiver: Transceiver, receive_frequency: float) -> int:
+    """Points of the grid per sample: for both bands and the first images of what is held."""
+    rate = signal.sample_rate
+    reach = abs(signal.centre_frequency - receive_frequency) + 1.5 * max(rate, receiver.sample_rate)
+    factor = 1 << max(2, math.ceil(math.log2(2.0 * reach / rate)))
+    points = factor * (signal.num_samples + 2 * MARGIN)
+    if points > MOST_POINTS:
+        raise InputError(
+            f"{signal.num_samples} samples need {points:.2g} points between the converters, more "
+            f"than {MOST_POINTS:.2g}; play a shorter signal or bring the carriers together"
+        )
+    return factor
+
+
+# ── transmitter ───────────────────────────────────────────────────────────────
+
+
+def _sent(
+    signal: Baseband, radio: Transceiver, factor: int, streams: Streams
+) -> tuple[ComplexArray, float]:
+    """What leaves the transmitter about its own carrier, √W, and the time of its first point."""
+    samples = signal.samples
+    if radio.transmit_bits is not None:
+        samples = _digitised(Digitiser(full_scale=1.0, bits=radio.transmit_bits), samples)
+    padded = np.pad(samples, MARGIN)
+    field = _reconstructed(padded, radio, factor)
+    if radio.filter is not None:
+        field = _filtered(field, radio, factor * radio.sample_rate)
+    field *= math.sqrt(radio.transmit_power)
+    if radio.imbalance is not None:
+        field = radio.imbalance.applied(field)
+    if radio.phase_noise is not None:
+        rate = factor * radio.sample_rate
+        field *= np.exp(1j * _phase(radio.phase_noise, field.size, rate, streams.of("transmitter")))
+    fast = 1.0 + radio.clock_offset
+    begin = (signal.start_time - MARGIN / radio.sample_rate) / fast
+    if radio.clock_offset != 0.0:
+        # played in 1/(1 + δ) of its time: the grid, being the receiver's, meets it elsewhere
+        wave = Baseband(
+            samples=field, sample_rate=factor * radio.sample_rate * fast, start_time=begin
+        )
+        field = wave.at(begin + np.arange(field.size) / (factor * radio.sample_rate))
+    return field, begin
+
+
+def _reconstructed(samples: ComplexArray, radio: Transceiver, factor: int) -> ComplexArray:
+    """Samples as a signal on the fine grid: held, or by an ideal filter at half the rate."""
+    from scipy.fft import fft, fftfreq, ifft
+
+    size = samples.size
+    frequency = fftfreq(factor * size, 1.0 / factor)  # in sample rates
+    spectrum = np.tile(fft(samples), factor)
+    if radio.hold is not None:
+        spectrum *= np.sinc(radio.hold * frequency)
+    if radio.hold is None or radio.filter is None:
+        spectrum[np.abs(frequency) >= 0.5] = 0.0
+    return np.asarray(ifft(spectrum, overwrite_x=True) * factor)
+
+
+# ── receiver ──────────────────────────────────────────────────────────────────
+
+
+def _received(
+    field: ComplexArray, rate: float, radio: Transceiver, streams: Streams
+) -> ComplexArray:
+    """What reaches the receiver's converter, about its carrier."""
+    if radio.noise_figure is not None:
+        density = BOLTZMANN * REFERENCE_TEMPERATURE * radio.noise_figure
+        draws = streams["receiver", "noise"].standard_normal((field.size, 2))
+        field = field + draws.view(np.complex128)[:, 0] * math.sqrt(0.5 * density * rate)
+    if radio.phase_noise is not None:
+        field *= np.exp(-1j * _phase(radio.phase_noise, field.size, rate, streams.of("receiver")))
+    if radio.imbalance is not None:
+        field = radio.imbalance.applied(field)
+    return _filtered(field, radio, rate)
+
+
+def _recorded(field: Baseband, radio: Transceiver, receive_frequency: float) -> Baseband:
+    """What the converter reads at its own times, labelled with what the radio believes."""
+    fast = 1.0 + radio.clock_offset
+    rate = radio.sample_rate
+    first = math.ceil(field.start_time * rate * fast - 1e-6)
+    count = int((field.start_time + field.duration) * rate * fast) - first
+    shown = (first + np.arange(count)) / rate
+    samples = _at(field, shown / fast)
+    if radio.converter is not None:
+        samples = _digitised(radio.converter, samples)
+    return Baseband(
+        samples=samples,
+        sample_rate=rate,
+        centre_frequency=receive_frequency,
+        start_time=first / rate,
+    )
+
+
+def _at(field: Baseband, time: FloatArray) -> ComplexArray:
+    """The grid's own points where times fall on them, else between them."""
+    place = (time - field.start_time) * field.sample_rate
+    near = np.rint(place)
+    if np.all(np.abs(place - near) < 1e-6):
+        return field.samples[near.astype(np.int64)]
+    return field.at(time)
+
+
+# ── parts of both ─────────────────────────────────────────────────────────────
+
+
+def _filtered(field: ComplexArray, radio: Transceiver, rate: float) -> ComplexArray:
+    """Behind the radio's filter; ideal at half its sample rate where it has none."""
+    from scipy.signal import oaconvolve
+
+    if radio.filter is None:
+        return _limited(field, rate, 0.5 * radio.sample_rate)
+    half = int(0.5 * radio.filter.support * rate)
+    taps = radio.filter.impulse_response(np.arange(-half, half + 1) / rate) / rate
+    return np.asarray(oaconvolve(field, taps, mode="same"))
+
+
+def _limited(field: ComplexArray, rate: float, edge: float) -> ComplexArray:
+    from scipy.fft import fft, fftfreq, ifft
+
+    spectrum = fft(field)
+    spectrum[np.abs(fftfreq(field.size, 1.0 / rate)) >= edge] = 0.0
+    return np.asarray(ifft(spectrum, overwrite_x=True))
+
+
+def _phase(noise: PhaseNoise, size: int, rate: float, streams: Streams) -> FloatArray:
+    """Phase noise on the grid, rad; its period is twice the record."""
+    from scipy.fft import irfft, next_fast_len
+
+    period = next_fast_len(2 * size, real=True)
+    _, height = noise_waves(
+        noise, spacing=rate / period, highest_offset=0.5 * rate, streams=streams
+    )
+    return np.asarray(irfft(height, period)[:size] * period)
+
+
+def _digitised(digitiser: Digitiser, samples: ComplexArray) -> ComplexArray:
+    return np.asarray(digitised(digitiser, samples[None, None, :]).samples[0, 0])

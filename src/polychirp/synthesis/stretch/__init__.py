@@ -1,0 +1,1 @@
+"""The fast synthesis engine: dechirped samples, path by path or in batches."""

@@ -1,0 +1,224 @@
+r"""What an IF filter makes of a chirp.
+
+A chirp of beat f and rate μ at the sample's instant leaves the filter as itself times
+
+.. math:: G(f; \mu) = \int h(s)\, e^{-j2\pi f s + j\pi\mu s^2}\, ds,
+
+which for μ = 0 is the frequency response. Where a chirp is cut, and far out of band, the integral
+is made of what happens at its ends; for that h and its derivatives are tabulated.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Annotated, Final
+
+import numpy as np
+
+from polychirp.axes import Axes, ComplexArray, FloatArray, IntArray, seal
+from polychirp.model.if_filter import IfFilter
+from polychirp.synthesis.stretch.nufft import correction, grid_of, window_at
+
+OVERSAMPLING: Final = 10
+"""Entries of a response's table per 1/S of frequency: between them it is right to 5e-10."""
+
+STRIDE: Final = 128
+"""Entries of a table are a multiple of this, four less: tables of one size share much."""
+
+NUM_TERMS: Final = 6
+"""Terms of the end-point series."""
+
+TAYLOR_ORDER: Final = 6
+"""Terms by which a tabulated derivative is continued between its nodes."""
+
+
+def far_beat(if_filter: IfFilter, rate: float) -> float:
+    """Hz, the beat beyond which the end-point series of a chirp of ``rate`` Hz/s holds.
+
+    Its terms fall by the filter's band over f and by rate/2πf²: at twelve stop bands and at
+    5√rate the first one left out is below 1e-9 of a full-scale sample.
+    """
+    return max(12.0 * if_filter.stopband, 5.0 * math.sqrt(abs(rate)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ResponseTable:
+    r"""G and its derivatives by the chirp rate, over a range of beats.
+
+    .. math:: G(f; \mu) = \sum_j \frac{(j\pi(\mu - \mu_0))^j}{j!}
+              \int h(s)\, s^{2j}\, e^{-j2\pi f s + j\pi\mu_0 s^2}\, ds
+
+    Parameters
+    ----------
+    rate : Hz/s, :math:`\mu_0`
+    moment : the integrals over j!, in units of :math:`(S^2/4)^j`, ``(beat, order)`` complex, at
+        beats of −4, −3, … times `step_of` (G is even, so that negative beats need no more)
+    envelope : the largest \|G\| at this beat and all tabulated beyond it, ``(beat,)``
+    """
+
+    rate: float
+    moment: Annotated[ComplexArray, Axes("beat", "order", dtype=np.complex128)]
+    envelope: Annotated[FloatArray, Axes("beat")]
+
+    def __post_init__(self) -> None:
+        seal(self)
+
+
+def step_of(if_filter: IfFilter) -> float:
+    """Hz between the entries of a table."""
+    return 1.0 / (OVERSAMPLING * if_filter.support)
+
+
+def response_table(
+    if_filter: IfFilter, *, rate: float, highest: float, num_orders: int
+) -> ResponseTable:
+    """The table of one chirp rate for beats of up to ``highest`` Hz in magnitude."""
+    from scipy.fft import ifft
+
+    from polychirp.synthesis.stretch.chirp_response_kernels import spread_chirp, take_table
+
+    step = step_of(if_filter)
+    last = STRIDE * math.ceil((highest / step + 6.0) / STRIDE)
+    fastest = last * step + 0.5 * abs(rate) * if_filter.support
+    plan = _plan(if_filter, last, _num_panels(if_filter, fastest), num_orders)
+    grid = np.zeros((num_orders, plan.size), dtype=np.complex128)
+    spread_chirp(grid, rate, plan.half_square, plan.weight, plan.first, plan.window)
+    wave = ifft(grid, axis=1, norm="forward", overwrite_x=True, workers=1)
+    moment, envelope = np.empty((last + 4, num_orders), dtype=np.complex128), np.empty(last + 4)
+    take_table(moment, envelope, wave, plan.correction)
+    return ResponseTable(rate=rate, moment=moment, envelope=envelope)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Plan:
+    """What tables of one size share: a sum of tones (`tones`) over the nodes of the integral.
+
+    Parameters
+    ----------
+    size : points of the grid
+    half_square : s²/2, ``(node,)``
+    weight : of the integrals, turned to the beat in the middle, ``(order, node)``
+    first, window : points over which a node is spread, ``(node,)`` and ``(node, tap)``
+    correction : takes the window off every beat, ``(beat,)``
+    """
+
+    size: int
+    half_square: FloatArray
+    weight: ComplexArray
+    first: IntArray
+    window: FloatArray
+    correction: FloatArray
+
+
+@lru_cache(maxsize=64)
+def _plan(if_filter: IfFilter, last: int, panels: int, num_orders: int) -> _Plan:
+    count, step = last + 4, step_of(if_filter)
+    s, weighted = _panelled_taps(if_filter, panels, num_orders)
+    size, beta = grid_of(count, 2.0)
+    first, window = window_at(-s * step * size, beta)
+    # the sum of tones counts its samples from the middle one
+    turned = np.exp(-2j * np.pi * s * (count // 2 - 4) * step)
+    return _Plan(
+        size=size,
+        half_square=0.5 * s**2,
+        weight=np.ascontiguousarray(weighted.T * turned),
+        first=first,
+        window=window,
+        correction=correction(count, size, beta),
+    )
+
+
+def _num_panels(if_filter: IfFilter, fastest: float) -> int:
+    """Panels of the support, for integrals of what beats to ``fastest``: a multiple of four."""
+    panels = math.ceil(if_filter.support * (fastest + if_filter.stopband) / _CYCLES)
+    return 4 * (panels // 4 + 1)
+
+
+_NODES: Final = 64
+_CYCLES: Final = 24.0
+"""That so many nodes in a panel integrate to 1e-12."""
+
+
+@lru_cache(maxsize=64)
+def _panelled_taps(
+    if_filter: IfFilter, panels: int, num_orders: int
+) -> tuple[FloatArray, FloatArray]:
+    """Nodes in time, and what stands there in an integral, ``(node, order)``.
+
+    That is h times powers of time, over order!, and the weights.
+    """
+    inner, weight = np.polynomial.legendre.leggauss(_NODES)
+    centre = (2.0 * np.arange(panels) + 1.0) / panels - 1.0
+    nodes = (centre[:, None] + inner / panels).ravel()
+    time = 0.5 * if_filter.support * nodes
+    values = np.tile(0.5 * if_filter.support / panels * weight, panels)
+    values *= if_filter.impulse_response(time)
+    factor = np.array([math.factorial(j) for j in range(num_orders)])
+    return time, values[:, None] * nodes[:, None] ** (2 * np.arange(num_orders)) / factor
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TapTable:
+    """h and its derivatives, to be continued by Taylor's series.
+
+    Parameters
+    ----------
+    step : s, between nodes; the first is at −S/2, the last at S/2
+    taylor : the derivatives over j!, ``(node, order)`` in s^-(1+j)
+    """
+
+    step: float
+    taylor: Annotated[FloatArray, Axes("node", "order")]
+
+    def __post_init__(self) -> None:
+        seal(self)
+
+
+@lru_cache(maxsize=32)
+def tap_table(if_filter: IfFilter) -> TapTable:
+    """Nodes so close that `TAYLOR_ORDER` terms more than the end-point series needs are exact."""
+    support = if_filter.support
+    most = NUM_TERMS + TAYLOR_ORDER
+    intervals = max(512, math.ceil(support * 20.0 * math.pi * if_filter.stopband))
+    time = (np.arange(intervals + 1) / intervals - 0.5) * support
+    factor = np.array([math.factorial(j) for j in range(most)])
+    taylor = np.ascontiguousarray((if_filter.derivatives(time, most - 1) / factor[:, None]).T)
+    return TapTable(step=support / intervals, taylor=taylor)
+
+
+def bessel_coefficients(num_terms: int) -> FloatArray:
+    """Coefficients of Bessel's polynomials, ``(j, i)``: (j+i)! / (2^i i! (j−i)!).
+
+    >>> bessel_coefficients(3)
+    array([[1., 0., 0.],
+           [1., 1., 0.],
+           [1., 3., 3.]])
+    """
+    out = np.zeros((num_terms, num_terms))
+    for j in range(num_terms):
+        for i in range(j + 1):
+            factor = math.factorial(j + i) // (math.factorial(i) * math.factorial(j - i))
+            out[j, i] = factor / 2**i
+    return out
+
+
+def num_orders(if_filter: IfFilter, spread: float) -> int:
+    """Orders by which rates within ``spread`` Hz/s of the table's are right to 1e-9."""
+    turn = math.pi * spread * (0.5 * if_filter.support) ** 2
+    order = 1
+    while turn**order * _moments(if_filter)[order] > 1e-9 and order < MOST_ORDERS:
+        order += 1
+    return order
+
+
+MOST_ORDERS: Final = 12
+"""Of a table."""
+
+
+@lru_cache(maxsize=32)
+def _moments(if_filter: IfFilter) -> FloatArray:
+    """The integrals of |h| times even powers of time in S/2, over order!, ``(order,)``."""
+    _, weighted = _panelled_taps(if_filter, _num_panels(if_filter, 0.0), MOST_ORDERS + 1)
+    return np.asarray(np.abs(weighted).sum(axis=0))

@@ -1,0 +1,61 @@
+"""Compiled parts of `chirp_response`: a chirp on the filter's nodes, and tables of what is left."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from polychirp.axes import ComplexArray, FloatArray, IntArray
+from polychirp.synthesis.stretch.nufft import WIDTH
+from polychirp.synthesis.stretch.path_kernels import compiled, units
+
+
+@compiled
+def spread_chirp(
+    grid: ComplexArray, rate: float, half_square: FloatArray, weight: ComplexArray,
+    first: IntArray, window: FloatArray,
+) -> None:  # fmt: skip
+    """Spread the nodes' ``weight`` (order, node) times a chirp over ``grid`` (order, point).
+
+    ``half_square`` is s²/2 of each node; ``window`` (node, `WIDTH`) is at the points from
+    ``first`` on. Points below zero are at the grid's end.
+    """
+    orders, count = weight.shape
+    lowest = first.min()
+    points = first.max() - lowest + WIDTH
+    real, imag = np.zeros((orders, points)), np.zeros((orders, points))
+    cycles, x, y = np.empty(count), np.empty(count), np.empty(count)
+    for p in range(count):
+        cycles[p] = rate * half_square[p]
+    units(cycles, x, y, count)
+    for j in range(orders):
+        for p in range(count):
+            w = weight[j, p] * complex(x[p], y[p])
+            low = first[p] - lowest
+            for i in range(WIDTH):
+                real[j, low + i] += window[p, i] * w.real
+                imag[j, low + i] += window[p, i] * w.imag
+        for n in range(points):
+            grid[j, (lowest + n) % grid.shape[1]] = complex(real[j, n], imag[j, n])
+
+
+@compiled
+def take_table(
+    moment: ComplexArray, envelope: FloatArray, wave: ComplexArray, correction: FloatArray
+) -> None:
+    """Take ``moment`` (beat, order) and ``envelope`` (beat,) from ``wave`` (order, point).
+
+    The wave begins with the beat in the middle; what is before it is at the wave's end.
+    """
+    count, orders = moment.shape
+    size, middle = wave.shape[1], count // 2
+    for n in range(count):
+        place = n - middle if n >= middle else n - middle + size
+        for j in range(orders):
+            moment[n, j] = correction[n] * wave[j, place]
+    largest = 0.0
+    for n in range(count - 1, -1, -1):
+        value = moment[n, 0]
+        largest = max(largest, value.real * value.real + value.imag * value.imag)
+        envelope[n] = math.sqrt(largest)

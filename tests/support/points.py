@@ -1,0 +1,58 @@
+"""Frames made by hand: points in noise, without channel or synthesis."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.model.antenna import AntennaArray
+from polychirp.model.if_frame import IfFrame, sample_times
+from polychirp.model.radar import Converter
+from polychirp.model.ramp import RampSchedule
+from polychirp.receiver.estimation.bearing_rate import courses
+from polychirp.receiver.signal_model.point_signal import replica
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HandPoint:
+    """A steady point: m, m/s, m/s², rad, and power over that of unit noise per sample.
+
+    ``turning``, 1/s, is the rate of the sine of its azimuth at the start.
+    """
+
+    range: float
+    range_rate: float = 0.0
+    acceleration: float = 0.0
+    azimuth: float = 0.0
+    turning: float = 0.0
+    power: float = 1.0
+
+
+def frame_of(
+    schedule: RampSchedule,
+    points: Sequence[HandPoint],
+    *,
+    noise: float = 1.0,
+    seed: int = 0,
+    converter: Converter | None = None,
+) -> IfFrame:
+    """A frame of points at the schedule's start, in white noise of power ``noise`` per sample."""
+    draw = np.random.default_rng(seed)
+    array = AntennaArray()
+    times = sample_times(schedule, converter or Converter())
+    into = times.time - schedule.start_time[:, None]
+    frequency = schedule.start_frequency[:, None] + schedule.slope[:, None] * into
+    wavelength = SPEED_OF_LIGHT / frequency
+    shape = (array.num_channels, schedule.num_ramps, times.most_samples)
+    samples = np.sqrt(0.5 * noise) * (draw.normal(size=shape) + 1j * draw.normal(size=shape))
+    for point in points:
+        motion = np.array([point.range, point.range_rate, point.acceleration])
+        signal = replica(schedule, times, motion=motion, time=float(schedule.start_time[0]))
+        straight, turned = courses(motion[None], times.time - schedule.start_time[0])[:, 0]
+        sine = np.sin(point.azimuth) * straight + point.turning * turned
+        cycles = array.position[:, 1, None, None] * sine / wavelength + draw.random()
+        samples += np.sqrt(point.power) * np.exp(-2j * np.pi * cycles) * signal
+    return IfFrame(samples=samples * times.is_sample, times=times, schedule=schedule, array=array)

@@ -1,0 +1,108 @@
+"""What a receiver's output is made of."""
+
+import numpy as np
+import pytest
+
+from polychirp.model.if_frame import PARTS, IfParts
+from polychirp.receiver.attribution import (
+    floor_rise,
+    part_amplitudes,
+    part_powers,
+    range_response,
+)
+from polychirp.receiver.chain import Receiver
+from polychirp.receiver.mitigation import Autoregression, Blanking, Imat, StftExcision
+from polychirp.receiver.mitigation.base import mitigated
+from polychirp.receiver.signal_model.point_signal import (
+    beat_phase,
+    hann_weights,
+    matched_amplitudes,
+)
+from polychirp.rng import Streams
+from polychirp.waveform import DiverseTriangular
+from tests.support.points import HandPoint, frame_of
+
+RAMPS = DiverseTriangular().schedule(num_sweeps=4, streams=Streams(2))
+
+METHODS = [Blanking(), Autoregression(), Imat(), StftExcision()]
+
+
+def dissected(burst=0.0, ghost_power=4e4):
+    """A frame of an echo, a steady ghost and bursts, in noise, with its parts."""
+    echo = frame_of(RAMPS, [HandPoint(range=9.0, azimuth=0.3, power=1e4)], noise=0.0).samples
+    ghost = frame_of(RAMPS, [HandPoint(range=6.0, power=ghost_power)], noise=0.0).samples
+    noise = frame_of(RAMPS, [], seed=2)
+    bursts = np.zeros_like(echo)
+    bursts[:, :, 300:320] = burst
+    samples = np.zeros((len(PARTS), *echo.shape), dtype=np.complex128)
+    samples[PARTS.index("echo")] = echo
+    samples[PARTS.index("direct")] = ghost
+    samples[PARTS.index("indirect")] = bursts
+    samples[PARTS.index("noise")] = noise.samples
+    parts = IfParts(samples=samples)
+    return noise.with_samples(parts.total()), parts
+
+
+def test_every_detection_is_traced_to_the_part_it_comes_from():
+    frame, parts = dissected()
+    found = Receiver().detect(frame)
+    powers = part_powers(Receiver(), frame, parts, found)
+    assert found.num_detections == 2
+    assert [PARTS[n] for n in np.argmax(powers, axis=1)] == ["direct", "echo"]
+    # steered and matched: the part's own power, times the four channels
+    assert powers[0, PARTS.index("direct")] == pytest.approx(4 * 4e4, rel=0.02)
+
+
+def test_a_frame_without_detections_has_no_powers():
+    noise = frame_of(RAMPS, [], seed=3)
+    found = Receiver().detect(noise)
+    assert found.num_detections == 0
+    _, parts = dissected()
+    assert part_powers(Receiver(), noise, parts, found).shape == (0, len(PARTS))
+
+
+def test_parts_that_a_frame_does_not_have_put_in_nothing():
+    frame, parts = dissected()
+    few = IfParts(samples=parts.samples[:5], names=PARTS[:5])
+    found = Receiver().detect(frame)
+    powers = part_powers(Receiver(), frame, few, found)
+    assert powers[:, :5] == pytest.approx(part_powers(Receiver(), frame, parts, found)[:, :5])
+    assert not powers[:, 5:].any()
+
+
+@pytest.mark.parametrize("mitigation", METHODS)
+def test_bursts_lift_the_floor_and_mitigation_takes_that_away(mitigation):
+    # without the ghost: the hole that blanking cuts into it would show as floor too
+    frame, parts = dissected(burst=1e4, ghost_power=0.0)
+    assert floor_rise(Receiver(), frame, parts) > 1e3
+    assert floor_rise(Receiver(mitigation=mitigation), frame, parts) < 1.5
+
+
+@pytest.mark.parametrize("mitigation", METHODS)
+def test_parts_add_up_to_what_the_receiver_hears_after_mitigation(mitigation):
+    frame, parts = dissected(burst=1e4)
+    receiver = Receiver(mitigation=mitigation)
+    found = Receiver().detect(frame.with_samples(parts["echo"] + parts["noise"]))
+    heard = mitigated(mitigation, frame)
+    motion = np.array([[found.range[0], found.range_rate[0], 0.0]])
+    phases = beat_phase(RAMPS, frame.times, motion=motion, time=found.time)
+    whole = matched_amplitudes(heard.samples, hann_weights(heard.weight), phases, frame.times.rate)[
+        0
+    ]
+    by_part = part_amplitudes(receiver, frame, parts, found)[0].sum(axis=0)
+    steered = np.linalg.norm(whole, axis=0)  # a single echo: all channels in phase after steering
+    assert np.abs(by_part) == pytest.approx(steered, rel=0.05)
+
+
+def test_a_steady_ghost_does_not_count_as_floor():
+    frame, parts = dissected()
+    assert floor_rise(Receiver(), frame, parts) == pytest.approx(1.0, abs=0.5)
+
+
+def test_the_range_response_shows_the_power_of_a_tone():
+    frame, parts = dissected()
+    response = range_response(Receiver(), frame, parts)
+    at_echo = np.argmin(np.abs(response.range - 9.0))
+    peak = response.power[at_echo - 2 : at_echo + 3].max()
+    assert 10 * np.log10(peak / 1e4) == pytest.approx(0.0, abs=1.0)  # beam between two
+    assert response.noise < 1.0

@@ -1,0 +1,91 @@
+"""From a study with random traffic to the street that its seed draws."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from polychirp.channel.tracers.free_space import FreeSpace
+from polychirp.errors import InputError
+from polychirp.study.check import check
+from polychirp.study.random_draw import drawn
+from polychirp.study.spec import Study, StudyRadar, schedules
+from polychirp.study.traffic import StudyTraffic
+from polychirp.study.trial import run_trial
+from polychirp.traffic.mounting import bumper_mount
+from polychirp.traffic.street import Street, Vehicle
+from polychirp.waveform import DiverseTriangular, Triangular
+
+STUDY = Study(
+    name="traffic",
+    num_sweeps=4,
+    street=Street(vehicles=(Vehicle(name="ego", x=0.0, y=-1.75),)),
+    radars=(
+        StudyRadar(
+            name="front",
+            vehicle="ego",
+            mount=bumper_mount("sedan", "front"),
+            waveform=Triangular(),
+        ),
+    ),
+    traffic=StudyTraffic(
+        seen_from="ego",
+        num_targets=3,
+        num_carriers=3,
+        num_interferers=2,
+        shape="points",
+        start_spread=1e-3,
+        clock_spread=1e-6,
+    ),
+    tracer=FreeSpace(),
+)
+
+
+def with_traffic(**changes: object) -> Study:
+    assert STUDY.traffic is not None
+    return replace(STUDY, traffic=replace(STUDY.traffic, **changes))
+
+
+def test_interferers_are_radars_like_the_first_on_the_bumpers_of_carriers() -> None:
+    one = drawn(STUDY)
+    assert [radar.vehicle for radar in one.radars] == ["ego", "carrier-1", "carrier-2"]
+    assert one.victims == ("front",)
+    assert one.targets == ("target-1", "target-2", "target-3")
+    for radar in one.radars[1:]:
+        assert radar.waveform == STUDY.radars[0].waveform
+        assert 0.0 <= radar.start_time <= 1e-3
+        assert abs(radar.clock_offset) <= 1e-6
+
+
+def test_the_street_is_the_same_however_many_carriers_transmit() -> None:
+    assert drawn(with_traffic(num_interferers=0)).street == drawn(STUDY).street
+
+
+def test_interferers_may_send_another_waveform() -> None:
+    one = drawn(with_traffic(waveform=DiverseTriangular()))
+    assert len({plan.slope[0] for plan in schedules(one)}) == 3
+    assert one.radars[1].waveform == DiverseTriangular()
+
+
+def test_a_study_without_traffic_is_left_alone() -> None:
+    plain = replace(STUDY, traffic=None)
+    assert drawn(plain) is plain
+
+
+def test_a_trial_draws_the_traffic_and_finds_it() -> None:
+    alone = with_traffic(num_interferers=0)
+    victim = run_trial(alone).victims[0]
+    assert victim.truth.name == ("target-1", "target-2", "target-3")
+    assert victim.score.is_detected.all()
+    assert np.all(np.abs(victim.score.range_error) < 0.05)
+
+
+def test_traffic_that_cannot_be_is_refused_before_the_run_with_its_place() -> None:
+    with pytest.raises(InputError, match="traffic: there is no room for 40 targets"):
+        check(with_traffic(num_targets=40))
+    with pytest.raises(InputError, match="3 carriers, so from 0 to as many interferers, not 4"):
+        with_traffic(num_interferers=4)
+    with pytest.raises(InputError, match="start spread of 0 s or more"):
+        with_traffic(start_spread=-1.0)

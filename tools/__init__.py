@@ -1,0 +1,1 @@
+"""Programs for those who develop polychirp; none of them ships in the package."""

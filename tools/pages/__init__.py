@@ -1,0 +1,1 @@
+"""Programs that measure the numbers of docs/validation and write its pages."""

@@ -1,0 +1,100 @@
+"""Which diversity is enough, as a table for docs/validation.
+
+``python -m tools.pages.diversity_table FILE`` draws pairs of radars of every family of
+waveforms and stores what they leave of each other as JSON; ``bench/diversity.py`` draws that.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, Final
+
+from polychirp.study.experiments.diversity import (
+    FAMILIES,
+    SPREADS,
+    SWEEPS,
+    Suppression,
+    compare_families,
+    over_spread,
+    over_sweeps,
+    side_lobes,
+)
+from polychirp.units import to_db
+from tools.pages.markdown import table
+
+RECORD: Final = "diversity.json"
+"""What the table is made of, in the folder of the pages."""
+
+_HEAD: Final = (
+    "both radars play",
+    "matched, mean, dB",
+    "matched, strongest, dB",
+    "per sweep, dB",
+    "duty, %",
+    "side lobe below 3 m/s, dB",
+    "side lobe above, dB",
+)
+
+NEVER: Final = 100.0
+"""dB, of suppression from which the interferer counts as not heard at all."""
+
+
+def diversity_table(folder: Path) -> str:
+    """One row for every family."""
+    rows = json.loads((folder / RECORD).read_text(encoding="utf-8"))["families"]
+    return table(_HEAD, [_cells(row) for row in rows])
+
+
+def _cells(row: dict[str, Any]) -> tuple[str, ...]:
+    suppression = (row[name] for name in ("matched_mean", "matched_peak", "per_sweep"))
+    return (
+        row["family"],
+        *(f"{value + 0.0:.1f}" if value < NEVER else "not heard" for value in suppression),
+        f"{row['duty']:.2f}",
+        f"{row['slow_ambiguity']:.1f}".replace("-", "−"),
+        f"{row['fast_ambiguity']:.1f}".replace("-", "−"),
+    )
+
+
+def in_decibels(rows: Iterable[Suppression]) -> list[dict[str, Any]]:
+    """Rows as people read them: suppression in dB, duty in per cent."""
+    return [
+        {
+            "family": row.family,
+            "matched_mean": _suppressed(row.matched_mean),
+            "matched_peak": _suppressed(row.matched_peak),
+            "per_sweep": _suppressed(row.per_sweep),
+            "law": _suppressed(row.law),
+            "duty": round(100.0 * row.duty, 3),
+            "draws": row.num_draws,
+        }
+        for row in rows
+    ]
+
+
+def _suppressed(ratio: float) -> float:
+    return round(abs(float(to_db(ratio))), 2) if ratio <= 1.0 else -round(float(to_db(ratio)), 2)
+
+
+def record() -> dict[str, Any]:
+    """Everything that the page shows."""
+    families = in_decibels(compare_families())
+    for row in families:
+        slow, fast = side_lobes(FAMILIES[row["family"]])
+        row["slow_ambiguity"] = round(float(to_db(slow)), 2)
+        row["fast_ambiguity"] = round(float(to_db(fast)), 2)
+    return {
+        "families": families,
+        "spreads": SPREADS,
+        "over_spread": {name: in_decibels(rows) for name, rows in over_spread().items()},
+        "sweeps": SWEEPS,
+        "over_sweeps": {name: in_decibels(rows) for name, rows in over_sweeps().items()},
+    }
+
+
+if __name__ == "__main__":
+    text = json.dumps(record(), indent=1, ensure_ascii=False) + "\n"
+    Path(sys.argv[1]).write_text(text, encoding="utf-8")

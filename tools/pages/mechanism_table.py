@@ -1,0 +1,74 @@
+"""What each mechanism adds in the paper's street, as a table for docs/validation.
+
+``python -m tools.pages.mechanism_table FILE`` traces the street with everything and without
+each mechanism, and stores the powers as JSON.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from polychirp.channel.tracers.composite import Composite
+from polychirp.study.experiments.mechanisms import Mechanisms, compare_mechanisms
+from polychirp.study.paper.scenarios import paper_study
+from polychirp.study.spec import scene_of
+from polychirp.units import to_db
+from tools.pages.markdown import table
+
+RECORD: Final = "mechanisms.json"
+"""What the table is made of, in the folder of the pages."""
+
+LEAST: Final = -60.0
+"""dB, below which a share is not worth a number."""
+
+
+def mechanism_table(folder: Path) -> str:
+    """The stored powers: one row for every transmitter and receiver that anything joins.
+
+    The share of a mechanism is that of the field it adds; two that cancel may both have much.
+    """
+    record = json.loads((folder / RECORD).read_text(encoding="utf-8"))
+    head = ("from", "to", "power, dBm", "paths", *(f"{name}, dB" for name in record["share"]))
+    rows = [
+        (
+            sender,
+            receiver,
+            f"{record['power'][i][j]:.1f}",
+            f"{record['paths'][i][j]}",
+            *(_cell(share[i][j]) for share in record["share"].values()),
+        )
+        for i, sender in enumerate(record["radars"])
+        for j, receiver in enumerate(record["radars"])
+        if record["power"][i][j] is not None
+    ]
+    return table(head, rows)
+
+
+def _cell(level: float | None) -> str:
+    return "–" if level is None else f"{level:.1f}"
+
+
+def write_mechanisms(found: Mechanisms, path: Path) -> None:
+    """Store powers as dBm, and shares in dB; null is nothing worth a number."""
+
+    def levels(ratios: np.ndarray, least: float) -> list[list[float | None]]:
+        rounded = np.round(to_db(np.nan_to_num(ratios)), 1)
+        return [[float(x) if x > least else None for x in row] for row in rounded]
+
+    record = {
+        "radars": found.radars,
+        "power": levels(found.power * 1e3, -300.0),
+        "paths": found.num_paths.astype(int).tolist(),
+        "share": {name: levels(share, LEAST) for name, share in found.share.items()},
+    }
+    path.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    street = scene_of(paper_study("conventional"))
+    write_mechanisms(compare_mechanisms(street, Composite(diffuse=True)), Path(sys.argv[1]))

@@ -1,0 +1,101 @@
+"""Figures 12 and 13 on three channels, as a table for docs/validation.
+
+``python -m tools.pages.statistics_table FILE`` runs some trials of each and stores what came
+out as JSON: four minutes on two cores, most of it ray tracing.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import tempfile
+from collections.abc import Iterable
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, Final
+
+from polychirp.study.monte_carlo.executor import LocalWorkers, num_cores
+from polychirp.study.paper.results import StatisticsRow
+from polychirp.study.paper.statistics import CURVES, Channel, run_statistics, statistics_plan
+from tools.pages.markdown import table
+
+RECORD: Final = "statistics.json"
+"""What the table is made of, in the folder of the pages."""
+
+TRIALS: Final[dict[Channel, int]] = {"points": 30, "point-vehicles": 6, "vehicles": 4}
+
+_HEAD: Final = (
+    "channel",
+    "waveform",
+    "situation",
+    "targets",
+    "trials",
+    "Pd",
+    "ghosts in a frame",
+    "range, m",
+    "azimuth, °",
+    "speed, km/h",
+    "floor, dB",
+)
+
+
+def statistics_table(folder: Path) -> str:
+    """One line for every channel, waveform, situation and number of targets."""
+    record = json.loads((folder / RECORD).read_text(encoding="utf-8"))
+    return table(_HEAD, [_cells(row) for row in record])
+
+
+def _cells(row: dict[str, Any]) -> tuple[str, ...]:
+    return (
+        row["channel"],
+        row["waveform"],
+        row["situation"],
+        str(row["num_targets"]),
+        str(row["num_trials"]),
+        _within(row["detection"], ".2f"),
+        _within(row["ghosts"], ".1f"),
+        *(
+            _within(row[name], ".2g")
+            for name in ("range_rmse_m", "azimuth_rmse_deg", "speed_rmse_kmh")
+        ),
+        f"{row['floor_rise_db']:.1f}",
+    )
+
+
+def _within(interval: list[float], digits: str) -> str:
+    value, low, high = (format(number, digits) for number in interval)
+    return f"{value} ({low}…{high})"
+
+
+def written(rows: Iterable[StatisticsRow], channel: Channel) -> list[dict[str, Any]]:
+    """Rows as JSON holds them, to five digits."""
+    return [
+        {"channel": channel, **{key: _rounded(value) for key, value in asdict(row).items()}}
+        for row in rows
+    ]
+
+
+def _rounded(value: object) -> object:
+    if isinstance(value, float):
+        return float(f"{value:.5g}")
+    return [_rounded(part) for part in value] if isinstance(value, tuple) else value
+
+
+def record() -> list[dict[str, Any]]:
+    """All channels; blanking is for the points of `polychirp paper`."""
+    curves = [curve for curve in CURVES if curve[1] != "blanked"]
+    found = []
+    for channel, trials in TRIALS.items():
+        with tempfile.TemporaryDirectory() as folder:
+            rows = run_statistics(
+                statistics_plan(channel, trials=trials, curves=curves),
+                folder=Path(folder),
+                executor=LocalWorkers(count=num_cores()),
+            )
+        found += written(rows, channel)
+    return found
+
+
+if __name__ == "__main__":
+    text = json.dumps(record(), indent=1, ensure_ascii=False) + "\n"
+    Path(sys.argv[1]).write_text(text, encoding="utf-8")

@@ -1,0 +1,200 @@
+"""The pages of docs/validation: tables of what tests compared, between what people wrote.
+
+A page is a Markdown file. Lines between the marks ``<!-- generated: NAME -->`` and
+``<!-- end of NAME -->`` are replaced by `write_pages`; all others are kept, so that what a table
+means can be written beside it. ``comparisons`` are the page's rows of ``comparisons.json``, which
+``./run validation`` records; ``index`` lists the pages; the blocks of
+`tools.pages.material_tables` follow the table of materials; `mechanisms`, `impairments`,
+`mitigations` and `diversity` the records that `tools.pages.mechanism_table`,
+`impairment_table`, `mitigation_table` and `diversity_table` make.
+
+``python -m tools.pages.validation_pages docs/validation`` writes all pages.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Final
+
+from polychirp.errors import InputError
+from tools.pages.diversity_table import RECORD as DIVERSITY
+from tools.pages.diversity_table import diversity_table
+from tools.pages.ghost_table import RECORD as GHOSTS
+from tools.pages.ghost_table import ghost_table
+from tools.pages.impairment_table import RECORD as IMPAIRMENTS
+from tools.pages.impairment_table import impairment_table
+from tools.pages.markdown import table
+from tools.pages.material_tables import paper_materials, sensitivity
+from tools.pages.mechanism_table import RECORD as MECHANISMS
+from tools.pages.mechanism_table import mechanism_table
+from tools.pages.mitigation_table import RECORD as MITIGATIONS
+from tools.pages.mitigation_table import mitigation_table
+from tools.pages.statistics_table import RECORD as STATISTICS
+from tools.pages.statistics_table import statistics_table
+from tools.pages.validation import Comparison, read_comparisons
+
+RECORD: Final = "comparisons.json"
+"""What ``pytest --record`` leaves in the folder of the pages."""
+
+INDEX: Final = "README.md"
+
+_MARKS: Final = "<!-- generated: comparisons -->\n<!-- end of comparisons -->\n"
+
+_BLOCK: Final = re.compile(
+    r"(?P<start><!-- generated: (?P<name>[a-z-]+) -->\n).*?(?P<end><!-- end of (?P=name) -->\n)",
+    re.DOTALL,
+)
+
+
+def comparison_tables(rows: Sequence[Comparison]) -> str:
+    """One table for every quantity, in the order in which the tests came to them.
+
+    Numbers have one digit more than their tolerance, and at least two decimals.
+
+    >>> print(comparison_tables([Comparison(page="p", case="disc", quantity="RCS, dBsm",
+    ...     expected=20.48, measured=20.5, tolerance=0.3, source="theory")]))
+    **RCS, dBsm**
+    <BLANKLINE>
+    | case | expected | measured | difference | tolerance | source |
+    |---|---:|---:|---:|---:|---|
+    | disc | 20.48 | 20.50 | 0.02 | 0.3 | theory |
+    """
+    head = ("case", "expected", "measured", "difference", "tolerance", "source")
+    parts = []
+    for quantity in dict.fromkeys(row.quantity for row in rows):
+        mine = [_cells(row) for row in rows if row.quantity == quantity]
+        parts.append(f"**{quantity}**\n\n{table(head, mine)}")
+    return "\n\n".join(parts)
+
+
+def _cells(row: Comparison) -> tuple[str, ...]:
+    digits = max(2, 1 - math.floor(math.log10(row.tolerance))) if row.tolerance > 0 else 6
+    return (
+        row.case,
+        _fixed(row.expected, digits),
+        _fixed(row.measured, digits),
+        _fixed(row.measured - row.expected, digits),
+        f"{row.tolerance:.3g}",
+        row.source,
+    )
+
+
+def _fixed(value: float, digits: int) -> str:
+    return f"{round(value, digits) + 0.0:.{digits}f}"  # + 0.0: a zero has no sign
+
+
+def index_table(titles: Mapping[str, str], rows: Sequence[Comparison]) -> str:
+    """Every page by name: its title, how many numbers are compared on it, and which quantities."""
+    body = []
+    for name in sorted(titles):
+        mine = [row for row in rows if row.page == name]
+        quantities = "; ".join(dict.fromkeys(row.quantity for row in mine))
+        body.append((f"[{titles[name]}]({name}.md)", str(len(mine)), quantities))
+    return table(("page", "comparisons", "of"), body)
+
+
+def filled(text: str, blocks: Mapping[str, str]) -> str:
+    r"""A page with what stands between the marks of every block replaced.
+
+    Raises
+    ------
+    InputError
+        The page marks a block that there is none of.
+
+    Examples
+    --------
+    >>> print(filled("Mine.\n<!-- generated: a -->\nold\n<!-- end of a -->\n", {"a": "new"}))
+    Mine.
+    <!-- generated: a -->
+    <BLANKLINE>
+    new
+    <BLANKLINE>
+    <!-- end of a -->
+    <BLANKLINE>
+    """
+
+    def replaced(found: re.Match[str]) -> str:
+        name = found["name"]
+        if name not in blocks:
+            raise InputError(
+                f"there is no generated block '{name}'; there are {', '.join(sorted(blocks))}"
+            )
+        return f"{found['start']}\n{blocks[name]}\n\n{found['end']}"
+
+    return _BLOCK.sub(replaced, text)
+
+
+_RECORDED: Final = (
+    ("mechanisms", MECHANISMS, mechanism_table),
+    ("impairments", IMPAIRMENTS, impairment_table),
+    ("mitigations", MITIGATIONS, mitigation_table),
+    ("diversity", DIVERSITY, diversity_table),
+    ("statistics", STATISTICS, statistics_table),
+    ("ghosts", GHOSTS, ghost_table),
+)
+"""Blocks of a page, their records, and what makes a block of a record."""
+
+
+def rendered(folder: Path) -> dict[str, str]:
+    """All pages of a folder as they should be, by file name, from its record and from themselves.
+
+    A page that has rows but no marks for them gets them at its end; one without a file begins
+    with its name for a title.
+
+    Raises
+    ------
+    InputError
+        Two rows of the record compare the same quantity of the same case, or marks name an
+        unknown block.
+    """
+    rows = read_comparisons(folder / RECORD)
+    _refuse_twins(rows)
+    texts = {path.name: path.read_text(encoding="utf-8") for path in sorted(folder.glob("*.md"))}
+    for name in sorted({row.page for row in rows}):
+        text = texts.get(f"{name}.md", f"# {name.replace('-', ' ').capitalize()}\n")
+        texts[f"{name}.md"] = text if _MARKS.partition("\n")[0] in text else f"{text}\n{_MARKS}"
+    titles = {
+        Path(name).stem: text.partition("\n")[0].removeprefix("# ")
+        for name, text in texts.items()
+        if name != INDEX
+    }
+    common = {
+        "index": index_table(titles, rows),
+        "paper-materials": paper_materials(),
+        "sensitivity": sensitivity(),
+    }
+    for name, record, made in _RECORDED:
+        if (folder / record).exists():
+            common[name] = made(folder)
+    pages = {}
+    for name, text in texts.items():
+        mine = [row for row in rows if row.page == Path(name).stem]
+        tables = comparison_tables(mine) or "Nothing is compared here yet."
+        pages[name] = filled(text, {**common, "comparisons": tables})
+    return pages
+
+
+def _refuse_twins(rows: Sequence[Comparison]) -> None:
+    seen = set()
+    for row in rows:
+        key = (row.page, row.quantity, row.case)
+        if key in seen:
+            raise InputError(
+                f"page '{row.page}' has '{row.quantity}' of '{row.case}' twice; "
+                "give the two cases different names"
+            )
+        seen.add(key)
+
+
+def write_pages(folder: Path) -> None:
+    """Bring all pages of a folder up to date."""
+    for name, text in rendered(folder).items():
+        (folder / name).write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    write_pages(Path(sys.argv[1]))
