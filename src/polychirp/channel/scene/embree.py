@@ -15,11 +15,9 @@ import numpy as np
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
 from polychirp.channel.geometry.bvh import Caster, rays
+from polychirp.channel.geometry.caster_names import CasterName
 from polychirp.channel.scene.world import Surface, World
 from polychirp.errors import InputError
-
-CasterName = Literal["numba", "embree", "auto"]
-"""Names of the ray casters; `caster_name` tells which of them "auto" means on this machine."""
 
 SHARE: Final = 1e-6
 """Share of a leg's length, at both its ends, within which single precision tells nothing."""
