@@ -13,7 +13,6 @@ in another file changed, so that the caches of all files that import the faulty 
 from __future__ import annotations
 
 import argparse
-import ast
 import os
 import shutil
 import subprocess
@@ -27,8 +26,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-ROOT: Final = Path(__file__).parents[1]
-"""Folder of the repository."""
+from tools.sources import ROOT, importers_of
 
 LIST: Final = Path(__file__).with_suffix(".toml")
 """File that holds the faults."""
@@ -80,7 +78,7 @@ class Fault:
         """Write the fault into a copy of the repository and forget kernels that it can reach."""
         path = root / self.path
         path.write_text(path.read_text(encoding="utf-8").replace(self.old, self.new), "utf-8")
-        for reached in importers(self.path, root):
+        for reached in importers_of(self.path, root):
             for cache in (root / reached.parent / "__pycache__").glob(f"{reached.stem}.*.nb[ic]"):
                 cache.unlink()
 
@@ -89,37 +87,6 @@ def read_faults(path: Path = LIST) -> list[Fault]:
     """Faults of a TOML file, in its order."""
     rows = tomllib.loads(path.read_text(encoding="utf-8"))["fault"]
     return [Fault(**{**row, "tests": tuple(row["tests"])}) for row in rows]
-
-
-def importers(path: Path, root: Path = ROOT) -> set[Path]:
-    """The file and all files below ``src`` that import it, directly or by way of others."""
-    names = {_module_of(file, root): file for file in (root / "src").rglob("*.py")}
-    users: dict[str, set[str]] = {name: set() for name in names}
-    for name, file in names.items():
-        for target in _imports(file):
-            if target in users:
-                users[target].add(name)
-    reached, waiting = set(), [_module_of(root / path, root)]
-    while waiting:
-        name = waiting.pop()
-        if name not in reached:
-            reached.add(name)
-            waiting += users[name]
-    return {names[name].relative_to(root) for name in reached}
-
-
-def _module_of(file: Path, root: Path) -> str:
-    parts = file.relative_to(root / "src").with_suffix("").parts
-    return ".".join(parts).removesuffix(".__init__")
-
-
-def _imports(file: Path) -> set[str]:
-    found = set()
-    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.ImportFrom) and node.module:
-            found.add(node.module)
-            found |= {f"{node.module}.{alias.name}" for alias in node.names}
-    return found
 
 
 def noticed_by(fault: Fault) -> str:
