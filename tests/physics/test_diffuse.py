@@ -8,7 +8,7 @@ import pytest
 from scipy.stats import kstest
 
 from polychirp.channel.base import all_pairs
-from polychirp.channel.clutter.rough_plates import CELL, diffuse_paths, diffuse_share, lambert
+from polychirp.channel.clutter.rough_plates import CELL_SIZE, diffuse_paths, diffuse_share, lambert
 from polychirp.channel.materials.fresnel import reflection
 from polychirp.channel.materials.library import known_materials
 from polychirp.channel.tracers.composite import Composite, NamedMaterial
@@ -172,7 +172,7 @@ def test_the_same_seed_gives_the_same_bytes_and_another_other_phases():
     first, again, other = (traced(scene, seed=s) for s in (1, 1, 2))
     for name in ("delay", "transfer", "bounce_point", "departure"):
         assert getattr(first, name).tobytes() == getattr(again, name).tobytes()
-    assert first.num_paths == other.num_paths == 4 * 8 * 6 / CELL**2
+    assert first.num_paths == other.num_paths == 4 * 8 * 6 / CELL_SIZE**2
     assert not np.any(
         np.isclose(first.transfer[:, 0, 0], other.transfer[:, 0, 0], rtol=1e-3, atol=0)
     )

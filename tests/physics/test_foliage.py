@@ -5,7 +5,8 @@ import pytest
 from scipy.stats import kstest
 
 from polychirp.channel.base import all_pairs
-from polychirp.channel.clutter.foliage import enclosed_volume, foliage_paths, windings
+from polychirp.channel.clutter.foliage import foliage_paths
+from polychirp.channel.geometry.enclosure import enclosed_volume, winding_numbers
 from polychirp.channel.tracers.composite import Composite, NamedMaterial
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
@@ -170,7 +171,7 @@ def test_a_surface_winds_once_about_what_is_inside():
     points = np.random.default_rng(0).uniform(-1.2, 1.2, (200, 3))
     away = np.linalg.norm(points, axis=-1)
     sure = np.abs(away - 1) > 0.01
-    np.testing.assert_allclose(windings(corners, points)[sure], (away < 1)[sure], atol=1e-9)
+    np.testing.assert_allclose(winding_numbers(corners, points)[sure], (away < 1)[sure], atol=1e-9)
     assert enclosed_volume(corners) == pytest.approx(4 / 3 * np.pi, rel=0.01)
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from polychirp.channel.materials.fresnel import (
     half_space,
-    media,
+    media_of,
     reflection,
     roughness_factor,
     sheet,
@@ -124,7 +124,7 @@ def test_roughness_of_three_tenths_of_a_millimetre_costs_four_decibels(compare, 
 
 def test_the_kernel_reflects_as_the_plain_formulas():
     names = tuple(known_materials())
-    table = media(names, known_materials(), 79e9)
+    table = media_of(names, known_materials(), 79e9)
     for number, name in enumerate(names):
         for cosine in (1.0, 0.6, 0.1, 1e-3):
             plain = reflection(known_materials()[name], cosine, 79e9)

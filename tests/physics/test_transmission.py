@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from polychirp.channel.materials.fresnel import media, sheet, sheet_transmission
+from polychirp.channel.materials.fresnel import media_of, sheet, sheet_transmission
 from polychirp.channel.materials.library import known_materials
-from polychirp.channel.scene.transmission import through
+from polychirp.channel.scene.transmission import transmission_matrices
 from polychirp.channel.tracers.composite import Composite
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.frames import Pose
@@ -86,7 +86,7 @@ def through_of(actor, roll):
     world = TRACER.prepare(around([actor], ENDS))
     turn = np.array([[1, 0, 0], [0, np.cos(roll), -np.sin(roll)], [0, np.sin(roll), np.cos(roll)]])
     object.__setattr__(world, "rotation", turn @ world.rotation)
-    return through(world, np.array([ENDS[0]]), np.array([ENDS[1]]))[0]
+    return transmission_matrices(world, np.array([ENDS[0]]), np.array([ENDS[1]]))[0]
 
 
 def test_losses_of_two_panes_multiply():
@@ -96,7 +96,7 @@ def test_losses_of_two_panes_multiply():
 
 @pytest.mark.parametrize("name", ["glass", "plastic", "plexiglass", "plasterboard"])
 def test_the_kernel_of_transmission_is_that_of_the_sheet(name):
-    row, table = known_materials()[name], media((name,), known_materials(), 79e9)
+    row, table = known_materials()[name], media_of((name,), known_materials(), 79e9)
     for cosine in np.linspace(0.02, 1.0, 15):
         _, _, s, p = sheet(row.permittivity(79e9), row.thickness, cosine, 79e9)
         undo = np.exp(1j * WAVENUMBER * row.thickness * cosine)
@@ -151,7 +151,7 @@ def test_leaves_take_their_share_of_the_way_inside(start, inside):
     world = TRACER.prepare(around([crown], ENDS))
     places = np.array([[start, 0.1, 0.2], [10.0, 0.1, 0.2]])
     for way in (places, places[::-1]):
-        left = through(world, way[:1], way[1:], skin=0.0)[0]
+        left = transmission_matrices(world, way[:1], way[1:], clearance=0.0)[0]
         assert to_db(abs(left[0, 0]) ** 2) == pytest.approx(-0.4 * inside, abs=1e-3)
         np.testing.assert_allclose(left, left[0, 0] * np.eye(2), atol=1e-12)
 
@@ -159,7 +159,9 @@ def test_leaves_take_their_share_of_the_way_inside(start, inside):
 def test_a_way_within_a_crown_loses_all_along():
     crown = Actor(name="t", kind="tree", mesh=mesh_of(sphere(2.0, 0.2), "leaf"))
     world = TRACER.prepare(around([crown], ENDS))
-    left = through(world, np.array([[0.0, -0.5, 0]]), np.array([[0.0, 1.0, 0]]), skin=0.0)
+    left = transmission_matrices(
+        world, np.array([[0.0, -0.5, 0]]), np.array([[0.0, 1.0, 0]]), clearance=0.0
+    )
     assert to_db(abs(left[0, 0, 0]) ** 2) == pytest.approx(-0.4 * 1.5, abs=1e-3)
 
 
