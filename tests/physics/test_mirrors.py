@@ -135,7 +135,7 @@ def test_the_kernel_reflects_as_the_plain_formulas():
 
 @pytest.mark.parametrize("distance", [8.0, 30.0])
 def test_a_large_mirror_shows_the_radar_itself_at_twice_the_distance(compare, distance):
-    """λ/4π(2R) = λ/8πR, and the sign of a conductor: the field turns over."""
+    """λ/4π(2R) = λ/8πR, with a conductor's change of sign."""
     paths = TRACER.trace(around([wall(200.0)], [(distance, 1.0, 2.0)]))
     assert paths.num_paths == 1
     expected = -WAVELENGTH / (8 * np.pi * distance) * np.eye(2)
@@ -167,7 +167,7 @@ def test_a_mirror_at_an_angle_keeps_both_polarisations_apart():
 
 
 def test_half_a_mirror_halves_the_field(compare):
-    """At its edge F = ½."""
+    """F = ½ at a plate's edge."""
     half = 30.0
     paths = TRACER.trace(around([wall(half)], [(8.0, half, 0.0)]))
     expected = 0.5 * WAVELENGTH / (8 * np.pi * 8.0)

@@ -49,7 +49,7 @@ def _nearest(parts, origins, directions, *, span=(0.0, np.inf), wanted=EITHER_KI
 
 @pytest.mark.parametrize("begin", [(0, 0), (3, 7)])
 def test_near_boxes_first_finds_what_trying_all_triangles_finds(begin) -> None:
-    """Wherever in a table the tree begins."""
+    """The hits are the same wherever in a table the tree begins."""
     triangles, origins, directions = _rays_and_triangles(1)
     distance, face = _nearest([triangles], origins, directions, begin=begin)
     length, expected = closest_by_trying_all(triangles, origins, directions)

@@ -1,4 +1,4 @@
-"""Ready-made reflection coefficients, against those computed for every angle."""
+"""Tabulated reflection coefficients against those computed for every angle."""
 
 import numpy as np
 import pytest
@@ -25,7 +25,7 @@ LIMITS = {"metal": 0.0, "glass": 5e-6, "concrete": 3e-7, "steel": 3e-5, "thick":
 
 @pytest.mark.parametrize(("name", "limit"), LIMITS.items())
 def test_the_table_gives_what_the_formula_gives(name, limit):
-    """To a share of Γ that depends on how fast it changes with the angle."""
+    """The error depends on how fast Γ changes with the angle."""
     names = tuple(MATERIALS)
     table = reflection_table(tuple(MATERIALS.values()), FREQUENCY)
     exact = media_of(names, MATERIALS, FREQUENCY)

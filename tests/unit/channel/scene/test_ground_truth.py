@@ -1,4 +1,4 @@
-"""What a radar could know, and where none may sit."""
+"""Nearest visible points of targets, and mounts of radars inside bodies."""
 
 from dataclasses import replace
 
@@ -28,7 +28,7 @@ def body(corners, material="metal", *, velocity=(0.0, 0.0, 0.0), kind="object", 
 
 
 def test_the_nearest_point_of_a_box_is_on_its_face_between_mesh_lines():
-    """Exact, though the mesh has edges of 1 m."""
+    """The point is exact although the mesh has edges of 1 m."""
     seen = truth(around([body(box((2, 2, 2), 1.0), x=6.0, y=0.3, z=-0.2)], EYE), 0, ["body"])
     assert seen.range[0] == pytest.approx(5.0, abs=1e-12)
     np.testing.assert_allclose(seen.point[0], [5, 0, 0], atol=1e-12)
@@ -118,7 +118,7 @@ def test_a_body_of_points_counts_with_its_nearest_one():
 
 
 def test_two_bodies_of_one_mesh_hide_each_where_it_is():
-    """They share the trees of their surface, not the place."""
+    """Both bodies share the trees of one surface, at different places."""
     twin = body(box((1, 1, 1), 0.5), x=4.0, y=8.0)
     hider = replace(twin, name="hider", pose=Pose(x=2.0, y=0.3))
     small = replace(body(box((0.1, 0.1, 0.1), 0.1), x=4.0, y=-8.0), name="small")
