@@ -39,7 +39,6 @@ facets are taken for lit or hidden without rays of their own. Chosen."""
 RADAR_CLEARANCE: Final = 0.02
 """Distance from a radar within which nothing blocks, m: its own cover and its mount. Chosen."""
 
-
 POLARISATION_AXES: Final = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])
 """World's z axis, and y, which replaces z for waves along z, as in `frames.polarisation_basis`."""
 
