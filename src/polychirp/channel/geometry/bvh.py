@@ -43,6 +43,16 @@ class Tree(NamedTuple):
     face: IntArray
 
 
+class Boxes(NamedTuple):
+    """The tables of a `Tree`, or of several trees behind one another, that a search needs."""
+
+    box: FloatArray
+    skip: IntArray
+    first: IntArray
+    size: IntArray
+    triangle: FloatArray
+
+
 @njit(cache=True, nogil=True)
 def _bounds(low: FloatArray, high: FloatArray, order: IntArray, box: FloatArray) -> None:
     """Fill the box of the triangles with the numbers in ``order``."""
@@ -251,7 +261,7 @@ def triangle_distance(triangle: FloatArray, t: int, origin: Vector, direction: V
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def first_hit(
-    tree: Tree,
+    boxes: Boxes,
     nodes: tuple[int, int],
     origin: Vector,
     direction: Vector,
@@ -263,7 +273,7 @@ def first_hit(
     Nodes ``nodes[0]`` to ``nodes[1]`` are searched. Without a hit the distance is `NO_HIT`. If
     ``any_hit`` is true, the search ends at whichever hit it finds first.
     """
-    box, skip, first, size, triangle = tree.box, tree.skip, tree.first, tree.size, tree.triangle
+    box, skip, first, size, triangle = boxes
     dx, dy, dz = direction
     inverse = (finite_inverse(dx), finite_inverse(dy), finite_inverse(dz))
     nearest, farthest = span
@@ -292,9 +302,9 @@ def _cast(
     face = np.empty(num_rays, dtype=np.int64)
     nodes = (0, tree.skip.size)
     for i in prange(num_rays):
-        distance[i], t = first_hit(
-            tree, nodes, row(origins, i), row(directions, i), (0.0, farthest), any_hit
-        )
+        boxes = Boxes(tree.box, tree.skip, tree.first, tree.size, tree.triangle)
+        span = (0.0, farthest)
+        distance[i], t = first_hit(boxes, nodes, row(origins, i), row(directions, i), span, any_hit)
         face[i] = tree.face[t]
     return distance, face
 

@@ -13,11 +13,12 @@ from numba import njit, prange
 
 from polychirp.axes import BoolArray, ComplexArray, IntArray
 from polychirp.channel.geometry.vectors import Vector, row, vector_at
+from polychirp.channel.materials.fresnel import Media
 from polychirp.channel.physical_optics.kernels import LIFT, Faces, Rows, meet_mirror
 from polychirp.channel.physical_optics.views import NEAR_PANES, NEAR_VEILED, ViewTable, near_view
 from polychirp.channel.scene.blockers import PLATE_CENTRE, PLATE_NORMAL, Blockers, in_frame_of
 from polychirp.channel.scene.transmission import (
-    TranslucentScene,
+    Wave,
     is_attenuated,
     transmission_matrix,
 )
@@ -51,9 +52,8 @@ def losses_of(world: World, body: int, table: ViewTable, faces: Faces, rows: Row
     views, patches = np.nonzero(_weakened(table, blockers, faces, is_lit))
     number[views, patches] = np.arange(1, len(views) + 1)
     matrix = _identities(len(views) + 1)
-    axes = np.ascontiguousarray(POLARISATION_AXES @ rotation)
-    scene = TranslucentScene(blockers, world.media, axes, world.wavenumber)
-    _fill(table, scene, faces, views, patches, matrix[1:])
+    wave = Wave(np.ascontiguousarray(POLARISATION_AXES @ rotation), world.wavenumber)
+    _fill(table, blockers, world.media, wave, faces, views, patches, matrix[1:])
     return Losses(number, matrix)
 
 
@@ -114,7 +114,9 @@ def _weakened(table: ViewTable, blockers: Blockers, faces: Faces, is_lit: BoolAr
 @njit(cache=True, nogil=True, error_model="numpy", parallel=True)
 def _fill(
     table: ViewTable,
-    scene: TranslucentScene,
+    blockers: Blockers,
+    media: Media,
+    wave: Wave,
     faces: Faces,
     views: IntArray,
     patches: IntArray,
@@ -124,7 +126,9 @@ def _fill(
         view, out = views[number], matrix[number]
         bodies = near_view(table, view, NEAR_VEILED)
         panes = near_view(table, view, NEAR_PANES)
-        start, meet, end = _stations(table, scene.blockers, view, faces, patches[number])
-        transmission_matrix(scene, bodies, panes, start, meet, RADAR_CLEARANCE, out[0])
+        start, meet, end = _stations(table, blockers, view, faces, patches[number])
+        leg = start, meet
+        transmission_matrix(blockers, media, wave, bodies, panes, leg, RADAR_CLEARANCE, out[0])
         if table.plate[view] >= 0:
-            transmission_matrix(scene, bodies, panes, meet, end, 0.0, out[1])
+            leg = meet, end
+            transmission_matrix(blockers, media, wave, bodies, panes, leg, 0.0, out[1])

@@ -16,7 +16,7 @@ from polychirp.channel.physical_optics.kernels import LIFT, ComplexVector, Vecto
 from polychirp.channel.ray_tubes.fields import Ray, ahead
 from polychirp.channel.ray_tubes.intersections import Space, find_veils, is_hidden
 from polychirp.channel.scene.blockers import Blockers
-from polychirp.channel.scene.transmission import TranslucentScene, transmission_matrix
+from polychirp.channel.scene.transmission import Wave, transmission_matrix
 from polychirp.channel.scene.world import RADAR_CLEARANCE
 
 PER_CHUNK: Final = 64
@@ -300,7 +300,6 @@ def last_legs(
 ) -> ComplexArray:
     """What sheets and leaves leave on the way from a receiver to hits, ``(hit, 2, 2)``."""
     number, start = hits.number, vector(sink)
-    scene = TranslucentScene(faces, media, upwards, wavenumber)
     out = np.zeros((len(number), 2, 2), dtype=np.complex128)
     for chunk in prange((len(number) + PER_CHUNK - 1) // PER_CHUNK):
         notes = np.empty(space.room, dtype=np.float32)
@@ -312,5 +311,6 @@ def last_legs(
             plates = between.panes[between.pane_start[b] : between.pane_start[b + 1]]
             there = veils[: find_veils(space, bodies, start, end, notes, veils)]
             if there.size + plates.size > 0:
-                transmission_matrix(scene, there, plates, start, end, RADAR_CLEARANCE, out[i])
+                leg, wave = (start, end), Wave(upwards, wavenumber)
+                transmission_matrix(faces, media, wave, there, plates, leg, RADAR_CLEARANCE, out[i])
     return out

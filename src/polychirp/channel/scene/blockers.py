@@ -3,6 +3,7 @@
 A kernel takes every array of a tuple as some eight words and copies them for every call of
 another kernel. Few large tables are therefore faster than many small ones: the sides of a plate
 are one row, the pose of a body is one row, and the trees of all bodies lie behind one another.
+Parallel loops take tuples of arrays, but no tuples of tuples.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import numpy as np
 from numba import njit
 
 from polychirp.axes import FloatArray, IntArray
-from polychirp.channel.geometry.bvh import Tree, first_hit
+from polychirp.channel.geometry.bvh import Boxes, first_hit
 from polychirp.channel.geometry.vectors import Vector, cross, dot, vector_at
 from polychirp.channel.scene.world import World
 
@@ -34,13 +35,18 @@ PLATE_MEDIUM: Final = 14
 class Blockers(NamedTuple):
     """Everything that a ray can meet.
 
-    ``tree`` holds the trees of all bodies, each in its body's own frame: body b has the nodes
-    ``root[role, b, 0]:root[role, b, 1]``. ``medium`` ``(triangle,)`` is a number into the world's
-    materials; ``pose`` ``(body, 12)`` the matrix, row by row, and the shift that take a point to
-    the frame of each body; ``plate`` ``(plate, 15)`` m, columns `PLATE_NORMAL` to `PLATE_MEDIUM`.
+    ``box`` to ``triangle`` are as in `Tree`, for the trees of all bodies, each in its body's own
+    frame: body b has the nodes ``root[role, b, 0]:root[role, b, 1]``. ``medium`` ``(triangle,)`` is
+    a number into the world's materials; ``pose`` ``(body, 12)`` the matrix, row by row, and the
+    shift that take a point to the frame of each body; ``plate`` ``(plate, 15)`` m, columns
+    `PLATE_NORMAL` to `PLATE_MEDIUM`.
     """
 
-    tree: Tree
+    box: FloatArray
+    skip: IntArray
+    first: IntArray
+    size: IntArray
+    triangle: FloatArray
     medium: IntArray
     root: IntArray
     pose: FloatArray
@@ -53,7 +59,7 @@ def in_frame_of(world: World, rotation: FloatArray, position: FloatArray) -> Blo
     shift = np.einsum("bij,bj->bi", back, position - world.position)
     plates, forest = world.plates, world.forest
     return Blockers(
-        tree=forest.tree,
+        *forest.tree[:5],
         medium=world.forest_medium,
         root=forest.root,
         pose=np.concatenate([(back @ rotation).reshape(-1, 9), shift], axis=1),
@@ -97,6 +103,11 @@ def nodes_of(blockers: Blockers, role: int, b: int) -> tuple[int, int]:
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _boxes(b: Blockers) -> Boxes:
+    return Boxes(b.box, b.skip, b.first, b.size, b.triangle)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def first_hit_in_body(
     blockers: Blockers,
     nodes: tuple[int, int],
@@ -105,7 +116,7 @@ def first_hit_in_body(
     span: tuple[float, float],
 ) -> tuple[float, int]:
     """Share of a leg (in the body's frame) at its first hit, infinite for none, and triangle."""
-    return first_hit(blockers.tree, nodes, start, way, span, False)
+    return first_hit(_boxes(blockers), nodes, start, way, span, False)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -117,14 +128,13 @@ def hits_body(
     span: tuple[float, float],
 ) -> bool:
     """True if a leg (in the body's frame) meets any triangle of the nodes."""
-    return first_hit(blockers.tree, nodes, start, way, span, True)[0] < math.inf
+    return first_hit(_boxes(blockers), nodes, start, way, span, True)[0] < math.inf
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def face_normal(blockers: Blockers, b: int, triangle: int) -> Vector:
     """Unit normal of a triangle of a body, in the frame of the blockers."""
-    edges = blockers.tree.triangle
-    n = cross(vector_at(edges, triangle, 3), vector_at(edges, triangle, 6))
+    n = cross(vector_at(blockers.triangle, triangle, 3), vector_at(blockers.triangle, triangle, 6))
     size, pose = math.sqrt(dot(n, n)), blockers.pose
     return (
         (pose[b, 0] * n[0] + pose[b, 3] * n[1] + pose[b, 6] * n[2]) / size,

@@ -43,15 +43,9 @@ HIT_SEPARATION: Final = 1e-9
 edge are then one crossing."""
 
 
-class TranslucentScene(NamedTuple):
-    """Blockers, and what is needed to compute their transmission.
+class Wave(NamedTuple):
+    """`world.POLARISATION_AXES` in the frame of the blockers, ``(2, xyz)``; wavenumber, 1/m."""
 
-    ``axes`` ``(2, xyz)`` are `world.POLARISATION_AXES` in the frame of the blockers;
-    ``wavenumber`` 1/m.
-    """
-
-    blockers: Blockers
-    media: Media
     axes: FloatArray
     wavenumber: float
 
@@ -86,13 +80,13 @@ def transmission_matrices(
     out[:, 0, 0] = out[:, 1, 1] = 1.0
     bodies, plates = world.translucent_bodies, np.flatnonzero(world.plate_is_pane)
     if len(bodies) or len(plates):
-        blockers = in_frame_of(world, np.eye(3), np.zeros(3))
         _fill_matrices(
-            TranslucentScene(blockers, world.media, POLARISATION_AXES, world.wavenumber),
+            in_frame_of(world, np.eye(3), np.zeros(3)),
+            world.media,
+            Wave(POLARISATION_AXES, world.wavenumber),
             bodies[bodies != but_body],
             plates,
-            np.ascontiguousarray(start, dtype=np.float64),
-            np.ascontiguousarray(end, dtype=np.float64),
+            np.stack([start, end], axis=1, dtype=np.float64),
             clearance,
             out,
         )
@@ -115,18 +109,19 @@ def with_leg_losses(
 
 @njit(cache=True, nogil=True, error_model="numpy", parallel=True)
 def _fill_matrices(
-    scene: TranslucentScene,
+    blockers: Blockers,
+    media: Media,
+    wave: Wave,
     bodies: IntArray,
     plates: IntArray,
-    starts: FloatArray,
-    ends: FloatArray,
+    legs: FloatArray,
     clearance: float,
     out: ComplexArray,
 ) -> None:
-    for ray in prange(len(starts)):
-        start, end = row(starts, ray), row(ends, ray)
-        if is_attenuated(scene.blockers, bodies, plates, start, end, clearance):
-            transmission_matrix(scene, bodies, plates, start, end, clearance, out[ray])
+    for ray in prange(len(legs)):
+        leg = row(legs[ray], 0), row(legs[ray], 1)
+        if is_attenuated(blockers, bodies, plates, leg[0], leg[1], clearance):
+            transmission_matrix(blockers, media, wave, bodies, plates, leg, clearance, out[ray])
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -178,7 +173,7 @@ def chord(
     t, triangle = first_hit_in_body(blockers, border, start, way, (span[0], math.inf))
     first = triangle
     while t < math.inf:
-        if _leaves(blockers.tree.triangle[triangle], way):
+        if _leaves(blockers.triangle[triangle], way):
             inside += max(0.0, min(t, stop) - min(entered, stop))
         else:
             entered = t
@@ -207,20 +202,21 @@ def _polarisation_basis(direction: Vector, axes: FloatArray) -> tuple[Vector, Ve
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def transmission_matrix(
-    scene: TranslucentScene,
+    blockers: Blockers,
+    media: Media,
+    wave: Wave,
     bodies: IntArray,
     plates: IntArray,
-    start: Vector,
-    end: Vector,
+    leg: tuple[Vector, Vector],
     clearance: float,
     out: ComplexArray,
 ) -> None:
-    """Fill the matrix ``(2, 2)`` of one leg, as `transmission_matrices` gives it."""
-    blockers, media = scene.blockers, scene.media
+    """Fill the matrix ``(2, 2)`` of a leg from start to end, as in `transmission_matrices`."""
+    start, end = leg
     way = (end[0] - start[0], end[1] - start[1], end[2] - start[2])
     length = math.sqrt(dot(way, way))
     d = (way[0] / length, way[1] / length, way[2] / length)
-    v, h = _polarisation_basis(d, scene.axes)
+    v, h = _polarisation_basis(d, wave.axes)
     out[0, 0] = out[1, 1] = 1.0
     out[0, 1] = out[1, 0] = 0.0
     nearest = clearance / length
@@ -228,14 +224,14 @@ def transmission_matrix(
         if crosses_plate(blockers.plate, p, start, way, nearest):
             normal = vector_at(blockers.plate, p, PLATE_NORMAL)
             medium = int(blockers.plate[p, PLATE_MEDIUM])
-            _cross_sheet(media, medium, normal, d, (v, h), scene.wavenumber, out)
+            _cross_sheet(media, medium, normal, d, (v, h), wave.wavenumber, out)
     for b in bodies:
         place, along = into_body(blockers, b, start, way)
         panes = nodes_of(blockers, PANE_ROLE, b)
         t, triangle = first_hit_in_body(blockers, panes, place, along, (nearest, 1.0))
         while t < math.inf:
             normal, medium = face_normal(blockers, b, triangle), blockers.medium[triangle]
-            _cross_sheet(media, medium, normal, d, (v, h), scene.wavenumber, out)
+            _cross_sheet(media, medium, normal, d, (v, h), wave.wavenumber, out)
             behind = (t * (1.0 + HIT_SEPARATION), 1.0)
             t, triangle = first_hit_in_body(blockers, panes, place, along, behind)
         if _has_cloud(blockers, b):
