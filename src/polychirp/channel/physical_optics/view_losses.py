@@ -18,6 +18,7 @@ from polychirp.channel.physical_optics.kernels import LIFT, Faces, Rows, meet_mi
 from polychirp.channel.physical_optics.views import NEAR_PANES, NEAR_VEILED, ViewTable, near_view
 from polychirp.channel.scene.blockers import PLATE_CENTRE, PLATE_NORMAL, Blockers, in_frame_of
 from polychirp.channel.scene.transmission import (
+    Leg,
     Wave,
     is_attenuated,
     transmission_matrix,
@@ -127,8 +128,8 @@ def _fill(
         bodies = near_view(table, view, NEAR_VEILED)
         panes = near_view(table, view, NEAR_PANES)
         start, meet, end = _stations(table, blockers, view, faces, patches[number])
-        leg = start, meet
+        leg = Leg(start, meet)
         transmission_matrix(blockers, media, wave, bodies, panes, leg, RADAR_CLEARANCE, out[0])
         if table.plate[view] >= 0:
-            leg = meet, end
+            leg = Leg(meet, end)
             transmission_matrix(blockers, media, wave, bodies, panes, leg, 0.0, out[1])

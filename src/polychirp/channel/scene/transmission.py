@@ -50,6 +50,16 @@ class Wave(NamedTuple):
     wavenumber: float
 
 
+class Leg(NamedTuple):
+    """Start and end of a straight part of a path, m.
+
+    A named tuple, since parallel loops refuse plain tuples of tuples.
+    """
+
+    start: Vector
+    end: Vector
+
+
 def transmission_matrices(
     world: World,
     starts: FloatArray,
@@ -119,8 +129,10 @@ def _fill_matrices(
     out: ComplexArray,
 ) -> None:
     for ray in prange(len(legs)):
-        leg = row(legs[ray], 0), row(legs[ray], 1)
-        if is_attenuated(blockers, bodies, plates, leg[0], leg[1], clearance):
+        a, b = legs[ray, 0], legs[ray, 1]
+        start, end = (a[0], a[1], a[2]), (b[0], b[1], b[2])
+        if is_attenuated(blockers, bodies, plates, start, end, clearance):
+            leg = Leg(start, end)
             transmission_matrix(blockers, media, wave, bodies, plates, leg, clearance, out[ray])
 
 
@@ -207,11 +219,11 @@ def transmission_matrix(
     wave: Wave,
     bodies: IntArray,
     plates: IntArray,
-    leg: tuple[Vector, Vector],
+    leg: Leg,
     clearance: float,
     out: ComplexArray,
 ) -> None:
-    """Fill the matrix ``(2, 2)`` of a leg from start to end, as in `transmission_matrices`."""
+    """Fill the matrix ``(2, 2)`` of a leg, as in `transmission_matrices`."""
     start, end = leg
     way = (end[0] - start[0], end[1] - start[1], end[2] - start[2])
     length = math.sqrt(dot(way, way))
