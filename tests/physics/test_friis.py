@@ -125,8 +125,8 @@ def test_the_delay_is_that_of_light_between_moving_bodies():
             source_velocity=vs,
             sink=sink + vx * time,
             sink_velocity=vx,
-            lateness=late + 0.25 * time,
-            lateness_rate=0.25,
+            later_delay=late + 0.25 * time,
+            later_delay_rate=0.25,
         )
 
     delay, rate, flight = leg(0.0)
