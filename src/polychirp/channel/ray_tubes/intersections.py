@@ -13,28 +13,30 @@ from numpy.typing import NDArray
 from polychirp.axes import FloatArray, IntArray
 from polychirp.channel.geometry.vectors import cross, dot, vector_at
 from polychirp.channel.geometry.wide_bvh import (
-    CLOSEST,
-    OPAQUE,
-    SHEET,
+    EITHER_KIND,
+    OPAQUE_KIND,
+    SHEET_KIND,
+    TRIANGLE_KIND,
+    TRIANGLE_MEDIUM,
     Bundles,
+    SearchRay,
     bundles_of,
     nearest_hit,
 )
-from polychirp.channel.geometry.wide_bvh import MEDIUM as MEDIUM_OF
 from polychirp.channel.materials.fresnel import Media
 from polychirp.channel.physical_optics.kernels import Vector
 from polychirp.channel.physical_optics.paths import scatters
 from polychirp.channel.scene.blockers import (
-    CENTRE,
-    MEDIUM,
-    NORMAL,
+    PLATE_CENTRE,
+    PLATE_MEDIUM,
+    PLATE_NORMAL,
     Blockers,
     crosses_plate,
     into_body,
     is_beside,
 )
 from polychirp.channel.scene.transmission import chord
-from polychirp.channel.scene.world import SKIN, Surface, World
+from polychirp.channel.scene.world import RADAR_CLEARANCE, Surface, World
 
 NOTHING, FACE, PANE, PLATE = 0, 1, 2, 3
 
@@ -63,8 +65,7 @@ class Space(NamedTuple):
     """All that tubes meet, in few arrays: a kernel takes every array as some eight words.
 
     ``bundle``, ``triangle`` as in `Bundles`, those of all bodies behind one another; ``body``
-    ``(body, 24)``, columns `POSE` …; ``plate`` ``(plate, 19)``; ``room`` as in
-    `Bundles`.
+    ``(body, 24)``, columns `POSE` …; ``plate`` ``(plate, 19)``; ``room``: `Bundles.stack_size`.
     """
 
     bundle: NDArray[np.float32]
@@ -79,7 +80,8 @@ def _bundles(surface: Surface, materials: tuple[str, ...]) -> Bundles:
     """Boxes of a surface's opaque faces and panes; media as numbers into ``materials``."""
     number = np.array([materials.index(name) for name in surface.materials], dtype=np.int64)
     opaque, pane = (number[surface.tree_medium[role]] for role in ("opaque", "pane"))
-    return bundles_of((surface.trees["opaque"], surface.trees["pane"]), (opaque, -1 - pane))
+    trees = surface.trees["opaque"], surface.trees["pane"]
+    return bundles_of(trees, (opaque, pane), (OPAQUE_KIND, SHEET_KIND))
 
 
 @lru_cache(maxsize=4)
@@ -93,7 +95,7 @@ def _all_bundles(
     both = Bundles(
         np.concatenate([p.bundle for p in found]),
         np.concatenate([p.triangle for p in found]),
-        max(p.room for p in found),
+        max(p.stack_size for p in found),
     )
     return both, begin[[kinds.index(surface) for surface in surfaces]].astype(np.float64)
 
@@ -129,7 +131,7 @@ def space_of(world: World, faces: Blockers) -> Space:
             ]
         ),
         plate=np.column_stack([faces.plate, speeds, world.plate_is_pane]),
-        room=bundles.room,
+        room=bundles.stack_size,
     )
 
 
@@ -162,7 +164,7 @@ def _meet_plates(
     """Distance and number of the first plate; ``span[1]`` and −1 for none."""
     best, found = span[1], -1
     for p in range(plate.shape[0]):
-        n, c = vector_at(plate, p, NORMAL), vector_at(plate, p, CENTRE)
+        n, c = vector_at(plate, p, PLATE_NORMAL), vector_at(plate, p, PLATE_CENTRE)
         gx, gy, gz = point[0] - c[0], point[1] - c[1], point[2] - c[2]
         height = n[0] * gx + n[1] * gy + n[2] * gz
         # most plates lie farther than what is known, or behind: no need to know where
@@ -213,21 +215,14 @@ def meet_body(
     """
     start, along = _into(space.body, b, point, direction)
     begin = int(space.body[b, FIRST_BUNDLE]), int(space.body[b, FIRST_TRIANGLE])
-    distance, triangle = nearest_hit(
-        space.bundle,
-        space.triangle,
-        begin,
-        start,
-        along,
-        span,
-        _middle(space, b, point, direction),
-        CLOSEST,
-        waiting,
-    )
+    bundles = Bundles(space.bundle, space.triangle, space.room)
+    ray = SearchRay(start, along, span, _middle(space, b, point, direction))
+    distance, triangle = nearest_hit(bundles, begin, ray, EITHER_KIND, waiting)
     triangle += begin[1]
     if distance == np.inf:
         return distance, NOTHING, b, triangle
-    return distance, FACE if space.triangle[triangle, MEDIUM_OF] >= 0.0 else PANE, b, triangle
+    is_sheet = space.triangle[triangle, TRIANGLE_KIND] == SHEET_KIND
+    return distance, PANE if is_sheet else FACE, b, triangle
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -295,21 +290,21 @@ def surface_of(space: Space, met: Meeting) -> tuple[Vector, int, Vector]:
     number = met[2]
     if met[1] == PLATE:
         return (
-            vector_at(space.plate, number, NORMAL),
-            int(space.plate[number, MEDIUM]),
+            vector_at(space.plate, number, PLATE_NORMAL),
+            int(space.plate[number, PLATE_MEDIUM]),
             vector_at(space.plate, number, PLATE_VELOCITY),
         )
     triangle, body = space.triangle, space.body
     u, v = vector_at(triangle, met[3], 3), vector_at(triangle, met[3], 6)
     n = cross(u, v)
     size = math.sqrt(dot(n, n))
-    medium = int(triangle[met[3], MEDIUM_OF])
+    medium = int(triangle[met[3], TRIANGLE_MEDIUM])
     normal = (
         (body[number, 0] * n[0] + body[number, 3] * n[1] + body[number, 6] * n[2]) / size,
         (body[number, 1] * n[0] + body[number, 4] * n[1] + body[number, 7] * n[2]) / size,
         (body[number, 2] * n[0] + body[number, 5] * n[1] + body[number, 8] * n[2]) / size,
     )
-    return normal, medium if medium >= 0 else -1 - medium, vector_at(body, number, VELOCITY)
+    return normal, medium, vector_at(body, number, VELOCITY)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -338,9 +333,9 @@ def is_behind(
     c = vector_at(space.body, body, MIDDLE)
     away = (c[0] - point[0], c[1] - point[1], c[2] - point[2])
     near = math.sqrt(dot(away, away)) - space.body[body, SOLID]
-    if near <= SKIN:
+    if near <= RADAR_CLEARANCE:
         return False
-    return _is_hit(space, hider, point, direction, (SKIN, near), OPAQUE, waiting)
+    return _is_hit(space, hider, point, direction, (RADAR_CLEARANCE, near), OPAQUE_KIND, waiting)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -353,16 +348,14 @@ def _is_hit(
     wanted: int,
     waiting: NDArray[np.float32],
 ) -> bool:
-    """Whether a ray meets anything `OPAQUE`, or any `SHEET`, of a body."""
+    """Whether a ray meets anything of a kind (`OPAQUE_KIND`, `SHEET_KIND`) of a body."""
     if not _is_in_reach(space.body, b, space.body[b, SOLID], point, direction, span):
         return False
     start, along = _into(space.body, b, point, direction)
     begin = int(space.body[b, FIRST_BUNDLE]), int(space.body[b, FIRST_TRIANGLE])
-    middle = _middle(space, b, point, direction)
-    found = nearest_hit(
-        space.bundle, space.triangle, begin, start, along, span, middle, wanted, waiting
-    )
-    return found[0] < np.inf
+    bundles = Bundles(space.bundle, space.triangle, space.room)
+    ray = SearchRay(start, along, span, _middle(space, b, point, direction))
+    return nearest_hit(bundles, begin, ray, wanted, waiting)[0] < np.inf
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -384,14 +377,14 @@ def is_hidden(
 ) -> bool:
     """What `occlusion.is_blocked` says of the leg from a radar to a point."""
     direction, length = _heading(start, end)
-    span, way = (SKIN, length), (end[0] - start[0], end[1] - start[1], end[2] - start[2])
-    if length <= SKIN:
+    span, way = (RADAR_CLEARANCE, length), (end[0] - start[0], end[1] - start[1], end[2] - start[2])
+    if length <= RADAR_CLEARANCE:
         return False
     for p in plates:
-        if crosses_plate(space.plate, p, start, way, SKIN / length):
+        if crosses_plate(space.plate, p, start, way, RADAR_CLEARANCE / length):
             return True
     for b in bodies:  # noqa: SIM110 (compiled code knows no generators)
-        if _is_hit(space, b, start, direction, span, OPAQUE, waiting):
+        if _is_hit(space, b, start, direction, span, OPAQUE_KIND, waiting):
             return True
     return False
 
@@ -410,11 +403,11 @@ def find_veils(
     Those whose sheets are on it, and those whose leaves may be, in their order.
     """
     direction, length = _heading(start, end)
-    span, size = (SKIN, length), 0
+    span, size = (RADAR_CLEARANCE, length), 0
     for b in bodies:
         leaves = space.body[b, CLOUD]
         if _is_in_reach(space.body, b, leaves, start, direction, span) or _is_hit(
-            space, b, start, direction, span, SHEET, waiting
+            space, b, start, direction, span, SHEET_KIND, waiting
         ):
             found[size] = b
             size += 1

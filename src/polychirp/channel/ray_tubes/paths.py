@@ -107,7 +107,7 @@ from polychirp.channel.ray_tubes.radiation import (
 )
 from polychirp.channel.ray_tubes.refinement import Level, first_level
 from polychirp.channel.scene.blockers import Blockers, in_frame_of
-from polychirp.channel.scene.world import UPWARDS, World
+from polychirp.channel.scene.world import POLARISATION_AXES, World
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
 from polychirp.model.paths import PropagationPaths
@@ -384,7 +384,7 @@ class _Tracing:
             self.place.between(receiver),
             hits,
             self.position[receiver],
-            UPWARDS,
+            POLARISATION_AXES,
             self.world.wavenumber,
         )
 

@@ -42,7 +42,7 @@ from polychirp.channel.ray_tubes.intersections import (
 )
 from polychirp.channel.ray_tubes.radiation import TUBE, Hits, record
 from polychirp.channel.scene.blockers import Blockers
-from polychirp.channel.scene.world import SKIN
+from polychirp.channel.scene.world import RADAR_CLEARANCE
 
 PER_CHUNK = 256
 """Rays that one thread follows at a time."""
@@ -213,10 +213,10 @@ def _trace_some(
         # what hid the body from a tube will often hide it from the next
         if hider >= 0 and is_behind(space, hider, first_body, p, d, boxes):
             continue
-        alone = meet_body(space, first_body, p, d, (SKIN, np.inf), boxes)
+        alone = meet_body(space, first_body, p, d, (RADAR_CLEARANCE, np.inf), boxes)
         if alone[1] == NOTHING:
             continue
-        met = meet(space, p, d, SKIN, alone, first_body, boxes)
+        met = meet(space, p, d, RADAR_CLEARANCE, alone, first_body, boxes)
         if met[1] == PLATE and space.plate[met[2], IS_PANE] == 0.0:
             continue
         if met[1] == FACE and met[2] != first_body:

@@ -16,8 +16,8 @@ from polychirp.channel.physical_optics.kernels import LIFT, ComplexVector, Vecto
 from polychirp.channel.ray_tubes.fields import Ray, ahead
 from polychirp.channel.ray_tubes.intersections import Space, find_veils, is_hidden
 from polychirp.channel.scene.blockers import Blockers
-from polychirp.channel.scene.transmission import lose
-from polychirp.channel.scene.world import SKIN
+from polychirp.channel.scene.transmission import Leg, Wave, transmission_matrix
+from polychirp.channel.scene.world import RADAR_CLEARANCE
 
 PER_CHUNK: Final = 64
 """Hits that one thread looks at before the next."""
@@ -311,5 +311,6 @@ def last_legs(
             plates = between.panes[between.pane_start[b] : between.pane_start[b + 1]]
             there = veils[: find_veils(space, bodies, start, end, notes, veils)]
             if there.size + plates.size > 0:
-                lose(faces, media, there, plates, start, end, SKIN, upwards, wavenumber, out[i])
+                leg, wave = Leg(start, end), Wave(upwards, wavenumber)
+                transmission_matrix(faces, media, wave, there, plates, leg, RADAR_CLEARANCE, out[i])
     return out

@@ -13,7 +13,7 @@ from polychirp.channel.geometry.bvh import closest_by_trying_all
 from polychirp.channel.materials.fresnel import reflection, sheet
 from polychirp.channel.physical_optics.kernels import LIFT
 from polychirp.channel.ray_tubes.launch_grid import box_windows
-from polychirp.channel.scene.world import SKIN
+from polychirp.channel.scene.world import RADAR_CLEARANCE
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.frames import polarisation_basis
 from polychirp.model.material import Material
@@ -116,7 +116,7 @@ class _Plain:
     def _follow(self, wave: _Wave, first: int) -> ComplexArray:
         """What a ray and its branches bring to the receiver."""
         found = np.zeros((2, 2), dtype=np.complex128)
-        start = SKIN if wave.length == 0 else 1e-6
+        start = RADAR_CLEARANCE if wave.length == 0 else 1e-6
         ahead, face = closest_by_trying_all(
             self.corners, (wave.point + start * wave.direction)[None], wave.direction[None]
         )
@@ -198,8 +198,10 @@ class _Plain:
         found = field.astype(np.complex128)
         for number, body in enumerate(self.bodies):
             mine = self.corners[self.owner == number]
-            ahead, face = closest_by_trying_all(mine, (self.sink + SKIN * d)[None], d[None])
-            if SKIN + ahead[0] < length:
+            ahead, face = closest_by_trying_all(
+                mine, (self.sink + RADAR_CLEARANCE * d)[None], d[None]
+            )
+            if RADAR_CLEARANCE + ahead[0] < length:
                 if not body.material.is_sheet:
                     return None
                 corner = mine[face[0]]
