@@ -35,10 +35,9 @@ NO_BODY: Final = -1
 
 
 class Intersection(NamedTuple):
-    """Point of a ray on a surface; of `NOTHING`, only the distance means anything, and is infinite.
+    """A surface that a ray meets, at a ``distance`` along the ray, m, which is infinite for none.
 
-    ``distance`` is in m along the ray; ``number`` is that of the body or of the plate;
-    ``triangle`` counts through `Space.triangle`, and means nothing on a plate.
+    ``number`` is that of the body or plate; ``triangle``, on a body, is a row of `Space.triangle`.
     """
 
     distance: float

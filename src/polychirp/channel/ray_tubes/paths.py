@@ -101,11 +101,11 @@ from polychirp.channel.ray_tubes.propagation import Tubes, hits_of
 from polychirp.channel.ray_tubes.radiation import HIT, Hits, estimated_power, radiate
 from polychirp.channel.ray_tubes.refinement import Level, first_level
 from polychirp.channel.ray_tubes.visibility import (
-    Between,
-    Ranked,
+    HitPowers,
+    Obstacles,
     StopRule,
-    between,
     last_legs,
+    obstacles_of,
     visible_hits,
 )
 from polychirp.channel.scene.blockers import Blockers, in_frame_of
@@ -118,12 +118,13 @@ TUBES_PER_BATCH: Final = 1 << 16
 """Tubes that are followed at a time (chosen): bounds the memory."""
 
 UNHALVED_SHARE: Final = (0.005, 0.05, 0.1)
-"""Share of the estimated power of all hits that tubes may have which are not halved: at the first
-level, the second, and later ones. Chosen with the table above: smaller shares cost time."""
+"""Share of the estimated power of the visible hits that may remain with tubes that are not halved:
+at the first level, at the second, and later. Chosen; the last row of the table above is with these.
+Smaller shares cost time."""
 
 HALVING_FLOOR: Final = 1e-4
-"""Power, over that of the strongest known path of a pair, below which no tubes are halved for the
-pair (chosen)."""
+"""Power of hits, over that of the strongest known path of the pair, below which their tubes are not
+halved (chosen)."""
 
 
 def tube_paths(
@@ -164,46 +165,44 @@ def tube_paths(
     >>> bool(paths.num_paths > 0)
     True
     """
+    _check(tube, coarsest, max_bounces)
+    if not len(pairs) or not len(world.surfaces):
+        return no_paths(world.scene, world.frequency)
+    is_wanted = np.zeros((len(world.scene.radars),) * 2, dtype=np.bool_)
+    is_wanted[pairs[:, 0], pairs[:, 1]] = True
+    request = _request(world, is_wanted, strongest, (tube, coarsest), max_bounces, first)
+    paths = cell_paths(world, _contributions(request))
+    is_short = paths.delay * SPEED_OF_LIGHT <= world.max_length
+    paths = paths.select(is_wanted[paths.transmitter, paths.receiver] & is_short)
+    return without_weak(paths, world.scene, world.dynamic_range)
+
+
+def _check(tube: float, coarsest: float, max_bounces: int) -> None:
     if not tube > 0:
         raise InputError("the width of ray tubes is not positive; set it to 0.02 m, for example")
     if not coarsest >= tube:
         raise InputError("the coarsest ray tubes are narrower than the narrowest; widen them")
     if max_bounces < 2:
         raise InputError("ray tubes need two bounces or more; set max_bounces to 2 or more")
-    if not len(pairs) or not len(world.surfaces):
-        return no_paths(world.scene, world.frequency)
-    is_wanted = np.zeros((len(world.scene.radars),) * 2, dtype=np.bool_)
-    is_wanted[pairs[:, 0], pairs[:, 1]] = True
-    task = _task(world, is_wanted, strongest, (tube, coarsest), max_bounces, first)
-    found = [NO_CONTRIBUTIONS]
-    for radar in range(len(task.is_wanted)):
-        hits = _followed(task, radar)
-        if len(hits):
-            gain = task.gain(radar, hits["departure"])
-            found += [_to_receiver(task, radar, r, hits, gain) for r in task.receivers(radar)]
-    paths = cell_paths(world, joined(found))
-    is_short = paths.delay * SPEED_OF_LIGHT <= world.max_length
-    paths = paths.select(is_wanted[paths.transmitter, paths.receiver] & is_short)
-    return without_weak(paths, world.scene, world.dynamic_range)
 
 
 @dataclass(frozen=True, eq=False)
 class _Surroundings:
-    """Tables of a world that tubes need, and those of its receivers that were asked for."""
+    """Tables of a world that tubes need; those of receivers are made when they are needed."""
 
     world: World
     faces: Blockers
     space: Space
     views: dict[tuple[int, int], View]
-    _between: dict[int, Between] = field(default_factory=dict)
+    _obstacles: dict[int, Obstacles] = field(default_factory=dict)
     _direct: dict[bytes, FloatArray] = field(default_factory=dict)
 
-    def between(self, receiver: int) -> Between:
-        """What may lie between a receiver and every body."""
-        if receiver not in self._between:
-            bodies = range(len(self.world.surfaces))
-            self._between[receiver] = between([self.views[receiver, body] for body in bodies])
-        return self._between[receiver]
+    def obstacles(self, receiver: int) -> Obstacles:
+        """Obstacles between a receiver and every body."""
+        if receiver not in self._obstacles:
+            views = [self.views[receiver, body] for body in range(len(self.world.surfaces))]
+            self._obstacles[receiver] = obstacles_of(views)
+        return self._obstacles[receiver]
 
     def direct_power(self, is_wanted: BoolArray) -> FloatArray:
         """Power of the direct paths of wanted pairs, ``(transmitter, receiver)``."""
@@ -229,8 +228,8 @@ def _surroundings_of(world: World) -> _Surroundings:
 
 
 @dataclass(frozen=True, eq=False)
-class _Task:
-    """The tubes to follow: known before the first of them.
+class _Request:
+    """What is asked for, and what is known before the first tube is followed.
 
     ``is_wanted`` and ``known_power``, that of the strongest known path, are ``(transmitter,
     receiver)``, and the same both ways round; ``may_be_last`` ``(receiver, body)`` is false for
@@ -259,21 +258,22 @@ class _Task:
         return pattern.gain(direction @ self.rotation[radar])
 
 
-def _task(
+def _request(
     world: World,
     is_wanted: BoolArray,
     strongest: FloatArray | None,
     widths: tuple[float, float],
     max_bounces: int,
     first: int | None,
-) -> _Task:
+) -> _Request:
+    """The request of `tube_paths`, for the wanted pairs and their reverse."""
     surroundings, scene = _surroundings_of(world), world.scene
     # half of every path is the reverse of another
     is_wanted = is_wanted | is_wanted.T
     known_power = surroundings.direct_power(is_wanted)
     if strongest is not None:
         known_power = np.maximum(known_power, np.minimum(strongest, strongest.T))
-    return _Task(
+    return _Request(
         world=world,
         surroundings=surroundings,
         position=scene.radar_position,
@@ -288,16 +288,27 @@ def _task(
     )
 
 
-def _followed(task: _Task, radar: int) -> Hits:
+def _contributions(request: _Request) -> Contributions:
+    """Contributions of all transmitters to their receivers."""
+    found = [NO_CONTRIBUTIONS]
+    for radar in range(len(request.is_wanted)):
+        hits = _final_hits(request, radar)
+        if len(hits):
+            gain = request.gain(radar, hits["departure"])
+            found += [_to_receiver(request, radar, r, hits, gain) for r in request.receivers(radar)]
+    return joined(found)
+
+
+def _final_hits(request: _Request, radar: int) -> Hits:
     """Hits of the tubes of a transmitter that are not halved any more."""
-    bodies = _first_bodies(task, radar)
-    level = first_level(task.world, radar, bodies, task.widths, task.max_bounces)
+    bodies = _first_bodies(request, radar)
+    level = first_level(request.world, radar, bodies, request.widths, request.max_bounces)
     kept, depth = [np.empty(0, dtype=HIT)], 0
     while level.windows:
-        hits = _hits_of_level(task, radar, level)
-        worth = _worth_halving(task, radar, level, hits, depth)
+        hits = _hits_of_level(request, radar, level)
+        worth = _worth_halving(request, radar, level, hits, depth)
         # parts of a wide tube may be reflected more often than its middle
-        turns = hits["turns"][worth] if depth else np.full(len(worth), task.max_bounces)
+        turns = hits["turns"][worth] if depth else np.full(len(worth), request.max_bounces)
         halved = level.with_neighbours(hits["tube"][worth], turns)
         # hits after more reflections than are followed of the quarters stay
         kept.append(hits.take(np.flatnonzero(hits["turns"] > halved[hits["tube"]])))
@@ -305,48 +316,48 @@ def _followed(task: _Task, radar: int) -> Hits:
     return np.concatenate(kept)
 
 
-def _first_bodies(task: _Task, radar: int) -> list[int]:
+def _first_bodies(request: _Request, radar: int) -> list[int]:
     """Bodies over which a path may be strong enough, near ones first."""
-    world, views = task.world, task.surroundings.views
+    world, views = request.world, request.surroundings.views
     bodies = [
         body
-        for body in task.first_bodies
-        if task.surroundings.space.body[body]["scatters"]
+        for body in request.first_bodies
+        if request.surroundings.space.body[body]["scatters"]
         and world.body[body] != world.scene.carriers[radar]
         and views[radar, body].distance <= world.max_length
         and any(
-            _power_bound(task, radar, body, receiver) * world.dynamic_range
-            >= task.known_power[radar, receiver]
-            for receiver in task.receivers(radar)
+            _power_bound(request, radar, body, receiver) * world.dynamic_range
+            >= request.known_power[radar, receiver]
+            for receiver in request.receivers(radar)
         )
     ]
     return sorted(bodies, key=lambda body: views[radar, body].distance)
 
 
-def _power_bound(task: _Task, radar: int, body: int, receiver: int) -> float:
+def _power_bound(request: _Request, radar: int, body: int, receiver: int) -> float:
     """Greatest power of a path with this first body, the elements' gains included."""
-    views = task.surroundings.views
+    views = request.surroundings.views
     out, back = views[radar, body], views[receiver, body]
     length = max(out.distance + back.distance, 1e-3)
-    amplitude = OVERSHOOT**2 / (2 * task.world.wavenumber * length)
-    peak = task.world.scene.radars[receiver].array.pattern.peak_gain
+    amplitude = OVERSHOOT**2 / (2 * request.world.wavenumber * length)
+    peak = request.world.scene.radars[receiver].array.pattern.peak_gain
     return float(amplitude**2 * out.most_gain * peak)
 
 
-def _hits_of_level(task: _Task, radar: int, level: Level) -> Hits:
+def _hits_of_level(request: _Request, radar: int, level: Level) -> Hits:
     """Hits of the tubes of a level, which are numbered through all its windows."""
-    world, found = task.world, [np.empty(0, dtype=HIT)]
+    world, found = request.world, [np.empty(0, dtype=HIT)]
     for window, body, start, number, max_turns in zip(
         level.windows, level.body, level.start, level.tubes, level.max_turns, strict=False
     ):
-        launch = window.launch(task.velocity[radar], int(body))
+        launch = window.launch(request.velocity[radar], int(body))
         for begin in range(0, len(number), TUBES_PER_BATCH):
             some = slice(begin, begin + TUBES_PER_BATCH)
             hits = hits_of(
                 launch,
                 Tubes(number[some], max_turns[some]),
-                task.surroundings.space,
-                task.surroundings.faces,
+                request.surroundings.space,
+                request.surroundings.faces,
                 world.media,
                 world.wavenumber,
             )
@@ -355,50 +366,53 @@ def _hits_of_level(task: _Task, radar: int, level: Level) -> Hits:
     return np.concatenate(found)
 
 
-def _worth_halving(task: _Task, radar: int, level: Level, hits: Hits, depth: int) -> IntArray:
+def _worth_halving(request: _Request, radar: int, level: Level, hits: Hits, depth: int) -> IntArray:
     """Numbers of hits, with repeats, whose tubes are to be halved for some receiver."""
     found = [np.zeros(0, dtype=np.int64)]
     can = np.flatnonzero(level.left[level.window_of(hits["tube"])] > 0)
     if not len(can):
         return found[0]
     share = UNHALVED_SHARE[min(depth, len(UNHALVED_SHARE) - 1)]
-    gain = task.gain(radar, hits["departure"])
-    for receiver in task.receivers(radar):
-        sink, allowed = task.position[receiver], task.may_be_last[receiver]
-        power, back = estimated_power(hits, sink, allowed, task.world.wavenumber)
+    gain = request.gain(radar, hits["departure"])
+    for receiver in request.receivers(radar):
+        sink, allowed = request.position[receiver], request.may_be_last[receiver]
+        power, back = estimated_power(hits, sink, allowed, request.world.wavenumber)
         some = can[power[can] > 0]
         power = power[some] * gain[some]
-        power *= task.gain(receiver, -back[some])
-        floor = task.known_power[radar, receiver] * HALVING_FLOOR
-        seen = _visible(task, receiver, hits, Ranked(some, power), StopRule(share, floor=floor))
+        power *= request.gain(receiver, -back[some])
+        floor = request.known_power[radar, receiver] * HALVING_FLOOR
+        stop = StopRule(share, floor=floor)
+        seen = _visible(request, receiver, hits, HitPowers(some, power), stop)
         rest = np.cumsum(seen.power[::-1])[::-1]
         found.append(seen.number[rest > share * rest[:1].sum()])
     return np.concatenate(found)
 
 
-def _visible(task: _Task, receiver: int, hits: Hits, ranked: Ranked, stop: StopRule) -> Ranked:
-    """The hits among ``ranked`` that a receiver sees, strongest first."""
-    near, sink = task.surroundings.between(receiver), task.position[receiver]
-    return visible_hits(task.surroundings.space, near, hits, sink, ranked, stop)
+def _visible(
+    request: _Request, receiver: int, hits: Hits, some: HitPowers, stop: StopRule
+) -> HitPowers:
+    """The hits among ``some`` that a receiver sees, strongest first."""
+    near, sink = request.surroundings.obstacles(receiver), request.position[receiver]
+    return visible_hits(request.surroundings.space, near, hits, sink, some, stop)
 
 
 def _to_receiver(
-    task: _Task, radar: int, receiver: int, hits: Hits, gain: FloatArray
+    request: _Request, radar: int, receiver: int, hits: Hits, gain: FloatArray
 ) -> Contributions:
     """Contributions of hits to one receiver; ``gain`` of the transmitter towards them."""
-    world, sink = task.world, task.position[receiver]
-    out = radiate(hits, sink, task.may_be_last[receiver], world.wavenumber)
+    world, sink = request.world, request.position[receiver]
+    out = radiate(hits, sink, request.may_be_last[receiver], world.wavenumber)
     some = np.flatnonzero(out.power)
-    power = out.power[some] * gain[some] * task.gain(receiver, -out.direction[some])
+    power = out.power[some] * gain[some] * request.gain(receiver, -out.direction[some])
     weak = 1.0 / world.dynamic_range
-    stop = StopRule(weak, floor_in_phase=task.known_power[radar, receiver] * weak)
-    kept = np.sort(_visible(task, receiver, hits, Ranked(some, power), stop).number)
+    stop = StopRule(weak, floor_in_phase=request.known_power[radar, receiver] * weak)
+    kept = np.sort(_visible(request, receiver, hits, HitPowers(some, power), stop).number)
     there, back = hits.take(kept), out.direction[kept]
     legs = last_legs(
-        task.surroundings.space,
-        task.surroundings.faces,
+        request.surroundings.space,
+        request.surroundings.faces,
         world.media,
-        task.surroundings.between(receiver),
+        request.surroundings.obstacles(receiver),
         there,
         sink,
         UPWARDS,
@@ -412,7 +426,7 @@ def _to_receiver(
         length=there["length"] + out.distance[kept],
         rate=there["rate"]
         + np.sum(world.velocity[there["body"]] * turn, axis=1)
-        + back @ task.velocity[receiver],
+        + back @ request.velocity[receiver],
         direction=np.stack([there["departure"], -back], axis=1),
         point=np.stack([there["first_point"], there["point"]], axis=1),
     )

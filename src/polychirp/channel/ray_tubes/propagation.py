@@ -65,11 +65,10 @@ class Tubes(NamedTuple):
     max_turns: IntArray
 
 
-class Task(NamedTuple):
-    """What rays of one tube are followed with.
+class Tracing(NamedTuple):
+    """What the kernels need to follow the rays of one tube.
 
-    ``waiting`` are rays, and what they meet, that are to be followed yet; ``notes`` is room for
-    `intersections.meet`.
+    ``waiting`` are the rays still to be followed, each with its next intersection.
     """
 
     space: Space
@@ -81,46 +80,48 @@ class Task(NamedTuple):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _leads_on(task: Task, met: Intersection, direction: Vector, turns: int) -> bool:
-    """True if a ray may bring anything from what it meets after a number of reflections."""
+def _leads_on(tracing: Tracing, met: Intersection, direction: Vector, turns: int) -> bool:
+    """True if a ray may still hit a last body by its next intersection, after ``turns``."""
     if met.kind == FACE:
-        # most rays that come in by a window end at the back of a panel
-        scatters = task.space.body[met.number]["scatters"]
-        return bool(scatters and is_in_front(task.space, met, direction))
-    if met.kind == PLATE and not task.space.plate_is_pane[met.number]:
-        return 0 < turns < task.max_turns - 1
+        # most rays that enter a vehicle by a window end at the back of a panel
+        scatters = tracing.space.body[met.number]["scatters"]
+        return bool(scatters and is_in_front(tracing.space, met, direction))
+    if met.kind == PLATE and not tracing.space.plate_is_pane[met.number]:
+        return 0 < turns < tracing.max_turns - 1
     return met.kind != NOTHING
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _pass(task: Task, ray: Ray, met: Intersection, at: Contact) -> None:
+def _pass(tracing: Tracing, ray: Ray, met: Intersection, at: Contact) -> None:
     """Let a ray through a sheet; it waits if it meets anything behind."""
     home = met.number if met.kind == PANE else NO_BODY
-    next_met = meet(task.space, at.point, ray.direction, MIN_STEP, MISS, home, task.notes)
-    if _leads_on(task, next_met, ray.direction, ray.turns):
-        behind = passed(ray, at, task.media, task.wavenumber)
+    next_met = meet(tracing.space, at.point, ray.direction, MIN_STEP, MISS, home, tracing.notes)
+    if _leads_on(tracing, next_met, ray.direction, ray.turns):
+        behind = passed(ray, at, tracing.media, tracing.wavenumber)
         if is_strong(behind):
-            task.waiting.append((behind, next_met))
+            tracing.waiting.append((behind, next_met))
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _reflect(task: Task, ray: Ray, met: Intersection, at: Contact, hits: Hits, count: int) -> int:
-    """Record a reflection at a body that is not the first; the ray waits if it meets more.
+def _reflect(
+    tracing: Tracing, ray: Ray, met: Intersection, at: Contact, hits: Hits, count: int
+) -> int:
+    """Reflect a ray, which then waits if it leads on; record a hit if the surface can be the last.
 
-    Returns the number of hits after it. Hits for which there is no room are only counted.
+    Returns the number of hits so far. Hits for which there is no room are only counted.
     """
-    normal, roughness = at.normal, task.media.roughness[at.medium]
+    normal, roughness = at.normal, tracing.media.roughness[at.medium]
     is_plate, next_met, after = met.kind == PLATE, MISS, ray.direction
-    if ray.turns + 1 < task.max_turns:
+    if ray.turns + 1 < tracing.max_turns:
         after = mirrored(ray.direction, normal)
         home = NO_BODY if is_plate else met.number
-        next_met = meet(task.space, at.point, after, MIN_STEP, MISS, home, task.notes)
-    goes_on = _leads_on(task, next_met, after, ray.turns + 1)
+        next_met = meet(tracing.space, at.point, after, MIN_STEP, MISS, home, tracing.notes)
+    goes_on = _leads_on(tracing, next_met, after, ray.turns + 1)
     is_last = not is_plate and ray.num_bodies > 0
     # fields take most of the time: only for rays that lead somewhere
     if not (goes_on or is_last):
         return count
-    turned = reflected(ray, at, task.media, task.wavenumber)
+    turned = reflected(ray, at, tracing.media, tracing.wavenumber)
     if is_last:
         if count < hits.size:
             record(hits[count], ray, turned, normal, roughness)
@@ -128,25 +129,25 @@ def _reflect(task: Task, ray: Ray, met: Intersection, at: Contact, hits: Hits, c
         count += 1
     if goes_on:
         cosine = -dot(ray.direction, normal)
-        phase = task.wavenumber * roughness * cosine
+        phase = tracing.wavenumber * roughness * cosine
         # v·(d − r): by Fermat's principle the point may glide along the surface
         rate = -2.0 * cosine * dot(at.velocity, normal)
         factor = math.exp(-2.0 * phase * phase) if phase != 0.0 else 1.0
         turned = weakened(turned, factor, rate, 0 if is_plate else 1)
         if is_strong(turned):
-            task.waiting.append((turned, next_met))
+            tracing.waiting.append((turned, next_met))
     return count
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _follow(task: Task, faces: Blockers, first_body: int, hits: Hits, count: int) -> int:
+def _follow(tracing: Tracing, faces: Blockers, first_body: int, hits: Hits, count: int) -> int:
     """Follow all rays that wait, and their branches; return the number of hits after them."""
-    space = task.space
-    while len(task.waiting) > 0:
-        ray, met = task.waiting.pop()
+    space = tracing.space
+    while len(tracing.waiting) > 0:
+        ray, met = tracing.waiting.pop()
         at = contact(space, ahead(ray.point, ray.direction, met.distance), met)
         if is_near_leaves(space, ray.point, ray.direction, met.distance):
-            loss = fade(space, faces, task.media, ray.point, ray.direction, met.distance)
+            loss = fade(space, faces, tracing.media, ray.point, ray.direction, met.distance)
             ray = weakened(ray, loss, 0.0, 0)
         is_body, is_within = met.kind != PLATE, dot(ray.direction, at.normal) > 0.0
         if is_sheet(space, met):
@@ -155,7 +156,7 @@ def _follow(task: Task, faces: Blockers, first_body: int, hits: Hits, count: int
                 n = at.normal
                 away = (-n[0], -n[1], -n[2])
                 at = Contact(at.point, at.distance, away, at.medium, at.velocity)
-            _pass(task, ray, met, at)
+            _pass(tracing, ray, met, at)
             if is_within and is_body and space.body[met.number]["is_vehicle"]:
                 continue
         # the first to reflect is the window's body
@@ -164,7 +165,7 @@ def _follow(task: Task, faces: Blockers, first_body: int, hits: Hits, count: int
             continue
         if is_body and not space.body[met.number]["scatters"]:
             continue
-        count = _reflect(task, ray, met, at, hits, count)
+        count = _reflect(tracing, ray, met, at, hits, count)
     return count
 
 
@@ -199,9 +200,9 @@ def _trace_some(
             has_hider, hider = True, met.number
             continue
         waiting.append((ray, met))
-        task = Task(space, media, wavenumber, tubes.max_turns[place], waiting, notes)
+        tracing = Tracing(space, media, wavenumber, tubes.max_turns[place], waiting, notes)
         before = count
-        count = _follow(task, faces, body, hits, count)
+        count = _follow(tracing, faces, body, hits, count)
         for i in range(before, min(count, hits.size)):
             hits[i]["first_body"], hits[i]["tube"] = body, tubes.number[place]
     return count
@@ -217,9 +218,9 @@ def trace(
     wavenumber: float,
     hits: Hits,
 ) -> IntArray:
-    """Fill ``hits`` ``(chunk, hit)`` with those of some tubes of a window; give their numbers.
+    """Fill ``hits`` ``(chunk, hit)`` with those of some tubes; return their numbers ``(chunk,)``.
 
-    The numbers ``(chunk,)`` may exceed the room of a chunk; hits beyond it are lost.
+    A number may exceed the room of its chunk; hits beyond the room are lost.
     """
     counts = np.zeros(len(hits), dtype=np.int64)
     for chunk in prange(len(hits)):

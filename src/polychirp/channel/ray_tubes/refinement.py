@@ -15,7 +15,7 @@ from polychirp.channel.ray_tubes.launch_grid import Window, windows_over
 from polychirp.channel.scene.world import World
 
 MIN_TUBES: Final = 256
-"""Least number of tubes over a body (chosen), so that none passes a small body's parts by."""
+"""Least number of tubes over a body (chosen): fewer could miss a small body's surfaces."""
 
 
 class Level(NamedTuple):

@@ -22,39 +22,38 @@ from polychirp.channel.scene.transmission import lose
 from polychirp.channel.scene.world import SKIN
 
 HITS_PER_CHUNK: Final = 64
-"""Hits that one thread looks at before the next chunk (chosen)."""
+"""Hits that one thread tests before the next chunk (chosen)."""
 
 HITS_PER_SHADOW_TEST: Final = 512
 """Hits that are tested for shadow before the power of the rest is compared again (chosen)."""
 
 BODIES, PLATES, PANES, VEILED = 0, 1, 2, 3
-"""Kinds in `Between`: all bodies; opaque plates; sheets among plates; bodies with sheets or
-leaves."""
+"""Kinds in `Obstacles`, in the order of `View.near`: all bodies; opaque plates; sheets among
+plates; bodies with sheets or leaves."""
 
 
-class Between(NamedTuple):
-    """What may lie between one receiver and every body.
+class Obstacles(NamedTuple):
+    """Bodies and plates that may block or weaken the legs between one receiver and every body.
 
-    Of kind k, before body b, it is ``number[start[k, b]:start[k, b + 1]]``, numbers of bodies or
-    of plates.
+    Those of kind k on the leg to body b are ``number[start[k, b]:start[k, b + 1]]``.
     """
 
     number: IntArray
     start: IntArray
 
 
-def between(views: list[View]) -> Between:
-    """What may lie between one receiver and every body; ``views``: its views by all bodies."""
+def obstacles_of(views: list[View]) -> Obstacles:
+    """Obstacles of the receiver whose ``views`` by all bodies are given, in the bodies' order."""
     lists = [view.near[kind] for kind in (BODIES, PLATES, PANES, VEILED) for view in views]
     ends = np.cumsum([len(numbers) for numbers in lists]).reshape(4, -1)
     start = np.column_stack([np.concatenate([[0], ends[:-1, -1]]), ends])
-    return Between(np.concatenate(lists), start)
+    return Obstacles(np.concatenate(lists), start)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _before(between: Between, kind: int, body: int) -> IntArray:
-    """What may lie before a body, of one kind."""
-    return between.number[between.start[kind, body] : between.start[kind, body + 1]]
+def _obstacles(table: Obstacles, kind: int, body: int) -> IntArray:
+    """Obstacles of one kind on the leg to a body."""
+    return table.number[table.start[kind, body] : table.start[kind, body + 1]]
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -65,7 +64,7 @@ def _lifted(hit: np.void) -> Vector:
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _heading(start: Vector, end: Vector) -> tuple[Vector, float]:
-    """Unit vector and length of a leg, m, which is taken for 1e-12 m at least."""
+    """Unit vector and length of a leg, m; the length is 1e-12 m at least."""
     way = (end[0] - start[0], end[1] - start[1], end[2] - start[2])
     length = max(math.sqrt(dot(way, way)), 1e-12)
     return (way[0] / length, way[1] / length, way[2] / length), length
@@ -111,9 +110,9 @@ def _find_veils(
 
 @njit(cache=True, nogil=True, error_model="numpy", parallel=True)
 def is_visible(
-    space: Space, between: Between, hits: Hits, sink: FloatArray, which: IntArray
+    space: Space, obstacles: Obstacles, hits: Hits, sink: FloatArray, which: IntArray
 ) -> BoolArray:
-    """Mask of the hits ``which`` between which and a receiver nothing is opaque."""
+    """Mask of the hits ``which``: true if nothing opaque is between a hit and the receiver."""
     start = vector(sink)
     out = np.empty(which.size, dtype=np.bool_)
     for chunk in prange((which.size + HITS_PER_CHUNK - 1) // HITS_PER_CHUNK):
@@ -121,8 +120,8 @@ def is_visible(
         begin = chunk * HITS_PER_CHUNK
         for i in range(begin, min(begin + HITS_PER_CHUNK, which.size)):
             hit = hits[which[i]]
-            bodies = _before(between, BODIES, hit["body"])
-            plates = _before(between, PLATES, hit["body"])
+            bodies = _obstacles(obstacles, BODIES, hit["body"])
+            plates = _obstacles(obstacles, PLATES, hit["body"])
             out[i] = not _is_hidden(space, bodies, plates, start, _lifted(hit), notes)
     return out
 
@@ -132,7 +131,7 @@ def last_legs(
     space: Space,
     faces: Blockers,
     media: Media,
-    between: Between,
+    obstacles: Obstacles,
     hits: Hits,
     sink: FloatArray,
     upwards: FloatArray,
@@ -148,14 +147,14 @@ def last_legs(
         for i in range(begin, min(begin + HITS_PER_CHUNK, hits.size)):
             body, end = hits[i]["body"], _lifted(hits[i])
             out[i, 0, 0] = out[i, 1, 1] = 1.0
-            bodies, plates = _before(between, VEILED, body), _before(between, PANES, body)
+            bodies, plates = _obstacles(obstacles, VEILED, body), _obstacles(obstacles, PANES, body)
             there = veils[: _find_veils(space, bodies, start, end, notes, veils)]
             if there.size + plates.size > 0:
                 lose(faces, media, there, plates, start, end, SKIN, upwards, wavenumber, out[i])
     return out
 
 
-class Ranked(NamedTuple):
+class HitPowers(NamedTuple):
     """Some of many hits by ``number``, with the ``power`` that they may bring to a receiver."""
 
     number: IntArray
@@ -163,10 +162,10 @@ class Ranked(NamedTuple):
 
 
 class StopRule(NamedTuple):
-    """Power of the hits that remain, below which they are not looked at.
+    """When to leave the weaker hits untested for shadow.
 
-    That is if their powers sum to less than ``share`` of those seen, or to less than ``floor``;
-    or if their amplitudes, all in phase, make less than ``floor_in_phase``.
+    If the sum of their powers is below ``share`` of that of the visible hits, or below ``floor``;
+    or if the power of the sum of their amplitudes, all in phase, is below ``floor_in_phase``.
     """
 
     share: float
@@ -175,11 +174,16 @@ class StopRule(NamedTuple):
 
 
 def visible_hits(
-    space: Space, between: Between, hits: Hits, sink: FloatArray, ranked: Ranked, stop: StopRule
-) -> Ranked:
-    """The hits among ``ranked`` that a receiver sees, strongest first, until ``stop`` applies."""
-    order = np.argsort(-ranked.power, kind="stable")
-    number, power = ranked.number[order], ranked.power[order]
+    space: Space,
+    obstacles: Obstacles,
+    hits: Hits,
+    sink: FloatArray,
+    some: HitPowers,
+    stop: StopRule,
+) -> HitPowers:
+    """The hits among ``some`` that a receiver sees, strongest first, until ``stop`` applies."""
+    order = np.argsort(-some.power, kind="stable")
+    number, power = some.number[order], some.power[order]
     rest = np.cumsum(power[::-1])[::-1]
     in_phase = np.cumsum(np.sqrt(power)[::-1])[::-1] ** 2
     is_seen, total = np.zeros(len(order), dtype=np.bool_), 0.0
@@ -188,7 +192,7 @@ def visible_hits(
             break
         if in_phase[begin] < stop.floor_in_phase:
             break
-        some = slice(begin, begin + HITS_PER_SHADOW_TEST)
-        is_seen[some] = is_visible(space, between, hits, sink, number[some])
-        total += float(np.sum(power[some][is_seen[some]]))
-    return Ranked(number[is_seen], power[is_seen])
+        part = slice(begin, begin + HITS_PER_SHADOW_TEST)
+        is_seen[part] = is_visible(space, obstacles, hits, sink, number[part])
+        total += float(np.sum(power[part][is_seen[part]]))
+    return HitPowers(number[is_seen], power[is_seen])
