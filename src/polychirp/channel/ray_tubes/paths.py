@@ -346,21 +346,16 @@ def _power_bound(request: _Request, radar: int, body: int, receiver: int) -> flo
 
 def _hits_of_level(request: _Request, radar: int, level: Level) -> Hits:
     """Hits of the tubes of a level, which are numbered through all its windows."""
-    world, found = request.world, [np.empty(0, dtype=HIT)]
+    near, found = request.surroundings, [np.empty(0, dtype=HIT)]
+    media, k = request.world.media, request.world.wavenumber
     for window, body, start, number, max_turns in zip(
         level.windows, level.body, level.start, level.tubes, level.max_turns, strict=False
     ):
         launch = window.launch(request.velocity[radar], int(body))
         for begin in range(0, len(number), TUBES_PER_BATCH):
             some = slice(begin, begin + TUBES_PER_BATCH)
-            hits = hits_of(
-                launch,
-                Tubes(number[some], max_turns[some]),
-                request.surroundings.space,
-                request.surroundings.faces,
-                world.media,
-                world.wavenumber,
-            )
+            tubes = Tubes(number[some], max_turns[some])
+            hits = hits_of(launch, tubes, near.space, near.faces, media, k)
             hits["tube"] += start
             found.append(hits)
     return np.concatenate(found)
@@ -408,16 +403,9 @@ def _to_receiver(
     stop = StopRule(weak, floor_in_phase=request.known_power[radar, receiver] * weak)
     kept = np.sort(_visible(request, receiver, hits, HitPowers(some, power), stop).number)
     there, back = hits.take(kept), out.direction[kept]
-    legs = last_legs(
-        request.surroundings.space,
-        request.surroundings.faces,
-        world.media,
-        request.surroundings.obstacles(receiver),
-        there,
-        sink,
-        UPWARDS,
-        world.wavenumber,
-    )
+    near, k = request.surroundings, world.wavenumber
+    obstacles = near.obstacles(receiver)
+    legs = last_legs(near.space, near.faces, world.media, obstacles, there, sink, UPWARDS, k)
     turn = there["direction"] - back
     return Contributions(
         pair=np.tile([radar, receiver], (len(kept), 1)),

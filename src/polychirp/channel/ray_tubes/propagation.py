@@ -81,7 +81,7 @@ class Tracing(NamedTuple):
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _leads_on(tracing: Tracing, met: Intersection, direction: Vector, turns: int) -> bool:
-    """True if a ray may still hit a last body by its next intersection, after ``turns``."""
+    """True if a ray may still hit a last body if this is its next intersection, after ``turns``."""
     if met.kind == FACE:
         # most rays that enter a vehicle by a window end at the back of a panel
         scatters = tracing.space.body[met.number]["scatters"]
@@ -181,9 +181,10 @@ def _trace_some(
 ) -> int:
     """Follow some tubes of a window; return the number of hits, kept or not."""
     count, body = 0, launch.body
-    has_hider, hider = False, 0
+    has_hider, hider = False, body
     notes = np.empty(space.room, dtype=np.float32)
-    waiting = [(launched(launch, 0), MISS) for _ in range(0)]
+    # an empty list of a known type
+    waiting = [(launched(launch, launch.columns), MISS) for _ in range(0)]
     for place in range(tubes.number.size):
         ray = launched(launch, tubes.number[place])
         p, d = ray.point, ray.direction
