@@ -56,7 +56,7 @@ def start_narrow(monkeypatch, times):
 
 def halve_all(monkeypatch, turns):
     """Halve every tube, for paths of up to ``turns`` bounces."""
-    monkeypatch.setattr(ray_tubes, "_worth_halving", lambda *_: np.zeros(0, dtype=int))
+    monkeypatch.setattr(ray_tubes, "_hits_to_halve", lambda *_: np.zeros(0, dtype=int))
     monkeypatch.setattr(
         Level,
         "with_neighbours",

@@ -66,23 +66,21 @@ class Contact(NamedTuple):
 
 BODY: Final = np.dtype(
     [
-        ("rotation", np.float64, (3, 3)),
-        ("shift", np.float64, 3),
-        ("centre", np.float64, 3),
-        ("velocity", np.float64, 3),
-        ("radius", np.float64),
-        ("first_row", np.int64),
-        ("first_triangle", np.int64),
-        ("is_solid", np.bool_),
-        ("has_leaves", np.bool_),
-        ("scatters", np.bool_),
-        ("is_vehicle", np.bool_),
+        ("rotation", np.float64, (3, 3)),  # matrix that takes a vector to the body's frame
+        ("shift", np.float64, 3),  # m, to be added then to a point
+        ("centre", np.float64, 3),  # of the sphere around the body, m
+        ("velocity", np.float64, 3),  # m/s
+        ("radius", np.float64),  # of the sphere around the body, m
+        ("first_row", np.int64),  # where the body begins in `Space.bundle`
+        ("first_triangle", np.int64),  # where the body begins in `Space.triangle`
+        ("is_solid", np.bool_),  # has faces or sheets, and is near enough
+        ("has_leaves", np.bool_),  # has leaves, and is near enough
+        ("scatters", np.bool_),  # reflects
+        ("is_vehicle", np.bool_),  # its sheets reflect only outwards
     ],
     align=True,
 )
-"""A body: matrix and shift that take a point to its frame; sphere around it, m; velocity, m/s;
-begin of its part of `Space.bundle` and of `Space.triangle`; and true if it has faces or sheets
-within reach, if it has leaves within reach, if it reflects, and if it is a vehicle."""
+"""A body as the kernels take it."""
 
 
 class Space(NamedTuple):

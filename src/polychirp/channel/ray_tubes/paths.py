@@ -229,7 +229,7 @@ def _surroundings_of(world: World) -> _Surroundings:
 
 @dataclass(frozen=True, eq=False)
 class _Request:
-    """What is asked for, and what is known before the first tube is followed.
+    """The request of `tube_paths`, with all that is known before the first tube is followed.
 
     ``is_wanted`` and ``known_power``, that of the strongest known path, are ``(transmitter,
     receiver)``, and the same both ways round; ``may_be_last`` ``(receiver, body)`` is false for
@@ -266,7 +266,7 @@ def _request(
     max_bounces: int,
     first: int | None,
 ) -> _Request:
-    """The request of `tube_paths`, for the wanted pairs and their reverse."""
+    """The request for the wanted pairs and their reverse."""
     surroundings, scene = _surroundings_of(world), world.scene
     # half of every path is the reverse of another
     is_wanted = is_wanted | is_wanted.T
@@ -306,10 +306,10 @@ def _final_hits(request: _Request, radar: int) -> Hits:
     kept, depth = [np.empty(0, dtype=HIT)], 0
     while level.windows:
         hits = _hits_of_level(request, radar, level)
-        worth = _worth_halving(request, radar, level, hits, depth)
+        wanted = _hits_to_halve(request, radar, level, hits, depth)
         # parts of a wide tube may be reflected more often than its middle
-        turns = hits["turns"][worth] if depth else np.full(len(worth), request.max_bounces)
-        halved = level.with_neighbours(hits["tube"][worth], turns)
+        turns = hits["turns"][wanted] if depth else np.full(len(wanted), request.max_bounces)
+        halved = level.with_neighbours(hits["tube"][wanted], turns)
         # hits after more reflections than are followed of the quarters stay
         kept.append(hits.take(np.flatnonzero(hits["turns"] > halved[hits["tube"]])))
         level, depth = level.halved(halved), depth + 1
@@ -361,7 +361,7 @@ def _hits_of_level(request: _Request, radar: int, level: Level) -> Hits:
     return np.concatenate(found)
 
 
-def _worth_halving(request: _Request, radar: int, level: Level, hits: Hits, depth: int) -> IntArray:
+def _hits_to_halve(request: _Request, radar: int, level: Level, hits: Hits, depth: int) -> IntArray:
     """Numbers of hits, with repeats, whose tubes are to be halved for some receiver."""
     found = [np.zeros(0, dtype=np.int64)]
     can = np.flatnonzero(level.left[level.window_of(hits["tube"])] > 0)

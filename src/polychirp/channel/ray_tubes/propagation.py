@@ -66,7 +66,7 @@ class Tubes(NamedTuple):
 
 
 class Tracing(NamedTuple):
-    """What the kernels need to follow the rays of one tube.
+    """Scene, limits and memory for the rays of one tube.
 
     ``waiting`` are the rays still to be followed, each with its next intersection.
     """

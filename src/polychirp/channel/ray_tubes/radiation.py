@@ -16,28 +16,24 @@ from polychirp.channel.ray_tubes.fields import Ray
 
 HIT: Final = np.dtype(
     [
-        ("point", np.float64, 3),
-        ("direction", np.float64, 3),
-        ("normal", np.float64, 3),
-        ("side_a", np.float64, 3),
-        ("side_b", np.float64, 3),
-        ("departure", np.float64, 3),
-        ("first_point", np.float64, 3),
-        ("length", np.float64),
-        ("rate", np.float64),
-        ("roughness", np.float64),
+        ("point", np.float64, 3),  # m
+        ("direction", np.float64, 3),  # of the ray before the point
+        ("normal", np.float64, 3),  # towards where the ray came from
+        ("side_a", np.float64, 3),  # of the footprint, m
+        ("side_b", np.float64, 3),  # of the footprint, m
+        ("departure", np.float64, 3),  # direction at launch
+        ("first_point", np.float64, 3),  # on the first body, m
+        ("length", np.float64),  # of the path up to the point, m
+        ("rate", np.float64),  # of the length, without this surface, m/s
+        ("roughness", np.float64),  # rms, m
         ("body", np.int64),
         ("first_body", np.int64),
-        ("turns", np.int64),
-        ("tube", np.int64),
-        ("current", np.complex64, (2, 2, 3)),
+        ("turns", np.int64),  # number of reflections, this one included
+        ("tube", np.int64),  # number of the tube
+        ("current", np.complex64, (2, 2, 3)),  # (polarisation, J or M, xyz), without 1/L
     ]
 )
-"""Where a tube meets a body after another one: its point, m, and direction there; the normal
-towards where the ray came from; sides A and B of the footprint, m; direction at launch; point on
-the first body, m; path length, m, and its rate without this surface, m/s; rms roughness, m; numbers
-of this and of the first body; number of reflections, this one included; number of the tube;
-``current`` ``(polarisation, kind, xyz)``: J and M, without 1/L."""
+"""A hit: a point where a tube meets a body after another body."""
 
 Hits = NDArray[np.void]
 """Hits ``(hit,)`` of type `HIT`."""

@@ -104,5 +104,5 @@ def first_level(
         left += [times] * len(found)
     tubes = [np.arange(window.num_tubes) for window in windows]
     max_turns = [np.full(window.num_tubes, max_bounces) for window in windows]
-    body, times_left = np.array(whose, dtype=np.int64), np.array(left, dtype=np.int64)
-    return Level(windows, body, times_left, tubes, max_turns)
+    columns = np.array(whose, dtype=np.int64), np.array(left, dtype=np.int64)
+    return Level(windows, *columns, tubes, max_turns)

@@ -162,10 +162,10 @@ class HitPowers(NamedTuple):
 
 
 class StopRule(NamedTuple):
-    """When to leave the weaker hits untested for shadow.
+    """Limits below which the weaker hits are not tested for shadow.
 
-    If the sum of their powers is below ``share`` of that of the visible hits, or below ``floor``;
-    or if the power of the sum of their amplitudes, all in phase, is below ``floor_in_phase``.
+    They apply if the sum of their powers is below ``share`` of that of the visible hits, or below
+    ``floor``; or if the power of their amplitudes, summed in phase, is below ``floor_in_phase``.
     """
 
     share: float
