@@ -8,9 +8,14 @@ from typing import NamedTuple
 from numba import njit
 
 from polychirp.axes import FloatArray
+from polychirp.channel.geometry.bvh import Vector
 from polychirp.channel.geometry.vectors import cross, dot, vector
 from polychirp.channel.materials.fresnel import Media, sheet_transmission, smooth_reflection
-from polychirp.channel.physical_optics.kernels import ComplexVector, Vector, _across, _any_across
+from polychirp.channel.physical_optics.kernels import (
+    ComplexVector,
+    across_plane_of_incidence,
+    any_normal_to,
+)
 
 FAINT = 1e-8
 """|E|² below which a wave that left with 1 is followed no further."""
@@ -100,7 +105,7 @@ def passed(
     """The ray behind a sheet that it met at a point."""
     d = ray.direction
     turn = sheet_transmission(media, medium, abs(dot(d, normal)), wavenumber)
-    side = _across(d, normal, _any_across(normal))
+    side = across_plane_of_incidence(d, normal, any_normal_to(normal))
     return Ray(
         point,
         d,
@@ -126,7 +131,7 @@ def bounced(
     cosine = -dot(ray.direction, normal)
     after = mirrored(ray.direction, normal)
     turn = smooth_reflection(media, medium, cosine, wavenumber)
-    side = _across(ray.direction, normal, _any_across(normal))
+    side = across_plane_of_incidence(ray.direction, normal, any_normal_to(normal))
     return Ray(
         point,
         after,
@@ -175,7 +180,7 @@ def launched(window: FloatArray, row: int, column: int) -> Ray:
     share_a, share_b = step_a / size, step_b / size
     ua, vb = ahead(u, d, -dot(d, u)), ahead(v, d, -dot(d, v))
     # the basis of frames.polarisation_basis
-    h = _across((0.0, 0.0, 1.0), d, (0.0, 1.0, 0.0))
+    h = across_plane_of_incidence((0.0, 0.0, 1.0), d, (0.0, 1.0, 0.0))
     up = cross(d, h)
     return Ray(
         vector(origin),

@@ -11,6 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from polychirp.axes import FloatArray, IntArray
+from polychirp.channel.geometry.bvh import Vector
 from polychirp.channel.geometry.vectors import cross, dot, vector_at
 from polychirp.channel.geometry.wide_bvh import (
     CLOSEST,
@@ -22,7 +23,6 @@ from polychirp.channel.geometry.wide_bvh import (
 )
 from polychirp.channel.geometry.wide_bvh import MEDIUM as MEDIUM_OF
 from polychirp.channel.materials.fresnel import Media
-from polychirp.channel.physical_optics.kernels import Vector
 from polychirp.channel.physical_optics.paths import scatters
 from polychirp.channel.scene.blockers import (
     CENTRE,

@@ -81,7 +81,7 @@ import numpy as np
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import no_paths, strength, strongest_of_pair, without_weak
 from polychirp.channel.direct.occluded import visible_line_of_sight
-from polychirp.channel.physical_optics.paths import OVERSHOOT
+from polychirp.channel.physical_optics.paths import MAX_ECHO_OVER_MIRROR
 from polychirp.channel.physical_optics.views import View
 from polychirp.channel.ray_tubes.cell_paths import Contributions, cell_paths, joined
 from polychirp.channel.ray_tubes.intersections import SCATTERS, Space, space_of
@@ -316,7 +316,7 @@ class _Tracing:
         """Greatest power of a path with this first body, the elements' gains included."""
         out, back = self.place.views[radar, body], self.place.views[receiver, body]
         length = max(out.distance + back.distance, 1e-3)
-        amplitude = OVERSHOOT**2 / (2 * self.world.wavenumber * length)
+        amplitude = MAX_ECHO_OVER_MIRROR**2 / (2 * self.world.wavenumber * length)
         peak = self.world.scene.radars[receiver].array.pattern.peak_gain
         return float(amplitude**2 * out.most_gain * peak)
 

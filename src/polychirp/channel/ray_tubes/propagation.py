@@ -9,9 +9,9 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from polychirp.axes import FloatArray, IntArray
+from polychirp.channel.geometry.bvh import Vector
 from polychirp.channel.geometry.vectors import dot
 from polychirp.channel.materials.fresnel import Media
-from polychirp.channel.physical_optics.kernels import Vector
 from polychirp.channel.ray_tubes.fields import (
     Ray,
     ahead,

@@ -10,9 +10,15 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
+from polychirp.channel.geometry.bvh import Vector
 from polychirp.channel.geometry.vectors import cross, dot, vector, vector_at
 from polychirp.channel.materials.fresnel import Media
-from polychirp.channel.physical_optics.kernels import LIFT, ComplexVector, Vector, _across, _phasor
+from polychirp.channel.physical_optics.facet_integral import phasor
+from polychirp.channel.physical_optics.kernels import (
+    SHADOW_RAY_LIFT,
+    ComplexVector,
+    across_plane_of_incidence,
+)
 from polychirp.channel.ray_tubes.fields import Ray, ahead
 from polychirp.channel.ray_tubes.intersections import Space, find_veils, is_hidden
 from polychirp.channel.scene.blockers import Blockers
@@ -165,7 +171,7 @@ def _radiated(hits: Hits, i: int, back: Vector, r2: float, wavenumber: float) ->
     if phase != 0.0:
         share *= math.exp(-0.5 * phase * phase)
     scale = area * share / (8.0 * math.pi * length * r2)
-    return complex(0.0, -scale) * _phasor(wavenumber * (length + r2))
+    return complex(0.0, -scale) * phasor(wavenumber * (length + r2))
 
 
 @njit(cache=True, nogil=True, error_model="numpy", parallel=True)
@@ -191,7 +197,7 @@ def radiate(
         if number[i, BODY] == not_from or dot(q, vector_at(number, i, NORMAL)) <= 0.0:
             continue
         away = (-q[0], -q[1], -q[2])
-        h = _across((0.0, 0.0, 1.0), away, (0.0, 1.0, 0.0))
+        h = across_plane_of_incidence((0.0, 0.0, 1.0), away, (0.0, 1.0, 0.0))
         v = cross(away, h)
         weight = _radiated(hits, i, q, r2, wavenumber)
         for t in range(2):
@@ -237,7 +243,7 @@ def promises(
         square, half = cross(a, b), 0.5 * wavenumber
         scale = _envelope(half * dot(turn, a)) * _envelope(half * dot(turn, b))
         scale *= math.sqrt(dot(square, square)) / (8.0 * math.pi * number[i, LENGTH] * r2)
-        h = _across((0.0, 0.0, 1.0), (-q[0], -q[1], -q[2]), (0.0, 1.0, 0.0))
+        h = across_plane_of_incidence((0.0, 0.0, 1.0), (-q[0], -q[1], -q[2]), (0.0, 1.0, 0.0))
         v = cross(h, q)
         most = 0.0
         for t in range(2):
@@ -284,7 +290,7 @@ def unhidden(
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _lifted(number: FloatArray, i: int) -> Vector:
     """A point just before the surface that a tube meets."""
-    return ahead(vector_at(number, i, POINT), vector_at(number, i, NORMAL), LIFT)
+    return ahead(vector_at(number, i, POINT), vector_at(number, i, NORMAL), SHADOW_RAY_LIFT)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", parallel=True)
