@@ -5,7 +5,7 @@ import pytest
 from scipy.special import fresnel
 
 from polychirp.channel.base import all_pairs, gather
-from polychirp.channel.diffraction.paths import CLEAR, diffracted_paths
+from polychirp.channel.diffraction.paths import MAX_ZONES_CLEAR, diffracted_paths
 from polychirp.channel.diffraction.reference import beside_conductor, beside_obstacle
 from polychirp.channel.direct.occluded import visible_line_of_sight
 from polychirp.channel.tracers.composite import Composite
@@ -326,7 +326,7 @@ def test_what_mirrors_is_no_edge_in_the_way():
 
 def test_what_is_far_from_the_line_of_sight_makes_no_paths():
     """Beyond the zones searched; and a radar has no direct path to itself."""
-    height = np.sqrt(CLEAR * WAVELENGTH * 5 * 5 / 10)
+    height = np.sqrt(MAX_ZONES_CLEAR * WAVELENGTH * 5 * 5 / 10)
     for gap, expected in ((1.02, 0), (0.8, 2)):
         post = body(plate(0.4, 0.4), x=5.0, z=gap * height + 0.2)
         paths = edges_of(around([post], ENDS), dynamic_range=1e6)

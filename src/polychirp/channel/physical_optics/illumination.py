@@ -95,11 +95,10 @@ class Illumination:
             media_of(world, surface.materials),
             Mirrors(
                 in_frame_of(world, rotation, world.position[self.body]).plate,
-                media_of(world, world.materials),
                 np.ascontiguousarray(UPWARDS @ rotation),
             ),
+            media_of(world, world.materials),
             table,
-            surface.patch,
             view_losses(world, self.body, table, levels.patches, self.lit),
             self.lit,
             self.lit.view,

@@ -34,12 +34,11 @@ FieldPair = tuple[complex, complex]
 class Mirrors(NamedTuple):
     """Plates that mirror waves, in a body's frame.
 
-    ``plate`` as `Blockers` has it; ``media`` are the plates' materials; ``upwards`` ``(2, xyz)``
-    are the world's z and y, which define the polarisations.
+    ``plate`` as `Blockers` has it; ``upwards`` ``(2, xyz)`` are the world's z and y, which define
+    the polarisations.
     """
 
     plate: FloatArray
-    media: ReflectionTable
     upwards: FloatArray
 
 
@@ -48,8 +47,8 @@ def incident_waves(
     faces: Faces,
     media: ReflectionTable,
     mirrors: Mirrors,
+    mirror_media: ReflectionTable,
     views: ViewTable,
-    patch: IntArray,
     losses: Losses,
     lit: LitFacets,
     view: IntArray,
@@ -58,17 +57,22 @@ def incident_waves(
 
     Parameters
     ----------
-    media : of the facets
-    patch : to which each facet belongs, ``(face,)``
+    media, mirror_media : of the facets, and of the plates
     view : to which each row of ``lit`` belongs, ``(row,)``
     """
     # single precision: a field's error of 1e-7 is no phase error
     wave = np.empty((view.size, 4, 2), dtype=np.complex64)
     for i in prange(view.size):
         d, f, v = row(lit.direction, i), lit.face[i], view[i]
-        lost = losses.number[v, patch[f]]
+        lost = losses.number[v, losses.patch[f]]
         across, sent_v, sent_h = _arriving(
-            d, views.is_mirrored[v], views.plate[v], mirrors, lost > 0, losses.matrix[lost]
+            d,
+            views.is_mirrored[v],
+            views.plate[v],
+            mirrors,
+            mirror_media,
+            lost > 0,
+            losses.matrix[lost],
         )
         n, t1 = row(faces.normal, f), row(faces.tangent, f)
         side, cosine = across_plane_of_incidence(d, n, t1), -dot(n, d)
@@ -87,6 +91,7 @@ def _arriving(
     is_mirrored: bool,
     number: int,
     mirrors: Mirrors,
+    media: ReflectionTable,
     is_weakened: bool,
     loss: ComplexArray,
 ) -> tuple[Vector, FieldPair, FieldPair]:
@@ -109,8 +114,8 @@ def _arriving(
         v, h = (first[1, 0], first[0, 0]), (first[1, 1], first[0, 1])
     if is_mirrored:
         cosine, medium = -dot(leaving, normal), int(mirrors.plate[number, MEDIUM])
-        gamma_s, gamma_p = looked_up(mirrors.media, medium, cosine)
-        phase = mirrors.media.roughness[medium] * cosine
+        gamma_s, gamma_p = looked_up(media, medium, cosine)
+        phase = media.roughness[medium] * cosine
         coherent = math.exp(-2.0 * phase * phase)
         side = across_plane_of_incidence(leaving, normal, any_normal_to(normal))
         v, h = _in_basis(v, across, side, leaving), _in_basis(h, across, side, leaving)

@@ -30,22 +30,15 @@ from polychirp.channel.scene.world import SKIN, UPWARDS, World
 class Losses(NamedTuple):
     """Loss matrices of the ways from views to patches.
 
-    ``number`` ``(view, patch)`` is the number of the matrices that hold; 0, the unit matrices,
-    where nothing is lost. ``matrix`` ``(number, leg, 2, 2)`` are as `transmission.through` gives
+    ``patch`` ``(face,)`` is the patch of each facet. ``number`` ``(view, patch)`` is the number of
+    the matrices that hold; 0, the unit matrices, where nothing is lost. ``matrix`` ``(number, leg, 2, 2)`` are as `transmission.through` gives
     them, of the leg from the radar to the mirror and of the leg from there to the patch. Without a
     mirror the second leg loses nothing.
     """
 
+    patch: IntArray
     number: IntArray
     matrix: ComplexArray
-
-
-class _Sheets(NamedTuple):
-    """Materials of the sheets, the world's z and y ``(2, xyz)``, and the wavenumber, 1/m."""
-
-    media: Media
-    upwards: FloatArray
-    wavenumber: float
 
 
 def view_losses(
@@ -58,16 +51,18 @@ def view_losses(
     surface = world.surfaces[body]
     number = np.zeros((len(table.image), len(surface.patch_face)), dtype=np.int64)
     if not table.has_sheets:
-        return Losses(number, _identities(1))
+        return Losses(surface.patch, number, _identities(1))
     rotation = world.rotation[body]
     blockers = in_frame_of(world, rotation, world.position[body])
     is_lit = _lit_patches(lit, surface.patch, len(surface.patch_face))
     view, patch = np.nonzero(_weakened(table, blockers, patches, is_lit))
     number[view, patch] = np.arange(1, len(view) + 1)
     matrix = _identities(len(view) + 1)
-    sheets = _Sheets(world.media, np.ascontiguousarray(UPWARDS @ rotation), world.wavenumber)
-    _fill_matrices(table, blockers, sheets, patches, (view, patch), matrix[1:])
-    return Losses(number, matrix)
+    upwards, way = np.ascontiguousarray(UPWARDS @ rotation), (view, patch)
+    _fill_matrices(
+        table, blockers, world.media, patches, way, upwards, world.wavenumber, matrix[1:]
+    )
+    return Losses(surface.patch, number, matrix)
 
 
 def _identities(count: int) -> ComplexArray:
@@ -129,18 +124,20 @@ def _weakened(table: ViewTable, blockers: Blockers, patches: Faces, is_lit: Bool
 def _fill_matrices(
     table: ViewTable,
     blockers: Blockers,
-    sheets: _Sheets,
+    media: Media,
     patches: Faces,
     way: tuple[IntArray, IntArray],
+    upwards: FloatArray,
+    wavenumber: float,
     matrix: ComplexArray,
 ) -> None:
     """Fill ``matrix`` ``(way, leg, 2, 2)``; ``way`` holds the view and the patch of each."""
-    media, upwards, wavenumber = sheets
-    for number in prange(len(way[0])):
-        view, out = way[0][number], matrix[number]
+    views, patch = way
+    for number in prange(len(views)):
+        view, out = views[number], matrix[number]
         bodies = near_view(table, view, NEAR_VEILED)
         panes = near_view(table, view, NEAR_PANES)
-        start, meet, end = _stations(table, blockers, view, patches, way[1][number])
+        start, meet, end = _stations(table, blockers, view, patches, patch[number])
         lose(blockers, media, bodies, panes, start, meet, SKIN, upwards, wavenumber, out[0])
         if table.is_mirrored[view]:
             lose(blockers, media, bodies, panes, meet, end, 0.0, upwards, wavenumber, out[1])
