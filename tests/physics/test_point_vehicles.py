@@ -7,7 +7,7 @@ import pytest
 
 from polychirp.channel.point_vehicles.occlusion_boxes import crosses, vehicle_boxes
 from polychirp.channel.point_vehicles.paths import scatterers
-from polychirp.channel.point_vehicles.scattering_points import SIDES, lobes
+from polychirp.channel.point_vehicles.scattering_points import LOBE_SIDES, lobe_points
 from polychirp.channel.point_vehicles.tracer import PointVehicles
 from polychirp.channel.tracers.composite import Composite
 from polychirp.channel.tracers.free_space import FreeSpace
@@ -50,7 +50,7 @@ def own_echo(paths, distance):
 def test_the_one_point_has_the_published_maximum_on_every_side(compare):
     """The mean of 400 vehicles from 100 m; its own error is 0.2 dB (1 σ), so 0.6 dB."""
     peaks = {"front": 15.52, "left": 20.75, "rear": 14.56, "right": 20.75, "roof": 21.26}
-    lobe = lobes("one")
+    lobe = lobe_points("one")
     away = np.stack(
         [
             np.cos(lobe.azimuth) * np.sin(lobe.zenith),
@@ -60,13 +60,13 @@ def test_the_one_point_has_the_published_maximum_on_every_side(compare):
         axis=-1,
     )
     scene = around([sedan()], 100.0 * away)
-    power = np.zeros(len(SIDES))
+    power = np.zeros(len(LOBE_SIDES))
     for seed in range(400):
         paths = tracer(model="3gpp-one", seed=seed).trace(scene)
         own = paths.select((paths.transmitter == paths.receiver) & (paths.num_bounces == 1))
         power[own.transmitter] += np.abs(own.transfer[:, 0, 0]) ** 2 / 400
     found = to_db(cross_section(power, 100.0, 79e9))
-    for side, measured in zip(SIDES, found.tolist(), strict=True):
+    for side, measured in zip(LOBE_SIDES, found.tolist(), strict=True):
         compare(
             page="vehicles",
             case=f"one point, {side}",
@@ -86,7 +86,7 @@ def test_over_all_directions_the_one_point_has_the_published_mean(compare):
     z, a = np.meshgrid(zenith, azimuth, indexing="ij")
     away = np.stack([np.sin(z) * np.cos(a), np.sin(z) * np.sin(a), np.cos(z)], axis=-1)
     away = away.reshape(-1, 3)
-    found = lobes("one").cross_section(np.zeros(len(away), dtype=np.int64), away, away)
+    found = lobe_points("one").cross_section(np.zeros(len(away), dtype=np.int64), away, away)
     mean = np.sum(weight[:, None] * found.reshape(z.shape)) / (2 * 360)
     compare(
         page="vehicles",
@@ -99,10 +99,10 @@ def test_over_all_directions_the_one_point_has_the_published_mean(compare):
     )
 
 
-@pytest.mark.parametrize("side", SIDES)
+@pytest.mark.parametrize("side", LOBE_SIDES)
 def test_five_points_add_up_to_the_one(compare, side):
     """3GPP made the five so: their powers, floors included, give the one point's maxima."""
-    one, five, number = lobes("one"), lobes("five"), SIDES.index(side)
+    one, five, number = lobe_points("one"), lobe_points("five"), LOBE_SIDES.index(side)
     azimuth, zenith = five.azimuth[number], five.zenith[number]
     away = np.array([[np.cos(azimuth), np.sin(azimuth), 0]]) * np.sin(zenith)
     away[0, 2] = np.cos(zenith)
@@ -289,7 +289,7 @@ def test_every_point_of_every_vehicle_draws_from_its_own_named_stream():
     found = scatterers(Scene(time=0.0, actors=cars), model="3gpp-five", seed=7)
     for actor, number, matrix in zip(found.actor, found.number, found.matrix, strict=True):
         stream = Streams(seed=7)["point-vehicles", cars[actor].name, int(number)]
-        np.testing.assert_array_equal(matrix, lobes("five").matrix(stream))
+        np.testing.assert_array_equal(matrix, lobe_points("five").matrix(stream))
 
 
 def test_an_echo_comes_from_where_the_body_was_when_the_wave_met_it():
@@ -354,9 +354,9 @@ def slow_echoes(scene, engine):
     def sees(radar, point, actor):
         rows = np.flatnonzero(boxes.actor != actor)
         start, end = np.tile(place[radar], (len(rows), 1)), np.tile(point, (len(rows), 1))
-        return not np.any(crosses(boxes.of(rows), start, end))
+        return not np.any(crosses(boxes.select(rows), start, end))
 
-    for actor, point, law, number, matrix in zip(*found[:5], strict=True):
+    for actor, point, model, number, matrix in zip(*found[:5], strict=True):
         turn = scene.actors[actor].pose.rotation
         for out in range(len(place)):
             for back in range(len(place)):
@@ -367,7 +367,7 @@ def slow_echoes(scene, engine):
                 if not all(sees(radar, point, actor) for radar in (out, back)):
                     continue
                 ways = [(leg / size @ turn)[None] for leg, size in zip(legs, length, strict=True)]
-                area = found.laws[law].cross_section(np.array([number]), *ways)[0]
+                area = found.models[model].cross_section(np.array([number]), *ways)[0]
                 size = np.sqrt(area) * wavelength / ((4 * np.pi) ** 1.5 * np.prod(length))
                 rows.append((out, back, abs(matrix[0, 0]) * size))
     return np.array(sorted(rows))

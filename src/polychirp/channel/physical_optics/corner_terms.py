@@ -42,13 +42,13 @@ CELLS_PER_METRE: Final = 1.0 / CELL_LENGTH
 class PairTable(NamedTuple):
     """Pairs of views of one body, and the cells of path length into which their terms are summed.
 
-    ``view`` ``(pair, 2)`` are the views' numbers among those of the first and of the second
+    ``views`` ``(pair, 2)`` are the views' numbers among those of the first and of the second
     `LitFacets`. Cell j of a pair is centred at a path length of ``(first_cell + j)`` times
     `CELL_LENGTH`; ``first_cell`` ``(pair,)``. ``is_kept`` ``(pair, cell)`` masks the cells that
     are computed; the others stay empty.
     """
 
-    view: IntArray
+    views: IntArray
     first_cell: IntArray
     is_kept: BoolArray
 
@@ -116,7 +116,7 @@ def view_pair(
     first: LitFacets, second: LitFacets, pairs: PairTable, number: int
 ) -> tuple[ViewPair, RowPair]:
     """Pair ``number`` of a table, and the rows of the first facet that both views see."""
-    a, b = pairs.view[number, 0], pairs.view[number, 1]
+    a, b = pairs.views[number, 0], pairs.views[number, 1]
     pair = ViewPair(
         first,
         second,

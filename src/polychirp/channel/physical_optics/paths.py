@@ -267,7 +267,7 @@ class _PairSums:
         numbers = [[first[a], second[b]] for a, b in self.combinations]
         least = np.array([a.distance + b.distance for a, b in self.combinations])
         return PairTable(
-            view=np.array(numbers, dtype=np.int64).reshape(-1, 2),
+            views=np.array(numbers, dtype=np.int64).reshape(-1, 2),
             first_cell=np.floor(least / CELL_LENGTH).astype(np.int64) - 1,
             is_kept=is_kept,
         )

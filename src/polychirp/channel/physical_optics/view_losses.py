@@ -31,9 +31,10 @@ class Losses(NamedTuple):
     """Loss matrices of the ways from views to patches.
 
     ``patch`` ``(face,)`` is the patch of each facet. ``number`` ``(view, patch)`` is the number of
-    the matrices that hold; 0, the unit matrices, where nothing is lost. ``matrix`` ``(number, leg, 2, 2)`` are as `transmission.through` gives
-    them, of the leg from the radar to the mirror and of the leg from there to the patch. Without a
-    mirror the second leg loses nothing.
+    the matrices that hold; 0, the unit matrices, where nothing is lost. ``matrix``
+    ``(number, leg, 2, 2)`` are as `transmission.through` gives them, of the leg from the radar to
+    the mirror and of the leg from there to the patch. Without a mirror the second leg loses
+    nothing.
     """
 
     patch: IntArray

@@ -18,10 +18,9 @@ from polychirp.channel.base import (
     strongest_of_pair,
     without_weak,
 )
-from polychirp.channel.materials.library import material_table
+from polychirp.channel.materials.library import NamedMaterial, material_table
 from polychirp.channel.scene.embree import CasterName
 from polychirp.errors import InputError
-from polychirp.model.material import Material
 from polychirp.model.paths import PropagationPaths
 from polychirp.model.scene import Scene
 from polychirp.spec import Spec
@@ -44,13 +43,6 @@ WIDEST_TUBE: Final = 0.02
 
 LEAST_TUBE: Final = 5e-4
 """m: below this a body of a few metres takes more tubes than anyone waits for."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class NamedMaterial(Material):
-    """A study's own material, or its own value of a known one."""
-
-    name: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

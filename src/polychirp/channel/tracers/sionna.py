@@ -29,8 +29,7 @@ import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import Capability, no_paths, without_weak
-from polychirp.channel.materials.library import check_materials, material_table
-from polychirp.channel.tracers.composite import NamedMaterial
+from polychirp.channel.materials.library import NamedMaterial, check_materials, material_table
 from polychirp.constants import SPEED_OF_LIGHT, VACUUM_PERMITTIVITY
 from polychirp.errors import CapabilityError, InputError, ModelWarning
 from polychirp.model.material import Material
