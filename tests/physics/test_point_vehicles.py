@@ -1,4 +1,4 @@
-"""Vehicles as a few points: what 3GPP publishes, and what our own physical optics says."""
+"""Vehicles as a few points, compared with 3GPP's figures and with our physical optics."""
 
 from dataclasses import replace
 
@@ -29,7 +29,7 @@ MODELS = ["tables", "3gpp-one", "3gpp-five"]
 
 
 def tracer(**fields):
-    """Nothing is left out, however weak."""
+    """Dynamic range that leaves out no path."""
     return PointVehicles(**{"dynamic_range": 1e15, **fields})
 
 
@@ -38,7 +38,7 @@ def sedan(name="body", *, velocity=(0.0, 0.0, 0.0), mesh=SEDAN, **pose):
 
 
 def own_echo(paths, distance):
-    """dBsm that the radar equation reads from all paths' powers, V to V."""
+    """Cross section by the radar equation from all paths' powers, dBsm, V to V."""
     power = np.sum(np.abs(paths.transfer[:, 0, 0]) ** 2)
     return float(to_db(cross_section(power, distance, paths.frequency)))
 
@@ -79,7 +79,7 @@ def test_the_one_point_has_the_published_maximum_on_every_side(compare):
 
 
 def test_over_all_directions_the_one_point_has_the_published_mean(compare):
-    """3GPP gives 11.25 dBsm as σ_M; its lobes must say so too, to the digits of their tables."""
+    """3GPP gives 11.25 dBsm as σ_M; its lobes must have this mean to the digits of their tables."""
     zenith, weight = np.polynomial.legendre.leggauss(400)
     zenith = np.arccos(zenith)
     azimuth = np.arange(360) * 2 * np.pi / 360
@@ -101,7 +101,7 @@ def test_over_all_directions_the_one_point_has_the_published_mean(compare):
 
 @pytest.mark.parametrize("side", LOBE_SIDES)
 def test_five_points_add_up_to_the_one(compare, side):
-    """3GPP made the five so: their powers, floors included, give the one point's maxima."""
+    """The powers of 3GPP's five lobes, floors included, add up to the one point's maxima."""
     one, five, number = lobe_points("one"), lobe_points("five"), LOBE_SIDES.index(side)
     azimuth, zenith = five.azimuth[number], five.zenith[number]
     away = np.array([[np.cos(azimuth), np.sin(azimuth), 0]]) * np.sin(zenith)
@@ -233,7 +233,7 @@ def test_what_goes_there_comes_back_transposed(model):
 
 @pytest.mark.parametrize("model", MODELS)
 def test_a_street_may_be_moved_and_turned_as_a_whole(model):
-    """About the vertical, to which polarisation is tied."""
+    """Rotations are about the vertical, which defines the polarisations."""
 
     def placed(turn, shift):
         def at(x, y, yaw=0.0):
@@ -284,7 +284,7 @@ def test_what_was_drawn_stays_from_snapshot_to_snapshot(model):
 
 
 def test_every_point_of_every_vehicle_draws_from_its_own_named_stream():
-    """So that a vehicle more moves no other's draw."""
+    """One more vehicle changes no random values of the others."""
     cars = (sedan("a", x=20.0), sedan("b", x=20.0, y=8.0))
     found = scatterers(Scene(time=0.0, actors=cars), model="3gpp-five", seed=7)
     for actor, number, matrix in zip(found.actor, found.number, found.matrix, strict=True):
@@ -293,7 +293,7 @@ def test_every_point_of_every_vehicle_draws_from_its_own_named_stream():
 
 
 def test_an_echo_comes_from_where_the_body_was_when_the_wave_met_it():
-    """c times the time since then is how far the wave has come."""
+    """The wave has travelled c times the time since then."""
     velocity = np.array([-30.0, 5.0, 0.0])
     scene = around([sedan(x=80.0, velocity=velocity)], [(0, 0, 0)])
     paths = tracer(model="3gpp-one").trace(scene)
@@ -323,7 +323,7 @@ def test_paths_longer_than_the_longest_are_not_followed():
 
 
 def test_a_road_mirrors_and_a_car_on_it_is_in_the_way():
-    """The direct way passes above the low box, the mirrored one does not."""
+    """The direct path passes above the low box, the mirrored one does not."""
     road = Actor(
         name="road", kind="road",
         plates=(Plate(centre=(0, 0, 0), half_u=(99, 0, 0), half_v=(0, 5, 0), material="asphalt",

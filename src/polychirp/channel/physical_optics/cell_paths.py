@@ -210,6 +210,6 @@ def _ellipse_point(
     """Bounce points, m ``(path, xyz)``, of paths of ``length`` (m) that leave in ``direction``."""
     unit = direction / np.linalg.norm(direction, axis=-1, keepdims=True)
     base = end - start
-    room = 2 * np.maximum(length - _dot(unit, base), 1e-9)
-    share = (length**2 - _dot(base, base)) / room
+    divisor = 2 * np.maximum(length - _dot(unit, base), 1e-9)
+    share = (length**2 - _dot(base, base)) / divisor
     return np.asarray(start + share[:, None] * unit)
