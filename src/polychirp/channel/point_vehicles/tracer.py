@@ -74,13 +74,15 @@ class PointVehicles(Spec):
 
     def __post_init__(self) -> None:
         if not self.frequency > 0:
-            raise InputError("a tracer needs a positive frequency")
+            raise InputError(f"frequency is {self.frequency:g} Hz; choose more than 0 Hz")
         if not self.dynamic_range >= 1:
-            raise InputError("a tracer's dynamic range must be at least 0 dB")
+            raise InputError(
+                f"dynamic_range is a ratio of {self.dynamic_range:g}; choose 1 (0 dB) or more"
+            )
         if not self.max_length > 0:
-            raise InputError("a tracer's longest path must be longer than 0 m")
+            raise InputError(f"max_length is {self.max_length:g} m; choose more than 0 m")
         if self.seed < 0:
-            raise InputError(f"the seed is {self.seed}; choose 0 or more")
+            raise InputError(f"seed is {self.seed}; choose 0 or more")
 
     @property
     def capabilities(self) -> frozenset[Capability]:

@@ -110,20 +110,23 @@ class Composite(Spec):
 
     def __post_init__(self) -> None:
         if not self.frequency > 0:
-            raise InputError("a tracer needs a positive frequency")
+            raise InputError(f"frequency is {self.frequency:g} Hz; choose more than 0 Hz")
         if not min(self.dynamic_range, self.diffuse_range) >= 1:
-            raise InputError("a tracer's dynamic ranges must be at least 0 dB")
+            raise InputError(
+                f"dynamic_range and diffuse_range are ratios of {self.dynamic_range:g} and "
+                f"{self.diffuse_range:g}; choose 1 (0 dB) or more"
+            )
         if not 1 <= self.max_bounces <= MAX_BOUNCES:
-            raise InputError(f"a tracer follows 1 to {MAX_BOUNCES} bounces")
+            raise InputError(f"max_bounces is {self.max_bounces}; choose 1 to {MAX_BOUNCES}")
         if not NARROWEST_TUBE <= self.narrowest_tube <= WIDEST_TUBE:
             raise InputError(
-                f"a tracer's narrowest tubes are {NARROWEST_TUBE * 1e3:g} to "
-                f"{WIDEST_TUBE * 1e3:g} mm wide"
+                f"narrowest_tube is {self.narrowest_tube * 1e3:g} mm; choose "
+                f"{NARROWEST_TUBE * 1e3:g} to {WIDEST_TUBE * 1e3:g} mm"
             )
         if not self.max_length > 0:
-            raise InputError("a tracer's longest path must be longer than 0 m")
+            raise InputError(f"max_length is {self.max_length:g} m; choose more than 0 m")
         if self.seed < 0:
-            raise InputError("a tracer's seed must be 0 or more")
+            raise InputError(f"seed is {self.seed}; choose 0 or more")
 
     @property
     def capabilities(self) -> frozenset[Capability]:

@@ -237,13 +237,17 @@ class SionnaRt(Spec):
 
     def __post_init__(self) -> None:
         if not self.frequency > 0:
-            raise InputError("a tracer needs a positive frequency")
+            raise InputError(f"frequency is {self.frequency:g} Hz; choose more than 0 Hz")
         if not self.dynamic_range >= 1:
-            raise InputError("a tracer's dynamic range must be at least 0 dB")
+            raise InputError(
+                f"dynamic_range is a ratio of {self.dynamic_range:g}; choose 1 (0 dB) or more"
+            )
         if self.max_depth < 0 or self.seed < 0:
-            raise InputError("the tracer 'sionna' needs a max_depth and a seed of 0 or more")
+            raise InputError(
+                f"max_depth is {self.max_depth} and seed is {self.seed}; choose 0 or more"
+            )
         if self.num_samples < 1:
-            raise InputError("the tracer 'sionna' needs at least one sample")
+            raise InputError(f"num_samples is {self.num_samples}; choose 1 or more")
 
     @property
     def capabilities(self) -> frozenset[Capability]:
