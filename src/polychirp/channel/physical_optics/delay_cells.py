@@ -217,8 +217,8 @@ def _add_queue(
 ) -> None:
     """Add terms to the two cells from ``into`` on.
 
-    ``width`` is `TERM_WIDTH`. It is an argument because the compiler would unroll a short loop of
-    constant length into single numbers, which is slower.
+    ``width`` is `TERM_WIDTH`. It is an argument because the compiler writes out a short loop of
+    known length one number at a time, and does not add several numbers in one instruction.
     """
     for i in range(count):
         more, start = share[i], into[i]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
 from polychirp.channel.geometry.bvh import Vector
-from polychirp.channel.geometry.vectors import cross, dot, row, vector, vector_at
+from polychirp.channel.geometry.vectors import cross, dot, row, vector_at
 from polychirp.channel.physical_optics.views import NEAR_BODIES, NEAR_PLATES, ViewTable, near_view
 from polychirp.channel.scene.blockers import CENTRE, NORMAL, Blockers, is_beside
 from polychirp.channel.scene.occlusion import is_blocked
@@ -140,6 +140,13 @@ def mirror_point(centre: Vector, normal: Vector, image: Vector, point: Vector) -
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _is_facing(faces: Faces, f: int, point: Vector) -> bool:
+    """True if a point is in front of a facet."""
+    c, n = row(faces.centroid, f), row(faces.normal, f)
+    return bool(dot(n, (point[0] - c[0], point[1] - c[1], point[2] - c[2])) > 0.0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _is_lit(
     views: ViewTable,
     blockers: Blockers,
@@ -212,8 +219,7 @@ def refine_shadow_edge(
         view, begin = number // num_turns, (number % num_turns) * FACETS_PER_TURN
         s = row(views.image, view)
         for f in range(begin, min(begin + FACETS_PER_TURN, num_faces)):
-            c, n = row(faces.centroid, f), row(faces.normal, f)
-            if dot(n, (s[0] - c[0], s[1] - c[1], s[2] - c[2])) <= 0.0:
+            if not _is_facing(faces, f, s):
                 continue
             state = patch_state[view, patch[f]]
             if not SHADOWED <= state <= ILLUMINATED:  # the patches around do not tell
@@ -229,10 +235,7 @@ def sees_any_facet(faces: Faces, views: ViewTable, blockers: Blockers) -> BoolAr
     for view in prange(views.plate.size):
         s = row(views.image, view)
         for f in range(faces.area.size):
-            c, n = row(faces.centroid, f), row(faces.normal, f)
-            if dot(n, (s[0] - c[0], s[1] - c[1], s[2] - c[2])) <= 0.0:
-                continue
-            if _is_lit(views, blockers, view, faces, f):
+            if _is_facing(faces, f, s) and _is_lit(views, blockers, view, faces, f):
                 out[view] = True
                 break
     return out
@@ -263,11 +266,9 @@ def lit_with_patch(
     num_views, num_faces = views.image.shape[0], faces.area.size
     out = np.zeros((num_views, num_faces), dtype=np.bool_)
     for f in range(num_faces):
-        c, n = vector(faces.centroid[f]), vector(faces.normal[f])
         for view in range(num_views):
             if is_lit_patch[view, patch[f]]:
-                s = views.image[view]
-                out[view, f] = dot(n, (s[0] - c[0], s[1] - c[1], s[2] - c[2])) > 0.0
+                out[view, f] = _is_facing(faces, f, row(views.image, view))
     return out
 
 
