@@ -283,14 +283,14 @@ def _from_moments(
         np.maximum(cell - 1.0, 0.0) * EXCESS_CELL_LENGTH,
         (cell + 1.0) * EXCESS_CELL_LENGTH,
     )
-    spreads = spreads / spreads[:, WEIGHT, None]
-    point, end = spreads[:, PLACE : PLACE + 3], np.array([frame.length, 0.0, 0.0])
+    weight, end = spreads[:, WEIGHT], np.array([frame.length, 0.0, 0.0])
+    point = spreads[:, PLACE : PLACE + 3] / weight[:, None]
     out = _or_towards(means[:, OUTWARD : OUTWARD + 3], point)
     back = _or_towards(means[:, RETURN : RETURN + 3], point - end)
     velocity = frame.from_sender[slot], frame.from_receiver[slot]
     rate = np.sum(out * velocity[0] + back * velocity[1], axis=-1)
-    variance = spreads[:, SQUARED_RATE] - spreads[:, RATE] ** 2
-    spread = np.sqrt(np.maximum(variance, 0.0))
+    typical, square = spreads[:, RATE] / weight, spreads[:, SQUARED_RATE] / weight
+    spread = np.sqrt(np.maximum(square - typical**2, 0.0))
     # rounding leaves some µm/s to a single edge point
     coherence = 1.0 / (world.wavenumber * np.maximum(spread, 1e-12))
     return _EdgePaths(
