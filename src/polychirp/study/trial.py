@@ -8,7 +8,7 @@ from functools import partial
 
 from polychirp.channel.base import RayTracer
 from polychirp.channel.scene.ground_truth import truth
-from polychirp.channel.tracers.path_interpolation import follow
+from polychirp.channel.tracers.path_interpolation import interpolate_paths
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame, IfParts
 from polychirp.model.paths import PropagationPaths
@@ -141,7 +141,7 @@ def trace_frame(
     progress: Progress = silent,
 ) -> tuple[PropagationPaths, ...]:
     """Paths to ``receivers`` (None: all) all through the frames of ``plans``, at every interval."""
-    return follow(
+    return interpolate_paths(
         tracer,
         scene,
         refresh_times(plans, refresh_interval),
