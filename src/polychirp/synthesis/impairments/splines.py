@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 from polychirp.axes import FloatArray
-from polychirp.synthesis.stretch.path_kernels import compiled
+from polychirp.synthesis.numba_support import compiled
 
 
 @lru_cache(maxsize=4)
