@@ -23,7 +23,7 @@ from polychirp.synthesis.stretch.kernel_records import (
     BeatExpansion,
     BeatRange,
     LinkTable,
-    OverlapSummary,
+    Overlap,
     RampPair,
     Response,
 )
@@ -39,9 +39,7 @@ MOST_RATE_POWERS: Final = 8
 
 
 @compiled
-def overlap_summary(
-    pair: RampPair, links: LinkTable, low: int, high: int, band: BandLimits
-) -> OverlapSummary:
+def overlap_of(pair: RampPair, links: LinkTable, low: int, high: int, band: BandLimits) -> Overlap:
     """Extremes of the chirps that the links ``low:high`` make of a pair of ramps."""
     least_rate, greatest_rate, lowest, highest = np.inf, -np.inf, np.inf, -np.inf
     first_begin, last_begin, first_end, last_end = np.inf, -np.inf, np.inf, -np.inf
@@ -79,8 +77,8 @@ def overlap_summary(
             height = min(1.0, band.peak * band.peak / max(abs(rate), 1e-300))
             a = sent_amplitude(pair, links, p)
             power += height * (a.real * a.real + a.imag * a.imag)
-    return OverlapSummary(
-        least_rate, greatest_rate, lowest, highest,
+    return Overlap(
+        pair.victim_ramp, pair.sent_ramp, least_rate, greatest_rate, lowest, highest,
         first_begin, last_begin, first_end, last_end, power,
     )  # fmt: skip
 
@@ -386,16 +384,17 @@ def second_derivative(out: ComplexArray, term: ComplexArray, factor: complex) ->
     most, count = term.shape
     first = np.zeros((most + 1, count), dtype=np.complex128)
     second = np.zeros((most + 1, count), dtype=np.complex128)
-    for r in range(most - 1, 0, -1):
-        for n in range(count):
-            first[r - 1, n] = first[r + 1, n] + 2.0 * r * term[r, n]
-    for n in range(count):
-        first[0, n] *= 0.5
-    for r in range(most - 1, 0, -1):
-        for n in range(count):
-            second[r - 1, n] = second[r + 1, n] + 2.0 * r * first[r, n]
-    for n in range(count):
-        second[0, n] *= 0.5
+    _derivative(first, term)
+    _derivative(second, first)
     for r in range(most):
         for n in range(count):
             out[r, n] = factor * second[r, n]
+
+
+@inlined
+def _derivative(out: ComplexArray, term: ComplexArray) -> None:
+    for r in range(out.shape[0] - 2, 0, -1):
+        for n in range(out.shape[1]):
+            out[r - 1, n] = out[r + 1, n] + 2.0 * r * term[r, n]
+    for n in range(out.shape[1]):
+        out[0, n] *= 0.5

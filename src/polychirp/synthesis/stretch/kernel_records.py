@@ -143,6 +143,8 @@ class RampPair(NamedTuple):
     to the start of the victim's ramp. ``weight`` is `Ramps.weight` of the transmitted ramp.
     """
 
+    victim_ramp: int
+    sent_ramp: int
     since: float
     ahead: float
     duration: float
@@ -156,21 +158,54 @@ class RampPair(NamedTuple):
     weight: ComplexArray
 
 
-def ramp_pair(own: Ramps, ramp: int, sent: Ramps, sent_ramp: int, links: LinkTable) -> RampPair:
-    """The pair of these two ramps."""
+def ramp_pair(own: Ramps, k: int, sent: Ramps, i: int, links: LinkTable) -> RampPair:
+    """The pair of the victim's ramp k and the transmitted ramp i."""
     return RampPair(
-        float(own.start[ramp] - links.reference_time[links.snapshot[ramp]]),
-        float(own.start[ramp] - sent.start[sent_ramp]),
-        float(own.duration[ramp]),
-        float(own.frequency[ramp]),
-        float(own.slope[ramp]),
-        float(own.phase[ramp]),
-        float(sent.duration[sent_ramp]),
-        float(sent.frequency[sent_ramp]),
-        float(sent.slope[sent_ramp]),
-        float(sent.phase[sent_ramp]),
-        sent.weight[sent_ramp],
-    )
+        k, i,
+        float(own.start[k] - links.reference_time[links.snapshot[k]]),
+        float(own.start[k] - sent.start[i]),
+        float(own.duration[k]), float(own.frequency[k]), float(own.slope[k]), float(own.phase[k]),
+        float(sent.duration[i]), float(sent.frequency[i]), float(sent.slope[i]),
+        float(sent.phase[i]), sent.weight[i],
+    )  # fmt: skip
+
+
+class Overlap(NamedTuple):
+    """A ramp of the victim and one that arrives, on some path, while it lasts.
+
+    Rates of the beat are between ``least_rate`` and ``greatest_rate``, and its magnitudes between
+    ``lowest`` and ``highest`` on every path, during the overlap and half a filter's support around
+    it; ∞ and −∞ without an overlap. From the start of the victim's ramp, the overlap begins
+    between ``first_begin`` and ``last_begin`` and ends between ``first_end`` and ``last_end``.
+    ``power`` in W is the largest that all paths together bring into the band.
+    """
+
+    victim_ramp: int
+    sent_ramp: int
+    least_rate: float
+    greatest_rate: float
+    lowest: float
+    highest: float
+    first_begin: float
+    last_begin: float
+    first_end: float
+    last_end: float
+    power: float
+
+    @property
+    def centre(self) -> float:
+        """Hz/s, half-way between the extreme rates."""
+        return 0.5 * (self.least_rate + self.greatest_rate)
+
+    @property
+    def spread(self) -> float:
+        """Hz/s, of the extreme rates from the centre."""
+        return 0.5 * (self.greatest_rate - self.least_rate)
+
+    @property
+    def steepest(self) -> float:
+        """Hz/s, the greatest magnitude of a rate."""
+        return max(abs(self.least_rate), abs(self.greatest_rate))
 
 
 class Response(NamedTuple):
@@ -186,14 +221,11 @@ class Response(NamedTuple):
 
 def response_of(pairs: PairTable, pair: int) -> Response:
     """The response of the filter to one pair of ramps."""
+    entries = slice(pairs.begin[pair], pairs.end[pair])
     return Response(
-        float(pairs.rate[pair]),
-        float(pairs.spread[pair]),
-        float(pairs.far[pair]),
-        pairs.step,
-        pairs.moment[pairs.begin[pair] : pairs.end[pair]],
-        pairs.envelope[pairs.begin[pair] : pairs.end[pair]],
-    )
+        float(pairs.rate[pair]), float(pairs.spread[pair]), float(pairs.far[pair]), pairs.step,
+        pairs.moment[entries], pairs.envelope[entries],
+    )  # fmt: skip
 
 
 class Chirp(NamedTuple):
@@ -242,20 +274,6 @@ class BandLimits(NamedTuple):
     until_time: float
     passband: float
     peak: float
-
-
-class OverlapSummary(NamedTuple):
-    """Extremes over links and channels, and the links' power in the band (see `Overlap`)."""
-
-    least_rate: float
-    greatest_rate: float
-    lowest: float
-    highest: float
-    first_begin: float
-    last_begin: float
-    first_end: float
-    last_end: float
-    power: float
 
 
 class BeatRange(NamedTuple):

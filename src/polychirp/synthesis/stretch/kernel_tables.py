@@ -26,12 +26,12 @@ from polychirp.synthesis.stretch.chirp_response import (
 from polychirp.synthesis.stretch.kernel_records import (
     NUM_END_TERMS,
     LinkTable,
+    Overlap,
     PairTable,
     Ramps,
     Taps,
     Window,
 )
-from polychirp.synthesis.stretch.ramp_overlaps import Overlap
 
 SLOW_RATE_TURN: Final = 1e-4
 """rad, π·rate·S²/4 up to which a response is tabulated about the rate zero.

@@ -93,16 +93,16 @@ def batched_samples(
     if not count:
         return []
     slow = _slow(unit, batch, beats, part)
-    crossing = _crossing(unit, batch, beats, part)
+    crossing_cost, zone = _cheapest_zone(unit, batch, beats, part)
     cuts = sum(run.stop > run.start for run in (unit.cut_by_begin, unit.cut_by_end))
     each = SECONDS_PER_SAMPLE[slow.nodes > MOST_TIME_NODES] * count + SECONDS_PER_CORNER * cuts
-    if unit.num_links * num_channels(batch) * each < min(slow.cost, crossing.cost):
+    if unit.num_links * num_channels(batch) * each < min(slow.cost, crossing_cost):
         return None
-    if slow.cost <= crossing.cost:
+    if slow.cost <= crossing_cost:
         return [(part, slow.samples(make_tones))]
-    zones = range(part.start, part.stop, crossing.zone)
-    runs = [slice(low, min(low + crossing.zone, part.stop)) for low in zones]
-    return [(run, crossing.samples(run)) for run in runs]
+    zones = range(part.start, part.stop, zone)
+    runs = [slice(low, min(low + zone, part.stop)) for low in zones]
+    return [(run, swept_samples(unit, batch, beats, run)) for run in runs]
 
 
 def num_channels(batch: Batch) -> int:
@@ -169,31 +169,19 @@ def _slow(unit: WorkUnit, batch: Batch, beats: Beats, part: slice) -> _Slow:
 # ── beats that sweep ──────────────────────────────────────────────────────────────────────────
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Crossing:
-    """Zones of ``zone`` samples, each with ``terms`` in the beat and ``orders`` in the rate."""
-
-    unit: WorkUnit
-    batch: Batch
-    beats: Beats
-    count: int
-    zone: int
-    terms: int
-    orders: int
-
-    @property
-    def cost(self) -> float:
-        """CPU time, s, about (measured on Zen 4)."""
-        if self.orders > MOST_RATE_ORDERS:
-            return math.inf
-        zones = -(-self.count // self.zone)
-        per_link = num_channels(self.batch) * (8e-9 + 2e-10 * self.terms * (1 + self.orders))
-        per_zone = 8e-5 + self.unit.num_links * per_link + 6e-8 * self.terms * self.zone
-        return float(zones * per_zone)
-
-    def samples(self, run: slice) -> ComplexArray:
-        """Samples of one run, ``(channel, sample)``."""
-        return swept_samples(self.unit, self.batch, self.beats, run)
+def _cheapest_zone(unit: WorkUnit, batch: Batch, beats: Beats, part: slice) -> tuple[float, int]:
+    """CPU time, s (about, measured on Zen 4), and samples of the zones that cost least."""
+    count, spread = part.stop - part.start, batch.response.spread
+    width = beats.at(unit.first + part.start * unit.step).width
+    choices = []
+    for zone in sorted({min(zone, count) for zone in ZONE_SIZES}):
+        time = batch.taps.half + half_time(zone, unit.step)
+        terms, orders = num_terms(time, width), num_orders(math.pi * spread * time**2)
+        per_link = num_channels(batch) * (8e-9 + 2e-10 * terms * (1 + orders))
+        per_zone = 8e-5 + unit.num_links * per_link + 6e-8 * terms * zone
+        cost = -(-count // zone) * per_zone if orders <= MOST_RATE_ORDERS else math.inf
+        choices.append((cost, zone))
+    return min(choices)
 
 
 def swept_samples(
@@ -215,26 +203,6 @@ def swept_samples(
     out = np.zeros((num_channels(batch), count), dtype=np.complex128)
     crossing_samples(out, batch, expansion, unit.step, side, 0.05 * unit.limit)
     return out
-
-
-def _crossing(unit: WorkUnit, batch: Batch, beats: Beats, part: slice) -> Crossing:
-    """The zones that cost least."""
-    choices = []
-    for zone in sorted({min(zone, part.stop - part.start) for zone in ZONE_SIZES}):
-        time = batch.taps.half + half_time(zone, unit.step)
-        width = beats.at(unit.first + part.start * unit.step).width
-        choices.append(
-            Crossing(
-                unit=unit,
-                batch=batch,
-                beats=beats,
-                count=part.stop - part.start,
-                zone=zone,
-                terms=num_terms(time, width),
-                orders=num_orders(math.pi * batch.response.spread * time**2),
-            )
-        )
-    return min(choices, key=lambda choice: choice.cost)
 
 
 def num_orders(bend: float) -> int:

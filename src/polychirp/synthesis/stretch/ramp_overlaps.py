@@ -4,57 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from polychirp.model.if_filter import IfFilter
 from polychirp.model.radar import Radar
 from polychirp.model.ramp import RampSchedule
-from polychirp.synthesis.stretch.kernel_records import BandLimits, LinkTable, Ramps, ramp_pair
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Overlap:
-    """A ramp of the victim and one that arrives, on some path, while it lasts.
-
-    Parameters
-    ----------
-    victim_ramp, sent_ramp : numbers of the ramps
-    least_rate, greatest_rate : Hz/s, of the beat on any path
-    lowest, highest : Hz, magnitudes between which the beat stays, on every path, during the
-        overlap and half a filter's support around it; ∞ and −∞ without an overlap
-    first_begin, last_begin, first_end, last_end : s from the start of the victim's ramp, when
-        the overlap begins and ends on the paths
-    power : W, largest power that all paths together bring into the band
-    """
-
-    victim_ramp: int
-    sent_ramp: int
-    least_rate: float
-    greatest_rate: float
-    lowest: float
-    highest: float
-    first_begin: float
-    last_begin: float
-    first_end: float
-    last_end: float
-    power: float
-
-    @property
-    def centre(self) -> float:
-        """Hz/s, half-way between the extreme rates."""
-        return 0.5 * (self.least_rate + self.greatest_rate)
-
-    @property
-    def spread(self) -> float:
-        """Hz/s, of the extreme rates from the centre."""
-        return 0.5 * (self.greatest_rate - self.least_rate)
-
-    @property
-    def steepest(self) -> float:
-        """Hz/s, the greatest magnitude of a rate."""
-        return max(abs(self.least_rate), abs(self.greatest_rate))
+from polychirp.synthesis.stretch.kernel_records import (
+    BandLimits,
+    LinkTable,
+    Overlap,
+    Ramps,
+    ramp_pair,
+)
 
 
 def all_overlaps(
@@ -71,7 +33,7 @@ def all_overlaps(
     A steady beat passes unchanged, and a fast crossing leaves the pulse h(0)/√|μ| of the filter:
     `Overlap.power` has these heights.
     """
-    from polychirp.synthesis.stretch.batch_kernels import overlap_summary
+    from polychirp.synthesis.stretch.batch_kernels import overlap_of
 
     half, peak = 0.5 * radar.if_filter.support, _peak(radar.if_filter)
     found = []
@@ -84,8 +46,7 @@ def all_overlaps(
         )
         for i in _sent_during(own, sent, links, k):
             pair = ramp_pair(ramps[0], k, ramps[1], i, links)
-            summary = overlap_summary(pair, links, low, high, band)
-            found.append(Overlap(victim_ramp=k, sent_ramp=i, **summary._asdict()))
+            found.append(overlap_of(pair, links, low, high, band))
     return found
 
 

@@ -12,8 +12,14 @@ import numpy as np
 from polychirp.axes import IntArray
 from polychirp.model.if_filter import IfFilter
 from polychirp.synthesis.stretch.chirp_response import far_beat
-from polychirp.synthesis.stretch.kernel_records import LinkTable, Ramps, Taps, Window, WorkTable
-from polychirp.synthesis.stretch.ramp_overlaps import Overlap
+from polychirp.synthesis.stretch.kernel_records import (
+    LinkTable,
+    Overlap,
+    Ramps,
+    Taps,
+    Window,
+    WorkTable,
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
