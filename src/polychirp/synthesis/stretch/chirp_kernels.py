@@ -113,14 +113,14 @@ def add_chirp(samples: Samples, response: Response, taps: Taps, chirp: Chirp) ->
     near_from, near_until = _near_samples(chirp, far, half, samples, low, high)
     if near_until > near_from:
         _add_near(_run(samples, near_from, near_until), response, taps, chirp)
-    # the upper edge lies in the chirp from whole_from on; G includes it earlier as well
-    _add_edges(samples, taps, chirp, 1, max(low, whole_from), near_from)
-    _add_edges(samples, taps, chirp, 1, max(near_until, whole_from), high)
-    _add_edges(samples, taps, negative, 1, near_from, min(near_until, whole_from))
-    # the lower edge lies in the chirp until whole_until
-    _add_edges(samples, taps, chirp, -1, low, min(near_from, whole_until))
-    _add_edges(samples, taps, chirp, -1, near_until, min(high, whole_until))
-    _add_edges(samples, taps, negative, -1, max(near_from, whole_until), near_until)
+    # the upper edge lies in the chirp from whole_from on, the lower one until whole_until; near the
+    # band G includes both; a loop, because numba would compile `_add_edge` for each literal side
+    for side in (1, -1):
+        begin, end = (whole_from, high) if side > 0 else (low, whole_until)
+        _add_edges(samples, taps, chirp, side, max(low, begin), min(near_from, end))
+        _add_edges(samples, taps, chirp, side, max(near_until, begin), min(high, end))
+        _add_edges(samples, taps, negative, side, near_from, min(near_until, begin))
+        _add_edges(samples, taps, negative, side, max(near_from, end), near_until)
 
 
 @compiled

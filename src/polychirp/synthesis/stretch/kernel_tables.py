@@ -44,14 +44,14 @@ NUM_GAUSS_NODES: Final = 32
 
 
 def ramps_of(schedule: RampSchedule) -> Ramps:
-    """Columns of a schedule."""
+    """Columns of a schedule, copied: numba would compile again for arrays that are read-only."""
     return Ramps(
-        start=schedule.start_time,
-        duration=schedule.duration,
-        frequency=schedule.start_frequency,
-        slope=schedule.slope,
-        phase=schedule.start_phase,
-        # the mixer conjugates what is received
+        start=np.array(schedule.start_time),
+        duration=np.array(schedule.duration),
+        frequency=np.array(schedule.start_frequency),
+        slope=np.array(schedule.slope),
+        phase=np.array(schedule.start_phase),
+        # the mixer conjugates the received signal
         weight=np.ascontiguousarray(np.conj(schedule.transmit_weight)),
     )
 
