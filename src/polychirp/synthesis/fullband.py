@@ -63,11 +63,7 @@ class FullBand(Spec):
         radar = scene.radars[victim]
         own, sent = schedules[victim], schedules[transmitter]
         links = all_links(
-            scene,
-            snapshots,
-            victim=victim,
-            transmitter=transmitter,
-            num_elements=sent.num_elements,
+            scene, snapshots, victim=victim, transmitter=transmitter, num_elements=sent.num_elements
         )
         chosen = nearest_snapshots(own, snapshots)
         times = sample_times(own, radar.converter)

@@ -122,10 +122,7 @@ class Oscillating:
         wide = Wide.of(scene, schedules[victim], victim, highest)
         errors = [
             phase_error(
-                scene.radars[radar],
-                schedules[radar],
-                highest_offset=highest,
-                streams=self.streams,
+                scene.radars[radar], schedules[radar], highest_offset=highest, streams=self.streams
             )
             for radar in (victim, transmitter)
         ]

@@ -70,12 +70,7 @@ class Links:
 
 
 def links_between(
-    scene: Scene,
-    paths: PropagationPaths,
-    *,
-    victim: int,
-    transmitter: int,
-    num_elements: int = 1,
+    scene: Scene, paths: PropagationPaths, *, victim: int, transmitter: int, num_elements: int = 1
 ) -> Links:
     """The links of one snapshot from one transmitter to one victim.
 

@@ -79,11 +79,7 @@ class Stretch(Spec):
         radar = scene.radars[victim]
         own, sent = schedules[victim], schedules[transmitter]
         links = all_links(
-            scene,
-            snapshots,
-            victim=victim,
-            transmitter=transmitter,
-            num_elements=sent.num_elements,
+            scene, snapshots, victim=victim, transmitter=transmitter, num_elements=sent.num_elements
         )
         times = sample_times(own, radar.converter)
         parts = num_parts(radar, is_own=victim == transmitter)

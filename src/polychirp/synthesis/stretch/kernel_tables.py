@@ -59,9 +59,7 @@ def ramps_of(schedule: RampSchedule) -> Ramps:
 def window_of(own: RampSchedule, times: SampleTimes) -> Window:
     """The victim's samples."""
     return Window(
-        first=times.first - own.start_time,
-        num_samples=times.num_samples,
-        step=1.0 / times.rate,
+        first=times.first - own.start_time, num_samples=times.num_samples, step=1.0 / times.rate
     )
 
 

@@ -92,14 +92,15 @@ def batched_samples(
     count = part.stop - part.start
     if not count:
         return []
-    slow = _slow(unit, batch, beats, part)
+    nodes = _num_time_nodes(unit, batch, beats, part)
+    slow_cost = _slow_cost(unit, batch, nodes, count)
     crossing_cost, zone = _cheapest_zone(unit, batch, beats, part)
     cuts = sum(run.stop > run.start for run in (unit.cut_by_begin, unit.cut_by_end))
-    each = SECONDS_PER_SAMPLE[slow.nodes > MOST_TIME_NODES] * count + SECONDS_PER_CORNER * cuts
-    if unit.num_links * num_channels(batch) * each < min(slow.cost, crossing_cost):
+    each = SECONDS_PER_SAMPLE[nodes > MOST_TIME_NODES] * count + SECONDS_PER_CORNER * cuts
+    if unit.num_links * num_channels(batch) * each < min(slow_cost, crossing_cost):
         return None
-    if slow.cost <= crossing_cost:
-        return [(part, slow.samples(make_tones))]
+    if slow_cost <= crossing_cost:
+        return [(part, _slow_samples(unit, batch, part, nodes, make_tones))]
     zones = range(part.start, part.stop, zone)
     runs = [slice(low, min(low + zone, part.stop)) for low in zones]
     return [(run, swept_samples(unit, batch, beats, run)) for run in runs]
@@ -113,57 +114,47 @@ def num_channels(batch: Batch) -> int:
 # ── beats that change little ──────────────────────────────────────────────────────────────────
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Slow:
-    """Sums of tones with ``nodes`` in time; more than `MOST_TIME_NODES` if it does not converge."""
-
-    unit: WorkUnit
-    batch: Batch
-    beats: Beats
-    count: int
-    nodes: int
-
-    @property
-    def cost(self) -> float:
-        """CPU time, s, about (measured on Zen 4)."""
-        if self.nodes > MOST_TIME_NODES:
-            return math.inf
-        columns = num_channels(self.batch) * self.nodes
-        return 2e-4 + columns * (20e-9 * self.count + 4e-9 * self.unit.num_links)
-
-    def samples(self, make_tones: MakeTones) -> ComplexArray:
-        """All samples, ``(channel, sample)``."""
-        from polychirp.synthesis.stretch.batch_kernels import slow_weights
-
-        unit, batch, beats, channels = self.unit, self.batch, self.beats, num_channels(self.batch)
-        columns = channels * self.nodes
-        node, basis = _time_basis(self.count, self.nodes, unit.step)
-        tones = make_tones(self.count, columns)
-        block = max(16, WEIGHTS_PER_BLOCK // columns)
-        for low in range(unit.low, unit.high, block):
-            some = slice(low - unit.low, min(low + block, unit.high) - unit.low)
-            frequency = beats.frequency[some]
-            weight = np.empty((frequency.size, columns), dtype=np.complex128)
-            numbers = weight.view(np.float64)
-            slow_weights(numbers, batch, low, beats.time, frequency, beats.apart, node)
-            tones.add(frequency * unit.step, weight)
-        wave = tones.sums().reshape(self.count, channels, self.nodes)
-        return _joined(wave, basis, batch.response.rate, unit.step)
-
-
-def _slow(unit: WorkUnit, batch: Batch, beats: Beats, part: slice) -> _Slow:
+def _num_time_nodes(unit: WorkUnit, batch: Batch, beats: Beats, part: slice) -> int:
+    """Nodes in time; more than `MOST_TIME_NODES` where the expansion does not converge."""
     count = part.stop - part.start
-    middle = part.start + count // 2
-    beats = beats.at(unit.first + middle * unit.step)
+    beats = beats.at(unit.first + (part.start + count // 2) * unit.step)
     time = half_time(count, unit.step)
     fastest = abs(beats.rate) + beats.spread
     turn = math.tau * time * (beats.apart + batch.taps.half * fastest)
-    nodes = MOST_TIME_NODES + 1
     is_in_table = _in_table(batch.response, abs(beats.centre) + beats.width + fastest * time)
-    if turn < MOST_TIME_NODES and is_in_table:
-        beats = beats_at(unit, batch, middle)
-        nodes = num_nodes(turn, math.pi * beats.spread * time**2)
-    return _Slow(unit=unit, batch=batch, beats=beats, count=count, nodes=nodes)
+    if turn >= MOST_TIME_NODES or not is_in_table:
+        return MOST_TIME_NODES + 1
+    return num_nodes(turn, math.pi * beats.spread * time**2)
+
+
+def _slow_cost(unit: WorkUnit, batch: Batch, nodes: int, count: int) -> float:
+    """CPU time of sums of tones, s (about, measured on Zen 4)."""
+    if nodes > MOST_TIME_NODES:
+        return math.inf
+    return 2e-4 + num_channels(batch) * nodes * (20e-9 * count + 4e-9 * unit.num_links)
+
+
+def _slow_samples(
+    unit: WorkUnit, batch: Batch, part: slice, nodes: int, make_tones: MakeTones
+) -> ComplexArray:
+    """Samples by sums of tones, ``(channel, sample)``."""
+    from polychirp.synthesis.stretch.batch_kernels import slow_weights
+
+    count, channels = part.stop - part.start, num_channels(batch)
+    columns = channels * nodes
+    beats = beats_at(unit, batch, part.start + count // 2)
+    node, basis = _time_basis(count, nodes, unit.step)
+    tones = make_tones(count, columns)
+    block = max(16, WEIGHTS_PER_BLOCK // columns)
+    for low in range(unit.low, unit.high, block):
+        some = slice(low - unit.low, min(low + block, unit.high) - unit.low)
+        frequency = beats.frequency[some]
+        weight = np.empty((frequency.size, columns), dtype=np.complex128)
+        numbers = weight.view(np.float64)
+        slow_weights(numbers, batch, low, beats.time, frequency, beats.apart, node)
+        tones.add(frequency * unit.step, weight)
+    wave = tones.sums().reshape(count, channels, nodes)
+    return _joined(wave, basis, batch.response.rate, unit.step)
 
 
 # ── beats that sweep ──────────────────────────────────────────────────────────────────────────

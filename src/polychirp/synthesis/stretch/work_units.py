@@ -6,10 +6,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
-from polychirp.axes import IntArray
 from polychirp.model.if_filter import IfFilter
 from polychirp.synthesis.stretch.chirp_response import far_beat
 from polychirp.synthesis.stretch.kernel_records import (
@@ -104,20 +104,11 @@ def work_units_of(
 
 def work_table(units: Sequence[tuple[WorkUnit, slice]]) -> WorkTable:
     """Columns of some units, each at some of its samples."""
-
-    def column(values: Sequence[int]) -> IntArray:
-        return np.array(values, dtype=np.int64)
-
-    return WorkTable(
-        part=column([unit.part for unit, _ in units]),
-        row=column([unit.row for unit, _ in units]),
-        ramp=column([unit.ramp for unit, _ in units]),
-        pair=column([unit.pair for unit, _ in units]),
-        low=column([unit.low for unit, _ in units]),
-        high=column([unit.high for unit, _ in units]),
-        begin=column([some.start for _, some in units]),
-        end=column([some.stop for _, some in units]),
-    )
+    rows = [
+        (unit.part, unit.row, unit.ramp, unit.pair, unit.low, unit.high, some.start, some.stop)
+        for unit, some in units
+    ]
+    return WorkTable(*np.array(rows, dtype=np.int64).reshape(-1, 8).T.copy())
 
 
 def gaps(unit: WorkUnit, done: Sequence[slice]) -> list[tuple[WorkUnit, slice]]:
@@ -158,8 +149,7 @@ class _Grid:
         return slice(low, min(max(high, low), self.count))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Run:
+class _Run(NamedTuple):
     """Links of a snapshot that are of one part and all weak or all strong."""
 
     part: int
@@ -179,15 +169,8 @@ def _runs(links: LinkTable, snapshot: int, floor: float) -> list[_Run]:
     for number, (a, b) in enumerate(pairwise(borders.tolist())):
         if b > a:
             root = math.sqrt(float(np.sum(np.abs(links.amplitude[a:b]) ** 2)))
-            found.append(
-                _Run(
-                    part=number // 2,
-                    low=a,
-                    high=b,
-                    least=float(links.limit[a:b].min()),
-                    limit=0.25 * floor / max(root, 1e-300),
-                )
-            )
+            least = float(links.limit[a:b].min())
+            found.append(_Run(number // 2, a, b, least, 0.25 * floor / max(root, 1e-300)))
     return found
 
 
