@@ -15,7 +15,7 @@ from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Actor, Scene
 from polychirp.synthesis.fullband import FullBand
 from polychirp.synthesis.stretch import engine, path_batches, ramp_edges
-from polychirp.synthesis.stretch.engine import NEGLIGIBLE, Stretch
+from polychirp.synthesis.stretch.engine import NEGLIGIBLE_IN_BAND, Stretch
 from polychirp.synthesis.stretch.ramp_overlaps import strongest_sample
 from polychirp.testing.paths import HandPath, paths_of
 from polychirp.units import from_db
@@ -258,7 +258,7 @@ def test_batches_of_paths_are_their_sum_path_by_path(backend, ratio, seed, longe
         patch.setattr(path_batches, "SECONDS_PER_SAMPLE", (1.0, 1.0))
         batched = samples(backend)
     strongest = max(np.abs(by_path).max(), *brought)
-    assert np.abs(batched - by_path).max() < 2 * NEGLIGIBLE * strongest
+    assert np.abs(batched - by_path).max() < 2 * NEGLIGIBLE_IN_BAND * strongest
 
 
 @pytest.mark.slow
@@ -276,7 +276,7 @@ def test_batches_that_leave_nothing_out_are_right_to_1e_8(
     """Corners near the band included, which else are batched from some thousand paths on."""
     frame, transmitter = many_paths_on_two_ramps(seed, ratio, longest, attenuation, fastest=fastest)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(engine, "NEGLIGIBLE", 1e-12)
+        patch.setattr(engine, "NEGLIGIBLE_IN_BAND", 1e-12)
         by_path = Stretch(backend="kernels").contribution(*frame, victim=0, transmitter=transmitter)
         patch.setattr(path_batches, "SECONDS_PER_SAMPLE", (1.0, 1.0))
         patch.setattr(ramp_edges, "REFERENCE_COST", 0.0)
@@ -308,7 +308,7 @@ def test_batches_of_chirps_shorter_than_a_window_are_their_sum_path_by_path(leng
     paths = many_paths(np.random.default_rng(1), 1, longest=200e-9, fastest=4e-7, count=60)
     frame = scene, [own, sent], [paths_of(*paths)]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(engine, "NEGLIGIBLE", 1e-12)
+        patch.setattr(engine, "NEGLIGIBLE_IN_BAND", 1e-12)
         by_path = Stretch(backend="kernels").contribution(*frame, victim=0, transmitter=1)
         batched = Stretch().contribution(*frame, victim=0, transmitter=1)
     strongest = np.abs(by_path).max()

@@ -28,7 +28,7 @@ from polychirp.model.if_frame import SampleTimes
 from polychirp.model.radar import Radar
 from polychirp.model.scene import Scene
 
-TOLERANCE: Final = 5e-3
+RESPONSE_TOLERANCE: Final = 5e-3
 """Largest deviation of the response from the analog one over that band; usual fits reach 1e-3."""
 
 _SAMPLES_AHEAD: Final = 8
@@ -122,7 +122,7 @@ def coefficients(
         rcond=None,
     )[0]
     deviation = np.abs(wave @ zeros / recursion - wanted)[inside].max()
-    if deviation > TOLERANCE:
+    if deviation > RESPONSE_TOLERANCE:
         raise InputError(
             f"a high-pass at {max(high_pass.corners) / 1e3:.4g} kHz, sampled at {rate / 1e6:.4g} "
             f"MS/s and known {ahead} samples ahead, is off by {deviation:.1e} within "

@@ -187,9 +187,9 @@ class Oscillating:
         # one code word for all ramps: the elements in use change the direction of the noise alone
         weight = np.repeat(sent.transmit_weight[:1], own.num_ramps, axis=0)
         noisy = replace(own, transmit_weight=weight)
-        plans = [noisy if n == transmitter else plan for n, plan in enumerate(schedules)]
+        sent_instead = [noisy if n == transmitter else ramps for n, ramps in enumerate(schedules)]
         carrier = self.inner.contribution(
-            wide.scene, plans, paths, victim=victim, transmitter=transmitter
+            wide.scene, sent_instead, paths, victim=victim, transmitter=transmitter
         )
         generator = self.streams["oscillator", radar.name, "far", other.name]
         white = generator.standard_normal((*time.shape, 2)).view(np.complex128)[..., 0]

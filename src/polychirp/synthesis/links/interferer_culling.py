@@ -142,8 +142,8 @@ def interference_bounds(
         sent = [schedules[i] for i in number[n]]
         response, closest[n] = band.response(_Interferers.of(sent, extremes, number[n]))
         root_power = [
-            _root_power(scene, victim, i, plan.num_elements)
-            for i, plan in zip(number[n], sent, strict=True)
+            _root_power(scene, victim, i, schedule.num_elements)
+            for i, schedule in zip(number[n], sent, strict=True)
         ]
         volts = (
             extremes.amplitude[chosen][:, number[n]].T * np.array(root_power)[:, None] * response
@@ -240,23 +240,23 @@ class _Interferers:
         return cls(schedules, paths.earliest[at], paths.latest[at], paths.rate[at])
 
     def ramps(self, name: str) -> FloatArray:
-        return np.concatenate([getattr(plan, name) for plan in self.schedules])
+        return np.concatenate([getattr(schedule, name) for schedule in self.schedules])
 
     def arriving(self, begin: FloatArray, end: FloatArray) -> tuple[IntArray, IntArray]:
         """First ramp and number of ramps that arrive between begin and end ``(n, k)``."""
         first = np.array(
             [
-                np.searchsorted(plan.end_time, early)
-                for plan, early in zip(self.schedules, begin - self.latest, strict=True)
+                np.searchsorted(schedule.end_time, early)
+                for schedule, early in zip(self.schedules, begin - self.latest, strict=True)
             ]
         )
         after = np.array(
             [
-                np.searchsorted(plan.start_time, late, side="right")
-                for plan, late in zip(self.schedules, end - self.earliest, strict=True)
+                np.searchsorted(schedule.start_time, late, side="right")
+                for schedule, late in zip(self.schedules, end - self.earliest, strict=True)
             ]
         )
-        size = np.array([plan.num_ramps for plan in self.schedules])
+        size = np.array([schedule.num_ramps for schedule in self.schedules])
         return first + (np.cumsum(size) - size)[:, None], np.maximum(after - first, 0)
 
 

@@ -83,11 +83,11 @@ def arriving_power(signal: Baseband, *, transmitter: Transceiver, receiver: Tran
 
     The receiver is tuned to the signal; losses by holding and filters are included.
     """
-    quiet = replace(receiver, noise_figure=None, converter=None, phase_noise=None)
+    noiseless = replace(receiver, noise_figure=None, converter=None, phase_noise=None)
     arriving = transceived(
         signal,
         transmitter=replace(transmitter, phase_noise=None),
-        receiver=quiet,
+        receiver=noiseless,
         link=Link(attenuation=1.0),
         receive_frequency=signal.centre_frequency,
         streams=Streams(0),

@@ -24,7 +24,7 @@ from polychirp.synthesis.stretch.filter_kernels import (
 )
 from polychirp.synthesis.stretch.kernel_records import Chirp, Response, Samples, Taps
 
-LANES: Final = 16
+NUM_LANES: Final = 16
 """Samples that a recurrence advances together."""
 
 LONGEST_BLOCK: Final = 4096
@@ -231,7 +231,7 @@ def _add_edge(samples: Samples, taps: Taps, chirp: Chirp, side: int) -> None:
         receding = math.copysign(span, beat * change)
         most = 2.0 * span / (1.0 - receding) * abs(beat) / max(abs(change), 1e-300)
         count = min(int(min(most, LONGEST_BLOCK)), end + 1 - n)
-        if 2 * count >= LANES:
+        if 2 * count >= NUM_LANES:
             gain[:] = 0.0
             for i in range(4):
                 value = edge_gain(taps, node, beat + change * count * _NODES[i], rate)
@@ -258,7 +258,7 @@ def _add_near(samples: Samples, response: Response, taps: Taps, chirp: Chirp) ->
         beat = start + change * n
         phase = phase_of(chirp, samples.first + step * n)
         count = min(block, end + 1 - n)
-        if count >= LANES:
+        if count >= NUM_LANES:
             gain[:] = 0.0
             for i in range(4):
                 value = tabulated_gain(response, beat + change * count * _NODES[i], detune)
@@ -292,29 +292,29 @@ def _add_steady(
     ``phase`` and ``beat`` are those at the first sample; ``gain`` is in powers of n/size.
     """
     real, imag, count = samples.real, samples.imag, samples.real.size
-    # every lane has a value z and its factor w over LANES samples, which itself grows by one factor
-    zr, zi = np.empty(LANES), np.empty(LANES)
-    wr, wi = np.empty(LANES), np.empty(LANES)
+    # every lane has a value z and a factor w, by which z changes over NUM_LANES samples
+    zr, zi = np.empty(NUM_LANES), np.empty(NUM_LANES)
+    wr, wi = np.empty(NUM_LANES), np.empty(NUM_LANES)
     f, mu = beat * samples.step, rate * samples.step * samples.step
     z = amplitude * unit(phase)
     one = unit(f + 0.5 * mu)
     bend = unit(mu)
-    many = unit(LANES * (f + 0.5 * mu * LANES))
-    bends = unit(mu * LANES)
-    for lane in range(LANES):
+    many = unit(NUM_LANES * (f + 0.5 * mu * NUM_LANES))
+    bends = unit(mu * NUM_LANES)
+    for lane in range(NUM_LANES):
         zr[lane], zi[lane], wr[lane], wi[lane] = z.real, z.imag, many.real, many.imag
         z *= one
         one *= bend
         many *= bends
-    turn = unit(mu * LANES * LANES)
+    turn = unit(mu * NUM_LANES * NUM_LANES)
     qr, qi = turn.real, turn.imag
     a0, a1, a2, a3 = gain[0].real, gain[1].real, gain[2].real, gain[3].real
     b0, b1, b2, b3 = gain[0].imag, gain[1].imag, gain[2].imag, gain[3].imag
     scale = 1.0 / count
     # real arithmetic, so that the compiler can use vector instructions
-    whole = count // LANES * LANES
-    for n in range(0, whole, LANES):
-        for lane in range(LANES):
+    whole = count // NUM_LANES * NUM_LANES
+    for n in range(0, whole, NUM_LANES):
+        for lane in range(NUM_LANES):
             u = (n + lane) * scale
             g = a0 + u * (a1 + u * (a2 + u * a3))
             h = b0 + u * (b1 + u * (b2 + u * b3))

@@ -26,7 +26,7 @@ ENTRIES_PER_BEAT: Final = 10
 """Entries of a response's table per 1/S of beat: interpolation between them is right to 5e-10."""
 
 TABLE_SIZE_STEP: Final = 128
-"""Tables have a multiple of this many beats above zero, since tables of one size share a plan."""
+"""Tables have a multiple of this many beats above zero: tables of one size share their nodes."""
 
 MOST_TABLE_ORDERS: Final = 12
 """Orders in the rate that a table has at most."""
@@ -86,17 +86,17 @@ def response_table(
     step = step_of(if_filter)
     last = TABLE_SIZE_STEP * math.ceil((highest / step + 6.0) / TABLE_SIZE_STEP)
     fastest = last * step + 0.5 * abs(rate) * if_filter.support
-    plan = _plan(if_filter, last, _num_panels(if_filter, fastest), num_orders)
-    grid = np.zeros((num_orders, plan.size), dtype=np.complex128)
-    spread_chirp(grid, rate, plan.half_square, plan.weight, plan.first, plan.window)
+    nodes = _integral_nodes(if_filter, last, _num_panels(if_filter, fastest), num_orders)
+    grid = np.zeros((num_orders, nodes.size), dtype=np.complex128)
+    spread_chirp(grid, rate, nodes.half_square, nodes.weight, nodes.first, nodes.window)
     wave = ifft(grid, axis=1, norm="forward", overwrite_x=True, workers=1)
     moment, envelope = np.empty((last + 4, num_orders), dtype=np.complex128), np.empty(last + 4)
-    take_table(moment, envelope, wave, plan.correction)
+    take_table(moment, envelope, wave, nodes.correction)
     return ResponseTable(rate=rate, moment=moment, envelope=envelope)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Plan:
+class _IntegralNodes:
     """The parts that tables of one size share: a sum of tones (`nufft`) over the integral's nodes.
 
     Parameters
@@ -117,14 +117,14 @@ class _Plan:
 
 
 @lru_cache(maxsize=64)
-def _plan(if_filter: IfFilter, last: int, panels: int, num_orders: int) -> _Plan:
+def _integral_nodes(if_filter: IfFilter, last: int, panels: int, num_orders: int) -> _IntegralNodes:
     count, step = last + 4, step_of(if_filter)
     s, weighted = _panelled_taps(if_filter, panels, num_orders)
     size, beta = grid_of(count, 2.0)
     first, window = window_at(-s * step * size, beta)
     # the sum of tones counts its samples from the middle one
     turned = np.exp(-2j * np.pi * s * (count // 2 - 4) * step)
-    return _Plan(
+    return _IntegralNodes(
         size=size,
         half_square=0.5 * s**2,
         weight=np.ascontiguousarray(weighted.T * turned),

@@ -40,21 +40,21 @@ from polychirp.synthesis.stretch.ramp_edges import corner_runs
 from polychirp.synthesis.stretch.ramp_overlaps import all_overlaps, strongest_sample
 from polychirp.synthesis.stretch.work_units import WorkUnit, gaps, work_table, work_units_of
 
-NEGLIGIBLE: Final = 3e-7
-"""Part of a contribution that may be left out, relative to the rms of what its paths bring into the
-band where that is most, and so to about its strongest sample."""
+NEGLIGIBLE_IN_BAND: Final = 3e-7
+"""Limit of the part of a contribution that is left out, relative to its strongest samples.
 
-INAUDIBLE: Final = 1e-3
-"""The same, relative to the rms of the victim's noise, where nothing comes into the band."""
+Their rms is estimated from the largest power that its paths bring into the band."""
+
+NEGLIGIBLE_OUT_OF_BAND: Final = 1e-3
+"""The same, relative to the rms of the victim's noise, if no path comes into the band."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stretch(Spec):
     """Closed-form synthesis at the converter's rate.
 
-    Contributions are left out up to 3e-7 of the rms of what the paths bring into the band or, where
-    nothing comes into it, up to one thousandth of the victim's thermal noise. All else is right
-    to 1e-8.
+    It leaves out weak signals, together up to 3e-7 of the strongest samples or, if no path comes
+    into the band, up to one thousandth of the victim's thermal noise. All else is right to 1e-8.
 
     Parameters
     ----------
@@ -89,10 +89,10 @@ class Stretch(Spec):
         ramps = ramps_of(own), ramps_of(sent)
         overlaps = all_overlaps(radar, own, sent, ramps, table)
         if overlaps:
-            floor = NEGLIGIBLE * strongest_sample(overlaps)
+            floor = NEGLIGIBLE_IN_BAND * strongest_sample(overlaps)
             if floor == 0.0:
                 noise = noise_density(radar) * radar.if_filter.noise_bandwidth
-                floor = INAUDIBLE * math.sqrt(noise)
+                floor = NEGLIGIBLE_OUT_OF_BAND * math.sqrt(noise)
             table = with_limits(table, floor)
             window, taps = window_of(own, times), taps_of(radar.if_filter)
             units = work_units_of(radar.if_filter, ramps[0], window, table, taps, overlaps, floor)

@@ -209,7 +209,7 @@ class Overlap(NamedTuple):
 
 
 class Response(NamedTuple):
-    """What `PairTable` has of one pair; ``moment`` and ``envelope`` are empty without a table."""
+    """The entries of one pair in `PairTable`; ``moment`` and ``envelope`` may be empty."""
 
     rate: float
     spread: float

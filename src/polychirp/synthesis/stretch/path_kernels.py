@@ -27,10 +27,9 @@ response_of = inlined(kernel_records.response_of)
 def add_contribution(samples: ComplexArray, tables: Tables, work: WorkTable) -> None:
     """Add the work units' links one by one to ``(part, channel, ramp, fast)``.
 
-    The links of a unit are of one part. Their sum is made apart, real and imaginary parts each in
-    an array of its own, where it stays near the processor.
-
-    One thread, but without Python's lock: victims and trials are what runs side by side.
+    The links of a unit are of one part. Their sum is made in two small arrays, of real and of
+    imaginary parts, which stay in the cache. The kernel uses one thread and frees Python's lock:
+    victims and trials run side by side.
     """
     own, window, links, pairs = tables.own, tables.window, tables.links, tables.pairs
     channels, most = samples.shape[1], samples.shape[3]

@@ -108,8 +108,9 @@ def reference_samples(
 ) -> None:  # fmt: skip
     """Samples of chirps of amplitude 1 that have given beats and rates, and phase 0, at a time.
 
-    The samples are (rate, beat, sample). ``is_own`` are true where all chirps begin, or end, with
-    the victim's ramp; else they do so with the transmitted one, when beat and rate tell.
+    The samples are (rate, beat, sample). ``is_own`` are true if all chirps begin, or end, with the
+    victim's ramp; else they do so with the transmitted ramp, at a time that follows from beat and
+    rate.
     """
     pair = batch.pair
     f, g = pair.sent_frequency, pair.sent_slope

@@ -219,8 +219,8 @@ def _num_powers(beat: float, width: float) -> int:
 def _near(unit: WorkUnit, batch: Batch, side: int, run: slice) -> list[tuple[slice, ComplexArray]]:
     """The run where the corners are near the band, interpolated between reference chirps.
 
-    A link's samples depend on nothing but its phase, beat and rate: where a beginning or an ending
-    is that of the transmitted ramp, beat and rate tell when it is. Samples are left out whose
+    A link's samples depend on its phase, beat and rate alone: where a beginning or an ending is
+    that of the transmitted ramp, beat and rate determine its time. Samples are left out whose
     windows do not contain the corners of all combinations of the links' beats and rates.
     """
     from polychirp.synthesis.stretch.batch_kernels import crossing_columns
