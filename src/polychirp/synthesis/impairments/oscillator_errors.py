@@ -117,44 +117,55 @@ class Oscillating:
         pair = (scene.radars[victim], scene.radars[transmitter])
         if all(radar.oscillator.is_ideal for radar in pair):
             return samples
+        wide = Wide.of(scene, schedules[victim], victim, highest_offset(scene))
         paths = [_between(shot, victim, transmitter) for shot in snapshots]
-        highest = highest_offset(scene)
-        wide = Wide.of(scene, schedules[victim], victim, highest)
-        errors = [
-            phase_error(
-                scene.radars[radar], schedules[radar], highest_offset=highest, streams=self.streams
-            )
-            for radar in (victim, transmitter)
-        ]
-        time = wide.times.time
-        error = _turned(errors[0], time)
-
-        def deviation(
-            alone: Scene, shots: Sequence[PropagationPaths], delay: float
-        ) -> ComplexArray:
-            """Signal that the errors add to signals of one delay, at the wide rate."""
-            signal = self.inner.contribution(
-                alone, schedules, shots, victim=victim, transmitter=transmitter
-            )
-            signal *= error * np.conj(_turned(errors[1], time - delay)) - 1.0
-            return signal
-
-        added = np.zeros((*samples.shape[:2], *time.shape), dtype=np.complex128)
-        if any(shot.num_paths for shot in paths):
-            shortest = float(min(schedules[r].duration.min() for r in (victim, transmitter)))
-            for delay, shots in shared(paths, pair[1], highest=highest, shortest=shortest):
-                added[:LEAKAGE_PART] += deviation(wide.scene, shots, delay)
-            if victim != transmitter:
-                added += self._far(wide, schedules, paths, victim, transmitter, highest)
-        if len(samples) > LEAKAGE_PART:
-            nothing = [shot.select(np.zeros(0, dtype=np.int64)) for shot in paths]
-            for radar, delay in one_leakage_each(pair[0]):
-                alone = wide.with_leakage_of(radar, victim)
-                added[LEAKAGE_PART] += deviation(alone, nothing, delay)[LEAKAGE_PART]
+        added = self._added(wide, schedules, paths, victim, transmitter, num_parts=len(samples))
         for part, signal in enumerate(added):
             if signal.any():
                 samples[part] += wide.narrowed(signal)
         return samples
+
+    def _added(
+        self,
+        wide: Wide,
+        schedules: Sequence[RampSchedule],
+        paths: Sequence[PropagationPaths],
+        victim: int,
+        transmitter: int,
+        *,
+        num_parts: int,
+    ) -> ComplexArray:
+        """Signal that the errors add, ``(part, channel, ramp, fast)`` at the wide rate."""
+        radar, other = wide.scene.radars[victim], wide.scene.radars[transmitter]
+        highest, time = wide.highest_offset, wide.times.time
+        own_error, sent_error = (
+            phase_error(r, schedules[n], highest_offset=highest, streams=self.streams)
+            for r, n in ((radar, victim), (other, transmitter))
+        )
+        turned = _turned(own_error, time)
+
+        def deviation(
+            alone: Scene, shots: Sequence[PropagationPaths], delay: float
+        ) -> ComplexArray:
+            """Signal that the errors add to signals of one delay."""
+            signal = self.inner.contribution(
+                alone, schedules, shots, victim=victim, transmitter=transmitter
+            )
+            signal *= turned * np.conj(_turned(sent_error, time - delay)) - 1.0
+            return signal
+
+        added = np.zeros((num_parts, radar.array.num_channels, *time.shape), dtype=np.complex128)
+        if any(shot.num_paths for shot in paths):
+            shortest = float(min(schedules[n].duration.min() for n in (victim, transmitter)))
+            for delay, shots in shared(paths, other, highest=highest, shortest=shortest):
+                added[:LEAKAGE_PART] += deviation(wide.scene, shots, delay)
+            if victim != transmitter:
+                added += self._far(wide, schedules, paths, victim, transmitter)
+        if num_parts > LEAKAGE_PART:
+            nothing = [shot.select(np.zeros(0, dtype=np.int64)) for shot in paths]
+            for alone, delay in wide.one_leakage_each(victim):
+                added[LEAKAGE_PART] += deviation(alone, nothing, delay)[LEAKAGE_PART]
+        return added
 
     def _far(
         self,
@@ -163,9 +174,8 @@ class Oscillating:
         paths: Sequence[PropagationPaths],
         victim: int,
         transmitter: int,
-        highest: float,
     ) -> ComplexArray:
-        """Noise at offsets beyond ``highest``, at the wide rate.
+        """Noise at offsets beyond the highest one, at the wide rate.
 
         The other radar's noise at the victim's own frequency is mixed as if that radar sent the
         victim's ramp.
@@ -181,7 +191,7 @@ class Oscillating:
         others, sends = _frequency(sent, time - float(delay))
         beat = np.abs(mine - others)
         level = _level(radar, beat) + _level(other, beat)
-        density = np.where(mixes & sends & (beat > highest), level, 0.0)
+        density = np.where(mixes & sends & (beat > wide.highest_offset), level, 0.0)
         if density.max() * most**2 < NEGLIGIBLE_FAR_NOISE * noise_density(radar):
             return np.zeros((), dtype=np.complex128)
         # one code word for all ramps: the elements in use change the direction of the noise alone
@@ -219,20 +229,22 @@ class Wide:
 
     Parameters
     ----------
+    radar : the victim
+    own_times : when its converter samples
     scene : with the victim's filter and converter exchanged, and without its leakage
-    times : when its converter samples
+    highest_offset : Hz, up to which phase noise is computed as a wave
+    times : when the victim's converter in ``scene`` samples
     factor : wide samples to one of the victim's
     reach : wide samples in half the victim's filter
-    if_filter : the victim's own
-    own_times : when the victim's own converter samples
     """
 
+    radar: Radar
+    own_times: SampleTimes
     scene: Scene
+    highest_offset: float
     times: SampleTimes
     factor: int
     reach: int
-    if_filter: IfFilter
-    own_times: SampleTimes
 
     @classmethod
     def of(cls, scene: Scene, schedule: RampSchedule, victim: int, highest: float) -> Wide:
@@ -256,27 +268,35 @@ class Wide:
         )
         wide = replace(radar, if_filter=wide_filter, converter=early, leakage=(), bumper=None)
         return cls(
+            radar=radar,
+            own_times=sample_times(schedule, converter),
             scene=_with_radar(scene, wide, victim),
+            highest_offset=highest,
             times=sample_times(schedule, early),
             factor=factor,
             reach=reach,
-            if_filter=radar.if_filter,
-            own_times=sample_times(schedule, converter),
         )
 
-    def with_leakage_of(self, radar: Radar, victim: int) -> Scene:
-        """The scene with the leakage and the bumper of ``radar``."""
-        wide = self.scene.radars[victim]
-        return _with_radar(
-            self.scene, replace(wide, leakage=radar.leakage, bumper=radar.bumper), victim
-        )
+    def one_leakage_each(self, victim: int) -> Iterator[tuple[Scene, float]]:
+        """The scene with one leakage of the victim, or its bumper, at a time, and its delay, s.
+
+        These delays are so short that no two share a node: the noise that remains is in proportion
+        to the delay.
+        """
+        wide, bumper = self.scene.radars[victim], self.radar.bumper
+        for leak in self.radar.leakage:
+            yield _with_radar(self.scene, replace(wide, leakage=(leak,)), victim), leak.delay
+        if bumper is not None:
+            delay = 2.0 * bumper.distance / SPEED_OF_LIGHT
+            yield _with_radar(self.scene, replace(wide, bumper=bumper), victim), delay
 
     def narrowed(self, signal: ComplexArray) -> ComplexArray:
         """Behind the victim's own filter, ``(…, ramp, fast)``, at its own sample times."""
         from scipy.signal import upfirdn
 
         rate = self.times.rate
-        taps = self.if_filter.impulse_response(np.arange(-self.reach, self.reach + 1) / rate) / rate
+        grid = np.arange(-self.reach, self.reach + 1) / rate
+        taps = self.radar.if_filter.impulse_response(grid) / rate
         # zeros before the taps make the first whole window end on a sample that is kept
         late = -2 * self.reach % self.factor
         taps = np.concatenate([np.zeros(late), taps])
@@ -284,18 +304,6 @@ class Wide:
         kept = slice(skipped, skipped + self.own_times.most_samples)
         filtered = upfirdn(taps, signal, down=self.factor, axis=-1)[..., kept]
         return np.asarray(np.where(self.own_times.is_sample, filtered, 0.0))
-
-
-def one_leakage_each(radar: Radar) -> Iterator[tuple[Radar, float]]:
-    """The radar with one leakage, or its bumper, at a time, and the delay of that, s.
-
-    These delays are so short that no two share a node: the noise that remains is in proportion to
-    the delay.
-    """
-    for leak in radar.leakage:
-        yield replace(radar, leakage=(leak,), bumper=None), leak.delay
-    if radar.bumper is not None:
-        yield replace(radar, leakage=()), 2.0 * radar.bumper.distance / SPEED_OF_LIGHT
 
 
 def _with_radar(scene: Scene, radar: Radar, number: int) -> Scene:
