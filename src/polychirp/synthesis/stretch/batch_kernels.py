@@ -239,10 +239,10 @@ def crossing_samples(
                 factor = complex(sums[m, r, 2 * q], sums[m, r, 2 * q + 1])
                 for n in range(count):
                     out[m, n] += factor * gain[q, r, n]
-    first = -(count // 2) * step
+    first, rate = -(count // 2) * step, batch.response.rate
     for n in range(count):
         time = first + n * step
-        turned = unit((beats.centre + 0.5 * batch.response.rate * time) * time)
+        turned = unit((beats.centre + 0.5 * rate * time) * time)
         for m in range(channels):
             out[m, n] *= turned
 
@@ -258,17 +258,18 @@ def crossing_columns(
     ``centre``, in units of ``width``. ``value`` (channel, link, 2 × power) are the links' values
     times powers of the distance of their rates from the pair's, in units of the pair's spread.
     """
+    pair, links, mean_rate = batch.pair, batch.links, batch.response.rate
     count = term.shape[2]
     x, z, cycles = np.empty(count), np.empty(count), np.empty(count)
     amplitude = np.empty(count, dtype=np.complex128)
     scale = 1.0 / max(batch.response.spread, 1e-300)
     for m in range(term.shape[0]):
         for p in range(count):
-            chirp = received(batch.pair, batch.links, low + p, m)
+            chirp = received(pair, links, low + p, m)
             amplitude[p] = chirp.amplitude
             cycles[p] = phase_of(chirp, time)
             x[p] = (chirp.beat + chirp.rate * time - centre) / width
-            z[p] = (chirp.rate - batch.response.rate) * scale
+            z[p] = (chirp.rate - mean_rate) * scale
         fill_columns(term[m], value[m], x, z, amplitude, cycles)
 
 
@@ -348,7 +349,7 @@ def _swept_gain(
     response, taps = batch.response, batch.taps
     rate, half = response.rate, taps.half
     first = -(out.shape[1] // 2) * step
-    near = response.far + half * abs(rate)
+    has_table, near = response.envelope.size > 0, response.far + half * abs(rate)
     last = taps.taylor.shape[0] - 1
     # the chirp at both edges of the window, over its value in the middle
     bends = np.empty((2, out.shape[1]), dtype=np.complex128)
@@ -361,7 +362,7 @@ def _swept_gain(
         lean = unit(half * off[b])
         for n in range(out.shape[1]):
             f = centre + rate * (first + n * step) + off[b]
-            if side == 0 and response.envelope.size > 0 and abs(f) <= near:
+            if side == 0 and has_table and abs(f) <= near:
                 gain = tabulated_gain(response, f, 0.0j)
             else:
                 gain = 0.0j

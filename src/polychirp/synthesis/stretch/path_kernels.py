@@ -31,14 +31,15 @@ def add_contribution(samples: ComplexArray, tables: Tables, work: WorkTable) -> 
     imaginary parts, which stay in the cache. The kernel uses one thread and frees Python's lock:
     victims and trials run side by side.
     """
-    own, window, links, pairs = tables.own, tables.window, tables.links, tables.pairs
+    own, sent, window = tables.own, tables.sent, tables.window
+    links, pairs, taps = tables.links, tables.pairs, tables.taps
     channels, most = samples.shape[1], samples.shape[3]
     held_real, held_imag = np.empty((channels, most)), np.empty((channels, most))
     for u in range(work.row.size):
         row, ramp, number = work.row[u], work.ramp[u], work.pair[u]
         begin, end = work.begin[u], work.end[u]
         sent_ramp = pairs.sent[ramp] + number - pairs.start[ramp]
-        pair = ramp_pair(own, ramp, tables.sent, sent_ramp, links)
+        pair = ramp_pair(own, ramp, sent, sent_ramp, links)
         response = response_of(pairs, number)
         first = window.first[row] + (own.start[row] - own.start[ramp])
         start = first + begin * window.step
@@ -52,7 +53,7 @@ def add_contribution(samples: ComplexArray, tables: Tables, work: WorkTable) -> 
                 chirp = received(pair, links, p, m)
                 if chirp.end > chirp.begin:
                     held = Samples(held_real[m, :count], held_imag[m, :count], start, window.step)
-                    add_chirp(held, response, tables.taps, chirp)
+                    add_chirp(held, response, taps, chirp)
         for m in range(channels):
             out = samples[work.part[u], m, row, begin:end]
             for n in range(count):

@@ -30,12 +30,12 @@ def corner_columns(
     ``corners.time``; ``value`` (channel, link, 2 × power) are values times powers of the beat's
     distance there from ``corners.beat``; both distances are in units of the widths.
     """
-    count = term.shape[2]
+    pair, links, count = batch.pair, batch.links, term.shape[2]
     x, z, cycles = np.empty(count), np.empty(count), np.empty(count)
     amplitude = np.empty(count, dtype=np.complex128)
     for m in range(term.shape[0]):
         for p in range(count):
-            chirp = received(batch.pair, batch.links, low + p, m)
+            chirp = received(pair, links, low + p, m)
             corner = chirp.end if corners.side > 0 else chirp.begin
             amplitude[p] = chirp.amplitude
             cycles[p] = phase_of(chirp, corner)
@@ -53,7 +53,8 @@ def cut_sums(
     A link adds the value at its corner or at the edge of the window, whichever is further in, and
     the value at the other edge. ``side`` is that of `CornerRange`.
     """
-    half, count = batch.taps.half, batch.high - batch.low
+    pair, links, half, count = batch.pair, batch.links, batch.taps.half, batch.high - batch.low
+    corner_gain, edge_gain = expansion.corner_gain, expansion.edge_gain
     x, z, y = np.empty(count), np.empty(count), np.empty(count)
     here, there, real, imag = np.empty(count), np.empty(count), np.empty(count), np.empty(count)
     amplitude = np.empty(count, dtype=np.complex128)
@@ -61,7 +62,7 @@ def cut_sums(
     for m in range(out.size):
         # where each link's integral begins and ends; beats and phases there
         for p in range(count):
-            chirp = received(batch.pair, batch.links, batch.low + p, m)
+            chirp = received(pair, links, batch.low + p, m)
             if side > 0:
                 corner = min(chirp.end, time + half)
                 is_met = corner > far
@@ -75,29 +76,26 @@ def cut_sums(
             y[p] = (chirp.beat + chirp.rate * far - expansion.edge_beat) / expansion.edge_width
         units(here, real, imag)
         for p in range(count):
-            gain = _polynomial_of_two(expansion.corner_gain, z[p], x[p])
+            gain = _polynomial_of_two(corner_gain, z[p], x[p])
             out[m] += amplitude[p] * complex(real[p], imag[p]) * gain
         units(there, real, imag)
         for p in range(count):
-            gain = _polynomial(expansion.edge_gain, y[p])
+            gain = edge_gain[edge_gain.size - 1]
+            for e in range(edge_gain.size - 2, -1, -1):
+                gain = gain * y[p] + edge_gain[e]
             out[m] -= amplitude[p] * complex(real[p], imag[p]) * gain
 
 
 @inlined
-def _polynomial(coefficient: ComplexArray, x: float) -> complex:
-    """Horner's rule."""
-    value: complex = coefficient[coefficient.size - 1]
-    for q in range(coefficient.size - 2, -1, -1):
-        value = value * x + coefficient[q]
-    return value
-
-
-@inlined
 def _polynomial_of_two(coefficient: ComplexArray, z: float, x: float) -> complex:
-    """The same, of coefficients ``(power of z, power of x)``."""
+    """Horner's rule for coefficients ``(power of z, power of x)``."""
+    powers = coefficient.shape[1]
     value = 0.0j
     for e in range(coefficient.shape[0] - 1, -1, -1):
-        value = value * z + _polynomial(coefficient[e], x)
+        inner = coefficient[e, powers - 1]
+        for q in range(powers - 2, -1, -1):
+            inner = inner * x + coefficient[e, q]
+        value = value * z + inner
     return value
 
 
