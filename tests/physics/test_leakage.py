@@ -187,5 +187,5 @@ def test_nonsense_is_refused(make, message):
 
 def test_an_isotropic_radar_without_leakage_hears_nothing_of_itself():
     silent = Radar(name="a", array=AntennaArray(pattern=ISOTROPIC))
-    assert not silent.hears_itself
+    assert not silent.receives_itself
     assert own(silent).delay.size == 0

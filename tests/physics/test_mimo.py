@@ -19,7 +19,7 @@ from polychirp.receiver.angle.beamform import beamform, steering
 from polychirp.receiver.angle.doa import root_music
 from polychirp.receiver.chain import Receiver
 from polychirp.receiver.mimo import (
-    bearings_in_motion,
+    azimuths_in_motion,
     element_streams,
     virtual_array,
 )
@@ -317,7 +317,7 @@ def test_a_detections_own_rate_gives_its_bearing_back(coding, range_rate):
         power=one,
         snr=one,
     )
-    found = bearings_in_motion(Receiver(), mixed, claim)
+    found = azimuths_in_motion(Receiver(), mixed, claim)
     assert found.azimuth[0] == pytest.approx(0.25, abs=1e-4)
 
 
@@ -364,7 +364,7 @@ def test_the_error_of_a_transmitting_element_is_on_its_echo():
 def test_drawn_errors_have_the_spread_that_was_asked_for():
     """0.5 dB and 5°, rms of 4000 draws: known to 1/√8000 = 1.1 %."""
     spread = ArrayErrors(gain=10**0.05, phase=np.radians(5.0))
-    drawn = spread.drawn(array(num_channels=4000), streams=Streams(seed=1))
+    drawn = spread.draw_array(array(num_channels=4000), streams=Streams(seed=1))
     level = 10 * np.log10(drawn.channel_gains)
     assert np.sqrt(np.mean(level**2)) == pytest.approx(0.5, rel=0.035)
     assert np.sqrt(np.mean(np.square(drawn.channel_phases))) == pytest.approx(
@@ -375,7 +375,7 @@ def test_drawn_errors_have_the_spread_that_was_asked_for():
 
 def test_one_channel_more_leaves_the_errors_of_the_others():
     spread, streams = ArrayErrors(gain=1.1, phase=0.1), Streams(seed=3)
-    few = spread.drawn(array(num_channels=4), streams=streams)
-    many = spread.drawn(array(num_channels=5), streams=streams)
+    few = spread.draw_array(array(num_channels=4), streams=streams)
+    many = spread.draw_array(array(num_channels=5), streams=streams)
     assert many.channel_phases[:4] == few.channel_phases
     assert many.transmitter_gains == few.transmitter_gains

@@ -125,7 +125,7 @@ def test_the_drawn_map_crosses_its_threshold_as_often_as_stated(family, probabil
     rate = np.zeros(frames)
     for seed in range(frames):
         search = _Search(receiver, frame_of(ramps, [], seed=seed))
-        search.map.draw(search.spectra, np.zeros((0, ramps.num_ramps)))
+        search.map.update(search.spectra, np.zeros((0, ramps.num_ramps)))
         excess, _ = search.map.excess(search.map.floor(), -np.inf)
         rate[seed] = np.mean(excess > search.threshold)
     error = 3.0 * np.std(rate) / math.sqrt(frames)

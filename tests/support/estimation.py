@@ -9,7 +9,7 @@ import numpy as np
 from polychirp.axes import FloatArray
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.chain import Receiver
-from polychirp.receiver.estimation.bearing_rate import TYPICAL_CROSSING
+from polychirp.receiver.estimation.azimuth_rate import TYPICAL_CROSSING_SPEED
 from polychirp.receiver.estimation.cramer_rao import cramer_rao_bound
 from tests.support.points import HandPoint, frame_of
 
@@ -74,8 +74,8 @@ def estimate_points(
             azimuth=draw.uniform(-0.87, 0.87),
             power=snr,
         )
-        turning = TYPICAL_CROSSING / point.range
-        point = replace(point, turning=turning * draw.normal())
+        deviation = TYPICAL_CROSSING_SPEED / point.range
+        point = replace(point, sine_rate=deviation * draw.normal())
         frame = frame_of(schedule, [point], seed=seed * 100_003 + trial)
         least = cramer_rao_bound(
             schedule,
@@ -85,7 +85,7 @@ def estimate_points(
             azimuth=point.azimuth,
             snr=snr,
             time=float(schedule.start_time[0]),
-            turning=turning,
+            sine_rate_deviation=deviation,
         )
         bounds.append([least.range, least.range_rate, least.azimuth])
         found = receiver.detect(frame)

@@ -1,4 +1,4 @@
-"""Detections of one body made one claim: clusters in place and range rate."""
+"""Clusters of detections in place and range rate: one detection per body."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from polychirp.units import Metres, MetresPerSecond
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Body(Spec):
-    """What detections of one body have in common.
+    """Limits within which detections belong to one body.
 
     Parameters
     ----------
     gap : m, between neighbouring detections on the road's plane
-    range_rate : m/s, between neighbours: of one motion, seen under a few degrees' difference,
-        and as wheels and gestures vary
+    range_rate : m/s, between neighbours: the same motion differs with the direction by a few
+        degrees, and wheels and limbs move differently
     extent : m, between any two of its detections; a long car by default
-    place : where the body is said to be, and how fast: at its nearest detection, at its strongest
-        or at the mean of all, weighted by power
+    place : which range, range rate and azimuth the body gets: those of its nearest detection, of
+        its strongest, or the mean of all, weighted by power
     """
 
     gap: Metres = 2.0
@@ -44,8 +44,8 @@ def objects(detections: Detections, body: Body | None = None) -> IntArray:
     """Number of the object that each detection belongs to, ``(detection,)``, strongest first.
 
     Density clustering with single members allowed (DBSCAN, Ester et al. 1996, of one point and
-    more): the strongest detection left starts an object, which grows by neighbours of its members
-    as long as it stays no longer than a body.
+    more): the strongest detection that is left starts an object, and neighbours of its members are
+    added while its extent is no more than that of a body.
 
     Examples
     --------
@@ -68,7 +68,7 @@ def objects(detections: Detections, body: Body | None = None) -> IntArray:
 
 
 def merged(detections: Detections, body: Body | None = None) -> Detections:
-    """One claim per object of `objects`: its place and rate, its total power, its greatest SNR.
+    """One detection per object of `objects`: its place and rate, total power and greatest SNR.
 
     Examples
     --------
@@ -84,18 +84,18 @@ def merged(detections: Detections, body: Body | None = None) -> Detections:
     members = [np.flatnonzero(number == n) for n in range(int(number.max(initial=-1)) + 1)]
     power = np.array([detections.power[m].sum() for m in members], dtype=np.float64)
     order = np.argsort(-power, kind="stable")
-    claims = np.array([_claim(detections, members[n], body) for n in order]).reshape(-1, 3)
+    found = np.array([_detection(detections, members[n], body) for n in order]).reshape(-1, 3)
     return Detections(
         time=detections.time,
-        range=claims[:, 0],
-        range_rate=claims[:, 1],
-        azimuth=claims[:, 2],
+        range=found[:, 0],
+        range_rate=found[:, 1],
+        azimuth=found[:, 2],
         power=power[order],
         snr=np.array([detections.snr[members[n]].max() for n in order], dtype=np.float64),
     )
 
 
-def _claim(detections: Detections, members: IntArray, body: Body) -> tuple[float, float, float]:
+def _detection(detections: Detections, members: IntArray, body: Body) -> tuple[float, float, float]:
     """Range, range rate and azimuth of one object."""
     distance, azimuth = detections.range[members], detections.azimuth[members]
     power, rate = detections.power[members], detections.range_rate[members]

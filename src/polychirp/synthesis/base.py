@@ -28,7 +28,7 @@ class SynthesisEngine(Protocol):
 
         The parts are unmirrored and mirrored paths for the victim's own transmitter
         (`PropagationPaths.is_mirrored`), and what it hears without a scene if it does
-        (`Radar.hears_itself`); direct and other paths (`is_direct`) for another. Free of noise,
+        (`Radar.receives_itself`); direct and other paths (`is_direct`) for another. Free of noise,
         ahead of the front end; zero behind the last sample of a short ramp.
         """
         ...

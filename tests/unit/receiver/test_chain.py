@@ -8,7 +8,7 @@ import pytest
 from polychirp.errors import InputError
 from polychirp.model.front_end import HighPass
 from polychirp.receiver.chain import Receiver
-from polychirp.receiver.detection.sidelobe_rejection import unrelated
+from polychirp.receiver.detection.sidelobe_rejection import without_cross_pairs
 from polychirp.receiver.mitigation import Autoregression, Blanking, Imat, StftExcision
 from polychirp.rng import Streams
 from polychirp.waveform import DiverseTriangular, Triangular
@@ -114,4 +114,4 @@ def test_a_high_pass_whose_phase_is_known_hides_no_target():
 
 def test_candidates_that_share_beats_wait():
     beats = np.array([[10.0, -10.0], [10.0, -40.0], [60.0, -60.0]]) * 1e3
-    assert unrelated(beats, np.array([1e3, 1e3])) == [0, 2]
+    assert without_cross_pairs(beats, np.array([1e3, 1e3])) == [0, 2]

@@ -18,7 +18,7 @@ from polychirp.scoring.closed_forms import (
     frames_lost,
     ghost_by_clock,
     ghost_by_start,
-    has_arm_in_map,
+    has_ridge_in_map,
     parallel,
     parallel_in_a_bin,
     random_start,
@@ -186,7 +186,7 @@ def test_an_arm_is_in_the_map_where_one_of_its_points_has_the_same_beat_on_up_or
     draw = np.random.default_rng(3)
     points = np.column_stack([draw.uniform(0, 70, 300), draw.uniform(-150, 150, 300)])
     grid = np.stack(np.meshgrid([0.5, 30.0], [-32.0, 32.0]), axis=-1).reshape(-1, 2)
-    found = has_arm_in_map(
+    found = has_ridge_in_map(
         distance=points[:, 0],
         range_rate=points[:, 1],
         coupling=coupling,

@@ -6,7 +6,7 @@ import pytest
 from polychirp.model.if_frame import sample_times
 from polychirp.model.radar import Converter
 from polychirp.receiver.detection.range_rate_map import Grid
-from polychirp.receiver.detection.residual_map import LiveMap, rows_by_loops, strongest_peaks
+from polychirp.receiver.detection.residual_map import ResidualMap, rows_by_loops, strongest_peaks
 from polychirp.receiver.signal_model.point_signal import beat_frequency, beat_phase
 from polychirp.receiver.signal_model.spectral_fit import band_of
 from polychirp.rng import Streams
@@ -28,13 +28,13 @@ def beats(distance, rate):
 def map_and_band():
     ends = np.concatenate([beats(d, v) for d in (1.0, 4.0) for v in (-9.0, 9.0)])
     band = band_of(TIMES.is_sample, TIMES, lowest=ends.min(axis=0), highest=ends.max(axis=0))
-    return LiveMap(band, RAMPS, TIMES, GRID, BEAMS), band
+    return ResidualMap(band, RAMPS, TIMES, GRID, BEAMS), band
 
 
 def test_the_sum_of_rows_equals_its_twin():
     live, band = map_and_band()
     frame = frame_of(RAMPS, [HandPoint(range=2.0)])
-    live.draw(band.spectra(frame.samples), np.zeros((0, RAMPS.num_ramps)))
+    live.update(band.spectra(frame.samples), np.zeros((0, RAMPS.num_ramps)))
     slow = rows_by_loops(live.logs, live._start, live._fraction, live._step, GRID.range.size)
     assert live.statistic == pytest.approx(slow, abs=1e-4)
 
@@ -59,7 +59,7 @@ def test_the_notch_of_a_removed_point_is_filled_with_noise():
         live, band = map_and_band()
         spectra = band.spectra(frame_of(RAMPS, [], seed=seed).samples)
         _, residual = band.fit(spectra, phases, np.ones(RAMPS.num_ramps))
-        live.draw(residual, where)
+        live.update(residual, where)
         for shift in (0.0, 0.7, 1.3):
             place = np.rint(where[0] * band.size / band.rate - band.first + 2.0 * shift)
             levels.append(np.exp(live.logs[np.arange(8), place.astype(int)]).mean())
@@ -85,5 +85,5 @@ def test_what_lies_between_two_beams_is_as_loud_as_what_fills_one():
     assert np.argwhere(excess > 0).tolist() == [[1, 2], [4, 7]]
     assert excess[4, 7] == pytest.approx(10.0 + np.log(0.5), abs=1e-5)
     assert beam[4, 7] == 1
-    assert live.loudest() == pytest.approx(0.0, abs=1e-6)
+    assert live.peak_level() == pytest.approx(0.0, abs=1e-6)
     assert not np.any(live.excess(floor, np.log(2.0))[0] > 0)

@@ -8,16 +8,16 @@ from polychirp.model.if_frame import sample_times
 from polychirp.model.radar import Converter
 from polychirp.receiver.chain import Receiver
 from polychirp.receiver.estimation.coherence_test import (
-    CHANCE,
-    FALSE_REJECTIONS,
+    CHANCE_COHERENCE_PROBABILITY,
+    FALSE_REJECTION_PROBABILITY,
+    HIGHEST_HALF_THRESHOLD,
     LEAST_COHERENCE,
-    MOST_OF_A_HALF,
+    aligned,
     coherence,
     coherence_of_halves,
-    is_on_both_halves,
+    half_threshold,
+    is_on_both_slopes,
     least_coherence,
-    least_of_half,
-    straightened,
 )
 from polychirp.receiver.signal_model.point_signal import replica
 from polychirp.rng import Streams
@@ -72,13 +72,13 @@ HEARD = np.ones(RAMPS.num_ramps)
 
 
 def halves(amplitude, present=HEARD, slope=RAMPS.slope):
-    straight = straightened(amplitude, FREQUENCY, MIDDLE)[1]
+    straight = aligned(amplitude, FREQUENCY, MIDDLE)[1]
     return coherence_of_halves(straight, slope=slope, present=present)
 
 
 def is_whole(amplitude, present=HEARD, slope=RAMPS.slope):
-    straight = straightened(amplitude, FREQUENCY, MIDDLE)[1]
-    return is_on_both_halves(straight, slope=slope, present=present)
+    straight = aligned(amplitude, FREQUENCY, MIDDLE)[1]
+    return is_on_both_slopes(straight, slope=slope, present=present)
 
 
 def noise_like(amplitude, seed, power=1.0):
@@ -122,19 +122,19 @@ def test_a_half_that_mitigation_left_out_is_not_asked_for():
 def test_noise_takes_a_weak_point_for_an_arm_as_seldom_as_stated(sweeps):
     """Of the least coherence, on all channels alike, before corrections: 2 · 10⁵ draws of a half.
 
-    With 8 ramps of a half and more, what is asked is `MOST_OF_A_HALF`, and it is rarer.
+    With 8 ramps of a half and more, what is asked is `HIGHEST_HALF_THRESHOLD`, and it is rarer.
     """
     signal = np.sqrt(LEAST_COHERENCE / (1.0 - LEAST_COHERENCE))
     draw = np.random.default_rng(sweeps)
     shape = (200_000, 4, 2)
     mean = signal + np.sqrt(0.5 / sweeps) * draw.normal(size=shape) @ [1.0, 1j]
     share = np.sum(np.abs(mean) ** 2, axis=1) / (4.0 * (signal**2 + 1.0))
-    least = least_of_half(num_ramps=sweeps, channels=4)
-    expected = 0.5 * FALSE_REJECTIONS
+    least = half_threshold(num_ramps=sweeps, channels=4)
+    expected = 0.5 * FALSE_REJECTION_PROBABILITY
     found = np.mean(share < least)
-    assert least <= MOST_OF_A_HALF
+    assert least <= HIGHEST_HALF_THRESHOLD
     assert found <= expected + 3.0 * np.sqrt(expected / len(share))
-    if least < MOST_OF_A_HALF:
+    if least < HIGHEST_HALF_THRESHOLD:
         assert found == pytest.approx(expected, abs=3.0 * np.sqrt(expected / len(share)))
 
 
@@ -149,12 +149,12 @@ def test_points_that_pass_for_coherent_pass_both_halves(sweeps):
     shape = (4000, 4, ramps.num_ramps)
     level = 10.0 ** draw.uniform(-0.2, 1.0, size=(4000, 1, 1))
     noisy = np.sqrt(level) + np.sqrt(0.5) * (draw.normal(size=(*shape, 2)) @ [1.0, 1j])
-    share, straight = straightened(noisy, ramps.centre_frequency, middle)
+    share, straight = aligned(noisy, ramps.centre_frequency, middle)
     is_claimed = share >= LEAST_COHERENCE
-    is_kept = is_on_both_halves(straight, slope=ramps.slope, present=np.ones(ramps.num_ramps))
+    is_kept = is_on_both_slopes(straight, slope=ramps.slope, present=np.ones(ramps.num_ramps))
     lost = np.sum(is_claimed & ~is_kept)
-    assert lost <= FALSE_REJECTIONS * np.sum(is_claimed) + 3.0 * np.sqrt(
-        FALSE_REJECTIONS * np.sum(is_claimed)
+    assert lost <= FALSE_REJECTION_PROBABILITY * np.sum(is_claimed) + 3.0 * np.sqrt(
+        FALSE_REJECTION_PROBABILITY * np.sum(is_claimed)
     )
 
 
@@ -183,8 +183,8 @@ def test_bursts_from_one_direction_seldom_cohere_by_chance():
     drawn = np.random.default_rng(4).standard_normal((20_000, 1, 16, 2)).view(np.complex128)
     found = coherence(np.repeat(drawn[..., 0], 4, axis=1), frequency, ramps)
     asked = least_coherence(frequency, ramps)
-    assert np.mean(found >= asked) <= CHANCE
-    assert np.mean(found >= LEAST_COHERENCE) > 10 * CHANCE
+    assert np.mean(found >= asked) <= CHANCE_COHERENCE_PROBABILITY
+    assert np.mean(found >= LEAST_COHERENCE) > 10 * CHANCE_COHERENCE_PROBABILITY
 
 
 def test_of_many_ramps_no_more_is_asked():

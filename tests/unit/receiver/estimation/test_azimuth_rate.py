@@ -5,18 +5,18 @@ import pytest
 
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.receiver.chain import Receiver
-from polychirp.receiver.estimation.bearing_rate import (
-    brought_to_start,
-    courses,
+from polychirp.receiver.estimation.azimuth_rate import (
+    ramp_weights,
+    sine_basis,
     sines_and_rates,
-    trust,
+    snapshots_at_start,
 )
 from polychirp.receiver.signal_model.point_signal import path_of, path_slopes
 from polychirp.rng import Streams
 from polychirp.waveform import DiverseTriangular, Triangular
 from tests.support.points import HandPoint, frame_of
 
-ALONG = 0.5 * SPEED_OF_LIGHT / 79e9 * (np.arange(4) - 1.5)
+CHANNEL_Y = 0.5 * SPEED_OF_LIGHT / 79e9 * (np.arange(4) - 1.5)
 ELAPSED = 1.5e-3 * np.arange(32)
 FREQUENCY = 79e9 + 1e8 * np.sin(np.arange(32.0))
 
@@ -39,7 +39,7 @@ def motion_of(place, velocity):
 
 
 def snapshots_of(sine, amplitude=1.0):
-    cycles = FREQUENCY / SPEED_OF_LIGHT * sine * ALONG[:, None]
+    cycles = FREQUENCY / SPEED_OF_LIGHT * sine * CHANNEL_Y[:, None]
     return amplitude * np.exp(-2j * np.pi * cycles)[None]
 
 
@@ -47,7 +47,7 @@ def found_of(snapshots):
     return sines_and_rates(
         snapshots,
         motion=motion_of(PLACE, VELOCITY),
-        along=ALONG,
+        channel_y=CHANNEL_Y,
         frequency=FREQUENCY,
         elapsed=ELAPSED,
     )[0]
@@ -74,7 +74,7 @@ def test_slopes_of_a_path_are_its_differences():
 
 def test_the_sine_of_what_moves_straight_takes_the_course_of_geometry():
     sine = straight(PLACE, VELOCITY)[2]
-    steady, turned = courses(motion_of(PLACE, VELOCITY), ELAPSED)[:, 0]
+    steady, turned = sine_basis(motion_of(PLACE, VELOCITY), ELAPSED)[:, 0]
     rate = (VELOCITY[1] - sine[0] * motion_of(PLACE, VELOCITY)[0, 1]) / 5.0
     assert sine[0] * steady + rate * turned == pytest.approx(sine, abs=1e-12)
 
@@ -88,14 +88,14 @@ def test_a_bearing_and_its_rate_are_found_at_the_start():
 
 def test_brought_to_the_start_all_ramps_are_alike():
     sine = straight(PLACE, VELOCITY)[2]
-    still = brought_to_start(
+    still = snapshots_at_start(
         snapshots_of(sine),
         motion=motion_of(PLACE, VELOCITY),
-        along=ALONG,
+        channel_y=CHANNEL_Y,
         frequency=FREQUENCY,
         elapsed=ELAPSED,
     )
-    phase = -2.0 * np.pi * np.mean(FREQUENCY) / SPEED_OF_LIGHT * sine[0] * ALONG
+    phase = -2.0 * np.pi * np.mean(FREQUENCY) / SPEED_OF_LIGHT * sine[0] * CHANNEL_Y
     assert still[0] == pytest.approx(np.tile(np.exp(1j * phase)[:, None], 32), abs=1e-5)
 
 
@@ -112,9 +112,9 @@ def test_ramps_that_hear_something_else_count_little():
 def test_even_noise_is_trusted():
     draw = np.random.default_rng(2)
     left = draw.gamma(3.0, size=(2000, 32))  # of four channels: three complex ones
-    assert np.mean(trust(left) < 1.0) < 0.01
+    assert np.mean(ramp_weights(left) < 1.0) < 0.01
     left[:, 5] = 1e6
-    assert np.all(trust(left)[:, 5] < 1e-4)
+    assert np.all(ramp_weights(left)[:, 5] < 1e-4)
 
 
 @pytest.mark.parametrize("angle", ["root-music", "bartlett", "capon"])
@@ -124,7 +124,7 @@ def test_the_receiver_gives_the_azimuth_at_the_frames_start(angle):
         num_sweeps=16, streams=Streams(2)
     )
     point = HandPoint(
-        range=7.0, range_rate=-14.0, acceleration=28.0, azimuth=0.7, turning=1.5, power=1e4
+        range=7.0, range_rate=-14.0, acceleration=28.0, azimuth=0.7, sine_rate=1.5, power=1e4
     )
     found = Receiver(angle=angle).detect(frame_of(ramps, [point], seed=3))
     assert found.num_detections == 1
