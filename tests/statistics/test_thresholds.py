@@ -1,4 +1,4 @@
-"""How often thresholds are wrong on noise alone: stated against measured."""
+"""False-alarm probabilities of thresholds on noise alone: stated against measured."""
 
 import math
 
@@ -28,7 +28,7 @@ from tests.support.estimation import estimate_points
 from tests.support.points import frame_of
 
 
-def test_the_papers_threshold_calls_half_of_the_noise_targets():
+def test_almost_half_of_the_noise_is_above_the_papers_threshold():
     """Rayleigh: P(a > mean a) = exp(−π/4); exponential: 1/e. 2e5 cells: ±0.35 % at 3 sigma."""
     noise = np.random.default_rng(1).normal(size=(2, 200_000))
     amplitude = np.hypot(*noise)
@@ -90,23 +90,23 @@ def test_the_receivers_map_has_the_stated_false_alarm_rate(probability):
 
 
 @pytest.mark.slow
-def test_the_whole_receiver_claims_no_more_from_noise_than_stated():
+def test_the_whole_receiver_detects_no_more_in_noise_than_stated():
     """40 frames of noise alone at 1e-4 per cell, against cells × probability.
 
-    A false peak is several cells wide, one claim, and must besides cohere and survive its own fit,
-    so that claims are fewer than crossings: no more than stated, at 99.9 % by Poisson's law. And
+    A false peak is several cells wide, one detection, and must also pass the tests of coherence,
+    so that detections are fewer than crossings: at most the stated number, 99.9 % by Poisson. And
     the crossings themselves are as many as stated (above).
     """
     probability = 1e-4
     receiver = Receiver(false_alarm_probability=probability)
     ramps = DiverseTriangular().schedule(num_sweeps=16, streams=Streams(2))
-    claims, frames = 0, 40
+    detected, frames = 0, 40
     for seed in range(frames):
         frame = frame_of(ramps, [], seed=1000 + seed)
-        claims += receiver.detect(frame).num_detections
+        detected += receiver.detect(frame).num_detections
     grid = search_grid(receiver, frame, 0.0)
     stated = probability * frames * grid.range.size * grid.range_rate.size
-    assert claims <= poisson.ppf(0.999, stated)
+    assert detected <= poisson.ppf(0.999, stated)
 
 
 @pytest.mark.slow
@@ -138,7 +138,7 @@ def test_the_drawn_map_crosses_its_threshold_as_often_as_stated(family, probabil
     "family", [Triangular(bandwidth=1e9, ramp_duration=1e-3), DiverseTriangular()]
 )
 def test_an_isolated_point_is_measured_at_the_bound(family):
-    """Range, rate and bearing within 10 % of Cramér and Rao's, from −10 to 60 dB per sample.
+    """Range, rate and azimuth within 10 % of Cramér and Rao's, from −10 to 60 dB per sample.
 
     80 points at each of three levels: the rms of all 240 has a spread of 4.6 %; 3 sigma of that.
     """

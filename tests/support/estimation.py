@@ -39,7 +39,7 @@ class Estimation:
 
     @property
     def found(self) -> float:
-        """Share of the trials in which something was claimed."""
+        """Share of the trials with a detection."""
         return len(self.ratio) / self.trials
 
     @property
@@ -56,9 +56,9 @@ class Estimation:
 def estimate_points(
     receiver: Receiver, schedule: RampSchedule, *, snr: float, trials: int, seed: int = 0
 ) -> Estimation:
-    """Trials with one point anywhere at 4 … 26 m, ±25 m/s, ±3 m/s², ±50°, and turning.
+    """Trials with one point anywhere at 4 … 26 m, ±25 m/s, ±3 m/s², ±50°, and a changing azimuth.
 
-    Its bearing's rate is drawn as the receiver expects it, and so known to the bound.
+    The rate of its azimuth is random with the receiver's prior, which the bound includes.
 
     Parameters
     ----------

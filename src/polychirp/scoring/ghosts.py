@@ -45,7 +45,7 @@ _BY_PART = {
 
 HIDING_RATIO = 100.0
 """Ratio of interference to an own echo in the same cell above which the detection is that of the
-interference: 20 dB. Chosen."""
+interference: 20 dB. Chosen: an interferer's floor may be above the echo of a real wall."""
 
 
 def natures(

@@ -1,4 +1,4 @@
-"""Points hardly above what is asked of them."""
+"""Points hardly above the thresholds."""
 
 from dataclasses import replace
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from polychirp.axes import ComplexArray, FloatArray, IntArray
+from polychirp.axes import ComplexArray, FloatArray
 from polychirp.errors import InputError
 
 
@@ -163,35 +163,6 @@ def sines_of_sources_twin(
     return np.array(found)
 
 
-def source_count(covariances: ComplexArray, *, num_snapshots: int) -> IntArray:
-    r"""Number of sources in every detection, ``(detection,)``: 0 … elements − 1.
-
-    Minimum description length (Wax and Kailath 1985), with the number of free parameters of a
-    forward–backward averaged covariance (Xu, Roy and Kailath 1994):
-
-    .. math:: \mathrm{MDL}(k) = L(N-k)\ln\frac{a_k}{g_k} + \tfrac14 k(2N-k+1)\ln L
-
-    with the arithmetic and geometric means a and g of the N − k smallest eigenvalues.
-
-    Parameters
-    ----------
-    covariances : ``(detection, element, element)``
-    num_snapshots : L, number of averages without the backward ones; at least 2
-    """
-    if num_snapshots < 2:
-        raise InputError("one snapshot does not show the number of sources; state it instead")
-    value = np.linalg.eigvalsh(np.asarray(covariances))
-    value = np.maximum(value, 1e-15 * value[:, -1:] + 1e-300)
-    size = value.shape[1]
-    score = np.empty_like(value)
-    for k in range(size):
-        noise = value[:, : size - k]
-        spread = np.log(noise.mean(axis=1)) - np.log(noise).mean(axis=1)
-        penalty = 0.25 * k * (2 * size - k + 1) * np.log(num_snapshots)
-        score[:, k] = num_snapshots * (size - k) * spread + penalty
-    return np.asarray(np.argmin(score, axis=1))
-
-
 def _null_polynomial(covariances: ComplexArray, num_sources: int) -> ComplexArray:
     """Coefficients ``(detection, 2·element − 1)``, highest power first."""
     size = covariances.shape[-1]
@@ -245,8 +216,7 @@ def _sines_of_roots(root: ComplexArray, num_sources: int, spacing: float) -> Flo
 def _check_sources(num_sources: int, num_elements: int, spacing: float) -> None:
     if not 1 <= num_sources < num_elements:
         raise InputError(
-            f"{num_elements} elements cannot separate {num_sources} sources; "
-            f"take 1 to {num_elements - 1}"
+            f"{num_elements} elements separate 1 to {num_elements - 1} sources, not {num_sources}"
         )
     if not spacing > 0:
         raise InputError("the spacing of an array must be positive, in wavelengths")

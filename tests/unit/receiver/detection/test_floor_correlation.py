@@ -1,4 +1,4 @@
-"""How far a floor follows the map that it is read from."""
+"""Correlation of the floor with the map from which it is estimated."""
 
 import numpy as np
 import pytest
@@ -42,7 +42,7 @@ def test_a_floors_variance_and_covariance_are_those_of_drawn_maps():
     assert found == pytest.approx(search.map.floor_correlation(), abs=0.005)
 
 
-def test_a_threshold_above_a_floor_that_follows_is_that_of_normal_noise():
+def test_a_threshold_above_a_correlated_floor_is_that_of_normal_noise():
     """400 000 cells S and floors C S + ε: as many cross as stated, within 4 sigma and 1 %."""
     draw = np.random.default_rng(4)
     ramps, probability, covariance, variance = 16, 3e-3, 0.05, 0.04

@@ -1,4 +1,4 @@
-"""Bearings of what turns within a frame."""
+"""Azimuths that change within a frame."""
 
 import numpy as np
 import pytest
@@ -72,21 +72,21 @@ def test_slopes_of_a_path_are_its_differences():
         )
 
 
-def test_the_sine_of_what_moves_straight_takes_the_course_of_geometry():
+def test_the_sine_of_a_straight_path_is_that_of_geometry():
     sine = straight(PLACE, VELOCITY)[2]
     steady, turned = sine_basis(motion_of(PLACE, VELOCITY), ELAPSED)[:, 0]
     rate = (VELOCITY[1] - sine[0] * motion_of(PLACE, VELOCITY)[0, 1]) / 5.0
     assert sine[0] * steady + rate * turned == pytest.approx(sine, abs=1e-12)
 
 
-def test_a_bearing_and_its_rate_are_found_at_the_start():
+def test_an_azimuth_and_its_rate_are_found_at_the_start():
     """Nothing but the prior's pull is left, which vanishes with the noise."""
     sine = straight(PLACE, VELOCITY)[2]
     rate = (VELOCITY[1] - sine[0] * motion_of(PLACE, VELOCITY)[0, 1]) / 5.0
     assert found_of(snapshots_of(sine)) == pytest.approx([sine[0], rate], abs=1e-6)
 
 
-def test_brought_to_the_start_all_ramps_are_alike():
+def test_snapshots_at_the_start_are_equal_on_all_ramps():
     sine = straight(PLACE, VELOCITY)[2]
     still = snapshots_at_start(
         snapshots_of(sine),
@@ -99,8 +99,8 @@ def test_brought_to_the_start_all_ramps_are_alike():
     assert still[0] == pytest.approx(np.tile(np.exp(1j * phase)[:, None], 32), abs=1e-5)
 
 
-def test_ramps_that_hear_something_else_count_little():
-    """A third of the ramps hear a second wave, ten times louder, from the other side."""
+def test_ramps_with_another_wave_count_little():
+    """A third of the ramps have a second wave, of ten times the amplitude, from the other side."""
     sine = straight(PLACE, VELOCITY)[2]
     draw = np.random.default_rng(1)
     noise = draw.normal(size=(2, 4, 32))
@@ -109,7 +109,7 @@ def test_ramps_that_hear_something_else_count_little():
     assert found_of(snapshots)[0] == pytest.approx(sine[0], abs=0.02)
 
 
-def test_even_noise_is_trusted():
+def test_ramps_of_even_noise_have_full_weight():
     draw = np.random.default_rng(2)
     left = draw.gamma(3.0, size=(2000, 32))  # of four channels: three complex ones
     assert np.mean(ramp_weights(left) < 1.0) < 0.01
@@ -131,7 +131,7 @@ def test_the_receiver_gives_the_azimuth_at_the_frames_start(angle):
     assert np.degrees(found.azimuth[0] - point.azimuth) == pytest.approx(0.0, abs=0.01)
 
 
-def test_what_passes_near_is_claimed():
+def test_a_target_that_passes_nearby_is_detected():
     """At 3.7 m with 14 m/s inwards and across: 51 m/s², beyond what beats alone are read with."""
     ramps = DiverseTriangular().schedule(num_sweeps=16, streams=Streams(2))
     point = HandPoint(range=3.74, range_rate=-14.0, acceleration=51.0, azimuth=0.77, power=1e3)

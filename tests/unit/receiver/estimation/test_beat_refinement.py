@@ -26,14 +26,14 @@ def ramps():
 
 @pytest.mark.parametrize("solve", [range_and_rate_from_beats, range_and_rate_from_beats_twin])
 def test_range_and_rate_follow_the_beats_of_most_ramps(solve):
-    """Two ramps of sixteen have their peak elsewhere and are given no say."""
+    """Two ramps of sixteen have their peak elsewhere and get no weight."""
     logs, place, slope = ramps()
     guess, beam = np.array([[7.0, 3.0]]), np.array([1])
     found = solve(logs, guess, beam, place[None], slope, reach=2, resolution=2.0)
     assert found[0] == pytest.approx([7.03, 2.8], abs=1e-3)
 
 
-def test_the_compiled_solution_is_its_twins():
+def test_the_compiled_solution_is_its_references():
     logs, place, slope = ramps()
     guess, beam = np.array([[7.0, 3.0], [7.0, 3.0]]), np.array([1, 0])
     places = np.stack([place, place + 3.0])

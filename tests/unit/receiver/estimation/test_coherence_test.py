@@ -55,7 +55,7 @@ def test_noise_does_not_cohere():
     assert coherence(noise, FREQUENCY, MIDDLE).max() < LEAST_COHERENCE
 
 
-def test_an_echo_whose_phase_jumps_from_ramp_to_ramp_is_not_claimed():
+def test_an_echo_whose_phase_jumps_from_ramp_to_ramp_is_not_detected():
     """Strong on every ramp, but no body moves like that."""
     frame = frame_of(RAMPS, [])
     times = sample_times(RAMPS, Converter())
@@ -97,11 +97,11 @@ def test_a_point_coheres_on_both_halves_as_on_the_whole(rate, acceleration):
 
 def test_an_arm_coheres_by_a_half_and_is_not_on_the_other():
     """In phase on all up-ramps, noise 20 dB below on the others."""
-    arm = np.where(UP, turned(0.05, 4.0), 0.0) + noise_like(turned(0.0, 0.0), 1, 0.01)
-    assert coherence(arm, FREQUENCY, MIDDLE)[0] == pytest.approx(0.5, rel=0.1)
-    assert coherence(arm, FREQUENCY, MIDDLE)[0] > LEAST_COHERENCE
-    assert halves(arm)[0] == pytest.approx([2.0, 0.0], abs=0.4)
-    assert not is_whole(arm)[0]
+    ridge = np.where(UP, turned(0.05, 4.0), 0.0) + noise_like(turned(0.0, 0.0), 1, 0.01)
+    assert coherence(ridge, FREQUENCY, MIDDLE)[0] == pytest.approx(0.5, rel=0.1)
+    assert coherence(ridge, FREQUENCY, MIDDLE)[0] > LEAST_COHERENCE
+    assert halves(ridge)[0] == pytest.approx([2.0, 0.0], abs=0.4)
+    assert not is_whole(ridge)[0]
 
 
 def test_ramps_of_one_direction_have_no_second_half():
@@ -140,7 +140,7 @@ def test_noise_takes_a_weak_point_for_an_arm_as_seldom_as_stated(sweeps):
 
 @pytest.mark.parametrize("sweeps", [4, 8, 16])
 def test_points_that_pass_for_coherent_pass_both_halves(sweeps):
-    """Of 4000 in noise, of any coherence that is claimed, no more than stated are refused."""
+    """Of 4000 in noise, of any coherence above the threshold, no more than stated are refused."""
     ramps = Triangular(bandwidth=1e9, ramp_duration=1e-3).schedule(
         num_sweeps=sweeps, streams=Streams(1)
     )
@@ -150,11 +150,11 @@ def test_points_that_pass_for_coherent_pass_both_halves(sweeps):
     level = 10.0 ** draw.uniform(-0.2, 1.0, size=(4000, 1, 1))
     noisy = np.sqrt(level) + np.sqrt(0.5) * (draw.normal(size=(*shape, 2)) @ [1.0, 1j])
     share, straight = aligned(noisy, ramps.centre_frequency, middle)
-    is_claimed = share >= LEAST_COHERENCE
+    is_accepted = share >= LEAST_COHERENCE
     is_kept = is_on_both_slopes(straight, slope=ramps.slope, present=np.ones(ramps.num_ramps))
-    lost = np.sum(is_claimed & ~is_kept)
-    assert lost <= FALSE_REJECTION_PROBABILITY * np.sum(is_claimed) + 3.0 * np.sqrt(
-        FALSE_REJECTION_PROBABILITY * np.sum(is_claimed)
+    lost = np.sum(is_accepted & ~is_kept)
+    assert lost <= FALSE_REJECTION_PROBABILITY * np.sum(is_accepted) + 3.0 * np.sqrt(
+        FALSE_REJECTION_PROBABILITY * np.sum(is_accepted)
     )
 
 
@@ -165,8 +165,8 @@ BEYOND = [
 
 
 @pytest.mark.parametrize("beyond", BEYOND)
-def test_what_lies_beyond_the_map_is_not_claimed_in_it(beyond):
-    """Too fast, or too far: its arms cross the map 60 dB above what is asked there."""
+def test_a_target_beyond_the_map_is_not_detected_in_it(beyond):
+    """Too fast, or too far: its cross-pairing ridges cross the map 60 dB above the threshold."""
     target = HandPoint(range=9.0, range_rate=3.0, power=1.0)
     found = Receiver().detect(frame_of(RAMPS, [beyond, target]))
     assert found.range == pytest.approx([9.0], abs=5e-3)

@@ -102,7 +102,7 @@ def test_a_wrong_beat_is_read_off_the_residual_as_over_samples():
     assert errors == pytest.approx(twin, rel=0.03)
 
 
-def test_skirts_below_the_noise_are_left_where_they_are():
+def test_side_lobes_below_the_noise_are_not_removed():
     """A tenth of the noise's rms at most, and much less work."""
     frame = frame_of(RAMPS, POINTS[:1], noise=0.0)
     own = band(TIMES.is_sample)
