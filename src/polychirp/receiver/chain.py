@@ -199,7 +199,7 @@ class _Search:
             before = self.motion, self.amplitude, self.floor, self.residual
             if not self._add_strongest(excess, beam, floor):
                 return False
-            self._take_out()
+            self._fit_jointly()
             if len(self.motion) > len(before[0]):
                 return len(self.motion) < self.receiver.most_detections
             self.motion, self.amplitude, self.floor, self.residual = before
@@ -247,20 +247,20 @@ class _Search:
         amplitude = self.band.match(self.residual, self.model.phases(motion))
         coherent = self._coherence(amplitude, motion)
         unsure = np.flatnonzero((coherent < ONE_POINT_SHARE) & (coherent >= 0.5 * self.least))
-        bent = self._bent(motion[unsure], amplitude[unsure])
-        matched = self.band.match(self.residual, self.model.phases(bent))
-        again = self._coherence(matched, bent)
+        accelerated = self._with_acceleration(motion[unsure], amplitude[unsure])
+        matched = self.band.match(self.residual, self.model.phases(accelerated))
+        again = self._coherence(matched, accelerated)
         is_better = again > coherent[unsure]
         better = unsure[is_better]
-        motion[better], amplitude[better] = bent[is_better], matched[is_better]
+        motion[better], amplitude[better] = accelerated[is_better], matched[is_better]
         coherent[better] = again[is_better]
         is_point = coherent >= self.least
-        under = floor[cells[:, 1], beam]
+        own_floor = floor[cells[:, 1], beam]
         self.motion = np.vstack([self.motion, motion[is_point]])
-        self.floor = np.append(self.floor, under[is_point])
-        above = self._above(amplitude, under)
+        self.floor = np.append(self.floor, own_floor[is_point])
+        above = self._above(amplitude, own_floor)
         for n in np.flatnonzero(~is_point):
-            self.pairs.refuse(float(above[n]), motion[n], float(under[n]))
+            self.pairs.refuse(float(above[n]), motion[n], float(own_floor[n]))
         return is_point
 
     def _aligned(self, amplitude: ComplexArray, motion: FloatArray) -> Alignment:
@@ -273,7 +273,7 @@ class _Search:
     def _coherence(self, amplitude: ComplexArray, motion: FloatArray) -> FloatArray:
         return self._aligned(amplitude, motion).coherence
 
-    def _bent(self, motion: FloatArray, amplitude: ComplexArray) -> FloatArray:
+    def _with_acceleration(self, motion: FloatArray, amplitude: ComplexArray) -> FloatArray:
         """Motions with the accelerations that fit their beats, for points that pass nearby."""
         for _ in range(2):
             phases = self.model.phases(motion)
@@ -283,7 +283,7 @@ class _Search:
             amplitude = self.band.match(self.residual, self.model.phases(motion))
         return motion
 
-    def _take_out(self, steps: int = 2) -> None:
+    def _fit_jointly(self, steps: int = 2) -> None:
         """Fit all points to the spectra together: amplitudes and motions in turn."""
         for _ in range(steps):
             phases = self._fit()
@@ -311,17 +311,17 @@ class _Search:
         before = len(self.pairs.found)
         while len(self.motion) + 2 * len(self.pairs.found) < self.receiver.most_detections:
             if not (
-                any(map(self._is_split, self._doubtful()))
-                or self._is_taken(self.pairs.of_refused(self.residual, self.map.noise))
+                any(map(self._is_replaced_by_pair, self._pair_candidates()))
+                or self._is_subtracted(self.pairs.of_refused(self.residual, self.map.noise))
             ):
                 break
-            self._take_out()
+            self._fit_jointly()
         if len(self.pairs.found) == before:
             return False
         self.is_tried[:] = False
         return True
 
-    def _doubtful(self) -> list[BoolArray]:
+    def _pair_candidates(self) -> list[BoolArray]:
         """Groups of points that may be one pair, a mask ``(point,)`` each.
 
         A group is an incoherent point with the points that overlap it: a pair that was fitted as
@@ -339,31 +339,33 @@ class _Search:
         groups |= {(own & is_none).tobytes(): own & is_none for own in every}
         return list(groups.values())[:MOST_GROUPS]
 
-    def _is_split(self, own: BoolArray) -> bool:
+    def _is_replaced_by_pair(self, own: BoolArray) -> bool:
         """True if the points ``own`` ``(point,)`` are a pair, which then replaces them."""
         strongest = int(np.argmax(own * np.sum(np.abs(self.amplitude) ** 2, axis=(1, 2))))
         pair = self.pairs.of_point(
-            self.pairs.alone(self.residual, self.motion[own], self.amplitude[own]),
+            self.pairs.isolated(self.residual, self.motion[own], self.amplitude[own]),
             motion=self.motion[strongest],
             noise=self.map.noise,
             floor=float(self.floor[strongest]),
         )
-        if self._is_taken(pair):
+        if self._is_subtracted(pair):
             self._keep(~own)
         return pair is not None
 
-    def _is_taken(self, pair: Pair | None) -> bool:
+    def _is_subtracted(self, pair: Pair | None) -> bool:
         """True if there is a pair; it is then subtracted from the spectra for good."""
         if pair is not None:
             phases = self.model.phases(pair.motion)
-            self.spectra = self.band.without(self.spectra, phases, pair.amplitude)
+            self.spectra = self.band.subtract(self.spectra, phases, pair.amplitude)
         return pair is not None
 
-    def _with_pairs(self) -> None:
+    def _append_pairs(self) -> None:
         """Measure all pairs again, without the points found since, and add them to the points."""
         for pair in self.pairs.found:
             again = self.pairs.fit(
-                self.pairs.alone(self.residual, pair.motion, pair.amplitude), pair, self.map.noise
+                self.pairs.isolated(self.residual, pair.motion, pair.amplitude),
+                pair,
+                self.map.noise,
             )
             self.motion = np.vstack([self.motion, again.motion])
             self.amplitude = np.concatenate([self.amplitude, again.amplitude])
@@ -403,21 +405,21 @@ class _Search:
         self.floor = self.floor[which]
         self.amplitude = self.amplitude[which]
 
-    def _cohere(self) -> ComplexArray:
+    def _refine_by_phases(self) -> ComplexArray:
         """Refine points that keep one phase history over the frame; snapshots for their azimuths.
 
         The snapshots, ``(point, channel, ramp)``, have equal noise and refer to the frame's start.
-        Those of refined points weight all samples alike, those of others are fitted under the
+        Those of refined points weight all samples alike, those of others are fitted own_floor the
         window.
         """
         if len(self.motion) == 0:
             return self.amplitude
         readings, steps, is_one = self._coherent_steps()
         self.motion[is_one] += steps[is_one]
-        has_bent = (
+        is_reread = (
             is_one & (np.abs(steps[:, 2]) > REREAD_ACCELERATION) & (self.excess() > REREAD_LOG_SNR)
         )
-        if np.any(has_bent) and not self.pairs.found:
+        if np.any(is_reread) and not self.pairs.found:
             self._fit()  # the readings subtract the other points, at their new motions
             readings, steps, is_one = self._coherent_steps()
             self.motion[is_one] += steps[is_one]
@@ -453,9 +455,9 @@ class _Search:
     def detections(self) -> Detections:
         """All points but those outside the limits and side lobes of stronger ones."""
         self._keep(self._is_point())
-        self._with_pairs()
+        self._append_pairs()
         is_detection = self._is_detection()
-        snapshots = self._cohere()
+        snapshots = self._refine_by_phases()
         power = np.mean(np.abs(self.amplitude) ** 2, axis=(1, 2))
         distance, rate = self.motion[:, 0], self.motion[:, 1]
         kept = reject_sidelobes(self.frame, distance=distance, range_rate=rate, power=power)

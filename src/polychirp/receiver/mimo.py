@@ -80,7 +80,7 @@ def virtual_array(frame: IfFrame, *, range_rate: float = 0.0) -> IfFrame:
     array, order = _virtual_line(frame.array, frame.schedule.num_elements)
     blocks = code_blocks(frame.schedule)
     first = blocks.ramps[:, 0].ravel()
-    turned = frame.samples * _turned_back(frame, blocks, range_rate)
+    turned = frame.samples * _motion_correction(frame, blocks, range_rate)
     split = turned[:, blocks.ramps]
     weight = blocks.weight / np.sum(np.abs(blocks.weight) ** 2, axis=0)
     apart = np.einsum("kl,cbkrn->lcbrn", weight, split)
@@ -253,7 +253,7 @@ def _check_equal(schedule: RampSchedule, ramps: IntArray) -> None:
             )
 
 
-def _turned_back(frame: IfFrame, blocks: CodeBlocks, range_rate: float) -> ComplexArray:
+def _motion_correction(frame: IfFrame, blocks: CodeBlocks, range_rate: float) -> ComplexArray:
     """Factors ``(ramp, fast)`` that give a target the phase it has on its block's first sweep."""
     start = frame.schedule.start_time
     first = np.broadcast_to(blocks.ramps[:, :1], blocks.ramps.shape).ravel()

@@ -95,20 +95,20 @@ def sines_and_rates(
     """
     channels = snapshots.shape[1]
     centred = channel_y - np.mean(channel_y)
-    wave = 2.0 * np.pi / SPEED_OF_LIGHT * frequency
+    wavenumber = 2.0 * np.pi / SPEED_OF_LIGHT * frequency
     basis = sine_basis(motion, elapsed)
-    every = np.sum(np.abs(snapshots) ** 2, axis=1)
+    power = np.sum(np.abs(snapshots) ** 2, axis=1)
     prior = (motion[:, 0] / TYPICAL_CROSSING_SPEED) ** 2
     found = np.zeros((len(motion), 2))
-    found[:, 0] = _mean_sines(snapshots, centred[1] - centred[0], float(np.mean(wave)))
+    found[:, 0] = _mean_sines(snapshots, centred[1] - centred[0], float(np.mean(wavenumber)))
     for _ in range(4):
-        turned = snapshots * _phasors(np.einsum("pi,ipk->pk", found, basis), centred, wave)
-        wanted = np.mean(turned, axis=1)
-        left = np.maximum(every - channels * np.abs(wanted) ** 2, LEAST_RESIDUAL_SHARE * every)
+        turned = snapshots * _phasors(np.einsum("pi,ipk->pk", found, basis), centred, wavenumber)
+        beam = np.mean(turned, axis=1)
+        left = np.maximum(power - channels * np.abs(beam) ** 2, LEAST_RESIDUAL_SHARE * power)
         share = ramp_weights(left)
         noise = np.mean(share * left, axis=1) / (channels - 1) + 1e-300
-        ahead = -np.einsum("m,pmk,pk->pk", centred, turned, wanted.conj()).imag * wave * share
-        weight = np.abs(wanted) ** 2 * wave**2 * np.sum(centred**2) * share
+        ahead = -np.einsum("m,pmk,pk->pk", centred, turned, beam.conj()).imag * wavenumber * share
+        weight = np.abs(beam) ** 2 * wavenumber**2 * np.sum(centred**2) * share
         normal = np.einsum("ipk,jpk,pk->pij", basis, basis, weight)
         right = np.einsum("ipk,pk->pi", basis, ahead)
         held = 0.5 * noise * prior
@@ -137,23 +137,23 @@ def snapshots_at_start(
     found = sines_and_rates(
         snapshots, motion=motion, channel_y=channel_y, frequency=frequency, elapsed=elapsed
     )
-    wave = 2.0 * np.pi / SPEED_OF_LIGHT * frequency
-    now = np.einsum("pi,ipk->pk", found, sine_basis(motion, elapsed)) * wave
-    start = np.broadcast_to(found[:, :1] * np.mean(wave), now.shape)
-    centred, one = channel_y - np.mean(channel_y), np.ones_like(wave)
+    wavenumber = 2.0 * np.pi / SPEED_OF_LIGHT * frequency
+    now = np.einsum("pi,ipk->pk", found, sine_basis(motion, elapsed)) * wavenumber
+    start = np.broadcast_to(found[:, :1] * np.mean(wavenumber), now.shape)
+    centred, one = channel_y - np.mean(channel_y), np.ones_like(wavenumber)
     turned = snapshots * _phasors(now, centred, one)
     left = np.sum(np.abs(turned - np.mean(turned, axis=1, keepdims=True)) ** 2, axis=1)
     left = np.maximum(left, LEAST_RESIDUAL_SHARE * np.sum(np.abs(turned) ** 2, axis=1))
     return turned * _phasors(-start, centred, one) * np.sqrt(ramp_weights(left))[:, None]
 
 
-def _phasors(sine: FloatArray, channel_y: FloatArray, wave: FloatArray) -> ComplexArray:
+def _phasors(sine: FloatArray, channel_y: FloatArray, wavenumber: FloatArray) -> ComplexArray:
     """Phasors that remove a wave's phases, ``(point, channel, ramp)``."""
-    return np.asarray(np.exp(1j * (sine * wave)[:, None] * channel_y[:, None]))
+    return np.asarray(np.exp(1j * (sine * wavenumber)[:, None] * channel_y[:, None]))
 
 
-def _mean_sines(snapshots: ComplexArray, spacing: float, wave: float) -> FloatArray:
+def _mean_sines(snapshots: ComplexArray, spacing: float, wavenumber: float) -> FloatArray:
     """Sines from the mean phase between neighbours, all ramps weighted alike: ``(point,)``."""
     products = np.sum(snapshots[:, 1:] * snapshots[:, :-1].conj(), axis=1)
     power = np.sum(np.abs(snapshots) ** 2, axis=1) + 1e-300
-    return np.asarray(-np.angle(np.sum(products / power, axis=1)) / (wave * spacing))
+    return np.asarray(-np.angle(np.sum(products / power, axis=1)) / (wavenumber * spacing))

@@ -272,7 +272,7 @@ each product, which prevents vector instructions."""
 
 
 @njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
-def _turning_into(real: Any, imag: Any, phase: Any, rate: float) -> None:  # pragma: no cover
+def _unit_signal_into(real: Any, imag: Any, phase: Any, rate: float) -> None:  # pragma: no cover
     """Unit signal of one point on one ramp, by recurrences of a quadratic phase."""
     slope, bend = phase[1] / rate, phase[2] / rate**2
     tr, ti, sr, si = (
@@ -318,7 +318,7 @@ def _read(  # pragma: no cover - compiled
                 x[m, n] = samples[m, k, n].real if present[k, n] else 0.0
                 y[m, n] = samples[m, k, n].imag if present[k, n] else 0.0
         for p in range(points):
-            _turning_into(real[p], imag[p], phases[p, k], rate)
+            _unit_signal_into(real[p], imag[p], phases[p, k], rate)
             for n in range(fast):
                 real[p, n] *= present[k, n]
                 imag[p, n] *= present[k, n]

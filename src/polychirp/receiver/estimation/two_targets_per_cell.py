@@ -131,11 +131,11 @@ class Pairs:
         """Note a peak that is no single point."""
         self.refused.append(RefusedPeak(height, motion, floor))
 
-    def alone(
+    def isolated(
         self, residual: FloatArray, motion: FloatArray, amplitude: ComplexArray
     ) -> FloatArray:
         """Spectra with everything subtracted but these points."""
-        return self.band.without(residual, self.model.phases(motion), -amplitude)
+        return self.band.subtract(residual, self.model.phases(motion), -amplitude)
 
     def of_point(
         self, spectra: FloatArray, *, motion: FloatArray, noise: FloatArray, floor: float
@@ -214,9 +214,9 @@ class Pairs:
         for _ in range(MOST_ROUNDS):
             for i in (0, 1):
                 other = self.model.phases(motion[1 - i, None])
-                alone = self.band.without(spectra, other, amplitude[1 - i, None])
+                alone = self.band.subtract(spectra, other, amplitude[1 - i, None])
                 motion[i], amplitude[i] = self._measured(alone, motion[i], noise)
-            left = self.band.without(spectra, self.model.phases(motion), amplitude)
+            left = self.band.subtract(spectra, self.model.phases(motion), amplitude)
             before, share = share, self._share(spectra, left, motion, noise)
             if share < LEAST_SHARE_TO_GO_ON or share - before < LEAST_RELATIVE_GAIN * (1.0 - share):
                 break

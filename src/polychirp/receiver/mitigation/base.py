@@ -63,7 +63,7 @@ def _mitigated(mitigation: Mitigation, frame: IfFrame) -> Mitigated:
     return mitigation.mitigate(frame)
 
 
-def kept(frame: IfFrame, weight: BoolArray | FloatArray) -> Mitigated:
+def with_weights(frame: IfFrame, weight: BoolArray | FloatArray) -> Mitigated:
     """The frame with weights ``(ramp, fast)``, its samples unchanged where they are present."""
     present = weight > 0
 

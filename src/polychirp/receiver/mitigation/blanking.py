@@ -10,7 +10,7 @@ import numpy as np
 from polychirp.axes import BoolArray, FloatArray
 from polychirp.errors import InputError
 from polychirp.model.if_frame import IfFrame
-from polychirp.receiver.mitigation.base import Mitigated, kept
+from polychirp.receiver.mitigation.base import Mitigated, with_weights
 from polychirp.receiver.mitigation.bursts import BurstDetector
 from polychirp.units import Seconds
 
@@ -55,7 +55,7 @@ class Blanking(BurstDetector):
     def mitigate(self, frame: IfFrame) -> Mitigated:
         """The frame's samples, without those that are hit."""
         near = tapered(self.hit(frame), round(self.taper * frame.times.rate))
-        return kept(frame, near * frame.times.is_sample)
+        return with_weights(frame, near * frame.times.is_sample)
 
 
 def tapered(hit: BoolArray, length: int) -> FloatArray:

@@ -168,13 +168,13 @@ class Band:
         cells = _tilts(residual, self.places(phases), *self._kernel())
         return np.asarray(cells * (self.rate / self.length))
 
-    def without(
+    def subtract(
         self, spectra: FloatArray, phases: FloatArray, amplitude: ComplexArray
     ) -> FloatArray:
         """Spectra without points of known amplitudes ``(point, channel, ramp)``."""
         out = spectra.copy()
         if len(phases):
-            _without(out, self.places(phases), amplitude, *self._kernel())
+            _subtract(out, self.places(phases), amplitude, *self._kernel())
         return out
 
     def _kernel(self) -> tuple[Any, ...]:
@@ -368,7 +368,7 @@ def _fit(  # pragma: no cover - compiled
         reach = COUPLING_REACH + FIT_REACH if is_whole[k] else 2.0 * farthest
         for p in range(points):
             near[p, 0], near[p, 1] = _span(places[p, k, 1], FIT_REACH, bins)
-            _show(kernel, wide, p, reach, places[p, k], own, farthest, is_whole[k])
+            _kernel_near(kernel, wide, p, reach, places[p, k], own, farthest, is_whole[k])
         gram = _gram(kernel, wide, near)
         found = np.linalg.solve(gram, _readings(kernel, near, residual[:, k]))
         # kernels of strong points reach farther: all that exceeds the noise is subtracted
@@ -376,7 +376,9 @@ def _fit(  # pragma: no cover - compiled
             above = np.abs(found[p]).max() / (2.0 * np.pi * REMOVAL_LIMIT * noise[k] + 1e-300)
             removal_reach = min(above ** (1.0 / 3.0), 2.0 * farthest)
             if removal_reach > reach:
-                _show(kernel, wide, p, removal_reach, places[p, k], own, farthest, is_whole[k])
+                _kernel_near(
+                    kernel, wide, p, removal_reach, places[p, k], own, farthest, is_whole[k]
+                )
         _remove(residual[:, k], kernel, wide, found)
         # the second pass corrects for what lies beyond the reach of the first
         change = np.linalg.solve(gram, _readings(kernel, near, residual[:, k]))
@@ -389,7 +391,7 @@ def _fit(  # pragma: no cover - compiled
 
 
 @njit(cache=True, nogil=True)
-def _show(  # pragma: no cover - compiled
+def _kernel_near(  # pragma: no cover - compiled
     kernel: Any,
     wide: Any,
     p: int,
@@ -443,7 +445,7 @@ def _remove(spectrum: Any, kernel: Any, wide: Any, found: Any) -> None:  # pragm
 
 
 @njit(cache=True, nogil=True)
-def _without(  # pragma: no cover - compiled
+def _subtract(  # pragma: no cover - compiled
     spectra: Any,
     places: Any,
     amplitude: Any,

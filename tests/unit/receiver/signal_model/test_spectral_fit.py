@@ -68,9 +68,9 @@ def test_points_of_known_amplitudes_are_taken_out_as_from_samples(present):
         frame.samples * present, hann_weights(present), phases, TIMES.rate
     )
     spectra = own.spectra(frame.samples * present)
-    left = own.without(spectra, phases, amplitude)
+    left = own.subtract(spectra, phases, amplitude)
     assert np.abs(left).max() < 1e-5 * np.abs(spectra).max()
-    again = own.without(left, phases, -amplitude)
+    again = own.subtract(left, phases, -amplitude)
     assert np.abs(again - spectra).max() < 1e-12 * np.abs(spectra).max()
 
 
