@@ -143,17 +143,17 @@ class SampleSource(Protocol):
 
     @property
     def num_samples(self) -> int:
-        """How many there are."""
+        """Number of samples."""
         ...
 
     @property
     def sample_rate(self) -> float:
-        """1/s."""
+        """Sample rate, 1/s."""
         ...
 
     @property
     def centre_frequency(self) -> float:
-        """Hz."""
+        """Carrier, Hz."""
         ...
 
     def read(self, first: int, last: int) -> ComplexArray:
@@ -169,21 +169,21 @@ class Memory:
 
     @property
     def num_samples(self) -> int:
-        """How many there are."""
+        """Number of samples."""
         return self.signal.num_samples
 
     @property
     def sample_rate(self) -> float:
-        """1/s."""
+        """Sample rate, 1/s."""
         return self.signal.sample_rate
 
     @property
     def centre_frequency(self) -> float:
-        """Hz."""
+        """Carrier, Hz."""
         return self.signal.centre_frequency
 
     def read(self, first: int, last: int) -> ComplexArray:
-        """See `SampleSource.read`."""
+        """Samples ``first`` to ``last`` − 1, V ``(time,)``."""
         return self.signal.samples[first:last]
 
 

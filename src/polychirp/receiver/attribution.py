@@ -95,7 +95,7 @@ class RangeResponse:
     ----------
     range : m, ``(range,)``
     power : W of one channel, ``(range,)``: geometric mean over ramps, strongest beam and range
-        rate, the array's gain taken out
+        rate, without the array's gain
     noise : W, the same for thermal noise alone, mean over range
     """
 

@@ -82,8 +82,8 @@ class Receiver(Spec):
     Parameters
     ----------
     mitigation : method that cleans the samples first; None for none
-    false_alarm_probability : that noise alone crosses the threshold, per cell of the map over all
-        beams; tests of coherence follow, so that detections of noise are rarer
+    false_alarm_probability : probability that noise alone crosses the threshold, per cell of the
+        map over all beams; tests of coherence follow, so that detections of noise are rarer
     dynamic_range : ratio of the strongest echo to the weakest detection; residues of extended
         bodies, which are subtracted as points, are weaker
     least_range, greatest_range, greatest_speed : m and m/s, limits of the map
@@ -409,7 +409,7 @@ class _Search:
         """Refine points that keep one phase history over the frame; snapshots for their azimuths.
 
         The snapshots, ``(point, channel, ramp)``, have equal noise and refer to the frame's start.
-        Those of refined points weight all samples alike, those of others are fitted own_floor the
+        Those of refined points weight all samples alike, those of others are fitted under the
         window.
         """
         if len(self.motion) == 0:

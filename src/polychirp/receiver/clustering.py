@@ -24,8 +24,8 @@ class Body(Spec):
     range_rate : m/s, between neighbours: the same motion differs with the direction by a few
         degrees, and wheels and limbs move differently
     extent : m, between any two of its detections; a long car by default
-    place : which range, range rate and azimuth the body gets: those of its nearest detection, of
-        its strongest, or the mean of all, weighted by power
+    place : range, range rate and azimuth of the body: those of its nearest detection, of its
+        strongest, or the mean of all, weighted by power
     """
 
     gap: Metres = 2.0

@@ -60,7 +60,7 @@ def virtual_array(frame: IfFrame, *, range_rate: float = 0.0) -> IfFrame:
     ------
     CapabilityError
         The codes are not orthogonal over any block into which the frame divides, or the ramps of
-        a block differ, or the virtual elements do not stand at equal distances.
+        a block differ, or the virtual elements are not at equal distances.
 
     Examples
     --------
@@ -168,7 +168,7 @@ def _virtual_line(array: AntennaArray, num_elements: int) -> tuple[AntennaArray,
     spacing = float(gap.mean()) if gap.size else array.spacing
     if not np.allclose(gap, spacing, rtol=1e-6, atol=0.0) or spacing == 0.0:
         raise CapabilityError(
-            "the virtual elements do not stand at equal distances, as these estimators need; "
+            "the virtual elements are not at equal distances, as these estimators need; "
             f"a transmit_spacing of {array.num_channels * array.spacing:.4g} m would do"
         )
     gains, phases = _virtual_errors(array, num_elements, order)

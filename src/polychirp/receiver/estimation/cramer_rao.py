@@ -75,17 +75,16 @@ def cramer_rao_bound(
     True
     """
     slopes = _phase_slopes(schedule, times, motion, time)[:, times.is_sample]
-    along = array.position[:, 1]
     frequency = float(np.mean(schedule.centre_frequency))
-    by_sine = -2.0 * np.pi * frequency / SPEED_OF_LIGHT * along
-    # rows: R, v, a, arg A alike on all channels; θ and its rate by each channel's place
-    alike = np.concatenate([slopes, np.ones((1, slopes.shape[1]))])
+    by_sine = -2.0 * np.pi * frequency / SPEED_OF_LIGHT * array.position[:, 1]
+    # rows: R, v, a, arg A, common to all channels; θ and its rate, by the y of each channel
+    common = np.concatenate([slopes, np.ones((1, slopes.shape[1]))])
     elapsed = (times.time - time)[times.is_sample]
     own = sine_basis(motion[None], elapsed)[:, 0] * np.array([[np.cos(azimuth)], [1.0]])
     keep, turn = [0, 1, 2, 5], [3, 4]
     information = np.zeros((6, 6))
-    information[np.ix_(keep, keep)] = array.num_channels * alike @ alike.T
-    information[np.ix_(turn, keep)] = np.sum(by_sine) * own @ alike.T
+    information[np.ix_(keep, keep)] = array.num_channels * common @ common.T
+    information[np.ix_(turn, keep)] = np.sum(by_sine) * own @ common.T
     information[np.ix_(keep, turn)] = information[np.ix_(turn, keep)].T
     information[np.ix_(turn, turn)] = by_sine @ by_sine * own @ own.T
     return _bound_of(2.0 * snr * information, not is_acceleration_known, sine_rate_deviation)

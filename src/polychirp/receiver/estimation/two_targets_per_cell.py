@@ -297,7 +297,7 @@ def two_histories(amplitude: ComplexArray, phasors: NDArray[np.complex64]) -> li
     Parameters
     ----------
     amplitude : relative to the point's own motion, ``(channel, ramp)``
-    phasors : that compensate each history, ``(history, ramp)``
+    phasors : compensation of each history, ``(history, ramp)``
     """
     ramps = phasors.shape[1]
     scaled = _scaled(amplitude)

@@ -20,7 +20,7 @@ class FrameModel:
     Parameters
     ----------
     schedule, times : of the ramps and their samples
-    high_pass : that the receiver knows of
+    high_pass : of the front end, known to the receiver
     channel_y : m, y of every channel's element, ``(channel,)``
     time : s, to which motions refer
     """
