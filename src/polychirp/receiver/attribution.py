@@ -65,10 +65,10 @@ def part_amplitudes(
 def floor_rise(receiver: Receiver, frame: IfFrame, parts: IfParts) -> float:
     """Rise of the floor of the range spectra over thermal noise: power ratio, 1 for no rise.
 
-    The floor is the median over range cells, up to the receiver's greatest range, of the
-    spectrum's power averaged over channels and ramps; a ghost fills few cells and hardly changes
-    it. The floor of interference, leakage, distortion and noise together is divided by that of
-    noise alone, both after the mitigation that was chosen for the whole.
+    The floor is the mean over ramps of the median over range cells, up to the receiver's greatest
+    range, of the power averaged over channels; a ghost fills few cells and hardly changes it. The
+    floor of interference, leakage, distortion and noise together is divided by that of noise
+    alone, both after the mitigation that was chosen for the whole.
     """
     cleaned = mitigated(receiver.mitigation, frame)
     weight = hann_weights(cleaned.weight)

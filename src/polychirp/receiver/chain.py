@@ -237,9 +237,9 @@ class _Search:
         found = range_and_rate_from_beats(
             self.map.logs,
             guess,
-            beam,
-            self.model.beats(guess[:, 0], guess[:, 1]) * bins - self.band.first,
-            np.ascontiguousarray(self.sensitivity[:, :2] * bins[:, None]),
+            beam=beam,
+            place=self.model.beats(guess[:, 0], guess[:, 1]) * bins - self.band.first,
+            slope=np.ascontiguousarray(self.sensitivity[:, :2] * bins[:, None]),
             reach=BINS_PER_CELL,
             resolution=float(BINS_PER_CELL),
         )

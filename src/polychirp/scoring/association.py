@@ -36,8 +36,8 @@ def associate(
     """Pairs of targets and detections.
 
     Inside the gate the **strongest** detection is taken, not the nearest, which would make errors
-    look smaller than they are. A detection belongs to one target at most. Of all pairings that with
-    the greatest sum of powers in dB is chosen (Kuhn–Munkres).
+    look smaller than they are. A detection belongs to one target at most. Of all pairings with the
+    most pairs, that with the greatest sum of powers in dB is chosen (Kuhn–Munkres).
 
     Parameters
     ----------

@@ -60,8 +60,8 @@ def natures(
 
     A detection is an echo if an own path of the same range and rate exists, and the own echo is
     above the noise and not hidden by interference. Otherwise the strongest part decides: a signal
-    of another radar makes a direct or indirect ghost, the radar's own front end a ghost of its
-    own. What is left is multipath if a reflected own path exists, and else unexplained.
+    of another radar makes a direct or indirect ghost, the radar's own front end a front-end ghost.
+    The rest is multipath if a reflected own path exists, and otherwise unexplained.
 
     Parameters
     ----------

@@ -53,7 +53,7 @@ def log_correlation(cells: FloatArray) -> FloatArray:
 
 def floor_correlation(
     place: FloatArray, step: FloatArray, *, sampled: int, block: int
-) -> tuple[float, float]:
+) -> FloorCorrelation:
     """C and V of a floor that is a median over blocks of range, a straight line between blocks.
 
     Parameters

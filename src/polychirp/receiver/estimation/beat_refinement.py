@@ -24,10 +24,10 @@ LARGEST_RATE_CHANGE = 0.8
 def range_and_rate_from_beats(
     logs: NDArray[np.float32],
     guess: FloatArray,
+    *,
     beam: IntArray,
     place: FloatArray,
     slope: FloatArray,
-    *,
     reach: int,
     resolution: float,
 ) -> FloatArray:
@@ -54,10 +54,10 @@ def range_and_rate_from_beats(
 def range_and_rate_from_beats_twin(
     logs: NDArray[np.float32],
     guess: FloatArray,
+    *,
     beam: IntArray,
     place: FloatArray,
     slope: FloatArray,
-    *,
     reach: int,
     resolution: float,
 ) -> FloatArray:
