@@ -442,15 +442,8 @@ class _Search:
             phases=self.model.phases(self.motion),
             amplitude=self.amplitude,
         )
-        steps, is_one = coherent_steps(
-            readings.turned(self.model.high_pass_correction(self.motion)),
-            self.frame.schedule,
-            self.frame.times,
-            motion=self.motion,
-            time=self.model.time,
-            noise=float(np.median(self.map.noise)),
-        )
-        return readings, steps, is_one
+        noise = float(np.median(self.map.noise))
+        return readings, *coherent_steps(readings, self.model, motion=self.motion, noise=noise)
 
     def detections(self) -> Detections:
         """All points but those outside the limits and side lobes of stronger ones."""

@@ -59,11 +59,14 @@ def objects(detections: Detections, body: Body | None = None) -> IntArray:
     apart = _distances(detections)
     rates = np.abs(detections.range_rate[:, None] - detections.range_rate)
     is_neighbour = (apart <= body.gap) & (rates <= body.range_rate)
-    number = np.full(detections.num_detections, -1, dtype=np.int64)
-    for strongest in _by_strength(detections):
-        if number[strongest] < 0:
-            members = _grown(strongest, is_neighbour, apart, number, body.extent)
-            number[members] = number.max(initial=-1) + 1
+    number = np.zeros(detections.num_detections, dtype=np.int64)
+    is_free = np.ones(detections.num_detections, dtype=bool)
+    count = 0
+    for strongest in np.argsort(-detections.power, kind="stable"):
+        if is_free[strongest]:
+            members = _grown(int(strongest), is_neighbour, apart, is_free, body.extent)
+            number[members], is_free[members] = count, False
+            count += 1
     return number
 
 
@@ -112,17 +115,13 @@ def _distances(detections: Detections) -> FloatArray:
     return np.asarray(np.abs(place[:, None] - place))
 
 
-def _by_strength(detections: Detections) -> list[int]:
-    return [int(n) for n in np.argsort(-detections.power, kind="stable")]
-
-
 def _grown(
-    first: int, is_neighbour: BoolArray, apart: FloatArray, number: IntArray, extent: float
+    first: int, is_neighbour: BoolArray, apart: FloatArray, is_free: BoolArray, extent: float
 ) -> list[int]:
     """Members of the object that starts with ``first``, nearest added first."""
     members = [first]
     while True:
-        reach = np.any(is_neighbour[members], axis=0) & (number < 0)
+        reach = np.any(is_neighbour[members], axis=0) & is_free
         reach[members] = False
         reach &= np.max(apart[members], axis=0) <= extent
         if not np.any(reach):

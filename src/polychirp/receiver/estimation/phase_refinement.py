@@ -17,9 +17,9 @@ from numba import njit
 from polychirp.axes import BoolArray, ComplexArray, FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.if_frame import SampleTimes
-from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.estimation.azimuth_rate import ramp_weights
 from polychirp.receiver.estimation.coherence_test import best_corrections
+from polychirp.receiver.signal_model.frame_model import FrameModel
 from polychirp.receiver.signal_model.point_signal import beat_sensitivity, path_of, path_slopes
 
 ONE_POINT_SHARE = 0.8
@@ -95,13 +95,7 @@ def read_points(
 
 
 def coherent_steps(
-    readings: Readings,
-    schedule: RampSchedule,
-    times: SampleTimes,
-    *,
-    motion: FloatArray,
-    time: float,
-    noise: float,
+    readings: Readings, model: FrameModel, *, motion: FloatArray, noise: float
 ) -> tuple[FloatArray, BoolArray]:
     """Corrections of (R, v, a) for a single phase history, and which points have one.
 
@@ -109,18 +103,17 @@ def coherent_steps(
 
     Parameters
     ----------
-    readings : with known phases of the front end removed
-    motion : R, v, a with which they were read, ``(point, 3)``
-    time : s, to which the motion refers
+    motion : R, v, a with which the points were read, ``(point, 3)``
     noise : power per sample
     """
-    number = readings.value.shape[0]
-    steps, is_one = np.zeros((number, 3)), np.zeros(number, dtype=bool)
+    readings = readings.turned(model.high_pass_correction(motion))
+    schedule, time = model.schedule, model.time
+    steps, is_one = np.zeros((len(motion), 3)), np.zeros(len(motion), dtype=bool)
     frequency = schedule.start_frequency + schedule.slope * (readings.middle - schedule.start_time)
     elapsed = readings.middle - time
     phases = 4.0 * np.pi / SPEED_OF_LIGHT * frequency[:, None] * path_slopes(motion, elapsed)
-    beat = 2.0 * np.pi * beat_sensitivity(schedule, times, time)
-    cubic = _cubic(readings, schedule, times, frequency, motion, time)
+    beat = 2.0 * np.pi * beat_sensitivity(schedule, model.times, time)
+    cubic = _cubic(readings, model, frequency, motion)
     start = _first_guesses(readings, frequency, time)
     weight = readings.count * _amplitude_weights(readings)
     for p, phase in enumerate(phases):
@@ -176,12 +169,7 @@ def _first_guesses(readings: Readings, frequency: FloatArray, time: float) -> Fl
 
 
 def _cubic(
-    readings: Readings,
-    schedule: RampSchedule,
-    times: SampleTimes,
-    frequency: FloatArray,
-    motion: FloatArray,
-    time: float,
+    readings: Readings, model: FrameModel, frequency: FloatArray, motion: FloatArray
 ) -> FloatArray:
     """Mean and tilt of the cubic phase that `beat_phase` neglects, ``(point, 2, ramp)``.
 
@@ -189,9 +177,9 @@ def _cubic(
     derivative j = −3 v a/R. With t = h + u about the ramp's middle, its mean over the ramp and its
     mean times u follow from the mean of u² and of u⁴ (9/5 of its square).
     """
-    distance, rate, acceleration = path_of(motion, readings.middle - time)
-    third = schedule.slope * acceleration - frequency * rate * acceleration / distance
-    half, square = readings.middle - times.first, readings.spread
+    distance, rate, acceleration = path_of(motion, readings.middle - model.time)
+    third = model.schedule.slope * acceleration - frequency * rate * acceleration / distance
+    half, square = readings.middle - model.times.first, readings.spread
     mean = half**3 + 3.0 * half * square
     tilt = 3.0 * half**2 * square + 1.8 * square**2
     size = 2.0 * np.pi / SPEED_OF_LIGHT * third

@@ -237,14 +237,8 @@ class Pairs:
             spread=spread,
             middle=self.middle,
         )
-        steps, _ = coherent_steps(
-            readings.turned(model.high_pass_correction(motion[None])),
-            model.schedule,
-            model.times,
-            motion=motion[None],
-            time=model.time,
-            noise=float(np.median(noise)),
-        )
+        noise_power = float(np.median(noise))
+        steps, _ = coherent_steps(readings, model, motion=motion[None], noise=noise_power)
         motion = motion + steps[0]
         value = band.match(spectra, model.phases(motion[None]))
         return motion, self._one_wave(value[0], motion)

@@ -9,6 +9,7 @@ from polychirp.receiver.estimation.phase_refinement import (
     coherent_steps,
     read_points,
 )
+from polychirp.receiver.signal_model.frame_model import FrameModel
 from polychirp.receiver.signal_model.point_signal import beat_phase, beat_sensitivity, replica
 from polychirp.rng import Streams
 from polychirp.waveform import DiverseTriangular
@@ -31,14 +32,8 @@ def readings_of(frame, motion, amplitude=None):
 
 
 def steps_of(frame, motion, noise=1e-6):
-    return coherent_steps(
-        readings_of(frame, motion),
-        RAMPS,
-        frame.times,
-        motion=motion,
-        time=0.0,
-        noise=noise,
-    )
+    readings = readings_of(frame, motion)
+    return coherent_steps(readings, FrameModel.of(frame), motion=motion, noise=noise)
 
 
 def test_readings_are_the_means_of_samples_turned_back():
