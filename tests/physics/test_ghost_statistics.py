@@ -1,4 +1,4 @@
-"""How often a receiver claims a ghost, against the closed forms."""
+"""Frequency of ghosts in a receiver, against the closed forms."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def test_a_diverse_radar_and_a_slope_far_off_are_expected_to_make_none():
 
 @pytest.mark.slow
 def test_ghosts_are_as_frequent_as_the_closed_form_says():
-    """None that is due is lost, and none is claimed that is not."""
+    """Every expected ghost is detected, and no other."""
     one = replace(case("start", 0.5e-6), num_trials=60)
     (row,) = measure_ghosts([one], executor=Here(), seed=3)
     assert row.lost == 0
@@ -54,7 +54,7 @@ def test_ghosts_are_as_frequent_as_the_closed_form_says():
 @pytest.mark.slow
 @pytest.mark.parametrize(("axis", "spread", "trial"), [("clock", 0.3e-6, 5), ("start", 0.2e-6, 14)])
 def test_a_ghost_beyond_the_map_leaves_nothing_in_it(axis, spread, trial):
-    """Though its up-beats or its down-beats cross it."""
+    """Even if its up-beats or its down-beats cross the map."""
     one, seed = case(axis, spread), trial_seed(1, trial)
     there = expectation(one, seed)
     assert there.has_arm

@@ -19,7 +19,7 @@ from polychirp.model.truth import Truth
 from polychirp.receiver.attribution import floor_rise, part_powers
 from polychirp.receiver.chain import Receiver
 from polychirp.receiver.mimo import (
-    bearings_in_motion,
+    azimuths_in_motion,
     code_blocks,
     virtual_array,
     virtual_parts,
@@ -171,7 +171,7 @@ def judged(
     found = receiver.detect(frame)
     powers = part_powers(receiver, frame, parts, found)
     if received.schedule.num_elements > 1:
-        found = bearings_in_motion(receiver, received, found)
+        found = azimuths_in_motion(receiver, received, found)
     seen = truth(scene.at(found.time), victim, targets)
     nearest = min(snapshots, key=lambda paths: abs(paths.reference_time - found.time))
     own = (nearest.transmitter == victim) & (nearest.receiver == victim)

@@ -27,7 +27,7 @@ class SynthesisEngine(Protocol):
         """Signal of one transmitter in the victim's IF: V, ``(part, channel, ramp, fast)``.
 
         For the victim's own transmitter, the parts are unmirrored and mirrored paths
-        (`PropagationPaths.is_mirrored`) and, if it has any (`Radar.hears_itself`), leakage; for
+        (`PropagationPaths.is_mirrored`) and, if it has any (`Radar.receives_itself`), leakage; for
         another transmitter they are direct and other paths (`is_direct`). The signal is free of
         noise and ahead of the front end; behind the last sample of a short ramp it is zero.
         """

@@ -38,7 +38,7 @@ def all_links(
         scene, snapshots, victim=victim, transmitter=transmitter, num_elements=num_elements
     )
     radar = scene.radars[victim]
-    if victim != transmitter or not radar.hears_itself:
+    if victim != transmitter or not radar.receives_itself:
         return traced
     return [
         joined(
@@ -111,7 +111,7 @@ def joined(first: Links, second: Links) -> Links:
 
 def num_parts(radar: Radar, *, is_own: bool) -> int:
     """Parts of a contribution: three for a radar that receives its own leakage, else two."""
-    return LEAKAGE_PART + 1 if is_own and radar.hears_itself else LEAKAGE_PART
+    return LEAKAGE_PART + 1 if is_own and radar.receives_itself else LEAKAGE_PART
 
 
 def _coupling(radar: Radar, bumper: Bumper, frequency: float) -> float:
