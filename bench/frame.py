@@ -17,7 +17,7 @@ import time
 import numpy as np
 
 from polychirp.study.paper.scenarios import paper_study
-from polychirp.study.spec import refresh_times, scene_of, schedules
+from polychirp.study.spec import refresh_times, scene_of, schedules_of
 from polychirp.study.trial import run_trial, trace_frame
 
 RUNS = 4
@@ -54,7 +54,7 @@ def frames():
 def errors():
     """Wrong power over all times and the band, as the antennas' elements weigh it."""
     study = paper_study("conventional")
-    scene, tracer, plans = scene_of(study), study.tracer, schedules(study)
+    scene, tracer, plans = scene_of(study), study.tracer, schedules_of(study)
     followed = trace_frame(tracer, scene, plans, refresh_interval=study.refresh_interval)
     times = refresh_times(plans, study.refresh_interval)
     right, wrong = 0.0, 0.0

@@ -18,13 +18,14 @@ import pytest
 from polychirp.cli.app import main
 from polychirp.config.monte_carlo import load_plan
 from polychirp.errors import InputError
+from polychirp.model.baseband import no_progress
 from polychirp.study.monte_carlo import executor as local
 from polychirp.study.monte_carlo.dask_executor import DaskWorkers
 from polychirp.study.monte_carlo.executor import LocalWorkers
 from polychirp.study.monte_carlo.records import read_records, victim_records
 from polychirp.study.monte_carlo.run import LOG, STORE, run_plan
 from polychirp.study.monte_carlo.tasks import PATIENCE, Task
-from polychirp.study.trial import run_trial, silent
+from polychirp.study.trial import run_trial
 from tests.support.small_study import SMALL_GRID, SMALL_STUDY
 
 pytestmark = pytest.mark.slow
@@ -51,7 +52,7 @@ def plan(file):
 def alone(plan, tmp_path_factory) -> Path:
     """Results of one worker that nobody disturbed."""
     folder = tmp_path_factory.mktemp("alone")
-    run_plan(plan, folder=folder, executor=LocalWorkers(count=1), progress=silent)
+    run_plan(plan, folder=folder, executor=LocalWorkers(count=1), progress=no_progress)
     return folder
 
 
@@ -82,7 +83,7 @@ def test_a_worker_finds_what_the_trial_itself_finds(plan, alone):
 
 @pytest.mark.parametrize("count", [2, 3])
 def test_any_number_of_workers_gives_the_same_bytes(plan, alone, tmp_path, count):
-    run_plan(plan, folder=tmp_path, executor=LocalWorkers(count=count), progress=silent)
+    run_plan(plan, folder=tmp_path, executor=LocalWorkers(count=count), progress=no_progress)
     assert files(tmp_path) == files(alone)
 
 
@@ -229,7 +230,7 @@ def test_a_local_cluster_gives_the_same_bytes(plan, alone, tmp_path):
         plan,
         folder=tmp_path,
         executor=DaskWorkers(cluster="local", count=2),
-        progress=silent,
+        progress=no_progress,
     )
     assert files(tmp_path) == files(alone)
     assert dict(os.environ) == environment
@@ -253,7 +254,7 @@ def test_jobs_of_a_queue_give_the_same_bytes(plan, alone, tmp_path, monkeypatch)
         (tmp_path / name).chmod(0o755)
     monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
     executor = DaskWorkers(cluster="slurm", count=1)
-    run_plan(plan, folder=tmp_path / "out", executor=executor, progress=silent)
+    run_plan(plan, folder=tmp_path / "out", executor=executor, progress=no_progress)
     assert (tmp_path / "sbatch.job").exists()
     assert files(tmp_path / "out") == files(alone)
 
@@ -272,7 +273,7 @@ def test_slurm_gives_the_same_bytes(plan, alone, tmp_path, monkeypatch):
         pytest.skip("no SLURM answers here")
     monkeypatch.chdir(tmp_path)  # jobs write their logs where they are sent from
     executor = DaskWorkers(cluster="slurm", count=2)
-    run_plan(plan, folder=tmp_path / "out", executor=executor, progress=silent)
+    run_plan(plan, folder=tmp_path / "out", executor=executor, progress=no_progress)
     assert files(tmp_path / "out") == files(alone)
 
 
@@ -285,7 +286,7 @@ def test_a_queue_that_refuses_the_job_is_told_in_its_own_words(plan, tmp_path, m
     monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
     executor = DaskWorkers(cluster="slurm", count=1)
     with pytest.raises(InputError, match="SLURM refuses the job: Memory specification") as caught:
-        run_plan(plan, folder=tmp_path / "out", executor=executor, progress=silent)
+        run_plan(plan, folder=tmp_path / "out", executor=executor, progress=no_progress)
     assert "jobqueue.slurm" in str(caught.value)
 
 
@@ -298,7 +299,7 @@ def test_without_slurm_the_way_out_is_named(plan, tmp_path, monkeypatch):
             plan,
             folder=tmp_path / "out",
             executor=DaskWorkers(cluster="slurm", count=1),
-            progress=silent,
+            progress=no_progress,
         )
 
 

@@ -11,7 +11,7 @@ from polychirp.scoring.ghosts import Nature
 from polychirp.study.experiments.ghosts import case, expectation, measure_ghosts
 from polychirp.study.monte_carlo.grid import trial_seed
 from polychirp.study.monte_carlo.tasks import attempt
-from polychirp.study.random_draw import drawn
+from polychirp.study.random_draw import sample_street
 from polychirp.study.trial import run_trial
 
 
@@ -59,7 +59,7 @@ def test_a_ghost_beyond_the_map_leaves_nothing_in_it(axis, spread, trial):
     there = expectation(one, seed)
     assert there.has_arm
     assert not there.is_in_map
-    victim = run_trial(drawn(replace(one.study, seed=seed))).victims[0]
+    victim = run_trial(sample_street(replace(one.study, seed=seed))).victims[0]
     assert Nature.DIRECT.value not in victim.score.nature
     assert all(victim.score.is_detected[victim.truth.is_visible])
 

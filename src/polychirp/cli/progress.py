@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from polychirp.study.trial import Progress
+    from polychirp.model.baseband import Progress
 
 _LINE_INTERVAL: Final = 60.0
 """s between lines where there is no terminal."""

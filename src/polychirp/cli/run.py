@@ -15,7 +15,7 @@ from polychirp.cli.progress import progress_bar
 from polychirp.errors import InputError
 
 if TYPE_CHECKING:
-    from polychirp.study.trial import Trial, Victim
+    from polychirp.study.trial import Trial, VictimResult
 
 
 def add_parser(subparsers: Any) -> None:
@@ -93,7 +93,7 @@ def _summary(name: str, seed: int, path: Path, trial: Trial) -> dict[str, Any]:
     }
 
 
-def _counts(victim: Victim) -> dict[str, int]:
+def _counts(victim: VictimResult) -> dict[str, int]:
     """Targets that are there, seen by line of sight and found; claims that are no target."""
     score = victim.score
     return {
@@ -105,7 +105,7 @@ def _counts(victim: Victim) -> dict[str, int]:
     }
 
 
-def _targets(victim: Victim, *, found: bool) -> list[str]:
+def _targets(victim: VictimResult, *, found: bool) -> list[str]:
     names = zip(victim.truth.name, victim.score.is_detected, strict=True)
     return [name for name, is_detected in names if bool(is_detected) is found]
 
@@ -136,7 +136,7 @@ def _print_table(trial: Trial) -> None:
         console.print(errors)
 
 
-def _error_rows(victim: Victim) -> Iterator[tuple[str, ...]]:
+def _error_rows(victim: VictimResult) -> Iterator[tuple[str, ...]]:
     """Name, true range, and errors in people's units, of every target found."""
     truth, score = victim.truth, victim.score
     for number, name in enumerate(truth.name):

@@ -18,7 +18,7 @@ from polychirp.errors import InputError, ModelWarning, PhysicsError, did_you_mea
 from polychirp.model.if_frame import SampleTimes, parts_of, sample_times
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
-from polychirp.study.random_draw import drawn
+from polychirp.study.random_draw import sample_street
 from polychirp.study.spec import (
     Study,
     StudyRadar,
@@ -26,7 +26,7 @@ from polychirp.study.spec import (
     refresh_times,
     scene_of,
     schedule_of,
-    schedules,
+    schedules_of,
     target_names,
     victim_indices,
 )
@@ -119,14 +119,14 @@ def check(study: Study) -> Derived:
         The tracer gives targets no echo, or a material is used outside its band.
     """
     try:
-        study = drawn(study)
+        study = sample_street(study)
     except InputError as error:
         raise InputError(f"this study cannot run: {study.name}\n  traffic: {error}") from None
     problems = list(_problems(study))
     if problems:
         lines = "\n".join(f"  {place}: {sentence}" for place, sentence in problems)
         raise InputError(f"this study cannot run: {study.name}\n{lines}")
-    plans = schedules(study)
+    plans = schedules_of(study)
     radars = tuple(
         _derived(radar, plan, greatest_range=study.receiver.greatest_range)
         for radar, plan in zip(study.radars, plans, strict=True)

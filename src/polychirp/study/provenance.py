@@ -1,4 +1,4 @@
-"""Where stored numbers come from: the study as canonical text, its hash, versions, platform."""
+"""Origin of stored numbers: the study as canonical text, its hash, versions and platform."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from polychirp.errors import InputError
 from polychirp.study.spec import Study
 
 LIBRARIES: Final = ("polychirp", "numpy", "scipy", "numba", "zarr")
-"""Whose versions can change a number."""
+"""Packages whose versions can change a number."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Provenance:
-    """What is needed to make the same numbers again.
+    """All that is needed to compute the same numbers again.
 
     Parameters
     ----------
     study : the study as canonical JSON, in SI, defaults included
     study_hash : SHA-256 of that text
-    seed : of all random streams
-    versions : of the libraries, by name
+    seed : seed of all random streams
+    versions : version of each of `LIBRARIES`, by name
     platform : operating system, processor and Python
     """
 
@@ -39,15 +39,15 @@ class Provenance:
 
 
 def versions() -> dict[str, str]:
-    """Of polychirp and of the libraries that numbers depend on, by name."""
+    """Version of each of `LIBRARIES`, by name."""
     return {name: _version(name) for name in LIBRARIES}
 
 
 def provenance(study: Study) -> Provenance:
-    """Provenance of numbers that are about to be computed from ``study``.
+    """Provenance of numbers that are computed from ``study``.
 
-    No time of day is kept, and mesh files count by what they hold, not by where they are: equal
-    studies give equal bytes.
+    Equal studies give equal bytes: the time of day is not kept, and mesh files are identified by
+    their contents.
 
     Raises
     ------
@@ -90,7 +90,7 @@ def canonical_json(spec: Any) -> str:
 
 
 def plain(value: Any) -> Any:
-    """Tables, lists and values of a spec; a spec without ``kind`` is told by its place."""
+    """Spec as dicts, lists and values, without the types of its parts."""
     if is_dataclass(value):
         return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
     if isinstance(value, tuple | list):

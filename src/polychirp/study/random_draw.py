@@ -1,4 +1,4 @@
-"""From a study with random traffic to the one street that its seed draws."""
+"""Random traffic of a study, drawn from its seed."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from polychirp.traffic.mounting import bumper_mount
 from polychirp.traffic.street import Vehicle
 
 
-def drawn(study: Study) -> Study:
-    """The study with its traffic on the street and its interferers among the radars.
+def sample_street(study: Study) -> Study:
+    """Study with its random traffic on the street, and its interferers among the radars.
 
-    Victims are the radars that the study lists, and targets those of the traffic, unless the
-    study names its own. A study without random traffic is returned as it is.
+    Unless the study names victims and targets, the victims are the radars that it lists, and the
+    targets are those of the traffic. A study without random traffic is returned as it is.
 
     Raises
     ------
     InputError
-        There is no radar to copy, or no room on the street.
+        The study has no radar to copy, or its street has too little space.
 
     Examples
     --------
@@ -34,7 +34,7 @@ def drawn(study: Study) -> Study:
     ...     radars=(StudyRadar(name="front", vehicle="ego", waveform=Triangular()),),
     ...     traffic=StudyTraffic(seen_from="ego", num_targets=2, num_carriers=1,
     ...                          num_interferers=1))
-    >>> one = drawn(study)
+    >>> one = sample_street(study)
     >>> one.victims, one.targets, [radar.name for radar in one.radars]
     (('front',), ('target-1', 'target-2'), ['front', 'carrier-1'])
     """
@@ -61,17 +61,17 @@ def drawn(study: Study) -> Study:
 
 
 def _interferer(
-    like: StudyRadar, carrier: Vehicle, traffic: StudyTraffic, streams: Streams
+    template: StudyRadar, carrier: Vehicle, traffic: StudyTraffic, streams: Streams
 ) -> StudyRadar:
     draw = streams["timing", carrier.name]
-    # both are drawn in any case, and nothing else from this stream
+    # both are always drawn, so that a spread of zero does not move the other draw
     start, error = draw.uniform(0.0, 1.0), draw.uniform(-1.0, 1.0)
     return replace(
-        like,
+        template,
         name=carrier.name,
         vehicle=carrier.name,
         mount=bumper_mount(carrier.body, "front"),
-        waveform=traffic.waveform or like.waveform,
-        start_time=like.start_time + traffic.start_spread * float(start),
+        waveform=traffic.waveform or template.waveform,
+        start_time=template.start_time + traffic.start_spread * float(start),
         clock_offset=traffic.clock_spread * float(error),
     )

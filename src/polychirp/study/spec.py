@@ -1,4 +1,4 @@
-"""`Study` — a whole experiment as one frozen value."""
+"""`Study` — a whole experiment as one frozen value, and the scene and schedules that follow."""
 
 from __future__ import annotations
 
@@ -27,25 +27,26 @@ from polychirp.units import Fraction, FractionPerSecond, Seconds
 from polychirp.waveform import AnyCoding, AnyWaveform, coded
 
 GREATEST_DRIFT: Final = 10e-6
-"""1/s; it bends a ramp of 1 GHz and 1 ms by 0.005 cycles, which `as_clocked` leaves out."""
+"""Greatest drift of a clock, 1/s. It bends a ramp of 1 GHz and 1 ms by 0.005 cycles, which
+`as_clocked` neglects."""
 
 AnyTracer = Annotated[Composite | FreeSpace | PointVehicles | SionnaRt, ByKind()]
 
 
 @dataclass(frozen=True, kw_only=True)
 class StudyRadar(Radar):
-    """A radar, the vehicle that carries it, what it transmits, and how its clock runs.
+    """A radar with its vehicle, its waveform and the errors of its clock.
 
     Parameters
     ----------
     vehicle : name of the vehicle that carries the radar
-    waveform : what it transmits
-    coding : how the transmitting elements of its array share the sweeps; not given, the first
-        element sends alone
-    array_errors : drawn for its array, in place of any that are listed there
-    start_time : s, when its first ramp starts
+    waveform : of its ramps
+    coding : weights of the transmitting elements from sweep to sweep; if not given, only the first
+        element transmits
+    array_errors : rms errors drawn for its array, in place of any that are listed there
+    start_time : s, start of its first ramp
     clock_offset : relative error of its oscillator at its start, positive for a fast clock
-    clock_drift : growth of that error in a second
+    clock_drift : growth of that error, 1/s
     start_jitter : s, rms error of the start of every sweep, drawn independently
     """
 
@@ -76,22 +77,22 @@ class StudyRadar(Radar):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Study(Spec):
-    """One experiment: a street, its radars, and how their frames are traced and received.
+    """One experiment: a street with radars, a tracer and a receiver.
 
     Parameters
     ----------
-    name : of the experiment; results are stored under it
-    seed : of all random streams, 0 or more
+    name : name of the experiment; results are stored under it
+    seed : seed of all random streams, 0 or more
     num_sweeps : sweeps in a frame
     street : road, vehicles and what stands beside the road, at 0 s
     radars : all radars of the street; each of them interferes with all others
-    traffic : further vehicles and radars, drawn anew for every seed (`drawn`)
-    victims : names of the radars whose frames are computed; none named means all
-    targets : names of the vehicles and points that count as targets; none named means all but
-        a radar's own vehicle
-    tracer : how waves find their way
-    refresh_interval : s, after so long the scene is traced anew
-    receiver : from samples to detections, for every victim
+    traffic : further vehicles and radars, drawn anew for every seed (`sample_street`)
+    victims : names of the radars whose frames are computed; all if empty
+    targets : names of the vehicles and points that count as targets; if empty, all but the
+        radar's own vehicle
+    tracer : finds the propagation paths
+    refresh_interval : s, interval at which the scene is traced again
+    receiver : receiver of every victim
 
     Examples
     --------
@@ -100,7 +101,7 @@ class Study(Spec):
     >>> street = Street(vehicles=(Vehicle(name="car", x=0.0, y=0.0),))
     >>> radar = StudyRadar(name="front", vehicle="car", waveform=Triangular())
     >>> study = Study(name="alone", street=street, radars=(radar,))
-    >>> schedules(study)[0].num_ramps
+    >>> schedules_of(study)[0].num_ramps
     32
     """
 
@@ -118,12 +119,12 @@ class Study(Spec):
 
 
 def schedule_of(study: Study, radar: StudyRadar) -> RampSchedule:
-    """What one radar transmits, on the common clock of the scene."""
+    """Ramps of one radar, on the common clock of the scene."""
     streams = Streams(seed=study.seed).of("radar", radar.name)
-    plan = radar.waveform.schedule(num_sweeps=study.num_sweeps, streams=streams)
+    schedule = radar.waveform.schedule(num_sweeps=study.num_sweeps, streams=streams)
     if radar.coding is not None:
-        plan = coded(plan, radar.coding, num_elements=radar.array.num_transmitters)
-    clocked = plan.as_clocked(
+        schedule = coded(schedule, radar.coding, num_elements=radar.array.num_transmitters)
+    clocked = schedule.as_clocked(
         start_time=radar.start_time,
         clock_offset=radar.clock_offset,
         clock_drift=radar.clock_drift,
@@ -134,24 +135,24 @@ def schedule_of(study: Study, radar: StudyRadar) -> RampSchedule:
     return clocked.with_late_sweeps(radar.start_jitter * draws)
 
 
-def schedules(study: Study) -> tuple[RampSchedule, ...]:
-    """What each radar transmits, in the order of the radars."""
+def schedules_of(study: Study) -> tuple[RampSchedule, ...]:
+    """Ramps of every radar, in the order of the radars."""
     return tuple(schedule_of(study, radar) for radar in study.radars)
 
 
 def scene_of(study: Study) -> Scene:
-    """The street with its radars at 0 s.
+    """Street with its radars at 0 s.
 
     Raises
     ------
     InputError
-        A radar rides on no vehicle of the street, or a mesh file cannot be used.
+        The street lacks the vehicle of a radar, or a mesh file cannot be used.
     """
     return study.street.scene([(as_built(study, radar), radar.vehicle) for radar in study.radars])
 
 
 def as_built(study: Study, radar: StudyRadar) -> StudyRadar:
-    """The radar with the errors that its array happens to have."""
+    """Radar with the array errors that are drawn for it, if any."""
     if radar.array_errors is None:
         return radar
     streams = Streams(seed=study.seed).of("radar", radar.name)
@@ -165,19 +166,19 @@ def victim_indices(study: Study) -> tuple[int, ...]:
 
 
 def body_names(street: Street) -> tuple[str, ...]:
-    """Names of what can be a target: vehicles and points."""
+    """Names of all possible targets: vehicles and points."""
     vehicles = tuple(vehicle.name for vehicle in street.vehicles)
     return vehicles + tuple(point.name for point in street.points)
 
 
 def target_names(study: Study, radar: StudyRadar) -> tuple[str, ...]:
-    """Names of the targets of ``radar``: never the vehicle that carries it."""
+    """Names of the targets of ``radar``, without the vehicle that carries it."""
     wanted = study.targets or body_names(study.street)
     return tuple(name for name in wanted if name != radar.vehicle)
 
 
 def refresh_times(plans: Sequence[RampSchedule], refresh_interval: float) -> FloatArray:
-    """When the scene is traced, s: the middles of equal parts of the frames of ``plans``.
+    """Times at which the scene is traced, s: the middles of equal parts of the frames.
 
     No part is longer than ``refresh_interval``.
     """

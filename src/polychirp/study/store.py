@@ -23,7 +23,7 @@ import shutil
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Protocol, cast
+from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +41,8 @@ from polychirp.study.provenance import Provenance
 
 if TYPE_CHECKING:
     from zarr import Group
+
+    from polychirp.study.trial import VictimResult
 
 FORMAT: Final = "polychirp run"
 FORMAT_VERSION: Final = 2
@@ -74,37 +76,9 @@ UNITS: Final[Mapping[type, Mapping[str, str]]] = {
 _AXIS_NAMES: Final = {"3": "xyz"}
 
 
-class VictimResult(Protocol):
-    """What one radar saw and claimed in one trial."""
-
-    @property
-    def name(self) -> str:
-        """Of the radar."""
-
-    @property
-    def frame(self) -> IfFrame:
-        """Samples as its receiver got them."""
-
-    @property
-    def parts(self) -> IfParts:
-        """What the samples are made of."""
-
-    @property
-    def detections(self) -> Detections:
-        """What the receiver claims."""
-
-    @property
-    def truth(self) -> Truth:
-        """What was there."""
-
-    @property
-    def score(self) -> Score:
-        """What became of targets and detections."""
-
-
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StoredVictim:
-    """One radar of a stored run; samples have come back from single precision."""
+    """`VictimResult` as it was stored: samples have single precision."""
 
     name: str
     frame: IfFrame
@@ -134,8 +108,8 @@ class StoredRun:
 def save_run(path: Path | str, *, victims: Iterable[VictimResult], provenance: Provenance) -> None:
     """Store a run; equal runs give equal files.
 
-    Samples and parts are stored as ``complex64``, everything else in full. What was at ``path``
-    is replaced, and only once the new run is complete.
+    Samples and parts are stored as ``complex64``, all else in full precision. A folder at ``path``
+    is replaced once the new run is complete.
 
     Raises
     ------
@@ -206,7 +180,7 @@ def _write_array(group: Group, name: str, values: NDArray[Any], *, noun: type, f
     from zarr.codecs import BloscCodec
 
     stored = values.astype(np.complex64) if field == "samples" else values
-    # a part is a chunk, so that one of them can be read alone
+    # each part is one chunk, so that a single part can be read
     whole = tuple(max(1, length) for length in stored.shape)
     chunks = (1, *whole[1:]) if name == "parts" else whole
     array = group.create_array(
@@ -223,7 +197,7 @@ def _write_array(group: Group, name: str, values: NDArray[Any], *, noun: type, f
 
 
 def load_run(path: Path | str) -> StoredRun:
-    """A stored run.
+    """Read a stored run.
 
     Raises
     ------
@@ -327,7 +301,7 @@ def _array_from(text: str) -> AntennaArray:
 
 
 def stored_hash(path: Path) -> str | None:
-    """Hash of the study whose run is stored at ``path``; None where there is no run."""
+    """Hash of the study whose run is stored at ``path``; None if there is no run."""
     try:
         with (path / "zarr.json").open(encoding="utf-8") as file:
             attributes = json.load(file)["attributes"]

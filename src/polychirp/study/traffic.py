@@ -1,4 +1,4 @@
-"""`StudyTraffic` — random traffic of a study, and the radars that ride in it."""
+"""`StudyTraffic` — random traffic of a study, and the radars that it carries."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from polychirp.waveform import AnyWaveform
 
 @dataclass(frozen=True, kw_only=True)
 class StudyTraffic(RandomTraffic):
-    """Random traffic of which some vehicles carry a radar like the study's first one.
+    """Random traffic in which some vehicles carry a radar like the first one of the study.
 
-    Interferers sit in the middle of the front bumpers of the first carriers, so that a street
-    stays the same however many of them transmit.
+    Interferers are mounted in the middle of the front bumpers of the first carriers. The street
+    does not depend on the number of carriers that transmit.
 
     Parameters
     ----------
-    num_interferers : how many carriers transmit
-    start_spread : s; each interferer starts within so much after 0 s, drawn uniformly
+    num_interferers : number of carriers that transmit
+    start_spread : s; each start is drawn uniformly between 0 s and this
     clock_spread : relative error of each interferer's oscillator, drawn uniformly between minus
         and plus this
-    waveform : what interferers transmit; not given, a waveform like that of the first radar
+    waveform : of the interferers; if not given, that of the first radar
     """
 
     num_interferers: int = 0

@@ -1,14 +1,15 @@
-"""One trial: the only place that calls the stages in order."""
+"""One trial: all stages in order, from the traffic to the score."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
 from polychirp.channel.base import RayTracer
 from polychirp.channel.scene.ground_truth import truth
 from polychirp.channel.tracers.path_interpolation import interpolate_paths
+from polychirp.model.baseband import Progress, no_progress
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame, IfParts
 from polychirp.model.paths import PropagationPaths
@@ -26,12 +27,12 @@ from polychirp.receiver.mimo import (
 )
 from polychirp.rng import Streams
 from polychirp.scoring.compare import compare
-from polychirp.study.random_draw import drawn
+from polychirp.study.random_draw import sample_street
 from polychirp.study.spec import (
     Study,
     refresh_times,
     scene_of,
-    schedules,
+    schedules_of,
     target_names,
     victim_indices,
 )
@@ -40,18 +41,10 @@ from polychirp.synthesis.received_frame import synthesize
 from polychirp.synthesis.stretch.engine import Stretch
 from polychirp.threads import side_by_side
 
-Progress = Callable[[str, int, int], None]
-"""Told what is being done, how many steps of it are done, and of how many."""
-
-
-def silent(what: str, done: int, total: int) -> None:
-    """Tell nobody."""
-    del what, done, total
-
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Victim:
-    """What one radar heard, claimed, and what was there."""
+class VictimResult:
+    """Frame, detections, truth and score of one radar in one trial."""
 
     name: str
     frame: IfFrame
@@ -63,64 +56,65 @@ class Victim:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Trial:
-    """All that one run of a study gives."""
+    """Scene, paths and results of one run of a study."""
 
     scene: Scene
     snapshots: tuple[PropagationPaths, ...]
-    victims: tuple[Victim, ...]
+    victims: tuple[VictimResult, ...]
 
-    def victim(self, name: str) -> Victim:
+    def victim(self, name: str) -> VictimResult:
         """What the radar called ``name`` saw."""
         return next(v for v in self.victims if v.name == name)
 
 
-def run_trial(study: Study, *, progress: Progress = silent) -> Trial:
+def run_trial(study: Study, *, progress: Progress = no_progress) -> Trial:
     """Run a study once: traffic, scene, ramps, paths, samples, detections, score."""
-    study = drawn(study)
+    study = sample_street(study)
     scene = scene_of(study)
-    plans = schedules(study)
-    for number in victim_indices(study):
-        code_blocks(plans[number])  # a code that cannot be told apart is refused before the work
+    schedules = schedules_of(study)
+    victims = victim_indices(study)
+    for victim in victims:
+        code_blocks(schedules[victim])  # refuses elements that cannot be told apart, before tracing
     snapshots = trace_frame(
         study.tracer,
         scene,
-        [plans[i] for i in victim_indices(study)],
+        [schedules[victim] for victim in victims],
         refresh_interval=study.refresh_interval,
-        receivers=victim_indices(study),
+        receivers=victims,
         progress=progress,
     )
-    victims: list[Victim] = []
-    listening = [
-        partial(heard, study, scene, plans, snapshots, victim=victim)
-        for victim in victim_indices(study)
+    simulations = [
+        partial(simulate_victim, study, scene, schedules, snapshots, victim=victim)
+        for victim in victims
     ]
-    progress("radars", 0, len(listening))
-    for victim in side_by_side(listening):
-        victims.append(victim)
-        progress("radars", len(victims), len(listening))
-    return Trial(scene=scene, snapshots=snapshots, victims=tuple(victims))
+    results: list[VictimResult] = []
+    progress("radars", 0, len(victims))
+    for result in side_by_side(simulations):
+        results.append(result)
+        progress("radars", len(results), len(victims))
+    return Trial(scene=scene, snapshots=snapshots, victims=tuple(results))
 
 
-def heard(
+def simulate_victim(
     study: Study,
     scene: Scene,
-    plans: Sequence[RampSchedule],
+    schedules: Sequence[RampSchedule],
     snapshots: Sequence[PropagationPaths],
     *,
     victim: int,
-) -> Victim:
-    """What one radar hears by these paths, and makes of it."""
+) -> VictimResult:
+    """Frame that one radar receives over these paths, with its detections and their score."""
     streams = Streams(study.seed)
     frame, parts = synthesize(
         Oscillating(inner=Stretch(), streams=streams),
         scene,
-        plans,
+        schedules,
         snapshots,
         victim=victim,
         interferers=None,
         streams=streams,
     )
-    return judged(
+    return receive_and_score(
         study.receiver,
         scene,
         snapshots,
@@ -134,23 +128,23 @@ def heard(
 def trace_frame(
     tracer: RayTracer,
     scene: Scene,
-    plans: Sequence[RampSchedule],
+    schedules: Sequence[RampSchedule],
     *,
     refresh_interval: float,
     receivers: Sequence[int] | None = None,
-    progress: Progress = silent,
+    progress: Progress = no_progress,
 ) -> tuple[PropagationPaths, ...]:
-    """Paths to ``receivers`` (None: all) all through the frames of ``plans``, at every interval."""
+    """Paths to ``receivers`` (None: all), once for each refresh interval of the frames."""
     return interpolate_paths(
         tracer,
         scene,
-        refresh_times(plans, refresh_interval),
+        refresh_times(schedules, refresh_interval),
         receivers=receivers,
         progress=lambda done, total: progress("ray tracing", done, total),
     )
 
 
-def judged(
+def receive_and_score(
     receiver: Receiver,
     scene: Scene,
     snapshots: Sequence[PropagationPaths],
@@ -159,34 +153,35 @@ def judged(
     frame: IfFrame,
     parts: IfParts,
     targets: Sequence[str],
-) -> Victim:
-    """What the receiver makes of a frame, scored against the truth at the time it refers to.
+) -> VictimResult:
+    """Detections in a frame, scored against the truth at the time to which they refer.
 
-    A frame from several transmitting elements is decoded first: it is the virtual array's frame
-    and parts that the victim gets.
+    If several elements transmit, the frame is decoded first, and the result holds the frame and
+    parts of the virtual array.
     """
     received = frame
-    if received.schedule.num_elements > 1:
+    is_coded = received.schedule.num_elements > 1
+    if is_coded:
         frame, parts = virtual_array(received), virtual_parts(received, parts)
     found = receiver.detect(frame)
     powers = part_powers(receiver, frame, parts, found)
-    if received.schedule.num_elements > 1:
+    if is_coded:
         found = azimuths_in_motion(receiver, received, found)
-    seen = truth(scene.at(found.time), victim, targets)
+    true = truth(scene.at(found.time), victim, targets)
     nearest = min(snapshots, key=lambda paths: abs(paths.reference_time - found.time))
     own = (nearest.transmitter == victim) & (nearest.receiver == victim)
     score = compare(
         found,
-        seen,
+        true,
         powers=powers,
         own_paths=nearest.select(own),
         floor_rise=floor_rise(receiver, frame, parts),
     )
-    return Victim(
+    return VictimResult(
         name=scene.radars[victim].name,
         frame=frame,
         parts=parts,
         detections=found,
-        truth=seen,
+        truth=true,
         score=score,
     )

@@ -15,7 +15,7 @@ from polychirp.model.detection import Detections
 from polychirp.model.if_frame import PARTS, IfFrame, IfParts, sample_times
 from polychirp.model.score import Score
 from polychirp.model.truth import Truth
-from polychirp.study.spec import schedules, target_names, victim_indices
+from polychirp.study.spec import schedules_of, target_names, victim_indices
 from polychirp.study.store import load_run
 
 QUICKSTART = Path(__file__).parents[3] / "studies" / "quickstart.toml"
@@ -33,7 +33,7 @@ class Victim:
 
 def silent_victim(study, number: int) -> Victim:
     """A victim whose samples are zero and whose receiver claims one thing."""
-    radar, schedule = study.radars[number], schedules(study)[number]
+    radar, schedule = study.radars[number], schedules_of(study)[number]
     times = sample_times(schedule, radar.converter)
     shape = (radar.array.num_channels, schedule.num_ramps, times.most_samples)
     names = target_names(study, radar)

@@ -12,10 +12,10 @@ from polychirp.config.load import load_study
 from polychirp.config.monte_carlo import load_plan
 from polychirp.config.override import apply_override, set_value
 from polychirp.errors import InputError, PhysicsError
+from polychirp.model.baseband import no_progress
 from polychirp.study.monte_carlo.grid import trial_seed
 from polychirp.study.monte_carlo.plan import check_plan
-from polychirp.study.spec import schedules
-from polychirp.study.trial import silent
+from polychirp.study.spec import schedules_of
 from tests.support.small_study import SMALL_GRID, SMALL_STUDY
 
 ROOT = Path(__file__).parents[3]
@@ -32,7 +32,7 @@ def refused(tmp_path: Path, table: str) -> str:
     path = tmp_path / "refused.toml"
     path.write_text(SMALL_STUDY + table, encoding="utf-8")
     with pytest.raises(InputError) as error:
-        check_plan(load_plan(path), progress=silent)
+        check_plan(load_plan(path), progress=no_progress)
     return str(error.value)
 
 
@@ -107,10 +107,10 @@ def test_the_same_trial_draws_alike_at_every_point(file):
     weak, strong = (p for p in plan.points if p.labels[1] == "diverse")
     for number in range(3):
         for one, two in zip(
-            schedules(weak.trial(number)), schedules(strong.trial(number)), strict=True
+            schedules_of(weak.trial(number)), schedules_of(strong.trial(number)), strict=True
         ):
             assert one.slope.tobytes() == two.slope.tobytes()
-    first, second = schedules(weak.trial(0))[0], schedules(weak.trial(1))[0]
+    first, second = schedules_of(weak.trial(0))[0], schedules_of(weak.trial(1))[0]
     assert first.slope[0] != second.slope[0]
 
 
@@ -166,7 +166,7 @@ def test_what_physics_refuses_at_one_point_is_refused_before_the_others_run(tmp_
         f"{SMALL_STUDY}\n[monte_carlo]\ntrials = 2\n[monte_carlo.grid]\n{grid}\n", encoding="utf-8"
     )
     with pytest.raises(PhysicsError, match="echoes from 300 m") as error:
-        check_plan(load_plan(path), progress=silent)
+        check_plan(load_plan(path), progress=no_progress)
     assert "(at greatest_range = 300 m)" in str(error.value)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from polychirp.config.load import build, with_defaults
-from polychirp.study.random_draw import drawn
+from polychirp.study.random_draw import sample_street
 from polychirp.study.spec import Study
 
 ROOT = Path(__file__).parents[3]
@@ -69,7 +69,7 @@ def test_the_traffic_of_the_guide_is_read_and_can_be_drawn():
     example["radars"] = example["radars"][:1]
     example.pop("victims")
     study = build(Study, with_defaults({**example, **tomllib.loads(text)}))
-    one = drawn(study)
+    one = sample_street(study)
     assert [radar.name for radar in one.radars] == ["front", "carrier-1", "carrier-2"]
     assert len(one.targets) == 5
     assert 0.0 < one.radars[1].start_time < 3e-3

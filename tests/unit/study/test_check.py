@@ -19,7 +19,7 @@ from polychirp.study.spec import (
     StudyRadar,
     refresh_times,
     schedule_of,
-    schedules,
+    schedules_of,
     target_names,
     victim_indices,
 )
@@ -91,9 +91,9 @@ def test_diverse_ramps_give_limits_instead_of_values():
 def test_radars_draw_from_streams_of_their_own_name():
     """Taking a radar away, or adding one, moves no draw of another."""
     alone = replace(STUDY, radars=(OTHER,))
-    np.testing.assert_array_equal(schedules(alone)[0].slope, schedules(STUDY)[1].slope)
+    np.testing.assert_array_equal(schedules_of(alone)[0].slope, schedules_of(STUDY)[1].slope)
     renamed = replace(STUDY, radars=(replace(OTHER, name="third"),))
-    assert not np.array_equal(schedules(renamed)[0].slope, schedules(STUDY)[1].slope)
+    assert not np.array_equal(schedules_of(renamed)[0].slope, schedules_of(STUDY)[1].slope)
 
 
 def test_a_radar_runs_on_its_own_clock():
@@ -119,7 +119,7 @@ def test_memory_and_cost_count_victims_only():
 
 def test_snapshots_cover_the_victims_frames():
     """A frame of 32 ms holds 32 intervals of 1 ms, and a part of one of 1 s."""
-    plans = schedules(replace(STUDY, victims=("front",)))[:1]
+    plans = schedules_of(replace(STUDY, victims=("front",)))[:1]
     assert refresh_times(plans, 1e-3).size == 32
     assert refresh_times(plans, 1.0).tolist() == pytest.approx([16e-3])
 

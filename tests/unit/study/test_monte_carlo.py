@@ -17,6 +17,7 @@ import pytest
 
 from polychirp.config.monte_carlo import load_plan
 from polychirp.errors import InputError, ModelWarning, RunError
+from polychirp.model.baseband import no_progress
 from polychirp.scoring.statistics import proportion
 from polychirp.study.monte_carlo.executor import LocalWorkers
 from polychirp.study.monte_carlo.records import (
@@ -31,7 +32,6 @@ from polychirp.study.monte_carlo.run import GIVE_UP, LOG, STORE, run_plan
 from polychirp.study.monte_carlo.stopping import BLOCK, Stopping
 from polychirp.study.monte_carlo.summary import differences, summaries
 from polychirp.study.monte_carlo.tasks import Outcome, Task
-from polychirp.study.trial import silent
 from tests.support.small_study import SMALL_GRID, SMALL_STUDY
 
 HEADER = {"versions": {"polychirp": "1"}, "platform": "here"}
@@ -96,7 +96,7 @@ def plan(tmp_path_factory):
 
 
 def finish(plan, folder, executor):
-    return run_plan(plan, folder=folder, executor=executor, progress=silent)
+    return run_plan(plan, folder=folder, executor=executor, progress=no_progress)
 
 
 def files(folder: Path) -> dict[str, bytes]:

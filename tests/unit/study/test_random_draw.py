@@ -10,8 +10,8 @@ import pytest
 from polychirp.channel.tracers.free_space import FreeSpace
 from polychirp.errors import InputError
 from polychirp.study.check import check
-from polychirp.study.random_draw import drawn
-from polychirp.study.spec import Study, StudyRadar, schedules
+from polychirp.study.random_draw import sample_street
+from polychirp.study.spec import Study, StudyRadar, schedules_of
 from polychirp.study.traffic import StudyTraffic
 from polychirp.study.trial import run_trial
 from polychirp.traffic.mounting import bumper_mount
@@ -49,7 +49,7 @@ def with_traffic(**changes: object) -> Study:
 
 
 def test_interferers_are_radars_like_the_first_on_the_bumpers_of_carriers() -> None:
-    one = drawn(STUDY)
+    one = sample_street(STUDY)
     assert [radar.vehicle for radar in one.radars] == ["ego", "carrier-1", "carrier-2"]
     assert one.victims == ("front",)
     assert one.targets == ("target-1", "target-2", "target-3")
@@ -60,18 +60,18 @@ def test_interferers_are_radars_like_the_first_on_the_bumpers_of_carriers() -> N
 
 
 def test_the_street_is_the_same_however_many_carriers_transmit() -> None:
-    assert drawn(with_traffic(num_interferers=0)).street == drawn(STUDY).street
+    assert sample_street(with_traffic(num_interferers=0)).street == sample_street(STUDY).street
 
 
 def test_interferers_may_send_another_waveform() -> None:
-    one = drawn(with_traffic(waveform=DiverseTriangular()))
-    assert len({plan.slope[0] for plan in schedules(one)}) == 3
+    one = sample_street(with_traffic(waveform=DiverseTriangular()))
+    assert len({plan.slope[0] for plan in schedules_of(one)}) == 3
     assert one.radars[1].waveform == DiverseTriangular()
 
 
 def test_a_study_without_traffic_is_left_alone() -> None:
     plain = replace(STUDY, traffic=None)
-    assert drawn(plain) is plain
+    assert sample_street(plain) is plain
 
 
 def test_a_trial_draws_the_traffic_and_finds_it() -> None:

@@ -29,6 +29,7 @@ from polychirp.axes import ComplexArray, FloatArray
 from polychirp.channel.tracers.free_space import FreeSpace
 from polychirp.frames import Pose
 from polychirp.model.antenna import AntennaArray
+from polychirp.model.baseband import Progress, no_progress
 from polychirp.model.if_frame import IfFrame, SampleTimes, sample_times
 from polychirp.model.radar import Converter, Radar
 from polychirp.model.ramp import RampSchedule
@@ -36,7 +37,6 @@ from polychirp.model.scene import Actor, Scene
 from polychirp.receiver.alternatives.paper_receiver import range_spectra
 from polychirp.receiver.signal_model.point_signal import beat_phase, matched_amplitudes, replica
 from polychirp.rng import Streams
-from polychirp.study.trial import Progress, silent
 from polychirp.synthesis.stretch.engine import Stretch
 from polychirp.waveform import AnyWaveform, DiverseTriangular, FixedTriangular, Triangular
 
@@ -188,7 +188,7 @@ def compare_families(
     num_sweeps: int = NUM_SWEEPS,
     num_draws: int = DRAWS,
     seed: int = 1,
-    progress: Progress = silent,
+    progress: Progress = no_progress,
 ) -> tuple[Suppression, ...]:
     """Every family over ``num_draws`` pairs of radars; powers are averaged over pairs."""
     rows = []

@@ -20,6 +20,7 @@ from polychirp.channel.tracers.free_space import FreeSpace
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import RunError
 from polychirp.frames import Pose
+from polychirp.model.baseband import Progress, no_progress
 from polychirp.model.paths import PropagationPaths
 from polychirp.receiver.chain import Receiver
 from polychirp.scoring.closed_forms import (
@@ -35,10 +36,9 @@ from polychirp.scoring.statistics import Estimate, mean_count, proportion
 from polychirp.study.monte_carlo.grid import trial_seed
 from polychirp.study.monte_carlo.records import NATURES, VictimRecord
 from polychirp.study.monte_carlo.tasks import Executor, Task
-from polychirp.study.random_draw import drawn
+from polychirp.study.random_draw import sample_street
 from polychirp.study.spec import Study, StudyRadar, scene_of
 from polychirp.study.traffic import StudyTraffic
-from polychirp.study.trial import Progress, silent
 from polychirp.traffic.random_traffic import Lane
 from polychirp.traffic.street import Street, Vehicle
 from polychirp.waveform import DiverseTriangular, Triangular
@@ -219,7 +219,7 @@ def measure_ghosts(
     *,
     executor: Executor,
     seed: int = 1,
-    progress: Progress = silent,
+    progress: Progress = no_progress,
 ) -> tuple[GhostRow, ...]:
     """Run every case, its trials with the seeds that they have in all others.
 
@@ -285,7 +285,7 @@ def expectation(case: Case, seed: int) -> Expectation:
 
     Probabilities are exact where either all starts or all clocks are equal.
     """
-    study = drawn(replace(case.study, seed=seed))
+    study = sample_street(replace(case.study, seed=seed))
     receiver, ramps = study.receiver, study.radars[0].waveform
     if not isinstance(ramps, Triangular) or _is_removed(case.slope_difference, receiver, ramps):
         return Expectation()

@@ -8,14 +8,15 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from polychirp.model.antenna import ArrayErrors
+from polychirp.model.baseband import Progress, no_progress
 from polychirp.model.front_end import Digitiser, FrontEnd, GainControl, HighPass, IqImbalance
 from polychirp.model.leakage import Bumper, Leakage
 from polychirp.model.oscillator import Oscillator, PhaseNoise, QuadraticError
 from polychirp.model.paths import PropagationPaths
 from polychirp.study.paper.results import WaveformKind
 from polychirp.study.paper.scenarios import paper_study
-from polychirp.study.spec import Study, StudyRadar, scene_of, schedules
-from polychirp.study.trial import Progress, Victim, heard, silent, trace_frame
+from polychirp.study.spec import Study, StudyRadar, scene_of, schedules_of
+from polychirp.study.trial import VictimResult, simulate_victim, trace_frame
 from polychirp.units import from_db, to_db
 
 VICTIM: Final = "vehicle-2"
@@ -111,7 +112,7 @@ class ImpairedRow:
 
 
 def compare_impairments(
-    *, names: Sequence[str] = tuple(IMPAIRMENTS), seed: int = 1, progress: Progress = silent
+    *, names: Sequence[str] = tuple(IMPAIRMENTS), seed: int = 1, progress: Progress = no_progress
 ) -> tuple[ImpairedRow, ...]:
     """Scenario C with each impairment on its own, for both of the paper's waveforms.
 
@@ -123,7 +124,7 @@ def compare_impairments(
         snapshots = trace_frame(
             ideal.tracer,
             scene_of(ideal),
-            schedules(ideal),
+            schedules_of(ideal),
             refresh_interval=ideal.refresh_interval,
             progress=progress,
         )
@@ -138,14 +139,14 @@ def _impaired(study: Study, name: str) -> Study:
     return replace(study, radars=tuple(IMPAIRMENTS[name](radar) for radar in study.radars))
 
 
-def _seen(study: Study, snapshots: Sequence[PropagationPaths]) -> Victim:
+def _seen(study: Study, snapshots: Sequence[PropagationPaths]) -> VictimResult:
     """What the victim hears and claims; paths carry no radars, so they are traced once."""
     scene = scene_of(study)
     victim = scene.radar_index(VICTIM)
-    return heard(study, scene, schedules(study), snapshots, victim=victim)
+    return simulate_victim(study, scene, schedules_of(study), snapshots, victim=victim)
 
 
-def _row(name: str, waveform: str, seen: Victim) -> ImpairedRow:
+def _row(name: str, waveform: str, seen: VictimResult) -> ImpairedRow:
     found, score = seen.detections, seen.score
     made = ("direct", "indirect", "front-end")
     targets = [float(found.power[n]) for n in score.target_detection]

@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray, axes_of
+from polychirp.model.baseband import Progress, no_progress
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame, IfParts
 from polychirp.model.paths import PropagationPaths
@@ -30,8 +31,8 @@ from polychirp.scoring.mitigation import (
     signal_to_disturbance,
 )
 from polychirp.study.paper.scenarios import paper_study
-from polychirp.study.spec import Study, scene_of, schedules, target_names
-from polychirp.study.trial import Progress, Victim, judged, silent, trace_frame
+from polychirp.study.spec import Study, scene_of, schedules_of, target_names
+from polychirp.study.trial import VictimResult, receive_and_score, trace_frame
 from polychirp.synthesis.impairments.oscillator_errors import Oscillating
 from polychirp.synthesis.received_frame import synthesize
 from polychirp.synthesis.stretch.engine import Stretch
@@ -96,7 +97,7 @@ class MitigationRow:
 
 
 def compare_paper_mitigations(
-    *, seed: int = 1, progress: Progress = silent
+    *, seed: int = 1, progress: Progress = no_progress
 ) -> tuple[MitigationRow, ...]:
     """Scenarios C and B of the paper under diverse waveforms, every method on the same frame."""
     rows: list[MitigationRow] = []
@@ -111,7 +112,7 @@ def compare_mitigations(
     *,
     scenario: str = "",
     methods: Mapping[str, AnyMitigation | None] = METHODS,
-    progress: Progress = silent,
+    progress: Progress = no_progress,
 ) -> tuple[MitigationRow, ...]:
     """Each method on the frame of the study's first victim, then the clean oracle."""
     bench = _Bench(study, progress)
@@ -137,7 +138,7 @@ class _Bench:
         self.frame, self.parts = synthesize(
             Oscillating(inner=Stretch(), streams=streams),
             self.scene,
-            schedules(study),
+            schedules_of(study),
             self.snapshots,
             victim=self.victim,
             interferers=None,
@@ -168,7 +169,7 @@ class _Bench:
         return self._outcome(scenario, ORACLE, None, self.clean)
 
     def _outcome(
-        self, scenario: str, name: str, mitigation: AnyMitigation | None, seen: Victim
+        self, scenario: str, name: str, mitigation: AnyMitigation | None, seen: VictimResult
     ) -> MitigationRow:
         own, rest = self._amplitudes(mitigation, seen)
         score = seen.score
@@ -191,8 +192,10 @@ class _Bench:
     def _receiver(self, mitigation: AnyMitigation | None) -> Receiver:
         return replace(self.study.receiver, mitigation=mitigation)
 
-    def _judged(self, mitigation: AnyMitigation | None, frame: IfFrame, parts: IfParts) -> Victim:
-        return judged(
+    def _judged(
+        self, mitigation: AnyMitigation | None, frame: IfFrame, parts: IfParts
+    ) -> VictimResult:
+        return receive_and_score(
             self._receiver(mitigation),
             self.scene,
             self.snapshots,
@@ -203,7 +206,7 @@ class _Bench:
         )
 
     def _amplitudes(
-        self, mitigation: AnyMitigation | None, seen: Victim
+        self, mitigation: AnyMitigation | None, seen: VictimResult
     ) -> tuple[ComplexArray, ComplexArray]:
         """Own echo, and all else, in the cells of the targets: ``(target, ramp)`` each."""
         amplitude = part_amplitudes(self._receiver(mitigation), seen.frame, seen.parts, self.cells)
@@ -212,7 +215,7 @@ class _Bench:
 
 
 def _snapshots(study: Study, victim: int, progress: Progress) -> tuple[PropagationPaths, ...]:
-    plans = schedules(study)
+    plans = schedules_of(study)
     return trace_frame(
         study.tracer,
         scene_of(study),

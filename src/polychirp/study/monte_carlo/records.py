@@ -16,7 +16,7 @@ from polychirp.errors import InputError, RunError
 from polychirp.scoring.ghosts import Nature
 
 if TYPE_CHECKING:
-    from polychirp.study.trial import Trial, Victim
+    from polychirp.study.trial import Trial, VictimResult
 
 NATURES: Final = tuple(nature.value for nature in Nature)
 """What a claim can be, in the order in which claims are counted."""
@@ -84,7 +84,7 @@ def victim_records(trial: Trial) -> tuple[VictimRecord, ...]:
     return tuple(_record(victim) for victim in trial.victims)
 
 
-def _record(victim: Victim) -> VictimRecord:
+def _record(victim: VictimResult) -> VictimRecord:
     truth, score = victim.truth, victim.score
     return VictimRecord(
         name=victim.name,

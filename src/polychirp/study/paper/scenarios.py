@@ -14,6 +14,7 @@ import numpy as np
 
 from polychirp.errors import InputError
 from polychirp.frames import Pose
+from polychirp.model.baseband import Progress, no_progress
 from polychirp.model.detection import Detections
 from polychirp.model.paths import PropagationPaths
 from polychirp.model.ramp import RampSchedule
@@ -39,8 +40,8 @@ from polychirp.study.paper.results import (
 )
 from polychirp.study.provenance import versions
 from polychirp.study.section_v.cases import run_correlation
-from polychirp.study.spec import Study, StudyRadar, scene_of, schedules
-from polychirp.study.trial import Progress, Victim, judged, silent, trace_frame
+from polychirp.study.spec import Study, StudyRadar, scene_of, schedules_of
+from polychirp.study.trial import VictimResult, receive_and_score, trace_frame
 from polychirp.synthesis.received_frame import synthesize
 from polychirp.synthesis.stretch.engine import Stretch
 from polychirp.threads import side_by_side
@@ -210,14 +211,14 @@ def with_consistent_antennas(scene: Scene) -> Scene:
     return replace(scene, radars=tuple(radars))
 
 
-def run_paper(*, seed: int = 1, progress: Progress = silent) -> PaperResults:
+def run_paper(*, seed: int = 1, progress: Progress = no_progress) -> PaperResults:
     """Run every case of the paper on one street: the same paths and noise for all."""
     started = time.perf_counter()
     studies = {
         (waveform, synchronous): paper_study(waveform, synchronous=synchronous, seed=seed)
         for waveform, synchronous in product(WAVEFORMS, (True, False))
     }
-    plans = {key: schedules(study) for key, study in studies.items()}
+    plans = {key: schedules_of(study) for key, study in studies.items()}
     first = studies["conventional", True]
     scene = scene_of(first)
     snapshots = trace_frame(
@@ -295,7 +296,7 @@ def _case_row(
         interferers=[scene.radar_index(name) for name in case.interferers],
         streams=Streams(seed),
     )
-    found = judged(
+    found = receive_and_score(
         receiver,
         scene,
         snapshots,
@@ -328,7 +329,7 @@ _NOTES: Final = (
 )
 
 
-def paper_row(case: Case, victim: Victim, receiver: Receiver) -> PaperRow:
+def paper_row(case: Case, victim: VictimResult, receiver: Receiver) -> PaperRow:
     """One row of the table: numbers in people's units."""
     response = range_response(receiver, victim.frame, victim.parts)
     score = victim.score
@@ -361,7 +362,7 @@ def _dbm(power: np.ndarray | float) -> np.ndarray:
     return to_db(power) + 30.0
 
 
-def _target_row(victim: Victim, n: int) -> TargetRow:
+def _target_row(victim: VictimResult, n: int) -> TargetRow:
     truth, score = victim.truth, victim.score
     row = TargetRow(
         name=truth.name[n],
@@ -381,7 +382,7 @@ def _target_row(victim: Victim, n: int) -> TargetRow:
     )
 
 
-def _ghost_rows(victim: Victim) -> tuple[GhostRow, ...]:
+def _ghost_rows(victim: VictimResult) -> tuple[GhostRow, ...]:
     """Ghosts, strongest first, those of one kind and place as one."""
     found, score = victim.detections, victim.score
     reference = max((float(found.power[n]) for n in score.target_detection), default=math.nan)

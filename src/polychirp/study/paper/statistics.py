@@ -16,6 +16,7 @@ from polychirp.channel.point_vehicles.tracer import PointVehicles
 from polychirp.channel.tracers.composite import Composite
 from polychirp.channel.tracers.free_space import FreeSpace
 from polychirp.frames import Pose
+from polychirp.model.baseband import Progress, no_progress
 from polychirp.receiver.mitigation.blanking import Blanking
 from polychirp.scoring.statistics import Estimate
 from polychirp.study.monte_carlo.grid import Axis
@@ -29,7 +30,6 @@ from polychirp.study.paper.scenarios import WAVEFORMS
 from polychirp.study.provenance import provenance
 from polychirp.study.spec import AnyTracer, Study, StudyRadar
 from polychirp.study.traffic import StudyTraffic
-from polychirp.study.trial import Progress, silent
 from polychirp.traffic.street import Building, Road, Street, Vehicle
 from polychirp.units import to_db
 
@@ -144,7 +144,7 @@ def statistics_plan(
 
 
 def run_statistics(
-    plan: Plan, *, folder: Path, executor: Executor, progress: Progress = silent
+    plan: Plan, *, folder: Path, executor: Executor, progress: Progress = no_progress
 ) -> tuple[StatisticsRow, ...]:
     """Run what ``folder`` does not hold yet, and read off the curves."""
     finished = run_plan(plan, folder=folder, executor=executor, progress=progress)

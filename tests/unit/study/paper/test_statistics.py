@@ -19,7 +19,7 @@ from polychirp.study.paper.statistics import (
     statistics_plan,
     statistics_study,
 )
-from polychirp.study.random_draw import drawn
+from polychirp.study.random_draw import sample_street
 
 FILE = Path(__file__).parents[4] / "studies" / "paper" / "fig12-13.toml"
 
@@ -40,13 +40,13 @@ def test_all_curves_share_the_street_of_a_trial() -> None:
     plan = statistics_plan(trials=1)
     most = [point for point in plan.points if point.labels[0] == max(NUM_TARGETS)]
     assert len(most) == len(CURVES)
-    assert len({drawn(point.trial(3)).street for point in most}) == 1
+    assert len({sample_street(point.trial(3)).street for point in most}) == 1
 
 
 def test_vehicles_are_traced() -> None:
     study = statistics_study("vehicles")
     assert isinstance(study.tracer, Composite)
-    assert check(study).targets == (drawn(study).targets,)
+    assert check(study).targets == (sample_street(study).targets,)
 
 
 @pytest.mark.slow
