@@ -8,7 +8,7 @@ from polychirp.channel.diffraction.paths import diffracted_paths
 from polychirp.channel.tracers.composite import Composite
 from polychirp.report.record import results_json
 from polychirp.report.verdict import verdicts
-from polychirp.study.paper.scenarios import TARGETS, paper_cases, run_paper
+from polychirp.study.paper.scenarios import TARGETS_OF_RADAR, paper_cases, run_paper
 from polychirp.units import to_db
 
 pytestmark = pytest.mark.slow
@@ -141,4 +141,4 @@ def test_all_verdicts_hold_but_for_two_more_ghosts_and_are_recorded(results):
     record = results_json(results)
     assert len(record["scenarios"]) == len(results.rows)
     assert {entry["radar"] for entry in record["scenarios"]} == {"vehicle-1", "vehicle-2"}
-    assert {entry["radar"] for entry in record["all_radars"]} == set(TARGETS)
+    assert {entry["radar"] for entry in record["all_radars"]} == set(TARGETS_OF_RADAR)

@@ -24,7 +24,7 @@ from polychirp.study.monte_carlo.dask_executor import DaskWorkers
 from polychirp.study.monte_carlo.executor import LocalWorkers
 from polychirp.study.monte_carlo.records import read_records, victim_records
 from polychirp.study.monte_carlo.run import LOG, STORE, run_plan
-from polychirp.study.monte_carlo.tasks import PATIENCE, Task
+from polychirp.study.monte_carlo.tasks import MOST_DEATHS, Task
 from polychirp.study.trial import run_trial
 from tests.support.small_study import SMALL_GRID, SMALL_STUDY
 
@@ -185,7 +185,7 @@ def test_a_trial_that_kills_its_workers_is_given_up_and_the_others_are_not(tmp_p
     outcomes = list(LocalWorkers(count=2).run([Killer()], iter(tasks)))
     assert sorted(outcome.task.trial for outcome in outcomes) == list(range(20))
     by_trial = {outcome.task.trial: outcome.failure for outcome in outcomes}
-    assert by_trial.pop(13) == f"{PATIENCE} workers died of it"
+    assert by_trial.pop(13) == f"{MOST_DEATHS} workers died of it"
     assert all("Error" in failure for failure in by_trial.values())
 
 

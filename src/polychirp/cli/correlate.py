@@ -222,7 +222,7 @@ def _write(
         from polychirp.capture.sigmf import write_sigmf
 
         folder = Path(arguments.save)
-        for name, signal, plan in (("a", pair.a, pair.a_plan), ("b", pair.b, pair.b_plan)):
+        for name, signal, plan in (("a", pair.a, pair.a_schedule), ("b", pair.b, pair.b_schedule)):
             told = write_sigmf(folder / name, signal, schedule=plan, description=pair.title)
             print(f"stored {told}", file=sys.stderr)
 

@@ -119,7 +119,7 @@ def _need_room(folder: Path) -> None:
 
 def _summary(name: str, plan: Plan, folder: Path, finished: Finished) -> dict[str, Any]:
     from polychirp.study.monte_carlo.summary import differences, summaries
-    from polychirp.study.monte_carlo.tables import difference_row, summary_row
+    from polychirp.study.monte_carlo.tables import flat_row
 
     results = finished.results
     return {
@@ -132,8 +132,8 @@ def _summary(name: str, plan: Plan, folder: Path, finished: Finished) -> dict[st
         "axes": {axis.name: list(axis.labels) for axis in plan.axes},
         "new_trials": finished.num_new,
         "failures": list(finished.failures),
-        "points": [summary_row(row, results) for row in summaries(results)],
-        "differences": [difference_row(row, results) for row in differences(results)],
+        "points": [flat_row(row, results) for row in summaries(results)],
+        "differences": [flat_row(row, results) for row in differences(results)],
     }
 
 

@@ -1,1 +1,17 @@
-"""Whole experiments: what is varied, run, kept and compared."""
+"""Whole experiments: studies, their trials, and what is stored of them.
+
+The modules and rooms in reading order; others may use the names beside them:
+
+- `spec`: a study as one frozen value, its scene and schedules: `Study`, `StudyRadar`, `scene_of`,
+  `schedules_of`.
+- `traffic`: random traffic of a study: `StudyTraffic`.
+- `random_draw`: one street from that traffic: `sample_street`.
+- `trial`: all stages in order, from the traffic to the score: `run_trial`, `trace_frame`.
+- `check`: problems of a study and resolutions of its radars, before it runs: `check`.
+- `provenance`: canonical text, hash and versions: `provenance`, `canonical_json`.
+- `store`: a run on disk: `save_run`, `load_run`.
+- `monte_carlo`: many trials over a grid.
+- `section_v`: the correlation experiment of the paper.
+- `paper`: the scenarios and statistics of the paper.
+- `experiments`: further comparisons, for docs/validation.
+"""

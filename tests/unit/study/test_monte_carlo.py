@@ -28,8 +28,8 @@ from polychirp.study.monte_carlo.records import (
     trial_log,
 )
 from polychirp.study.monte_carlo.results import load_results
-from polychirp.study.monte_carlo.run import GIVE_UP, LOG, STORE, run_plan
-from polychirp.study.monte_carlo.stopping import BLOCK, Stopping
+from polychirp.study.monte_carlo.run import LOG, MOST_FAILURES, STORE, run_plan
+from polychirp.study.monte_carlo.stopping import TRIALS_PER_DECISION, Stopping
 from polychirp.study.monte_carlo.summary import differences, summaries
 from polychirp.study.monte_carlo.tasks import Outcome, Task
 from tests.support.small_study import SMALL_GRID, SMALL_STUDY
@@ -92,7 +92,7 @@ class MadeUp:
 def plan(tmp_path_factory):
     path = tmp_path_factory.mktemp("plan") / "small.toml"
     path.write_text(SMALL_STUDY + SMALL_GRID, encoding="utf-8")
-    return replace(load_plan(path), trials=3 * BLOCK)
+    return replace(load_plan(path), trials=3 * TRIALS_PER_DECISION)
 
 
 def finish(plan, folder, executor):
@@ -196,7 +196,7 @@ def test_two_runs_do_not_share_a_folder(tmp_path):
 
 def test_a_point_stops_at_the_first_block_that_is_narrow_enough(plan, tmp_path):
     """The block is found again here from the trials themselves."""
-    plan = replace(plan, trials=20 * BLOCK, stop_half_width=0.06)
+    plan = replace(plan, trials=20 * TRIALS_PER_DECISION, stop_half_width=0.06)
     results = finish(plan, tmp_path, MadeUp()).results
     for point in range(4):
         records = [made_up(point, int(seed)) for seed in results.seed]
@@ -204,18 +204,18 @@ def test_a_point_stops_at_the_first_block_that_is_narrow_enough(plan, tmp_path):
         seen = np.array([sum(r.is_visible) for r in records], dtype=float)
         stops = [
             n
-            for n in range(BLOCK, 20 * BLOCK + 1, BLOCK)
+            for n in range(TRIALS_PER_DECISION, 20 * TRIALS_PER_DECISION + 1, TRIALS_PER_DECISION)
             if n > len(records) or proportion(found[:n], seen[:n]).half_width <= 0.06
         ]
         assert results.num_trials[point] == stops[0]
         assert proportion(found[: stops[0]], seen[: stops[0]]).half_width <= 0.06
     assert len(set(results.num_trials.tolist())) > 1
-    assert results.num_trials.max() < 20 * BLOCK
+    assert results.num_trials.max() < 20 * TRIALS_PER_DECISION
 
 
 @pytest.mark.parametrize("ahead", [1, 3, 64])
 def test_where_a_point_stops_does_not_depend_on_how_many_work(plan, tmp_path, ahead):
-    plan = replace(plan, trials=10 * BLOCK, stop_half_width=0.08)
+    plan = replace(plan, trials=10 * TRIALS_PER_DECISION, stop_half_width=0.08)
     finish(plan, tmp_path / "a", MadeUp(ahead=1))
     other = MadeUp(order=ahead, ahead=ahead)
     finish(plan, tmp_path / "b", other)
@@ -227,7 +227,7 @@ def test_where_a_point_stops_does_not_depend_on_how_many_work(plan, tmp_path, ah
 
 def test_a_single_block_of_hits_is_no_reason_to_stop():
     stopping = Stopping(num_points=1, trials=200, half_width=0.02)
-    for trial in range(BLOCK):
+    for trial in range(TRIALS_PER_DECISION):
         stopping.add(0, trial, {"front": (10, 10)})
     assert stopping.limit == [200]
 
@@ -266,9 +266,9 @@ def test_points_of_one_trial_follow_each_other(plan, tmp_path):
 def test_when_everything_fails_the_rest_is_not_tried(plan, tmp_path):
     executor = MadeUp(ahead=1)
     executor.failing = set(product(range(len(plan.points)), range(plan.trials)))
-    with pytest.raises(RunError, match=f"{GIVE_UP} trials failed"):
+    with pytest.raises(RunError, match=f"{MOST_FAILURES} trials failed"):
         finish(plan, tmp_path, executor)
-    assert sum(executor.ran.values()) == GIVE_UP
+    assert sum(executor.ran.values()) == MOST_FAILURES
 
 
 def test_what_models_warn_of_is_passed_on_once(plan, tmp_path):
@@ -326,7 +326,7 @@ def test_nan_stands_where_nothing_is(done):
 
 
 def test_a_stopped_point_has_no_trials_beyond(plan, tmp_path):
-    plan = replace(plan, trials=10 * BLOCK, stop_half_width=0.08)
+    plan = replace(plan, trials=10 * TRIALS_PER_DECISION, stop_half_width=0.08)
     results = finish(plan, tmp_path, MadeUp(ahead=40)).results
     for point, number in enumerate(results.num_trials):
         was_run = ~np.isnan(results.floor_rise[point, :, 0])

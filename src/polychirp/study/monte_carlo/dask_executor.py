@@ -1,4 +1,4 @@
-"""`DaskWorkers` — a Dask cluster: on this machine, under SLURM, or one that is there already."""
+"""`DaskWorkers` — a Dask cluster on this machine, under SLURM, or already running."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from tempfile import NamedTemporaryFile
 from typing import Any, Final
 
 from polychirp.errors import CapabilityError, InputError, RunError
-from polychirp.study.monte_carlo.tasks import ONE_THREAD, PATIENCE, Outcome, Task, attempt
+from polychirp.study.monte_carlo.tasks import MOST_DEATHS, ONE_THREAD, Outcome, Task, attempt
 from polychirp.study.spec import Study
 
 _BATCH_DURATION: Final = 0.5
-"""s of work in one task of the cluster, which costs some milliseconds of its own."""
+"""Work in one task of the cluster, s; chosen, since a task takes some milliseconds by itself."""
 
-_MEMORY: Final = "4 GB"
-"""Of a SLURM job, where dask-jobqueue is not configured otherwise."""
+_JOB_MEMORY: Final = "4 GB"
+"""Memory of a SLURM job if dask-jobqueue is not configured otherwise; chosen."""
 
-_AHEAD: Final = 2
-"""Batches for every worker, so that none waits for the next."""
+_BATCHES_PER_WORKER: Final = 2
+"""Batches submitted for each worker; with two, no worker waits for its next one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,7 +33,7 @@ class DaskWorkers:
     """Workers of a Dask cluster; one that dies is replaced, and its trials run again.
 
     Outcomes come back over the network, so that workers need no common folder; mesh files must
-    lie at the same place for all.
+    have the same path on all workers.
 
     Parameters
     ----------
@@ -62,13 +62,13 @@ class DaskWorkers:
 
     @property
     def _patience(self) -> float | None:
-        """S, to wait for the first worker; a queue takes its time."""
+        """Time to wait for the first worker, s; None, without limit, for a queue."""
         return None if self.cluster == "slurm" else 600.0
 
     def run(
         self, studies: Sequence[Study], tasks: Iterator[Task]
     ) -> Generator[Outcome, None, None]:
-        """Outcomes as they come.
+        """Outcomes in the order in which batches finish.
 
         Raises
         ------
@@ -89,9 +89,9 @@ class DaskWorkers:
 
 @contextmanager
 def _own_environment() -> Iterator[None]:
-    """The environment is afterwards what it was, whatever was set meanwhile.
+    """Restore the environment at the end.
 
-    Dask's nannies set what their workers are to have in the process that starts them, and numba
+    Dask's nannies set the environment of their workers in the process that starts them, and numba
     refuses to compile after a change of the number of threads.
     """
     before = dict(os.environ)
@@ -103,12 +103,12 @@ def _own_environment() -> Iterator[None]:
 
 
 def _address(workers: DaskWorkers, stack: ExitStack) -> Any:
-    """A cluster that was started for this run, or the address of another."""
+    """A cluster that is started for this run, or the address of one that is running."""
     import dask
 
     threads = {f"distributed.nanny.pre-spawn-environ.{k}": v for k, v in ONE_THREAD.items()}
     stack.enter_context(
-        dask.config.set({**threads, "distributed.scheduler.allowed-failures": PATIENCE - 1})
+        dask.config.set({**threads, "distributed.scheduler.allowed-failures": MOST_DEATHS - 1})
     )
     if workers.cluster == "local":
         from distributed import LocalCluster
@@ -129,19 +129,19 @@ def _address(workers: DaskWorkers, stack: ExitStack) -> Any:
             SLURMCluster(
                 cores=1,
                 processes=1,
-                memory=dask.config.get("jobqueue.slurm.memory", None) or _MEMORY,
+                memory=dask.config.get("jobqueue.slurm.memory", None) or _JOB_MEMORY,
                 job_script_prologue=[f"export {k}={v}" for k, v in ONE_THREAD.items()],
             )
         )
         _check_job(cluster.job_script())
-        # unlike scale, it replaces jobs that end
+        # adapt, unlike scale, replaces jobs that end
         cluster.adapt(minimum=workers.count, maximum=workers.count)
         return cluster
     return workers.cluster
 
 
 def _check_job(script: str) -> None:
-    """Ask SLURM whether it would take the job: those that it refuses are tried for ever."""
+    """Ask SLURM if it would accept the job: dask-jobqueue submits refused jobs again for ever."""
     with NamedTemporaryFile("w", suffix=".sh", encoding="utf-8") as file:
         file.write(script)
         file.flush()
@@ -162,14 +162,14 @@ def _check_job(script: str) -> None:
 
 
 class _Batches:
-    """Batches of tasks that are out, and those to be done again."""
+    """Batches of tasks on the cluster, and tasks that must run again."""
 
     def __init__(self, client: Any, studies: Sequence[Study], tasks: Iterator[Task]) -> None:
         self._client = client
         self._tasks = tasks
         self._again: deque[Task] = deque()
         self._duration = _BATCH_DURATION
-        # made anew from its bytes where a worker dies that held it, unlike what is scattered
+        # if the worker that holds it dies, it is made again from its bytes; scattered data is not
         self._studies = client.submit(pickle.loads, pickle.dumps(tuple(studies)))
 
     def outcomes(self) -> Iterator[Outcome]:
@@ -184,10 +184,10 @@ class _Batches:
             yield from outcomes
 
     def _feed(self, out: Any) -> None:
-        wanted = _AHEAD * max(1, sum(self._client.nthreads().values()))
+        wanted = _BATCHES_PER_WORKER * max(1, sum(self._client.nthreads().values()))
         while out.count() < wanted:
             size = max(1, int(_BATCH_DURATION / max(self._duration, 1e-3)))
-            # what killed a worker goes alone, so that it is known
+            # tasks of a batch that killed a worker run alone, so that the culprit is known
             batch = [self._again.popleft()] if self._again else [*islice(self._tasks, size)]
             if not batch:
                 return
@@ -203,7 +203,7 @@ class _Batches:
             outcomes: list[Outcome] = future.result()
         except KilledWorker:
             if len(batch) == 1:
-                failure = f"{PATIENCE} workers died of it"
+                failure = f"{MOST_DEATHS} workers died of it"
                 return [Outcome(task=batch[0], victims=None, failure=failure)]
             self._again.extend(batch)
             return []
@@ -217,5 +217,5 @@ class _Batches:
 
 
 def _attempts(studies: Sequence[Study], batch: Sequence[Task]) -> list[Outcome]:
-    """What a worker does with a batch."""
+    """Outcomes of a batch, computed by a worker."""
     return [attempt(studies, task) for task in batch]

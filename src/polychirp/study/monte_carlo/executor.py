@@ -17,7 +17,7 @@ from threading import Thread
 from typing import IO, Any, Final, cast
 
 from polychirp.errors import InputError, RunError
-from polychirp.study.monte_carlo.tasks import ONE_THREAD, PATIENCE, Outcome, Task
+from polychirp.study.monte_carlo.tasks import MOST_DEATHS, ONE_THREAD, Outcome, Task
 from polychirp.study.monte_carlo.worker import READY
 from polychirp.study.spec import Study
 
@@ -27,18 +27,17 @@ def num_cores() -> int:
     return len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
 
 
-_SHORT: Final = 1.0
-"""s: a worker at trials as short as this has its next one waiting."""
+_SHORT_TRIAL: Final = 1.0
+"""Duration of a trial, s, below which a worker is given its next trial in advance; chosen."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LocalWorkers:
-    """So many worker processes; one that dies is replaced, and its trial runs again.
+    """Worker processes on this machine; one that dies is replaced, and its trial runs again.
 
-    A trial goes to a worker when it is free, and its outcome comes back at once. The worker does
-    its tasks in their order, so that when it dies it is known of which. Tasks of one trial number
-    that follow each other stay with one worker as long as there are others for the rest: they have
-    their random numbers in common, and with them much that is worked out once.
+    A worker runs its tasks in order, so that the task during which it died is known. Consecutive
+    tasks of one trial number go to one worker while the other workers have tasks of their own:
+    they share random numbers, and results that the worker then computes only once.
 
     Parameters
     ----------
@@ -54,7 +53,7 @@ class LocalWorkers:
     def run(
         self, studies: Sequence[Study], tasks: Iterator[Task]
     ) -> Generator[Outcome, None, None]:
-        """Outcomes as they come.
+        """Outcomes in the order in which trials finish.
 
         Raises
         ------
@@ -69,7 +68,7 @@ class LocalWorkers:
 
 
 class _Pool:
-    """Workers, what they are at, and what is to be done again."""
+    """Workers with their tasks, and tasks that must run again."""
 
     def __init__(self, studies: Sequence[Study], tasks: Iterator[Task], *, count: int) -> None:
         self._studies = tuple(studies)
@@ -77,21 +76,21 @@ class _Pool:
         self._again: deque[Task] = deque()
         self._deaths: Counter[Task] = Counter()
         self._news: SimpleQueue[tuple[_Worker, Any]] = SimpleQueue()
-        self._duration = _SHORT
-        self._stillborn = 0
+        self._duration = _SHORT_TRIAL
+        self._failed_starts = 0
         self._workers = [_Worker(self._studies, self._news) for _ in range(count)]
 
     def outcomes(self) -> Iterator[Outcome]:
         for worker in self._workers:
             self._feed(worker)
-        while any(worker.at for worker in self._workers):
+        while any(worker.given for worker in self._workers):
             worker, message = self._news.get()
             if message == READY:
-                worker.is_ready, self._stillborn = True, 0
+                worker.is_ready, self._failed_starts = True, 0
             elif message is None:
-                yield from self._bury(worker)
+                yield from self._replace(worker)
             else:
-                worker.at.popleft()
+                worker.given.popleft()
                 self._duration = message.duration
                 self._feed(worker)
                 yield message
@@ -101,15 +100,15 @@ class _Pool:
             worker.kill()
 
     def _feed(self, worker: _Worker) -> None:
-        """Give a worker what keeps it busy."""
-        while len(worker.at) < (2 if self._duration < _SHORT else 1):
-            task = self._again.popleft() if self._again else self._next_of(worker)
+        """Give a worker its next tasks."""
+        while len(worker.given) < (2 if self._duration < _SHORT_TRIAL else 1):
+            task = self._again.popleft() if self._again else self._next_task(worker)
             if task is None:
                 return
             worker.give(task)
 
-    def _next_of(self, worker: _Worker) -> Task | None:
-        """Of the trial it is at; of a new one; or the last that another has before it."""
+    def _next_task(self, worker: _Worker) -> Task | None:
+        """Next task of its trial or of a new one, or else the last task of the busiest worker."""
         if not worker.ahead:
             worker.ahead.extend(next(self._trials, ()))
         if worker.ahead:
@@ -117,26 +116,28 @@ class _Pool:
         busiest = max(self._workers, key=lambda other: len(other.ahead))
         return busiest.ahead.pop() if busiest.ahead else None
 
-    def _bury(self, worker: _Worker) -> Iterator[Outcome]:
-        """Put another in the place of a dead worker; its trials run again."""
+    def _replace(self, worker: _Worker) -> Iterator[Outcome]:
+        """Replace a dead worker; its tasks run again."""
         worker.kill()
         self._workers.remove(worker)
         if not worker.is_ready:
-            self._stillborn += 1
-            if self._stillborn >= PATIENCE:
+            self._failed_starts += 1
+            if self._failed_starts >= MOST_DEATHS:
                 raise RunError(
-                    f"{PATIENCE} workers ended before they could begin, which their own messages "
-                    "should explain; finished trials are kept, and the same command goes on"
+                    f"{MOST_DEATHS} workers ended before they could begin; their messages say why. "
+                    "Finished trials are kept, and the same command goes on"
                 )
-            self._again.extendleft(reversed(worker.at))
-        elif worker.at:
-            culprit = worker.at.popleft()
-            self._again.extendleft(reversed(worker.at))
+            self._again.extendleft(reversed(worker.given))
+        elif worker.given:
+            culprit = worker.given.popleft()
+            self._again.extendleft(reversed(worker.given))
             self._deaths[culprit] += 1
-            if self._deaths[culprit] < PATIENCE:
+            if self._deaths[culprit] < MOST_DEATHS:
                 self._again.appendleft(culprit)
             else:
-                yield Outcome(task=culprit, victims=None, failure=f"{PATIENCE} workers died of it")
+                yield Outcome(
+                    task=culprit, victims=None, failure=f"{MOST_DEATHS} workers died of it"
+                )
         successor = _Worker(self._studies, self._news)
         successor.ahead.extend(worker.ahead)
         self._workers.append(successor)
@@ -145,13 +146,13 @@ class _Pool:
 
 
 class _Worker:
-    """A process, and the threads that talk to it so that nobody waits for anybody.
+    """A process, and threads that write and read its pipes, so that the program never blocks.
 
-    ``at`` it has been given, ``ahead`` are tasks of the same trial that it is to get.
+    ``given`` are the tasks that it has received, ``ahead`` later tasks of the same trial.
     """
 
     def __init__(self, studies: Sequence[Study], news: SimpleQueue[tuple[_Worker, Any]]) -> None:
-        self.at: deque[Task] = deque()
+        self.given: deque[Task] = deque()
         self.ahead: deque[Task] = deque()
         self.is_ready = False
         self._inbox: SimpleQueue[Any] = SimpleQueue()
@@ -166,7 +167,7 @@ class _Worker:
         Thread(target=self._read, args=(news,), daemon=True).start()
 
     def give(self, task: Task) -> None:
-        self.at.append(task)
+        self.given.append(task)
         self._inbox.put(task)
 
     def kill(self) -> None:
@@ -175,7 +176,7 @@ class _Worker:
         self._process.wait()
 
     def _write(self) -> None:
-        # a dead one takes nothing more; its reader says so
+        # a dead process breaks the pipe; the reading thread reports it
         with suppress(OSError), cast("IO[bytes]", self._process.stdin) as pipe:
             while (message := self._inbox.get()) is not None:
                 pickle.dump(message, pipe)
@@ -193,7 +194,7 @@ class _Worker:
 
 
 def _environment() -> dict[str, str]:
-    """One thread, and the polychirp that is running, wherever it lies."""
+    """Environment of a worker: one thread, and the same polychirp as in this process."""
     home = str(Path(__file__).parents[3])
     paths = [home, *filter(None, [os.environ.get("PYTHONPATH")])]
     return {**os.environ, **ONE_THREAD, "PYTHONPATH": os.pathsep.join(paths)}

@@ -1,4 +1,4 @@
-"""What a Monte Carlo study varies: the table of its file, its axes, and the seeds of its trials."""
+"""Grid of a Monte Carlo study: the table of its file, its axes, and the seeds of its trials."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from polychirp.errors import InputError
 from polychirp.spec import Spec
 
 Label = str | int | float
-"""What stands for one value of an axis in tables and coordinates."""
+"""Name of one value of an axis, in tables and coordinates."""
 
 OWN_AXES: Final = ("trial", "victim", "target", "nature")
-"""Axes that results have besides the grid's."""
+"""Axes of the results that are not axes of the grid."""
 
-_FIXED: Final = {
+_FIXED_KEYS: Final = {
     "seed": "every trial gets its own; say how many with trials",
     "name": "all points of a grid belong to one study",
     "monte_carlo": "a grid cannot change itself",
@@ -33,8 +33,8 @@ class Choice(Spec):
 
     Parameters
     ----------
-    label : in tables and coordinates
-    set : values by dotted path, as ``--set`` takes them
+    label : name of the value, in tables and coordinates
+    set : values by dotted path, as for ``--set``
     """
 
     label: str
@@ -43,12 +43,12 @@ class Choice(Spec):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NamedAxis(Spec):
-    """An axis of a grid, under a name of its own.
+    """An axis of a grid, with a name.
 
     Parameters
     ----------
-    name : of the axis
-    values : one after the other
+    name : name of the axis
+    values : values of the axis, in order
     """
 
     name: str
@@ -57,17 +57,17 @@ class NamedAxis(Spec):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MonteCarlo(Spec):
-    """The table ``[monte_carlo]`` of a study file: how many trials, over which grid.
+    """The table ``[monte_carlo]`` of a study file: the number of trials and the grid.
 
-    Every combination of the values of all axes is a point. Trial n of every point draws from the
-    same seed, so that points differ by what the grid changes and by nothing else.
+    Every combination of the values of all axes is a point. Trial n has the same seed at every
+    point, so that points differ only by the keys of the grid.
 
     Parameters
     ----------
-    trials : of each point, at most
-    stop_half_width : where given, a point stops as soon as the 95 % interval of the detection
-        probability of each of its victims reaches no further either way
-    grid : values by dotted path, as ``--set`` takes it; ``*`` stands for every entry of a list
+    trials : greatest number of trials of each point
+    stop_half_width : if given, a point stops as soon as the 95 % interval of the detection
+        probability of each of its victims has this half width or less
+    grid : values by dotted path, as for ``--set``; ``*`` stands for every entry of a list
     axes : further axes, with names, labels and keys that move together
 
     Examples
@@ -99,9 +99,9 @@ class Axis:
 
     Parameters
     ----------
-    name : of the axis
-    labels : of its values
-    changes : of each value, pairs of dotted path and value
+    name : name of the axis
+    labels : label of each value
+    changes : for each value, pairs of dotted path and value
     """
 
     name: str
@@ -121,12 +121,12 @@ class Axis:
             raise InputError(f"axis '{self.name}' has '{twice[0]}' twice; give each label once")
         for path, _ in (change for value in self.changes for change in value):
             first = path.partition(".")[0].strip()
-            if first in _FIXED:
-                raise InputError(f"a grid cannot change {first}: {_FIXED[first]}")
+            if first in _FIXED_KEYS:
+                raise InputError(f"a grid cannot change {first}: {_FIXED_KEYS[first]}")
 
 
 def axes_of_grid(table: MonteCarlo) -> tuple[Axis, ...]:
-    """All axes: those of ``grid``, then those with names, as the file has them."""
+    """All axes: those of ``grid``, then those with names, in the order of the file."""
     names = _short_names([*table.grid])
     plain = [
         Axis(
@@ -153,7 +153,7 @@ def axes_of_grid(table: MonteCarlo) -> tuple[Axis, ...]:
 
 
 def _short_names(paths: Sequence[str]) -> list[str]:
-    """The last keys of every path, as few as tell it from the others."""
+    """Shortest end of every path that no other path has, joined by underscores."""
     keys = [[key.strip() for key in path.split(".") if key.strip() != "*"] for path in paths]
     names = []
     for own in keys:
@@ -180,10 +180,9 @@ def combinations(axes: Sequence[Axis]) -> list[tuple[int, ...]]:
 
 
 def trial_seed(seed: int, trial: int) -> int:
-    """The seed of trial number ``trial`` of every point of a study with ``seed``.
+    """Seed of trial number ``trial`` of every point of a study with ``seed``.
 
-    It depends on nothing else: not on the point, nor on who runs it. It is below 2⁵², so that
-    every reader of JSON keeps it whole.
+    It depends on nothing else, and is below 2⁵², so that every reader of JSON keeps it exactly.
 
     >>> trial_seed(1, 0) == trial_seed(1, 1)
     False

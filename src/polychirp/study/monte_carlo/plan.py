@@ -1,4 +1,4 @@
-"""`Plan` — every point of a grid as a study that can run."""
+"""`Plan` — a study for every point of a grid."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ class Point:
 
     Parameters
     ----------
-    labels : of the value on each axis
-    study : that the point runs, still with the seed of the whole
-    study_hash : of that study; a finished trial is kept under it
-    command : that runs the point once, but for its ``--seed``
+    labels : label of the value on each axis
+    study : study of the point, with the seed of the whole grid
+    study_hash : hash of that study; finished trials are stored under it
+    command : command that runs the point once, without its ``--seed``
     """
 
     labels: tuple[Label, ...]
@@ -30,7 +30,7 @@ class Point:
     command: str
 
     def trial(self, number: int) -> Study:
-        """The study of one trial: the same but for its seed."""
+        """Study of one trial, which differs by its seed alone."""
         return replace(self.study, seed=trial_seed(self.study.seed, number))
 
 
@@ -40,11 +40,12 @@ class Plan:
 
     Parameters
     ----------
-    axes : of the grid
-    points : all, the last axis fastest
-    trials : of each point, at most
-    stop_half_width : of the interval of detection probability at which a point stops, or None
-    origin : of the study as its file has it, without the grid
+    axes : axes of the grid
+    points : all points, the last axis fastest
+    trials : greatest number of trials of each point
+    stop_half_width : half width of the interval of detection probability at which a point stops,
+        or None
+    origin : provenance of the study in its file, without the grid
     """
 
     axes: tuple[Axis, ...]
@@ -60,17 +61,17 @@ class Plan:
             if twin is not point:
                 raise InputError(
                     f"{self.where(twin)} and {self.where(point)} are one and the same study; "
-                    "see whether the keys of the grid reach what they mean, or drop one"
+                    "check the keys of the grid, or remove one of the values"
                 )
 
     def where(self, point: Point) -> str:
-        """Which point, in words."""
+        """Labels of a point, in words."""
         pairs = zip(self.axes, point.labels, strict=True)
         return ", ".join(f"{axis.name} = {label}" for axis, label in pairs) or "the only point"
 
 
 def complaints(found: Iterable[tuple[str, Sequence[str]]], *, points: Sequence[str]) -> list[str]:
-    """One line for each problem, with the points that have it.
+    """One line for each problem, with the points at which it occurs.
 
     >>> complaints([("a", ["x.y: is missing"]), ("b", ["x.y: is missing"])], points=["a", "b", "c"])
     ['x.y: is missing (at a, and 1 more)']
@@ -89,12 +90,12 @@ def _at(names: Sequence[str], points: Sequence[str]) -> str:
 
 
 def check_plan(plan: Plan, *, progress: Callable[[str, int, int], None]) -> None:
-    """Refuse a plan any of whose points cannot run, as `check` says it of the first trial.
+    """Refuse a plan if `check` refuses the first trial of any point.
 
     Raises
     ------
     InputError, PhysicsError
-        With every problem, and the points that have it.
+        The message lists every problem and its points.
     """
     found: list[tuple[str, list[str]]] = []
     refused_by_physics = True

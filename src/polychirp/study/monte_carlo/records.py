@@ -1,4 +1,4 @@
-"""What a trial yields, as one line of text, and the file that keeps those lines."""
+"""Records of finished trials, and the log file that holds one line of text for each."""
 
 from __future__ import annotations
 
@@ -19,25 +19,26 @@ if TYPE_CHECKING:
     from polychirp.study.trial import Trial, VictimResult
 
 NATURES: Final = tuple(nature.value for nature in Nature)
-"""What a claim can be, in the order in which claims are counted."""
+"""Kinds of detections, in the order in which they are counted."""
 
 _SYNC_INTERVAL: Final = 1.0
-"""s between two calls that move lines from the system's memory to the disk."""
+"""Interval between calls that force lines to the disk, s; chosen: this much may be lost if the
+machine fails."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VictimRecord:
-    """What one radar found in one trial; errors are zero where nothing was found.
+    """Results of one radar in one trial; errors are zero for targets that were missed.
 
     Parameters
     ----------
-    name : of the radar
+    name : name of the radar
     target : names of its targets
-    is_visible, is_detected : of each target
+    is_visible, is_detected : for each target
     range, range_rate, azimuth : m, m/s, rad, true
     range_error, range_rate_error, azimuth_error : m, m/s, rad, found minus true
     sinr : ratio
-    claims : number of each of `NATURES`
+    claims : number of detections of each of `NATURES`
     floor_rise : ratio
     """
 
@@ -58,14 +59,14 @@ class VictimRecord:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrialRecord:
-    """What one trial found.
+    """Results of one trial.
 
     Parameters
     ----------
-    study_hash : of the point's study
-    trial : its number
-    seed : that runs it again
-    victims : in the order of the radars
+    study_hash : hash of the study of its point
+    trial : number of the trial
+    seed : seed of the trial
+    victims : records, in the order of the radars
     """
 
     study_hash: str
@@ -75,12 +76,12 @@ class TrialRecord:
 
     @property
     def key(self) -> tuple[str, int]:
-        """Which trial of which study."""
+        """Hash of the study, and number of the trial."""
         return self.study_hash, self.trial
 
 
 def victim_records(trial: Trial) -> tuple[VictimRecord, ...]:
-    """What is kept of a trial."""
+    """Record of each victim of a trial."""
     return tuple(_record(victim) for victim in trial.victims)
 
 
@@ -112,7 +113,7 @@ def _line(content: Mapping[str, Any]) -> bytes:
 
 
 def _content(line: bytes) -> dict[str, Any] | None:
-    """What a line says; None where it is torn or damaged."""
+    """Content of a line; None if it is incomplete or damaged."""
     mark, space, text = line.rstrip(b"\n").partition(b" ")
     if not (space and line.endswith(b"\n") and mark == b"%08x" % crc32(text)):
         return None
@@ -138,9 +139,9 @@ def _victim_from(content: Mapping[str, Any]) -> VictimRecord:
 class TrialLog:
     """An append-only file of finished trials, one line each with its checksum.
 
-    A line goes to the system in one call as soon as its trial is finished, so that it outlives
-    the program however that ends; it is on the disk a second later. A line torn by a failing
-    machine is left out, and its trial runs again.
+    A line is handed to the operating system in one call as soon as its trial is finished, so that
+    it stays however the program ends; it is on the disk a second later. A line that a failure of
+    the machine cut off is skipped, and its trial runs again.
     """
 
     def __init__(self, file: IO[bytes]) -> None:
@@ -148,7 +149,7 @@ class TrialLog:
         self._synced = time.monotonic()
 
     def append(self, record: TrialRecord) -> None:
-        """Keep one finished trial."""
+        """Store one finished trial."""
         try:
             self._file.write(_line(asdict(record)))
             self._file.flush()
@@ -166,17 +167,17 @@ class TrialLog:
 def trial_log(
     path: Path, *, made_with: Mapping[str, Any], anew: bool = False
 ) -> Iterator[TrialLog]:
-    """The file at ``path``, open for one run at a time, behind its last whole line.
+    """The log at ``path``, open for one run at a time, after its last complete line.
 
     Parameters
     ----------
-    made_with : versions and platform; a file made with others is refused
-    anew : forget what is in it
+    made_with : versions and platform; a log from others is refused
+    anew : True to remove the trials in it
 
     Raises
     ------
     InputError
-        Another run is at work on it, or it was made with other versions.
+        Another run is using it, or other versions wrote it.
     RunError
         It cannot be written.
     """
@@ -200,7 +201,7 @@ def trial_log(
 
 
 def _go_to_end(file: IO[bytes]) -> None:
-    """Cut off a line that was torn at the end."""
+    """Remove an incomplete line at the end, and go there."""
     file.seek(0)
     end = 0
     for line in file:
@@ -211,7 +212,7 @@ def _go_to_end(file: IO[bytes]) -> None:
 
 
 def _lock(file: IO[bytes], path: Path) -> None:
-    """Refuse a second run where the system can tell; the lock ends with its program."""
+    """Refuse a second run, on systems with file locks; a lock ends with its program."""
     try:
         import fcntl
     except ImportError:
@@ -238,13 +239,13 @@ def _need_same_makers(path: Path, made_with: Mapping[str, Any]) -> None:
 
 def _in_words(made_with: Mapping[str, Any] | None) -> str:
     if made_with is None:
-        return "nobody knows what"
+        return "unknown versions"
     versions = ", ".join(f"{name} {version}" for name, version in made_with["versions"].items())
     return f"{versions} on {made_with['platform']}"
 
 
 def read_records(path: Path) -> Iterator[TrialRecord]:
-    """Every whole trial of a file, each once, in the order in which they were finished."""
+    """Every complete trial of a log, each once, in the order in which they finished."""
     if not path.exists():
         return
     seen: set[tuple[str, int]] = set()

@@ -1,20 +1,20 @@
-"""`Results` — what all trials of a plan found, as arrays, and their store.
+"""`Results` — results of all trials of a plan as arrays, and their store.
 
 .. code-block:: text
 
     results.zarr              format, version, provenance, grid: its axes and the hash of each
     │                         point's study, trials asked for
     ├── AXIS …                labels of each axis of the grid; victim, target, nature: names
-    ├── num_trials            (AXIS …) counted at each point
+    ├── num_trials            (AXIS …) number of trials at each point
     ├── seed                  (trial)
-    ├── detected              (AXIS …, trial, victim, target) 1 found, 0 missed
+    ├── detected              (AXIS …, trial, victim, target) 1 detected, 0 missed
     ├── range … sinr          (AXIS …, trial, victim, target)
     ├── num_claims            (AXIS …, trial, victim, nature)
     └── floor_rise            (AXIS …, trial, victim)
 
-Every array names its axes and unit, as xarray reads them. **NaN** stands where nothing is: the
-trial was not run, the target not in sight, or, for errors, not found. So ``mean`` over trials of
-``detected`` is the detection probability.
+Every array names its axes and its unit, as xarray reads them. **NaN** means that there is no value:
+the trial was not run, the target was not visible or, for errors, not detected. The ``mean`` of
+``detected`` over trials is thus the detection probability.
 """
 
 from __future__ import annotations
@@ -58,29 +58,29 @@ _UNITS: Final = {
     "floor_rise": "1",
 }
 
-_OF_FOUND: Final = ("range_error", "range_rate_error", "azimuth_error", "sinr")
-_TRUE: Final = ("range", "range_rate", "azimuth")
+_OF_DETECTED: Final = ("range_error", "range_rate_error", "azimuth_error", "sinr")
+_TRUE_VALUES: Final = ("range", "range_rate", "azimuth")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Results:
-    """What all trials found; NaN where nothing is.
+    """Results of all trials; NaN where there is no value.
 
     Parameters
     ----------
     axes : name and labels of each axis of the grid; ``point`` counts through all combinations,
         the last axis fastest
-    study_hash : of each point's study
+    study_hash : hash of the study of each point
     victim, target : names
-    num_trials : counted at each point; a trial that failed is counted and NaN
-    seed : of each trial, at every point
-    detected : 1 found, 0 missed, NaN where there is no such target in sight
-    range, range_rate, azimuth : m, m/s, rad, true, hidden targets too
+    num_trials : number of trials at each point; a trial that failed is counted and NaN
+    seed : seed of each trial, at every point
+    detected : 1 detected, 0 missed, NaN if the target is not visible
+    range, range_rate, azimuth : m, m/s, rad, true, of hidden targets too
     range_error, range_rate_error, azimuth_error : m, m/s, rad, found minus true
-    sinr : ratio, of targets found
-    num_claims : of each nature
+    sinr : ratio, of detected targets
+    num_claims : number of detections of each nature
     floor_rise : ratio
-    origin : of the study without its grid
+    origin : provenance of the study without its grid
     """
 
     axes: tuple[tuple[str, tuple[Label, ...]], ...]
@@ -110,17 +110,17 @@ class Results:
         return tuple(len(labels) for _, labels in self.axes)
 
     def labels(self, point: int) -> tuple[Label, ...]:
-        """Of a point, on each axis."""
+        """Label of a point on each axis."""
         numbers = np.unravel_index(point, self.shape) if self.shape else ()
         return tuple(labels[int(n)] for (_, labels), n in zip(self.axes, numbers, strict=True))
 
 
 def gather(plan: Plan, *, num_trials: Sequence[int], records: Iterable[TrialRecord]) -> Results:
-    """Results of the trials that count, whatever order they come in.
+    """Results of the trials that count, from records in any order.
 
     Parameters
     ----------
-    num_trials : that count at each point, from the first on
+    num_trials : number of trials that count at each point, from the first on
     """
     point_of = {point.study_hash: n for n, point in enumerate(plan.points)}
     kept = {}
@@ -137,7 +137,7 @@ def gather(plan: Plan, *, num_trials: Sequence[int], records: Iterable[TrialReco
     of_trial = (len(plan.points), trials, len(victims))
     arrays = {
         name: np.full((*of_trial, len(targets)), np.nan)
-        for name in ("detected", *_TRUE, *_OF_FOUND)
+        for name in ("detected", *_TRUE_VALUES, *_OF_DETECTED)
     }
     arrays["num_claims"] = np.full((*of_trial, len(NATURES)), np.nan)
     arrays["floor_rise"] = np.full(of_trial, np.nan)
@@ -158,7 +158,7 @@ def gather(plan: Plan, *, num_trials: Sequence[int], records: Iterable[TrialReco
 
 
 def _names(names: Iterable[str]) -> tuple[str, ...]:
-    """Each once, in the order of their first appearance."""
+    """Distinct names, in the order of their first appearance."""
     return tuple(dict.fromkeys(names))
 
 
@@ -172,9 +172,9 @@ def _fill(
     arrays["num_claims"][place] = record.claims
     arrays["floor_rise"][place] = record.floor_rise
     arrays["detected"][place][columns] = np.where(is_visible, is_detected, np.nan)
-    for name in _TRUE:
+    for name in _TRUE_VALUES:
         arrays[name][place][columns] = getattr(record, name)
-    for name in _OF_FOUND:
+    for name in _OF_DETECTED:
         arrays[name][place][columns] = np.where(is_detected, getattr(record, name), np.nan)
 
 
@@ -182,7 +182,7 @@ def _fill(
 
 
 def save_results(path: Path, results: Results, *, plan: Plan) -> None:
-    """Store results; equal results give equal files, whatever was at ``path`` before.
+    """Store results in place of those at ``path``; equal results give equal files.
 
     Raises
     ------
@@ -226,7 +226,7 @@ def _write(path: Path, results: Results, plan: Plan) -> None:
             dimensions = [*grid, *axes[1:]]
         _write_array(root, field, array, dimensions, chunk_axes=len(grid))
     with warnings.catch_warnings():
-        # readers of all of it, xarray first, want one file of metadata; Zarr warns of its format
+        # xarray reads all metadata from one file, of whose format Zarr warns
         warnings.simplefilter("ignore")
         zarr.consolidate_metadata(root.store)
 
@@ -250,8 +250,8 @@ def _write_array(
 ) -> None:
     from zarr.codecs import BloscCodec
 
-    # all in one where that is little, else a point is a chunk
-    grid = min(chunk_axes, values.ndim) if values.nbytes > _LITTLE else 0
+    # a small array is one chunk; in a large one, each point is a chunk
+    grid = min(chunk_axes, values.ndim) if values.nbytes > _LARGEST_SINGLE_CHUNK else 0
     chunks = (*(1,) * grid, *(max(1, length) for length in values.shape[grid:]))
     array = root.create_array(
         name,
@@ -267,17 +267,17 @@ def _write_array(
         array[...] = values
 
 
-_LITTLE: Final = 16e6
-"""Bytes."""
+_LARGEST_SINGLE_CHUNK: Final = 16e6
+"""Size up to which an array is stored as one chunk, bytes; chosen."""
 
 
 def load_results(path: Path | str) -> Results:
-    """Stored results.
+    """Read stored results.
 
     Raises
     ------
     InputError
-        There are none at ``path``, or another version of polychirp wrote them.
+        There are no results at ``path``, or another version of polychirp wrote them.
     """
     import zarr
     from zarr.errors import NodeNotFoundError

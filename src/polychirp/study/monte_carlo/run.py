@@ -1,4 +1,4 @@
-"""Run a plan: what is missing of it, wherever it was left, and the results of the whole."""
+"""Run the missing trials of a plan, and store the results of all its trials."""
 
 from __future__ import annotations
 
@@ -21,21 +21,22 @@ from polychirp.study.provenance import Provenance
 
 LOG: Final = "trials.log"
 STORE: Final = "results.zarr"
+"""Names of the log of trials and of the store of results, in the folder of a run."""
 
-GIVE_UP: Final = 10
-"""Failed trials after which the rest is not tried."""
+MOST_FAILURES: Final = 10
+"""Number of failed trials after which the run stops; chosen."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Finished:
-    """What a run gave.
+    """Result of a run.
 
     Parameters
     ----------
-    results : of all trials, old and new
-    num_new : trials that this run did
-    failures : of trials, one sentence each with the command that repeats it
-    files : names of what is in the folder
+    results : results of all trials, old and new
+    num_new : number of trials that this run added
+    failures : for each failed trial, one sentence with the command that repeats it
+    files : names of the files in the folder
     """
 
     results: Results
@@ -52,22 +53,23 @@ def run_plan(
     progress: Callable[[str, int, int], None],
     anew: bool = False,
 ) -> Finished:
-    """Do the trials that ``folder`` does not have; store results and tables of all.
+    """Run the trials that ``folder`` does not have; store results and tables of all.
 
-    A trial is kept as soon as it is finished, so that a run that was killed goes on where it was.
-    Trials are kept under the hash of their point's study: points that a later grid shares are not
-    run again. Results do not depend on the number of workers, nor on the order of trials.
+    A trial is stored as soon as it is finished, so that the next run continues a run that was
+    killed. Trials are stored under the hash of the study of their point, so that points that a
+    later grid shares are not run again. Results depend neither on the number of workers nor on the
+    order of trials.
 
     Parameters
     ----------
-    anew : throw away the trials that ``folder`` has
+    anew : True to remove the trials that ``folder`` has
 
     Raises
     ------
     InputError
-        The folder is in use, or its trials were made with other versions.
+        The folder is in use, or other versions computed its trials.
     RunError
-        It cannot be written, or `GIVE_UP` trials failed.
+        The folder cannot be written, or `MOST_FAILURES` trials failed.
     """
     log_path = folder / LOG
     stopping = Stopping(
@@ -88,7 +90,7 @@ def run_plan(
 
 
 def made_with(origin: Provenance) -> Mapping[str, Any]:
-    """What trials must have in common to be one result."""
+    """Format, versions and platform, which all trials of one result must share."""
     return {
         "format": "polychirp trials, version 1",
         "versions": origin.versions,
@@ -97,7 +99,7 @@ def made_with(origin: Provenance) -> Mapping[str, Any]:
 
 
 def _known(plan: Plan, path: Path, stopping: Stopping) -> set[tuple[int, int]]:
-    """Points and numbers of the trials that were done before."""
+    """Point and number of every trial that the log at ``path`` has."""
     point_of = {point.study_hash: n for n, point in enumerate(plan.points)}
     known = set()
     for record in read_records(path):
@@ -109,7 +111,7 @@ def _known(plan: Plan, path: Path, stopping: Stopping) -> set[tuple[int, int]]:
 
 
 class _Run:
-    """Trials that are done, and what is still to do."""
+    """Trials that are done, and tasks for those that are missing."""
 
     def __init__(
         self, plan: Plan, stopping: Stopping, log: TrialLog, known: set[tuple[int, int]]
@@ -120,7 +122,7 @@ class _Run:
         self.failures: list[str] = []
 
     def finish(self, executor: Executor, progress: Callable[[str, int, int], None]) -> None:
-        """Run tasks until every point has what it needs."""
+        """Run tasks until every point has enough trials."""
         kept = self._stopping.num_done()
         what = f"trials ({kept} kept)" if kept else "trials"
         total = sum(self._stopping.limit)
@@ -136,7 +138,7 @@ class _Run:
                         break
 
     def _tasks(self) -> Iterator[Task]:
-        """Trial by trial, each of all points that still go on."""
+        """Missing tasks, trial by trial, for all points that have not stopped."""
         for trial in range(self._plan.trials):
             seed = trial_seed(self._plan.origin.seed, trial)
             for point, limit in enumerate(self._stopping.limit):
@@ -152,9 +154,9 @@ class _Run:
                 f"trial {task.trial} at {self._plan.where(point)}: {outcome.failure}; repeat it "
                 f"with: {command}"
             )
-            if len(self.failures) >= GIVE_UP:
+            if len(self.failures) >= MOST_FAILURES:
                 raise RunError(
-                    f"{GIVE_UP} trials failed; finished ones are kept. The first: "
+                    f"{MOST_FAILURES} trials failed; finished ones are kept. The first: "
                     f"{self.failures[0]}"
                 )
             self._stopping.add(task.point, task.trial, None)

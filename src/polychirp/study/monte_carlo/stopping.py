@@ -1,8 +1,8 @@
-"""When a point has had enough trials: decided on whole blocks from the first trial on.
+"""Early stopping of points whose detection probability is known well enough.
 
-A decision looks at trials 0…k−1 with k a multiple of `BLOCK`, whichever worker ran them and in
-whatever order they came back, so that it is the same for any number of workers. Trials beyond
-the stop that had begun meanwhile are kept on disk and left out of the results.
+A decision is based on trials 0…k−1, k a multiple of `TRIALS_PER_DECISION`, so that it does not
+depend on the number of workers or on the order of outcomes. Later trials that had already begun
+stay in the log and are left out of the results.
 """
 
 from __future__ import annotations
@@ -16,26 +16,26 @@ import numpy as np
 from polychirp.scoring.statistics import proportion
 from polychirp.study.monte_carlo.records import VictimRecord
 
-BLOCK: Final = 20
-"""Trials between two looks at an interval."""
+TRIALS_PER_DECISION: Final = 20
+"""Number of trials between two decisions on whether a point stops; chosen."""
 
 Counts = dict[str, tuple[int, int]]
-"""Of each victim: targets found, targets in sight."""
+"""Number of detected and of visible targets, by the name of the victim."""
 
 
 def counts_of(victims: Sequence[VictimRecord]) -> Counts:
-    """Targets found and targets in sight of each victim of a trial."""
+    """Detected and visible targets of each victim of a trial."""
     return {v.name: (sum(v.is_detected), sum(v.is_visible)) for v in victims}
 
 
 class Stopping:
-    """Of every point: how many trials it needs, as far as that is known.
+    """Number of trials that each point needs, as far as it is known.
 
     Parameters
     ----------
-    num_points : of the grid
-    trials : of each point, at most
-    half_width : of the interval at which a point stops; None means never
+    num_points : number of points of the grid
+    trials : greatest number of trials of each point
+    half_width : half width of the interval at which a point stops; None to stop no point early
     """
 
     def __init__(self, *, num_points: int, trials: int, half_width: float | None) -> None:
@@ -45,20 +45,20 @@ class Stopping:
         self._prefix = [0] * num_points
 
     def add(self, point: int, trial: int, counts: Counts | None) -> None:
-        """Take note of a trial; ``counts`` is None where it failed."""
+        """Count a finished trial; ``counts`` is None if it failed."""
         self._done[point][trial] = counts
         while self._prefix[point] in self._done[point]:
-            self._prefix[point] += 1
-            if self._prefix[point] % BLOCK == 0 and self._is_narrow(point, self._prefix[point]):
-                self.limit[point] = min(self.limit[point], self._prefix[point])
+            size = self._prefix[point] = self._prefix[point] + 1
+            if size % TRIALS_PER_DECISION == 0 and self._is_narrow(point, size):
+                self.limit[point] = min(self.limit[point], size)
 
     def num_done(self) -> int:
-        """Trials done of those that are needed."""
+        """Number of needed trials that are done."""
         pairs = zip(self._done, self.limit, strict=True)
         return sum(sum(n < limit for n in done) for done, limit in pairs)
 
     def _is_narrow(self, point: int, size: int) -> bool:
-        """Whether ``size`` trials tell enough of every victim that had targets in sight."""
+        """True if ``size`` trials are enough for every victim that had visible targets."""
         if self._half_width is None:
             return False
         done = self._done[point]
@@ -70,5 +70,5 @@ class Stopping:
 
 
 def _half_width(counts: Sequence[tuple[int, int]]) -> float:
-    hits, seen = np.array(counts, dtype=np.float64).T
-    return proportion(hits, seen).half_width
+    detected, visible = np.array(counts, dtype=np.float64).T
+    return proportion(detected, visible).half_width

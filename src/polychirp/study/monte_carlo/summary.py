@@ -1,4 +1,4 @@
-"""What results say: each point on its own, and what differs between neighbours on an axis."""
+"""Estimates from results: at each point, and of differences between two points on an axis."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from polychirp.study.monte_carlo.grid import Label
 from polychirp.study.monte_carlo.records import NATURES
 from polychirp.study.monte_carlo.results import Results
 
-ERRORS: Final = ("range", "range_rate", "azimuth")
+ERROR_NAMES: Final = ("range", "range_rate", "azimuth")
 
 _IS_GHOST: Final = np.array([Nature(name).is_ghost for name in NATURES])
 _UNEXPLAINED: Final = NATURES.index(Nature.UNEXPLAINED.value)
@@ -30,22 +30,22 @@ _UNEXPLAINED: Final = NATURES.index(Nature.UNEXPLAINED.value)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Summary:
-    """What one radar found at one point, over all its trials.
+    """Estimates for one radar at one point, from all its trials.
 
     Every estimate has a 95 % interval; a trial counts as one draw (`scoring.statistics`).
 
     Parameters
     ----------
-    labels : of the point
-    study_hash : of the point's study
+    labels : label of the point on each axis
+    study_hash : hash of the study of the point
     victim : name of the radar
-    num_trials : with a result
-    detection : probability that a target in sight is found
+    num_trials : number of trials with a result
+    detection : probability that a visible target is detected
     ghost : probability that a frame has a ghost
-    ghosts, false_claims, missed : mean number in a frame; false claims are the ghosts that nothing
-        explains: noise, or left over by the processing
+    ghosts, false_claims, missed : mean number in a frame; ``false_claims`` are false detections
+        that no path explains: noise, or errors of the processing
     floor_rise : median ratio
-    range_rmse, range_rate_rmse, azimuth_rmse : m, m/s, rad, of targets found
+    range_rmse, range_rate_rmse, azimuth_rmse : m, m/s, rad, of detected targets
     """
 
     labels: tuple[Label, ...]
@@ -65,15 +65,15 @@ class Summary:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Difference:
-    """What changes from the first value of an axis to another, all else equal, trial by trial.
+    """Difference between a value of an axis and its first, from paired trials, all else equal.
 
     Parameters
     ----------
-    axis : of the grid
-    first, other : labels on it
-    labels : of the other point, on all axes
+    axis : name of the axis of the grid
+    first, other : labels of the two values
+    labels : label of the other point on each axis
     victim : name of the radar
-    num_trials : that both points have
+    num_trials : number of trials that both points have
     detection, ghosts : other minus first: probability, mean number in a frame
     range_rmse, range_rate_rmse, azimuth_rmse : other minus first, m, m/s, rad
     """
@@ -103,7 +103,7 @@ class _Counts:
     squares: dict[str, FloatArray]
 
     def only(self, trials: FloatArray) -> _Counts:
-        """Of these trials."""
+        """Sums of these trials alone."""
         kept = np.isin(self.trial, trials)
         return _Counts(
             trial=self.trial[kept],
@@ -119,7 +119,9 @@ def _counts(results: Results, point: int, victim: int) -> _Counts:
     was_run = ~np.isnan(results.num_claims[point, :, victim, 0])
     detected = results.detected[point, was_run, victim]
     claims = results.num_claims[point, was_run, victim]
-    errors = {name: getattr(results, f"{name}_error")[point, was_run, victim] for name in ERRORS}
+    errors = {
+        name: getattr(results, f"{name}_error")[point, was_run, victim] for name in ERROR_NAMES
+    }
     return _Counts(
         trial=np.flatnonzero(was_run).astype(np.float64),
         found=np.nansum(detected, axis=1),
@@ -131,7 +133,7 @@ def _counts(results: Results, point: int, victim: int) -> _Counts:
 
 
 def summaries(results: Results) -> list[Summary]:
-    """Of every point and every radar that it has."""
+    """Summary of every radar at every point."""
     return [
         _summary(results, point, victim)
         for point in range(len(results.study_hash))
@@ -163,7 +165,7 @@ def _summary(results: Results, point: int, victim: int) -> Summary:
 
 
 def differences(results: Results) -> list[Difference]:
-    """Of every point that is not first on an axis, to the one that is."""
+    """Difference between every point that is not first on an axis and the one that is."""
     return [
         _difference(results, axis, pair, victim)
         for axis in range(len(results.axes))

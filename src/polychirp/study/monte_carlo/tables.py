@@ -1,4 +1,4 @@
-"""Results as tables in SI units: CSV always, Parquet too where pyarrow is installed."""
+"""Results as tables in SI units: CSV, and Parquet too if pyarrow is installed."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from polychirp.study.monte_carlo.summary import Difference, Summary, differences
 
 Row = Mapping[str, Label | None]
 
-_UNIT_OF: Final = {
+_UNIT_SUFFIXES: Final = {
     "range_rmse": "_m",
     "range_rate_rmse": "_m_per_s",
     "azimuth_rmse": "_rad",
@@ -29,15 +29,15 @@ _UNIT_OF: Final = {
 
 
 def save_tables(folder: Path, results: Results) -> list[str]:
-    """Write all tables; gives the names of the files.
+    """Write all tables, and return the names of the files.
 
     ``summary`` has a row for each point and radar, ``differences`` one for each pair of points
     that differ on one axis, ``victims`` one for each radar of each trial, ``targets`` one for each
     target of those. ``provenance.json`` says where they come from.
     """
     tables: dict[str, list[Row]] = {
-        "summary": [summary_row(row, results) for row in summaries(results)],
-        "differences": [difference_row(row, results) for row in differences(results)],
+        "summary": [flat_row(row, results) for row in summaries(results)],
+        "differences": [flat_row(row, results) for row in differences(results)],
         "victims": list(_victim_rows(results)),
         "targets": list(_target_rows(results)),
     }
@@ -53,14 +53,9 @@ def save_tables(folder: Path, results: Results) -> list[str]:
     return names
 
 
-def summary_row(summary: Summary, results: Results) -> Row:
-    """A summary as one flat row; NaN becomes None."""
-    return {**_point(summary.labels, results), **_flat(summary)}
-
-
-def difference_row(difference: Difference, results: Results) -> Row:
-    """A difference as one flat row; NaN becomes None."""
-    return {**_point(difference.labels, results), **_flat(difference)}
+def flat_row(estimates: Summary | Difference, results: Results) -> Row:
+    """A summary or difference as one flat row; NaN becomes None."""
+    return {**_point(estimates.labels, results), **_flat(estimates)}
 
 
 def _point(labels: Iterable[Label], results: Results) -> dict[str, Label | None]:
@@ -71,7 +66,7 @@ def _flat(row: Summary | Difference) -> dict[str, Label | None]:
     flat: dict[str, Label | None] = {}
     for field in fields(row):
         value = getattr(row, field.name)
-        name = f"{field.name}{_UNIT_OF.get(field.name, '')}"
+        name = f"{field.name}{_UNIT_SUFFIXES.get(field.name, '')}"
         if isinstance(value, Estimate):
             flat[name] = _known(value.value)
             flat[f"{name}_low"] = _known(value.low)
@@ -86,7 +81,7 @@ def _known(value: Any) -> Label | None:
 
 
 def _trials(results: Results) -> Iterator[tuple[tuple[int, int, int], dict[str, Label | None]]]:
-    """Place and first columns of every radar of every trial that was run."""
+    """Indices and first columns of every radar of every trial that was run."""
     was_run = ~np.isnan(results.num_claims[..., 0])
     for point, trial, victim in np.argwhere(was_run).tolist():
         yield (

@@ -1,4 +1,4 @@
-"""What executors are given, and what they give back."""
+"""Tasks and outcomes of executors, and the function that runs a task."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from polychirp.errors import ModelWarning, PolychirpError
 from polychirp.study.monte_carlo.records import VictimRecord, victim_records
 from polychirp.study.spec import Study
 
-PATIENCE: Final = 3
-"""So many workers may die of one trial before it is given up."""
+MOST_DEATHS: Final = 3
+"""Number of workers that end during one trial after which it counts as failed; chosen. The same
+number of workers that end before they are ready stops the run."""
 
 ONE_THREAD: Final = {
     "NUMBA_NUM_THREADS": "1",
@@ -21,7 +22,7 @@ ONE_THREAD: Final = {
     "OPENBLAS_NUM_THREADS": "1",
     "MKL_NUM_THREADS": "1",
 }
-"""Environment of a worker: as many workers as cores, each with one thread."""
+"""Environment of a worker, which has one thread, since there are as many workers as cores."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,9 +31,9 @@ class Task:
 
     Parameters
     ----------
-    point : number of its study among those that the executor was given
-    trial : its number, for whoever gave the task
-    seed : of the study
+    point : index of its study in the list of the executor
+    trial : number of the trial
+    seed : seed of the trial
     """
 
     point: int
@@ -42,13 +43,13 @@ class Task:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """What became of a task.
+    """Result of a task.
 
     Parameters
     ----------
-    victims : what was found; None where the trial failed
-    failure : why, in one sentence
-    notes : what models warned of
+    victims : record of each victim; None if the trial failed
+    failure : reason, in one sentence
+    notes : warnings of the models
     duration : s
     """
 
@@ -60,19 +61,19 @@ class Outcome:
 
 
 class Executor(Protocol):
-    """Runs tasks somewhere; a worker that dies loses no trial."""
+    """Runs tasks on workers; if a worker dies, its trials run again."""
 
     def run(
         self, studies: Sequence[Study], tasks: Iterator[Task]
     ) -> Generator[Outcome, None, None]:
-        """Outcomes in whatever order they come; ``tasks`` is asked as workers become free.
+        """Outcomes in any order; tasks are taken from the iterator when workers become free.
 
         Closing the generator ends all work.
         """
 
 
 def attempt(studies: Sequence[Study], task: Task) -> Outcome:
-    """Run one trial here; whatever it raises becomes its outcome's failure."""
+    """Run one trial in this process; an exception becomes the failure of the outcome."""
     from dataclasses import replace
 
     from polychirp.study.trial import run_trial
@@ -86,7 +87,7 @@ def attempt(studies: Sequence[Study], task: Task) -> Outcome:
             victims = victim_records(run_trial(replace(studies[task.point], seed=task.seed)))
         except PolychirpError as error:
             failure = str(error)
-        except Exception as error:  # a fault of ours must not end the other trials
+        except Exception as error:  # a bug in one trial must not end the others
             failure = f"{type(error).__name__}: {error}"
     notes = [str(entry.message) for entry in caught if issubclass(entry.category, ModelWarning)]
     return Outcome(

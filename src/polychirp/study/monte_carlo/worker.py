@@ -1,7 +1,7 @@
-"""A worker: studies, then tasks come in on stdin, outcomes go out on stdout, all pickled.
+"""A worker process: it reads studies and tasks from stdin and writes outcomes to stdout, pickled.
 
-It ends when its stdin does, so that no worker outlives the program that started it by more than
-the trial it is at.
+It ends when its stdin is closed, after its current trial, so that it does not stay when the program
+that started it has ended.
 """
 
 from __future__ import annotations
@@ -13,19 +13,19 @@ import sys
 from typing import IO, Any
 
 READY = "ready"
-"""What a worker says once it can begin."""
+"""Message of a worker that can take tasks."""
 
 
 def main() -> None:
-    """Serve until there is nobody left to serve."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # who started it decides
+    """Run tasks until stdin is closed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the program that started it handles Ctrl-C
     with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as out:
-        # what a library prints must not get among the outcomes
+        # output that a library prints must not mix with the outcomes
         os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
         try:
             _serve(sys.stdin.buffer, out)
         except (EOFError, BrokenPipeError):
-            os._exit(0)  # nobody reads what is still to be flushed
+            os._exit(0)  # without flushing, since no reader is left
 
 
 def _serve(tasks: IO[bytes], out: IO[bytes]) -> None:

@@ -1,1 +1,8 @@
-"""The paper's scenarios, their results and their statistics."""
+"""The scenarios and statistics of the paper, and their results.
+
+The modules in reading order; others may use the names beside them:
+
+- `results`: values for the report, beside the statements of the paper: `PaperResults`.
+- `scenarios`: scenarios A, B and C: `paper_study`, `run_paper`.
+- `statistics`: figures 12 and 13: `statistics_plan`, `run_statistics`.
+"""

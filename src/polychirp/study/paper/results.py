@@ -1,4 +1,4 @@
-"""What `polychirp paper` found, beside what the paper claims: plain values, in people's units."""
+"""Results of `polychirp paper` beside the statements of the paper, in the units of the report."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from polychirp.model.scene import Scene
 from polychirp.study.section_v.cases import CorrelationResults
 
 Scenario = Literal["A", "B", "C", "all"]
-"""§VII of the paper: without interference, with indirect, with direct interference; and, beyond
-it, the whole street with all four radars on."""
+"""Scenarios of §VII of the paper: A without, B with indirect, C with direct interference. All four
+radars of the street transmit in "all", which is ours."""
 
 WaveformKind = Literal["conventional", "diverse", "fixed-per-radar"]
 Mitigation = Literal["none", "blanking"]
@@ -23,28 +23,28 @@ Antenna = Literal["table 2", "consistent"]
 GhostKind = Literal["direct", "indirect", "multipath", "unexplained"]
 
 Situation = Literal["alone", "interfered", "blanked"]
-"""Of a radar in random traffic: nobody else transmits; others do; and its receiver blanks."""
+"""Situation of a radar in random traffic: others do not transmit, do, or do and it blanks."""
 
 Interval = tuple[float, float, float]
-"""An estimate, and the limits that hold the true value in 95 of 100 cases."""
+"""An estimate and its 95 % interval: value, lower and upper limit."""
 
 PAPER_TARGETS: Final = 10
-"""At which the paper reads its accuracy off figure 13."""
+"""Number of targets for which the paper states the accuracy of figure 13."""
 
 PAPER_ACCURACY: Final = {
     "range_rmse_m": 0.13,
     "azimuth_rmse_deg": 0.12,
     "speed_rmse_kmh": 0.1,
 }
-"""What it reads there, by the field of a `StatisticsRow`."""
+"""Accuracy that it states, by the field of `StatisticsRow`."""
 
 INTERFERENCE_GHOSTS: Final = ("direct", "indirect")
-"""Ghosts that another radar makes; the others have no part in the paper's claims."""
+"""Kinds of ghosts that come from another radar; the paper speaks of no others."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TargetRow:
-    """One target: its truth, and how far the detection that belongs to it is off (found − true)."""
+    """One target: its truth, and the errors of its detection (found − true)."""
 
     name: str
     range_m: float
@@ -59,9 +59,9 @@ class TargetRow:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GhostRow:
-    """One detection that belongs to no body.
+    """One detection that is the echo of no body.
 
-    Its power is over that of the strongest detected target; NaN where none was detected.
+    Its power is relative to that of the strongest detected target; NaN if none was detected.
     """
 
     kind: GhostKind
@@ -73,24 +73,24 @@ class GhostRow:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PaperRow:
-    """One frame of one victim under one waveform, one timing and one receiver.
+    """Result of one frame of one victim, with one waveform, timing and mitigation.
 
     Parameters
     ----------
-    radar : the victim's name
-    synchronous : whether all radars start together, the paper's worst case
+    radar : name of the victim
+    synchronous : True if all radars start together, the worst case of the paper
     missed : visible targets that were not detected
     floor_rise_db : rise of the floor over the same frame without interference
-    other_echoes : detections that are real echoes of walls, road, trees or further bodies
+    other_echoes : detections that are echoes of walls, road, trees or further bodies
     profile_range : m, ``(range,)``
     profile_power_db : dBm at the converter, ``(range,)``, mean over ramps after beamforming
     noise_floor_db : dBm, thermal floor of that profile
     mean_threshold_db : dBm, equation (12) of the paper on that profile
-    detection_range : m, ``(detection,)``, of everything detected
+    detection_range : m, ``(detection,)``, of all detections
     detection_power_db : dBm, ``(detection,)``
-    paper_claims, paper_found : how many detections the paper's own receiver makes of the same
-        samples, and how many of the targets are among them
-    antenna : of all radars
+    paper_claims, paper_found : number of detections of the paper's own receiver in the same
+        samples, and number of targets among them
+    antenna : antenna of all radars
     """
 
     scenario: Scenario
@@ -119,16 +119,16 @@ class PaperRow:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PaperClaim:
-    """What the paper says of one panel of its figures 9 to 11.
+    """Statement of the paper about one panel of its figures 9 to 11.
 
     Parameters
     ----------
     figure : the panel, such as "11a"
-    text : the claim in a few words
-    target_ranges_m : ranges of the targets said to be found
-    num_ghosts : how many false targets it shows
-    ghost_ranges_m : where, if the paper says so
-    is_ghost_strongest : whether a ghost is said to stand above the targets
+    text : the statement in a few words
+    target_ranges_m : ranges of the targets that are said to be found
+    num_ghosts : number of false targets that it shows
+    ghost_ranges_m : their ranges, if the paper states them
+    is_ghost_strongest : True if a ghost is said to be stronger than the targets
     """
 
     figure: str
@@ -143,7 +143,7 @@ class PaperClaim:
 
 
 def paper_claims(*, radar_1: str, radar_2: str) -> tuple[PaperClaim, ...]:
-    """The six panels of figures 9 to 11, for the radars that stand for vehicles 1 and 2.
+    """Statements about the six panels of figures 9 to 11, with our names of radars 1 and 2.
 
     >>> [claim.figure for claim in paper_claims(radar_1="v1", radar_2="v2")]
     ['9a', '9b', '10a', '10b', '11a', '11b']
@@ -207,17 +207,18 @@ def paper_claims(*, radar_1: str, radar_2: str) -> tuple[PaperClaim, ...]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StatisticsRow:
-    """One point of the curves, in people's units.
+    """One point of the curves, in the units of the report.
 
     Parameters
     ----------
-    waveform, situation : of all radars; what the victim hears, and whether it blanks
-    num_targets, num_trials : placed in sight; run
-    detection : probability that a target in sight is found
-    ghosts, false_claims : mean number in a frame: of all, and of those that nothing explains
-    range_rmse_m, azimuth_rmse_deg, speed_rmse_kmh : of targets found
-    range_median_m, azimuth_median_deg, speed_median_kmh : of the same errors' sizes: few targets
-        that share a cell with another make most of an rms
+    waveform : waveform of all radars
+    situation : interference at the victim, and blanking
+    num_targets, num_trials : number of visible targets, and of trials
+    detection : probability that a visible target is detected
+    ghosts, false_claims : mean number in a frame: all false detections; those that no path explains
+    range_rmse_m, azimuth_rmse_deg, speed_rmse_kmh : of detected targets
+    range_median_m, azimuth_median_deg, speed_median_kmh : medians of the absolute errors, since the
+        few targets that share a cell with another contribute most of an rms
     floor_rise_db : median
     """
 
@@ -239,21 +240,21 @@ class StatisticsRow:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PaperResults:
-    """Everything that `polychirp paper` shows.
+    """All results that `polychirp paper` shows.
 
     Parameters
     ----------
-    versions : of polychirp and of what it computes with, by name
-    wall_time_s : what the computation took
-    rows : one per scenario A, B, C, victim and variant
-    everyone : one per radar and waveform, with all four radars on
-    consistent : scenarios A and C again, with the antenna that the beam allows
-    claims : see `paper_claims`
+    versions : versions of polychirp and of its libraries, by name
+    wall_time_s : duration of the computation
+    rows : one for each scenario A, B, C, victim and variant
+    everyone : one for each radar and waveform, with all four radars transmitting
+    consistent : scenarios A and C with the antenna gain that the beam allows
+    claims : `paper_claims`
     conventional, diverse : sixteen sweeps of one radar, for figure 4
     scene : the street, for figure 8
-    notes : sentences a reader of the numbers must know
-    correlation : section V, where it was run
-    statistics : figures 12 and 13, where they were
+    notes : remarks that the numbers need
+    correlation : section V, if it was run
+    statistics : figures 12 and 13, if they were run
     """
 
     seed: int

@@ -1,4 +1,4 @@
-"""The paper's scenarios A, B and C: what to run, and what came of it."""
+"""Scenarios A, B and C of the paper: their cases, and the rows of their tables."""
 
 from __future__ import annotations
 
@@ -54,33 +54,33 @@ WAVEFORMS: Final[dict[WaveformKind, AnyWaveform]] = {
     "diverse": DiverseTriangular(),
     "fixed-per-radar": FixedTriangular(),
 }
-"""The paper's two, and the honest comparator: one slope per radar, kept.
+"""The two waveforms of the paper, and one fixed slope for each radar as a fair comparison.
 
-The conventional one has the shortest sweep and the widest band of table 2: equal slopes pair an up-
-with a down-beat by chance where echoes crowd, and least so with little range-Doppler coupling.
+The conventional one has the shortest sweep and the widest band of table 2: with equal slopes, up-
+and down-beats of dense echoes pair by chance, and least so with little range-Doppler coupling.
 """
 
-TARGETS: Final = {
+TARGETS_OF_RADAR: Final = {
     "vehicle-1": ("target-4", "target-3"),
     "vehicle-2": ("target-2", "vehicle-4"),
     "vehicle-3": ("target-3", "target-4"),
     "vehicle-4": ("vehicle-2", "target-2"),
 }
-"""What each radar has to find."""
+"""Names of the targets of each radar."""
 
 GREATEST_CLOCK_OFFSET: Final = 20e-6
-"""Of radars that are not synchronised: a crystal's tolerance."""
+"""Greatest relative clock error of radars that are not synchronous: the tolerance of a crystal."""
 
 PAPER_GATE: Final = Gate(range=0.4, range_rate=2.0, azimuth=math.radians(15.0))
-"""Wider in speed than ours: the paper's receiver knows it to a Doppler cell, 1.3 m/s."""
+"""Gate for the paper's receiver, wide in speed since it knows speed to a Doppler cell, 1.3 m/s."""
 
 GHOST_EXTENT: Final = (1.0, 2.0)
-"""m and m/s: ghosts of one kind that are closer than this are one ghost, as one body is one."""
+"""Distance in m and m/s within which ghosts of one kind count as one, like echoes of one body."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Case:
-    """One row of the table before it is run."""
+    """One frame of one victim, before it is simulated."""
 
     scenario: Scenario
     victim: str
@@ -92,7 +92,7 @@ class Case:
 
 
 def paper_cases() -> Iterator[Case]:
-    """Scenarios A, B and C, every variant; two again with another antenna; the whole street."""
+    """All variants of scenarios A, B and C; two with another antenna; the whole street."""
     pairs: list[tuple[Scenario, str, tuple[str, ...]]] = [
         ("A", "vehicle-1", ()),
         ("A", "vehicle-2", ()),
@@ -112,7 +112,7 @@ def paper_cases() -> Iterator[Case]:
             synchronous=synchronous,
             mitigation=mitigation,
         )
-    radars = tuple(TARGETS)
+    radars = tuple(TARGETS_OF_RADAR)
     both: tuple[WaveformKind, ...] = ("conventional", "diverse")
     for (scenario, victim, interferers), waveform in product((pairs[1], pairs[3]), both):
         yield Case(
@@ -139,14 +139,14 @@ def paper_study(
     waveform: WaveformKind,
     *,
     synchronous: bool = True,
-    radars: Sequence[str] = tuple(TARGETS),
+    radars: Sequence[str] = tuple(TARGETS_OF_RADAR),
     seed: int = 1,
 ) -> Study:
     """The paper's street with some of its radars, as a study that can be run or written to a file.
 
-    Without synchronism, the radars that interfere (3 and 4) start anywhere within a triangle of
-    the others and run on their own crystals; radars 1 and 2 keep the time. Targets are what any of
-    the radars has to find: one that a radar cannot see is no miss of it.
+    If not ``synchronous``, the interferers (3 and 4) start at random within a triangle of the
+    others, and their clocks have errors; radars 1 and 2 have neither. The targets of all radars are
+    targets of the study; a target that a radar cannot see does not count as missed.
 
     Raises
     ------
@@ -171,7 +171,7 @@ def paper_study(
             _radar(name, mounts[name], WAVEFORMS[waveform], synchronous=synchronous, seed=seed)
             for name in radars
         ),
-        targets=tuple(dict.fromkeys(target for name in radars for target in TARGETS[name])),
+        targets=tuple(dict.fromkeys(one for name in radars for one in TARGETS_OF_RADAR[name])),
         refresh_interval=1e-3,
     )
 
@@ -182,7 +182,7 @@ def _radar(
     vehicle, pose = mount
     keeps_time = synchronous or name in ("vehicle-1", "vehicle-2")
     draw = Streams(seed)["timing", name]
-    # both are drawn in any case, and nothing else from this stream
+    # both are always drawn, so that they are the same whichever radars take part
     start_time, clock_offset = draw.uniform(0.0, 3e-3), draw.uniform(-1.0, 1.0)
     return StudyRadar(
         name=name,
@@ -195,9 +195,9 @@ def _radar(
 
 
 def with_consistent_antennas(scene: Scene) -> Scene:
-    """The same radars with the gain that their beam can have, 11 dBi instead of 27 (errata 9).
+    """Scene whose radars have the gain that their beam allows, 11 dBi instead of 27 (errata 9).
 
-    Paths carry no antennas, so they need not be traced again.
+    Paths do not contain antennas, so they need not be traced again.
     """
     radars = [
         replace(
@@ -212,23 +212,23 @@ def with_consistent_antennas(scene: Scene) -> Scene:
 
 
 def run_paper(*, seed: int = 1, progress: Progress = no_progress) -> PaperResults:
-    """Run every case of the paper on one street: the same paths and noise for all."""
+    """Run every case of the paper on one street, with the same paths and noise for all."""
     started = time.perf_counter()
     studies = {
         (waveform, synchronous): paper_study(waveform, synchronous=synchronous, seed=seed)
         for waveform, synchronous in product(WAVEFORMS, (True, False))
     }
-    plans = {key: schedules_of(study) for key, study in studies.items()}
+    schedules = {key: schedules_of(study) for key, study in studies.items()}
     first = studies["conventional", True]
     scene = scene_of(first)
     snapshots = trace_frame(
         first.tracer,
         scene,
-        [plan for some in plans.values() for plan in some],
+        [schedule for some in schedules.values() for schedule in some],
         refresh_interval=first.refresh_interval,
         progress=progress,
     )
-    rows = _case_rows(scene, plans, snapshots, seed=seed, progress=progress)
+    rows = _case_rows(scene, schedules, snapshots, seed=seed, progress=progress)
     correlation = run_correlation(seed=seed, progress=progress)
     tables = _tables(rows)
     return PaperResults(
@@ -239,8 +239,8 @@ def run_paper(*, seed: int = 1, progress: Progress = no_progress) -> PaperResult
         everyone=tables["everyone"],
         consistent=tables["consistent"],
         claims=paper_claims(radar_1="vehicle-1", radar_2="vehicle-2"),
-        conventional=plans["conventional", True][0],
-        diverse=plans["diverse", True][0],
+        conventional=schedules["conventional", True][0],
+        diverse=schedules["diverse", True][0],
         scene=scene,
         notes=_NOTES,
         correlation=correlation,
@@ -249,25 +249,27 @@ def run_paper(*, seed: int = 1, progress: Progress = no_progress) -> PaperResult
 
 def _case_rows(
     scene: Scene,
-    plans: Mapping[tuple[WaveformKind, bool], Sequence[RampSchedule]],
+    schedules: Mapping[tuple[WaveformKind, bool], Sequence[RampSchedule]],
     snapshots: Sequence[PropagationPaths],
     *,
     seed: int,
     progress: Progress,
 ) -> dict[Case, PaperRow]:
-    """What every case comes to on the same paths."""
+    """Row of every case, on the same paths."""
     cases = list(paper_cases())
 
-    def in_step(case: Case) -> Case:
-        """A radar alone is always in step."""
+    def equivalent(case: Case) -> Case:
+        """The synchronous case, if no interferer makes a difference."""
         same = replace(case, synchronous=True)
         return case if case.interferers or same not in cases else same
 
-    distinct = list(dict.fromkeys(in_step(case) for case in cases))
+    distinct = list(dict.fromkeys(equivalent(case) for case in cases))
     rows: dict[Case, PaperRow] = {}
     made = side_by_side(
         [
-            partial(_case_row, case, scene, plans[case.waveform, case.synchronous], snapshots, seed)
+            partial(
+                _case_row, case, scene, schedules[case.waveform, case.synchronous], snapshots, seed
+            )
             for case in distinct
         ]
     )
@@ -275,13 +277,13 @@ def _case_rows(
     for case, row in zip(distinct, made, strict=True):
         rows[case] = row
         progress("radars", len(rows), len(distinct))
-    return {case: replace(rows[in_step(case)], synchronous=case.synchronous) for case in cases}
+    return {case: replace(rows[equivalent(case)], synchronous=case.synchronous) for case in cases}
 
 
 def _case_row(
     case: Case,
     scene: Scene,
-    plans: Sequence[RampSchedule],
+    schedules: Sequence[RampSchedule],
     snapshots: Sequence[PropagationPaths],
     seed: int,
 ) -> PaperRow:
@@ -290,26 +292,26 @@ def _case_row(
     frame, parts = synthesize(
         Stretch(),
         scene if case.antenna == "table 2" else with_consistent_antennas(scene),
-        plans,
+        schedules,
         snapshots,
         victim=victim,
         interferers=[scene.radar_index(name) for name in case.interferers],
         streams=Streams(seed),
     )
-    found = receive_and_score(
+    result = receive_and_score(
         receiver,
         scene,
         snapshots,
         victim=victim,
         frame=frame,
         parts=parts,
-        targets=TARGETS[case.victim],
+        targets=TARGETS_OF_RADAR[case.victim],
     )
-    return paper_row(case, found, receiver)
+    return paper_row(case, result, receiver)
 
 
 def _tables(rows: Mapping[Case, PaperRow]) -> dict[str, tuple[PaperRow, ...]]:
-    """The rows of each table of the results, by name."""
+    """Rows of each table of the results, by its name."""
     named: dict[str, list[PaperRow]] = {"rows": [], "consistent": [], "everyone": []}
     for case, row in rows.items():
         if case.scenario == "all":
@@ -330,7 +332,7 @@ _NOTES: Final = (
 
 
 def paper_row(case: Case, victim: VictimResult, receiver: Receiver) -> PaperRow:
-    """One row of the table: numbers in people's units."""
+    """One row of the table, in the units of the report."""
     response = range_response(receiver, victim.frame, victim.parts)
     score = victim.score
     by_the_paper = PaperReceiver().detect(victim.frame)
@@ -383,7 +385,7 @@ def _target_row(victim: VictimResult, n: int) -> TargetRow:
 
 
 def _ghost_rows(victim: VictimResult) -> tuple[GhostRow, ...]:
-    """Ghosts, strongest first, those of one kind and place as one."""
+    """Ghosts, strongest first; those of one kind within `GHOST_EXTENT` count as one."""
     found, score = victim.detections, victim.score
     reference = max((float(found.power[n]) for n in score.target_detection), default=math.nan)
     kept: list[int] = []

@@ -1,4 +1,4 @@
-"""Figures 12 and 13 of the paper: detection and accuracy over the number of targets, by trials."""
+"""Figures 12 and 13 of the paper: detection and accuracy over the number of targets."""
 
 from __future__ import annotations
 
@@ -43,12 +43,12 @@ _TRACERS: Final[dict[Channel, AnyTracer]] = {
 }
 
 NUM_INTERFERERS: Final = 2
-"""Radars of other vehicles, in step with the victim."""
+"""Number of radars of other vehicles, synchronous with the victim."""
 
 NUM_TARGETS: Final = (1, 4, 10)
 
 TRIALS: Final = 12
-"""Of each point in `polychirp paper`; `studies/paper/fig12-13.toml` has more."""
+"""Number of trials of each point in `polychirp paper`; `studies/paper/fig12-13.toml` has more."""
 
 Curve = tuple[WaveformKind, Situation]
 
@@ -56,15 +56,14 @@ CURVES: Final[tuple[Curve, ...]] = tuple(
     product(("conventional", "diverse"), ("alone", "interfered", "blanked"))
 )
 
-
-_LABELS: Final = tuple(", ".join(curve) for curve in CURVES)
+_CURVE_LABELS: Final = tuple(", ".join(curve) for curve in CURVES)
 
 
 def statistics_study(channel: Channel = "points", *, seed: int = 1) -> Study:
-    """One radar in random traffic, without interferers: where the curves begin.
+    """One radar in random traffic, without interferers, from which the other studies are made.
 
-    On ``points`` an isotropic scatterer of 10 m² stands at the nearest point of every target, and
-    nothing is in the way.
+    On the channel "points", an isotropic scatterer of 10 m² is at the nearest point of every
+    target, and no body blocks it.
     """
     shape: Literal["points", "vehicles"] = "points" if channel == "points" else "vehicles"
     ego = Vehicle(name="ego", x=0.0, y=-1.75, speed=10.0)
@@ -94,13 +93,13 @@ def statistics_study(channel: Channel = "points", *, seed: int = 1) -> Study:
 
 
 def with_situation(study: Study, waveform: WaveformKind, situation: Situation) -> Study:
-    """The study with all radars' waveform, and what disturbs the victim."""
+    """The study with one waveform for all radars, and with or without interferers and blanking."""
     assert study.traffic is not None
-    heard = 0 if situation == "alone" else NUM_INTERFERERS
+    num_interferers = 0 if situation == "alone" else NUM_INTERFERERS
     return replace(
         study,
         radars=tuple(replace(radar, waveform=WAVEFORMS[waveform]) for radar in study.radars),
-        traffic=replace(study.traffic, num_interferers=heard),
+        traffic=replace(study.traffic, num_interferers=num_interferers),
         receiver=replace(study.receiver, mitigation=Blanking() if situation == "blanked" else None),
     )
 
@@ -113,10 +112,7 @@ def statistics_plan(
     curves: Sequence[Curve] = CURVES,
     seed: int = 1,
 ) -> Plan:
-    """Every one of ``curves`` over ``num_targets``.
-
-    Trial n has the same street, noise and draws in all.
-    """
+    """Plan of all ``curves`` over ``num_targets``; trial n has the same street and noise in all."""
     study = statistics_study(channel, seed=seed)
     assert study.traffic is not None
     points = []
@@ -146,7 +142,7 @@ def statistics_plan(
 def run_statistics(
     plan: Plan, *, folder: Path, executor: Executor, progress: Progress = no_progress
 ) -> tuple[StatisticsRow, ...]:
-    """Run what ``folder`` does not hold yet, and read off the curves."""
+    """Run the trials that ``folder`` does not have, and return the points of the curves."""
     finished = run_plan(plan, folder=folder, executor=executor, progress=progress)
     results = finished.results
     points = {hashed: number for number, hashed in enumerate(results.study_hash)}
@@ -157,7 +153,7 @@ def run_statistics(
 
 def _row(summary: Summary, results: Results, point: int) -> StatisticsRow:
     count, curve = summary.labels
-    waveform, situation = CURVES[_LABELS.index(str(curve))]
+    waveform, situation = CURVES[_CURVE_LABELS.index(str(curve))]
     return StatisticsRow(
         waveform=waveform,
         situation=situation,
@@ -177,7 +173,7 @@ def _row(summary: Summary, results: Results, point: int) -> StatisticsRow:
 
 
 def _median(errors: FloatArray) -> float:
-    """Of the sizes of all errors that there are."""
+    """Median of the absolute values of all finite errors; NaN if there are none."""
     sizes = np.abs(errors[np.isfinite(errors)])
     return float(np.median(sizes)) if sizes.size else math.nan
 

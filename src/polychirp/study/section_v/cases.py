@@ -1,4 +1,4 @@
-"""Section V of the paper: its correlation experiment as printed, and what tests slope diversity."""
+"""Correlation experiment of section V: the cases of the paper, and ours of slope diversity."""
 
 from __future__ import annotations
 
@@ -25,41 +25,42 @@ from polychirp.units import from_db
 from polychirp.waveform import AnyWaveform, DiverseTriangular, Sawtooth, Triangular
 from polychirp.waveform.playing import played
 
-RAMP: Final = 100e-6
-"""s, of a ramp: the paper does not say; the law for crossing ramps scales any other."""
+RAMP_DURATION: Final = 100e-6
+"""Duration of a ramp, s; chosen, since the paper states none. The power of the peak of crossing
+ramps is inversely proportional to it."""
 
 SNRS: Final = (from_db(30.0), from_db(10.0), from_db(0.0))
-"""Ratios, of powers at the receiver's converter, before any processing gain."""
+"""Ratios of power at the receiver's converter, without processing gain; chosen."""
 
 NUM_SEEDS: Final = 12
-"""Draws of noise and phase noise behind every interval."""
+"""Number of draws of noise and phase noise for every interval; chosen."""
 
 OVERSAMPLING: Final = 8
-"""Lags per sample; peaks between them are found by a parabola, side lobes to 0.1 dB."""
+"""Lags per sample; a parabola finds peaks between them, and side lobes are right to 0.1 dB."""
 
 LINK_DELAY: Final = 25e-9
-"""s, of five metres of cable."""
+"""Delay of five metres of cable, s."""
 
 RECORDER_SCALE: Final = 1e-4
-"""V at the receiver's input that fills a recording's 16 bits, well above what arrives."""
+"""Voltage at the receiver's input that fills the 16 bits of a recording, well above the signal."""
 
 Kind = Literal["auto", "cross"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CorrelationCase:
-    """One pair of waveforms: what is transmitted, and what it is correlated with.
+    """One pair of waveforms: the transmitted one, and the reference for the correlation.
 
     Parameters
     ----------
-    name : of the case
-    kind : whether both are the same
+    name : name of the case
+    kind : "auto" if both are the same
     sent, reference : waveforms
-    carrier : Hz, of what is sent
-    tuned : Hz, of the receiver and the reference
-    paper : what the paper prints of it, empty where it is ours
-    says : what the case shows, one sentence
-    num_sweeps : of both
+    carrier : Hz, carrier of the transmitted signal
+    tuned : Hz, carrier of the receiver and of the reference
+    paper : result that the paper prints, empty for our own cases
+    says : description of the case
+    num_sweeps : number of sweeps of both
     """
 
     name: str
@@ -73,15 +74,15 @@ class CorrelationCase:
     num_sweeps: int = 1
 
 
-def ramp(carrier: float, bandwidth: float, duration: float = RAMP) -> Sawtooth:
-    """One rising ramp about a carrier."""
+def ramp(carrier: float, bandwidth: float, duration: float = RAMP_DURATION) -> Sawtooth:
+    """One rising ramp, centred on a carrier."""
     return Sawtooth(
         start_frequency=carrier - 0.5 * bandwidth, bandwidth=bandwidth, ramp_duration=duration
     )
 
 
 def correlation_cases() -> Iterator[CorrelationCase]:
-    """The paper's two cases, in every reading of the second, and those that are ours."""
+    """The two cases of the paper, the second in both interpretations, and our own cases."""
     own = ramp(4e9, 100e6)
     yield CorrelationCase(
         name="auto",
@@ -131,20 +132,21 @@ def _ours(own: Sawtooth) -> Iterator[CorrelationCase]:
     yield cross("1 MHz less", ramp(4e9, 99e6), "overlapping bands, slopes 1 % apart")
     yield cross("ramp of 120 µs", ramp(4e9, 100e6, 120e-6), "same band, time diversity alone")
     yield cross("falling", replace(own, direction="down"), "same band and time, the opposite slope")
+    half = RAMP_DURATION / 2
     yield cross(
         "triangle",
-        Triangular(start_frequency=3.94e9, bandwidth=120e6, ramp_duration=RAMP / 2),
+        Triangular(start_frequency=3.94e9, bandwidth=120e6, ramp_duration=half),
         "two triangles of 100 µs, 120 against 100 MHz",
-        reference=Triangular(start_frequency=3.95e9, bandwidth=100e6, ramp_duration=RAMP / 2),
+        reference=Triangular(start_frequency=3.95e9, bandwidth=100e6, ramp_duration=half),
     )
-    drawn = DiverseTriangular(
+    diverse = DiverseTriangular(
         start_frequency=3.95e9, bandwidth=(80e6, 100e6), ramp_duration=(50e-6, 100e-6)
     )
     yield cross(
         "diverse",
-        drawn,
+        diverse,
         "the proposal: four triangles, time and bandwidth drawn for each by both radars",
-        reference=drawn,
+        reference=diverse,
         num_sweeps=4,
     )
 
@@ -154,17 +156,17 @@ class Prepared:
     """A case as ramps and samples."""
 
     case: CorrelationCase
-    sent_plan: RampSchedule
-    reference_plan: RampSchedule
+    sent_schedule: RampSchedule
+    reference_schedule: RampSchedule
     sent: Baseband
     reference: Baseband
 
 
 def prepared(case: CorrelationCase, radio: Transceiver, *, seed: int) -> Prepared:
-    """Both plans and their samples at the radio's rate, each about its own carrier."""
+    """Schedules and samples of a case at the radio's rate, each about its own carrier."""
     streams = Streams(seed).of("correlation")
     same = case.kind == "auto"
-    plans = [
+    schedules = [
         waveform.schedule(num_sweeps=case.num_sweeps, streams=streams.of(role))
         for waveform, role in (
             (case.sent, "reference" if same else "sent"),
@@ -172,13 +174,13 @@ def prepared(case: CorrelationCase, radio: Transceiver, *, seed: int) -> Prepare
         )
     ]
     samples = [
-        played(plan, sample_rate=radio.sample_rate, centre_frequency=carrier)
-        for plan, carrier in zip(plans, (case.carrier, case.tuned), strict=True)
+        played(schedule, sample_rate=radio.sample_rate, centre_frequency=carrier)
+        for schedule, carrier in zip(schedules, (case.carrier, case.tuned), strict=True)
     ]
     return Prepared(
         case=case,
-        sent_plan=plans[0],
-        reference_plan=plans[1],
+        sent_schedule=schedules[0],
+        reference_schedule=schedules[1],
         sent=samples[0],
         reference=samples[1],
     )
@@ -188,13 +190,12 @@ def prepared(case: CorrelationCase, radio: Transceiver, *, seed: int) -> Prepare
 
 
 def ideal(case: Prepared) -> Correlation:
-    """Correlation in closed form, at radio frequency, on the lags of a sampled one."""
+    """Correlation in closed form, at radio frequency, at the lags of a sampled correlation."""
     step = 1.0 / (OVERSAMPLING * case.reference.sample_rate)
     before = int(case.reference.duration / step)
     behind = int(case.sent.duration / step)
-    return expected(
-        case.sent_plan, case.reference_plan, np.asarray(np.arange(-before, behind + 1) * step)
-    )
+    lag = np.asarray(np.arange(-before, behind + 1) * step)
+    return expected(case.sent_schedule, case.reference_schedule, lag)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -203,10 +204,10 @@ class Bench:
 
     Parameters
     ----------
-    case : what is played
-    radio : at both ends
-    link : between them
-    energy : J, of the signal alone at a receiver that is tuned to it
+    case : signals
+    radio : transceiver at both ends
+    link : cable between them
+    energy : J, of the signal without noise at a receiver that is tuned to it
     """
 
     case: Prepared
@@ -215,7 +216,7 @@ class Bench:
     energy: float
 
     def record(self, signal: Baseband, streams: Streams, *, delay: float = 0.0) -> Baseband:
-        """What the receiver makes of ``signal``."""
+        """Recording of ``signal`` by the receiver."""
         return transceived(
             signal,
             transmitter=self.radio,
@@ -226,20 +227,20 @@ class Bench:
         )
 
     def correlation(self, record: Baseband) -> Correlation:
-        """Of a record, as long as what was sent, with the reference."""
+        """Correlation of a record, as long as the transmitted signal, with the reference."""
         tuned = replace(record, centre_frequency=self.case.reference.centre_frequency)
         return correlate(tuned, self.case.reference, oversampling=OVERSAMPLING)
 
     def on_scale(self, found: Correlation, record: Baseband) -> Correlation:
-        """A record's correlation on the scale of `level`."""
+        """Correlation of a record on the scale of `level`."""
         factor = math.sqrt(record.energy / self.energy)
         return replace(found, amplitude=factor * found.amplitude)
 
     def level(self, found: Lobes, record: Baseband) -> float:
-        """Power of a peak on the scale of the signal's own energy, noise left out, a ratio.
+        """Power of a peak relative to the energy of the signal without noise, a ratio.
 
-        1 for like signals at any SNR; normalised by its own energy, a record of noise alone has
-        peaks as high as crossing ramps.
+        It is 1 for equal signals at any SNR. Relative to its own energy, a record of noise alone
+        would have peaks as high as those of crossing ramps.
         """
         return found.peak**2 * record.energy / self.energy
 
@@ -259,7 +260,7 @@ def benches_for(case: Prepared, radio: Transceiver, *, snrs: Sequence[float]) ->
 
 
 def modelled(bench: Bench, streams: Streams) -> Baseband:
-    """What the receiver records while the signal lasts: silence has energy too."""
+    """Recording of the receiver for the duration of the signal, since noise after it has energy."""
     record = bench.record(bench.case.sent, streams)
     first = round(-record.start_time * record.sample_rate)
     samples = record.samples[first : first + bench.case.sent.num_samples]
@@ -267,11 +268,11 @@ def modelled(bench: Bench, streams: Streams) -> Baseband:
 
 
 def looped(bench: Bench, streams: Streams, *, stored: Callable[[Baseband], Baseband]) -> Baseband:
-    """The same as a lab does it: play in a loop, record from anywhere, store, find.
+    """Recording as in a laboratory: played in a loop, recorded at any time, stored and aligned.
 
     Parameters
     ----------
-    stored : writes a recording and reads it again
+    stored : function that writes a recording and reads it again
     """
     case = bench.case
     loop = LoopbackRadio(
@@ -287,7 +288,7 @@ def looped(bench: Bench, streams: Streams, *, stored: Callable[[Baseband], Baseb
 
 
 def _first(record: Baseband, signal: Baseband) -> Baseband:
-    """As many samples as the signal has, from anywhere: it is not in the record."""
+    """As many samples as the signal has, from the start: the signal itself is not in the record."""
     return replace(record, samples=record.samples[: signal.num_samples], start_time=0.0)
 
 
@@ -303,7 +304,7 @@ class Interval:
 
     @classmethod
     def of(cls, values: list[float]) -> Interval:
-        """From independent draws.
+        """Interval of the mean of independent draws.
 
         >>> Interval.of([1.0, 2.0, 3.0]).mean
         2.0
@@ -318,14 +319,13 @@ class Interval:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelledLobes:
-    """What the model gives at one SNR; ratios of powers in dB.
+    """Results of the model at one SNR; ratios of powers in dB.
 
     Parameters
     ----------
-    snr_db : at the converter
-    level_db : of the peak, on the scale of the signal's own energy, see `Bench.level`
-    peak_db, peak_side_lobe_db, integrated_side_lobe_db : as `Lobes`
-    width_ns : as `Lobes`
+    snr_db : SNR at the converter
+    level_db : `Bench.level` of the peak
+    peak_db, width_ns, peak_side_lobe_db, integrated_side_lobe_db : as in `Lobes`
     """
 
     snr_db: float
@@ -342,13 +342,13 @@ class CorrelationRow:
 
     Parameters
     ----------
-    case : what was done
+    case : waveforms
     ideal : lobes of the closed form
-    modelled : for every SNR
+    modelled : lobes of the model, at every SNR
     looped : lobes of the loop-back measurement, at the first SNR
     looped_level_db : as `ModelledLobes.level_db`
-    curves : over lag, for figures: the closed form, the model and the loop at the first SNR,
-        on the scale of `Bench.level`
+    curves : correlation over lag, for figures: the closed form, the model and the loop at the
+        first SNR, on the scale of `Bench.level`
     """
 
     case: CorrelationCase
@@ -365,11 +365,11 @@ class CorrelationResults:
 
     Parameters
     ----------
-    seed : of all random draws
-    num_seeds : draws behind every interval
-    radio : the transceiver, both ends alike
+    seed : seed of all random draws
+    num_seeds : number of draws for every interval
+    radio : transceiver at both ends
     rows : one for every case
-    notes : what must be said with the table
+    notes : remarks that the table needs
     """
 
     seed: int
@@ -379,7 +379,7 @@ class CorrelationResults:
     notes: tuple[str, ...]
 
     def row(self, name: str) -> CorrelationRow:
-        """The case with a name; raises `InputError` where there is none."""
+        """Row of the case with this name; raises `InputError` if there is none."""
         for row in self.rows:
             if row.case.name == name:
                 return row
@@ -408,19 +408,19 @@ def run_correlation(
     radio: Transceiver | None = None,
     progress: Progress = no_progress,
 ) -> CorrelationResults:
-    """Every case: closed form, model at every SNR with intervals, and loop-back through SigMF.
+    """Every case in closed form, by the model at every SNR, and by loop-back through SigMF files.
 
     Parameters
     ----------
-    radio : both ends; the paper's set-up if absent
+    radio : transceiver at both ends; that of the paper if absent
 
     Raises
     ------
     InputError
-        Fewer than two draws.
+        There are fewer than two draws.
     """
     if num_seeds < 2:
-        raise InputError("an interval needs two draws or more")
+        raise InputError(f"{num_seeds} draws give no interval; use 2 or more")
     radio = radio or Transceiver()
     cases = list(correlation_cases())
     rows = []
@@ -472,7 +472,7 @@ def _at_snr(bench: Bench, snr: float, streams: list[Streams]) -> ModelledLobes:
 
 
 def through_sigmf(record: Baseband) -> Baseband:
-    """A recording as it comes back from 16-bit SigMF files."""
+    """Recording that is written to 16-bit SigMF files and read again."""
     from pathlib import Path
     from tempfile import TemporaryDirectory
 

@@ -1,4 +1,4 @@
-"""Two operands of a correlation, whatever they are: made comparable, and what theory expects."""
+"""Two operands of a correlation, made comparable, and their correlation in theory."""
 
 from __future__ import annotations
 
@@ -29,26 +29,27 @@ NAMED: Final[dict[str, AnyWaveform]] = {
     "paper-100": ramp(4e9, 100e6),
     "paper-120": ramp(3.75e9, 120e6),
 }
-"""The chirps of the paper's section V."""
+"""Chirps of section V of the paper."""
 
-MARGIN: Final = 1.3
-"""Sample rate over bandwidth where nobody says one: that of the paper's 100 MHz at 130 MS/s."""
+RATE_OVER_BANDWIDTH: Final = 1.3
+"""Default ratio of sample rate and bandwidth, that of the paper: 100 MHz at 130 MS/s."""
 
 MOST_LAGS: Final = 1 << 23
-"""Of a correlation on a fine grid; longer signals have a coarser one."""
+"""Greatest number of lags of a correlation; longer signals have a coarser grid of lags."""
 
 MOST_TERMS: Final = 1 << 27
-"""Ramps times ramps times lags up to which the closed form is computed."""
+"""Greatest number of ramps times ramps times lags for which the closed form is computed."""
 
 MOST_IN_MEMORY: Final = 1 << 26
-"""Samples of a recording that is correlated as a whole: 1 GB, and some times as much meanwhile."""
+"""Greatest number of samples of a recording that is correlated as a whole: 1 GB, and some times
+more during the correlation."""
 
 COMMON_CARRIER: Final = 1e11
-"""Hz, where plans are put that are compared at baseband: frequencies of a plan are positive."""
+"""Carrier of schedules that are compared at baseband, Hz, as ramps need positive frequencies."""
 
 NUM_DOPPLERS: Final = 301
 NUM_DELAYS: Final = 2000
-"""Size of a picture of the ambiguity function; lags nearer than a sample are not resolved."""
+"""Size of a picture of the ambiguity function; its lags are whole samples."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -57,9 +58,9 @@ class Operand:
 
     Parameters
     ----------
-    name : for messages
-    schedule : ramps from time zero on, where they are known
-    recording : where it is one
+    name : name in messages
+    schedule : ramps from time zero on, if they are known
+    recording : recording, if it is one
     """
 
     name: str
@@ -69,27 +70,27 @@ class Operand:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Pair:
-    """Two signals of one rate about one carrier, and their plans about that carrier.
+    """Two signals of one rate about one carrier, and their schedules about that carrier.
 
     Parameters
     ----------
-    title : for tables and pictures
-    a, b : from time zero on
-    a_plan, b_plan : where they are known
-    is_ideal : whether both are as planned: no recording, no radio
+    title : title of tables and pictures
+    a, b : signals from time zero on
+    a_schedule, b_schedule : ramps, if they are known
+    is_ideal : True if no recording, radio or model of one is involved
     """
 
     title: str
     a: Baseband
     b: Baseband
-    a_plan: RampSchedule | None
-    b_plan: RampSchedule | None
+    a_schedule: RampSchedule | None
+    b_schedule: RampSchedule | None
     is_ideal: bool
 
     @property
     def law(self) -> tuple[float, str] | None:
-        """Power ratio that a law gives for two single ramps, and its name."""
-        a, b = self.a_plan, self.b_plan
+        """Peak of two single ramps in theory, a ratio of powers, and the name of the law."""
+        a, b = self.a_schedule, self.b_schedule
         if a is None or b is None or a.num_ramps != 1 or b.num_ramps != 1:
             return None
         times = float(a.duration[0]), float(b.duration[0])
@@ -105,7 +106,7 @@ class Pair:
 
 
 def _gap(a: RampSchedule, b: RampSchedule) -> float:
-    """Hz between two bands; negative where they overlap."""
+    """Distance between two bands, Hz; negative if they overlap."""
     (low, high), (other_low, other_high) = band_edges(a), band_edges(b)
     return max(other_low - high, low - other_high)
 
@@ -115,35 +116,36 @@ def _gap(a: RampSchedule, b: RampSchedule) -> float:
 
 def named(name: str) -> Operand:
     """One of `NAMED`."""
-    return Operand(name=name, schedule=NAMED[name].schedule(num_sweeps=1, streams=Streams(1)))
+    schedule = NAMED[name].schedule(num_sweeps=1, streams=Streams(1))
+    return Operand(name=name, schedule=schedule)
 
 
 def from_recording(name: str, recording: SigmfRecording) -> Operand:
-    """A recording, with the ramps that it names."""
-    plan = None if recording.schedule is None else _from_zero(recording.schedule)
-    return Operand(name=name, schedule=plan, recording=recording)
+    """A recording, with the ramps in its metadata."""
+    schedule = None if recording.schedule is None else _from_zero(recording.schedule)
+    return Operand(name=name, schedule=schedule, recording=recording)
 
 
 def from_study(study: Study, radar: str, *, num_sweeps: int) -> Operand:
-    """What a radar of a study plays in its first sweeps, as its clock runs.
+    """First sweeps of a radar of a study, with the errors of its clock.
 
     Raises
     ------
     InputError
-        The study has no such radar, or no sweep is asked for.
+        The study has no such radar, or ``num_sweeps`` is zero.
     """
     if num_sweeps < 1:
         raise InputError("play one sweep or more")
     for one in study.radars:
         if one.name == radar:
-            plan = schedule_of(replace(study, num_sweeps=num_sweeps), one)
-            return Operand(name=radar, schedule=_from_zero(plan))
+            schedule = schedule_of(replace(study, num_sweeps=num_sweeps), one)
+            return Operand(name=radar, schedule=_from_zero(schedule))
     known = [one.name for one in study.radars]
     raise InputError(f"the study has no radar '{radar}'; {did_you_mean(radar, known)}")
 
 
-def _from_zero(plan: RampSchedule) -> RampSchedule:
-    return replace(plan, start_time=plan.start_time - plan.start_time[0])
+def _from_zero(schedule: RampSchedule) -> RampSchedule:
+    return replace(schedule, start_time=schedule.start_time - schedule.start_time[0])
 
 
 # ── pairs ─────────────────────────────────────────────────────────────────────
@@ -156,8 +158,8 @@ def paired(
 
     Parameters
     ----------
-    sample_rate : 1/s; a recording's own if absent, else 1.3 times the bandwidth of both
-    compare_basebands : whether each is taken about the middle of its own band
+    sample_rate : 1/s; if absent, that of a recording, else 1.3 times the bandwidth of both
+    compare_basebands : True to centre each on the middle of its own band
 
     Raises
     ------
@@ -165,15 +167,17 @@ def paired(
         A waveform does not fit into the band, or recordings share no frequency.
     """
     recorded = [one.recording for one in (b, a) if one.recording is not None]
-    plans = [one.schedule for one in (a, b) if one.schedule is not None and one.recording is None]
+    planned = [one.schedule for one in (a, b) if one.recording is None]
+    schedules = [schedule for schedule in planned if schedule is not None]
     if compare_basebands:
-        spans = [high - low for low, high in map(band_edges, plans)]
-        rate = sample_rate or (recorded[0].sample_rate if recorded else MARGIN * max(spans))
+        spans = [high - low for low, high in map(band_edges, schedules)]
+        wide = RATE_OVER_BANDWIDTH * max(spans, default=0.0)
+        rate = sample_rate or (recorded[0].sample_rate if recorded else wide)
         signals = [at_baseband(_signal(one, rate, None)) for one in (a, b)]
     else:
-        edges = [edge for plan in plans for edge in band_edges(plan)]
+        edges = [edge for one in schedules for edge in band_edges(one)]
         centre = recorded[0].centre_frequency if recorded else 0.5 * (min(edges) + max(edges))
-        wide = MARGIN * (max(edges) - min(edges)) if edges else 0.0
+        wide = RATE_OVER_BANDWIDTH * (max(edges) - min(edges)) if edges else 0.0
         rate = sample_rate or (recorded[0].sample_rate if recorded else wide)
         signals = [_signal(one, rate, centre) for one in (a, b)]
         signals[0] = comparable(signals[0], signals[1])
@@ -182,8 +186,8 @@ def paired(
         title=_title(a, b, signals[1], compare_basebands),
         a=signals[0],
         b=signals[1],
-        a_plan=about[0],
-        b_plan=about[1],
+        a_schedule=about[0],
+        b_schedule=about[1],
         is_ideal=not recorded,
     )
 
@@ -207,7 +211,7 @@ def _signal(one: Operand, rate: float, centre: float | None) -> Baseband:
 
 
 def _about_zero(one: Operand, compare_basebands: bool) -> RampSchedule | None:
-    """A plan that can be compared in closed form: at baseband, all are about one carrier."""
+    """Schedule for the closed form; at baseband, it is moved to `COMMON_CARRIER`."""
     if one.schedule is None or not compare_basebands:
         return one.schedule
     low, high = band_edges(one.schedule)
@@ -216,7 +220,7 @@ def _about_zero(one: Operand, compare_basebands: bool) -> RampSchedule | None:
 
 
 def fine_step(pair: Pair) -> int:
-    """Lags per sample: as many as memory allows, up to 16."""
+    """Number of lags per sample: up to 16, at most `MOST_LAGS` in all."""
     lags = pair.a.num_samples + pair.b.num_samples
     step = 16
     while step > 1 and step * lags > MOST_LAGS:
@@ -225,8 +229,8 @@ def fine_step(pair: Pair) -> int:
 
 
 def closed_form(pair: Pair, lag: FloatArray) -> Correlation | None:
-    """What theory expects of a pair as planned, where that is known and not too much."""
-    a, b = pair.a_plan, pair.b_plan
+    """Correlation of an ideal pair in closed form; None if ramps are unknown or too many."""
+    a, b = pair.a_schedule, pair.b_schedule
     if not pair.is_ideal or a is None or b is None:
         return None
     if a.num_ramps * b.num_ramps * lag.size > MOST_TERMS:
@@ -235,7 +239,7 @@ def closed_form(pair: Pair, lag: FloatArray) -> Correlation | None:
 
 
 def aligned_pair(pair: Pair, *, greatest_offset: float = 0.0) -> tuple[Pair, dict[str, float]]:
-    """The pair with the delay of its first signal taken away, and what was."""
+    """Pair without the delay of its first signal, and the values that were removed."""
     found = aligned(pair.a, pair.b, greatest_offset=greatest_offset)
     taken = {"delay": found.delay}
     if greatest_offset > 0:
@@ -246,7 +250,7 @@ def aligned_pair(pair: Pair, *, greatest_offset: float = 0.0) -> tuple[Pair, dic
 def reference_for(
     recording: SigmfRecording, operand: Operand, *, compare_basebands: bool = False
 ) -> Baseband:
-    """A short reference at a recording's rate and carrier."""
+    """Short reference at the rate and carrier of a recording."""
     rate = recording.sample_rate
     if compare_basebands:
         return at_baseband(_signal(operand, rate, None))
@@ -274,7 +278,7 @@ def ambiguity_of(
 
 
 def through_model(pair: Pair, *, snr: float, seed: int) -> Pair:
-    """A as the paper's transceivers play and record it, ``snr`` (ratio) above the noise."""
+    """Pair whose first signal went through the paper's transceivers, with this SNR (ratio)."""
     radio = _radio_for(pair)
     signal = _tuned(pair.a, radio)
     record = transceived(
@@ -285,26 +289,26 @@ def through_model(pair: Pair, *, snr: float, seed: int) -> Pair:
         receive_frequency=signal.centre_frequency,
         streams=Streams(seed).of("correlate"),
     )
-    heard = replace(record, centre_frequency=pair.b.centre_frequency)
-    return replace(pair, a=heard, is_ideal=False)
+    received = replace(record, centre_frequency=pair.b.centre_frequency)
+    return replace(pair, a=received, is_ideal=False)
 
 
 def through_radio(pair: Pair, radio: Radio, *, i_hold_a_licence: bool) -> Pair:
-    """A as a radio plays and records it, aligned: a recording begins anywhere.
+    """Pair whose first signal a radio has played and recorded, aligned with the original.
 
     Raises
     ------
     InputError
-        No carrier is named, or `radio.base.measured` refuses.
+        The signal has no carrier, or `radio.base.measured` refuses.
     """
     if pair.a.centre_frequency == 0.0 and radio.abilities.radiates:
-        raise InputError("a radio needs a carrier; leave --baseband out")
+        raise InputError("a radio needs a carrier; leave out --baseband")
     record = measured(radio, pair.a, repetitions=1, i_hold_a_licence=i_hold_a_licence)
     return replace(pair, a=aligned(record, pair.a).signal, is_ideal=False)
 
 
 def _radio_for(pair: Pair) -> Transceiver:
-    """The paper's transceiver at the pair's rate, its filter in proportion."""
+    """Transceiver of the paper at the rate of the pair, with its filter scaled in proportion."""
     usual = Transceiver()
     scale = pair.a.sample_rate / usual.sample_rate
     assert usual.filter is not None
@@ -321,7 +325,7 @@ def _radio_for(pair: Pair) -> Transceiver:
 
 
 def _tuned(signal: Baseband, radio: Transceiver) -> Baseband:
-    """With a carrier that the radio has, where none is named."""
+    """Signal within the range of the converter, at a carrier of the radio if it has none."""
     strongest = float(np.abs(signal.samples).max())
     return replace(
         signal,
