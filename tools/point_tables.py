@@ -1,7 +1,7 @@
-"""Makes ``channel/vehicle_points.toml``: what our own physical optics says of every body.
+"""Scattering points of every body, from our own physical optics, as a TOML file.
 
-Run ``python -m tools.point_tables > src/polychirp/channel/vehicle_points.toml`` after a
-change of the bodies or of the facets' optics; it takes some minutes.
+Run ``python -m tools.point_tables > FILE``, the ``vehicle_points.toml`` of the channel, after a
+change of the bodies or of the physical optics; it takes some minutes.
 """
 
 from __future__ import annotations
@@ -25,16 +25,17 @@ from polychirp.traffic.vehicle import vehicle_mesh
 from polychirp.units import to_db
 
 DISTANCE: Final = 20.0
-"""m from the middle of the body: between the nearest and the farthest cars of a street."""
+"""Distance of the radar from the middle of the body, m; chosen between those of the nearest and the
+farthest cars of a street."""
 
 HEIGHT: Final = 0.5
-"""m above the ground: a bumper's."""
+"""Height of the radar above the ground, m, that of a bumper."""
 
 NUM_AZIMUTHS: Final = 72
-"""Columns of a table: every 5°, each the mean power over ±2.5°."""
+"""Number of columns of a table: one every 5°, with the mean power over ±2.5°."""
 
 SWEEP: Final = 1e9
-"""Hz over which the power is averaged: the bandwidth of a fine chirp."""
+"""Band over which the power is averaged, Hz, that of a chirp with a fine range resolution."""
 
 PLACES: Final[Mapping[str, tuple[float, float]]] = {
     "front": (0.97, 0.5),
@@ -50,10 +51,10 @@ PLACES: Final[Mapping[str, tuple[float, float]]] = {
     "front wheel right": (0.79, 0.04),
     "front right": (0.92, 0.1),
 }
-"""The points, as shares of a body's length (from its rear) and width (from its right)."""
+"""Positions of the points, as shares of a body's length (from its rear) and width (from right)."""
 
 MIRRORED: Final = np.array([0, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1])
-"""The point on the other side; every built-in body is its own mirror image."""
+"""Index of the point on the other side, since every built-in body is its own mirror image."""
 
 
 def corners_of(mesh: Mesh) -> tuple[FloatArray, FloatArray]:
@@ -64,7 +65,7 @@ def corners_of(mesh: Mesh) -> tuple[FloatArray, FloatArray]:
 def echo_paths(
     mesh: Mesh, azimuth: float, *, distance: float = DISTANCE, height: float = HEIGHT
 ) -> tuple[PropagationPaths, FloatArray]:
-    """Own echo of a body at the origin, without road, and where the radar is, m ``(xyz,)``."""
+    """Own echo of a body at the origin, without road, and position of the radar, m ``(xyz,)``."""
     pose = Pose(x=distance * np.cos(azimuth), y=distance * np.sin(azimuth), z=height)
     scene = Scene(
         time=0.0,
@@ -91,17 +92,17 @@ def mean_power(paths: PropagationPaths) -> float:
 def cross_section(
     power: FloatArray | float, distance: FloatArray | float, frequency: float
 ) -> FloatArray | float:
-    r"""m² that the radar equation reads: :math:`\sigma = |A|^2 (4\pi)^3 R^4/\lambda^2`."""
+    r"""Cross section from the radar equation, m²: :math:`\sigma = |A|^2 (4\pi)^3 R^4/\lambda^2`."""
     return power * (4 * np.pi) ** 3 * distance**4 * (frequency / SPEED_OF_LIGHT) ** 2
 
 
 def split_echo(paths: PropagationPaths, places: FloatArray, radar: FloatArray) -> FloatArray:
-    """m² ``(point,)``: what the paths nearest to each point, seen from above, send back together.
+    """Cross section of the paths nearest to each point, seen from above, m² ``(point,)``.
 
-    A gathered path sits at the mean of what it gathers. What two sides send back at the same
-    delay thus counts for the middle between them. Shares are in proportion to the power of each
-    group alone, and together they are the power of all: points with random phases then echo on
-    the mean as strongly as the body.
+    A path of a delay cell is at the mean of its parts, so that echoes of two sides with the same
+    delay count at the middle between them. Shares are in proportion to the power of each group
+    alone, and their sum is the power of all paths: the echo of points with random phases then has
+    the mean power of the body.
     """
     if not paths.num_paths:
         return np.zeros(len(places))
@@ -116,7 +117,7 @@ def split_echo(paths: PropagationPaths, places: FloatArray, radar: FloatArray) -
 def point_table(
     body: Body, *, step: float = np.radians(0.25), distance: float = DISTANCE
 ) -> tuple[FloatArray, FloatArray]:
-    """Places ``(point, xyz)``, as shares of the bounding box, and m² ``(point, azimuth)``.
+    """Places ``(point, xyz)``, as shares of the bounding box, and echoes, m² ``(point, azimuth)``.
 
     The azimuth is that of the radar as seen from the point, in the body's frame.
     """

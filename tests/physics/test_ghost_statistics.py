@@ -28,7 +28,7 @@ def test_the_mean_of_what_is_drawn_is_the_closed_form():
     """Over 100 streets with starts within 0.2 µs, and with clocks within 0.5 ppm."""
     for one in (case("start", 0.2e-6), case("clock", 0.5e-6), case("number", 3)):
         found = [expectation(one, trial_seed(5, n)) for n in range(100)]
-        for form, hit in (("in_map", "is_in_map"), ("arm", "has_arm")):
+        for form, hit in (("in_map", "is_in_map"), ("ridge", "has_ridge")):
             mean = np.mean([getattr(row, form) for row in found])
             hits = np.mean([getattr(row, hit) for row in found])
             assert hits == pytest.approx(mean, abs=0.15)  # 3 σ
@@ -57,7 +57,7 @@ def test_a_ghost_beyond_the_map_leaves_nothing_in_it(axis, spread, trial):
     """Even if its up-beats or its down-beats cross the map."""
     one, seed = case(axis, spread), trial_seed(1, trial)
     there = expectation(one, seed)
-    assert there.has_arm
+    assert there.has_ridge
     assert not there.is_in_map
     victim = run_trial(sample_street(replace(one.study, seed=seed))).victims[0]
     assert Nature.DIRECT.value not in victim.score.nature

@@ -1,7 +1,7 @@
-"""Which diversity is enough, as a table for docs/validation.
+"""Suppression of interference by families of waveforms, as a table for docs/validation.
 
-``python -m tools.pages.diversity_table FILE`` draws pairs of radars of every family of
-waveforms and stores what they leave of each other as JSON; ``bench/diversity.py`` draws that.
+``python -m tools.pages.diversity_table FILE`` simulates random pairs of radars of every family and
+stores the remaining interference as JSON, which ``bench/diversity.py`` plots.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from polychirp.units import to_db
 from tools.pages.markdown import table
 
 RECORD: Final = "diversity.json"
-"""What the table is made of, in the folder of the pages."""
+"""File with the numbers of the table, in the folder of the pages."""
 
 _HEAD: Final = (
     "both radars play",
@@ -38,8 +38,8 @@ _HEAD: Final = (
     "side lobe above, dB",
 )
 
-NEVER: Final = 100.0
-"""dB, of suppression from which the interferer counts as not heard at all."""
+NO_INTERFERENCE: Final = 100.0
+"""Suppression from which the table shows no number, dB; chosen."""
 
 
 def diversity_table(folder: Path) -> str:
@@ -52,7 +52,10 @@ def _cells(row: dict[str, Any]) -> tuple[str, ...]:
     suppression = (row[name] for name in ("matched_mean", "matched_peak", "per_sweep"))
     return (
         row["family"],
-        *(f"{value + 0.0:.1f}" if value < NEVER else "not heard" for value in suppression),
+        *(
+            f"{value + 0.0:.1f}" if value < NO_INTERFERENCE else "not heard"
+            for value in suppression
+        ),
         f"{row['duty']:.2f}",
         f"{row['slow_ambiguity']:.1f}".replace("-", "−"),
         f"{row['fast_ambiguity']:.1f}".replace("-", "−"),
@@ -60,7 +63,7 @@ def _cells(row: dict[str, Any]) -> tuple[str, ...]:
 
 
 def in_decibels(rows: Iterable[Suppression]) -> list[dict[str, Any]]:
-    """Rows as people read them: suppression in dB, duty in per cent."""
+    """Rows of the record: suppression in dB, duty in per cent."""
     return [
         {
             "family": row.family,
@@ -80,7 +83,7 @@ def _suppressed(ratio: float) -> float:
 
 
 def record() -> dict[str, Any]:
-    """Everything that the page shows."""
+    """All numbers of the page."""
     families = in_decibels(compare_families())
     for row in families:
         slow, fast = side_lobes(FAMILIES[row["family"]])

@@ -1,7 +1,7 @@
-"""How often there is a ghost, beside the closed forms, as a table for docs/validation.
+"""Probability of ghosts, beside the closed forms, as a table for docs/validation.
 
-``python -m tools.pages.ghost_table FILE`` runs some thousand short trials on all cores and
-stores what came out as JSON; ``bench/ghosts.py`` draws that.
+``python -m tools.pages.ghost_table FILE`` runs some thousand short trials on all cores and stores
+the results as JSON, which ``bench/ghosts.py`` plots.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from polychirp.study.monte_carlo.executor import LocalWorkers
 from tools.pages.markdown import table
 
 RECORD: Final = "ghosts.json"
-"""What the table is made of, in the folder of the pages."""
+"""File with the numbers of the table, in the folder of the pages."""
 
 _HEAD: Final = (
     "varied",
@@ -73,7 +73,7 @@ def _cells(row: dict[str, Any]) -> tuple[str, ...]:
 
 
 def as_record(rows: Iterable[GhostRow]) -> list[dict[str, Any]]:
-    """Rows as JSON has them: probabilities and counts to four digits behind the point."""
+    """Rows of the record, rounded to four decimals."""
 
     def plain(value: Any) -> Any:
         return round(value, 4) if isinstance(value, float) else value

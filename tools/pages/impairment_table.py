@@ -1,7 +1,7 @@
-"""What impairments do to ghosts and floor in scenario C, as a table for docs/validation.
+"""Effects of impairments on ghosts and floor in scenario C, as a table for docs/validation.
 
-``python -m tools.pages.impairment_table FILE`` runs the scenario with each of them and stores
-what came out as JSON.
+``python -m tools.pages.impairment_table FILE`` runs the scenario with each impairment and stores
+the results as JSON.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from polychirp.study.experiments.impairments import ImpairedRow, compare_impairm
 from tools.pages.markdown import table
 
 RECORD: Final = "impairments.json"
-"""What the table is made of, in the folder of the pages."""
+"""File with the numbers of the table, in the folder of the pages."""
 
 
 def impairment_table(folder: Path) -> str:
@@ -52,7 +52,7 @@ def _cells(row: dict[str, object]) -> tuple[str, ...]:
 
 
 def _ghosts(ghosts: object) -> str:
-    """The strongest two, and how many more."""
+    """The strongest two, and the number of the others."""
     assert isinstance(ghosts, list)
     shown = [
         f"{distance:.1f} m ({level:+.0f} dB)".replace("-", "−") for distance, level in ghosts[:2]

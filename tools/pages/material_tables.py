@@ -1,4 +1,4 @@
-"""Tables of materials: what the paper's surfaces are made of, and what doubts of it are worth."""
+"""Tables of the paper's surfaces and their materials, and the effect of uncertain constants."""
 
 from __future__ import annotations
 
@@ -31,24 +31,23 @@ USES: Final = (
 """Surfaces of the paper's table 1 and the materials that stand for them."""
 
 ANGLES: Final = (0.0, math.pi / 4, math.radians(80.0))
-"""rad from the normal, at which reflections are shown."""
+"""Angles from the normal at which reflections are shown, rad."""
 
-
-NOTHING: Final = 1e-3
-"""|Γ| below which a surface has no coherent echo to speak of: a millionth of the power."""
+LEAST_REFLECTION: Final = 1e-3
+"""Magnitude |Γ| below which the table shows no number: a millionth of the power."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Doubt:
-    """A constant of a material that is assumed, and the range in which it plausibly lies.
+    """An assumed constant of a material, and its plausible range.
 
     Parameters
     ----------
     material : name
-    what : constant, as people call it, with its unit
-    values : the lowest, the one in use, the highest, as shown
+    what : the constant, with its unit
+    values : lowest value, value in use and highest value, as text
     variants : the material with each of these values
-    reason : why this range
+    reason : reason for this range
     """
 
     material: str
@@ -68,7 +67,7 @@ def loss_tangent(material: Material) -> float:
 
 
 def _with_permittivity(material: Material, value: float) -> Material:
-    """With another ε′ and the same loss tangent."""
+    """Material with another ε′ and the same loss tangent."""
     scale = value / material.relative_permittivity
     return replace(
         material, relative_permittivity=value, conductivity=scale * material.conductivity
@@ -115,7 +114,7 @@ def _roughness_doubt(name: str, low: float, high: float, reason: str) -> Doubt:
 
 
 def doubts() -> tuple[Doubt, ...]:
-    """What is assumed of the materials that the paper's street is made of.
+    """Assumed constants of the materials of the paper's street.
 
     >>> [doubt.material for doubt in doubts()][:2]
     ['rubber', 'brick']
@@ -144,7 +143,7 @@ def amplitudes(material: Material) -> FloatArray:
 
 
 def paper_materials() -> str:
-    """The surfaces of the paper's table 1: what stands for them, in which band, and from where."""
+    """Surfaces of table 1 of the paper: their materials, with band and source."""
     rows = []
     for use, name in USES:
         row = known_materials()[name]
@@ -167,10 +166,10 @@ def _constants(row: Material) -> str:
 
 
 def sensitivity() -> str:
-    """How far reflections move when an assumed constant moves within its plausible range.
+    """Change of reflections when an assumed constant changes within its plausible range.
 
-    |Γ| and, in brackets, the change in dB of whatever it mirrors or echoes. An albedo is a
-    share of scattered power: its diffuse echo moves by the ratio.
+    The table shows |Γ| and, in brackets, the change of the reflected power in dB. An albedo is a
+    share of scattered power, so that the diffuse echo changes by the ratio.
     """
     head = ("assumed", "value", "0°", "45°, s", "45°, p", "80°, s", "80°, p")
     rows: list[tuple[str, ...]] = []
@@ -198,12 +197,12 @@ def sensitivity() -> str:
 
 
 def _amplitude(value: float) -> str:
-    return f"{value:.3f}" if value >= NOTHING else f"< {NOTHING:g}"
+    return f"{value:.3f}" if value >= LEAST_REFLECTION else f"< {LEAST_REFLECTION:g}"
 
 
 def _change(value: float, reference: float) -> str:
-    """How much more or less, where there is anything."""
-    if min(value, reference) < NOTHING:
+    """Change in dB; empty if a value is below `LEAST_REFLECTION`."""
+    if min(value, reference) < LEAST_REFLECTION:
         return ""
     return f" ({_signed(float(to_db(value**2 / reference**2)))} dB)"
 

@@ -1,7 +1,7 @@
-"""What each mechanism adds in the paper's street, as a table for docs/validation.
+"""Share of each mechanism in the power on the paper's street, as a table for docs/validation.
 
-``python -m tools.pages.mechanism_table FILE`` traces the street with everything and without
-each mechanism, and stores the powers as JSON.
+``python -m tools.pages.mechanism_table FILE`` traces the street with all mechanisms and without
+each of them, and stores the powers as JSON.
 """
 
 from __future__ import annotations
@@ -21,16 +21,17 @@ from polychirp.units import to_db
 from tools.pages.markdown import table
 
 RECORD: Final = "mechanisms.json"
-"""What the table is made of, in the folder of the pages."""
+"""File with the numbers of the table, in the folder of the pages."""
 
-LEAST: Final = -60.0
-"""dB, below which a share is not worth a number."""
+LEAST_SHARE: Final = -60.0
+"""Share below which the table shows no number, dB; chosen."""
 
 
 def mechanism_table(folder: Path) -> str:
-    """The stored powers: one row for every transmitter and receiver that anything joins.
+    """The stored powers: one row for every transmitter and receiver with a path.
 
-    The share of a mechanism is that of the field it adds; two that cancel may both have much.
+    The share of a mechanism is the power of the field that it adds; two fields that cancel may both
+    have large shares.
     """
     record = json.loads((folder / RECORD).read_text(encoding="utf-8"))
     head = ("from", "to", "power, dBm", "paths", *(f"{name}, dB" for name in record["share"]))
@@ -54,7 +55,7 @@ def _cell(level: float | None) -> str:
 
 
 def write_mechanisms(found: Mechanisms, path: Path) -> None:
-    """Store powers as dBm, and shares in dB; null is nothing worth a number."""
+    """Store powers in dBm and shares in dB, null where the table shows no number."""
 
     def levels(ratios: np.ndarray, least: float) -> list[list[float | None]]:
         rounded = np.round(to_db(np.nan_to_num(ratios)), 1)
@@ -64,7 +65,7 @@ def write_mechanisms(found: Mechanisms, path: Path) -> None:
         "radars": found.radars,
         "power": levels(found.power * 1e3, -300.0),
         "paths": found.num_paths.astype(int).tolist(),
-        "share": {name: levels(share, LEAST) for name, share in found.share.items()},
+        "share": {name: levels(share, LEAST_SHARE) for name, share in found.share.items()},
     }
     path.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
 

@@ -1,7 +1,7 @@
 """Figures 12 and 13 on three channels, as a table for docs/validation.
 
-``python -m tools.pages.statistics_table FILE`` runs some trials of each and stores what came
-out as JSON: four minutes on two cores, most of it ray tracing.
+``python -m tools.pages.statistics_table FILE`` runs some trials of each and stores the results as
+JSON: four minutes on two cores, most of it ray tracing.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ def _within(interval: list[float], digits: str) -> str:
 
 
 def written(rows: Iterable[StatisticsRow], channel: Channel) -> list[dict[str, Any]]:
-    """Rows as JSON holds them, to five digits."""
+    """Rows of the record, to five digits."""
     return [
         {"channel": channel, **{key: _rounded(value) for key, value in asdict(row).items()}}
         for row in rows

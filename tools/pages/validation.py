@@ -1,4 +1,4 @@
-"""Expected beside measured: what a validating test compares, for the pages of docs/validation."""
+"""Comparisons of expected and measured numbers in tests, for the pages of docs/validation."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from pathlib import Path
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Comparison:
-    """One number that polychirp gives, beside what an independent route says.
+    """One number that polychirp computes, beside its value from an independent source.
 
     Parameters
     ----------
-    page : of docs/validation, such as "canonical-bodies"
-    case : what is measured, such as "plate 0.1 m at 10 m, normal incidence"
+    page : page of docs/validation, such as "canonical-bodies"
+    case : measured case, such as "plate 0.1 m at 10 m, normal incidence"
     quantity : with its unit, such as "RCS, dBsm"
     expected, measured : in that unit
     tolerance : greatest difference allowed
-    source : where the expected value comes from
+    source : source of the expected value
 
     Examples
     --------
@@ -38,7 +38,7 @@ class Comparison:
 
     @property
     def is_met(self) -> bool:
-        """Whether the difference is within the tolerance; a measured NaN is not."""
+        """True if the difference is within the tolerance; false for a measured NaN."""
         return abs(self.measured - self.expected) <= self.tolerance
 
     def __str__(self) -> str:
@@ -58,5 +58,5 @@ def write_comparisons(rows: Sequence[Comparison], path: Path) -> None:
 
 
 def read_comparisons(path: Path) -> tuple[Comparison, ...]:
-    """What `write_comparisons` stored."""
+    """Comparisons that `write_comparisons` stored."""
     return tuple(Comparison(**row) for row in json.loads(path.read_text(encoding="utf-8")))

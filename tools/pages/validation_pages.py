@@ -1,12 +1,10 @@
-"""The pages of docs/validation: tables of what tests compared, between what people wrote.
+"""Pages of docs/validation: generated tables between written text.
 
 A page is a Markdown file. Lines between the marks ``<!-- generated: NAME -->`` and
-``<!-- end of NAME -->`` are replaced by `write_pages`; all others are kept, so that what a table
-means can be written beside it. ``comparisons`` are the page's rows of ``comparisons.json``, which
-``./run validation`` records; ``index`` lists the pages; the blocks of
-`tools.pages.material_tables` follow the table of materials; `mechanisms`, `impairments`,
-`mitigations` and `diversity` the records that `tools.pages.mechanism_table`,
-`impairment_table`, `mitigation_table` and `diversity_table` make.
+``<!-- end of NAME -->`` are replaced by `write_pages`; all others are kept. The block
+``comparisons`` has the page's rows of ``comparisons.json``, which ``./run validation`` records;
+``index`` lists the pages; ``stamps`` lists the records; the blocks of `tools.pages.material_tables`
+follow the table of materials; all other blocks come from the records of their modules here.
 
 ``python -m tools.pages.validation_pages docs/validation`` writes all pages.
 """
@@ -41,7 +39,7 @@ from tools.pages.statistics_table import statistics_table
 from tools.pages.validation import Comparison, read_comparisons
 
 RECORD: Final = "comparisons.json"
-"""What ``pytest --record`` leaves in the folder of the pages."""
+"""File that ``pytest --record`` writes in the folder of the pages."""
 
 INDEX: Final = "README.md"
 
@@ -57,7 +55,7 @@ _BLOCK: Final = re.compile(
 
 
 def comparison_tables(rows: Sequence[Comparison]) -> str:
-    """One table for every quantity, in the order in which the tests came to them.
+    """One table for every quantity, in the order of the tests.
 
     Numbers have one digit more than their tolerance, and at least two decimals.
 
@@ -94,7 +92,7 @@ def _fixed(value: float, digits: int) -> str:
 
 
 def index_table(titles: Mapping[str, str], rows: Sequence[Comparison]) -> str:
-    """Every page by name: its title, how many numbers are compared on it, and which quantities."""
+    """Every page by name: its title, the number of comparisons on it, and their quantities."""
     body = []
     for name in sorted(titles):
         mine = [row for row in rows if row.page == name]
@@ -111,12 +109,12 @@ def stamp_table(folder: Path) -> str:
 
 
 def filled(text: str, blocks: Mapping[str, str]) -> str:
-    r"""A page with what stands between the marks of every block replaced.
+    r"""Page with the text between the marks of every block replaced.
 
     Raises
     ------
     InputError
-        The page marks a block that there is none of.
+        The page marks an unknown block.
 
     Examples
     --------
@@ -149,14 +147,14 @@ _RECORDED: Final = (
     ("statistics", STATISTICS, statistics_table),
     ("ghosts", GHOSTS, ghost_table),
 )
-"""Blocks of a page, their records, and what makes a block of a record."""
+"""Blocks of a page, their records, and the functions that make blocks from records."""
 
 
 def rendered(folder: Path) -> dict[str, str]:
-    """All pages of a folder as they should be, by file name, from its record and from themselves.
+    """All pages of a folder with new tables, by file name.
 
-    A page that has rows but no marks for them gets them at its end; one without a file begins
-    with its name for a title.
+    If a page has comparisons but no marks for them, the marks are added at its end; a page without
+    a file begins with its name as the title.
 
     Raises
     ------
@@ -208,7 +206,7 @@ def _refuse_twins(rows: Sequence[Comparison]) -> None:
 
 
 def write_pages(folder: Path) -> None:
-    """Bring all pages of a folder up to date."""
+    """Write all pages of a folder with new tables."""
     for name, text in rendered(folder).items():
         (folder / name).write_text(text, encoding="utf-8")
 

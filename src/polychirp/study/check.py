@@ -1,4 +1,4 @@
-"""What can be said of a study before it runs: whether it can, and what its radars resolve."""
+"""Check of a study before it runs: its problems, and the resolution of its radars."""
 
 from __future__ import annotations
 
@@ -43,11 +43,11 @@ _SECONDS_OF_A_RECEIVER = 2.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DerivedRadar:
-    r"""What follows from one radar's ramps, converter and filter.
+    r"""Resolution, limits and size of the frame of one radar.
 
     Parameters
     ----------
-    name : of the radar
+    name : name of the radar
     range_resolution : m, :math:`c/2B` over the ramps
     speed_resolution : m/s, :math:`\lambda/2T_{frame}`
     unambiguous_speed : m/s, :math:`\lambda/4T_{sweep}`, either way, for a transform over equal
@@ -78,18 +78,18 @@ class DerivedRadar:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Derived:
-    """What follows from a study that can run.
+    """Resolution, size and cost of a study that can run.
 
     Parameters
     ----------
-    radars : each, victim or not
+    radars : every radar, victim or not
     victims : names of the radars whose frames are computed
     targets : names of the targets of each victim
-    num_snapshots : how often the scene is traced
-    memory : bytes, of all victims' frames and parts
-    cost : s on one core, a rough guess: 0.08 s for each snapshot and pair of radars, as measured
+    num_snapshots : number of times at which the scene is traced
+    memory : bytes, of the frames and parts of all victims
+    cost : s on one core, a rough estimate: 0.08 s for each snapshot and pair of radars, as measured
         on the paper's street of eight vehicles; 1 µs for each sample; 2 s for each victim's
-        receiver. More bodies cost more, and the first run compiles
+        receiver. More bodies cost more, and the first run compiles the kernels
     """
 
     radars: tuple[DerivedRadar, ...]
@@ -101,7 +101,7 @@ class Derived:
 
 
 def check(study: Study) -> Derived:
-    """Refuse a study that cannot run; say what its radars resolve and what it will cost.
+    """Refuse a study that cannot run; return what its radars resolve and what it costs.
 
     Nothing is traced or synthesised.
 
@@ -154,14 +154,14 @@ def check(study: Study) -> Derived:
 
 def _warn_of_silent_targets(study: Study) -> None:
     vehicles = {vehicle.name for vehicle in study.street.vehicles}
-    silent = sorted(
+    names = sorted(
         vehicles.intersection(
             name for i in victim_indices(study) for name in target_names(study, study.radars[i])
         )
     )
-    if silent and not {"facets", "vehicle-points"} & study.tracer.capabilities:
+    if names and not {"facets", "vehicle-points"} & study.tracer.capabilities:
         warnings.warn(
-            f"the tracer '{study.tracer.kind}' gives vehicles no echo to rely on, so '{silent[0]}' "
+            f"the tracer '{study.tracer.kind}' gives vehicles no echo to rely on, so '{names[0]}' "
             "may not be found; use the tracer 'composite' or 'point-vehicles', or name points as "
             "targets if it has them",
             ModelWarning,
@@ -170,7 +170,7 @@ def _warn_of_silent_targets(study: Study) -> None:
 
 
 def _problems(study: Study) -> Iterator[tuple[str, str]]:
-    """Place and sentence of everything that keeps a study from running."""
+    """Place and description of every problem that prevents a study from running."""
     yield from _plain_problems(study)
     names_agree = True
     for problem in _name_problems(study):
@@ -235,7 +235,7 @@ def _ramp_problems(study: Study, radar: StudyRadar, *, number: int) -> Iterator[
 
 
 def _street_problems(study: Study) -> Iterator[tuple[str, str]]:
-    """What is wrong with bodies and places, once all names agree."""
+    """Problems of bodies and positions, for a study whose names agree."""
     is_built = True
     for number, vehicle in enumerate(study.street.vehicles):
         try:

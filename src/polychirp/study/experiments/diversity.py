@@ -1,20 +1,20 @@
-r"""Which diversity is enough: two radars that face each other, over the space of waveforms.
+r"""Suppression of interference by diverse waveforms, for two radars that face each other.
 
-Both hear nothing but each other. What the interferer leaves in the victim's samples is compared
-with the ghost that it would make if it played the victim's own ramps in step:
+Each receives nothing but the signal of the other. The interference in the samples of the victim is
+compared with the ghost from an interferer with the same ramps, synchronous with the victim:
 
-- *matched*: every ramp and sample added in phase for a point at (R, v), on a grid of cells;
-- *per sweep*: the powers of Hann-windowed spectra averaged over ramps, as the paper's figures do;
-- *duty*: the share of samples in which the interferer is in the IF band.
+- *matched*: all samples of all ramps added in phase for a point at (R, v), on a grid of cells;
+- *per sweep*: powers of Hann-windowed spectra averaged over ramps, as in the figures of the paper;
+- *duty*: share of samples in which the interferer is in the IF band.
 
-Two chirps that cover the same band share it with the whole frame, so that their mean over cells
-is bounded by the product of bandwidth and frame,
+If both frames cover the same band, the mean of the matched output over cells is bounded by the
+product of bandwidth and frame duration,
 
 .. math:: 10\log_{10} B\,T_{frame}
 
 whatever their order, slopes and starts: for unit energies
 :math:`\int |S_1|^2|S_2|^2\,df \ge 1/(B\,T_{frame})` by Cauchy and Schwarz, where
-BT_frame is 2nBT for n triangles of two ramps T. Only less overlap of spectra beats it.
+BT_frame is 2nBT for n triangles of two ramps T. Only spectra that overlap less give less.
 """
 
 from __future__ import annotations
@@ -40,55 +40,55 @@ from polychirp.rng import Streams
 from polychirp.synthesis.stretch.engine import Stretch
 from polychirp.waveform import AnyWaveform, DiverseTriangular, FixedTriangular, Triangular
 
-DISTANCE: Final = 13.2
-"""m between the two radars, as in the paper's scenario C."""
+RADAR_DISTANCE: Final = 13.2
+"""Distance between the two radars, m, as in scenario C of the paper."""
 
 NUM_SWEEPS: Final = 16
 
-DRAWS: Final = 16
-"""Pairs of radars drawn of every family."""
+NUM_DRAWS: Final = 16
+"""Number of pairs of radars that are drawn for every family; chosen."""
 
 IN_BAND: Final = 0.5
-"""Of the amplitude that it has in the middle of the band: an interferer is heard above this."""
+"""Amplitude above which an interferer counts as in the band, relative to the middle of the band."""
 
-FAINT: Final = 1e-4
-"""Of that amplitude: what is fainter is left out of the matched output, where even if all samples
-were so faint and agreed it would leave −80 dB."""
+LEAST_AMPLITUDE: Final = 1e-4
+"""Relative amplitude below which samples are left out of the matched output; if all samples had it
+and added in phase, they would give −80 dB."""
 
-FEW: Final = 0.02
-"""Share of samples up to which it is cheaper to add single ones."""
+FEW_SAMPLES: Final = 0.02
+"""Share of samples up to which adding them one by one is faster."""
 
 CELL_RANGES: Final = np.linspace(1.0, 29.0, 40)
-"""m, of the cells of the matched output."""
+"""Ranges of the cells of the matched output, m."""
 
 CELL_RATES: Final = np.linspace(-30.0, 30.0, 70)
-"""m/s, of the cells of the matched output."""
+"""Range rates of the cells of the matched output, m/s."""
 
-TIME: Final = (1e-3, 2e-3)
-"""s, limits of ramp times in the paper's table 2."""
+RAMP_DURATIONS: Final = (1e-3, 2e-3)
+"""Limits of ramp durations in table 2 of the paper, s."""
 
-BAND: Final = (800e6, 1000e6)
-"""Hz, limits of bandwidths there."""
+BANDWIDTHS: Final = (800e6, 1000e6)
+"""Limits of bandwidths in table 2 of the paper, Hz."""
 
-_MIDDLE_TIME: Final = 1.5e-3
-_MIDDLE_BAND: Final = 900e6
+_MIDDLE_DURATION: Final = 1.5e-3
+_MIDDLE_BANDWIDTH: Final = 900e6
 
 Pair = Callable[[Streams, int], tuple[RampSchedule, RampSchedule]]
-"""From random streams and a number of sweeps to what victim and interferer play."""
+"""Function from random streams and a number of sweeps to the schedules of victim and interferer."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Suppression:
-    """Of one family of waveforms, in the mean over draws; ratios to a ghost in step.
+    """Interference of one family of waveforms, relative to a synchronous ghost, mean over draws.
 
     Parameters
     ----------
-    family : its name
+    family : name of the family
     matched_mean, matched_peak : matched output, mean over cells and strongest cell
     per_sweep : strongest range of the averaged spectra
     duty : share of samples in the band
     law : 1/(B T_frame)
-    num_draws : pairs of radars drawn
+    num_draws : number of pairs of radars
     """
 
     family: str
@@ -108,54 +108,63 @@ def played(
     start_jitter: float = 0.0,
     offset: float = 0.0,
 ) -> Pair:
-    """A pair of radars that play ``first`` and ``second`` (or both the first).
+    """A pair of radars with the waveforms ``first`` and ``second`` (or both with the first).
 
     Parameters
     ----------
-    start_spread : s, the interferer starts within so much after the victim
-    start_jitter : s, sweeps of both start so much late, uniformly
-    offset : Hz, by which all that the interferer plays is higher
+    start_spread : s, greatest delay of the interferer's start, drawn uniformly
+    start_jitter : s, greatest delay of each sweep of both after the sweep before, drawn uniformly
+    offset : Hz, difference of all frequencies of the interferer
     """
 
     def pair(streams: Streams, num_sweeps: int) -> tuple[RampSchedule, RampSchedule]:
-        plans = []
+        schedules = []
         for name, waveform in (("victim", first), ("interferer", second or first)):
             own = streams.of("radar", name)
-            plan = waveform.schedule(num_sweeps=num_sweeps, streams=own)
+            schedule = waveform.schedule(num_sweeps=num_sweeps, streams=own)
             if start_jitter:
                 late = np.cumsum(own["jitter"].uniform(0.0, start_jitter, num_sweeps))
-                plan = plan.with_late_sweeps(late)
-            plans.append(plan)
+                schedule = schedule.with_late_sweeps(late)
+            schedules.append(schedule)
         start = float(streams["start"].uniform(0.0, 1.0)) * start_spread
-        interferer = plans[1].as_clocked(start_time=start, clock_offset=0.0)
-        return plans[0], replace(interferer, start_frequency=interferer.start_frequency + offset)
+        interferer = schedules[1].as_clocked(start_time=start, clock_offset=0.0)
+        return schedules[0], replace(
+            interferer, start_frequency=interferer.start_frequency + offset
+        )
 
     return pair
 
 
 def spread_time(spread: float) -> Pair:
-    """Ramp times drawn at every triangle within ±``spread`` of their middle, bandwidths equal."""
-    limits = (_MIDDLE_TIME * (1 - spread), _MIDDLE_TIME * (1 + spread))
-    return played(DiverseTriangular(bandwidth=(_MIDDLE_BAND, _MIDDLE_BAND), ramp_duration=limits))
+    """Ramp durations drawn for every triangle within ±``spread`` of their middle."""
+    limits = (_MIDDLE_DURATION * (1 - spread), _MIDDLE_DURATION * (1 + spread))
+    return played(
+        DiverseTriangular(bandwidth=(_MIDDLE_BANDWIDTH, _MIDDLE_BANDWIDTH), ramp_duration=limits)
+    )
 
 
 def spread_band(spread: float) -> Pair:
-    """Bandwidths drawn at every triangle within ±``spread`` of their middle, ramp times equal."""
-    limits = (_MIDDLE_BAND * (1 - spread), _MIDDLE_BAND * (1 + spread))
-    return played(DiverseTriangular(bandwidth=limits, ramp_duration=(_MIDDLE_TIME, _MIDDLE_TIME)))
+    """Bandwidths drawn for every triangle within ±``spread`` of their middle."""
+    limits = (_MIDDLE_BANDWIDTH * (1 - spread), _MIDDLE_BANDWIDTH * (1 + spread))
+    return played(
+        DiverseTriangular(bandwidth=limits, ramp_duration=(_MIDDLE_DURATION, _MIDDLE_DURATION))
+    )
 
 
 _EQUAL: Final = Triangular()
 _SAME: Final = DiverseTriangular(
-    bandwidth=(_MIDDLE_BAND, _MIDDLE_BAND), ramp_duration=(_MIDDLE_TIME, _MIDDLE_TIME)
+    bandwidth=(_MIDDLE_BANDWIDTH, _MIDDLE_BANDWIDTH),
+    ramp_duration=(_MIDDLE_DURATION, _MIDDLE_DURATION),
 )
-_BOTH: Final = DiverseTriangular(bandwidth=BAND, ramp_duration=TIME)
+_BOTH: Final = DiverseTriangular(bandwidth=BANDWIDTHS, ramp_duration=RAMP_DURATIONS)
 
 FAMILIES: Final[Mapping[str, Pair]] = {
     "equal ramps, in step": played(_EQUAL),
-    "one slope for each radar": played(FixedTriangular(bandwidth=BAND, ramp_duration=TIME)),
-    "T at every triangle": played(replace(_SAME, ramp_duration=TIME)),
-    "B at every triangle": played(replace(_SAME, bandwidth=BAND)),
+    "one slope for each radar": played(
+        FixedTriangular(bandwidth=BANDWIDTHS, ramp_duration=RAMP_DURATIONS)
+    ),
+    "T at every triangle": played(replace(_SAME, ramp_duration=RAMP_DURATIONS)),
+    "B at every triangle": played(replace(_SAME, bandwidth=BANDWIDTHS)),
     "T and B at every triangle (the paper)": played(_BOTH),
     "start frequency, 0 to 100 MHz": played(replace(_SAME, start_frequency_spread=100e6)),
     "start frequency hops over 3 GHz": played(
@@ -168,29 +177,29 @@ FAMILIES: Final[Mapping[str, Pair]] = {
     ),
     "equal ramps, random start": played(_EQUAL, start_spread=3e-3),
     "one slope for each radar, random start": played(
-        FixedTriangular(bandwidth=BAND, ramp_duration=TIME), start_spread=3e-3
+        FixedTriangular(bandwidth=BANDWIDTHS, ramp_duration=RAMP_DURATIONS), start_spread=3e-3
     ),
     "T and B, random start": played(_BOTH, start_spread=3e-3),
     "equal ramps in step, 2 MHz apart": played(_EQUAL, offset=2e6),
 }
-"""By name; ramps of 0.9 GHz and 1.5 ms unless drawn from table 2's limits."""
+"""Families by name; ramps have 0.9 GHz and 1.5 ms unless drawn from the limits of table 2."""
 
 SPREADS: Final = (1e-4, 1e-3, 1e-2, 0.03, 0.1, 0.3)
-"""Relative half-widths of the draws."""
+"""Relative half widths of the draws of durations or bandwidths."""
 
 SWEEPS: Final = (1, 2, 4, 8, 16, 32, 64)
-"""Triangles in a frame."""
+"""Numbers of triangles in a frame."""
 
 
 def compare_families(
     families: Mapping[str, Pair] = FAMILIES,
     *,
     num_sweeps: int = NUM_SWEEPS,
-    num_draws: int = DRAWS,
+    num_draws: int = NUM_DRAWS,
     seed: int = 1,
     progress: Progress = no_progress,
 ) -> tuple[Suppression, ...]:
-    """Every family over ``num_draws`` pairs of radars; powers are averaged over pairs."""
+    """Suppression by every family; powers are averaged over ``num_draws`` pairs of radars."""
     rows = []
     for number, (name, pair) in enumerate(families.items()):
         progress("diversity", number, len(families))
@@ -199,8 +208,8 @@ def compare_families(
     return tuple(rows)
 
 
-def over_spread(*, num_draws: int = DRAWS, seed: int = 1) -> dict[str, tuple[Suppression, ...]]:
-    """Families of one diversity each, over `SPREADS`."""
+def over_spread(*, num_draws: int = NUM_DRAWS, seed: int = 1) -> dict[str, tuple[Suppression, ...]]:
+    """Suppression over `SPREADS`, for draws of ramp duration (T) and of bandwidth (B)."""
     kinds = {"T": spread_time, "B": spread_band}
     return {
         name: compare_families(
@@ -210,8 +219,8 @@ def over_spread(*, num_draws: int = DRAWS, seed: int = 1) -> dict[str, tuple[Sup
     }
 
 
-def over_sweeps(*, num_draws: int = DRAWS, seed: int = 1) -> dict[str, tuple[Suppression, ...]]:
-    """What a frame of more triangles gives, over `SWEEPS`."""
+def over_sweeps(*, num_draws: int = NUM_DRAWS, seed: int = 1) -> dict[str, tuple[Suppression, ...]]:
+    """Suppression over `SWEEPS` for two families."""
     names = ("T and B at every triangle (the paper)", "one slope for each radar")
     return {
         name: tuple(
@@ -226,7 +235,7 @@ def over_sweeps(*, num_draws: int = DRAWS, seed: int = 1) -> dict[str, tuple[Sup
 
 def _family(name: str, pair: Pair, num_sweeps: int, num_draws: int, seed: int) -> Suppression:
     pairs = (pair(Streams(seed).of("pair", number), num_sweeps) for number in range(num_draws))
-    found = [(*measured(*plans), law(plans[0])) for plans in pairs]
+    found = [(*measured(*schedules), law(schedules[0])) for schedules in pairs]
     mean = [float(value) for value in np.mean(found, axis=0)]
     return Suppression(
         family=name,
@@ -242,27 +251,29 @@ def _family(name: str, pair: Pair, num_sweeps: int, num_draws: int, seed: int) -
 def side_lobes(
     pair: Pair, *, num_sweeps: int = NUM_SWEEPS, num_draws: int = 4, seed: int = 1
 ) -> tuple[float, float]:
-    """`ambiguity` of a family's victims, powers averaged over draws."""
-    plans = (pair(Streams(seed).of("pair", number), num_sweeps)[0] for number in range(num_draws))
-    slow, fast = np.mean([ambiguity(plan) for plan in plans], axis=0)
+    """`ambiguity` of the victims of a family, powers averaged over draws."""
+    schedules = (
+        pair(Streams(seed).of("pair", number), num_sweeps)[0] for number in range(num_draws)
+    )
+    slow, fast = np.mean([ambiguity(schedule) for schedule in schedules], axis=0)
     return float(slow), float(fast)
 
 
-def law(plan: RampSchedule) -> float:
-    """1/(B T_frame): the least mean of the matched output over cells in one band."""
-    return 1.0 / float(np.sum(plan.bandwidth * plan.duration))
+def law(schedule: RampSchedule) -> float:
+    """Least mean of the matched output over cells, if both radars cover one band: 1/(B T_frame)."""
+    return 1.0 / float(np.sum(schedule.bandwidth * schedule.duration))
 
 
 def measured(victim: RampSchedule, interferer: RampSchedule) -> tuple[float, float, float, float]:
-    """Matched mean and peak, per sweep, and duty of what the victim hears of the interferer."""
-    heard, ghost = _heard(victim, interferer), _heard(victim, victim)
-    num_samples = int(np.sum(heard.times.num_samples))
-    # a ghost in step is one tone on every ramp, which matching adds up whole
+    """Matched mean and peak, per sweep, and duty of the interference at the victim."""
+    received, ghost = _received(victim, interferer), _received(victim, victim)
+    num_samples = int(np.sum(received.times.num_samples))
+    # a synchronous ghost is one tone on every ramp, all of whose samples add in phase
     reference = float(np.sum(np.abs(ghost.samples) ** 2)) / num_samples
-    matched = _matched_over_cells(heard, FAINT * np.sqrt(reference)) / reference
+    matched = _matched_over_cells(received, LEAST_AMPLITUDE * np.sqrt(reference)) / reference
     ranges = np.arange(0.5, 30.0, 0.05)
-    spectra = [np.mean(np.abs(range_spectra(f, ranges)[0]) ** 2, axis=0) for f in (heard, ghost)]
-    duty = np.sum(np.abs(heard.samples) > IN_BAND * np.sqrt(reference)) / num_samples
+    spectra = [np.mean(np.abs(range_spectra(f, ranges)[0]) ** 2, axis=0) for f in (received, ghost)]
+    duty = np.sum(np.abs(received.samples) > IN_BAND * np.sqrt(reference)) / num_samples
     return (
         float(np.mean(matched[:-1])),
         float(np.max(matched)),
@@ -272,14 +283,14 @@ def measured(victim: RampSchedule, interferer: RampSchedule) -> tuple[float, flo
 
 
 def _matched_over_cells(frame: IfFrame, least: float) -> FloatArray:
-    """`_matched` for all cells and, last, for the ghost's own.
+    """`_matched` for all cells and, last, for that of the ghost.
 
-    Where samples above ``least``, V, are few, only they are added.
+    If few samples are above ``least``, V, only those are added.
     """
     cells = np.stack(np.meshgrid(CELL_RANGES, CELL_RATES, indexing="ij"), axis=-1).reshape(-1, 2)
-    motions = np.array([*((*cell, 0.0) for cell in cells), (DISTANCE / 2, 0.0, 0.0)])
+    motions = np.array([*((*cell, 0.0) for cell in cells), (RADAR_DISTANCE / 2, 0.0, 0.0)])
     is_loud = np.abs(frame.samples[0]) > least
-    if np.mean(is_loud) > FEW:
+    if np.mean(is_loud) > FEW_SAMPLES:
         return _matched(frame.samples, frame.schedule, frame.times, motions)
     start = float(frame.schedule.start_time[0])
     phases = beat_phase(frame.schedule, frame.times, motion=motions, time=start)
@@ -291,45 +302,46 @@ def _matched_over_cells(frame: IfFrame, least: float) -> FloatArray:
     return np.asarray(np.abs(total / np.sum(frame.times.num_samples)) ** 2)
 
 
-def ambiguity(plan: RampSchedule) -> tuple[float, float]:
+def ambiguity(schedule: RampSchedule) -> tuple[float, float]:
     """Strongest side lobes in speed, below and above 3 m/s.
 
-    At each speed the range is sought where up- or down-ramps, or all, fit best: a speed v shifts
-    them by v f/b to either side.
+    At each speed v, the greatest value is sought near the range itself and near the ranges that fit
+    up- or down-ramps alone, which a speed shifts by v f/b to either side.
     """
-    # no beat here is faster than some kilohertz
-    times = sample_times(plan, Converter(sample_rate=62.5e3))
+    # a low rate is enough, as beats are at most some kilohertz
+    times = sample_times(schedule, Converter(sample_rate=62.5e3))
     speeds = np.concatenate([np.arange(0.1, 3.0, 0.01), np.arange(3.0, 30.0, 0.03)])
-    shift = float(np.mean(plan.centre_frequency) / np.mean(np.abs(plan.slope)))
+    shift = float(np.mean(schedule.centre_frequency) / np.mean(np.abs(schedule.slope)))
     sides = np.multiply.outer(speeds * shift, np.array([-1.0, 0.0, 1.0]))
     offsets = (sides[..., None] + np.arange(-0.1, 0.11, 0.05)).reshape(len(speeds), -1)
     motions = np.stack(np.broadcast_arrays(15.0 + offsets, speeds[:, None], 0.0), axis=-1)
-    start = float(plan.start_time[0])
-    samples = replica(plan, times, motion=np.array([15.0, 0.0, 0.0]), time=start)
-    power = _matched(samples[None], plan, times, motions.reshape(-1, 3))
+    start = float(schedule.start_time[0])
+    samples = replica(schedule, times, motion=np.array([15.0, 0.0, 0.0]), time=start)
+    power = _matched(samples[None], schedule, times, motions.reshape(-1, 3))
     strongest = power.reshape(len(speeds), -1).max(axis=1)
     return float(strongest[speeds < 3.0].max()), float(strongest[speeds >= 3.0].max())
 
 
 def _matched(
-    samples: ComplexArray, plan: RampSchedule, times: SampleTimes, motions: FloatArray
+    samples: ComplexArray, schedule: RampSchedule, times: SampleTimes, motions: FloatArray
 ) -> FloatArray:
-    """Power of all samples added in phase for each of ``motions``, ``(cell,)``."""
+    """Power of the sum of all samples, in phase for each of ``motions``, ``(cell,)``."""
     weight = times.is_sample.astype(np.float64)
-    phases = beat_phase(plan, times, motion=motions, time=float(plan.start_time[0]))
+    start = float(schedule.start_time[0])
+    phases = beat_phase(schedule, times, motion=motions, time=start)
     amplitude = matched_amplitudes(samples, weight, phases, times.rate)[:, 0]
     share = weight.sum(axis=1) / weight.sum()
     return np.asarray(np.abs(amplitude @ share) ** 2)
 
 
-def _heard(victim: RampSchedule, interferer: RampSchedule) -> IfFrame:
-    """What the victim hears of the other radar, and nothing else."""
+def _received(victim: RampSchedule, interferer: RampSchedule) -> IfFrame:
+    """Frame of the victim that contains the signal of the other radar alone."""
     array = AntennaArray(num_channels=1)
     scene = Scene(
         time=0.0,
         actors=(
             Actor(name="a", kind="vehicle"),
-            Actor(name="b", kind="vehicle", pose=Pose(x=DISTANCE, yaw=np.pi)),
+            Actor(name="b", kind="vehicle", pose=Pose(x=RADAR_DISTANCE, yaw=np.pi)),
         ),
         radars=(Radar(name="a", array=array), Radar(name="b", array=array)),
         carriers=(0, 1),

@@ -1,8 +1,8 @@
-r"""How often there is a ghost: Monte Carlo on points, beside the closed forms.
+"""Probability of ghosts: Monte Carlo trials on point targets, beside the closed forms.
 
-A radar looks at oncoming and parked cars, some of which carry a radar that looks back. Targets are
-points and waves travel in free space, so that what differs from `scoring.closed_forms` is the
-receiver's doing. Each trial draws another street, noise, starts and clocks, the same for all cases.
+A radar faces oncoming and parked cars, some of which carry a radar that faces it. Targets are
+points in free space, so that differences from `scoring.closed_forms` come from the receiver. Each
+trial draws another street, noise, starts and clocks, which are the same for all cases.
 """
 
 from __future__ import annotations
@@ -43,27 +43,29 @@ from polychirp.traffic.random_traffic import Lane
 from polychirp.traffic.street import Street, Vehicle
 from polychirp.waveform import DiverseTriangular, Triangular
 
-TRIALS: Final = 60
-"""Of every case but those of slopes, which cost more and are nearly certain."""
+NUM_TRIALS: Final = 60
+"""Number of trials of every case but those of slopes; chosen."""
 
-FEW_TRIALS: Final = 20
-"""Of these."""
+NUM_SLOPE_TRIALS: Final = 20
+"""Number of trials of cases of slopes, which take longer and are nearly certain; chosen."""
 
 LANES: Final = (
     Lane(y=1.75, oncoming=True),
     *(Lane(y=y, oncoming=True, speed=(0.0, 0.0)) for y in (5.0, 8.5, 12.0, -5.0, -8.5, -12.0)),
 )
-"""One of oncoming cars, and rows of parked ones on both sides; all of them face the victim."""
+"""One lane of oncoming cars, and rows of parked cars on both sides; all face the victim."""
 
 START_SPREADS: Final = (0.02e-6, 0.05e-6, 0.1e-6, 0.2e-6, 0.5e-6, 1e-6, 5e-6)
 CLOCK_SPREADS: Final = (0.01e-6, 0.1e-6, 0.2e-6, 0.3e-6, 0.5e-6, 1e-6)
 SLOPE_DIFFERENCES: Final = (1e-6, 1e-5, 1e-4, 2e-4, 3e-4, 5e-4, 1e-3, 1e-2, 1e-1)
-NUMBERS: Final = (1, 2, 3, 4)
+INTERFERER_NUMBERS: Final = (1, 2, 3, 4)
+"""Values on the axes: spreads of starts, s, and of clocks, relative differences of slopes, and
+numbers of interferers."""
 
-_NUMBERS_SPREAD: Final = 0.3e-6
-"""s, of starts, where the number of interferers is varied."""
+_SPREAD_OF_MANY: Final = 0.3e-6
+"""Spread of starts if the number of interferers is varied, s."""
 
-_GHOST: Final = [Nature(name).is_ghost for name in NATURES]
+_IS_GHOST: Final = [Nature(name).is_ghost for name in NATURES]
 _DIRECT: Final = NATURES.index(Nature.DIRECT.value)
 
 
@@ -73,11 +75,11 @@ class Case:
 
     Parameters
     ----------
-    axis, value : what is varied, and to what, in SI
+    axis, value : quantity that is varied, and its value in SI
     waveform : "conventional" or "diverse"
-    study : that is run
-    num_trials : of it
-    slope_difference : relative, of the interferers' ramps
+    study : study of each trial, without its seed
+    num_trials : number of trials
+    slope_difference : relative difference of the slopes of the interferers
     """
 
     axis: str
@@ -90,23 +92,24 @@ class Case:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GhostRow:
-    """What was found at one case, with 95 % intervals.
+    """Result of one case, with 95 % intervals.
 
     Parameters
     ----------
     axis, value, waveform : of the case
-    theory : probability that a direct ghost's apparent point is in the map, by the closed forms, in
-        the mean over the streets drawn
-    theory_of_arms : that such a point or one of its arms is (`has_ridge_in_map`)
-    direct : measured probability that a frame has a claim made by a direct path
-    any_ghost : that it has a claim where nothing is
-    ghosts : mean number of those
-    detection : probability that a target is found
-    predicted : trials in which an interferer's apparent point is in the map
-    lost : of those, trials without a direct ghost
-    extra : trials with a direct ghost, though no apparent point is in the map
-    arms : of those, trials in which an arm of one is
-    num_trials : of the case
+    theory : probability by the closed forms that the apparent point of an interferer is in the map,
+        mean over the streets
+    theory_of_arms : probability that such a point or its cross-pairing ridge (`has_ridge_in_map`)
+        is in the map
+    direct : measured probability that a frame has a detection from a direct path
+    any_ghost : measured probability that a frame has a false detection
+    ghosts : mean number of false detections in a frame
+    detection : probability that a target is detected
+    predicted : number of trials in which the apparent point of an interferer is in the map
+    lost : number of those trials without a direct ghost
+    extra : number of trials with a direct ghost though no apparent point is in the map
+    arms : number of those trials in which a cross-pairing ridge is in the map
+    num_trials : number of trials
     """
 
     axis: str
@@ -135,7 +138,7 @@ def ghost_study(
 ) -> Study:
     """A victim, two point targets and up to four cars that may carry a radar like its own.
 
-    ``slope_difference`` is relative, and made by the bandwidth of a conventional waveform.
+    ``slope_difference`` is relative; it changes the bandwidth of a conventional waveform.
     """
     other = None
     if slope_difference and isinstance(waveform, Triangular):
@@ -150,7 +153,7 @@ def ghost_study(
         traffic=StudyTraffic(
             seen_from="ego",
             num_targets=2,
-            num_carriers=NUMBERS[-1],
+            num_carriers=INTERFERER_NUMBERS[-1],
             shape="points",
             lanes=LANES,
             max_edge=0.2,
@@ -166,25 +169,25 @@ def ghost_study(
 
 
 def cases() -> tuple[Case, ...]:
-    """All that the record compares."""
+    """All cases of the comparison."""
     return (
         *(case("start", spread) for spread in START_SPREADS),
         *(case("clock", spread) for spread in CLOCK_SPREADS),
         *(case("slope", difference) for difference in SLOPE_DIFFERENCES),
-        *(case("number", number) for number in NUMBERS),
+        *(case("number", number) for number in INTERFERER_NUMBERS),
         *(case("start", spread, "diverse") for spread in (START_SPREADS[0], START_SPREADS[-1])),
         case("clock", CLOCK_SPREADS[-1], "diverse"),
-        case("number", NUMBERS[-1], "diverse"),
+        case("number", INTERFERER_NUMBERS[-1], "diverse"),
     )
 
 
 def case(axis: str, value: float, waveform: str = "conventional") -> Case:
-    """One of them: ``axis`` is start, clock, slope or number."""
+    """One case; ``axis`` is start, clock, slope or number."""
     change: Mapping[str, Mapping[str, float]] = {
         "start": {"start_spread": value},
         "clock": {"clock_spread": value},
         "slope": {"slope_difference": value},
-        "number": {"start_spread": _NUMBERS_SPREAD, "num_interferers": int(value)},
+        "number": {"start_spread": _SPREAD_OF_MANY, "num_interferers": int(value)},
     }
     kind = {"conventional": Triangular(), "diverse": DiverseTriangular()}[waveform]
     return Case(
@@ -192,26 +195,26 @@ def case(axis: str, value: float, waveform: str = "conventional") -> Case:
         value=value,
         waveform=waveform,
         study=ghost_study(waveform=kind, **change[axis]),  # type: ignore[arg-type]
-        num_trials=FEW_TRIALS if axis == "slope" else TRIALS,
+        num_trials=NUM_SLOPE_TRIALS if axis == "slope" else NUM_TRIALS,
         slope_difference=value if axis == "slope" else 0.0,
     )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Expectation:
-    """What theory says of one trial.
+    """Direct ghosts of one trial in theory.
 
     Parameters
     ----------
-    in_map, arm : probabilities on that trial's street, before start and clock are drawn, that a
-        direct ghost's point is in the map, and that it or one of its arms is
-    is_in_map, has_arm : whether that is so with the start and the clock that it draws
+    in_map, ridge : probabilities on the street of the trial, for random start and clock, that the
+        apparent point of an interferer is in the map, and that it or its cross-pairing ridge is
+    is_in_map, has_ridge : True if so with the start and the clock that the trial draws
     """
 
     in_map: float = 0.0
-    arm: float = 0.0
+    ridge: float = 0.0
     is_in_map: bool = False
-    has_arm: bool = False
+    has_ridge: bool = False
 
 
 def measure_ghosts(
@@ -221,7 +224,7 @@ def measure_ghosts(
     seed: int = 1,
     progress: Progress = no_progress,
 ) -> tuple[GhostRow, ...]:
-    """Run every case, its trials with the seeds that they have in all others.
+    """Run every case; trial n has the same seed in all.
 
     Raises
     ------
@@ -252,19 +255,19 @@ def measure_ghosts(
 
 
 def _row(case: Case, expected: Sequence[Expectation], records: Sequence[VictimRecord]) -> GhostRow:
-    claims = np.array([record.claims for record in records], dtype=np.float64)
+    counts = np.array([record.claims for record in records], dtype=np.float64)
     ones = np.ones(len(records))
-    is_direct = claims[:, _DIRECT] > 0
-    num_ghosts = claims[:, _GHOST].sum(axis=1)
+    is_direct = counts[:, _DIRECT] > 0
+    num_ghosts = counts[:, _IS_GHOST].sum(axis=1)
     is_due = np.array([one.is_in_map for one in expected])
-    has_arm = np.array([one.has_arm for one in expected])
+    has_ridge = np.array([one.has_ridge for one in expected])
     is_extra = is_direct & ~is_due
     return GhostRow(
         axis=case.axis,
         value=case.value,
         waveform=case.waveform,
         theory=float(np.mean([one.in_map for one in expected])),
-        theory_of_arms=float(np.mean([one.arm for one in expected])),
+        theory_of_arms=float(np.mean([one.ridge for one in expected])),
         direct=proportion(is_direct.astype(np.float64), ones),
         any_ghost=proportion((num_ghosts > 0).astype(np.float64), ones),
         ghosts=mean_count(num_ghosts),
@@ -275,13 +278,13 @@ def _row(case: Case, expected: Sequence[Expectation], records: Sequence[VictimRe
         predicted=int(is_due.sum()),
         lost=int(np.sum(is_due & ~is_direct)),
         extra=int(is_extra.sum()),
-        arms=int(np.sum(is_extra & has_arm)),
+        arms=int(np.sum(is_extra & has_ridge)),
         num_trials=len(records),
     )
 
 
 def expectation(case: Case, seed: int) -> Expectation:
-    """What theory says of the trial with ``seed``; diverse waveforms make no ghost.
+    """Expectation for the trial with ``seed``; zero for diverse waveforms.
 
     Probabilities are exact where either all starts or all clocks are equal.
     """
@@ -304,7 +307,7 @@ def expectation(case: Case, seed: int) -> Expectation:
     low, high, speed = receiver.least_range, receiver.greatest_range, receiver.greatest_speed
     coupling = ramps.ramp_duration * (ramps.start_frequency / ramps.bandwidth + 0.5)
     is_in_map = (distance >= low) & (distance <= high) & (np.abs(rate) <= speed)
-    has_arm = has_ridge_in_map(
+    has_ridge = has_ridge_in_map(
         distance=distance,
         range_rate=rate,
         coupling=coupling,
@@ -318,9 +321,9 @@ def expectation(case: Case, seed: int) -> Expectation:
     faster = speed + np.maximum(high - own_range, own_range - low) / coupling
     return Expectation(
         in_map=_probability(case, paths, low=low, high=high, speed=speed),
-        arm=_probability(case, paths, low=low - wider, high=high + wider, speed=faster),
+        ridge=_probability(case, paths, low=low - wider, high=high + wider, speed=faster),
         is_in_map=bool(np.any(is_in_map)),
-        has_arm=bool(np.any(has_arm)),
+        has_ridge=bool(np.any(has_ridge)),
     )
 
 
@@ -340,7 +343,7 @@ def _probability(
     high: FloatArray | float,
     speed: FloatArray | float,
 ) -> float:
-    """That a direct ghost is within limits that may differ from path to path."""
+    """Probability that a ghost is within limits, which may differ from path to path."""
     traffic = case.study.traffic
     assert traffic is not None
     by_start = ghost_by_start(

@@ -1,4 +1,4 @@
-"""GNU Radio's channel model beside ours: an independent check in a process of its own."""
+"""Channel model of GNU Radio, in a separate process, as an independent check of ours."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from polychirp.errors import CapabilityError, RunError
 from polychirp.model.baseband import Baseband
 
 PYTHONS: Final = ("/usr/bin/python3", "python3")
-"""Interpreters that may have GNU Radio, which comes with the operating system."""
+"""Interpreters that may have GNU Radio, which is installed with the operating system."""
 
-PATIENCE: Final = 120.0
-"""s after which GNU Radio is taken to hang."""
+TIMEOUT: Final = 120.0
+"""Time after which GNU Radio is stopped, s; chosen."""
 
 
 def gnuradio_python() -> str | None:
-    """The interpreter that can import GNU Radio's channels, if there is one."""
+    """Path of an interpreter that can import GNU Radio's channels; None if there is none."""
     for name in PYTHONS:
         path = which(name)
         if path is None:
@@ -28,7 +28,7 @@ def gnuradio_python() -> str | None:
         test = "import gnuradio.gr, gnuradio.blocks, gnuradio.channels"
         try:
             found = subprocess.run(
-                [path, "-c", test], capture_output=True, check=False, timeout=PATIENCE, env={}
+                [path, "-c", test], capture_output=True, check=False, timeout=TIMEOUT, env={}
             )
         except (OSError, subprocess.TimeoutExpired):
             continue
@@ -45,40 +45,40 @@ def through_gnuradio(
     clock: float = 1.0,
     seed: int = 1,
 ) -> Baseband:
-    """What GNU Radio's channel model makes of a signal.
+    """Signal after the channel model of GNU Radio.
 
     Parameters
     ----------
     noise : V, rms of the complex noise that is added
     frequency_offset : Hz
     clock : ratio of the sample clocks, transmitter to receiver
-    seed : of the noise
+    seed : seed of the noise
 
     Raises
     ------
     CapabilityError
         GNU Radio is not installed.
     RunError
-        It failed; the message is its last line.
+        GNU Radio failed; the message is its last line.
     """
     python = gnuradio_python()
     if python is None:
         raise CapabilityError(
             "GNU Radio is not installed; install it with the operating system (Debian: gnuradio)"
         )
-    # as text: a program's folder would be searched first for what it imports
+    # passed as text, since Python would import modules from the folder of a program file
     program = Path(__file__).with_name("gnuradio_flow.py").read_text(encoding="utf-8")
     with TemporaryDirectory() as folder:
         before, behind = Path(folder) / "in", Path(folder) / "out"
         write_sigmf(before, signal, datatype="cf32_le")
         numbers = [noise, frequency_offset / signal.sample_rate, clock, seed]
-        # nothing of our environment: its Python has other libraries
+        # without our environment, since its Python has other libraries
         ended = subprocess.run(
             [python, "-c", program, str(before), str(behind), *map(repr, numbers)],
             capture_output=True,
             text=True,
             check=False,
-            timeout=PATIENCE,
+            timeout=TIMEOUT,
             env={"HOME": folder},
             cwd=folder,
         )
@@ -90,7 +90,7 @@ def through_gnuradio(
 
 
 def _label(before: Path, behind: Path) -> None:
-    """Metadata of what came out: those of what went in, without what counts its samples."""
+    """Write the metadata of the output: those of the input, without hash and number of samples."""
     import json
 
     metadata = json.loads(before.with_suffix(META).read_text(encoding="utf-8"))

@@ -1,9 +1,9 @@
-"""GNU Radio's channel model on a SigMF recording: a program of its own, for GNU Radio's Python.
+"""Program that applies GNU Radio's channel model to a SigMF recording, for GNU Radio's Python.
 
 ``python3 gnuradio_flow.py IN OUT NOISE OFFSET CLOCK SEED`` reads IN.sigmf-data (cf32_le) and writes
-OUT.sigmf-data: noise voltage NOISE, frequency offset OFFSET in parts of the sample rate, clocks as
-CLOCK to 1. It uses nothing of polychirp: GNU Radio lives in the operating system's Python, whose
-libraries are others.
+OUT.sigmf-data: noise voltage NOISE, frequency offset OFFSET relative to the sample rate, ratio
+CLOCK of the sample clocks. It does not import polychirp, since GNU Radio is part of the operating
+system's Python, which has other libraries.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 
 
 def main(arguments: list[str]) -> int:
-    """Run the flow graph until the file is at its end."""
+    """Run the flow graph to the end of the file."""
     source, sink, noise, offset, clock, seed = arguments
     gr: Any = import_module("gnuradio.gr")
     blocks: Any = import_module("gnuradio.blocks")

@@ -1,4 +1,4 @@
-"""What the impairments of real radars do to the paper's direct interference, scenario C."""
+"""Effects of hardware impairments on scenario C of the paper, direct interference."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ WAVEFORMS: Final[tuple[WaveformKind, ...]] = ("conventional", "diverse")
 
 Impair = Callable[[StudyRadar], StudyRadar]
 
-_NOISY: Final = Oscillator(phase_noise=PhaseNoise())
+_NOISY_OSCILLATOR: Final = Oscillator(phase_noise=PhaseNoise())
 
 
 def _digitised(full_scale_dbm: float, bits: int, control: GainControl | None = None) -> FrontEnd:
@@ -35,7 +35,7 @@ def _digitised(full_scale_dbm: float, bits: int, control: GainControl | None = N
 
 
 def _clock(*, start_time: float = 0.0, clock_offset: float = 0.0) -> Impair:
-    """A change of the interferer's clock alone: it is the difference that counts."""
+    """A change of the clock of the interferer alone, since only the difference matters."""
 
     def impair(radar: StudyRadar) -> StudyRadar:
         if radar.name != INTERFERER:
@@ -45,7 +45,7 @@ def _clock(*, start_time: float = 0.0, clock_offset: float = 0.0) -> Impair:
     return impair
 
 
-def _hearing_itself(
+def _with_leakage(
     radar: StudyRadar, *, oscillator: Oscillator | None = None, high_pass: HighPass | None = None
 ) -> StudyRadar:
     return replace(
@@ -59,7 +59,7 @@ def _hearing_itself(
 
 IMPAIRMENTS: Final[Mapping[str, Impair]] = {
     "none": lambda radar: radar,
-    "phase noise, −93 dBc/Hz at 1 MHz": lambda radar: replace(radar, oscillator=_NOISY),
+    "phase noise, −93 dBc/Hz at 1 MHz": lambda radar: replace(radar, oscillator=_NOISY_OSCILLATOR),
     "ramps bowed by 1 MHz": lambda radar: replace(
         radar, oscillator=Oscillator(ramp_error=QuadraticError(peak=1e6))
     ),
@@ -67,9 +67,9 @@ IMPAIRMENTS: Final[Mapping[str, Impair]] = {
     "interferer starts 1 µs late": _clock(start_time=1e-6),
     "interferer's clock 0.1 ppm fast": _clock(clock_offset=1e-7),
     "interferer's clock 20 ppm fast": _clock(clock_offset=2e-5),
-    "leakage −35 dB, bumper −15 dB at 10 cm": _hearing_itself,
-    "the same with phase noise": lambda radar: _hearing_itself(radar, oscillator=_NOISY),
-    "the same behind a high-pass of 2 × 50 kHz": lambda radar: _hearing_itself(
+    "leakage −35 dB, bumper −15 dB at 10 cm": _with_leakage,
+    "the same with phase noise": lambda radar: _with_leakage(radar, oscillator=_NOISY_OSCILLATOR),
+    "the same behind a high-pass of 2 × 50 kHz": lambda radar: _with_leakage(
         radar, high_pass=HighPass(corners=(50e3, 50e3))
     ),
     "I/Q: 1 dB, 5°": lambda radar: replace(
@@ -86,21 +86,21 @@ IMPAIRMENTS: Final[Mapping[str, Impair]] = {
         radar, front_end=_digitised(0.0, 8, GainControl())
     ),
 }
-"""By name: what becomes of every radar of the scene."""
+"""Change of every radar of the scene, by the name of the impairment."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ImpairedRow:
-    """What the victim saw with one impairment and one waveform, in step.
+    """Result of the victim with one impairment and one waveform, radars synchronous.
 
     Parameters
     ----------
-    impairment, waveform : which
-    ghosts : range in m and power over the strongest target in dB of each detection where nothing
-        is, that interference or the front end made, strongest first
-    floor_rise_db : of the range spectra over thermal noise
-    missed : targets
-    others : detections that are neither targets nor ghosts nor echoes of something else
+    impairment, waveform : names
+    ghosts : range in m, and power relative to the strongest target in dB, of each false detection
+        from interference or the front end, strongest first
+    floor_rise_db : rise of the range spectra over thermal noise
+    missed : number of targets that were missed
+    others : number of other false detections
     """
 
     impairment: str
@@ -130,7 +130,7 @@ def compare_impairments(
         )
         for number, name in enumerate(names):
             progress(f"impairments, {waveform}", number, len(names))
-            rows.append(_row(name, waveform, _seen(_impaired(ideal, name), snapshots)))
+            rows.append(_row(name, waveform, _victim_result(_impaired(ideal, name), snapshots)))
         progress(f"impairments, {waveform}", len(names), len(names))
     return tuple(rows)
 
@@ -139,8 +139,8 @@ def _impaired(study: Study, name: str) -> Study:
     return replace(study, radars=tuple(IMPAIRMENTS[name](radar) for radar in study.radars))
 
 
-def _seen(study: Study, snapshots: Sequence[PropagationPaths]) -> VictimResult:
-    """What the victim hears and claims; paths carry no radars, so they are traced once."""
+def _victim_result(study: Study, snapshots: Sequence[PropagationPaths]) -> VictimResult:
+    """Result of the victim on paths that are traced once, since they do not contain radars."""
     scene = scene_of(study)
     victim = scene.radar_index(VICTIM)
     return simulate_victim(study, scene, schedules_of(study), snapshots, victim=victim)

@@ -1,4 +1,4 @@
-"""What each mechanism of the channel adds to a scene, transmitter by receiver."""
+"""Share of each mechanism of the channel in the received power, for all pairs of radars."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from polychirp.model.scene import Scene
 from polychirp.synthesis.links.links import links_between
 
 BAND: Final = (78.5e9, 79.5e9)
-"""Hz, over which powers are averaged: the paper's sweep."""
+"""Band over which powers are averaged, Hz: the sweep of the paper."""
 
 NUM_FREQUENCIES: Final = 512
-"""In the band: enough for paths of 75 m."""
+"""Number of frequencies in the band, enough for paths of 75 m."""
 
 Variant = Callable[[Composite, Scene], tuple[Composite, Scene]]
 
@@ -41,20 +41,21 @@ VARIANTS: Final[Mapping[str, Variant]] = {
     "diffuse": lambda tracer, scene: (replace(tracer, diffuse=False), scene),
     "trees": _treeless,
 }
-"""How to do without each mechanism; without transmission, panes and bumpers block."""
+"""Tracer and scene without each mechanism, by its name; without transmission, panes and bumpers
+block."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Mechanisms:
-    """Powers in the front ends' bands, ``(transmitter, receiver)``.
+    """Powers at the front ends, averaged over `BAND`, ``(transmitter, receiver)``.
 
     Parameters
     ----------
-    radars : their names
-    power : W, of everything, at the first element
-    share : of every variant, the mean power of the field that a mechanism adds (with it minus
-        without), over that of everything; above 1 where it takes away. NaN where nothing arrives
-    num_paths : of everything, ``(transmitter, receiver)``
+    radars : names
+    power : W, with all mechanisms, at the first element
+    share : mean power of the field that a mechanism adds (with it minus without it), relative to
+        ``power``; it may be above 1, if fields cancel. NaN if no power is received
+    num_paths : number of paths with all mechanisms, ``(transmitter, receiver)``
     """
 
     radars: tuple[str, ...]
@@ -64,7 +65,7 @@ class Mechanisms:
 
 
 def compare_mechanisms(scene: Scene, tracer: Composite) -> Mechanisms:
-    """Trace a scene with everything, and once without each mechanism.
+    """Trace a scene with all mechanisms, and once without each.
 
     Examples
     --------
@@ -97,7 +98,7 @@ def compare_mechanisms(scene: Scene, tracer: Composite) -> Mechanisms:
 
 
 def _responses(scene: Scene, paths: PropagationPaths) -> ComplexArray:
-    """√W of every pair over the band, antennas and front ends included: ``(…, frequency)``."""
+    """Response of every pair with antennas, √W, ``(transmitter, receiver, frequency)``."""
     frequency = np.linspace(*BAND, NUM_FREQUENCIES)
     size = len(scene.radars)
     out = np.zeros((size, size, NUM_FREQUENCIES), dtype=np.complex128)

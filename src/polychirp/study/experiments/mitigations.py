@@ -1,10 +1,10 @@
-"""What receive-side mitigation does to one and the same frame, between nothing and an oracle."""
+"""Methods of mitigation on one frame, compared with no mitigation and with a clean oracle."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -13,7 +13,6 @@ from polychirp.axes import ComplexArray, FloatArray, axes_of
 from polychirp.model.baseband import Progress, no_progress
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame, IfParts
-from polychirp.model.paths import PropagationPaths
 from polychirp.receiver.attribution import part_amplitudes
 from polychirp.receiver.chain import Receiver
 from polychirp.receiver.mitigation import (
@@ -48,38 +47,38 @@ METHODS: Final[Mapping[str, AnyMitigation | None]] = {
     "STFT excision": StftExcision(),
     "STFT excision, levelled": StftExcision(cells="levelled"),
 }
-"""By name: what the receiver does."""
+"""Mitigation of the receiver, by name."""
 
 ORACLE: Final = "clean oracle"
-"""Knows the frame's parts, and takes out exactly what other radars put in: no receiver can."""
+"""Name of the receiver that removes exactly the interference, since it knows the parts of the
+frame; no real receiver can."""
 
 SCENARIOS: Final[Mapping[str, tuple[str, str]]] = {
     "C, direct": ("vehicle-2", "vehicle-4"),
     "B, indirect": ("vehicle-1", "vehicle-3"),
 }
-"""Scenarios of the paper: victim and interferer."""
+"""Victim and interferer of scenarios of the paper."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MitigationRow:
-    """What one method made of a frame.
+    """Result of one method on a frame.
 
-    Of several targets that the oracle finds, the one that fares worst counts; NaN where it finds
-    none.
+    Values are those of the worst of the targets that the oracle detects; NaN if it detects none.
 
     Parameters
     ----------
-    scenario, method : which
-    sinr_db : own echo over noise and interference in the target's cell, after mitigation
-    evm : error of the target's complex amplitude over what it is for the oracle
-    floor_rise_db : of the range spectra over thermal noise
-    ghosts : detections where nothing is, that interference or the front end made
-    others : further detections where nothing is
-    echoes : detections that are real echoes of something else than the targets
-    missed : targets
-    lost : share of the samples that no longer count
-    touched_clean : share of the samples that the method changes where there is no interference
-    loss_clean_db : of SINR, there
+    scenario, method : names
+    sinr_db : own echo over noise and interference in the cell of the target, after mitigation
+    evm : error of the complex amplitude of the target, relative to that of the oracle
+    floor_rise_db : rise of the range spectra over thermal noise
+    ghosts : number of false detections from interference or the front end
+    others : number of further false detections
+    echoes : number of detections that are echoes of other bodies than the targets
+    missed : number of targets that were missed
+    lost : share of the samples that have no weight after mitigation
+    touched_clean : share of the samples that the method changes in a frame without interference
+    loss_clean_db : loss of SINR in that frame
     """
 
     scenario: str
@@ -99,7 +98,7 @@ class MitigationRow:
 def compare_paper_mitigations(
     *, seed: int = 1, progress: Progress = no_progress
 ) -> tuple[MitigationRow, ...]:
-    """Scenarios C and B of the paper under diverse waveforms, every method on the same frame."""
+    """Every method on one frame each of scenarios C and B of the paper, with diverse waveforms."""
     rows: list[MitigationRow] = []
     for scenario, radars in SCENARIOS.items():
         study = replace(paper_study("diverse", radars=radars, seed=seed), victims=radars[:1])
@@ -127,38 +126,46 @@ def compare_mitigations(
 
 
 class _Bench:
-    """One frame, with interference and without, on which methods are tried."""
+    """One frame, with interference and without, on which methods are compared."""
 
     def __init__(self, study: Study, progress: Progress) -> None:
         self.study = study
         self.scene = scene_of(study)
         self.victim = self.scene.radar_index((study.victims or (study.radars[0].name,))[0])
-        self.snapshots = _snapshots(study, self.victim, progress)
+        schedules = schedules_of(study)
+        self.snapshots = trace_frame(
+            study.tracer,
+            self.scene,
+            [schedules[self.victim]],
+            refresh_interval=study.refresh_interval,
+            receivers=[self.victim],
+            progress=progress,
+        )
         streams = Streams(study.seed)
         self.frame, self.parts = synthesize(
             Oscillating(inner=Stretch(), streams=streams),
             self.scene,
-            schedules_of(study),
+            schedules,
             self.snapshots,
             victim=self.victim,
             interferers=None,
             streams=streams,
         )
         alone = without_interference(self.parts)
-        self.clean = self._judged(None, self.frame.with_samples(alone.total()), alone)
-        self.cells = chosen(self.clean.detections, self.clean.score.target_detection)
+        self.clean = self._receive(None, self.frame.with_samples(alone.total()), alone)
+        self.cells = select(self.clean.detections, self.clean.score.target_detection)
         self.own, self.rest = self._amplitudes(None, self.clean)
 
     def row(self, scenario: str, name: str, mitigation: AnyMitigation | None) -> MitigationRow:
-        seen = self._judged(mitigation, self.frame, self.parts)
-        heard = mitigated(mitigation, seen.frame)
+        result = self._receive(mitigation, self.frame, self.parts)
+        treated = mitigated(mitigation, result.frame)
         untouched = mitigated(mitigation, self.clean.frame)
         own, rest = self._amplitudes(mitigation, self.clean)
         loss = to_db(signal_to_disturbance(self.own, self.rest) / signal_to_disturbance(own, rest))
-        present = seen.frame.times.is_sample
+        present = result.frame.times.is_sample
         return replace(
-            self._outcome(scenario, name, mitigation, seen),
-            lost=float(1.0 - np.mean(heard.weight[present])),
+            self._outcome(scenario, name, mitigation, result),
+            lost=float(1.0 - np.mean(treated.weight[present])),
             touched_clean=share_touched(
                 self.clean.frame.samples, untouched.samples, untouched.weight, present
             ),
@@ -169,10 +176,10 @@ class _Bench:
         return self._outcome(scenario, ORACLE, None, self.clean)
 
     def _outcome(
-        self, scenario: str, name: str, mitigation: AnyMitigation | None, seen: VictimResult
+        self, scenario: str, name: str, mitigation: AnyMitigation | None, result: VictimResult
     ) -> MitigationRow:
-        own, rest = self._amplitudes(mitigation, seen)
-        score = seen.score
+        own, rest = self._amplitudes(mitigation, result)
+        score = result.score
         made = sum(score.nature[n] in ("direct", "indirect", "front-end") for n in score.ghosts)
         return MitigationRow(
             scenario=scenario,
@@ -192,7 +199,7 @@ class _Bench:
     def _receiver(self, mitigation: AnyMitigation | None) -> Receiver:
         return replace(self.study.receiver, mitigation=mitigation)
 
-    def _judged(
+    def _receive(
         self, mitigation: AnyMitigation | None, frame: IfFrame, parts: IfParts
     ) -> VictimResult:
         return receive_and_score(
@@ -206,39 +213,25 @@ class _Bench:
         )
 
     def _amplitudes(
-        self, mitigation: AnyMitigation | None, seen: VictimResult
+        self, mitigation: AnyMitigation | None, result: VictimResult
     ) -> tuple[ComplexArray, ComplexArray]:
-        """Own echo, and all else, in the cells of the targets: ``(target, ramp)`` each."""
-        amplitude = part_amplitudes(self._receiver(mitigation), seen.frame, seen.parts, self.cells)
-        is_own = np.isin(seen.parts.names, ("echo", "multipath"))
+        """Own echo, and the rest, in the cells of the targets, ``(target, ramp)``."""
+        amplitude = part_amplitudes(
+            self._receiver(mitigation), result.frame, result.parts, self.cells
+        )
+        is_own = np.isin(result.parts.names, ("echo", "multipath"))
         return amplitude[:, is_own].sum(axis=1), amplitude[:, ~is_own].sum(axis=1)
 
 
-def _snapshots(study: Study, victim: int, progress: Progress) -> tuple[PropagationPaths, ...]:
-    plans = schedules_of(study)
-    return trace_frame(
-        study.tracer,
-        scene_of(study),
-        [plans[victim]],
-        refresh_interval=study.refresh_interval,
-        receivers=[victim],
-        progress=progress,
-    )
-
-
 def without_interference(parts: IfParts) -> IfParts:
-    """The parts that the radar would have alone: what the clean oracle leaves."""
+    """Parts without interference, as the clean oracle has them."""
     kept = [n for n, name in enumerate(parts.names) if name not in ("direct", "indirect")]
     return replace(parts, samples=parts.samples[kept], names=tuple(parts.names[n] for n in kept))
 
 
-def chosen(detections: Detections, numbers: Sequence[int]) -> Detections:
-    """Some of the detections."""
-    few = {
-        field.name: getattr(detections, field.name)[list(numbers)]
-        for field in fields(Detections)
-        if field.name in axes_of(Detections)
-    }
+def select(detections: Detections, numbers: Sequence[int]) -> Detections:
+    """Detections with these numbers."""
+    few = {name: getattr(detections, name)[list(numbers)] for name in axes_of(Detections)}
     return replace(detections, **few)
 
 

@@ -16,6 +16,8 @@ from polychirp.errors import InputError, RunError
 from polychirp.scoring.ghosts import Nature
 
 if TYPE_CHECKING:
+    from polychirp.model.score import Score
+    from polychirp.model.truth import Truth
     from polychirp.study.trial import Trial, VictimResult
 
 NATURES: Final = tuple(nature.value for nature in Nature)
@@ -86,21 +88,17 @@ def victim_records(trial: Trial) -> tuple[VictimRecord, ...]:
 
 
 def _record(victim: VictimResult) -> VictimRecord:
-    truth, score = victim.truth, victim.score
+    def values(noun: Truth | Score, *names: str) -> dict[str, Any]:
+        return {name: tuple(getattr(noun, name).tolist()) for name in names}
+
+    errors = ("range_error", "range_rate_error", "azimuth_error")
     return VictimRecord(
         name=victim.name,
-        target=truth.name,
-        is_visible=tuple(truth.is_visible.tolist()),
-        is_detected=tuple(score.is_detected.tolist()),
-        range=tuple(truth.range.tolist()),
-        range_rate=tuple(truth.range_rate.tolist()),
-        azimuth=tuple(truth.azimuth.tolist()),
-        range_error=tuple(score.range_error.tolist()),
-        range_rate_error=tuple(score.range_rate_error.tolist()),
-        azimuth_error=tuple(score.azimuth_error.tolist()),
-        sinr=tuple(score.sinr.tolist()),
-        claims=tuple(score.nature.count(nature) for nature in NATURES),
-        floor_rise=float(score.floor_rise),
+        target=victim.truth.name,
+        **values(victim.truth, "is_visible", "range", "range_rate", "azimuth"),
+        **values(victim.score, "is_detected", *errors, "sinr"),
+        claims=tuple(victim.score.nature.count(nature) for nature in NATURES),
+        floor_rise=float(victim.score.floor_rise),
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Final, Literal
 
 from polychirp.axes import Axes, FloatArray, seal
@@ -148,60 +148,38 @@ def paper_claims(*, radar_1: str, radar_2: str) -> tuple[PaperClaim, ...]:
     >>> [claim.figure for claim in paper_claims(radar_1="v1", radar_2="v2")]
     ['9a', '9b', '10a', '10b', '11a', '11b']
     """
-    behind, ahead = (6.5, 9.15), (12.6, 13.65)
+    texts = {
+        "9a": "targets 3 and 4 found at 9.15 m and 6.5 m",
+        "9b": "target 2 and vehicle 4 found at 12.6 m and 13.65 m",
+        "10a": "two targets and two false targets, made by radar 3",
+        "10b": "two targets, no false target",
+        "11a": "two targets, and a false one at 6.6 m that is stronger than both",
+        "11b": "two targets at 12.6 m and 13.65 m, no false target",
+    }
+
+    def claim(figure: str, scenario: Scenario, waveform: WaveformKind) -> PaperClaim:
+        is_first = figure in ("9a", "10a", "10b")
+        return PaperClaim(
+            figure=figure,
+            scenario=scenario,
+            radar=radar_1 if is_first else radar_2,
+            waveform=waveform,
+            text=texts[figure],
+            target_ranges_m=(6.5, 9.15) if is_first else (12.6, 13.65),
+        )
+
     return (
-        PaperClaim(
-            figure="9a",
-            scenario="A",
-            radar=radar_1,
-            waveform="conventional",
-            text="targets 3 and 4 found at 9.15 m and 6.5 m",
-            target_ranges_m=behind,
-        ),
-        PaperClaim(
-            figure="9b",
-            scenario="A",
-            radar=radar_2,
-            waveform="conventional",
-            text="target 2 and vehicle 4 found at 12.6 m and 13.65 m",
-            target_ranges_m=ahead,
-        ),
-        PaperClaim(
-            figure="10a",
-            scenario="B",
-            radar=radar_1,
-            waveform="conventional",
-            text="two targets and two false targets, made by radar 3",
-            target_ranges_m=behind,
-            num_ghosts=2,
-        ),
-        PaperClaim(
-            figure="10b",
-            scenario="B",
-            radar=radar_1,
-            waveform="diverse",
-            text="two targets, no false target",
-            target_ranges_m=behind,
-        ),
-        PaperClaim(
-            figure="11a",
-            scenario="C",
-            radar=radar_2,
-            waveform="conventional",
-            text="two targets, and a false one at 6.6 m that is stronger than both",
-            target_ranges_m=ahead,
+        claim("9a", "A", "conventional"),
+        claim("9b", "A", "conventional"),
+        replace(claim("10a", "B", "conventional"), num_ghosts=2),
+        claim("10b", "B", "diverse"),
+        replace(
+            claim("11a", "C", "conventional"),
             num_ghosts=1,
             ghost_ranges_m=(6.6,),
             is_ghost_strongest=True,
         ),
-        PaperClaim(
-            figure="11b",
-            scenario="C",
-            radar=radar_2,
-            waveform="diverse",
-            text="two targets at 12.6 m and 13.65 m, no false target",
-            target_ranges_m=ahead,
-        ),
+        claim("11b", "C", "diverse"),
     )
 
 

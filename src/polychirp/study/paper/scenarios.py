@@ -86,8 +86,8 @@ class Case:
     victim: str
     interferers: tuple[str, ...]
     waveform: WaveformKind
-    synchronous: bool
-    mitigation: Mitigation
+    synchronous: bool = True
+    mitigation: Mitigation = "none"
     antenna: Antenna = "table 2"
 
 
@@ -100,39 +100,21 @@ def paper_cases() -> Iterator[Case]:
         ("C", "vehicle-2", ("vehicle-4",)),
     ]
     mitigations: tuple[Mitigation, ...] = ("none", "blanking")
+
+    def case(pair: tuple[Scenario, str, tuple[str, ...]], waveform: WaveformKind) -> Case:
+        scenario, victim, interferers = pair
+        return Case(scenario=scenario, victim=victim, interferers=interferers, waveform=waveform)
+
     for pair, synchronous, waveform, mitigation in product(
         pairs, (True, False), WAVEFORMS, mitigations
     ):
-        scenario, victim, interferers = pair
-        yield Case(
-            scenario=scenario,
-            victim=victim,
-            interferers=interferers,
-            waveform=waveform,
-            synchronous=synchronous,
-            mitigation=mitigation,
-        )
-    radars = tuple(TARGETS_OF_RADAR)
+        yield replace(case(pair, waveform), synchronous=synchronous, mitigation=mitigation)
     both: tuple[WaveformKind, ...] = ("conventional", "diverse")
-    for (scenario, victim, interferers), waveform in product((pairs[1], pairs[3]), both):
-        yield Case(
-            scenario=scenario,
-            victim=victim,
-            interferers=interferers,
-            waveform=waveform,
-            synchronous=True,
-            mitigation="none",
-            antenna="consistent",
-        )
+    for pair, waveform in product((pairs[1], pairs[3]), both):
+        yield replace(case(pair, waveform), antenna="consistent")
+    radars = tuple(TARGETS_OF_RADAR)
     for waveform, victim in product(both, radars):
-        yield Case(
-            scenario="all",
-            victim=victim,
-            interferers=tuple(name for name in radars if name != victim),
-            waveform=waveform,
-            synchronous=True,
-            mitigation="none",
-        )
+        yield case(("all", victim, tuple(name for name in radars if name != victim)), waveform)
 
 
 def paper_study(

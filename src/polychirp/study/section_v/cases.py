@@ -420,7 +420,7 @@ def run_correlation(
         There are fewer than two draws.
     """
     if num_seeds < 2:
-        raise InputError(f"{num_seeds} draws give no interval; use 2 or more")
+        raise InputError("an interval needs two draws or more")
     radio = radio or Transceiver()
     cases = list(correlation_cases())
     rows = []
