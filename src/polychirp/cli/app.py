@@ -24,6 +24,7 @@ VERBS: Final = (
     "correlate",
     "paper",
     "view",
+    "warm-up",
 )
 """In the order of the help; a verb without a module is not offered."""
 
@@ -71,7 +72,7 @@ def build_parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action=Version, nargs=0, help="print the version")
     subparsers = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=Parser)
     for verb in VERBS:
-        name = f"polychirp.cli.{verb}"
+        name = f"polychirp.cli.{verb.replace('-', '_')}"
         if find_spec(name) is not None:
             module = import_module(name)
             module.add_parser(subparsers)

@@ -45,11 +45,14 @@ def run(arguments: argparse.Namespace) -> int:
     for parent in (folder, *folder.parents):
         if parent.exists() and not parent.is_dir():
             raise InputError(f"--out: '{parent}' is a file; name a folder")
-    from polychirp.report.paper import write_paper
-    from polychirp.study.paper.scenarios import run_paper
+    from polychirp.study.kernel_parts import OF_PAPER, compile_parts
 
-    started = time.perf_counter()
     with progress_bar("paper") as progress:
+        compile_parts(OF_PAPER, progress=progress)
+        from polychirp.report.paper import write_paper
+        from polychirp.study.paper.scenarios import run_paper
+
+        started = time.perf_counter()
         results = run_paper(seed=arguments.seed, progress=progress)
         statistics = _statistics(folder / "statistics", seed=arguments.seed, progress=progress)
         results = replace(results, statistics=statistics, wall_time_s=time.perf_counter() - started)

@@ -26,6 +26,7 @@ from polychirp.receiver.mimo import (
 )
 from polychirp.rng import Streams
 from polychirp.scoring.compare import compare
+from polychirp.study.kernel_parts import compile_parts, parts_of
 from polychirp.study.random_draw import drawn
 from polychirp.study.spec import (
     Study,
@@ -76,6 +77,7 @@ class Trial:
 
 def run_trial(study: Study, *, progress: Progress = silent) -> Trial:
     """Run a study once: traffic, scene, ramps, paths, samples, detections, score."""
+    compile_parts(parts_of(study), progress=progress)
     study = drawn(study)
     scene = scene_of(study)
     plans = schedules(study)

@@ -258,10 +258,11 @@ class Obstacles:
             return np.zeros(0, dtype=np.bool_)
         start = self.place[radar]
         spheres = np.column_stack([self.boxes.centre, self.boxes.radius])
+        # copies that can be written: sealed and sliced arrays would be types of their own
         hidden = _hidden(
             start,
-            np.ascontiguousarray(end),
-            radar,
+            np.array(end, order="C"),
+            np.array(radar),
             np.stack([self.carrier[radar], spared], axis=-1),
             self.boxes,
             spheres,

@@ -1,0 +1,97 @@
+"""Parts of the kernels that studies need, and their compilation before a study runs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from functools import cache
+from typing import TYPE_CHECKING, Final
+
+from polychirp.kernel_cache import Compiled, Part, Progress, cache_folder, compile_ahead, missing
+
+if TYPE_CHECKING:
+    from polychirp.study.spec import Study
+
+WORKER: Final = "polychirp.study.warm_up"
+"""Module that compiles the parts."""
+
+PARTS: Final = {
+    part.name: part
+    for part in (
+        Part(name="receiver", duration=30.0, kernels=40),
+        Part(name="synthesis", duration=25.0, kernels=25),
+        Part(name="visibility", duration=25.0, kernels=25),
+        Part(name="edges", duration=25.0, kernels=25),
+        Part(name="facets", duration=35.0, kernels=35),
+        Part(name="bounces", duration=45.0, kernels=40),
+        Part(name="point vehicles", duration=5.0, kernels=5),
+    )
+}
+"""All parts: durations and numbers as measured on Zen 4, for the announcement alone."""
+
+OF_PAPER: Final = (
+    "receiver",
+    "synthesis",
+    "visibility",
+    "edges",
+    "facets",
+    "bounces",
+)
+"""Parts that the paper's scenarios need."""
+
+_ANY_TRIAL: Final = ("receiver", "synthesis", "visibility")
+_STREET: Final = ("edges", "facets", "bounces")
+_OF_TRACER: Final = {
+    "free-space": (),
+    "point-vehicles": ("point vehicles",),
+    "sionna": (),
+}
+"""Parts for a tracer's paths; those of all mechanisms for a tracer that is not listed."""
+
+
+def parts_of(study: Study) -> tuple[str, ...]:
+    """Names of the parts that a trial of this study needs.
+
+    >>> from polychirp.study.paper.scenarios import paper_study
+    >>> parts_of(paper_study("diverse"))
+    ('receiver', 'synthesis', 'visibility', 'edges', 'facets', 'bounces')
+    """
+    return (*_ANY_TRIAL, *_OF_TRACER.get(study.tracer.kind, _STREET))
+
+
+def parts_of_rcs(*, max_bounces: int) -> tuple[str, ...]:
+    """Names of the parts that the radar cross section of a mesh needs."""
+    return ("visibility", "facets", *(["bounces"] if max_bounces > 1 else []))
+
+
+def parts_of_all(studies: Iterable[Study]) -> tuple[str, ...]:
+    """Names of the parts that any of these studies needs."""
+    return tuple(dict.fromkeys(name for study in studies for name in parts_of(study)))
+
+
+def compile_parts(names: Sequence[str], *, progress: Progress | None = None) -> Compiled:
+    """Compile what the cache does not have of these parts; `compile_ahead` says how.
+
+    The cache is looked at once for each set of names in a process.
+    """
+    key = tuple(names)
+    if key in _known():
+        return Compiled(folder=cache_folder())
+    done = compile_ahead([PARTS[name] for name in names], worker=WORKER, progress=progress)
+    _known().add(key)
+    return done
+
+
+def compile_all(*, progress: Progress | None = None) -> Compiled:
+    """Compile what the cache does not have of all parts."""
+    return compile_parts(tuple(PARTS), progress=progress)
+
+
+def missing_parts() -> tuple[str, ...]:
+    """Names of the parts that the cache does not have."""
+    return missing(tuple(PARTS))
+
+
+@cache
+def _known() -> set[tuple[str, ...]]:
+    """Sets of parts that this process found, or made."""
+    return set()
