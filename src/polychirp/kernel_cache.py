@@ -136,11 +136,16 @@ def _user_folder() -> Path:
     """Numba's folder for sources that lie where nothing can be written."""
     from numba.misc.appdirs import AppDirs
 
-    return Path(AppDirs(appname="numba", appauthor=False).user_cache_dir)
+    return Path(AppDirs(appname="numba", appauthor=False).user_cache_dir)  # type: ignore[no-untyped-call]
 
 
 def _note(text: str) -> None:
-    print(f"note: {text}", file=sys.stderr, flush=True)
+    _say(f"note: {text}")
+
+
+def _say(line: str) -> None:
+    sys.stderr.write(f"{line}\n")
+    sys.stderr.flush()
 
 
 # ── the stamp ─────────────────────────────────────────────────────────────────
@@ -169,7 +174,7 @@ def stamp_path() -> Path:
 
 @cache
 def _machine() -> str:
-    import llvmlite.binding as llvm
+    import llvmlite.binding as llvm  # type: ignore[import-untyped]
 
     options = {
         name: value
@@ -195,13 +200,8 @@ def _hash(text: str) -> str:
 
 def source_hash() -> str:
     """Hash of the names, sizes and times of all sources of the package."""
-    rows = []
-    for folder, _, names in os.walk(PACKAGE):
-        for name in names:
-            if name.endswith(".py"):
-                found = os.stat(os.path.join(folder, name))
-                rows.append((folder, name, found.st_size, found.st_mtime_ns))
-    return _hash(repr(sorted(rows)))
+    found = [(path, path.stat()) for path in PACKAGE.rglob("*.py")]
+    return _hash(repr(sorted((str(p), stat.st_size, stat.st_mtime_ns) for p, stat in found)))
 
 
 def read_stamp() -> Stamp | None:
@@ -364,11 +364,7 @@ def _announce(parts: Sequence[Part], total: int) -> None:
     share = max(part.duration for part in parts)
     duration = max(work / min(num_cores(), len(parts), MOST_WORKERS), share)
     if duration > ANNOUNCED:
-        print(
-            f"polychirp: compiling {total} kernels, once; about {duration:.0f} s",
-            file=sys.stderr,
-            flush=True,
-        )
+        _say(f"polychirp: compiling {total} kernels, once; about {duration:.0f} s")
 
 
 def _run(parts: Sequence[Part], worker: str) -> Iterator[tuple[str, Any]]:
@@ -481,7 +477,7 @@ def _compile_each_once(locks: Path, files: dict[str, str], tell: Callable[[str],
         if isinstance(cache, NullCache):
             return original(self, signature)
         module, kernel = self.py_func.__module__, self.py_func.__qualname__
-        index = os.path.join(cache.cache_path, cache._cache_file._index_name)
+        index = str(Path(cache.cache_path) / cache._cache_file._index_name)
         with _locked(locks / _hash(index)):
             before = sum(self._cache_misses.values())
             entry = original(self, signature)
@@ -490,7 +486,7 @@ def _compile_each_once(locks: Path, files: dict[str, str], tell: Callable[[str],
         files[index] = module
         return entry
 
-    Dispatcher.compile = compile_once
+    Dispatcher.compile = compile_once  # type: ignore[method-assign, assignment]
 
 
 _HELD: Final[dict[Path, int]] = {}

@@ -81,15 +81,13 @@ def compiled(*parts, **options):
 
 def test_workers_compile_every_kernel_once_and_a_second_call_nothing(toy, capsys):
     steps = []
-    done = compiled(ONE, TWO, progress=lambda what, done, total: steps.append((done, total)))
+    done = compiled(ONE, TWO, progress=lambda _, *step: steps.append(step))
     names = [name.rpartition(".")[2] for name in done.kernels]
     assert sorted(names) == ["first", "leaf", "second"]
     assert sorted(done.parts) == ["one", "two"]
     assert (steps[0], steps[-1]) == ((0, 4), (4, 4))
-    said = capsys.readouterr().err.splitlines()
-    assert (
-        sum(line.startswith("polychirp: compiling 4 kernels, once; about ") for line in said) == 1
-    )
+    said = capsys.readouterr().err
+    assert said.count("polychirp: compiling 4 kernels, once; about ") == 1
     assert missing(["one", "two"]) == ()
     again = compiled(ONE, TWO)
     assert (again.parts, again.kernels) == ((), ())
@@ -145,7 +143,7 @@ def test_nothing_is_compiled_where_numba_may_not(toy, monkeypatch):
 
 
 def test_a_folder_that_cannot_be_written_is_replaced_and_noted_once(toy, monkeypatch, capsys):
-    monkeypatch.setattr(kernel_cache, "_is_writable", lambda folder: False)
+    monkeypatch.setattr(kernel_cache, "_is_writable", lambda _: False)
     folder = kernel_cache.cache_folder()
     assert folder.is_dir()
     assert os.environ["NUMBA_CACHE_DIR"] == str(folder)
