@@ -18,6 +18,7 @@ import hashlib
 import json
 import os
 import platform
+import re
 import shutil
 import subprocess
 import sys
@@ -107,18 +108,18 @@ def cache_folder() -> Path:
     given = os.environ.get("NUMBA_CACHE_DIR")
     if given and not _is_writable(Path(given)):
         _note(f"NUMBA_CACHE_DIR={given} cannot be written; kernels are kept elsewhere")
-    candidates = [*([Path(given)] if given else []), PACKAGE / "__pycache__", _user_folder()]
-    for folder in candidates:
-        if _is_writable(folder):
-            return folder
+    for candidate in _candidates():
+        if _is_writable(candidate):
+            return candidate
+    tried = ", ".join(map(str, _candidates()))
     folder = Path(tempfile.mkdtemp(prefix="polychirp-kernels-"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     os.environ["NUMBA_CACHE_DIR"] = str(folder)
     if "numba" in sys.modules:
         sys.modules["numba"].config.CACHE_DIR = str(folder)
     _note(
-        f"no cache folder can be written ({', '.join(map(str, candidates))}); kernels are compiled "
-        "anew by every command; NUMBA_CACHE_DIR=FOLDER names a folder to keep them in"
+        f"no cache folder can be written ({tried}); kernels are compiled anew by every command; "
+        "NUMBA_CACHE_DIR=FOLDER names a folder to keep them in"
     )
     return folder
 
@@ -132,11 +133,15 @@ def _is_writable(folder: Path) -> bool:
     return True
 
 
-def _user_folder() -> Path:
-    """Numba's folder for sources that lie where nothing can be written."""
-    from numba.misc.appdirs import AppDirs
+def _candidates() -> Iterator[Path]:
+    """Numba's folders in its order; the user's is for sources where nothing can be written."""
+    given = os.environ.get("NUMBA_CACHE_DIR")
+    if given:
+        yield Path(given)
+    yield PACKAGE / "__pycache__"
+    from numba.misc.appdirs import AppDirs  # slow, so late
 
-    return Path(AppDirs(appname="numba", appauthor=False).user_cache_dir)  # type: ignore[no-untyped-call]
+    yield Path(AppDirs(appname="numba", appauthor=False).user_cache_dir)  # type: ignore[no-untyped-call]
 
 
 def _note(text: str) -> None:
@@ -266,7 +271,7 @@ def kernel_modules() -> dict[str, str]:
     for path in PACKAGE.rglob("*.py"):
         inner = path.relative_to(PACKAGE.parent).with_suffix("").parts
         texts[".".join(inner)] = path.read_text(encoding="utf-8")
-    has_kernels = {n for n, text in texts.items() if any(mark in text for mark in _MARKS)}
+    has_kernels = {name for name, text in texts.items() if _DECORATED.search(text)}
     own = {name: _hash(text) for name, text in texts.items()}
     taken = {
         name: {
@@ -279,7 +284,7 @@ def kernel_modules() -> dict[str, str]:
     return {name: _hash("".join(own[n] for n in sorted(_reach(name, taken)))) for name in taken}
 
 
-_MARKS: Final = ("@njit", "@compiled", "@inlined")
+_DECORATED: Final = re.compile(r"^@(njit|compiled|inlined)\b", re.MULTILINE)
 """Decorators of kernels in the sources."""
 
 
