@@ -316,7 +316,8 @@ def compile_ahead(
 ) -> Compiled:
     """Compile those parts that the cache does not have, in worker processes.
 
-    Programs that want the same kernels at the same time wait for each other. If a worker fails, a
+    Workers take the parts in their order: those that others build upon should come first. Programs
+    that want the same kernels at the same time wait for each other. If a worker fails, a
     note says so, and its kernels are compiled where they are needed.
 
     Parameters
@@ -375,7 +376,7 @@ def _announce(parts: Sequence[Part], total: int) -> None:
 def _run(parts: Sequence[Part], worker: str) -> Iterator[tuple[str, Any]]:
     """What workers report: a kernel, a part with its cache files, or a failure."""
     count = min(num_cores(), len(parts), MOST_WORKERS)
-    ahead = deque(part.name for part in sorted(parts, key=lambda part: -part.duration))
+    ahead = deque(part.name for part in parts)
     news: SimpleQueue[tuple[_Worker, str]] = SimpleQueue()
     locks = tempfile.mkdtemp(prefix="polychirp-locks-")
     workers = [_Worker(worker, locks, news) for _ in range(count)]

@@ -18,28 +18,31 @@ PARTS: Final = {
     part.name: part
     for part in (
         Part(name="receiver", duration=30.0, kernels=40),
-        Part(name="synthesis", duration=25.0, kernels=25),
         Part(name="visibility", duration=25.0, kernels=25),
-        Part(name="edges", duration=25.0, kernels=25),
-        Part(name="facets", duration=35.0, kernels=35),
         Part(name="bounces", duration=45.0, kernels=40),
+        Part(name="facets", duration=35.0, kernels=35),
+        Part(name="synthesis", duration=25.0, kernels=25),
+        Part(name="edges", duration=25.0, kernels=25),
+        Part(name="attribution", duration=10.0, kernels=5),
         Part(name="point vehicles", duration=5.0, kernels=5),
     )
 }
-"""All parts: durations and numbers as measured on Zen 4, for the announcement alone."""
+"""All parts, in the order in which they are compiled: bounces and facets need what visibility has.
+Durations and numbers as measured on Zen 4; only the announcement and the progress use them."""
 
 OF_PAPER: Final = (
     "receiver",
-    "synthesis",
     "visibility",
-    "edges",
-    "facets",
     "bounces",
+    "facets",
+    "synthesis",
+    "edges",
+    "attribution",
 )
 """Parts that the paper's scenarios need."""
 
-_ANY_TRIAL: Final = ("receiver", "synthesis", "visibility")
-_STREET: Final = ("edges", "facets", "bounces")
+_ANY_TRIAL: Final = ("receiver", "visibility", "synthesis", "attribution")
+_STREET: Final = ("bounces", "facets", "edges")
 _OF_TRACER: Final = {
     "free-space": (),
     "point-vehicles": ("point vehicles",),
@@ -53,19 +56,23 @@ def parts_of(study: Study) -> tuple[str, ...]:
 
     >>> from polychirp.study.paper.scenarios import paper_study
     >>> parts_of(paper_study("diverse"))
-    ('receiver', 'synthesis', 'visibility', 'edges', 'facets', 'bounces')
+    ('receiver', 'visibility', 'bounces', 'facets', 'synthesis', 'edges', 'attribution')
     """
-    return (*_ANY_TRIAL, *_OF_TRACER.get(study.tracer.kind, _STREET))
+    return _ordered((*_ANY_TRIAL, *_OF_TRACER.get(study.tracer.kind, _STREET)))
 
 
 def parts_of_rcs(*, max_bounces: int) -> tuple[str, ...]:
     """Names of the parts that the radar cross section of a mesh needs."""
-    return ("visibility", "facets", *(["bounces"] if max_bounces > 1 else []))
+    return _ordered(("visibility", "facets", *(["bounces"] if max_bounces > 1 else [])))
 
 
 def parts_of_all(studies: Iterable[Study]) -> tuple[str, ...]:
     """Names of the parts that any of these studies needs."""
-    return tuple(dict.fromkeys(name for study in studies for name in parts_of(study)))
+    return _ordered([name for study in studies for name in parts_of(study)])
+
+
+def _ordered(names: Sequence[str]) -> tuple[str, ...]:
+    return tuple(name for name in PARTS if name in names)
 
 
 def compile_parts(names: Sequence[str], *, progress: Progress | None = None) -> Compiled:

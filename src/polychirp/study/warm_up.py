@@ -18,7 +18,7 @@ from polychirp.kernel_cache import serve
 if TYPE_CHECKING:
     from polychirp.channel.base import Part as Mechanism
     from polychirp.channel.scene.world import World
-    from polychirp.model.if_frame import IfFrame, IfParts
+    from polychirp.model.if_frame import IfFrame
     from polychirp.model.ramp import RampSchedule
     from polychirp.model.scene import Scene
     from polychirp.study.spec import Study
@@ -49,21 +49,48 @@ def _street() -> Scene:
 
 
 def receiver() -> None:
-    """Compile kernels of receivers, with frames of points in noise."""
+    """Compile kernels that find points, with points in noise, and with a recording's waveform."""
+    from polychirp.model.radar import Converter
+    from polychirp.receiver.alternatives.sawtooth_receiver import SawtoothReceiver
+    from polychirp.receiver.chain import Receiver
+    from polychirp.rng import Streams
+    from polychirp.waveform import Sawtooth
+
+    Receiver().detect(_frame())
+    waveform = Sawtooth(bandwidth=1e9, ramp_duration=1e-3)
+    frame = _frame_of_points(waveform.schedule(num_sweeps=16, streams=Streams(seed=1)))
+    SawtoothReceiver(highest_beat=0.4 * Converter().sample_rate).detect(frame)
+
+
+def attribution() -> None:
+    """Compile kernels that say what a detection is, and the map over range."""
+    from polychirp.model.detection import Detections
+    from polychirp.model.if_frame import IfParts
     from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
     from polychirp.receiver.attribution import floor_rise, part_powers, range_response
     from polychirp.receiver.chain import Receiver
-    from polychirp.study.spec import schedules
 
-    frame = _frame_of_points(schedules(_study())[0])
-    chain = Receiver()
-    found = chain.detect(frame)
-    parts = _parts_of(frame)
+    frame, chain = _frame(), Receiver()
+    none = np.zeros_like(frame.samples)
+    parts = IfParts(
+        samples=np.stack([frame.samples, none, none, none, none]),
+        names=("echo", "multipath", "direct", "indirect", "noise"),
+    )
+    one, time = np.ones(1), float(frame.schedule.start_time[0])
+    found = Detections(
+        time=time, range=6.0 * one, range_rate=0.0 * one, azimuth=0.0 * one, power=one, snr=one
+    )
     part_powers(chain, frame, parts, found)
     floor_rise(chain, frame, parts)
     range_response(chain, frame, parts)
     PaperReceiver().detect(frame)
-    _sawtooth()
+
+
+@cache
+def _frame() -> IfFrame:
+    from polychirp.study.spec import schedules
+
+    return _frame_of_points(schedules(_study())[0])
 
 
 def _frame_of_points(schedule: RampSchedule) -> IfFrame:
@@ -91,28 +118,6 @@ def _frame_of_points(schedule: RampSchedule) -> IfFrame:
         phases = np.exp(-2j * np.pi * draw.random(array.num_channels))
         samples += amplitude * phases[:, None, None] * signal
     return IfFrame(samples=samples * times.is_sample, times=times, schedule=schedule, array=array)
-
-
-def _parts_of(frame: IfFrame) -> IfParts:
-    from polychirp.model.if_frame import IfParts
-
-    none = np.zeros_like(frame.samples)
-    return IfParts(
-        samples=np.stack([frame.samples, none, none, none, none]),
-        names=("echo", "multipath", "direct", "indirect", "noise"),
-    )
-
-
-def _sawtooth() -> None:
-    """Compile the receiver of recordings."""
-    from polychirp.model.radar import Converter
-    from polychirp.receiver.alternatives.sawtooth_receiver import SawtoothReceiver
-    from polychirp.rng import Streams
-    from polychirp.waveform import Sawtooth
-
-    waveform = Sawtooth(bandwidth=1e9, ramp_duration=1e-3)
-    frame = _frame_of_points(waveform.schedule(num_sweeps=16, streams=Streams(seed=1)))
-    SawtoothReceiver(highest_beat=0.4 * Converter().sample_rate).detect(frame)
 
 
 # ── the synthesis ─────────────────────────────────────────────────────────────
@@ -210,11 +215,12 @@ def point_vehicles() -> None:
 
 PARTS: Final[Mapping[str, Callable[[], None]]] = {
     "receiver": receiver,
-    "synthesis": synthesis,
     "visibility": visibility,
-    "edges": edges,
-    "facets": facets,
     "bounces": bounces,
+    "facets": facets,
+    "synthesis": synthesis,
+    "edges": edges,
+    "attribution": attribution,
     "point vehicles": point_vehicles,
 }
 """Functions of the parts, by the names of `kernel_parts.PARTS`."""
