@@ -329,7 +329,8 @@ def compile_ahead(
     names = [part.name for part in parts]
     if not (is_enabled() and missing(names)):
         return Compiled(folder=cache_folder())
-    with _locked(stamp_path().with_suffix(".lock")):
+    waiting = "polychirp: another program compiles the kernels; waiting for it" if announce else ""
+    with _locked(stamp_path().with_suffix(".lock"), say=waiting):
         start = time.perf_counter()
         stamp = _current_stamp()
         wanted = [part for part in parts if not _is_there(stamp.parts.get(part.name))]
@@ -500,15 +501,23 @@ _HELD: Final[dict[Path, int]] = {}
 
 
 @contextmanager
-def _locked(path: Path) -> Iterator[None]:
-    """Hold a lock file; nothing is locked on systems without ``fcntl``."""
+def _locked(path: Path, *, say: str = "") -> Iterator[None]:
+    """Hold a lock file, and say something if that takes waiting.
+
+    Nothing is locked on systems without ``fcntl``.
+    """
     if path in _HELD or sys.platform == "win32":
         yield
         return
     import fcntl
 
     with path.open("w") as file:
-        fcntl.flock(file, fcntl.LOCK_EX)
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            if say:
+                _say(say)
+            fcntl.flock(file, fcntl.LOCK_EX)
         _HELD[path] = 1
         try:
             yield

@@ -77,12 +77,12 @@ class Trial:
 
 def run_trial(study: Study, *, progress: Progress = silent) -> Trial:
     """Run a study once: traffic, scene, ramps, paths, samples, detections, score."""
-    compile_parts(parts_of(study), progress=progress)
     study = drawn(study)
     scene = scene_of(study)
     plans = schedules(study)
     for number in victim_indices(study):
         code_blocks(plans[number])  # a code that cannot be told apart is refused before the work
+    compile_parts(parts_of(study), progress=progress)
     snapshots = trace_frame(
         study.tracer,
         scene,
