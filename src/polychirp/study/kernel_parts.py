@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Final
 
-from polychirp.kernel_cache import Compiled, Part, Progress, cache_folder, compile_ahead, missing
+from polychirp.kernel_cache import Compiled, Part, Progress, cache_folder, compile_ahead
 
 if TYPE_CHECKING:
     from polychirp.study.spec import Study
@@ -22,31 +22,29 @@ PARTS: Final = {
         Part(name="bounces", duration=45.0, kernels=40),
         Part(name="facets", duration=35.0, kernels=35),
         Part(name="synthesis", duration=25.0, kernels=25),
+        Part(name="bundles", duration=25.0, kernels=20),
         Part(name="edges", duration=25.0, kernels=25),
-        Part(name="attribution", duration=10.0, kernels=5),
+        Part(name="attribution", duration=8.0, kernels=3),
+        Part(name="profiles", duration=4.0, kernels=2),
         Part(name="point vehicles", duration=5.0, kernels=5),
     )
 }
 """All parts, in the order in which they are compiled: bounces and facets need what visibility has.
 Durations and numbers as measured on Zen 4; only the announcement and the progress use them."""
 
-OF_PAPER: Final = (
-    "receiver",
-    "visibility",
-    "bounces",
-    "facets",
-    "synthesis",
-    "edges",
-    "attribution",
-)
+OF_PAPER: Final = tuple(name for name in PARTS if name != "point vehicles")
 """Parts that the paper's scenarios need."""
 
+FEWEST_BUNDLED: Final = 20
+"""Points and radars of a free space from which on paths may be synthesised in bundles: the engine
+begins at 24 paths."""
+
 _ANY_TRIAL: Final = ("receiver", "visibility", "synthesis", "attribution")
-_STREET: Final = ("bounces", "facets", "edges")
+_STREET: Final = ("bounces", "facets", "bundles", "edges")
 _OF_TRACER: Final = {
     "free-space": (),
-    "point-vehicles": ("point vehicles",),
-    "sionna": (),
+    "point-vehicles": ("point vehicles", "bundles"),
+    "sionna": ("bundles",),
 }
 """Parts for a tracer's paths; those of all mechanisms for a tracer that is not listed."""
 
@@ -56,9 +54,12 @@ def parts_of(study: Study) -> tuple[str, ...]:
 
     >>> from polychirp.study.paper.scenarios import paper_study
     >>> parts_of(paper_study("diverse"))
-    ('receiver', 'visibility', 'bounces', 'facets', 'synthesis', 'edges', 'attribution')
+    ('receiver', 'visibility', 'bounces', 'facets', 'synthesis', 'bundles', 'edges', 'attribution')
     """
-    return _ordered((*_ANY_TRIAL, *_OF_TRACER.get(study.tracer.kind, _STREET)))
+    names = [*_ANY_TRIAL, *_OF_TRACER.get(study.tracer.kind, _STREET)]
+    if len(study.street.points) + len(study.radars) >= FEWEST_BUNDLED:
+        names.append("bundles")
+    return _ordered(names)
 
 
 def parts_of_rcs(*, max_bounces: int) -> tuple[str, ...]:
@@ -91,11 +92,6 @@ def compile_parts(names: Sequence[str], *, progress: Progress | None = None) -> 
 def compile_all(*, progress: Progress | None = None) -> Compiled:
     """Compile what the cache does not have of all parts."""
     return compile_parts(tuple(PARTS), progress=progress)
-
-
-def missing_parts() -> tuple[str, ...]:
-    """Names of the parts that the cache does not have."""
-    return missing(tuple(PARTS))
 
 
 @cache

@@ -18,7 +18,7 @@ from polychirp.kernel_cache import serve
 if TYPE_CHECKING:
     from polychirp.channel.base import Part as Mechanism
     from polychirp.channel.scene.world import World
-    from polychirp.model.if_frame import IfFrame
+    from polychirp.model.if_frame import IfFrame, IfParts
     from polychirp.model.ramp import RampSchedule
     from polychirp.model.scene import Scene
     from polychirp.study.spec import Study
@@ -49,41 +49,53 @@ def _street() -> Scene:
 
 
 def receiver() -> None:
-    """Compile kernels that find points, with points in noise, and with a recording's waveform."""
-    from polychirp.model.radar import Converter
-    from polychirp.receiver.alternatives.sawtooth_receiver import SawtoothReceiver
+    """Compile kernels that find points, with points in noise."""
     from polychirp.receiver.chain import Receiver
-    from polychirp.rng import Streams
-    from polychirp.waveform import Sawtooth
 
     Receiver().detect(_frame())
-    waveform = Sawtooth(bandwidth=1e9, ramp_duration=1e-3)
-    frame = _frame_of_points(waveform.schedule(num_sweeps=16, streams=Streams(seed=1)))
-    SawtoothReceiver(highest_beat=0.4 * Converter().sample_rate).detect(frame)
 
 
 def attribution() -> None:
-    """Compile kernels that say what a detection is, and the map over range."""
+    """Compile kernels that say what a detection is."""
     from polychirp.model.detection import Detections
-    from polychirp.model.if_frame import IfParts
-    from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
-    from polychirp.receiver.attribution import floor_rise, part_powers, range_response
+    from polychirp.receiver.attribution import floor_rise, part_powers
     from polychirp.receiver.chain import Receiver
 
-    frame, chain = _frame(), Receiver()
-    none = np.zeros_like(frame.samples)
-    parts = IfParts(
-        samples=np.stack([frame.samples, none, none, none, none]),
-        names=("echo", "multipath", "direct", "indirect", "noise"),
-    )
+    frame, chain, parts = _frame(), Receiver(), _parts()
     one, time = np.ones(1), float(frame.schedule.start_time[0])
     found = Detections(
         time=time, range=6.0 * one, range_rate=0.0 * one, azimuth=0.0 * one, power=one, snr=one
     )
     part_powers(chain, frame, parts, found)
     floor_rise(chain, frame, parts)
-    range_response(chain, frame, parts)
-    PaperReceiver().detect(frame)
+
+
+def profiles() -> None:
+    """Compile kernels of the map over range, of the paper's receiver and of that of recordings."""
+    from polychirp.model.radar import Converter
+    from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
+    from polychirp.receiver.alternatives.sawtooth_receiver import SawtoothReceiver
+    from polychirp.receiver.attribution import range_response
+    from polychirp.receiver.chain import Receiver
+    from polychirp.rng import Streams
+    from polychirp.waveform import Sawtooth
+
+    range_response(Receiver(), _frame(), _parts())
+    PaperReceiver().detect(_frame())
+    waveform = Sawtooth(bandwidth=1e9, ramp_duration=1e-3)
+    frame = _frame_of_points(waveform.schedule(num_sweeps=16, streams=Streams(seed=1)))
+    SawtoothReceiver(highest_beat=0.4 * Converter().sample_rate).detect(frame)
+
+
+def _parts() -> IfParts:
+    """The frame of points as an echo alone."""
+    from polychirp.model.if_frame import IfParts
+
+    echo = _frame().samples
+    return IfParts(
+        samples=np.stack([echo, *[np.zeros_like(echo)] * 4]),
+        names=("echo", "multipath", "direct", "indirect", "noise"),
+    )
 
 
 @cache
@@ -124,30 +136,36 @@ def _frame_of_points(schedule: RampSchedule) -> IfFrame:
 
 
 def synthesis() -> None:
-    """Compile kernels of the stretch engine, line by line and in bundles."""
-    from polychirp.channel.tracers.free_space import FreeSpace
+    """Compile kernels of the stretch engine that take path by path, and of oscillators that err."""
     from polychirp.model.oscillator import PhaseNoise
     from polychirp.rng import Streams
-    from polychirp.study.paper.scenarios import WAVEFORMS
-    from polychirp.study.spec import schedules
     from polychirp.synthesis.impairments.phase_error import noise_record
-    from polychirp.synthesis.stretch.engine import Stretch
 
-    for scene in (_street(), _cloud_of_points()):
-        paths = FreeSpace().trace(scene)
-        for waveform in (WAVEFORMS["conventional"], WAVEFORMS["diverse"]):
-            study = replace(
-                _study(),
-                num_sweeps=1,
-                radars=tuple(replace(radar, waveform=waveform) for radar in _study().radars),
-            )
-            plans = schedules(study)
-            for transmitter in (0, 1):
-                Stretch().contribution(scene, plans, [paths], victim=0, transmitter=transmitter)
+    _synthesize(_street())
     phase = noise_record(
         PhaseNoise(), begin=0.0, end=1e-4, highest_offset=1e6, streams=Streams(seed=1)
     )
     phase(np.zeros((1, 2)))
+
+
+def bundles() -> None:
+    """Compile kernels of the stretch engine that take many paths together."""
+    _synthesize(_cloud_of_points())
+
+
+def _synthesize(scene: Scene) -> None:
+    """Give a radar its own echo and the other's signal, with the paper's two waveforms."""
+    from polychirp.channel.tracers.free_space import FreeSpace
+    from polychirp.study.paper.scenarios import WAVEFORMS
+    from polychirp.study.spec import schedules
+    from polychirp.synthesis.stretch.engine import Stretch
+
+    paths = FreeSpace().trace(scene)
+    for waveform in (WAVEFORMS["conventional"], WAVEFORMS["diverse"]):
+        radars = tuple(replace(radar, waveform=waveform) for radar in _study().radars)
+        plans = schedules(replace(_study(), num_sweeps=1, radars=radars))
+        for transmitter in (0, 1):
+            Stretch().contribution(scene, plans, [paths], victim=0, transmitter=transmitter)
 
 
 def _cloud_of_points() -> Scene:
@@ -219,8 +237,10 @@ PARTS: Final[Mapping[str, Callable[[], None]]] = {
     "bounces": bounces,
     "facets": facets,
     "synthesis": synthesis,
+    "bundles": bundles,
     "edges": edges,
     "attribution": attribution,
+    "profiles": profiles,
     "point vehicles": point_vehicles,
 }
 """Functions of the parts, by the names of `kernel_parts.PARTS`."""
