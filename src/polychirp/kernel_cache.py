@@ -20,6 +20,7 @@ import os
 import platform
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -398,8 +399,8 @@ def _run(parts: Sequence[Part], worker: str) -> Iterator[tuple[str, Any]]:
                 continue
             if "failure" in row:
                 yield "failure", f"'{one.at}' could not be compiled ahead: {row['failure']}"
-            else:
-                yield "part", {"name": one.at, "files": row["files"]}
+            # a part that failed is not tried again before the sources change
+            yield "part", {"name": one.at, "files": row["files"]}
             one.give(ahead)
     finally:
         for one in workers:
@@ -453,6 +454,7 @@ class _Worker:
 
 def serve(parts: Mapping[str, Callable[[], None]]) -> None:
     """Be a worker: names of parts come in on stdin, JSON lines go out on stdout."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the program that started it decides
     with os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8") as out:
         # what a library prints must not get among the reports
         os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
@@ -467,7 +469,7 @@ def serve(parts: Mapping[str, Callable[[], None]]) -> None:
             try:
                 parts[line.strip()]()
             except Exception as error:  # the other parts are compiled nevertheless
-                tell(failure=f"{type(error).__name__}: {error}".splitlines()[0])
+                tell(failure=f"{type(error).__name__}: {error}".splitlines()[0], files=files)
             else:
                 tell(files=files)
 
