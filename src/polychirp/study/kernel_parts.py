@@ -17,20 +17,21 @@ WORKER: Final = "polychirp.study.warm_up"
 PARTS: Final = {
     part.name: part
     for part in (
-        Part(name="receiver", duration=30.0, kernels=40),
-        Part(name="visibility", duration=25.0, kernels=25),
-        Part(name="bounces", duration=45.0, kernels=40),
-        Part(name="facets", duration=35.0, kernels=35),
-        Part(name="synthesis", duration=25.0, kernels=25),
-        Part(name="bundles", duration=25.0, kernels=20),
-        Part(name="edges", duration=25.0, kernels=25),
-        Part(name="attribution", duration=8.0, kernels=3),
+        Part(name="receiver", duration=30.0, kernels=23),
+        Part(name="visibility", duration=30.0, kernels=22),
+        Part(name="bounces", duration=60.0, kernels=35),
+        Part(name="facets", duration=55.0, kernels=34),
+        Part(name="synthesis", duration=22.0, kernels=30),
+        Part(name="bundles", duration=20.0, kernels=17),
+        Part(name="edges", duration=28.0, kernels=20),
+        Part(name="attribution", duration=6.0, kernels=2),
         Part(name="profiles", duration=4.0, kernels=2),
-        Part(name="point vehicles", duration=5.0, kernels=5),
+        Part(name="point vehicles", duration=9.0, kernels=5),
     )
 }
 """All parts, in the order in which they are compiled: bounces and facets need what visibility has.
-Durations and numbers as measured on Zen 4; only the announcement and the progress use them."""
+Durations are estimates from runs on a busy machine, numbers are counted; only the announcement and
+the progress use them."""
 
 OF_PAPER: Final = tuple(name for name in PARTS if name != "point vehicles")
 """Parts that the paper's scenarios need."""
