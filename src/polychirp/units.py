@@ -91,12 +91,41 @@ _EXAMPLE: Final = {
     "ppm/s": "0.1 ppm/s",
 }
 
+_PLAUSIBLE: Final[Mapping[str, tuple[str, str]]] = {
+    "Hz": ("-1000 GHz", "1000 GHz"),
+    "S/s": ("-1000 GS/s", "1000 GS/s"),
+    "Hz/s": ("-1e6 MHz/us", "1e6 MHz/us"),
+    "s": ("-1000 s", "1000 s"),
+    "m": ("-1000 km", "1000 km"),
+    "m/s": ("-300 m/s", "300 m/s"),
+    "rad": ("-3600 deg", "3600 deg"),
+    "W": ("0 W", "90 dBm"),
+    "dB": ("-300 dB", "300 dB"),
+    "m^2": ("0 m^2", "100 dBsm"),
+    "ppm": ("-1e6 ppm", "1e6 ppm"),
+    "S/m": ("0 S/m", "1e9 S/m"),
+    "dB/m": ("0 dB/m", "1e6 dB/m"),
+    "dBc/Hz": ("-300 dBc/Hz", "100 dBc/Hz"),
+    "ppm/s": ("-1e6 ppm/s", "1e6 ppm/s"),
+}
+"""Least and greatest plausible value of each quantity. They are chosen wide: they stop slips of the
+unit and numbers that overflow, not unusual radars. A field may have narrower ones (`Unit`)."""
+
 _QUANTITY: Final = re.compile(r"^\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S.*?)\s*$")
+
+_LONGEST: Final = 100
+"""Characters of a quantity's text; longer text is no quantity, and is not searched for one."""
 
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """The unit of a field, and the reader of its text.
+    """The unit of a field, the reader of its text, and the bounds of its plausible values.
+
+    Parameters
+    ----------
+    symbol : of the SI unit
+    least, greatest : bounds as a study file writes them; where none is given, those that are
+        plausible for any field of this unit
 
     Examples
     --------
@@ -106,26 +135,57 @@ class Unit:
     Traceback (most recent call last):
         ...
     polychirp.errors.InputError: '79 ms' is not a value in Hz; write it like '79 GHz'
+    >>> Unit("m", least="0 m", greatest="100 m").read("3 km")
+    Traceback (most recent call last):
+        ...
+    polychirp.errors.InputError: '3 km' is outside of 0 m to 100 m; give a value between them
     """
 
     symbol: str
+    least: str = ""
+    greatest: str = ""
 
     @property
     def example(self) -> str:
         """A value as a study file writes it."""
         return _EXAMPLE[self.symbol]
 
+    @property
+    def bounds(self) -> tuple[str, str]:
+        """Least and greatest plausible value, as a study file writes them."""
+        least, greatest = _PLAUSIBLE[self.symbol]
+        return self.least or least, self.greatest or greatest
+
     def read(self, text: object) -> float:
-        """SI value of ``text``; raises `InputError` for a bare number or another dimension."""
+        """SI value of ``text``.
+
+        Raises
+        ------
+        InputError
+            The text is a bare number, has another dimension, or lies outside of the bounds.
+        """
+        value = self.parse(text)
+        least, greatest = self.bounds
+        if not self.parse(least) <= value <= self.parse(greatest):
+            raise InputError(
+                f"'{text}' is outside of {least} to {greatest}; give a value between them"
+            )
+        return value
+
+    def parse(self, text: object) -> float:
+        """SI value of ``text``, plausible or not; raises `InputError` as `read` does otherwise."""
         if isinstance(text, bool) or not isinstance(text, str):
-            raise InputError(f"{text!r} needs a unit; write it like '{self.example}'")
-        match = _QUANTITY.match(text)
+            raise InputError(f"{_short(repr(text))} needs a unit; write it like '{self.example}'")
+        match = _QUANTITY.match(text) if len(text) <= _LONGEST else None
         reader = _READERS[self.symbol].get(match[2]) if match else None
         if match is None or reader is None:
             raise InputError(
-                f"'{text}' is not a value in {self.symbol}; write it like '{self.example}'"
+                f"'{_short(text)}' is not a value in {self.symbol}; write it like '{self.example}'"
             )
-        value = reader(float(match[1]))
+        try:
+            value = reader(float(match[1]))
+        except OverflowError:  # levels are powers of ten
+            value = math.inf
         if not math.isfinite(value):
             raise InputError(f"'{text}' is too large to be a number")
         return value
@@ -139,9 +199,64 @@ class Unit:
         }
 
     def __get_pydantic_json_schema__(self, core: Any, handler: Any) -> dict[str, Any]:
-        """What an editor needs to know of the field."""
+        """Unit, bounds and an example for editors; JSON schema cannot compare text itself."""
         del core, handler
-        return {"type": "string", "x-unit": self.symbol, "examples": [self.example]}
+        least, greatest = self.bounds
+        return {
+            "type": "string",
+            "x-unit": self.symbol,
+            "x-minimum": least,
+            "x-maximum": greatest,
+            "examples": [self.example],
+        }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Between:
+    """Bounds of a plain number that has no unit, such as a count.
+
+    Examples
+    --------
+    >>> Between(greatest=10).checked(11)
+    Traceback (most recent call last):
+        ...
+    polychirp.errors.InputError: 11 is too large; use at most 10
+    """
+
+    least: float = -math.inf
+    greatest: float
+
+    def checked(self, value: float) -> float:
+        """The value itself; raises `InputError` where it lies outside of the bounds."""
+        if value > self.greatest:
+            raise InputError(f"{_written(value)} is too large; use at most {self.greatest}")
+        if not value >= self.least:
+            raise InputError(f"{_written(value)} is too small; use at least {self.least}")
+        return value
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> dict[str, Any]:
+        """Check the number once it is one (pydantic's hook, a plain dictionary)."""
+        return {
+            "type": "function-after",
+            "function": {"type": "no-info", "function": self.checked},
+            "schema": handler(source),
+        }
+
+    def __get_pydantic_json_schema__(self, core: Any, handler: Any) -> dict[str, Any]:
+        """The number's own schema with its bounds."""
+        least = {} if math.isinf(self.least) else {"minimum": self.least}
+        return {**handler(core), **least, "maximum": self.greatest}
+
+
+def _written(value: float) -> str:
+    """A number as text; Python refuses to write integers of thousands of digits."""
+    if isinstance(value, int) and value.bit_length() > 128:
+        return f"a number of {value.bit_length()} bits"
+    return f"{value}"
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= 40 else f"{text[:37]}…"
 
 
 Hertz = Annotated[float, Unit("Hz")]

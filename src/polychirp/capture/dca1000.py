@@ -59,6 +59,10 @@ def open_raw(
         size = path.stat().st_size
     except FileNotFoundError:
         raise InputError(f"there is no recording '{path}'") from None
+    except OSError as error:
+        raise InputError(f"'{path}' cannot be read: {error.strerror}") from None
+    if not path.is_file():
+        raise InputError(f"'{path}' is not a file; name the raw file itself")
     per_ramp = 2 * _words_per_ramp(parameters, device)
     per_frame = per_ramp * parameters.num_ramps
     whole, rest = divmod(size, per_frame)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Annotated, Final, Literal
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from polychirp.model.antenna import ISOTROPIC, AntennaArray
 from polychirp.model.if_frame import SampleTimes
 from polychirp.model.ramp import RampSchedule
 from polychirp.spec import Spec
-from polychirp.units import Hertz, HertzPerSecond, Metres, SamplesPerSecond, Seconds
+from polychirp.units import Between, Hertz, HertzPerSecond, Metres, SamplesPerSecond, Seconds
 
 AxisName = Literal["frame", "sweep", "transmitter", "receiver", "channel", "ramp", "fast"]
 Sampling = Literal["complex", "real"]
@@ -24,6 +25,9 @@ Device = Literal["xwr14xx", "xwr16xx", "xwr18xx", "xwr68xx"]
 
 COMBINED: Final = {"ramp": ("sweep", "transmitter"), "channel": ("transmitter", "receiver")}
 """An axis that runs over two, the second one faster."""
+
+LARGEST_FRAME: Final = 4 << 30
+"""Bytes of the samples of a frame; chosen: spectra and map of such a frame take some 20 GB."""
 
 _USABLE_SHARE: Final = {"complex": 0.9, "real": 0.45}
 """Of the sample rate: what the decimation filters of TI's converters let through."""
@@ -66,26 +70,28 @@ class CaptureParameters(Spec):
     idle_time: Seconds
     ramp_end_time: Seconds
     adc_start: Seconds
-    num_ramps: int
+    num_ramps: Annotated[int, Between(greatest=1_000_000)]
     sample_rate: SamplesPerSecond
-    num_samples: int
+    num_samples: Annotated[int, Between(greatest=10_000_000)]
     sampling: Sampling = "complex"
     highest_beat: Hertz | None = None
-    num_transmitters: int = 1
-    num_receivers: int = 1
+    num_transmitters: Annotated[int, Between(greatest=1024)] = 1
+    num_receivers: Annotated[int, Between(greatest=1024)] = 1
     spacing: Metres | None = None
     first_receiver: Side = "right"
     axes: tuple[AxisName, ...] = ("frame", "ramp", "receiver", "fast")
     stored_as: Storage = "signed"
-    full_scale: float = 32768.0
+    full_scale: Annotated[float, Between(least=0.0, greatest=1e30)] = 32768.0
     conjugate: bool = False
     device: Device | None = None
-    num_frames: int | None = None
+    num_frames: Annotated[int, Between(greatest=2**53)] | None = None
 
     def __post_init__(self) -> None:
         for name in ("start_frequency", "slope", "ramp_end_time", "sample_rate", "full_scale"):
             if not getattr(self, name) > 0:
                 raise InputError(f"{name}: must be positive")
+        if not math.isfinite(self.full_scale):
+            raise InputError("full_scale: must be finite")
         for name in ("idle_time", "adc_start"):
             if getattr(self, name) < 0:
                 raise InputError(f"{name}: cannot be negative")
@@ -108,6 +114,13 @@ class CaptureParameters(Spec):
             raise InputError(
                 f"num_ramps: {self.num_ramps} ramps cannot be shared out evenly among "
                 f"{self.num_transmitters} transmitters"
+            )
+        size = 16 * self.num_ramps * self.num_samples * self.num_receivers
+        if size > LARGEST_FRAME:
+            raise InputError(
+                f"num_samples: a frame of {self.num_ramps} ramps, {self.num_samples} samples and "
+                f"{self.num_receivers} receivers takes {size / 2**30:.3g} GB of memory, more than "
+                f"{LARGEST_FRAME >> 30} GB; divide it into shorter frames"
             )
         if self.sampling == "real" and self.conjugate:
             raise InputError("conjugate: has no effect on real samples; leave it out")

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import math
+import os
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from polychirp.axes import ComplexArray
 from polychirp.capture.parameters import COMBINED, CaptureParameters
+from polychirp.capture.zarr_file import ZarrArray
 from polychirp.errors import InputError
 from polychirp.model.if_frame import IfFrame
+
+LARGEST_SAMPLE: Final = 1e100
+"""Sample in parts of full scale, from which on squares of spectra overflow."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -42,14 +48,16 @@ class Recording:
         Raises
         ------
         InputError
-            There is no such frame.
+            There is no such frame, or a sample of it is NaN, infinite or too large.
         """
         if not 0 <= number < self.num_frames:
             raise InputError(
                 f"{self.name}: there is no frame {number}; it has frames 0 to {self.num_frames - 1}"
             )
         parameters = self.parameters
-        samples = np.asarray(self.read(number) / parameters.full_scale, dtype=np.complex128)
+        with np.errstate(all="ignore"):
+            samples = np.asarray(self.read(number) / parameters.full_scale, dtype=np.complex128)
+        self._refuse_bad_samples(samples, number)
         if parameters.sampling == "real":
             samples = 2.0 * samples.real.astype(np.complex128)
         if parameters.conjugate:
@@ -63,9 +71,21 @@ class Recording:
             array=parameters.array,
         )
 
+    def _refuse_bad_samples(self, samples: ComplexArray, number: int) -> None:
+        is_good = np.abs(samples.real) < LARGEST_SAMPLE
+        is_good &= np.abs(samples.imag) < LARGEST_SAMPLE  # false for NaN as well
+        if np.all(is_good):
+            return
+        receiver, ramp, fast = (int(n) for n in np.argwhere(~is_good)[0])
+        raise InputError(
+            f"{self.name}: frame {number} has {np.sum(~is_good)} samples that are not plausible "
+            f"numbers, the first at receiver {receiver}, ramp {ramp}, sample {fast}; record it "
+            "again, correct full_scale, or process other frames with --frames"
+        )
+
 
 def from_array(
-    array: NDArray[Any],
+    array: NDArray[Any] | ZarrArray,
     parameters: CaptureParameters,
     *,
     name: str,
@@ -94,7 +114,7 @@ def from_array(
             for axis, length in zip(axes, expected, strict=True)
         )
         raise InputError(
-            f"{name}: the array has shape {array.shape}, but its parameters say ({told}); "
+            f"{name}: the array has shape {_shown(array.shape)}, but its parameters say ({told}); "
             "correct axes or the numbers of ramps, samples, transmitters and receivers"
         )
     num_frames = array.shape[axes.index("frame")] if "frame" in axes else 1
@@ -114,6 +134,8 @@ def from_array(
 
 def frames_needed(there: int, parameters: CaptureParameters, frames: Iterable[int] | None) -> int:
     """How many frames must be there: to the last one asked for, or all there should be."""
+    if isinstance(frames, range):  # not walked, for it may have any length
+        return max(frames[0], frames[-1]) + 1 if frames else 0
     if frames is not None:
         return max(frames, default=-1) + 1
     return parameters.num_frames or max(1, there)
@@ -160,6 +182,23 @@ def _ordered(array: NDArray[Any], parameters: CaptureParameters) -> ComplexArray
     )
 
 
+def _numpy_header(file: BinaryIO) -> tuple[tuple[int, ...], np.dtype[Any]]:
+    """Shape and data type of a ``.npy`` file; raises all that a wrong header may raise."""
+    version = np.lib.format.read_magic(file)
+    read = np.lib.format.read_array_header_1_0
+    if version != (1, 0):
+        read = np.lib.format.read_array_header_2_0
+    shape, _, dtype = read(file)
+    if not all(isinstance(n, int) and not isinstance(n, bool) and n >= 0 for n in shape):
+        raise ValueError(shape)
+    return shape, dtype
+
+
+def _shown(value: object) -> str:
+    text = str(value)
+    return text if len(text) <= 60 else f"{text[:57]}…"
+
+
 def open_numpy(
     path: Path | str, parameters: CaptureParameters, *, frames: Iterable[int] | None = None
 ) -> Recording:
@@ -173,26 +212,23 @@ def open_numpy(
     path = Path(path)
     try:
         with path.open("rb") as file:
-            version = np.lib.format.read_magic(file)
-            read_header = (
-                np.lib.format.read_array_header_1_0
-                if version == (1, 0)
-                else np.lib.format.read_array_header_2_0
-            )
-            shape, _, dtype = read_header(file)
+            shape, dtype = _numpy_header(file)
             begin = file.tell()
+            size = os.fstat(file.fileno()).st_size
     except FileNotFoundError:
         raise InputError(f"there is no recording '{path}'") from None
     except OSError as error:
         raise InputError(f"'{path}' cannot be read: {error.strerror}") from None
-    except ValueError:
+    except Exception:  # the header is a Python literal, whose readers have errors of their own
         raise InputError(f"{path.name}: is not a NumPy file; save one with numpy.save") from None
     if dtype.kind not in "iufc":
-        raise InputError(f"{path.name}: holds {dtype}, not numbers")
-    missing = begin + int(np.prod(shape)) * dtype.itemsize - path.stat().st_size
+        raise InputError(f"{path.name}: holds {_shown(dtype)}, not numbers")
+    if not shape or min(shape) < 1:
+        raise InputError(f"{path.name}: has the shape {shape}, so it holds no frame; save it again")
+    missing = begin + math.prod(shape) * dtype.itemsize - size
     if missing > 0:
         raise InputError(
-            f"{path.name}: is {missing} bytes short of the {shape} numbers it announces; "
+            f"{path.name}: is {missing} bytes short of the {_shown(shape)} numbers it announces; "
             "copy or save it again"
         )
     array = np.load(path, mmap_mode="r", allow_pickle=False)

@@ -16,7 +16,6 @@ what is read and written has the same bytes.
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from hashlib import sha512
@@ -27,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from polychirp.axes import ComplexArray
+from polychirp.bounded_text import json_value, text_of
 from polychirp.errors import InputError
 from polychirp.model.baseband import Baseband, Progress, silent
 from polychirp.model.ramp import RampSchedule
@@ -64,6 +64,22 @@ RAMP_FIELDS: Final = (
     "start_phase",
     "sweep",
 )
+
+LEAST_RATE: Final = 1.0
+GREATEST_RATE: Final = 1e12
+"""1/s, bounds of plausible sample rates."""
+
+GREATEST_FREQUENCY: Final = 1e12
+"""Hz, bound of carriers, either sign."""
+
+GREATEST_TIME: Final = 1e12
+"""s, bound of start times, either sign: of seconds since 1970 as well."""
+
+GREATEST_OF_RAMP: Final = 1e18
+"""Greatest number in a schedule, in SI: slopes of 1 GHz in a nanosecond."""
+
+MOST_SAMPLES: Final = 1 << 29
+"""Samples that are read into memory at once; they take 8 GB."""
 
 BLOCK: Final = 1 << 24
 """Bytes that are hashed or checked at once."""
@@ -119,7 +135,18 @@ class SigmfRecording:
         return values.view(np.complex128)
 
     def signal(self) -> Baseband:
-        """All samples, in memory."""
+        """All samples, in memory.
+
+        Raises
+        ------
+        InputError
+            There are too many, or some are no numbers.
+        """
+        if self.num_samples > MOST_SAMPLES:
+            raise InputError(
+                f"{self.name}: has {self.num_samples} samples, too many to be held in memory; cut "
+                f"out at most {MOST_SAMPLES}, or use --search, which reads it piece by piece"
+            )
         return Baseband(
             samples=self.read(0, self.num_samples),
             sample_rate=self.sample_rate,
@@ -148,12 +175,17 @@ def open_sigmf(path: Path | str) -> SigmfRecording:
     metadata = _json(meta)
     fields, capture = _global(metadata, meta.name), _capture(metadata, meta.name)
     datatype = _datatype(fields, meta.name)
-    rate = _number(fields, "core:sample_rate", meta.name)
-    if not rate > 0:
-        raise InputError(f"{meta.name}: core:sample_rate is {rate:g}; give the samples per second")
+    rate = _number(fields, "core:sample_rate", meta.name, greatest=GREATEST_RATE)
+    if not LEAST_RATE <= rate <= GREATEST_RATE:
+        raise InputError(
+            f"{meta.name}: core:sample_rate is {rate:g}; give the samples per second, from "
+            f"{LEAST_RATE:g} to {GREATEST_RATE:g}"
+        )
     count = _count(data, datatype, fields)
     schedule = _schedule(fields, meta.name)
-    centre = _number(capture, "core:frequency", meta.name, otherwise=0.0)
+    centre = _number(
+        capture, "core:frequency", meta.name, greatest=GREATEST_FREQUENCY, otherwise=0.0
+    )
     _check_band(schedule, rate, centre, meta.name)
     return SigmfRecording(
         name=data.name,
@@ -162,7 +194,9 @@ def open_sigmf(path: Path | str) -> SigmfRecording:
         sample_rate=rate,
         centre_frequency=centre,
         num_samples=count,
-        start_time=_number(fields, "polychirp:start_time", meta.name, otherwise=0.0),
+        start_time=_number(
+            fields, "polychirp:start_time", meta.name, greatest=GREATEST_TIME, otherwise=0.0
+        ),
         schedule=schedule,
         metadata=metadata,
     )
@@ -200,13 +234,15 @@ def _hash(path: Path, progress: Progress = silent) -> str:
 
 def _json(path: Path) -> dict[str, Any]:
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        found = json_value(text_of(path))
     except FileNotFoundError:
         raise InputError(f"there is no recording '{path}'") from None
     except OSError as error:
         raise InputError(f"'{path}' cannot be read: {error.strerror}") from None
     except (UnicodeDecodeError, json.JSONDecodeError) as error:
         raise InputError(f"{path.name}: is not JSON ({error}); SigMF metadata are") from None
+    except InputError as error:
+        raise InputError(f"{path.name}: {error}") from None
     if not isinstance(found, dict):
         raise InputError(f"{path.name}: is not an object with 'global' and 'captures', as SigMF is")
     return found
@@ -218,7 +254,8 @@ def _global(metadata: Mapping[str, Any], name: str) -> dict[str, Any]:
         raise InputError(f"{name}: has no object 'global'; SigMF metadata have one")
     if fields.get("core:num_channels", 1) != 1:
         raise InputError(
-            f"{name}: has {fields['core:num_channels']} channels; split them into recordings"
+            f"{name}: has {_shown(fields['core:num_channels'])} channels; split them into "
+            "recordings"
         )
     return fields
 
@@ -229,7 +266,7 @@ def _capture(metadata: Mapping[str, Any], name: str) -> dict[str, Any]:
         raise InputError(f"{name}: has no list 'captures'; SigMF metadata have one")
     if any(one.get("core:header_bytes") for one in captures):
         raise InputError(f"{name}: has headers between samples, which are not read; remove them")
-    if len({one.get("core:frequency") for one in captures}) > 1:
+    if any(one.get("core:frequency") != captures[0].get("core:frequency") for one in captures):
         raise InputError(f"{name}: was retuned while recording; split it where it was")
     return captures[0] if captures else {}
 
@@ -238,21 +275,36 @@ def _datatype(fields: Mapping[str, Any], name: str) -> str:
     told = fields.get("core:datatype")
     if told is None:
         raise InputError(f"{name}: core:datatype is missing; give it, as in 'cf32_le'")
-    if told not in FORMATS:
+    if not isinstance(told, str) or told not in FORMATS:
         why = "is real, but I and Q are needed" if str(told).startswith("r") else "is unknown"
-        raise InputError(f"{name}: core:datatype '{told}' {why}; known are {', '.join(FORMATS)}")
+        raise InputError(
+            f"{name}: core:datatype {_shown(told)} {why}; known are {', '.join(FORMATS)}"
+        )
     return str(told)
 
 
 def _number(
-    fields: Mapping[str, Any], key: str, name: str, *, otherwise: float | None = None
+    fields: Mapping[str, Any],
+    key: str,
+    name: str,
+    *,
+    greatest: float,
+    otherwise: float | None = None,
 ) -> float:
     value = fields.get(key, otherwise)
     if value is None:
         raise InputError(f"{name}: {key} is missing; give it")
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise InputError(f"{name}: {key} is {value!r}; it must be a number")
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    if not (is_number and abs(value) <= greatest):  # false for NaN as well
+        raise InputError(
+            f"{name}: {key} is {_shown(value)}; it must be a number of at most {greatest:g}"
+        )
     return float(value)
+
+
+def _shown(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 40 else f"{text[:37]}…"
 
 
 def _count(data: Path, datatype: str, fields: Mapping[str, Any]) -> int:
@@ -261,9 +313,17 @@ def _count(data: Path, datatype: str, fields: Mapping[str, Any]) -> int:
         size = data.stat().st_size
     except FileNotFoundError:
         raise InputError(f"there are no samples '{data}' beside their metadata") from None
+    except OSError as error:
+        raise InputError(f"'{data}' cannot be read: {error.strerror}") from None
+    if not data.is_file():
+        raise InputError(f"'{data}' is not a file; samples stand in a file beside their metadata")
     width = 2 * np.dtype(FORMATS[datatype][0]).itemsize
     count, rest = divmod(size, width)
     told = fields.get("polychirp:num_samples")
+    if told is not None and (not isinstance(told, int) or isinstance(told, bool) or told < 1):
+        raise InputError(
+            f"{data.name}: polychirp:num_samples is {_shown(told)}; it must be a count of samples"
+        )
     if told is not None and count < told:
         raise InputError(
             f"{data.name}: was cut off: {count} of {told} samples are there; copy it again, or "
@@ -283,13 +343,21 @@ def _schedule(fields: Mapping[str, Any], name: str) -> RampSchedule | None:
     if told is None:
         return None
     try:
-        return RampSchedule(**{field: np.array(told[field]) for field in RAMP_FIELDS})
+        return RampSchedule(**{field: _bounded(told[field]) for field in RAMP_FIELDS})
     except InputError as error:
         raise InputError(f"{name}: polychirp:schedule: {error}") from None
-    except (KeyError, TypeError, ValueError):
+    except (KeyError, TypeError, ValueError, IndexError):
         raise InputError(
             f"{name}: polychirp:schedule needs lists of numbers {', '.join(RAMP_FIELDS)}"
         ) from None
+
+
+def _bounded(values: Any) -> NDArray[Any]:
+    """An array of a list of plain numbers; raises `ValueError` where it is none."""
+    is_list = isinstance(values, list) and all(type(one) in (int, float) for one in values)
+    if not is_list or not all(abs(one) <= GREATEST_OF_RAMP for one in values):
+        raise ValueError(values)
+    return np.array(values)
 
 
 def _check_band(schedule: RampSchedule | None, rate: float, centre: float, name: str) -> None:

@@ -14,6 +14,7 @@ from typing import Any, Final, TypeVar, cast
 
 from pydantic import TypeAdapter, ValidationError
 
+from polychirp.bounded_text import text_of, toml_tables
 from polychirp.config.override import apply_override
 from polychirp.config.problems import Place, problems
 from polychirp.errors import InputError
@@ -76,7 +77,7 @@ def _with_meshes_from(folder: Path, study: Study) -> Study:
 def read_toml(path: Path) -> dict[str, Any]:
     """Tables of a TOML file; raises `InputError` with the line where it is none."""
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return toml_tables(text_of(path))
     except FileNotFoundError:
         raise InputError(
             f"there is no file '{path}'; 'polychirp init {path}' writes one to start from"
@@ -91,6 +92,8 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise InputError(
             f"this study cannot be read: {path}\n  {_with_its_place_first(str(error))}"
         ) from None
+    except InputError as error:
+        raise InputError(f"this study cannot be read: {path}\n  {error}") from None
 
 
 def with_defaults(data: dict[str, Any]) -> dict[str, Any]:

@@ -57,11 +57,11 @@ def write_quantity(value: float, unit: Unit) -> str:
     """
     if not math.isfinite(value):
         raise InputError(f"{value} cannot be written as a value in {unit.symbol}")
-    exact = [text for text in _spellings(value, unit) if unit.read(text) == value]
+    exact = [text for text in _spellings(value, unit) if unit.parse(text) == value]
     if exact:
         return min(exact, key=_effort)
-    close = min(_spellings(value, unit), key=lambda text: abs(unit.read(text) - value))
-    if not math.isclose(unit.read(close), value, rel_tol=1e-12):
+    close = min(_spellings(value, unit), key=lambda text: abs(unit.parse(text) - value))
+    if not math.isclose(unit.parse(close), value, rel_tol=1e-12):
         raise InputError(f"{value:g} cannot be written as a value in {unit.symbol}")
     return close
 

@@ -23,7 +23,7 @@ from polychirp.rng import Streams
 from polychirp.spec import ByKind, Spec
 from polychirp.study.traffic import StudyTraffic
 from polychirp.traffic.street import Street
-from polychirp.units import Fraction, FractionPerSecond, Seconds
+from polychirp.units import Between, Fraction, FractionPerSecond, Seconds
 from polychirp.waveform import AnyCoding, AnyWaveform, coded
 
 GREATEST_DRIFT: Final = 10e-6
@@ -105,8 +105,8 @@ class Study(Spec):
     """
 
     name: str
-    seed: int = 1
-    num_sweeps: int = 16
+    seed: Annotated[int, Between(greatest=2**63 - 1)] = 1
+    num_sweeps: Annotated[int, Between(greatest=1_000_000)] = 16
     street: Street
     radars: tuple[StudyRadar, ...]
     traffic: StudyTraffic | None = None
