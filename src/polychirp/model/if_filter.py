@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Final
+from typing import Annotated, Final
 
 import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray
 from polychirp.errors import InputError
 from polychirp.spec import Spec
-from polychirp.units import Hertz, Ratio, from_db
+from polychirp.units import Hertz, Ratio, Unit, from_db
 
 LONGEST_RESPONSE: Final = 1e4
 """Length of the impulse response in periods of the stop edge, above which a filter is refused;
@@ -37,7 +37,7 @@ class IfFilter(Spec):
     attenuation : power ratio kept in the stop band, e.g. 90 dB
     """
 
-    passband: Hertz = 0.3e6
+    passband: Annotated[float, Unit("Hz", least="1 Hz")] = 0.3e6
     stopband: Hertz = 0.7e6
     attenuation: Ratio = from_db(90.0)
 

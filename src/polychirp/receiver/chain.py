@@ -14,6 +14,7 @@ from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame
+from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.angle.beamform import orthogonal_sines, steering
 from polychirp.receiver.angle.doa import bartlett, capon, root_music
 from polychirp.receiver.clustering import Body, merged
@@ -463,19 +464,30 @@ class _Search:
 
 def search_grid(receiver: Receiver, frame: IfFrame, time: float) -> Grid:
     """Map axes fine enough not to miss a peak: half a range cell, a third of a Doppler cell."""
-    cell = SPEED_OF_LIGHT / (2.0 * float(np.max(frame.schedule.bandwidth)))
     wavelength = SPEED_OF_LIGHT / float(np.max(frame.schedule.centre_frequency))
     step = wavelength / (6.0 * float(np.max(frame.schedule.duration)))
     count = int(np.ceil(receiver.greatest_speed / step))
+    return Grid(
+        range=range_axis(receiver, frame.schedule),
+        range_rate=step * np.arange(-count, count + 1, dtype=np.float64),
+        time=time,
+    )
+
+
+def range_axis(receiver: Receiver, schedule: RampSchedule) -> FloatArray:
+    """Range axis of the map, m.
+
+    Raises
+    ------
+    InputError
+        The receiver's limits leave no range cell between them.
+    """
+    cell = SPEED_OF_LIGHT / (2.0 * float(np.max(schedule.bandwidth)))
     distance = np.arange(receiver.least_range, receiver.greatest_range, 0.5 * cell)
     if distance.size < 2:
         raise InputError(
             f"the receiver's map reaches from {receiver.least_range:g} m to "
-            f"{receiver.greatest_range:g} m, less than a range cell of {cell:.3g} m; lower its "
-            "least range or raise its greatest range"
+            f"{receiver.greatest_range:g} m, less than half a range cell of {cell:.3g} m; lower "
+            "its least range or raise its greatest range"
         )
-    return Grid(
-        range=distance,
-        range_rate=step * np.arange(-count, count + 1, dtype=np.float64),
-        time=time,
-    )
+    return distance

@@ -172,6 +172,15 @@ class RandomTraffic(Spec):
         """Of all carriers, and of ten targets or more where there is room for them."""
         taken = [_bounds(vehicle) for vehicle in street.vehicles]
         wanted = max(self.num_targets, LEAST_DRAWN)
+        shortest = min(vehicle_size(body)[0] for body in BODIES)
+        # carriers reach twice as far; more than these cannot be there, wherever they are drawn
+        room = len(self.lanes) * (2 + 2 * self.reach / (shortest + self.gap))
+        if self.num_carriers + self.num_targets > room:
+            raise InputError(
+                f"there is no room for {self.num_targets} targets within {self.reach:g} m and "
+                f"{self.num_carriers} carriers on {len(self.lanes)} lanes; ask for fewer, for more "
+                "lanes, a longer reach or smaller gaps"
+            )
         best: list[Place] = []
         for number in range(_STREETS):
             places = self._street_of(streams["traffic", number], taken, eye, wanted)
