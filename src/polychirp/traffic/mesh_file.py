@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import logging
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
@@ -76,7 +78,7 @@ def load_mesh(
     content = checked_content(file)
     other_files: Any = NoOtherFiles(file.name, content)
     try:
-        with np.errstate(all="ignore"):
+        with np.errstate(all="ignore"), _quiet():
             scene = trimesh.load_scene(
                 BytesIO(content),
                 file_type=file.suffix[1:].lower(),
@@ -123,6 +125,18 @@ def load_mesh(
         parts=mesh.parts,
     )
     return mesh if math.isinf(max_edge) else subdivided(mesh, max_edge)
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep trimesh from printing tracebacks of what it then does without."""
+    log = logging.getLogger("trimesh")
+    before = log.level
+    log.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        log.setLevel(before)
 
 
 def _check_vertices(file: Path, vertex: FloatArray, face: IntArray) -> None:

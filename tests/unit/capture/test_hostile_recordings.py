@@ -378,6 +378,12 @@ def test_metadata_of_wrong_types_rates_and_counts_are_one_sentence(tmp_path: Pat
     assert len(str(raised.value)) < 300
 
 
+def test_a_rate_that_needs_too_many_samples_is_refused():
+    signal = Baseband(samples=np.ones(100, dtype=np.complex128), sample_rate=1.0)
+    with pytest.raises(InputError, match=r"100 s at 1e.06 MS/s are 1e.14 samples"):
+        signal.resampled(1e12)
+
+
 @pytest.mark.parametrize("text", ["[" * 100_000, "[1]", '{"global": ' + "9" * 5000 + "}"])
 def test_metadata_that_are_no_sigmf_are_one_sentence(tmp_path: Path, text: str):
     (tmp_path / "walk.sigmf-meta").write_text(text, encoding="utf-8")
