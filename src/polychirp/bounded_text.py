@@ -13,10 +13,10 @@ from polychirp.errors import InputError
 Value = TypeVar("Value")
 
 MOST_BYTES: Final = 16 << 20
-"""Size of a TOML or JSON file; chosen: a study of 10 000 vehicles has 2 MB."""
+"""Greatest size of a TOML or JSON file, chosen; a vehicle in a study takes some 150 bytes."""
 
 MOST_LEVELS: Final = 32
-"""Tables and lists within each other; a study needs about 8."""
+"""Greatest depth of tables and lists within each other, chosen; a study needs about 8."""
 
 _KEY: Final = r"""(?:[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')"""
 

@@ -1,8 +1,9 @@
-"""Units at the edge: text such as ``"79 GHz"`` becomes an SI number, and back.
+"""Units of study files: text such as ``"79 GHz"`` becomes an SI number.
 
-A field declared ``duration: Seconds`` says its unit once. The same annotation documents the
-field, reads it from a study file, and writes it into the JSON schema. Inside polychirp a number
-is SI, linear and in radians; this module is the only door.
+A field declared ``duration: Seconds`` states its unit once. The same annotation documents the
+field, reads it from a study file, bounds it, and describes it in the JSON schema. All numbers
+inside polychirp are SI, linear and in radians; they are converted only here and in
+`config.quantity`, which writes them.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ def from_db(level: float) -> float:
 
 
 def to_db(ratio: ArrayLike) -> NDArray[np.float64]:
-    """Level in dB of a power ratio; the floor of a zero is −400 dB, not minus infinity.
+    """Level in dB of a power ratio; at least −400 dB, so that zero has a level as well.
 
     >>> float(to_db(1000.0))
     30.0
@@ -108,13 +109,14 @@ _PLAUSIBLE: Final[Mapping[str, tuple[str, str]]] = {
     "dBc/Hz": ("-300 dBc/Hz", "100 dBc/Hz"),
     "ppm/s": ("-1e6 ppm/s", "1e6 ppm/s"),
 }
-"""Least and greatest plausible value of each quantity. They are chosen wide: they stop slips of the
-unit and numbers that overflow, not unusual radars. A field may have narrower ones (`Unit`)."""
+"""Least and greatest plausible value of each quantity. They are chosen wide, so that they refuse
+mistakes of the unit and numbers that overflow, but no unusual radar. A field may have narrower
+bounds (`Unit`)."""
 
 _QUANTITY: Final = re.compile(r"^\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S.*?)\s*$")
 
 _LONGEST: Final = 100
-"""Characters of a quantity's text; longer text is no quantity, and is not searched for one."""
+"""Characters of a quantity's text; longer text is refused without a search for a quantity."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -268,14 +270,14 @@ MetresPerSecond = Annotated[float, Unit("m/s")]
 Radians = Annotated[float, Unit("rad")]
 Watts = Annotated[float, Unit("W")]
 Ratio = Annotated[float, Unit("dB")]
-"""A linear power ratio, written in dB at the edge."""
+"""A linear power ratio; study files write it in dB."""
 SquareMetres = Annotated[float, Unit("m^2")]
 Fraction = Annotated[float, Unit("ppm")]
-"""A small relative deviation, written in ppm at the edge."""
+"""A small relative deviation; study files write it in ppm."""
 SiemensPerMetre = Annotated[float, Unit("S/m")]
 PerMetre = Annotated[float, Unit("dB/m")]
-"""Rate at which power fades, α in e^{−αx}; written in dB/m at the edge."""
+"""Attenuation of power, α in e^{−αx}; study files write it in dB/m."""
 PerHertz = Annotated[float, Unit("dBc/Hz")]
-"""Noise in a band of 1 Hz relative to its carrier, 1/Hz; written in dBc/Hz at the edge."""
+"""Noise in a band of 1 Hz relative to its carrier, 1/Hz; study files write it in dBc/Hz."""
 FractionPerSecond = Annotated[float, Unit("ppm/s")]
-"""Growth of a small relative deviation, 1/s; written in ppm/s at the edge."""
+"""Growth of a small relative deviation, 1/s; study files write it in ppm/s."""

@@ -1,4 +1,4 @@
-"""The TOML file beside a recording: read with the place of every problem, written as a template."""
+"""Reader and template of the TOML file that describes a recording."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ num_receivers = 4
 #axes = ["frame", "ramp", "receiver", "fast"]
 #stored_as = "signed"           # "unsigned" where int16 samples were saved as if uint16
 """
-"""A parameter file to start from."""
+"""Text of a parameter file to start from."""
 
 
 def read_parameters(path: Path | str) -> CaptureParameters:
@@ -127,7 +127,7 @@ def _missing(hints: dict[str, Any], data: dict[str, Any]) -> Iterator[str]:
 
 
 def _read(hint: Any, value: object) -> Any:
-    """A value of the file as the type of its field; raises `InputError` where it is none."""
+    """Value of a field as its type; raises `InputError` if the file's value does not fit."""
     unit = _unit(hint)
     if unit is not None:
         return unit.read(value)
@@ -172,7 +172,7 @@ def _members(hint: Any) -> tuple[Any, ...]:
 
 
 def _unit(hint: Any) -> Unit | None:
-    """The unit that a field's type names, if any."""
+    """Unit in a field's type; None if it has none."""
     for member in _members(hint):
         for note in getattr(member, "__metadata__", ()):
             if isinstance(note, Unit):

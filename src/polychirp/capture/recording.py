@@ -1,4 +1,4 @@
-"""`Recording` — frames of stored samples with their parameters, read one by one."""
+"""`Recording`: frames of stored samples with their parameters, read one by one."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from polychirp.axes import ComplexArray
-from polychirp.capture.parameters import COMBINED, CaptureParameters
+from polychirp.capture.parameters import COMBINED_AXES, CaptureParameters
 from polychirp.capture.zarr_file import ZarrArray
 from polychirp.errors import InputError
 from polychirp.model.if_frame import IfFrame
 
 LARGEST_SAMPLE: Final = 1e100
-"""Sample in parts of full scale, from which on squares of spectra overflow."""
+"""Greatest plausible sample in parts of full scale; squares of spectra stay finite below it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -28,10 +28,10 @@ class Recording:
 
     Parameters
     ----------
-    name : of the file, for messages
-    parameters : what is known of it
-    num_frames : that are there
-    read : samples ``(receiver, ramp, fast)`` of a frame as they were stored
+    name : name of the file, for messages
+    parameters : ramps, converter, antennas and file layout
+    num_frames : number of frames in the file
+    read : function from a frame's number to its samples ``(receiver, ramp, fast)`` as stored
     """
 
     name: str
@@ -95,8 +95,8 @@ def from_array(
 
     Parameters
     ----------
-    array : of NumPy, or what behaves like one, as a Zarr array
-    frames : those that will be asked for; where they are given, others may be missing
+    array : array of NumPy or of Zarr
+    frames : numbers of the frames that will be read; if they are given, others may be missing
 
     Raises
     ------
@@ -133,7 +133,7 @@ def from_array(
 
 
 def frames_needed(there: int, parameters: CaptureParameters, frames: Iterable[int] | None) -> int:
-    """How many frames must be there: to the last one asked for, or all there should be."""
+    """Number of frames that must be there: up to the last one asked for, or all of them."""
     if isinstance(frames, range):  # not walked, for it may have any length
         return max(frames[0], frames[-1]) + 1 if frames else 0
     if frames is not None:
@@ -142,7 +142,7 @@ def frames_needed(there: int, parameters: CaptureParameters, frames: Iterable[in
 
 
 def way_out(whole: int, mistake: str) -> str:
-    """End of a sentence: how to process the frames that are whole, and what may be wrong."""
+    """End of a message: how to process the frames that are whole, and what may be wrong."""
     if whole == 0:
         return f"; record it again, or correct {mistake}"
     frames, option = (
@@ -168,7 +168,7 @@ def _signed(array: NDArray[Any]) -> ComplexArray:
 def _ordered(array: NDArray[Any], parameters: CaptureParameters) -> ComplexArray:
     """Samples ``(receiver, ramp, fast)`` of an array of one frame with ``parameters.axes``."""
     lengths = {**parameters.lengths, "frame": 1}
-    single = [part for name in parameters.axes for part in COMBINED.get(name, (name,))]
+    single = [part for name in parameters.axes for part in COMBINED_AXES.get(name, (name,))]
     split = array.reshape([lengths[name] for name in single])
     for name in ("frame", "transmitter", "receiver"):
         if name not in single:

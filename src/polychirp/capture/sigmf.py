@@ -1,16 +1,16 @@
 r"""SigMF recordings: complex samples in ``NAME.sigmf-data``, JSON in ``NAME.sigmf-meta``.
 
-After the Signal Metadata Format 1.2. What radars need and the format does not know is in the
-namespace ``polychirp:``, declared as an optional extension: other readers may ignore it.
+They follow the Signal Metadata Format 1.2. Fields that radars need and the format lacks have the
+namespace ``polychirp:``, declared as an optional extension, which other readers may ignore.
 
 ========================== ==================================================================
 ``polychirp:schedule``     the ramps that were played: equally long lists, in SI
-``polychirp:num_samples``  that were written: tells a file that was cut off
-``polychirp:start_time``   s, of the first sample, on the clock of the schedule
+``polychirp:num_samples``  number of samples written, by which a cut file is recognised
+``polychirp:start_time``   time of the first sample on the clock of the schedule, s
 ========================== ==================================================================
 
-Integers are read as parts of full scale, 1 being 2¹⁵ for 16 bits, and written so again:
-what is read and written has the same bytes.
+Integers are read as parts of full scale, 2¹⁵ for 16 bits, and written in the same way, so that a
+recording that is read and written has the same bytes.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ from polychirp.model.ramp import RampSchedule
 META: Final = ".sigmf-meta"
 DATA: Final = ".sigmf-data"
 
-VERSION: Final = "1.2.0"
+SIGMF_VERSION: Final = "1.2.0"
 
-EXTENSION: Final = {"name": "polychirp", "version": "0.1.0", "optional": True}
+SIGMF_EXTENSION: Final = {"name": "polychirp", "version": "0.1.0", "optional": True}
 
 Written = Literal["ci16_le", "cf32_le"]
 
@@ -54,7 +54,7 @@ FORMATS: Final[Mapping[str, tuple[str, float, float]]] = {
     "ci8": ("i1", 0.0, 2.0**7),
     "cu8": ("u1", 2.0**7, 2.0**7),
 }
-"""Element type, what stands for zero and what for full scale, of every type that is read."""
+"""Every data type that is read: element type, stored value of zero, and of full scale."""
 
 RAMP_FIELDS: Final = (
     "start_time",
@@ -67,22 +67,22 @@ RAMP_FIELDS: Final = (
 
 LEAST_RATE: Final = 1.0
 GREATEST_RATE: Final = 1e12
-"""1/s, bounds of plausible sample rates."""
+"""Bounds of plausible sample rates, 1/s."""
 
 GREATEST_FREQUENCY: Final = 1e12
-"""Hz, bound of carriers, either sign."""
+"""Greatest magnitude of a carrier frequency, Hz."""
 
 GREATEST_TIME: Final = 1e12
-"""s, bound of start times, either sign: of seconds since 1970 as well."""
+"""Greatest magnitude of a start time, s; seconds since 1970 are below it."""
 
 GREATEST_OF_RAMP: Final = 1e18
-"""Greatest number in a schedule, in SI: slopes of 1 GHz in a nanosecond."""
+"""Greatest magnitude of any number in a schedule, in SI: a slope of 1 GHz in 1 ns."""
 
 MOST_SAMPLES: Final = 1 << 29
-"""Samples that are read into memory at once; they take 8 GB."""
+"""Greatest number of samples that are read into memory at once; they take 8 GB."""
 
-BLOCK: Final = 1 << 24
-"""Bytes that are hashed or checked at once."""
+HASHED_AT_ONCE: Final = 1 << 24
+"""Bytes that are hashed at once."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -91,15 +91,15 @@ class SigmfRecording:
 
     Parameters
     ----------
-    name : of the recording, for messages
-    path : of the data
+    name : name of the recording, for messages
+    path : path of the data
     datatype : one of `FORMATS`
     sample_rate : 1/s
     centre_frequency : Hz; zero where the file names none
-    num_samples : in the file
-    start_time : s, of the first sample
-    schedule : ramps that were played, where the file names them
-    metadata : all of the JSON, by its names
+    num_samples : number of samples in the file
+    start_time : time of the first sample, s
+    schedule : ramps that were played; None where the file names none
+    metadata : content of the JSON file
     """
 
     name: str
@@ -118,7 +118,7 @@ class SigmfRecording:
         Raises
         ------
         InputError
-            Samples that are no numbers, which come of a wrong datatype.
+            Samples are NaN or too large, as happens with a wrong datatype.
         """
         kind, zero, full = FORMATS[self.datatype]
         width = np.dtype(kind).itemsize
@@ -203,7 +203,7 @@ def open_sigmf(path: Path | str) -> SigmfRecording:
 
 
 def check_sha512(recording: SigmfRecording, *, progress: Progress = silent) -> None:
-    """Refuse data that are not those that the metadata were written for, where they say so.
+    """Refuse samples whose SHA-512 is not the one in their metadata, if they have one.
 
     Raises
     ------
@@ -224,7 +224,7 @@ def check_sha512(recording: SigmfRecording, *, progress: Progress = silent) -> N
 def _hash(path: Path, progress: Progress = silent) -> str:
     size, done, hashed = path.stat().st_size, 0, sha512()
     with path.open("rb") as file:
-        while block := file.read(BLOCK):
+        while block := file.read(HASHED_AT_ONCE):
             progress("SHA-512", done, size)
             hashed.update(block)
             done += len(block)
@@ -308,7 +308,7 @@ def _shown(value: object) -> str:
 
 
 def _count(data: Path, datatype: str, fields: Mapping[str, Any]) -> int:
-    """Samples in the data file, which must be whole and as many as were written."""
+    """Number of samples in the data file; it must be whole and the number that was written."""
     try:
         size = data.stat().st_size
     except FileNotFoundError:
@@ -361,7 +361,7 @@ def _bounded(values: Any) -> NDArray[Any]:
 
 
 def _check_band(schedule: RampSchedule | None, rate: float, centre: float, name: str) -> None:
-    """Refuse ramps that cannot have been in the samples that they are said to be in."""
+    """Refuse a schedule all of whose ramps lie outside of the recorded band."""
     if schedule is None or centre == 0.0:
         return
     middle = schedule.centre_frequency
@@ -383,15 +383,15 @@ def write_sigmf(
     schedule: RampSchedule | None = None,
     description: str = "",
 ) -> Path:
-    """Write a signal; gives the path of its metadata, ``NAME.sigmf-meta``.
+    """Write a signal and return the path of its metadata, ``NAME.sigmf-meta``.
 
-    Equal signals give equal bytes: no time of day is kept.
+    Equal signals give equal bytes, because no time of day is stored.
 
     Parameters
     ----------
-    path : with either suffix, or none
+    path : path with either suffix, or with none
     datatype : 16-bit integers hold magnitudes of I and Q below 1
-    schedule : what was played
+    schedule : ramps that were played
 
     Raises
     ------
@@ -407,12 +407,12 @@ def write_sigmf(
     fields: dict[str, Any] = {
         "core:datatype": datatype,
         "core:sample_rate": signal.sample_rate,
-        "core:version": VERSION,
+        "core:version": SIGMF_VERSION,
         "core:num_channels": 1,
         "core:sha512": _hash(data),
         "core:recorder": "polychirp",
         "core:description": description,
-        "core:extensions": [EXTENSION],
+        "core:extensions": [SIGMF_EXTENSION],
         "polychirp:num_samples": signal.num_samples,
         "polychirp:start_time": signal.start_time,
     }

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from polychirp.channel.tracers.composite import Composite
 
 MOST_ASPECTS: Final = 1_000_000
-"""Aspects of one call; chosen: 0.0004 degrees apart around a body, and days of work."""
+"""Greatest number of aspects of one call; around a body they are 0.0004 degrees apart."""
 
 BATCH: Final = 16
 """Aspects in one scene: each lit facet of each takes some 200 bytes."""

@@ -1,4 +1,4 @@
-"""From a study file with a table ``[monte_carlo]`` to a `Plan`: every point as a study."""
+"""Reader of study files with a table ``[monte_carlo]``: a `Plan` with a study for each point."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from polychirp.study.monte_carlo.plan import Plan, Point, complaints
 from polychirp.study.provenance import provenance
 
 MOST_TRIALS: Final = 10_000_000
-"""Trials of a study over its whole grid; chosen: a core computes some 10 000 in a day."""
+"""Greatest number of trials of a study over its whole grid; chosen."""
 
 Changes = list[tuple[str, Any]]
 
@@ -112,6 +112,6 @@ def _changed(data: dict[str, Any], changes: Changes) -> dict[str, Any]:
 
 
 def _command(path: Path, changes: Iterable[str]) -> str:
-    """The command that runs one point, but for its seed."""
+    """Command line that runs one point; its seed is to be added."""
     options = [word for change in changes for word in ("--set", change)]
     return shlex.join(["polychirp", "run", str(path), *options])

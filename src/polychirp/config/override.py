@@ -10,11 +10,11 @@ from polychirp.bounded_text import MOST_LEVELS, toml_tables
 from polychirp.errors import InputError
 
 LONGEST_PATH: Final = 1000
-"""Characters of a path; no key of a study is that deep."""
+"""Greatest number of characters in a path; paths to keys of a study are far shorter."""
 
 
 def apply_override(data: dict[str, Any], change: str) -> None:
-    """Set one value of a study's tables, in place: ``path=value``, see `set_value`.
+    """Set one value of a study's tables, in place, as ``path=value`` says; see `set_value`.
 
     The value is TOML where it can be read so, and text otherwise, because shells take quotes
     away.
@@ -83,7 +83,7 @@ def _set(here: Any, keys: list[str], value: Any, *, place: list[str]) -> None:
 
 
 def read_value(text: str) -> Any:
-    """The value that ``text`` means.
+    """Value of ``text``: TOML if it can be read as such, else the text itself.
 
     >>> read_value("3"), read_value("79 GHz"), read_value('["1 ms", "2 ms"]')
     (3, '79 GHz', ['1 ms', '2 ms'])

@@ -17,15 +17,14 @@ from polychirp.receiver.estimation.coherence_test import GREATEST_ACCELERATION
 from polychirp.study.spec import Study, StudyRadar, victim_indices
 
 MOST_MEMORY: Final = 32 << 30
-"""Bytes that one frame and its receiver may take, chosen: a large desktop computer has as many. The
-victims of a study are received one after the other, but their frames are kept."""
+"""Greatest number of bytes of one frame with its receiver, and of all frames together; chosen."""
 
 _SAMPLE: Final = 16
 """Bytes of a complex sample."""
 
 _SPECTRA: Final = 10
-"""Spectra of a frame that the receiver holds, in sizes of its samples: four bins to a cell, and the
-copies from which points are taken out."""
+"""Size of the spectra that the receiver holds, in sizes of a frame's samples: an estimate, from
+the two copies (as recorded, and less the points found) with several bins for each sample."""
 
 _CELL: Final = 24
 """Bytes of a cell of the range-rate map, all beams together, besides its statistic."""

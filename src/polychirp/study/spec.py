@@ -30,7 +30,7 @@ GREATEST_DRIFT: Final = 10e-6
 """1/s; it bends a ramp of 1 GHz and 1 ms by 0.005 cycles, which `as_clocked` leaves out."""
 
 MOST_SNAPSHOTS: Final = 20_000
-"""Times at which a scene is traced for one trial; chosen: the paper's frame has about 50."""
+"""Greatest number of times at which a scene is traced for one trial; chosen."""
 
 AnyTracer = Annotated[Composite | FreeSpace | PointVehicles | SionnaRt, ByKind()]
 

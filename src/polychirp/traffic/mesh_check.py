@@ -17,7 +17,7 @@ SUFFIXES: Final = (".glb", ".obj", ".stl")
 """Ends of the names of files that are read; archives and other formats are not."""
 
 LARGEST_FILE: Final = 512 << 20
-"""Bytes of a mesh file; chosen: `MOST_FACES` faces as binary STL."""
+"""Greatest size of a mesh file; binary STL of `MOST_FACES` faces is as large."""
 
 _ZERO_INDEX: Final = re.compile(rb"(?m)^[ \t]*f[ \t](?:[^\n]*[ \t])?[+-]?0+(?:[/ \t\r]|$)")
 _MATERIAL: Final = re.compile(rb"(?m)^[ \t]*usemtl[ \t]+([^\r\n]+)")

@@ -20,13 +20,13 @@ WAVELENGTH: Final = SPEED_OF_LIGHT / 79e9
 
 
 FINEST_EDGE: Final = 5e-3
-"""Shortest edge limit of the flats of a built-in body, m; a vehicle has some 3 million facets."""
+"""Least edge limit of the flats of a built-in body, m; chosen: facets are counted in millions."""
 
 FINEST_CURVES: Final = 0.1
 """Least factor on the edge limit of the curves of a built-in body, chosen for the same reason."""
 
 MOST_FACES: Final = 10_000_000
-"""Faces of a mesh; chosen: its arrays and search tree take some 5 GB."""
+"""Greatest number of faces of a mesh; chosen."""
 
 
 def edge_limit(radius: float, distance: float = math.inf) -> float:

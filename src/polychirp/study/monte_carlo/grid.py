@@ -22,7 +22,7 @@ OWN_AXES: Final = ("trial", "victim", "target", "nature")
 """Axes that results have besides the grid's."""
 
 MOST_POINTS: Final = 10_000
-"""Points of a grid; chosen: all of them are read and checked before the first one runs."""
+"""Greatest number of points of a grid; chosen: all are read and checked before the first runs."""
 
 _FIXED: Final = {
     "seed": "every trial gets its own; say how many with trials",
