@@ -100,6 +100,29 @@ def _change(tree: Any, rng: np.random.Generator) -> None:
             parent[key] = deepcopy(ABSURD[int(rng.integers(len(ABSURD)))])
 
 
+NUMBERS = (0, -1, 1e-300, 1e-9, 1e-3, 0.3, 1, 3, 50, 999, 1e5, 1e9, 1e30, 1e300)
+
+
+def renumbered(tree: Any, rng: np.random.Generator) -> Any:
+    """A tree with one or two numbers replaced, their units kept."""
+    tree = deepcopy(tree)
+    places = [(parent, key) for parent, key in _places(tree) if _is_number(parent[key])]
+    for _ in range(int(rng.integers(1, 3))):
+        parent, key = places[int(rng.integers(len(places)))]
+        number: float = NUMBERS[int(rng.integers(len(NUMBERS)))]
+        old = parent[key]
+        if isinstance(old, str):
+            parent[key] = f"{number} {old.partition(' ')[2]}"
+        else:
+            parent[key] = int(number) if isinstance(old, int) else float(number)
+    return tree
+
+
+def _is_number(value: Any) -> bool:
+    is_quantity = isinstance(value, str) and value[:1] in "-0123456789" and " " in value
+    return is_quantity or type(value) in (int, float)
+
+
 def _places(tree: Any) -> Any:
     """Every parent and key of a tree."""
     for key in list(tree) if isinstance(tree, dict) else range(len(tree)):
@@ -163,7 +186,7 @@ def survives(action: Callable[[], object], seed: int) -> bool:
 
 
 class Studies:
-    """The quickstart with coarse bodies, half of the time as text, half as tables."""
+    """The quickstart with coarse bodies, traffic and a grid: its text, tables or numbers."""
 
     def __init__(self, folder: Path) -> None:
         self.path = folder / "study.toml"
@@ -189,7 +212,8 @@ class Studies:
         if seed % 4 == 0:
             self.path.write_bytes(damaged(self.text(self.tables).encode(), rng))
         else:
-            text = self.text(changed(self.tables, rng))
+            change = renumbered if seed % 4 == 1 else changed
+            text = self.text(change(self.tables, rng))
             self.path.write_text(text, encoding="utf-8", errors="surrogateescape")
         # the table of trials is read on its own
         survives(lambda: load_plan(self.path), seed)

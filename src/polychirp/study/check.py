@@ -120,7 +120,8 @@ def check(study: Study) -> Derived:
         The tracer gives targets no echo, or a material is used outside its band.
     """
     try:
-        study = drawn(study)
+        if study.seed >= 0:  # others are refused below
+            study = drawn(study)
     except InputError as error:
         raise InputError(f"this study cannot run: {study.name}\n  traffic: {error}") from None
     problems = list(_problems(study))

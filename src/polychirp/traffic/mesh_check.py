@@ -16,8 +16,8 @@ from polychirp.traffic.surface import MOST_FACES
 SUFFIXES: Final = (".glb", ".obj", ".stl")
 """Ends of the names of files that are read; archives and other formats are not."""
 
-LARGEST_FILE: Final = 512 << 20
-"""Greatest size of a mesh file; binary STL of `MOST_FACES` faces is as large."""
+LARGEST_FILE: Final = 256 << 20
+"""Greatest size of a mesh file, bytes; chosen: binary STL of `MOST_FACES` faces takes 150 MB."""
 
 _ZERO_INDEX: Final = re.compile(rb"(?m)^[ \t]*f[ \t](?:[^\n]*[ \t])?[+-]?0+(?:[/ \t\r]|$)")
 _MATERIAL: Final = re.compile(rb"(?m)^[ \t]*usemtl[ \t]+([^\r\n]+)")

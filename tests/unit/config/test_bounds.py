@@ -110,6 +110,11 @@ def test_what_run_cannot_do_is_refused_by_check(path, change, sentence):
     assert re.search(sentence, refusal(path, change))
 
 
+def test_a_negative_seed_is_refused_with_traffic_too(path):
+    text = refusal(path, "seed=-1", "traffic={ seen_from = 'ego', num_targets = 2 }")
+    assert "seed: is -1; use 0 or more" in text
+
+
 @pytest.mark.parametrize(
     "key", [".".join(10_000 * "a"), '"a"' + 10_000 * '."a"', 5000 * "a . " + "a"]
 )
