@@ -187,7 +187,7 @@ class ZarrArray:
         except FileNotFoundError:
             if self._has_all_chunks:
                 raise InputError(
-                    f"{label} is missing; copy the recording again, or, if it holds nothing but "
+                    f"{label} is missing; copy all files again, or, if it holds nothing but "
                     "zeros, store it with write_empty_chunks"
                 ) from None
             return

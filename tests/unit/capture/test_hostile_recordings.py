@@ -161,7 +161,7 @@ def test_what_zarr_wrote_in_version_2_is_read(tmp_path: Path):
 
 def test_a_missing_chunk_is_not_read_as_zeros(folder: Path):
     (folder / "c" / "1" / "0" / "0" / "0").unlink()
-    with pytest.raises(InputError, match="chunk c/1/0/0/0 is missing; copy the recording again"):
+    with pytest.raises(InputError, match="chunk c/1/0/0/0 is missing; copy all files again"):
         read_all(folder)
 
 
