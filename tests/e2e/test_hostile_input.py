@@ -26,6 +26,7 @@ from polychirp.config.load import load_study
 from polychirp.config.monte_carlo import load_plan
 from polychirp.errors import PolychirpError
 from polychirp.model.baseband import Baseband
+from polychirp.receiver.alternatives.sawtooth_receiver import SawtoothReceiver
 from polychirp.study.check import check
 from polychirp.study.store import load_run
 from polychirp.study.trial import run_trial
@@ -34,7 +35,7 @@ from polychirp.traffic.vehicle import vehicle_mesh
 from polychirp.waveform import Triangular
 
 LONGEST = 20.0
-"""s, after which a case counts as hanging."""
+"""Processor time of a case above which it counts as hanging, s."""
 
 QUICKSTART = Path(__file__).parents[2] / "studies" / "quickstart.toml"
 
@@ -168,7 +169,7 @@ def toml_of(value: Any) -> str:
 
 def survives(action: Callable[[], object], seed: int) -> bool:
     """True if the action accepts what it gets; False if it refuses it as it should."""
-    start, refusal = time.monotonic(), None
+    start, refusal = time.process_time(), None
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -177,7 +178,7 @@ def survives(action: Callable[[], object], seed: int) -> bool:
         refusal = str(error)
     except Exception as error:
         raise AssertionError(f"seed {seed}: {type(error).__name__}: {error}") from error
-    assert time.monotonic() - start < LONGEST, f"seed {seed} hangs"
+    assert time.process_time() - start < LONGEST, f"seed {seed} hangs"
     assert refusal is None or 0 < len(refusal) < 20_000, f"seed {seed}: {refusal}"
     return refusal is None
 
@@ -257,6 +258,8 @@ class Trials:
     def __init__(self, folder: Path) -> None:
         self.path = folder / "study.toml"
         self.tables = tomllib.loads(self.TEXT)
+        self.path.write_text(self.TEXT, encoding="utf-8")
+        run_trial(load_study(self.path))  # kernels compile
 
     def __call__(self, seed: int) -> bool:
         rng = np.random.default_rng([2, seed])
@@ -337,6 +340,8 @@ class Recordings:
                 stored[...] = array
         (self.whole / "walk.toml").write_text(PARAMETERS, encoding="utf-8")
         self.files = sorted(path for path in self.whole.rglob("*") if path.is_file())
+        shutil.copytree(self.whole, self.folder)
+        self.detect("walk.npy")  # kernels compile
 
     def open(self, name: str) -> Recording:
         path = self.folder / name
@@ -347,9 +352,16 @@ class Recordings:
             return open_raw(path, parameters)
         return from_array(open_zarr(path), parameters, name=path.name)
 
-    def __call__(self, seed: int) -> bool:
-        from polychirp.receiver.alternatives.sawtooth_receiver import SawtoothReceiver
+    def detect(self, name: str) -> None:
+        recording = self.open(name)
+        parameters = recording.parameters
+        receiver = SawtoothReceiver(
+            highest_beat=parameters.usable_beat, num_transmitters=parameters.num_transmitters
+        )
+        for number in range(min(3, recording.num_frames)):
+            receiver.detect(recording.frame(number))
 
+    def __call__(self, seed: int) -> bool:
         rng = np.random.default_rng([3, seed])
         shutil.rmtree(self.folder, ignore_errors=True)
         shutil.copytree(self.whole, self.folder)
@@ -367,16 +379,7 @@ class Recordings:
         name = target.relative_to(self.whole).parts[0]
         name = "walk.npy" if name == "walk.toml" else name
 
-        def read() -> None:
-            recording = self.open(name)
-            parameters = recording.parameters
-            receiver = SawtoothReceiver(
-                highest_beat=parameters.usable_beat, num_transmitters=parameters.num_transmitters
-            )
-            for number in range(min(3, recording.num_frames)):
-                receiver.detect(recording.frame(number))
-
-        return survives(read, seed)
+        return survives(lambda: self.detect(name), seed)
 
 
 class Meshes:
@@ -457,9 +460,7 @@ class Runs:
         from polychirp.study.provenance import provenance
         from polychirp.study.store import save_run
 
-        trials = Trials(folder)
-        trials.path.write_text(trials.TEXT, encoding="utf-8")
-        study = load_study(trials.path)
+        study = load_study(Trials(folder).path)
         self.whole, self.now = folder / "whole.zarr", folder / "now.zarr"
         save_run(self.whole, victims=run_trial(study).victims, provenance=provenance(study))
         self.files = sorted(path for path in self.whole.rglob("*") if path.is_file())
