@@ -1,4 +1,4 @@
-"""What a receiver's output is made of."""
+"""Attribution of a receiver's detections to parts of the signal."""
 
 import numpy as np
 import pytest
@@ -53,6 +53,40 @@ def test_every_detection_is_traced_to_the_part_it_comes_from():
     assert powers[0, PARTS.index("direct")] == pytest.approx(4 * 4e4, rel=0.02)
 
 
+def test_a_part_counts_with_its_geometric_mean_over_ramps():
+    """A ghost of 1/100 of its power on every other ramp has a tenth of it in the mean."""
+    frame, parts = dissected()
+    found = Receiver().detect(frame)
+    steady = part_powers(Receiver(), frame, parts, found)
+    samples = parts.samples.copy()
+    samples[PARTS.index("direct"), :, ::2] *= 0.1
+    uneven = part_powers(Receiver(), frame, IfParts(samples=samples), found)
+    ratio = uneven[0, PARTS.index("direct")] / steady[0, PARTS.index("direct")]
+    assert ratio == pytest.approx(0.1, rel=1e-6)
+
+
+@pytest.mark.parametrize("is_up", [True, False])
+def test_the_floor_is_read_where_targets_beat(is_up):
+    """Targets beat above zero on up-ramps and below zero on down-ramps; the other side is free.
+
+    Disturbance on the free side of the ramps of one kind leaves the floor as it is, on the side of
+    the targets it lifts it.
+    """
+    frame, parts = dissected(ghost_power=0.0)
+    draw = np.random.default_rng(5)
+    spectrum = np.fft.fft(draw.normal(size=frame.samples.shape), axis=-1)
+    is_above = np.fft.fftfreq(frame.samples.shape[-1]) > 0
+    chosen = (RAMPS.slope > 0) == is_up
+    for is_on_their_side in (False, True):
+        half = np.where(is_above == (is_up == is_on_their_side), spectrum, 0.0)
+        samples = np.zeros_like(parts.samples)
+        samples[PARTS.index("noise")] = parts.noise
+        samples[PARTS.index("direct")] = 100.0 * np.fft.ifft(half) * chosen[:, None]
+        rise = floor_rise(Receiver(), frame, IfParts(samples=samples))
+        assert (rise > 100.0) is is_on_their_side
+        assert is_on_their_side or rise < 1.5
+
+
 def test_a_frame_without_detections_has_no_powers():
     noise = frame_of(RAMPS, [], seed=3)
     found = Receiver().detect(noise)
@@ -79,16 +113,16 @@ def test_bursts_lift_the_floor_and_mitigation_takes_that_away(mitigation):
 
 
 @pytest.mark.parametrize("mitigation", METHODS)
-def test_parts_add_up_to_what_the_receiver_hears_after_mitigation(mitigation):
+def test_parts_add_up_to_the_receivers_amplitude_after_mitigation(mitigation):
     frame, parts = dissected(burst=1e4)
     receiver = Receiver(mitigation=mitigation)
     found = Receiver().detect(frame.with_samples(parts["echo"] + parts["noise"]))
-    heard = mitigated(mitigation, frame)
+    cleaned = mitigated(mitigation, frame)
     motion = np.array([[found.range[0], found.range_rate[0], 0.0]])
     phases = beat_phase(RAMPS, frame.times, motion=motion, time=found.time)
-    whole = matched_amplitudes(heard.samples, hann_weights(heard.weight), phases, frame.times.rate)[
-        0
-    ]
+    whole = matched_amplitudes(
+        cleaned.samples, hann_weights(cleaned.weight), phases, frame.times.rate
+    )[0]
     by_part = part_amplitudes(receiver, frame, parts, found)[0].sum(axis=0)
     steered = np.linalg.norm(whole, axis=0)  # a single echo: all channels in phase after steering
     assert np.abs(by_part) == pytest.approx(steered, rel=0.05)
