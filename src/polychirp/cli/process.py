@@ -5,10 +5,10 @@ from __future__ import annotations
 import argparse
 import csv
 import json
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from polychirp.cli.terminal import figure_text, say, usable_folder
 from polychirp.errors import InputError
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 _NO_TRUTH = (
     "A recording has no ground truth: nothing here says which detections are right. Echoes at rest "
-    "are not removed; channels are not calibrated, so bearings carry the board's phase errors."
+    "are not removed; channels are not calibrated, so azimuths carry the board's phase errors."
 )
 
 
@@ -68,7 +68,7 @@ def run(arguments: argparse.Namespace) -> int:
     chosen = _frames(arguments.frames)
     recording = _open(path, parameters, chosen)
     numbers = range(recording.num_frames) if chosen is None else chosen
-    folder = Path(arguments.out or Path("out") / path.stem)
+    folder = usable_folder(arguments.out or Path("out") / path.stem)
     folder.mkdir(parents=True, exist_ok=True)
     frames = [_process(recording, receiver, number, folder) for number in numbers]
     record = {
@@ -87,7 +87,7 @@ def run(arguments: argparse.Namespace) -> int:
         for frame in frames:
             _print_frame(frame)
         print(_NO_TRUTH)
-        print(f"stored in {folder}", file=sys.stderr)
+        say(f"stored in {folder}")
     return 0
 
 
@@ -164,7 +164,7 @@ def _process(
     drawing = range_rate_picture(
         map_,
         found,
-        title=f"{recording.name}, frame {number}",
+        title=figure_text(f"{recording.name}, frame {number}"),
         note=f"{found.num_detections} detections at a false-alarm probability of "
         f"{receiver.false_alarm_probability:g} per cell: some {expected:.2g} of noise alone. "
         "No ground truth. Echoes at rest not removed. Channels not calibrated.",
@@ -247,9 +247,9 @@ def _print_frame(frame: dict[str, Any]) -> None:
     for row in rows:
         azimuth = row["azimuth_rad"]
         rate = round(row["range_rate_m_per_s"], 2) + 0.0  # no −0.00
-        bearing = "      –" if azimuth is None else f"{degrees(azimuth):+6.1f}°"
+        shown = "      –" if azimuth is None else f"{degrees(azimuth):+6.1f}°"
         print(
-            f"{row['range_m']:6.2f} m  {rate:+7.2f} m/s   {bearing}"
+            f"{row['range_m']:6.2f} m  {rate:+7.2f} m/s   {shown}"
             f"  {10 * log10(row['snr']):4.0f} dB  {10 * log10(row['power_full_scale']):5.0f} dBFS"
         )
     print()
