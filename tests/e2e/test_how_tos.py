@@ -9,6 +9,7 @@ import ast
 import re
 import shlex
 import struct
+import tomllib
 from contextlib import redirect_stdout
 from pathlib import Path
 
@@ -128,12 +129,10 @@ def paste(block: Block) -> None:
 def only_one_vehicle(text: str) -> str:
     """The study of ``init`` with its first vehicle and radar alone, which traffic is drawn for."""
     text = text.replace('victims = ["front"]', "victims = []")
-    first, *others = text.split("[[street.vehicles]]")
-    vehicle, rest = others[0], others[-1]
-    points, radars = rest.split("[[radars]]", 1)
-    del points
-    radar, others = radars.split("[[radars]]", 1)
-    return f"{first}[[street.vehicles]]{vehicle}[[radars]]{radar}{others[others.index('[receiver]') :]}"
+    start, vehicle, *_ = text.split("[[street.vehicles]]")
+    radar, rest = text.split("[[radars]]")[1:]
+    receiver = rest[rest.index("[receiver]") :]
+    return f"{start}[[street.vehicles]]{vehicle}[[radars]]{radar}{receiver}"
 
 
 def works(page: Path, folder: Path, monkeypatch, *, slow: bool) -> None:
@@ -195,12 +194,8 @@ def test_the_commands_of_the_readme_run(tmp_path, monkeypatch):
 
 def test_a_snippet_replaces_the_tables_of_its_names():
     study = 'name = "a"\nseed = 1\n[x]\na = 1\n[x.y]\nb = 2\n'
-    assert pasted(study, "seed = 2\n[x]\nc = 3\n").split() == [
-        *(["name", "=", '"a"']),
-        *(["seed", "=", "2"]),
-        *(["[x.y]", "b", "=", "2"]),
-        *(["[x]", "c", "=", "3"]),
-    ]
+    text = pasted(study, "seed = 2\n[x]\nc = 3\n")
+    assert tomllib.loads(text) == {"name": "a", "seed": 2, "x": {"c": 3, "y": {"b": 2}}}
 
 
 NEXT = re.compile(r"next: (polychirp .*)")

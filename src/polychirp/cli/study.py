@@ -98,9 +98,7 @@ def _executor(arguments: argparse.Namespace) -> Executor:
         raise InputError(f"--workers: {count} workers do nothing; use 1 or more")
     most = WORKERS_PER_CORE * num_cores()
     if count > most and arguments.cluster in (None, "local"):
-        say(
-            f"note: --workers: {count} are more than {WORKERS_PER_CORE} for each core; {most} start"
-        )
+        say(f"note: --workers {count}: at most {WORKERS_PER_CORE} start for each core, here {most}")
         count = most
     if arguments.cluster is not None:
         return DaskWorkers(cluster=arguments.cluster, count=count)

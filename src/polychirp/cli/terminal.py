@@ -19,7 +19,7 @@ that the widest table, of the paper's claims, wraps little."""
 
 
 def command_name() -> str:
-    """Name under which this program was called: ``polychirp``, or the path of the script ``run``."""
+    """Name that this program was called by: ``polychirp``, or the path of the script ``run``."""
     return os.environ.get("POLYCHIRP_NAME", "polychirp")
 
 

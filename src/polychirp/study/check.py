@@ -205,11 +205,11 @@ def _warn_of_receiver(study: Study, plans: Sequence[RampSchedule]) -> None:
         resolved = _doppler_cell(plan)
         if cell > MOST_DOPPLER_CELLS * resolved:
             warnings.warn(
-                f"the range-rate map of the receiver is too coarse for the ramps of '{radar.name}', so "
-                f"that targets are missed: its cells are {3.6 * cell:.2g} km/h wide, "
-                f"{cell / resolved:.2g} times what the frame resolves, and {MOST_DOPPLER_CELLS} times "
-                "at most works; use longer ramps that rise and fall, or process the chirps as a "
-                "recording ('polychirp process')",
+                "the range-rate map of the receiver is too coarse for the ramps of "
+                f"'{radar.name}', so that targets are missed: its cells are {3.6 * cell:.2g} km/h "
+                f"wide, {cell / resolved:.2g} times what the frame resolves, and at most "
+                f"{MOST_DOPPLER_CELLS} times works; use longer ramps that rise and fall, or process "
+                "the chirps as a recording ('polychirp process')",
                 ModelWarning,
                 stacklevel=3,
             )
@@ -387,7 +387,7 @@ def _code_length(plan: RampSchedule, num_sweeps: int) -> int:
 
 
 def _has_equal_sweeps(plan: RampSchedule, num_sweeps: int) -> bool:
-    """True if every sweep has the ramps of the first, and follows the one before at the same time."""
+    """True if all sweeps have the same ramps, at equal intervals."""
     if plan.num_ramps % num_sweeps:
         return False
     starts = plan.start_time.reshape(num_sweeps, -1)

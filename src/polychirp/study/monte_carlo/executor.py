@@ -32,7 +32,7 @@ _SHORT: Final = 1.0
 
 WORKERS_PER_CORE: Final = 4
 """Most processes that are started for each core. Each takes some 600 MB and one thread, so that
-more than one per core gains nothing; chosen so that tests and small machines may have a few more."""
+more than one for each core gains nothing; chosen so that small machines may have a few more."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
