@@ -206,10 +206,10 @@ def _warn_of_receiver(study: Study, plans: Sequence[RampSchedule]) -> None:
         if cell > MOST_DOPPLER_CELLS * resolved:
             warnings.warn(
                 "the range-rate map of the receiver is too coarse for the ramps of "
-                f"'{radar.name}', so that targets are missed: its cells are {3.6 * cell:.2g} km/h "
-                f"wide, {cell / resolved:.2g} times what the frame resolves, and at most "
-                f"{MOST_DOPPLER_CELLS} times works; use longer ramps that rise and fall, or process "
-                "the chirps as a recording ('polychirp process')",
+                f"'{radar.name}', so that targets are missed: its cells are "
+                f"{_rounded(3.6 * cell)} km/h wide, {_rounded(cell / resolved)} times what the "
+                f"frame resolves, and at most {MOST_DOPPLER_CELLS} times works; use longer ramps "
+                "that rise and fall, or process the chirps as a recording ('polychirp process')",
                 ModelWarning,
                 stacklevel=3,
             )
@@ -224,6 +224,11 @@ def _warn_of_receiver(study: Study, plans: Sequence[RampSchedule]) -> None:
                 ModelWarning,
                 stacklevel=3,
             )
+
+
+def _rounded(value: float) -> str:
+    """The value to two digits, without an exponent."""
+    return f"{float(f'{value:.2g}'):g}"
 
 
 def _doppler_cell(plan: RampSchedule) -> float:

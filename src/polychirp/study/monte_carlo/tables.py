@@ -174,7 +174,7 @@ def _write_csv(path: Path, *, rows: list[Row]) -> None:
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         if rows:
-            writer.writerow(safe_cell(name) for name in rows[0])
+            writer.writerow(rows[0])
         writer.writerows([safe_cell(value) for value in row.values()] for row in rows)
 
 
