@@ -16,6 +16,9 @@ from polychirp.errors import InputError
 if TYPE_CHECKING:
     from polychirp.study.paper.results import StatisticsRow
 
+KEPT: Final = "files that were written stay in the folder, and the same command begins again"
+"""Part of the message after an interrupt."""
+
 MARK: Final = "written-by-polychirp-paper.txt"
 """Name of the file that marks a folder of statistics as this command's own."""
 

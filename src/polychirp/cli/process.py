@@ -6,7 +6,7 @@ import argparse
 import csv
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from polychirp.cli.terminal import figure_text, say, usable_folder
 from polychirp.errors import InputError
@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from polychirp.model.detection import Detections
     from polychirp.model.if_frame import IfFrame
     from polychirp.receiver.alternatives.sawtooth_receiver import SawtoothReceiver
+
+KEPT: Final = "maps and pictures of finished frames stay in the folder"
+"""Part of the message after an interrupt."""
 
 _NO_TRUTH = (
     "A recording has no ground truth: nothing here says which detections are right. Echoes at rest "
