@@ -25,6 +25,7 @@ from polychirp.errors import (
 from polychirp.model.if_frame import SampleTimes, parts_of, sample_times
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
+from polychirp.receiver.chain import Receiver
 from polychirp.receiver.mimo import code_blocks
 from polychirp.receiver.mitigation.bursts import BurstDetector
 from polychirp.receiver.signal_model.point_signal import beat_sensitivity
@@ -45,10 +46,13 @@ from polychirp.synthesis.impairments.high_pass import refuse_unfollowed
 Limits = tuple[float, float]
 """Least and greatest value over the ramps of a frame."""
 
-MOST_DOPPLER_CELLS: Final = 50
-"""Speed cell of the beats (`_beat_speed_cell`) in Doppler cells of the frame, above which the
-receiver is warned of. It finds a point's speed by the beats, and then corrects it by phases within
-four Doppler cells to either side. TODO"""
+FARTHEST_SPEED: Final = 0.8
+"""m/s: a point whose speed is farther from that of its cell in the range-rate map is not refined by
+its beats. The limit of `receiver.estimation.beat_refinement`."""
+
+MOST_DOPPLER_CELLS: Final = 64
+"""Speed cell of the beats (`_beat_speed_cell`) in Doppler cells of the frame, up to which points
+are found: triangles of 0.5 ms in frames of 64 ramps are, sawtooths of 1 GHz (277 cells) are not."""
 
 GREATEST_GUARD: Final = 0.1
 """Guard of a mitigation as a share of the shortest ramp, above which it is warned of; chosen: each
@@ -201,15 +205,11 @@ def _warn_of_receiver(study: Study, plans: Sequence[RampSchedule]) -> None:
     """Warn of victims whose ramps do not suit the receiver or its mitigation."""
     for number in victim_indices(study):
         radar, plan = study.radars[number], plans[number]
-        cell = _beat_speed_cell(plan, sample_times(plan, radar.converter))
-        resolved = _doppler_cell(plan)
-        if cell > MOST_DOPPLER_CELLS * resolved:
+        reason = _too_coarse(plan, sample_times(plan, radar.converter), study.receiver)
+        if reason:
             warnings.warn(
-                "the range-rate map of the receiver is too coarse for the ramps of "
-                f"'{radar.name}', so that targets are missed: its cells are "
-                f"{_rounded(3.6 * cell)} km/h wide, {_rounded(cell / resolved)} times what the "
-                f"frame resolves, and at most {MOST_DOPPLER_CELLS} times works; use longer ramps "
-                "that rise and fall, or process the chirps as a recording ('polychirp process')",
+                f"the range-rate map of the receiver is too coarse for '{radar.name}': {reason}, "
+                "or process the chirps as a recording ('polychirp process')",
                 ModelWarning,
                 stacklevel=3,
             )
@@ -226,9 +226,35 @@ def _warn_of_receiver(study: Study, plans: Sequence[RampSchedule]) -> None:
             )
 
 
-def _rounded(value: float) -> str:
-    """The value to two digits, without an exponent."""
-    return f"{float(f'{value:.2g}'):g}"
+def _too_coarse(plan: RampSchedule, times: SampleTimes, receiver: Receiver) -> str:
+    """The reason why the receiver misses targets on these ramps, and what would work; else ""."""
+    resolved = _doppler_cell(plan)
+    wavelength = SPEED_OF_LIGHT / float(np.max(plan.centre_frequency))
+    step = wavelength / (6.0 * float(np.max(plan.duration)))
+    # phases correct a speed by up to four Doppler cells
+    reach = max(FARTHEST_SPEED, 4.0 * resolved)
+    by_beats = _beat_speed_cell(plan, times)
+    has_both = bool(np.any(plan.slope > 0) and np.any(plan.slope < 0))
+    if has_both and 0.5 * step > reach:
+        rows = 2 * int(np.ceil(receiver.greatest_speed / step)) + 1
+        return (
+            f"it has {rows} cells of speed where the frame resolves "
+            f"{2.0 * receiver.greatest_speed / resolved:.0f}, and misses targets whose speed is "
+            f"more than {_kmh(reach)} from a multiple of {_kmh(step)}; use ramps of "
+            f"{1e3 * wavelength / (12.0 * FARTHEST_SPEED):.1f} ms or more"
+        )
+    if by_beats > MOST_DOPPLER_CELLS * resolved:
+        return (
+            f"by their beats its ramps tell speeds {_kmh(by_beats)} apart, the frame "
+            f"{_kmh(resolved)}, and targets are missed between; use "
+            f"{'fewer sweeps' if has_both else 'ramps that rise and fall'}"
+        )
+    return ""
+
+
+def _kmh(speed: float) -> str:
+    """The speed to two digits in km/h."""
+    return f"{float(f'{3.6 * speed:.2g}'):g} km/h"
 
 
 def _doppler_cell(plan: RampSchedule) -> float:

@@ -258,15 +258,32 @@ def test_an_interrupt_while_storing_leaves_no_half_of_a_run(trial, capsys, monke
     assert list(Path("here").iterdir()) == []
 
 
-def test_ramps_that_the_receiver_is_too_coarse_for_are_warned_of_once(trial, capsys):
-    """Sawtooths tell speeds apart only by range migration, √12·c/(2B·T) per cell."""
-    chirps = 'radars.*.waveform={ kind = "sawtooth", bandwidth = "1 GHz", ramp_duration = "1 ms" }'
+SAWTOOTH = '{ kind = "sawtooth", bandwidth = "1 GHz", ramp_duration = "1 ms" }'
+SHORT = '{ kind = "triangular", bandwidth = "200 MHz", ramp_duration = "100 us" }'
+
+
+@pytest.mark.parametrize(
+    ("waveform", "num_sweeps", "reason", "remedy"),
+    [
+        # √12·c/2BT of 16 ms, and λ/2T
+        (SAWTOOTH, 16, "tell speeds 120 km/h apart, the frame 0.42 km/h", "ramps that rise and"),
+        # λ/2T of 6.4 ms is 0.295 m/s, four of them 4.3 km/h; λ/6T of 0.1 ms is 22.7 km/h
+        (SHORT, 32, "13 cells of speed where the frame resolves 216", "ramps of 0.4 ms or more"),
+        (SHORT, 32, "more than 4.3 km/h from a multiple of 23 km/h", "'polychirp process'"),
+    ],
+    ids=["one direction", "short ramps", "short ramps, what is missed"],
+)
+def test_a_receiver_too_coarse_for_its_ramps_is_warned_of_once(
+    trial, capsys, waveform, num_sweeps, reason, remedy
+):
+    changes = [f"radars.*.waveform={waveform}", f"num_sweeps={num_sweeps}"]
+    options = [word for change in changes for word in ("--set", change)]
     for verb in ("check", "run"):
-        assert main([verb, str(QUICKSTART), "--set", chirps]) == 0
-        notes = [line for line in capsys.readouterr().err.splitlines() if "note:" in line]
+        assert main([verb, str(QUICKSTART), *options]) == 0
+        notes = [line for line in capsys.readouterr().err.splitlines() if "too coarse" in line]
         assert len(notes) == 1
-        assert "too coarse for the ramps of 'front'" in notes[0]
-        assert "polychirp process" in notes[0]
+        assert reason in notes[0]
+        assert remedy in notes[0]
 
 
 def test_a_guard_that_takes_much_of_a_ramp_is_warned_of(trial, capsys):
