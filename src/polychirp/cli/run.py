@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from polychirp.cli.check import add_study_arguments, all_overrides, next_command
 from polychirp.cli.progress import progress_bar
-from polychirp.cli.terminal import say, tables, usable_folder
+from polychirp.cli.terminal import decibels, say, tables, usable_folder
 from polychirp.errors import InputError
 
 if TYPE_CHECKING:
@@ -111,8 +111,6 @@ def _targets(victim: Victim, *, found: bool) -> list[str]:
 def _print_table(trial: Trial) -> None:
     from rich.table import Table
 
-    from polychirp.units import to_db
-
     counts = Table(title="detections of each radar", title_justify="left")
     errors = Table(title="targets found", title_justify="left")
     counts.add_column("radar")
@@ -123,7 +121,7 @@ def _print_table(trial: Trial) -> None:
     for column in ("range", "its error", "speed error", "azimuth error"):
         errors.add_column(column, justify="right")
     for victim in trial.victims:
-        rise = f"{float(to_db(victim.score.floor_rise)):.1f} dB"
+        rise = decibels(victim.score.floor_rise)
         counts.add_row(victim.name, *(str(count) for count in _counts(victim).values()), rise)
         for row in _error_rows(victim):
             errors.add_row(victim.name, *row)

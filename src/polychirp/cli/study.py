@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from polychirp.cli.check import add_study_arguments, all_overrides
 from polychirp.cli.progress import progress_bar
-from polychirp.cli.terminal import say, tables, usable_folder
+from polychirp.cli.terminal import decibels, say, tables, usable_folder
 from polychirp.errors import InputError, RunError
 
 if TYPE_CHECKING:
@@ -175,9 +175,7 @@ def _detections(row: Summary) -> dict[str, str]:
 
 
 def _errors(row: Summary) -> dict[str, str]:
-    from polychirp.units import to_db
-
-    rise = "–" if math.isnan(row.floor_rise) else f"{float(to_db(row.floor_rise)):.1f} dB"
+    rise = "–" if math.isnan(row.floor_rise) else decibels(row.floor_rise)
     return {
         "range, m": _shown(row.range_rmse),
         "speed, km/h": _shown(row.range_rate_rmse, scale=3.6),

@@ -6,6 +6,7 @@ import os
 import sys
 import unicodedata
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import TYPE_CHECKING, Any, Final
 
 from polychirp.errors import InputError, RunError
@@ -39,6 +40,17 @@ def figure_text(text: str) -> str:
     'a\\$b\\$'
     """
     return printable(text).replace("$", r"\$")
+
+
+def decibels(ratio: float) -> str:
+    """The ratio in dB, without a minus before a zero.
+
+    >>> decibels(0.999), decibels(10.0)
+    ('0.0 dB', '10.0 dB')
+    """
+    from polychirp.units import to_db
+
+    return f"{round(float(to_db(ratio)), 1) + 0.0:.1f} dB"
 
 
 def say(text: str) -> None:
@@ -77,10 +89,19 @@ def usable_folder(name: str | Path, *, option: str = "--out") -> Path:
         if place.exists():
             if not place.is_dir():
                 raise InputError(f"{option}: '{place}' is a file; name a folder")
-            if not os.access(place, os.W_OK | os.X_OK):
-                raise RunError(f"{option}: '{place}' cannot be written; name another folder")
+            _try_to_write(place, option=option)
             break
     return folder
+
+
+def _try_to_write(folder: Path, *, option: str) -> None:
+    """Refuse a folder where no file can be made; rights alone do not tell, as on a full disk."""
+    try:
+        TemporaryFile(dir=folder).close()
+    except OSError as error:
+        raise RunError(
+            f"{option}: '{folder}' cannot be written ({error.strerror}); name another folder"
+        ) from None
 
 
 def usable_file(name: str, *, option: str) -> Path:
@@ -100,6 +121,8 @@ def usable_file(name: str, *, option: str) -> Path:
         )
     if path.is_dir():
         raise InputError(f"{option}: '{path}' is a folder; name a file")
-    if not os.access(path if path.exists() else path.parent, os.W_OK):
-        raise RunError(f"{option}: '{path}' cannot be written; name another place")
+    if not path.exists():
+        _try_to_write(path.parent, option=option)
+    elif not os.access(path, os.W_OK):
+        raise RunError(f"{option}: '{path}' cannot be written; name another file")
     return path

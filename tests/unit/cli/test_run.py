@@ -1,7 +1,7 @@
 """``run`` checks, runs, stores, and says what was found; the trial itself is a stand-in here."""
 
+import errno
 import json
-import os
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +10,7 @@ from types import ModuleType, SimpleNamespace
 import numpy as np
 import pytest
 
+from polychirp.cli import terminal
 from polychirp.cli.app import main
 from polychirp.errors import RunError
 from polychirp.model.detection import Detections
@@ -291,8 +292,12 @@ def test_a_guard_that_takes_much_of_a_ramp_is_warned_of(trial, capsys):
     assert "the guard of the mitigation 'blanking' is 200 µs" in capsys.readouterr().err
 
 
+def full_disk(**_):
+    raise OSError(errno.ENOSPC, "No space left on device")
+
+
 def test_a_folder_that_cannot_be_written_is_refused_before_the_run(trial, capsys, monkeypatch):
-    monkeypatch.setattr(os, "access", lambda *_: False)
+    monkeypatch.setattr(terminal, "TemporaryFile", full_disk)
     assert main(quick("--out", "here")) == 4
     assert trial.runs == []
     assert capsys.readouterr().err.count("\n") == 1
