@@ -47,12 +47,13 @@ Limits = tuple[float, float]
 """Least and greatest value over the ramps of a frame."""
 
 FARTHEST_SPEED: Final = 0.8
-"""m/s: a point whose speed is farther from that of its cell in the range-rate map is not refined by
-its beats. The limit of `receiver.estimation.beat_refinement`."""
+"""m/s, the limit of `receiver.estimation.beat_refinement`: beats do not correct the speed of a point
+that is farther than this from its cell of the range-rate map."""
 
-MOST_DOPPLER_CELLS: Final = 64
-"""Speed cell of the beats (`_beat_speed_cell`) in Doppler cells of the frame, up to which points
-are found: triangles of 0.5 ms in frames of 64 ramps are, sawtooths of 1 GHz (277 cells) are not."""
+MOST_DOPPLER_CELLS: Final = 150
+"""Speed cell of the beats (`_beat_speed_cell`) in Doppler cells of the frame, above which it is
+warned. A point was found at all of eight speeds with 128 triangular ramps of 0.5 or 1 ms (128
+cells), and at five of them with sawtooths of 1 GHz (277 cells)."""
 
 GREATEST_GUARD: Final = 0.1
 """Guard of a mitigation as a share of the shortest ramp, above which it is warned of; chosen: each
@@ -246,7 +247,7 @@ def _too_coarse(plan: RampSchedule, times: SampleTimes, receiver: Receiver) -> s
     if by_beats > MOST_DOPPLER_CELLS * resolved:
         return (
             f"by their beats its ramps tell speeds {_kmh(by_beats)} apart, the frame "
-            f"{_kmh(resolved)}, and targets are missed between; use "
+            f"{_kmh(resolved)}, and targets are missed or have a wrong speed; use "
             f"{'fewer sweeps' if has_both else 'ramps that rise and fall'}"
         )
     return ""
