@@ -47,16 +47,16 @@ Limits = tuple[float, float]
 """Least and greatest value over the ramps of a frame."""
 
 FARTHEST_SPEED: Final = 0.8
-"""m/s, the limit of `receiver.estimation.beat_refinement`: beats do not correct the speed of a point
-that is farther than this from its cell of the range-rate map."""
+"""m/s, the limit of `receiver.estimation.beat_refinement`: beats do not correct a point whose speed
+is farther than this from that of its cell in the range-rate map."""
 
 MOST_DOPPLER_CELLS: Final = 150
-"""Speed cell of the beats (`_beat_speed_cell`) in Doppler cells of the frame, above which it is
-warned. A point was found at all of eight speeds with 128 triangular ramps of 0.5 or 1 ms (128
+"""Speed cell of the beats (`_beat_speed_cell`) in Doppler cells of the frame, above which
+`check` warns. A point was found at all of eight speeds with 128 triangular ramps of 0.5 or 1 ms (128
 cells), and at five of them with sawtooths of 1 GHz (277 cells)."""
 
 GREATEST_GUARD: Final = 0.1
-"""Guard of a mitigation as a share of the shortest ramp, above which it is warned of; chosen: each
+"""Guard of a mitigation as a share of the shortest ramp, above which `check` warns; chosen: each
 burst then takes more than a fifth of a ramp."""
 
 _BYTES_OF_A_SAMPLE = 16
