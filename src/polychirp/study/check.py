@@ -52,8 +52,8 @@ is farther than this from that of its cell in the range-rate map."""
 
 MOST_DOPPLER_CELLS: Final = 150
 """Speed cell of the beats (`_beat_speed_cell`) in Doppler cells of the frame, above which
-`check` warns. A point was found at all of eight speeds with 128 triangular ramps of 0.5 or 1 ms (128
-cells), and at five of them with sawtooths of 1 GHz (277 cells)."""
+`check` warns. A point was found at all of eight speeds with 128 triangular ramps of 0.5 or 1 ms
+(128 cells), and at five of them with sawtooths of 1 GHz (277 cells)."""
 
 GREATEST_GUARD: Final = 0.1
 """Guard of a mitigation as a share of the shortest ramp, above which `check` warns; chosen: each
