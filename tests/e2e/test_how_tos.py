@@ -45,7 +45,7 @@ def make_files(folder: Path) -> None:
     """The files that the commands of the pages name."""
     for name in ("study.toml", "bench.toml"):
         (folder / name).write_text(template(), encoding="utf-8")
-    noise = np.random.default_rng(1).normal(0.0, 300.0, (10, 8, 2, 64, 2))
+    noise = np.random.default_rng(1).normal(0.0, 300.0, (3, 8, 2, 64, 2))
     np.save(folder / "walk.npy", noise[:2].view(complex)[..., 0])
     noise.astype("<i2").tofile(folder / "walk.bin")
     (folder / "walk.toml").write_text(WALK, encoding="utf-8")
