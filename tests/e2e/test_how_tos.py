@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from polychirp.cli.app import build_parser, main
+from polychirp.cli.app import VERBS, build_parser, main
 from polychirp.cli.init import template
 from polychirp.config.monte_carlo import load_plan
 from polychirp.testing.shapes import mesh_of, plate
@@ -174,6 +174,16 @@ def test_the_commands_of_the_readme_run(tmp_path, monkeypatch):
     for line in readme_lines():
         if shlex.join(shlex.split(line, comments=True)) not in LONG:
             run_line(line)
+
+
+def test_the_script_leaves_the_commands_of_polychirp_alone():
+    assert chores() & set(VERBS) == set()
+
+
+@pytest.mark.parametrize("name", ["CONTRIBUTING.md", ".ci/run", "ARCHITECTURE.md", "README.md"])
+def test_every_verb_of_the_script_that_is_named_exists(name):
+    text = (ROOT / name).read_text(encoding="utf-8")
+    assert set(re.findall(r"\./run ([a-z]+)", text)) <= chores() | set(VERBS)
 
 
 def test_a_snippet_replaces_the_tables_of_its_names():
