@@ -1,14 +1,15 @@
 """The whole frame of the paper, from scene to detections: four victims, four channels each.
 
-    OPENBLAS_NUM_THREADS=1 python bench/frame.py
+    OPENBLAS_NUM_THREADS=1 python -m bench.frame [--json]
 
 Wall time in a process that has nothing ready, and again when it has meshes and kernels ready; and
-its memory at the peak. How wrong paths are that are renewed only as often as they ask for, against
+its memory at the peak. How wrong paths are that are traced only as often as they ask for, against
 tracing all of them every millisecond:
 
-    OPENBLAS_NUM_THREADS=1 python bench/frame.py errors
+    OPENBLAS_NUM_THREADS=1 python -m bench.frame errors
 """
 
+import json
 import resource
 import sys
 import time
@@ -24,6 +25,8 @@ BAND = np.linspace(78.5e9, 79.5e9, 101)
 
 
 def frames():
+    """Seconds of every frame and of its two halves, and the peak of memory in MB."""
+    runs = []
     for number in range(RUNS):
         steps = [("scene and paths", time.perf_counter())]
 
@@ -35,8 +38,17 @@ def frames():
         ends = [began for _, began in steps[1:]] + [time.perf_counter()]
         taken = [end - began for (_, began), end in zip(steps, ends, strict=True)]
         parts = (f"{name} {t:.1f} s" for (name, _), t in zip(steps, taken, strict=True))
-        print("again" if number else "first", f"{sum(taken):.1f} s:", *parts, flush=True)
-    print(f"peak {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3:.0f} MB")
+        print(
+            "again" if number else "first",
+            f"{sum(taken):.1f} s:",
+            *parts,
+            file=sys.stderr,
+            flush=True,
+        )
+        runs.append(taken)
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3
+    print(f"peak {peak:.0f} MB", file=sys.stderr)
+    return {"runs": [[round(t, 2) for t in taken] for taken in runs], "peak_mb": round(peak)}
 
 
 def errors():
@@ -76,4 +88,9 @@ def responses(paths, scene):
 
 
 if __name__ == "__main__":
-    errors() if "errors" in sys.argv[1:] else frames()
+    if "errors" in sys.argv[1:]:
+        errors()
+    else:
+        measured = frames()
+        if "--json" in sys.argv[1:]:
+            print(json.dumps(measured))

@@ -1,6 +1,6 @@
 """Parallel efficiency of `polychirp study` on this machine.
 
-    python bench/monte_carlo.py [TRIALS]
+    python -m bench.monte_carlo [TRIALS] [--json]
 
 runs the same trials of the small study by one worker and by two, in turn, and prints trials per
 second, their ratio over the number of workers, and what the machine itself allows: the same for
@@ -10,6 +10,7 @@ too. Workers are timed from their first outcomes on; the seconds that they need 
 printed apart.
 """
 
+import json
 import os
 import subprocess
 import sys
@@ -104,7 +105,9 @@ def whole_run(plan: Plan, *, workers: int, folder: Path) -> float:
 
 
 def main() -> None:
-    trials = int(sys.argv[1]) if len(sys.argv) > 1 else 200
+    numbers = [argument for argument in sys.argv[1:] if argument != "--json"]
+    trials = int(numbers[0]) if numbers else 200
+    measured = []
     with tempfile.TemporaryDirectory() as name:
         file = Path(name) / "small.toml"
         file.write_text(SMALL_STUDY + SMALL_GRID, encoding="utf-8")
@@ -119,10 +122,21 @@ def main() -> None:
                 f"busy {busy:.3f}, leader {own * 1e3:.2f} ms a trial; "
                 f"plain loops {alone:.1f} and {beside:.1f}/s: {beside / alone / 2:.3f}; workers "
                 f"begin after {wait:.1f} and {wait_two:.1f} s",
+                file=sys.stderr,
                 flush=True,
             )
+            measured.append(
+                {
+                    "efficiency": round(two / one / 2, 3),
+                    "plain_loops": round(beside / alone / 2, 3),
+                    "busy": round(busy, 3),
+                    "leader_ms_per_trial": round(own * 1e3, 2),
+                }
+            )
         seconds = [whole_run(plan, workers=n, folder=Path(name) / f"{n}") for n in (1, 2)]
-        print(f"{4 * plan.trials} trials from nothing to tables: {seconds} s")
+        print(f"{4 * plan.trials} trials from nothing to tables: {seconds} s", file=sys.stderr)
+    if "--json" in sys.argv[1:]:
+        print(json.dumps(measured))
 
 
 if __name__ == "__main__":

@@ -1,12 +1,14 @@
 """CPU time of one snapshot of the paper's street, 4 × 4 radars, part by part.
 
-    NUMBA_NUM_THREADS=1 OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python bench/snapshot.py
+    NUMBA_NUM_THREADS=1 OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python -m bench.snapshot [--json]
 
 with the default meshes, whose facets are 5 cm on flats and finer where bodies curve, and with
 facets of 5 cm everywhere; with direct views alone, and with everything. Meshes are prepared before
 the clock starts; the best of some snapshots counts.
 """
 
+import json
+import sys
 import time
 from dataclasses import replace
 
@@ -59,15 +61,23 @@ def times_of(tracer, scene):
 
 
 def main():
+    measured = {}
     for name, coarseness in COARSENESS.items():
         study = street(coarseness)
         scene = scene_of(study)
         surfaces = study.tracer.prepare(scene).surfaces
-        print(f"{name}: {sum(surface.area.size for surface in surfaces):,}")
+        facets = sum(surface.area.size for surface in surfaces)
+        measured[name] = {"facets": facets}
+        print(f"{name}: {facets:,}", file=sys.stderr)
         for switch, options in SWITCHES.items():
             taken = best_times(replace(study.tracer, **options), scene)
             parts = ", ".join(f"{kind} {1e3 * t:.0f}" for kind, t in taken.items() if t > 5e-4)
-            print(f"  {switch}: {1e3 * sum(taken.values()):.0f} ms ({parts})", flush=True)
+            total = sum(taken.values())
+            print(f"  {switch}: {1e3 * total:.0f} ms ({parts})", file=sys.stderr, flush=True)
+            seconds = {kind: round(t, 3) for kind, t in taken.items() if t > 5e-4}
+            measured[name][switch] = seconds | {"sum": round(total, 3)}
+    if "--json" in sys.argv[1:]:
+        print(json.dumps(measured))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""What no tracer may break: reciprocity, energy, and a world without preferred place or scale."""
+"""Invariances of all tracers: reciprocity, energy, and no preferred place or scale."""
 
 import numpy as np
 import pytest
@@ -28,7 +28,7 @@ SCALED_TABLE = (
     NamedMaterial(name="metal", conductivity=float("inf"), **ANY_BAND),
     NamedMaterial(name="stone", relative_permittivity=5.0, **ANY_BAND),
 )
-"""Of no loss but a conductor's, so that nothing but lengths over λ counts."""
+"""Materials without losses, or perfect conductors, so that only lengths over λ count."""
 
 
 def street(turn=0.0, dx=0.0, dy=0.0, *, tilt=0.3):

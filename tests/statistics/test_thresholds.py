@@ -25,7 +25,7 @@ from polychirp.receiver.signal_model.point_signal import hann_weights
 from polychirp.rng import Streams
 from polychirp.waveform import DiverseTriangular, Triangular
 from tests.support.estimation import estimate_points
-from tests.support.points import frame_of
+from tests.support.points import HandPoint, frame_of
 
 
 def test_the_papers_threshold_calls_half_of_the_noise_targets():
@@ -90,23 +90,28 @@ def test_the_receivers_map_has_the_stated_false_alarm_rate(probability):
 
 
 @pytest.mark.slow
-def test_the_whole_receiver_claims_no_more_from_noise_than_stated():
-    """40 frames of noise alone at 1e-4 per cell, against cells × probability.
+def test_the_receiver_detects_a_point_and_next_to_nothing_in_the_noise_around_it():
+    """40 frames of noise at 1e-4 per cell of the map, with and without a point.
 
-    A false peak is several cells wide, one claim, and must besides cohere and survive its own fit,
-    so that claims are fewer than crossings: no more than stated, at 99.9 % by Poisson's law. And
-    the crossings themselves are as many as stated (above).
+    The stated probability is one of map crossings, which the test below measures on both sides. A
+    crossing must besides cohere over the frame and survive its own fit, so that false detections
+    are rarer: fewer than cells × probability, at 99.9 % by Poisson's law. A receiver that detects
+    nothing would pass that; the same noise must not hide a point of 18 dB per ramp.
     """
     probability = 1e-4
     receiver = Receiver(false_alarm_probability=probability)
     ramps = DiverseTriangular().schedule(num_sweeps=16, streams=Streams(2))
-    claims, frames = 0, 40
-    for seed in range(frames):
-        frame = frame_of(ramps, [], seed=1000 + seed)
-        claims += receiver.detect(frame).num_detections
+    false, found, frames = 0, 0, 40
+    point = HandPoint(range=14.0, range_rate=-6.0, power=0.025)
+    for seed in range(1000, 1000 + frames):
+        frame = frame_of(ramps, [], seed=seed)
+        false += receiver.detect(frame).num_detections
+        detections = receiver.detect(frame_of(ramps, [point], seed=seed))
+        found += bool(np.any(np.abs(detections.range - point.range) < 0.1))
     grid = search_grid(receiver, frame, 0.0)
     stated = probability * frames * grid.range.size * grid.range_rate.size
-    assert claims <= poisson.ppf(0.999, stated)
+    assert false <= poisson.ppf(0.999, stated)
+    assert found == frames
 
 
 @pytest.mark.slow

@@ -13,6 +13,7 @@ means can be written beside it. ``comparisons`` are the page's rows of ``compari
 
 from __future__ import annotations
 
+import json
 import math
 import re
 import sys
@@ -33,6 +34,8 @@ from tools.pages.mechanism_table import RECORD as MECHANISMS
 from tools.pages.mechanism_table import mechanism_table
 from tools.pages.mitigation_table import RECORD as MITIGATIONS
 from tools.pages.mitigation_table import mitigation_table
+from tools.pages.speed_table import RECORD as SPEED
+from tools.pages.speed_table import speed_tables
 from tools.pages.statistics_table import RECORD as STATISTICS
 from tools.pages.statistics_table import statistics_table
 from tools.pages.validation import Comparison, read_comparisons
@@ -41,6 +44,9 @@ RECORD: Final = "comparisons.json"
 """What ``pytest --record`` leaves in the folder of the pages."""
 
 INDEX: Final = "README.md"
+
+STAMPS: Final = "stamps.json"
+"""File that holds when each record was measured and with which code."""
 
 _MARKS: Final = "<!-- generated: comparisons -->\n<!-- end of comparisons -->\n"
 
@@ -95,6 +101,13 @@ def index_table(titles: Mapping[str, str], rows: Sequence[Comparison]) -> str:
         quantities = "; ".join(dict.fromkeys(row.quantity for row in mine))
         body.append((f"[{titles[name]}]({name}.md)", str(len(mine)), quantities))
     return table(("page", "comparisons", "of"), body)
+
+
+def stamp_table(folder: Path) -> str:
+    """Date and code of every record; `tools.renew` writes the stamps."""
+    stamps = json.loads((folder / STAMPS).read_text(encoding="utf-8"))
+    body = [(name, row["date"], f"`{row['code']}`") for name, row in sorted(stamps.items())]
+    return table(("record", "measured", "hash of the code"), body)
 
 
 def filled(text: str, blocks: Mapping[str, str]) -> str:
@@ -170,6 +183,10 @@ def rendered(folder: Path) -> dict[str, str]:
     for name, record, made in _RECORDED:
         if (folder / record).exists():
             common[name] = made(folder)
+    if (folder / SPEED).exists():
+        common |= speed_tables(folder)
+    if (folder / STAMPS).exists():
+        common["stamps"] = stamp_table(folder)
     pages = {}
     for name, text in texts.items():
         mine = [row for row in rows if row.page == Path(name).stem]

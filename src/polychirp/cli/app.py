@@ -82,7 +82,7 @@ def build_parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action=Version, nargs=0, help="print the version")
     subparsers = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=Parser)
     for verb in VERBS:
-        module = import_module(f"polychirp.cli.{verb}")
+        module = import_module(f"polychirp.cli.{verb.replace('-', '_')}")
         module.add_parser(subparsers)
         kept = getattr(module, "KEPT", "nothing unfinished was kept")
         subparsers.choices[verb].set_defaults(command=module.run, kept=kept)

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Iterable, Mapping, Sequence
-from html import escape
-from pathlib import Path
-from string import Template
-from typing import Final
+from dataclasses import dataclass
+from importlib.resources import files
+from typing import Any, Final
+
+import jinja2
+from markupsafe import Markup
 
 from polychirp.report.correlation import CAPTIONS as CORRELATION_CAPTIONS
 from polychirp.report.correlation import (
@@ -37,23 +39,6 @@ from polychirp.report.words import (
 )
 from polychirp.study.paper.results import PaperResults, PaperRow, StatisticsRow
 from polychirp.study.section_v.cases import CorrelationResults
-
-PAGE: Final = Template(
-    """<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>$title</title>
-<style>
-$style</style>
-</head>
-<body>
-$body
-</body>
-</html>
-"""
-)
 
 TITLE: Final = "FMCW chirp diversity against mutual interference: the paper and polychirp"
 
@@ -91,28 +76,56 @@ WIDE: Final = frozenset(
 )
 
 
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """A cell of a table: its lines of text, and its class in the style sheet."""
+
+    lines: Sequence[str]
+    kind: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A table of the page: titles of its columns, and its rows of cells."""
+
+    head: Sequence[str]
+    rows: Sequence[Sequence[Cell]]
+
+
 def page(results: PaperResults, pictures: Mapping[str, bytes]) -> str:
-    """The whole page; ``pictures`` are PNG files by the name of their figure."""
+    """The whole page as HTML; ``pictures`` are PNG files by the name of their figure."""
     answers = verdicts(results)
     captions = (
         CAPTIONS
         | CORRELATION_CAPTIONS
         | {figure_name(v.claim): f"Paper: {v.claim.text}. Here: {_outcome(v)}." for v in answers}
     )
-    figures = [_figure(name, picture, captions.get(name, "")) for name, picture in pictures.items()]
-    body = [
-        f"<h1>{escape(TITLE)}</h1>",
-        f'<p class="lead">{escape(_summary(answers))}</p>',
-        _section("What the paper claims, and what we find", _claims(answers)),
-        _section("Figures", _element("div", figures, kind="figures")),
-        *_correlation(results.correlation),
-        *_statistics(results.statistics),
-        _section("Every case", *_cases(results.rows)),
-        _section("Where the paper errs or is silent", *_errata()),
-        _section("Where these numbers come from", *_provenance(results)),
-    ]
-    style = Path(__file__).with_name("page.css").read_text(encoding="utf-8")
-    return PAGE.substitute(title=escape(TITLE), style=style, body="\n".join(body))
+    environment = jinja2.Environment(
+        loader=jinja2.FunctionLoader(_read),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+    )
+    return environment.get_template("page.html").render(
+        title=TITLE,
+        style=Markup(_read("page.css")),
+        summary=_summary(answers),
+        claims=_claims(answers),
+        figures=[_figure(name, data, captions.get(name, "")) for name, data in pictures.items()],
+        correlation=_correlation(results.correlation),
+        statistics=_statistics(results.statistics),
+        cases=_cases(results.rows),
+        errata=ERRATA,
+        facts={
+            "seed": str(results.seed),
+            "computed in": f"{decimal(results.wall_time_s, 1)} s",
+            **dict(results.versions),
+        },
+        notes=results.notes,
+    )
+
+
+def _read(name: str) -> str:
+    return files("polychirp.report.templates").joinpath(name).read_text(encoding="utf-8")
 
 
 def _summary(answers: Sequence[Verdict]) -> str:
@@ -126,65 +139,53 @@ def _outcome(answer: Verdict) -> str:
     return "as claimed" if answer.holds else "; ".join(answer.differences)
 
 
-def _correlation(results: CorrelationResults | None) -> list[str]:
-    """Section V, where it was run."""
+def _correlation(results: CorrelationResults | None) -> dict[str, Any] | None:
+    """Tables and notes of section V, if it was run."""
     if results is None:
-        return []
-    peaks = [
-        [*map(_cell, row[:NUM_WORDS]), *map(_number, row[NUM_WORDS:])] for row in peak_rows(results)
-    ]
-    shapes = [[_cell(name), *map(_number, cells)] for name, *cells in shape_rows(results)]
-    notes = [f"<li>{escape(note)}</li>" for note in results.notes]
-    return [
-        _section(
-            "Section V: correlation, highest peaks in dB",
-            _table(peak_head(results), peaks),
-            _table(SHAPE_HEAD, shapes),
-            _element("ul", notes),
-        )
-    ]
+        return None
+    peaks = [_row(row, num_words=NUM_WORDS) for row in peak_rows(results)]
+    shapes = [_row(row, num_words=1) for row in shape_rows(results)]
+    return {
+        "peaks": Table(peak_head(results), peaks),
+        "shapes": Table(SHAPE_HEAD, shapes),
+        "notes": results.notes,
+    }
 
 
-def _statistics(rows: Sequence[StatisticsRow]) -> list[str]:
-    """Figures 12 and 13, where they were run."""
+def _statistics(rows: Sequence[StatisticsRow]) -> dict[str, Any] | None:
+    """Table and findings of figures 12 and 13, if they were run."""
     if not rows:
-        return []
-    lines = [[*map(_cell, row[:2]), *map(_number, row[2:])] for row in statistics_rows(rows)]
-    return [
-        _section(
-            "Figures 12 and 13: points in random traffic, with 95 % intervals",
-            _element("ul", [f"<li>{escape(finding)}</li>" for finding in findings(rows)]),
-            _table(STATISTICS_HEAD, lines),
-            f'<p class="soft">{escape(STATISTICS_NOTE)}</p>',
-        )
-    ]
+        return None
+    lines = [_row(row, num_words=2) for row in statistics_rows(rows)]
+    return {
+        "findings": findings(rows),
+        "table": Table(STATISTICS_HEAD, lines),
+        "note": STATISTICS_NOTE,
+    }
 
 
-# ── parts of the page ─────────────────────────────────────────────────────────
-
-
-def _claims(answers: Sequence[Verdict]) -> str:
+def _claims(answers: Sequence[Verdict]) -> Table:
     head = ("Fig.", "Case", "The paper's claim", "Verdict", *FINDINGS)
-    lines = []
+    rows = []
     for answer in answers:
-        row = answer.row
-        kind = "good" if answer.holds else "bad"
-        lines.append(
+        claim = answer.claim
+        verdict = _text(_outcome(answer), f"verdict {'good' if answer.holds else 'bad'}")
+        rows.append(
             [
-                _cell(answer.claim.figure),
-                _cell(f"{answer.claim.scenario}, {answer.claim.radar}, {answer.claim.waveform}"),
-                _cell(answer.claim.text),
-                _cell(_outcome(answer), f"verdict {kind}"),
-                *_findings(row),
+                _text(claim.figure),
+                _text(f"{claim.scenario}, {claim.radar}, {claim.waveform}"),
+                _text(claim.text),
+                verdict,
+                *_findings(answer.row),
             ]
         )
-    return _table(head, lines)
+    return Table(head, rows)
 
 
-def _findings(row: PaperRow | None) -> list[str]:
+def _findings(row: PaperRow | None) -> list[Cell]:
     """Cells under `FINDINGS`."""
     if row is None:
-        return [_cell("–") for _ in FINDINGS]
+        return [_text("–") for _ in FINDINGS]
     return [
         _lines(f"{t.name}: {decimal(t.range_m)} m" for t in row.targets),
         _lines(target_words(t) for t in row.targets if t.detected),
@@ -198,49 +199,52 @@ def _findings(row: PaperRow | None) -> list[str]:
     ]
 
 
-def _figure(name: str, picture: bytes, caption: str) -> str:
-    data = base64.b64encode(picture).decode("ascii")
-    text = escape(caption)
-    return (
-        f'<figure id="{escape(name)}" class="{"wide" if name in WIDE else "panel"}">'
-        f'<img src="data:image/png;base64,{data}" alt="{text}">'
-        f"<figcaption>{text} <span>Data: figures/{escape(name)}.csv</span></figcaption></figure>"
-    )
+def _figure(name: str, picture: bytes, caption: str) -> dict[str, str]:
+    return {
+        "name": name,
+        "caption": caption,
+        "data": base64.b64encode(picture).decode("ascii"),
+        "width": "wide" if name in WIDE else "panel",
+    }
 
 
-def _cases(rows: Sequence[PaperRow]) -> list[str]:
-    """A table per scenario and victim, and one fold per row."""
-    parts = []
+def _cases(rows: Sequence[PaperRow]) -> list[dict[str, Any]]:
+    """A table for every scenario and victim, and one fold for every row."""
+    cases = []
     for scenario, radar in dict.fromkeys((row.scenario, row.radar) for row in rows):
         chosen = [row for row in rows if (row.scenario, row.radar) == (scenario, radar)]
-        parts.append(f"<h3>{escape(f'{scenario}: {SCENARIO[scenario]} at {radar}')}</h3>")
-        parts.append(_variants(chosen))
-        parts += [_fold(row) for row in chosen]
-    return parts
+        cases.append(
+            {
+                "title": f"{scenario}: {SCENARIO[scenario]} at {radar}",
+                "variants": _variants(chosen),
+                "folds": [_fold(row) for row in chosen],
+            }
+        )
+    return cases
 
 
-def _variants(rows: Sequence[PaperRow]) -> str:
+def _variants(rows: Sequence[PaperRow]) -> Table:
     lines = [
         [
-            _cell(WAVEFORM[row.waveform]),
-            _cell(timing(row) if row.scenario != "A" else "–"),
-            _cell(MITIGATION[row.mitigation]),
+            _text(WAVEFORM[row.waveform]),
+            _text(timing(row) if row.scenario != "A" else "–"),
+            _text(MITIGATION[row.mitigation]),
             *_findings(row),
         ]
         for row in rows
     ]
-    return _table(("Waveform", "Starts", "Receiver", *FINDINGS), lines)
+    return Table(("Waveform", "Starts", "Receiver", *FINDINGS), lines)
 
 
-def _fold(row: PaperRow) -> str:
+def _fold(row: PaperRow) -> dict[str, Any]:
     """Targets and ghosts of one row, one by one."""
     targets = [
         [
-            _cell(target.name),
+            _text(target.name),
             _number(decimal(target.range_m)),
             _number(decimal(target.closing_speed_mps)),
             _number(decimal(target.azimuth_deg)),
-            _cell("found" if target.detected else "missed", "good" if target.detected else "bad"),
+            _text("found" if target.detected else "missed", "good" if target.detected else "bad"),
             _number(decimal(target.range_error_m, 3, signed=True)),
             _number(decimal(target.speed_error_mps, 3, signed=True)),
             _number(decimal(target.azimuth_error_deg, 2, signed=True)),
@@ -250,7 +254,7 @@ def _fold(row: PaperRow) -> str:
     ]
     ghosts = [
         [
-            _cell(ghost.kind),
+            _text(ghost.kind),
             _number(decimal(ghost.range_m)),
             _number(decimal(ghost.closing_speed_mps)),
             _number(decimal(ghost.azimuth_deg)),
@@ -260,67 +264,33 @@ def _fold(row: PaperRow) -> str:
     ]
     errors = ("Range error (m)", "Speed error (m/s)", "Azimuth error (°)", "SNR (dB)")
     place = ("Range (m)", "Closing speed (m/s)", "Azimuth (°)")
-    parts = [_table(("Target", *place, "", *errors), targets)]
+    tables = [Table(("Target", *place, "", *errors), targets)]
     if ghosts:
-        parts.append(_table(("Ghost", *place, "Over the strongest target (dB)"), ghosts))
-    parts.append(
-        f'<p class="soft">{escape(counted(row.other_echoes, "further detection"))} '
-        "from walls, road, trees and other bodies, which are there.</p>"
-    )
-    return (
-        f"<details><summary>{escape(variant_name(row))}: "
-        f"{escape(counted(row.missed, 'missed target'))}, "
-        f"{escape(counted(len(row.ghosts), 'ghost'))}</summary>{''.join(parts)}</details>"
-    )
-
-
-def _errata() -> list[str]:
-    return [f"<h3>{escape(title)}</h3><p>{escape(text)}</p>" for title, text in ERRATA]
-
-
-def _provenance(results: PaperResults) -> list[str]:
-    facts = {
-        "seed": str(results.seed),
-        "computed in": f"{decimal(results.wall_time_s, 1)} s",
-        **dict(results.versions),
+        tables.append(Table(("Ghost", *place, "Over the strongest target (dB)"), ghosts))
+    missed, found = counted(row.missed, "missed target"), counted(len(row.ghosts), "ghost")
+    return {
+        "summary": f"{variant_name(row)}: {missed}, {found}",
+        "tables": tables,
+        "others": counted(row.other_echoes, "further detection"),
     }
-    pairs = "".join(
-        f"<dt>{escape(name)}</dt><dd>{escape(value)}</dd>" for name, value in facts.items()
-    )
-    notes = [f"<li>{escape(note)}</li>" for note in results.notes]
-    return [f"<dl>{pairs}</dl>", *([_element("ul", notes)] if notes else [])]
 
 
-# ── words of HTML ─────────────────────────────────────────────────────────────
+# ── cells ─────────────────────────────────────────────────────────────────────
 
 
-def _section(title: str, *parts: str) -> str:
-    return f"<section><h2>{escape(title)}</h2>\n{''.join(parts)}</section>"
+def _text(text: str, kind: str = "") -> Cell:
+    return Cell((text,), kind)
 
 
-def _element(name: str, parts: Iterable[str], *, kind: str = "") -> str:
-    attribute = f' class="{kind}"' if kind else ""
-    return f"<{name}{attribute}>{''.join(parts)}</{name}>"
+def _number(text: str) -> Cell:
+    return Cell((text,), "number")
 
 
-def _cell(text: str, kind: str = "") -> str:
-    return _element("td", [escape(text)], kind=kind)
-
-
-def _lines(texts: Iterable[str]) -> str:
+def _lines(texts: Iterable[str]) -> Cell:
     """One text per line, or a dash for none."""
-    return _element("td", ["<br>".join(escape(text) for text in texts) or "–"], kind="lines")
+    return Cell(tuple(texts) or ("–",), "lines")
 
 
-def _number(text: str) -> str:
-    return _cell(text, "number")
-
-
-def _table(head: Sequence[str], lines: Iterable[Sequence[str]]) -> str:
-    """A table that scrolls by itself where the window is narrow; cells are ready HTML."""
-    titles = "".join(f'<th scope="col">{escape(title)}</th>' for title in head)
-    rows = "".join(f"<tr>{''.join(line)}</tr>\n" for line in lines)
-    return (
-        f'<div class="scroll"><table><thead><tr>{titles}</tr></thead>'
-        f"<tbody>{rows}</tbody></table></div>"
-    )
+def _row(texts: Sequence[str], *, num_words: int) -> list[Cell]:
+    """A row of a table whose first cells are words and whose others are numbers."""
+    return [*map(_text, texts[:num_words]), *map(_number, texts[num_words:])]

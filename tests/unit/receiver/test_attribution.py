@@ -53,6 +53,40 @@ def test_every_detection_is_traced_to_the_part_it_comes_from():
     assert powers[0, PARTS.index("direct")] == pytest.approx(4 * 4e4, rel=0.02)
 
 
+def test_a_part_counts_with_its_geometric_mean_over_ramps():
+    """A ghost of 1/100 of its power on every other ramp has a tenth of it in the mean."""
+    frame, parts = dissected()
+    found = Receiver().detect(frame)
+    steady = part_powers(Receiver(), frame, parts, found)
+    samples = parts.samples.copy()
+    samples[PARTS.index("direct"), :, ::2] *= 0.1
+    uneven = part_powers(Receiver(), frame, IfParts(samples=samples), found)
+    ratio = uneven[0, PARTS.index("direct")] / steady[0, PARTS.index("direct")]
+    assert ratio == pytest.approx(0.1, rel=1e-6)
+
+
+@pytest.mark.parametrize("is_up", [True, False])
+def test_the_floor_is_read_where_targets_beat(is_up):
+    """Targets beat above zero on up-ramps and below zero on down-ramps; the other side is free.
+
+    Disturbance on the free side of the ramps of one kind leaves the floor as it is, on the side of
+    the targets it lifts it.
+    """
+    frame, parts = dissected(ghost_power=0.0)
+    draw = np.random.default_rng(5)
+    spectrum = np.fft.fft(draw.normal(size=frame.samples.shape), axis=-1)
+    is_above = np.fft.fftfreq(frame.samples.shape[-1]) > 0
+    chosen = (RAMPS.slope > 0) == is_up
+    for is_on_their_side in (False, True):
+        half = np.where(is_above == (is_up == is_on_their_side), spectrum, 0.0)
+        samples = np.zeros_like(parts.samples)
+        samples[PARTS.index("noise")] = parts.noise
+        samples[PARTS.index("direct")] = 100.0 * np.fft.ifft(half) * chosen[:, None]
+        rise = floor_rise(Receiver(), frame, IfParts(samples=samples))
+        assert (rise > 100.0) is is_on_their_side
+        assert is_on_their_side or rise < 1.5
+
+
 def test_a_frame_without_detections_has_no_powers():
     noise = frame_of(RAMPS, [], seed=3)
     found = Receiver().detect(noise)

@@ -20,8 +20,8 @@ from polychirp.channel.diffraction.half_planes import (
     height_of,
 )
 from polychirp.channel.diffraction.silhouette import Obstacles, blocked_intervals
-from polychirp.channel.geometry.bvh import Vector
-from polychirp.channel.scene.world import SKIN
+from polychirp.channel.geometry.vectors import Vector
+from polychirp.channel.scene.world import RADAR_CLEARANCE
 
 CELL = 0.02
 """m of excess length: width of the smooth cells in which edge waves are gathered."""
@@ -63,7 +63,7 @@ def _weight(depth: float, height: float, excess: float, length: float, farthest:
     beyond, square = length - depth, height * height
     legs = math.sqrt((depth * depth + square) * (beyond * beyond + square))
     oblique = 0.5 * (1.0 + (depth * beyond - square) / legs)
-    ends = _smooth(depth / SKIN - 1.0) * _smooth(beyond / SKIN - 1.0)
+    ends = _smooth(depth / RADAR_CLEARANCE - 1.0) * _smooth(beyond / RADAR_CLEARANCE - 1.0)
     return oblique * ends * (1.0 - _smooth(2.0 * excess / farthest - 1.0))
 
 

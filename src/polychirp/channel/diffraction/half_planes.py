@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 
 from polychirp.axes import FloatArray, IntArray
-from polychirp.channel.geometry.bvh import Vector
+from polychirp.channel.geometry.vectors import Vector
 
 NUM_AZIMUTHS = 360
 """Half-planes about a line of sight; straight edges between two of them are exact."""

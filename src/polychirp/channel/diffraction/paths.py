@@ -25,7 +25,7 @@ then blocked are the edges, each with its own depth. Between two half-planes an 
 
 **What counts.** Surfaces that block, unless both radars are in front of them: those mirror, which
 facets and planes answer for; of plates, only those whose plane is between the two. Nothing within
-`SKIN` of either end, along the line of sight, blocks.
+`RADAR_CLEARANCE` of either end, along the line of sight, blocks.
 
 **Limits.** One edge in every half-plane and direction: of several obstacles behind one another,
 and of both ends of a flat top, the one that reaches farthest into the way counts alone. That is
@@ -52,11 +52,11 @@ from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import gather, no_paths, path_table
 from polychirp.channel.diffraction.edge_waves import CELL, Pair, Waves, edge_waves
 from polychirp.channel.diffraction.silhouette import Obstacles
-from polychirp.channel.direct.line_of_sight import line_of_sight, projection
-from polychirp.channel.direct.occluded import short_of, visible_line_of_sight
-from polychirp.channel.geometry.retarded_delay import passing
-from polychirp.channel.scene.transmission import through
-from polychirp.channel.scene.world import ROLES, SKIN, World
+from polychirp.channel.direct.line_of_sight import line_of_sight, straight_path_polarisation
+from polychirp.channel.direct.occluded import points_before, visible_line_of_sight
+from polychirp.channel.geometry.retarded_delay import range_acceleration
+from polychirp.channel.scene.transmission import transmission_matrices
+from polychirp.channel.scene.world import RADAR_CLEARANCE, ROLES, World
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.paths import Bounce, PropagationPaths
 
@@ -110,7 +110,7 @@ def diffracted_paths(world: World, pairs: IntArray) -> PropagationPaths:
     # edges are so near the line that what weakens it weakens them
     place = world.scene.radar_position
     start, end = place[direct.transmitter], place[direct.receiver]
-    losses = through(world, start, short_of(start, end, SKIN))
+    losses = transmission_matrices(world, start, points_before(start, end, RADAR_CLEARANCE))
     found: dict[tuple[int, int, bool], _Fan] = {}
     bodies, plates = _in_the_way(world, direct, is_clear)
     for number in np.flatnonzero(np.any(bodies, axis=-1) | np.any(plates, axis=-1)):
@@ -141,7 +141,9 @@ def _in_the_way(
 
     def meets(centre: FloatArray, radius: FloatArray) -> BoolArray:
         way = sum(np.linalg.norm(end[:, None] - centre, axis=-1) for end in ends)
-        return np.asarray((way - 2 * radius <= reach[:, None]) & (length > 2 * SKIN)[:, None])
+        return np.asarray(
+            (way - 2 * radius <= reach[:, None]) & (length > 2 * RADAR_CLEARANCE)[:, None]
+        )
 
     heights = [np.einsum("epx,px->ep", end[:, None] - plates.centre, plates.normal) for end in ends]
     between = heights[0] * heights[1] < 0
@@ -268,7 +270,8 @@ def _gathered(
         field=field * np.exp(1j * world.wavenumber * excess),
         excess=excess,
         rate=rate,
-        bend=passing(point, pair.there[slot]) + passing(point - end, pair.home[slot]),
+        bend=range_acceleration(point, pair.there[slot])
+        + range_acceleration(point - end, pair.home[slot]),
         coherence_time=np.where(spread > 1e-5, coherence, np.inf),
         out=out @ frame,
         back=back @ frame,
@@ -293,7 +296,9 @@ def _table(world: World, direct: PropagationPaths, number: int, fan: _Fan) -> Pr
     axis = direct.departure[number]
     opening = axis @ (speed[b] - speed[a])
     amplitude = 1.0 / (4 * np.pi * world.frequency * direct.delay[number])
-    transfer = projection(_unit(out), _unit(back)) * (amplitude * fan.field)[:, None, None]
+    transfer = (
+        straight_path_polarisation(_unit(out), _unit(back)) * (amplitude * fan.field)[:, None, None]
+    )
     return path_table(
         scene=world.scene,
         frequency=world.frequency,

@@ -25,9 +25,8 @@ from polychirp.channel.diffraction.half_planes import (
     reach_from,
     reach_from_axis,
 )
-from polychirp.channel.geometry.bvh import Vector
-from polychirp.channel.geometry.vectors import cross, dot, row, vector_at
-from polychirp.channel.scene.world import SKIN
+from polychirp.channel.geometry.vectors import Vector, cross, dot, row, vector_at
+from polychirp.channel.scene.world import RADAR_CLEARANCE
 
 
 class Obstacles(NamedTuple):
@@ -83,7 +82,7 @@ def _block_line(
         bz, bh = bz + (az - bz) * bh / (bh - ah), 0.0
     if az > bz:
         az, ah, bz, bh = bz, bh, az, ah
-    low, high = SKIN, length - SKIN
+    low, high = RADAR_CLEARANCE, length - RADAR_CLEARANCE
     if bz <= low or az >= high:
         return
     if az < low:
@@ -273,7 +272,10 @@ def _block_body(
             p = _sum(_turned(m, vector_at(triangle, number, 0)), origin)
             q = _sum(p, _turned(m, vector_at(triangle, number, 3)))
             r = _sum(p, _turned(m, vector_at(triangle, number, 6)))
-            if max(p[0], q[0], r[0]) > SKIN and min(p[0], q[0], r[0]) < length - SKIN:
+            if (
+                max(p[0], q[0], r[0]) > RADAR_CLEARANCE
+                and min(p[0], q[0], r[0]) < length - RADAR_CLEARANCE
+            ):
                 _block_triangle(blocked, (p, q, r), length, body, touch, way)
 
 

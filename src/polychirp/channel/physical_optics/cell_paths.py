@@ -8,7 +8,7 @@ import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import gather, no_paths, path_table
-from polychirp.channel.geometry.retarded_delay import passing
+from polychirp.channel.geometry.retarded_delay import range_acceleration
 from polychirp.channel.physical_optics.kernels import CELL
 from polychirp.channel.physical_optics.views import View
 from polychirp.channel.scene.world import World
@@ -90,7 +90,9 @@ def cell_paths(
     local = [slide @ world.rotation[body] for slide in slides]
     coherence = _coherence_time(sums, local, rate, world.wavenumber)
     point = _ellipse_point(ends[0].image, ends[1].image, ways[0], length)
-    bend = passing(point - ends[0].image, slides[0]) + passing(point - ends[1].image, slides[1])
+    bend = range_acceleration(point - ends[0].image, slides[0]) + range_acceleration(
+        point - ends[1].image, slides[1]
+    )
     actor = np.full(len(task), world.body[body])
 
     def table(order: tuple[int, int], matrix: ComplexArray) -> PropagationPaths:

@@ -12,8 +12,8 @@ import numpy as np
 from numba import njit, prange
 
 from polychirp.axes import FloatArray, IntArray
-from polychirp.channel.geometry.bvh import Tree, Vector
-from polychirp.channel.geometry.vectors import dot, row, vector_at
+from polychirp.channel.geometry.bvh import Tree
+from polychirp.channel.geometry.vectors import Vector, dot, row, vector_at
 
 ALL_OF_IT: Final = 0.95
 """Sine of a horizon above which no more is looked for."""

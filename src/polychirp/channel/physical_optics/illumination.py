@@ -28,7 +28,7 @@ from polychirp.channel.physical_optics.kernels import (
 from polychirp.channel.physical_optics.view_losses import losses_of
 from polychirp.channel.physical_optics.views import View, ViewTable, view_table
 from polychirp.channel.scene.blockers import Blockers, in_frame_of
-from polychirp.channel.scene.world import UPWARDS, Surface, World
+from polychirp.channel.scene.world import POLARISATION_AXES, Surface, World
 
 
 class Parts(NamedTuple):
@@ -96,7 +96,7 @@ class Lighting:
             media_of(world, surface.materials),
             in_frame_of(world, rotation, world.position[self.body]).plate,
             media_of(world, world.materials),
-            np.ascontiguousarray(UPWARDS @ rotation),
+            np.ascontiguousarray(POLARISATION_AXES @ rotation),
             table.plate,
             surface.patch,
             losses,

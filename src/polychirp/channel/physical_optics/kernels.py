@@ -11,11 +11,17 @@ from numpy.typing import NDArray
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.channel.geometry.vectors import cross, dot, row, vector, vector_at
-from polychirp.channel.materials.reflection_table import ReflectionTable, looked_up
+from polychirp.channel.materials.reflection_table import ReflectionTable, tabulated_reflection
 from polychirp.channel.physical_optics.views import NEAR_BODIES, NEAR_PLATES, ViewTable, near_view
-from polychirp.channel.scene.blockers import CENTRE, MEDIUM, NORMAL, Blockers, is_beside
+from polychirp.channel.scene.blockers import (
+    PLATE_CENTRE,
+    PLATE_MEDIUM,
+    PLATE_NORMAL,
+    Blockers,
+    is_beside,
+)
 from polychirp.channel.scene.occlusion import is_blocked
-from polychirp.channel.scene.world import SKIN
+from polychirp.channel.scene.world import RADAR_CLEARANCE
 
 LIFT = 3e-3
 """m by which a shadow ray starts above its facet, so as not to meet it or its neighbours."""
@@ -150,14 +156,16 @@ def _sees(
     if number < 0:
         if _is_open(faces, f, lifted, source):
             bodies = bodies[:-1]  # all but its own
-        return not is_blocked(blockers, bodies, plates, source, lifted, SKIN)
-    centre, upright = vector_at(plate, number, CENTRE), vector_at(plate, number, NORMAL)
+        return not is_blocked(blockers, bodies, plates, source, lifted, RADAR_CLEARANCE)
+    centre, upright = vector_at(plate, number, PLATE_CENTRE), vector_at(plate, number, PLATE_NORMAL)
     above = (lifted[0] - centre[0], lifted[1] - centre[1], lifted[2] - centre[2])
     if dot(above, upright) <= 0.0:
         return False
     meet = meet_mirror(centre, upright, row(views.image, view), lifted)
     gap = (meet[0] - centre[0], meet[1] - centre[1], meet[2] - centre[2])
-    if is_beside(plate, number, gap) or is_blocked(blockers, bodies, plates, source, meet, SKIN):
+    if is_beside(plate, number, gap) or is_blocked(
+        blockers, bodies, plates, source, meet, RADAR_CLEARANCE
+    ):
         return False
     if _is_open(faces, f, lifted, meet):
         bodies = bodies[:-1]
@@ -334,7 +342,7 @@ def fields(
         out = wave[i]
         out[V, 0], out[V, 1] = _turned(sent_v, across, side, d)
         out[H, 0], out[H, 1] = _turned(sent_h, across, side, d)
-        out[GAMMA, 0], out[GAMMA, 1] = looked_up(media, faces.medium[f], cosine)
+        out[GAMMA, 0], out[GAMMA, 1] = tabulated_reflection(media, faces.medium[f], cosine)
         out[PLACE, 0] = cosine
         out[PLACE, 1] = complex(dot(side, t1), dot(side, cross(n, t1)))
     return wave
@@ -357,7 +365,7 @@ def _incident(
     """
     leaving, normal = d, d
     if number >= 0:
-        normal = vector_at(plate, number, NORMAL)
+        normal = vector_at(plate, number, PLATE_NORMAL)
         turn = 2.0 * dot(d, normal)
         leaving = (d[0] - turn * normal[0], d[1] - turn * normal[1], d[2] - turn * normal[2])
     # H of frames.polarisation_basis; V is d×H
@@ -367,8 +375,8 @@ def _incident(
         first = loss[0]
         v, h = (first[1, 0], first[0, 0]), (first[1, 1], first[0, 1])
     if number >= 0:
-        cosine, medium = -dot(leaving, normal), int(plate[number, MEDIUM])
-        gamma_s, gamma_p = looked_up(plate_media, medium, cosine)
+        cosine, medium = -dot(leaving, normal), int(plate[number, PLATE_MEDIUM])
+        gamma_s, gamma_p = tabulated_reflection(plate_media, medium, cosine)
         phase = plate_media.roughness[medium] * cosine
         left = math.exp(-2.0 * phase * phase)
         side = _across(leaving, normal, _any_across(normal))

@@ -32,7 +32,7 @@ from numba import njit, prange
 from scipy.ndimage import maximum_filter1d
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
-from polychirp.channel.materials.reflection_table import ReflectionTable, looked_up
+from polychirp.channel.materials.reflection_table import ReflectionTable, tabulated_reflection
 from polychirp.channel.physical_optics.corner_terms import (
     PER_CELL,
     Batch,
@@ -124,7 +124,7 @@ def _sum_batch(
                 cell, share = room.cell[c, i], room.share[c, i]
                 _add(cells, c, cell, share, room.term[0, c, i], room.term[1, c, i])
         else:
-            gamma_s, gamma_p = looked_up(media, medium, 0.5 * room.facing[i])
+            gamma_s, gamma_p = tabulated_reflection(media, medium, 0.5 * room.facing[i])
             for c in range(3):
                 term = complex(room.term[0, c, i], room.term[1, c, i])
                 cell, share = room.cell[c, i], room.share[c, i]
@@ -136,7 +136,7 @@ def _sum_batch(
         p, q, r = room.length[0, i], room.length[1, i], room.length[2, i]
         terms = facet_terms((wavenumber * p, wavenumber * q, wavenumber * r), weight, place)
         medium = faces.medium[face[room.row[0, i]]]
-        gamma_s, gamma_p = looked_up(media, medium, 0.5 * room.facing[i])
+        gamma_s, gamma_p = tabulated_reflection(media, medium, 0.5 * room.facing[i])
         for c in range(terms):
             length = place[c, 0] * p + place[c, 1] * q + place[c, 2] * r
             cell, share = two_cells(length * PER_CELL - first_cell)

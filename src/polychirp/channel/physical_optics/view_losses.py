@@ -11,23 +11,27 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
-from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
-from polychirp.channel.geometry.bvh import Vector
-from polychirp.channel.geometry.vectors import row, vector_at
+from polychirp.axes import BoolArray, ComplexArray, IntArray
+from polychirp.channel.geometry.vectors import Vector, row, vector_at
 from polychirp.channel.materials.fresnel import Media
 from polychirp.channel.physical_optics.kernels import LIFT, Faces, Rows, meet_mirror
 from polychirp.channel.physical_optics.views import NEAR_PANES, NEAR_VEILED, ViewTable, near_view
-from polychirp.channel.scene.blockers import CENTRE, NORMAL, Blockers, in_frame_of
-from polychirp.channel.scene.transmission import is_veiled, lose
-from polychirp.channel.scene.world import SKIN, UPWARDS, World
+from polychirp.channel.scene.blockers import PLATE_CENTRE, PLATE_NORMAL, Blockers, in_frame_of
+from polychirp.channel.scene.transmission import (
+    Leg,
+    Wave,
+    is_attenuated,
+    transmission_matrix,
+)
+from polychirp.channel.scene.world import POLARISATION_AXES, RADAR_CLEARANCE, World
 
 
 class Losses(NamedTuple):
     """Which of the matrices a view's patch has.
 
     ``number`` ``(view, patch)``, 0 without losses; ``matrix`` ``(number, leg, 2, 2)`` as
-    `legs.through` gives them, of the way to the mirror and of the way behind it. Without a mirror
-    the second leg loses nothing.
+    `transmission.transmission_matrices` gives them, of the way to the mirror and of the way behind
+    it. Without a mirror the second leg loses nothing.
     """
 
     number: IntArray
@@ -49,10 +53,8 @@ def losses_of(world: World, body: int, table: ViewTable, faces: Faces, rows: Row
     views, patches = np.nonzero(_weakened(table, blockers, faces, is_lit))
     number[views, patches] = np.arange(1, len(views) + 1)
     matrix = _identities(len(views) + 1)
-    upwards = np.ascontiguousarray(UPWARDS @ rotation)
-    _fill(
-        table, blockers, world.media, faces, views, patches, upwards, world.wavenumber, matrix[1:]
-    )
+    wave = Wave(np.ascontiguousarray(POLARISATION_AXES @ rotation), world.wavenumber)
+    _fill(table, blockers, world.media, wave, faces, views, patches, matrix[1:])
     return Losses(number, matrix)
 
 
@@ -83,7 +85,10 @@ def _stations(
     p = table.plate[view]
     if p < 0:
         return start, end, end
-    centre, normal = vector_at(blockers.plate, p, CENTRE), vector_at(blockers.plate, p, NORMAL)
+    centre, normal = (
+        vector_at(blockers.plate, p, PLATE_CENTRE),
+        vector_at(blockers.plate, p, PLATE_NORMAL),
+    )
     meet = meet_mirror(centre, normal, row(table.image, view), end)
     return start, meet, end
 
@@ -100,9 +105,9 @@ def _weakened(table: ViewTable, blockers: Blockers, faces: Faces, is_lit: BoolAr
         bodies = near_view(table, view, NEAR_VEILED)
         panes = near_view(table, view, NEAR_PANES)
         start, meet, end = _stations(table, blockers, view, faces, patch)
-        found = is_veiled(blockers, bodies, panes, start, meet, SKIN)
+        found = is_attenuated(blockers, bodies, panes, start, meet, RADAR_CLEARANCE)
         if not found and table.plate[view] >= 0:
-            found = is_veiled(blockers, bodies, panes, end, meet, 0.0)
+            found = is_attenuated(blockers, bodies, panes, end, meet, 0.0)
         out[view, patch] = found
     return out
 
@@ -112,11 +117,10 @@ def _fill(
     table: ViewTable,
     blockers: Blockers,
     media: Media,
+    wave: Wave,
     faces: Faces,
     views: IntArray,
     patches: IntArray,
-    upwards: FloatArray,
-    wavenumber: float,
     matrix: ComplexArray,
 ) -> None:
     for number in prange(len(views)):
@@ -124,6 +128,8 @@ def _fill(
         bodies = near_view(table, view, NEAR_VEILED)
         panes = near_view(table, view, NEAR_PANES)
         start, meet, end = _stations(table, blockers, view, faces, patches[number])
-        lose(blockers, media, bodies, panes, start, meet, SKIN, upwards, wavenumber, out[0])
+        leg = Leg(start, meet)
+        transmission_matrix(blockers, media, wave, bodies, panes, leg, RADAR_CLEARANCE, out[0])
         if table.plate[view] >= 0:
-            lose(blockers, media, bodies, panes, meet, end, 0.0, upwards, wavenumber, out[1])
+            leg = Leg(meet, end)
+            transmission_matrix(blockers, media, wave, bodies, panes, leg, 0.0, out[1])

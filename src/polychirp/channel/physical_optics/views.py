@@ -150,7 +150,7 @@ class View:
         bodies, plates = self.between
         is_pane = self.world.plate_is_pane[plates]
         is_veiled = np.zeros(len(self.world.surfaces), dtype=np.bool_)
-        is_veiled[self.world.veiled] = True
+        is_veiled[self.world.translucent_bodies] = True
         return bodies, plates[~is_pane], plates[is_pane], bodies[is_veiled[bodies]]
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit, prange
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
-from polychirp.channel.scene.world import SKIN, Plates
+from polychirp.channel.scene.world import RADAR_CLEARANCE, Plates
 from polychirp.model.mesh import Mesh
 from polychirp.model.scene import Scene
 
@@ -204,7 +204,9 @@ def _hidden(
         dx, dy, dz = end[0] - start[0], end[1] - start[1], end[2] - start[2]
         square = max(dx * dx + dy * dy + dz * dz, 1e-30)
         for k in range(near_plate.first[r], near_plate.first[r + 1]):
-            if _in_plate(plates, near_plate.number[k], start, end, SKIN / math.sqrt(square)):
+            if _in_plate(
+                plates, near_plate.number[k], start, end, RADAR_CLEARANCE / math.sqrt(square)
+            ):
                 out[row] = True
                 break
         if out[row]:

@@ -18,8 +18,8 @@ from polychirp.channel.base import (
     strongest_of_pair,
     without_weak,
 )
+from polychirp.channel.geometry.caster_names import CasterName
 from polychirp.channel.materials.library import material_table
-from polychirp.channel.scene.embree import CasterName
 from polychirp.errors import InputError
 from polychirp.model.material import Material
 from polychirp.model.paths import PropagationPaths

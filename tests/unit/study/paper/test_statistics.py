@@ -21,7 +21,7 @@ from polychirp.study.paper.statistics import (
 )
 from polychirp.study.random_draw import drawn
 
-FILE = Path(__file__).parents[3] / "studies" / "paper" / "fig12-13.toml"
+FILE = Path(__file__).parents[4] / "studies" / "paper" / "fig12-13.toml"
 
 
 def test_the_study_file_makes_the_same_points() -> None:

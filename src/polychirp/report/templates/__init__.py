@@ -1,0 +1,1 @@
+"""Templates of the report, for Jinja2, and its style sheet."""
