@@ -7,7 +7,6 @@ import io
 import os
 import signal
 import sys
-import threading
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -163,15 +162,16 @@ def _give_up_stdout() -> None:
 @contextmanager
 def _sigterm_as_interrupt() -> Iterator[None]:
     """Raise `Terminated` on SIGTERM, so that what Ctrl-C tidies up is tidied up then too."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
 
     def stop(*unused: object) -> NoReturn:
         del unused
         raise Terminated
 
-    before = signal.signal(signal.SIGTERM, stop)
+    try:
+        before = signal.signal(signal.SIGTERM, stop)
+    except ValueError:  # only the main thread may
+        yield
+        return
     try:
         yield
     finally:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import json
 import math
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -270,6 +269,8 @@ def _show(
     arguments: argparse.Namespace, pair: Pair, rows: dict[str, Lobes], found: dict[str, float]
 ) -> None:
     if arguments.json:
+        from dataclasses import asdict
+
         values = {name: _finite(asdict(row)) for name, row in rows.items()}
         print(json.dumps({"title": pair.title, **found, **values}, indent=1, allow_nan=False))
         return

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -48,6 +47,8 @@ def run(arguments: argparse.Namespace) -> int:
         raise InputError(f"--seed: {arguments.seed} is negative; use 0 or more")
     folder = usable_folder(arguments.out)
     _refuse_other_statistics(folder / "statistics")
+    from dataclasses import replace
+
     from polychirp.report.paper import write_paper
     from polychirp.study.paper.scenarios import run_paper
 

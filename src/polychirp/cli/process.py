@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import csv
 import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -259,6 +258,8 @@ def _print_frame(frame: dict[str, Any]) -> None:
 
 
 def _write_detections(path: Path, frames: list[dict[str, Any]]) -> None:
+    import csv
+
     keys = ["range_m", "range_rate_m_per_s", "azimuth_rad", "snr", "power_full_scale"]
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, ["frame", *keys], lineterminator="\n")

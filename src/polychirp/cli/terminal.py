@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-import unicodedata
 from pathlib import Path
-from tempfile import TemporaryFile
 from typing import TYPE_CHECKING, Any, Final
 
 from polychirp.errors import InputError, RunError
@@ -30,6 +28,10 @@ def printable(text: str) -> str:
     >>> printable("a\x1b[31mb\nc")
     'a[31mb\nc'
     """
+    if text.isprintable():
+        return text
+    import unicodedata
+
     return "".join(c for c in text if c == "\n" or unicodedata.category(c) not in ("Cc", "Cf"))
 
 
@@ -96,8 +98,10 @@ def usable_folder(name: str | Path, *, option: str = "--out") -> Path:
 
 def _try_to_write(folder: Path, *, option: str) -> None:
     """Refuse a folder where no file can be made; rights alone do not tell, as on a full disk."""
+    import tempfile
+
     try:
-        TemporaryFile(dir=folder).close()
+        tempfile.TemporaryFile(dir=folder).close()
     except OSError as error:
         raise RunError(
             f"{option}: '{folder}' cannot be written ({error.strerror}); name another folder"

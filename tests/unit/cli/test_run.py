@@ -3,6 +3,7 @@
 import errno
 import json
 import sys
+import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -10,7 +11,6 @@ from types import ModuleType, SimpleNamespace
 import numpy as np
 import pytest
 
-from polychirp.cli import terminal
 from polychirp.cli.app import main
 from polychirp.errors import RunError
 from polychirp.model.detection import Detections
@@ -297,7 +297,7 @@ def full_disk(**_):
 
 
 def test_a_folder_that_cannot_be_written_is_refused_before_the_run(trial, capsys, monkeypatch):
-    monkeypatch.setattr(terminal, "TemporaryFile", full_disk)
+    monkeypatch.setattr(tempfile, "TemporaryFile", full_disk)
     assert main(quick("--out", "here")) == 4
     assert trial.runs == []
     assert capsys.readouterr().err.count("\n") == 1

@@ -1,6 +1,7 @@
 """Text of users on the terminal and in figures, and folders that results go to."""
 
 import errno
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -8,7 +9,6 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from rich.table import Table
 
-from polychirp.cli import terminal
 from polychirp.cli.terminal import figure_text, tables, usable_file, usable_folder
 from polychirp.errors import InputError, RunError
 
@@ -63,7 +63,7 @@ def test_folders_are_refused_before_the_work(tmp_path: Path, monkeypatch):
     assert usable_folder(tmp_path / "new" / "deep") == tmp_path / "new" / "deep"
     with pytest.raises(InputError, match="is a file; name a folder"):
         usable_folder(tmp_path / "file" / "deep")
-    monkeypatch.setattr(terminal, "TemporaryFile", read_only)
+    monkeypatch.setattr(tempfile, "TemporaryFile", read_only)
     with pytest.raises(RunError, match="cannot be written"):
         usable_folder(tmp_path / "new")
 
@@ -74,6 +74,6 @@ def test_files_are_refused_before_the_work(tmp_path: Path, monkeypatch):
         usable_file(str(tmp_path / "no" / "a.png"), option="--figure")
     with pytest.raises(InputError, match="is a folder; name a file"):
         usable_file(str(tmp_path), option="--figure")
-    monkeypatch.setattr(terminal, "TemporaryFile", read_only)
+    monkeypatch.setattr(tempfile, "TemporaryFile", read_only)
     with pytest.raises(RunError, match="cannot be written"):
         usable_file(str(tmp_path / "a.png"), option="--figure")
