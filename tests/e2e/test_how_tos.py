@@ -124,8 +124,13 @@ def works(page: Path, folder: Path, monkeypatch, *, slow: bool) -> None:
     make_files(folder)
     monkeypatch.chdir(folder)
     for block in blocks_of(page):
-        if slow or block.mark != "slow":
+        if slow or not is_slow(block):
             run_block(block)
+
+
+def is_slow(block: Block) -> bool:
+    """True for blocks that are marked so, and for those that compile all kernels."""
+    return block.mark == "slow" or "polychirp warm-up" in block.text
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
@@ -137,7 +142,7 @@ def test_the_quick_lines_of_a_page_run(page, tmp_path, monkeypatch):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "page",
-    [page for page in PAGES if any(block.mark == "slow" for block in blocks_of(page))],
+    [page for page in PAGES if any(map(is_slow, blocks_of(page)))],
     ids=lambda page: page.stem,
 )
 @pytest.mark.filterwarnings("default::polychirp.errors.ModelWarning")
