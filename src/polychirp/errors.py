@@ -13,7 +13,7 @@ class PolychirpError(Exception):
 
 
 class InputError(PolychirpError, ValueError):
-    """Input that cannot be used; the message says what is wrong, where, and what would work."""
+    """What was given cannot be used: says what is wrong, where, and what would work."""
 
     exit_code = 2
 
