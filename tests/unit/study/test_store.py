@@ -205,7 +205,7 @@ def test_a_damaged_run_is_refused(stored):
 
 
 def test_a_radar_that_is_not_stored_is_refused(stored):
-    with pytest.raises(InputError, match="no radar 'side'; it has front, rear"):
+    with pytest.raises(InputError, match="no radar 'side'; there are 'front', 'rear'"):
         load_run(stored).victim("side")
 
 
