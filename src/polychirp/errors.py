@@ -53,3 +53,20 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     if close:
         return f"did you mean '{close[0]}'?"
     return f"known are {', '.join(known)}"
+
+
+def no_such(what: str, name: str, known: Iterable[str]) -> str:
+    """A sentence about a name that does not exist, with all that do.
+
+    >>> no_such("radar", "frnt", ["front", "rear"])
+    "there is no radar 'frnt'; there are 'front', 'rear'; did you mean 'front'?"
+    """
+    from difflib import get_close_matches
+
+    known = list(known)
+    if not known:
+        return f"there is no {what} '{name}', nor any other"
+    close = get_close_matches(name, known, n=1)
+    names = ", ".join(f"'{one}'" for one in known)
+    hint = f"; did you mean '{close[0]}'?" if close and len(known) > 1 else ""
+    return f"there is no {what} '{name}'; there {'is' if len(known) == 1 else 'are'} {names}{hint}"

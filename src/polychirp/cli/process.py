@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import csv
 import json
-import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
+from polychirp.cli.terminal import figure_text, say, usable_folder
 from polychirp.errors import InputError
 
 if TYPE_CHECKING:
@@ -20,10 +19,12 @@ if TYPE_CHECKING:
 
 _LONGEST_RANGE = 30
 """Characters of a range of frames; longer numbers count no frames."""
+KEPT: Final = "maps and pictures of finished frames stay in the folder"
+"""Part of the message after an interrupt."""
 
 _NO_TRUTH = (
     "A recording has no ground truth: nothing here says which detections are right. Echoes at rest "
-    "are not removed; channels are not calibrated, so bearings carry the board's phase errors."
+    "are not removed; channels are not calibrated, so azimuths carry the board's phase errors."
 )
 
 
@@ -71,7 +72,7 @@ def run(arguments: argparse.Namespace) -> int:
     chosen = _frames(arguments.frames)
     recording = _open(path, parameters, chosen)
     numbers = range(recording.num_frames) if chosen is None else chosen
-    folder = Path(arguments.out or Path("out") / path.stem)
+    folder = usable_folder(arguments.out or Path("out") / path.stem)
     folder.mkdir(parents=True, exist_ok=True)
     frames = [_process(recording, receiver, number, folder) for number in numbers]
     record = {
@@ -90,7 +91,7 @@ def run(arguments: argparse.Namespace) -> int:
         for frame in frames:
             _print_frame(frame)
         print(_NO_TRUTH)
-        print(f"stored in {folder}", file=sys.stderr)
+        say(f"stored in {folder}")
     return 0
 
 
@@ -158,7 +159,7 @@ def _process(
     drawing = range_rate_picture(
         map_,
         found,
-        title=f"{recording.name}, frame {number}",
+        title=figure_text(f"{recording.name}, frame {number}"),
         note=f"{found.num_detections} detections at a false-alarm probability of "
         f"{receiver.false_alarm_probability:g} per cell: some {expected:.2g} of noise alone. "
         "No ground truth. Echoes at rest not removed. Channels not calibrated.",
@@ -241,15 +242,17 @@ def _print_frame(frame: dict[str, Any]) -> None:
     for row in rows:
         azimuth = row["azimuth_rad"]
         rate = round(row["range_rate_m_per_s"], 2) + 0.0  # no −0.00
-        bearing = "      –" if azimuth is None else f"{degrees(azimuth):+6.1f}°"
+        shown = "      –" if azimuth is None else f"{degrees(azimuth):+6.1f}°"
         print(
-            f"{row['range_m']:6.2f} m  {rate:+7.2f} m/s   {bearing}"
+            f"{row['range_m']:6.2f} m  {rate:+7.2f} m/s   {shown}"
             f"  {10 * log10(row['snr']):4.0f} dB  {10 * log10(row['power_full_scale']):5.0f} dBFS"
         )
     print()
 
 
 def _write_detections(path: Path, frames: list[dict[str, Any]]) -> None:
+    import csv
+
     keys = ["range_m", "range_rate_m_per_s", "azimuth_rad", "snr", "power_full_scale"]
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, ["frame", *keys], lineterminator="\n")

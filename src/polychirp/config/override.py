@@ -7,7 +7,7 @@ from copy import deepcopy
 from typing import Any, Final
 
 from polychirp.bounded_text import MOST_LEVELS, toml_tables
-from polychirp.errors import InputError
+from polychirp.errors import InputError, did_you_mean
 
 LONGEST_PATH: Final = 1000
 """Greatest number of characters in a path; paths to keys of a study are far shorter."""
@@ -38,7 +38,9 @@ def apply_override(data: dict[str, Any], change: str) -> None:
 
 
 def set_value(data: dict[str, Any], path: str, value: Any) -> None:
-    """Set one value of a study's tables, in place; ``*`` in the path stands for every entry.
+    """Set one value of a study's tables, in place.
+
+    Entries of a list go by their number, counted from 0, or by their name; ``*`` stands for all.
 
     Tables on the way are made where they are missing; entries of lists are not.
 
@@ -113,9 +115,15 @@ def _assign(here: Any, key: str, value: Any, *, place: list[str]) -> None:
 
 
 def _index(entries: list[Any], key: str, *, place: list[str]) -> int:
-    if not key.isdigit() or int(key) >= len(entries):
-        raise InputError(
-            f"{'.'.join(place)} does not exist; {'.'.join(place[:-1])} has {len(entries)} "
-            "entries, counted from 0"
-        )
-    return int(key)
+    """Number of the entry that ``key`` means: itself, or the entry of that name."""
+    if key.isdigit() and int(key) < len(entries):
+        return int(key)
+    names = [str(entry.get("name", "")) for entry in entries if isinstance(entry, dict)]
+    if names.count(key) == 1 and len(names) == len(entries):
+        return names.index(key)
+    known = [name for name in names if name]
+    named = f": {', '.join(known)}; {did_you_mean(key, known)}" if known else ""
+    raise InputError(
+        f"{'.'.join(place)} does not exist; {'.'.join(place[:-1])} has {len(entries)} entries, "
+        f"counted from 0{named}"
+    )

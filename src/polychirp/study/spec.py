@@ -13,7 +13,7 @@ from polychirp.channel.point_vehicles.tracer import PointVehicles
 from polychirp.channel.tracers.composite import Composite
 from polychirp.channel.tracers.free_space import FreeSpace
 from polychirp.channel.tracers.sionna import SionnaRt
-from polychirp.errors import InputError
+from polychirp.errors import InputError, no_such
 from polychirp.model.antenna import ArrayErrors
 from polychirp.model.radar import Radar
 from polychirp.model.ramp import RampSchedule
@@ -162,8 +162,18 @@ def as_built(study: Study, radar: StudyRadar) -> StudyRadar:
 
 
 def victim_indices(study: Study) -> tuple[int, ...]:
-    """Numbers of the radars whose frames are computed, in the order of the radars."""
-    wanted = study.victims or tuple(radar.name for radar in study.radars)
+    """Numbers of the radars whose frames are computed, in the order of the radars.
+
+    Raises
+    ------
+    InputError
+        A victim is no radar of the study.
+    """
+    names = [radar.name for radar in study.radars]
+    wanted = study.victims or tuple(names)
+    for name in wanted:
+        if name not in names:
+            raise InputError(f"victims: {no_such('radar', name, names)}")
     return tuple(i for i, radar in enumerate(study.radars) if radar.name in wanted)
 
 

@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 
 from polychirp.axes import axes_of
 from polychirp.capture.zarr_file import ZarrArray, group_attributes
-from polychirp.errors import InputError, RunError
+from polychirp.errors import InputError, RunError, no_such
 from polychirp.model.antenna import AntennaArray, ElementPattern
 from polychirp.model.detection import Detections
 from polychirp.model.front_end import HighPass
@@ -132,13 +132,17 @@ class StoredRun:
     victims: tuple[StoredVictim, ...]
 
     def victim(self, name: str) -> StoredVictim:
-        """The radar called ``name``."""
+        """The result of the radar called ``name``.
+
+        Raises
+        ------
+        InputError
+            The run has no such radar; the message names those that it has.
+        """
         for victim in self.victims:
             if victim.name == name:
                 return victim
-        raise InputError(
-            f"this run has no radar '{name}'; it has {', '.join(v.name for v in self.victims)}"
-        )
+        raise InputError(no_such("radar", name, [victim.name for victim in self.victims]))
 
 
 def save_run(path: Path | str, *, victims: Iterable[VictimResult], provenance: Provenance) -> None:
@@ -162,6 +166,8 @@ def save_run(path: Path | str, *, victims: Iterable[VictimResult], provenance: P
         unfinished.rename(path)
     except OSError as error:
         raise RunError(f"'{path}' cannot be written: {error.strerror or error}") from error
+    finally:
+        shutil.rmtree(unfinished, ignore_errors=True)
 
 
 def _write(path: Path, *, victims: tuple[VictimResult, ...], provenance: Provenance) -> None:

@@ -216,7 +216,7 @@ def test_a_lost_chunk_is_not_read_as_zeros(stored):
 
 
 def test_a_radar_that_is_not_stored_is_refused(stored):
-    with pytest.raises(InputError, match="no radar 'side'; it has front, rear"):
+    with pytest.raises(InputError, match="no radar 'side'; there are 'front', 'rear'"):
         load_run(stored).victim("side")
 
 
