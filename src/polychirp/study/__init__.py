@@ -6,6 +6,8 @@ The modules and rooms in reading order; others may use the names beside them:
   `schedules_of`.
 - `traffic`: random traffic of a study: `StudyTraffic`.
 - `random_draw`: one street from that traffic: `sample_street`.
+- `size`: memory of a study, estimated before it is allocated: `refuse_too_large`.
+- `kernel_parts`, `warm_up`: compilation of the kernels before a study runs: `compile_parts`.
 - `trial`: all stages in order, from the traffic to the score: `run_trial`, `trace_frame`.
 - `check`: problems of a study and resolutions of its radars, before it runs: `check`.
 - `provenance`: canonical text, hash and versions: `provenance`, `canonical_json`.

@@ -9,6 +9,7 @@ from functools import partial
 from polychirp.channel.base import RayTracer
 from polychirp.channel.scene.ground_truth import truth
 from polychirp.channel.tracers.path_interpolation import interpolate_paths
+from polychirp.errors import InputError, no_such
 from polychirp.model.baseband import Progress, no_progress
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame, IfParts
@@ -27,7 +28,9 @@ from polychirp.receiver.mimo import (
 )
 from polychirp.rng import Streams
 from polychirp.scoring.compare import compare
+from polychirp.study.kernel_parts import compile_parts, parts_of
 from polychirp.study.random_draw import sample_street
+from polychirp.study.size import refuse_too_large
 from polychirp.study.spec import (
     Study,
     refresh_times,
@@ -63,8 +66,17 @@ class Trial:
     victims: tuple[VictimResult, ...]
 
     def victim(self, name: str) -> VictimResult:
-        """What the radar called ``name`` saw."""
-        return next(v for v in self.victims if v.name == name)
+        """The result of the radar called ``name``.
+
+        Raises
+        ------
+        InputError
+            The trial has no such victim; the message names those that it has.
+        """
+        for victim in self.victims:
+            if victim.name == name:
+                return victim
+        raise InputError(no_such("victim", name, [victim.name for victim in self.victims]))
 
 
 def run_trial(study: Study, *, progress: Progress = no_progress) -> Trial:
@@ -72,9 +84,11 @@ def run_trial(study: Study, *, progress: Progress = no_progress) -> Trial:
     study = sample_street(study)
     scene = scene_of(study)
     schedules = schedules_of(study)
+    refuse_too_large(study, schedules)
     victims = victim_indices(study)
     for victim in victims:
         code_blocks(schedules[victim])  # refuses elements that cannot be told apart, before tracing
+    compile_parts(parts_of(study), progress=progress)
     snapshots = trace_frame(
         study.tracer,
         scene,

@@ -10,7 +10,7 @@ from collections import Counter, deque
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from itertools import groupby
+from itertools import chain, groupby, islice
 from pathlib import Path
 from queue import SimpleQueue
 from threading import Thread
@@ -30,6 +30,10 @@ def num_cores() -> int:
 _SHORT_TRIAL: Final = 1.0
 """Duration of a trial, s, below which a worker is given its next trial in advance; chosen."""
 
+WORKERS_PER_CORE: Final = 4
+"""Most processes that are started for each core. Each takes some 600 MB and one thread, so that
+more than one for each core gains nothing; chosen so that small machines may have a few more."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LocalWorkers:
@@ -41,7 +45,8 @@ class LocalWorkers:
 
     Parameters
     ----------
-    count : of processes
+    count : of processes; fewer start if there are fewer trials, or if they were more than
+        `WORKERS_PER_CORE` for each core
     """
 
     count: int
@@ -60,7 +65,8 @@ class LocalWorkers:
         RunError
             A worker cannot be started.
         """
-        pool = _Pool(studies, tasks, count=self.count)
+        first = list(islice(tasks, min(self.count, WORKERS_PER_CORE * num_cores())))
+        pool = _Pool(studies, chain(first, tasks), count=len(first))
         try:
             yield from pool.outcomes()
         finally:

@@ -26,6 +26,7 @@ from polychirp.receiver.detection.threshold import mean_threshold
 from polychirp.receiver.mitigation.blanking import Blanking
 from polychirp.rng import Streams
 from polychirp.scoring.association import Gate, associate
+from polychirp.study.kernel_parts import OF_PAPER, compile_parts
 from polychirp.study.paper.results import (
     Antenna,
     GhostKind,
@@ -164,7 +165,7 @@ def _radar(
     vehicle, pose = mount
     keeps_time = synchronous or name in ("vehicle-1", "vehicle-2")
     draw = Streams(seed)["timing", name]
-    # both are always drawn, so that they are the same whichever radars take part
+    # the only draws from this stream, made for synchronous radars too
     start_time, clock_offset = draw.uniform(0.0, 3e-3), draw.uniform(-1.0, 1.0)
     return StudyRadar(
         name=name,
@@ -195,6 +196,7 @@ def with_consistent_antennas(scene: Scene) -> Scene:
 
 def run_paper(*, seed: int = 1, progress: Progress = no_progress) -> PaperResults:
     """Run every case of the paper on one street, with the same paths and noise for all."""
+    compile_parts(OF_PAPER, progress=progress)
     started = time.perf_counter()
     studies = {
         (waveform, synchronous): paper_study(waveform, synchronous=synchronous, seed=seed)
