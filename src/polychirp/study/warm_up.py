@@ -100,9 +100,9 @@ def _parts() -> IfParts:
 
 @cache
 def _frame() -> IfFrame:
-    from polychirp.study.spec import schedules
+    from polychirp.study.spec import schedules_of
 
-    return _frame_of_points(schedules(_study())[0])
+    return _frame_of_points(schedules_of(_study())[0])
 
 
 def _frame_of_points(schedule: RampSchedule) -> IfFrame:
@@ -157,15 +157,15 @@ def _synthesize(scene: Scene) -> None:
     """Give a radar its own echo and the other's signal, with the paper's two waveforms."""
     from polychirp.channel.tracers.free_space import FreeSpace
     from polychirp.study.paper.scenarios import WAVEFORMS
-    from polychirp.study.spec import schedules
+    from polychirp.study.spec import schedules_of
     from polychirp.synthesis.stretch.engine import Stretch
 
     paths = FreeSpace().trace(scene)
     for waveform in (WAVEFORMS["conventional"], WAVEFORMS["diverse"]):
         radars = tuple(replace(radar, waveform=waveform) for radar in _study().radars)
-        plans = schedules(replace(_study(), num_sweeps=1, radars=radars))
+        schedules = schedules_of(replace(_study(), num_sweeps=1, radars=radars))
         for transmitter in (0, 1):
-            Stretch().contribution(scene, plans, [paths], victim=0, transmitter=transmitter)
+            Stretch().contribution(scene, schedules, [paths], victim=0, transmitter=transmitter)
 
 
 def _cloud_of_points() -> Scene:
