@@ -10,8 +10,8 @@ from scipy.stats import kstest
 from polychirp.channel.base import all_pairs
 from polychirp.channel.clutter.rough_plates import CELL_SIZE, diffuse_paths, diffuse_share, lambert
 from polychirp.channel.materials.fresnel import reflection
-from polychirp.channel.materials.library import known_materials
-from polychirp.channel.tracers.composite import Composite, NamedMaterial
+from polychirp.channel.materials.library import NamedMaterial, known_materials
+from polychirp.channel.tracers.composite import Composite
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.frames import Pose
 from polychirp.model.material import Material

@@ -7,7 +7,8 @@ from scipy.stats import kstest
 from polychirp.channel.base import all_pairs
 from polychirp.channel.clutter.foliage import foliage_paths
 from polychirp.channel.geometry.enclosure import enclosed_volume, winding_numbers
-from polychirp.channel.tracers.composite import Composite, NamedMaterial
+from polychirp.channel.materials.library import NamedMaterial
+from polychirp.channel.tracers.composite import Composite
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
 from polychirp.frames import Pose

@@ -50,7 +50,7 @@ def test_the_direct_path_obeys_friis(compare, tracer):
 
 
 @BOTH
-def test_a_radar_hears_itself_only_by_echo(tracer):
+def test_a_radar_receives_itself_only_by_echo(tracer):
     assert tracer.trace(around([], [(0, 0, 0.5)])).num_paths == 0
 
 

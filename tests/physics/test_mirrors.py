@@ -11,8 +11,8 @@ from polychirp.channel.materials.fresnel import (
     sheet,
     smooth_reflection,
 )
-from polychirp.channel.materials.library import known_materials
-from polychirp.channel.tracers.composite import Composite, NamedMaterial
+from polychirp.channel.materials.library import NamedMaterial, known_materials
+from polychirp.channel.tracers.composite import Composite
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.frames import Pose
 from polychirp.model.mesh import Plate

@@ -7,12 +7,12 @@ import pytest
 
 from polychirp.channel.base import gather
 from polychirp.channel.materials.fresnel import sheet
-from polychirp.channel.materials.library import known_materials
+from polychirp.channel.materials.library import NamedMaterial, known_materials
 from polychirp.channel.physical_optics.reference import scattered
 from polychirp.channel.ray_tubes.launch_grid import FULL_WIDTH_DISTANCE, box_windows
 from polychirp.channel.ray_tubes.paths import tube_paths
 from polychirp.channel.ray_tubes.reference import PlainBody, multiple_bounces
-from polychirp.channel.tracers.composite import Composite, NamedMaterial
+from polychirp.channel.tracers.composite import Composite
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
 from polychirp.frames import Pose, polarisation_basis

@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 
 from polychirp.channel.base import RayTracer
 from polychirp.channel.materials.fresnel import half_space, roughness_factor, sheet
-from polychirp.channel.materials.library import known_materials
+from polychirp.channel.materials.library import NamedMaterial, known_materials
 from polychirp.channel.physical_optics.reference import scattered
-from polychirp.channel.tracers.composite import Composite, NamedMaterial
+from polychirp.channel.tracers.composite import Composite
 from polychirp.channel.tracers.free_space import FreeSpace
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.frames import Pose

@@ -25,6 +25,7 @@ VERBS: Final = (
     "rcs",
     "correlate",
     "paper",
+    "warm-up",
 )
 """Commands, in the order of the help; each has a module in this folder."""
 

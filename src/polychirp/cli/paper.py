@@ -49,11 +49,14 @@ def run(arguments: argparse.Namespace) -> int:
     _refuse_other_statistics(folder / "statistics")
     from dataclasses import replace
 
-    from polychirp.report.paper import write_paper
-    from polychirp.study.paper.scenarios import run_paper
+    from polychirp.study.kernel_parts import OF_PAPER, compile_parts
 
-    started = time.perf_counter()
     with progress_bar("paper") as progress:
+        compile_parts(OF_PAPER, progress=progress)
+        from polychirp.report.paper import write_paper
+        from polychirp.study.paper.scenarios import run_paper
+
+        started = time.perf_counter()
         results = run_paper(seed=arguments.seed, progress=progress)
         statistics = _statistics(folder / "statistics", seed=arguments.seed, progress=progress)
         results = replace(results, statistics=statistics, wall_time_s=time.perf_counter() - started)

@@ -77,6 +77,7 @@ def run(arguments: argparse.Namespace) -> int:
     from polychirp.channel.rcs import cross_sections, far_distance
     from polychirp.channel.tracers.composite import Composite
     from polychirp.cli.progress import progress_bar
+    from polychirp.study.kernel_parts import compile_parts, parts_of_rcs
 
     step, window = _positive(arguments, "step", "rad"), _positive(arguments, "smooth", "rad")
     if not step <= math.radians(45.0):
@@ -94,6 +95,7 @@ def run(arguments: argparse.Namespace) -> int:
         distance = far_distance(mesh, tracer.frequency)
     count = max(1, round(2 * math.pi / step))
     with progress_bar("rcs") as show:
+        compile_parts(parts_of_rcs(max_bounces=tracer.max_bounces), progress=show)
         found = cross_sections(
             mesh,
             np.asarray((np.arange(count) - count // 2) * (2 * math.pi / count), dtype=np.float64),

@@ -8,7 +8,7 @@ from functools import partial
 
 from polychirp.channel.base import RayTracer
 from polychirp.channel.scene.ground_truth import truth
-from polychirp.channel.tracers.path_interpolation import follow
+from polychirp.channel.tracers.path_interpolation import interpolate_paths
 from polychirp.errors import InputError, no_such
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame, IfParts
@@ -20,13 +20,14 @@ from polychirp.model.truth import Truth
 from polychirp.receiver.attribution import floor_rise, part_powers
 from polychirp.receiver.chain import Receiver
 from polychirp.receiver.mimo import (
-    bearings_in_motion,
+    azimuths_in_motion,
     code_blocks,
     virtual_array,
     virtual_parts,
 )
 from polychirp.rng import Streams
 from polychirp.scoring.compare import compare
+from polychirp.study.kernel_parts import compile_parts, parts_of
 from polychirp.study.random_draw import drawn
 from polychirp.study.spec import (
     Study,
@@ -91,6 +92,7 @@ def run_trial(study: Study, *, progress: Progress = silent) -> Trial:
     plans = schedules(study)
     for number in victim_indices(study):
         code_blocks(plans[number])  # a code that cannot be told apart is refused before the work
+    compile_parts(parts_of(study), progress=progress)
     snapshots = trace_frame(
         study.tracer,
         scene,
@@ -151,7 +153,7 @@ def trace_frame(
     progress: Progress = silent,
 ) -> tuple[PropagationPaths, ...]:
     """Paths to ``receivers`` (None: all) all through the frames of ``plans``, at every interval."""
-    return follow(
+    return interpolate_paths(
         tracer,
         scene,
         refresh_times(plans, refresh_interval),
@@ -181,7 +183,7 @@ def judged(
     found = receiver.detect(frame)
     powers = part_powers(receiver, frame, parts, found)
     if received.schedule.num_elements > 1:
-        found = bearings_in_motion(receiver, received, found)
+        found = azimuths_in_motion(receiver, received, found)
     seen = truth(scene.at(found.time), victim, targets)
     nearest = min(snapshots, key=lambda paths: abs(paths.reference_time - found.time))
     own = (nearest.transmitter == victim) & (nearest.receiver == victim)

@@ -5,12 +5,20 @@ from __future__ import annotations
 import tomllib
 import warnings
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from types import MappingProxyType
 
 from polychirp.errors import InputError, ModelWarning
 from polychirp.model.material import Material
+
+
+@dataclass(frozen=True, kw_only=True)
+class NamedMaterial(Material):
+    """A study's own material, or its own value of a known one."""
+
+    name: str
 
 
 @cache

@@ -20,7 +20,7 @@ import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import no_paths, path_table
-from polychirp.channel.physical_optics.kernels import CELL
+from polychirp.channel.physical_optics.kernels import CELL_LENGTH
 from polychirp.channel.scene.world import World
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.paths import Bounce, PropagationPaths
@@ -105,8 +105,8 @@ def cell_paths(world: World, found: Contributions) -> PropagationPaths:
     if not len(found.length):
         return no_paths(world.scene, world.frequency)
     half = both_ways(found)
-    number = np.floor(half.length / CELL).astype(np.int64)
-    x = half.length / CELL - number
+    number = np.floor(half.length / CELL_LENGTH).astype(np.int64)
+    x = half.length / CELL_LENGTH - number
     share = x * x * (3.0 - 2.0 * x)
     # every contribution twice: in the cell below and in the one above
     weight = np.concatenate([1.0 - share, share])
@@ -130,7 +130,7 @@ def _paths(world: World, key: IntArray, sums: _Sums, parts: Contributions) -> Pr
     share /= np.where(power > 0, power, 1.0)[sums.cell]
     weight = np.sum(np.abs(flat) ** 2, axis=-1)
     weight /= sums(weight)[sums.cell]
-    middle = CELL * key[:, 4]
+    middle = CELL_LENGTH * key[:, 4]
     numbers = np.concatenate(
         [(parts.length - middle[sums.cell])[:, None], parts.rate[:, None],
          parts.direction.reshape(-1, 6)], axis=1
@@ -138,7 +138,7 @@ def _paths(world: World, key: IntArray, sums: _Sums, parts: Contributions) -> Pr
     mean, plain = sums(share[:, None] * numbers), sums(weight[:, None] * numbers)
     # where contributions almost cancel, the ratios of moments are meaningless
     size = np.linalg.norm(mean[:, 2:].reshape(-1, 2, 3), axis=-1)
-    is_wild = (np.abs(mean[:, 0]) > CELL) | np.any(np.abs(size - 1.0) > 0.2, axis=1)
+    is_wild = (np.abs(mean[:, 0]) > CELL_LENGTH) | np.any(np.abs(size - 1.0) > 0.2, axis=1)
     mean = np.where(is_wild[:, None], plain, mean)
     spread = np.sqrt(sums(weight * (parts.rate - plain[sums.cell, 1]) ** 2))
     length = middle + mean[:, 0]

@@ -7,9 +7,13 @@ from typing import Final, NamedTuple
 
 from numba import njit
 
-from polychirp.channel.geometry.vectors import cross, dot, row, vector
+from polychirp.channel.geometry.vectors import Vector, cross, dot, row, vector
 from polychirp.channel.materials.fresnel import Media, sheet_transmission, smooth_reflection
-from polychirp.channel.physical_optics.kernels import ComplexVector, Vector, _across, _any_across
+from polychirp.channel.physical_optics.kernels import (
+    ComplexVector,
+    across_plane_of_incidence,
+    any_normal_to,
+)
 from polychirp.channel.ray_tubes.intersections import Contact
 from polychirp.channel.ray_tubes.launch_grid import Launch
 
@@ -104,7 +108,7 @@ def _continued(
     turns: int,
 ) -> Ray:
     """The ray after a surface in a new direction, its fields s and p times factors."""
-    side = _across(ray.direction, met.normal, _any_across(met.normal))
+    side = across_plane_of_incidence(ray.direction, met.normal, any_normal_to(met.normal))
     return Ray(
         met.point,
         direction,
@@ -171,7 +175,7 @@ def launched(launch: Launch, tube: int) -> Ray:
     share_a, share_b = step_a / size, step_b / size
     ua, vb = ahead(u, d, -dot(d, u)), ahead(v, d, -dot(d, v))
     # the basis of frames.polarisation_basis
-    h = _across((0.0, 0.0, 1.0), d, (0.0, 1.0, 0.0))
+    h = across_plane_of_incidence((0.0, 0.0, 1.0), d, (0.0, 1.0, 0.0))
     up = cross(d, h)
     return Ray(
         origin,

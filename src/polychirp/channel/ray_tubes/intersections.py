@@ -11,7 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
-from polychirp.channel.geometry.vectors import cross, dot, row, vector, vector_at
+from polychirp.channel.geometry.vectors import Vector, cross, dot, row, vector, vector_at
 from polychirp.channel.geometry.wide_bvh import (
     EITHER_KIND,
     OPAQUE_KIND,
@@ -24,7 +24,6 @@ from polychirp.channel.geometry.wide_bvh import (
     nearest_hit,
 )
 from polychirp.channel.materials.fresnel import Media
-from polychirp.channel.physical_optics.kernels import Vector
 from polychirp.channel.physical_optics.paths import scatters
 from polychirp.channel.scene.blockers import (
     PLATE_CENTRE,

@@ -88,7 +88,7 @@ import numpy as np
 from polychirp.axes import BoolArray, FloatArray, IntArray
 from polychirp.channel.base import no_paths, strength, strongest_of_pair, without_weak
 from polychirp.channel.direct.occluded import visible_line_of_sight
-from polychirp.channel.physical_optics.paths import OVERSHOOT
+from polychirp.channel.physical_optics.paths import MAX_ECHO_OVER_MIRROR
 from polychirp.channel.physical_optics.views import View
 from polychirp.channel.ray_tubes.cell_paths import (
     NO_CONTRIBUTIONS,
@@ -339,7 +339,7 @@ def _power_bound(request: _Request, radar: int, body: int, receiver: int) -> flo
     views = request.surroundings.views
     out, back = views[radar, body], views[receiver, body]
     length = max(out.distance + back.distance, 1e-3)
-    amplitude = OVERSHOOT**2 / (2 * request.world.wavenumber * length)
+    amplitude = MAX_ECHO_OVER_MIRROR**2 / (2 * request.world.wavenumber * length)
     peak = request.world.scene.radars[receiver].array.pattern.peak_gain
     return float(amplitude**2 * out.most_gain * peak)
 

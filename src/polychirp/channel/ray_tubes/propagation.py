@@ -9,9 +9,8 @@ import numpy as np
 from numba import njit, prange
 
 from polychirp.axes import IntArray
-from polychirp.channel.geometry.vectors import dot
+from polychirp.channel.geometry.vectors import Vector, dot
 from polychirp.channel.materials.fresnel import Media
-from polychirp.channel.physical_optics.kernels import Vector
 from polychirp.channel.ray_tubes.fields import (
     Ray,
     ahead,

@@ -10,8 +10,9 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray
-from polychirp.channel.geometry.vectors import cross, dot, vector
-from polychirp.channel.physical_optics.kernels import ComplexVector, Vector, _across, _phasor
+from polychirp.channel.geometry.vectors import Vector, cross, dot, vector
+from polychirp.channel.physical_optics.facet_integral import phasor
+from polychirp.channel.physical_optics.kernels import ComplexVector, across_plane_of_incidence
 from polychirp.channel.ray_tubes.fields import Ray
 
 HIT: Final = np.dtype(
@@ -140,7 +141,7 @@ def _last_leg(hit: np.void, sink: FloatArray) -> tuple[Vector, float]:
 def _basis(q: Vector) -> tuple[Vector, Vector]:
     """(V, H) of `frames.polarisation_basis` from the receiver towards a hit, against q."""
     away = (-q[0], -q[1], -q[2])
-    h = _across((0.0, 0.0, 1.0), away, (0.0, 1.0, 0.0))
+    h = across_plane_of_incidence((0.0, 0.0, 1.0), away, (0.0, 1.0, 0.0))
     return cross(away, h), h
 
 
@@ -155,7 +156,7 @@ def _weight(hit: np.void, back: Vector, r2: float, wavenumber: float) -> complex
     if phase != 0.0:
         share *= math.exp(-0.5 * phase * phase)
     scale = math.sqrt(dot(square, square)) * share / (8.0 * math.pi * length * r2)
-    return complex(0.0, -scale) * _phasor(wavenumber * (length + r2))
+    return complex(0.0, -scale) * phasor(wavenumber * (length + r2))
 
 
 class Radiated(NamedTuple):

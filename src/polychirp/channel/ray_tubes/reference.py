@@ -11,7 +11,7 @@ import numpy as np
 from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.channel.geometry.bvh import closest_by_trying_all
 from polychirp.channel.materials.fresnel import reflection, sheet
-from polychirp.channel.physical_optics.kernels import LIFT
+from polychirp.channel.physical_optics.kernels import SHADOW_RAY_LIFT
 from polychirp.channel.ray_tubes.launch_grid import box_windows
 from polychirp.channel.scene.world import RADAR_CLEARANCE
 from polychirp.constants import SPEED_OF_LIGHT
@@ -174,7 +174,7 @@ class _Plain:
         leg = self.sink - wave.point
         r2 = float(np.linalg.norm(leg))
         q = leg / r2
-        received = self._received(wave.point + LIFT * normal, polarisation_basis(-q))
+        received = self._received(wave.point + SHADOW_RAY_LIFT * normal, polarisation_basis(-q))
         if normal @ q <= 0 or received is None:
             return np.zeros((2, 2), dtype=np.complex128)
         total = wave.field + after.field

@@ -9,10 +9,10 @@ import numpy as np
 from numba import njit, prange
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
-from polychirp.channel.geometry.vectors import dot, vector
+from polychirp.channel.geometry.vectors import Vector, dot, vector
 from polychirp.channel.geometry.wide_bvh import OPAQUE_KIND, SHEET_KIND
 from polychirp.channel.materials.fresnel import Media
-from polychirp.channel.physical_optics.kernels import LIFT, Vector
+from polychirp.channel.physical_optics.kernels import SHADOW_RAY_LIFT
 from polychirp.channel.physical_optics.views import View
 from polychirp.channel.ray_tubes.fields import ahead
 from polychirp.channel.ray_tubes.intersections import Notes, Space, is_hit, is_in_reach
@@ -59,7 +59,7 @@ def _obstacles(table: Obstacles, kind: int, body: int) -> IntArray:
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _lifted(hit: np.void) -> Vector:
     """A point just before the surface that a tube meets."""
-    return ahead(vector(hit["point"]), vector(hit["normal"]), LIFT)
+    return ahead(vector(hit["point"]), vector(hit["normal"]), SHADOW_RAY_LIFT)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
