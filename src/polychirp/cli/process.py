@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from polychirp.model.if_frame import IfFrame
     from polychirp.receiver.alternatives.sawtooth_receiver import SawtoothReceiver
 
+_LONGEST_RANGE = 30
+"""Characters of a range of frames; longer numbers count no frames."""
 KEPT: Final = "maps and pictures of finished frames stay in the folder"
 """Part of the message after an interrupt."""
 
@@ -99,6 +101,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _open(path: Path, parameters: CaptureParameters, chosen: range | None) -> Recording:
     from polychirp.capture.dca1000 import open_raw
     from polychirp.capture.recording import from_array, open_numpy
+    from polychirp.capture.zarr_file import open_zarr
 
     match path.suffix:
         case ".bin":
@@ -106,7 +109,7 @@ def _open(path: Path, parameters: CaptureParameters, chosen: range | None) -> Re
         case ".npy":
             recording = open_numpy(path, parameters, frames=chosen)
         case ".zarr":
-            recording = from_array(_zarr_array(path), parameters, name=path.name, frames=chosen)
+            recording = from_array(open_zarr(path), parameters, name=path.name, frames=chosen)
         case other:
             raise InputError(
                 f"'{path}' ends in '{other}'; a recording is a .npy, a .zarr or a .bin"
@@ -114,24 +117,14 @@ def _open(path: Path, parameters: CaptureParameters, chosen: range | None) -> Re
     return recording
 
 
-def _zarr_array(path: Path) -> Any:
-    import zarr
-    from zarr.errors import BaseZarrError
-
-    if not path.exists():
-        raise InputError(f"there is no recording '{path}'")
-    try:
-        return zarr.open_array(path, mode="r")
-    except (BaseZarrError, OSError, ValueError) as error:
-        raise InputError(f"{path.name}: cannot be read as one Zarr array: {error}") from None
-
-
 def _frames(text: str | None) -> range | None:
     """Frames that ``--frames`` names; None for all."""
     if text is None:
         return None
     first, _, last = text.partition("-")
-    if not (first.isdecimal() and (last.isdecimal() or not last) and text[-1] != "-"):
+    if len(text) > _LONGEST_RANGE or not (
+        first.isdecimal() and (last.isdecimal() or not last) and text[-1] != "-"
+    ):
         raise InputError(f"--frames: '{text}' is not a frame or a range of them; write 3 or 0-3")
     frames = range(int(first), int(last or first) + 1)
     if not frames:

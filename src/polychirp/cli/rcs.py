@@ -74,7 +74,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Trace, print, plot."""
     import numpy as np
 
-    from polychirp.channel.rcs import cross_sections, far_distance
+    from polychirp.channel.rcs import cross_sections, far_distance, num_aspects
     from polychirp.channel.tracers.composite import Composite
     from polychirp.cli.progress import progress_bar
     from polychirp.study.kernel_parts import compile_parts, parts_of_rcs
@@ -93,7 +93,7 @@ def run(arguments: argparse.Namespace) -> int:
     mesh = _mesh(arguments)
     if arguments.far:
         distance = far_distance(mesh, tracer.frequency)
-    count = max(1, round(2 * math.pi / step))
+    count = num_aspects(step)
     with progress_bar("rcs") as show:
         compile_parts(parts_of_rcs(max_bounces=tracer.max_bounces), progress=show)
         found = cross_sections(

@@ -30,6 +30,7 @@ from polychirp.receiver.mimo import code_blocks
 from polychirp.receiver.mitigation.bursts import BurstDetector
 from polychirp.receiver.signal_model.point_signal import beat_sensitivity
 from polychirp.study.random_draw import drawn
+from polychirp.study.size import refuse_too_large
 from polychirp.study.spec import (
     Study,
     StudyRadar,
@@ -136,7 +137,7 @@ def check(study: Study) -> Derived:
     ------
     InputError
         Names do not agree, a ramp is too short for its converter, a radar sits inside a body…;
-        every problem is listed with its place.
+        every problem is listed with its place. Or the study needs too much memory (`size`).
     PhysicsError
         A receiver asks for ranges whose beats its radar cannot sample.
     CapabilityError
@@ -149,7 +150,8 @@ def check(study: Study) -> Derived:
         for the receiver's range-rate map or for the guard of its mitigation.
     """
     try:
-        study = drawn(study)
+        if study.seed >= 0:  # others are refused below
+            study = drawn(study)
     except InputError as error:
         raise InputError(f"this study cannot run: {study.name}\n  traffic: {error}") from None
     problems = list(_problems(study))
@@ -157,6 +159,7 @@ def check(study: Study) -> Derived:
         lines = "\n".join(f"  {place}: {sentence}" for place, sentence in problems)
         raise InputError(f"this study cannot run: {study.name}\n{lines}")
     plans = schedules(study)
+    refuse_too_large(study, plans)
     radars = tuple(
         _derived(radar, plan, greatest_range=study.receiver.greatest_range)
         for radar, plan in zip(study.radars, plans, strict=True)

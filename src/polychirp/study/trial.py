@@ -29,6 +29,7 @@ from polychirp.rng import Streams
 from polychirp.scoring.compare import compare
 from polychirp.study.kernel_parts import compile_parts, parts_of
 from polychirp.study.random_draw import drawn
+from polychirp.study.size import refuse_too_large
 from polychirp.study.spec import (
     Study,
     refresh_times,
@@ -90,6 +91,7 @@ def run_trial(study: Study, *, progress: Progress = silent) -> Trial:
     study = drawn(study)
     scene = scene_of(study)
     plans = schedules(study)
+    refuse_too_large(study, plans)
     for number in victim_indices(study):
         code_blocks(plans[number])  # a code that cannot be told apart is refused before the work
     compile_parts(parts_of(study), progress=progress)
