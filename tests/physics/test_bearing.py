@@ -1,4 +1,4 @@
-"""Root-MUSIC: the sign of a bearing from geometry, its spread from the Cramér–Rao bound."""
+"""Root-MUSIC: the sign of an azimuth from geometry, its spread from the Cramér–Rao bound."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ FREQUENCY = 79e9
 
 
 @pytest.mark.parametrize("azimuth", [-1.0, -0.3, 0.0, 0.3, 1.0])
-def test_a_source_on_the_left_has_a_positive_bearing(azimuth: float):
+def test_a_source_on_the_left_has_a_positive_azimuth(azimuth: float):
     """From geometry alone: delays from a far source to every element, y = tx · conj(rx).
 
     The source is at 10⁵ m, so that its wave front bends by less than 1e-8 of a wavelength over
@@ -30,7 +30,7 @@ def test_a_source_on_the_left_has_a_positive_bearing(azimuth: float):
 
 @pytest.mark.parametrize("num_elements", [4, 8, 16])
 @pytest.mark.parametrize("num_snapshots", [1, 16])
-def test_the_spread_of_a_bearing_is_near_the_cramer_rao_bound(num_elements, num_snapshots):
+def test_the_spread_of_an_azimuth_is_near_the_cramer_rao_bound(num_elements, num_snapshots):
     r"""One source of unknown amplitude and phase per snapshot, 20 dB per element and snapshot.
 
     Rife and Boorstyn 1974, with complex noise of total power σ²:

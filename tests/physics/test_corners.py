@@ -60,7 +60,7 @@ def pair(paths, transmitter, receiver):
 @pytest.mark.parametrize("angle", [20.0, 45.0, 65.0])
 @pytest.mark.parametrize(("number", "sign"), [(0, -1.0), (1, 1.0)], ids=["V", "H"])
 def test_an_endless_corner_shows_the_radar_at_twice_the_distance(compare, angle, number, sign):
-    """Both orders have the edge in their middle, ½ each.
+    """The edge is in the middle of the opening in both orders; each gives ½.
 
     A field along the edge (H) turns over at both mirrors and comes back as sent; one across it (V)
     is turned by 180° on the way, so it comes back reversed: the signs of a dihedral.
@@ -85,7 +85,7 @@ def test_an_endless_corner_shows_the_radar_at_twice_the_distance(compare, angle,
 
 @pytest.mark.parametrize("aside", [0.0, 0.02, 0.1, 0.5, 2.0])
 def test_both_orders_of_a_corner_sum_to_one_image(compare, aside):
-    """However far from the edge the ray passes: the edge ends both openings from opposite sides."""
+    """For every distance of the ray from the edge, which ends both openings from opposite sides."""
     places = [(7.0, 1.0, 5.0), (7.0 + aside, -3.0, 5.0 - aside)]
     paths = pair(traced([corner()], places), 0, 1)
     image = np.array([-7.0, 1.0, -5.0])
@@ -164,7 +164,7 @@ def test_a_finite_corner_echoes_as_physical_optics_says(compare, distance, angle
 
 @pytest.mark.parametrize("quarters", [1, 2, 3])
 def test_it_does_not_matter_how_the_sides_of_a_plate_are_named(quarters):
-    """The floor with its axes turned by quarters, in a corner that nothing is symmetrical to."""
+    """The floor's axes are turned by multiples of 90°, in a corner without symmetry."""
     whole = corner(0.4, 0.1)
     floor, wall = whole.plates
     u, v = np.array(floor.half_u), np.array(floor.half_v)
@@ -240,7 +240,7 @@ def test_paths_leave_for_their_first_bounce_and_come_from_their_last():
 
 
 def test_there_and_back_are_transposed():
-    """Through a pane that stands askew, too."""
+    """Also through an oblique pane."""
     pane = Actor(
         name="pane",
         kind="building",
@@ -269,7 +269,7 @@ def test_there_and_back_are_transposed():
 
 
 def test_a_box_in_the_way_hides_the_double_bounce():
-    """It stands between wall and floor, where only the middle leg passes."""
+    """The obstacle is between wall and floor, where only the middle leg passes."""
     place = (8.0, 0.0, 2.0)
     other = (8.0, 0.0, 6.0)
     block = Actor(
@@ -304,7 +304,7 @@ def test_phases_of_moving_radars_turn_as_the_rates_foretell():
 
 
 def test_weak_paths_are_those_below_the_dynamic_range():
-    """Leaving them unseen leaves out nothing else."""
+    """The paths that are left out without a shadow test are those below the dynamic range."""
     places = [(6.0, 2.0, 0.6), (9.0, -3.0, 2.4)]
     actors = [corner(floor="asphalt", wall="brick")]
     everything, strong = (traced(actors, places, dynamic_range=d) for d in (1e14, 1e3))

@@ -1,11 +1,11 @@
-"""Diffraction past edges: knife edges, apertures, obstacles, and what its paths foretell."""
+"""Diffraction past knife edges, apertures and obstacles, and extrapolation of its paths."""
 
 import numpy as np
 import pytest
 from scipy.special import fresnel
 
 from polychirp.channel.base import all_pairs, gather
-from polychirp.channel.diffraction.paths import CLEAR, diffracted_paths
+from polychirp.channel.diffraction.paths import MAX_ZONES_CLEAR, diffracted_paths
 from polychirp.channel.diffraction.reference import beside_conductor, beside_obstacle
 from polychirp.channel.direct.occluded import visible_line_of_sight
 from polychirp.channel.tracers.composite import Composite
@@ -67,7 +67,7 @@ def scale(d1, d2):
 
 
 def level(field):
-    """dB."""
+    """Level of a field, dB."""
     return float(to_db(abs(field) ** 2))
 
 
@@ -90,7 +90,7 @@ def window(low, high):
 @pytest.mark.parametrize("kind", ["metal mesh", "brick plate"])
 @pytest.mark.parametrize("nu", [-3.0, -1.5, -0.01, 0.0, 0.01, 0.5, 1.0, 2.0, 4.0])
 def test_a_straight_edge_is_fresnels_knife_edge(compare, nu, kind, legs):
-    """0.1 dB: angles up to 5° take 0.03 dB (½(1 + cos θ)), half-planes 1° apart 0.02 dB."""
+    """To 0.1 dB: angles up to 5° cost 0.03 dB (½(1 + cos θ)), half-planes 1° apart 0.02 dB."""
     height = nu / scale(*legs)
     if kind == "metal mesh":
         screen = body(plate(20.0, 20.0), x=legs[0], z=height - 10)
@@ -112,7 +112,7 @@ def test_a_straight_edge_is_fresnels_knife_edge(compare, nu, kind, legs):
 
 @pytest.mark.parametrize("radius", [0.05, 0.2])
 def test_behind_a_disc_there_is_poissons_bright_spot(compare, radius):
-    """Every edge point has the same length: U = ½(1 + cos θ), all but 1."""
+    """Paths over all edge points are equally long: U = ½(1 + cos θ), nearly 1."""
     disc = disc_of(radius)
     compare(
         page="diffraction",
@@ -143,7 +143,7 @@ def test_a_slit_lets_through_a_piece_of_cornus_spiral(compare, low, high):
 
 
 def test_a_plate_and_a_hole_of_its_size_add_to_the_whole_field(compare):
-    """Babinet: what one blocks, the other lets through."""
+    """Babinet: the one is open where the other blocks, so their fields add up to the free one."""
     y, z, a, b = 0.1, -0.05, 0.2, 0.15
     hole = wall(
         (y + a + 10, 0, 10, 20), (y - a - 10, 0, 10, 20), (y, z + b + 10, a, 10),
@@ -163,7 +163,7 @@ def test_a_plate_and_a_hole_of_its_size_add_to_the_whole_field(compare):
 
 @pytest.mark.parametrize("place", [(0, 0), (0.1, 0.05), (0.2, 0.13), (0.05, 0.3), (0.37, 0.21)])
 def test_edges_say_what_the_whole_surface_does(compare, place):
-    """A turned square: the rim's waves against Kirchhoff over its area, and physical optics."""
+    """A rotated square: edge waves compared with Kirchhoff's integral and with physical optics."""
     pose = Pose(x=4.0, y=place[0], z=place[1], yaw=0.2, pitch=0.1)
     square = Actor(name="square", kind="object", pose=pose, mesh=mesh_of(plate(0.4, 0.4)))
     found = direct_field(around([square], ENDS))
@@ -235,7 +235,7 @@ def moving(actors):
 
 @pytest.mark.parametrize("offset", [0.0, 0.15, 0.3])
 def test_edges_foretell_the_next_tenth_of_a_millisecond(offset):
-    """Both radars and the obstacle move: foretold against computed anew, below −30 dB."""
+    """Both radars and the obstacle move: errors of extrapolated fields are below −30 dB."""
     later = 1e-4
     obstacle = Actor(
         name="box",
@@ -255,7 +255,7 @@ def test_edges_foretell_the_next_tenth_of_a_millisecond(offset):
 
 @pytest.mark.parametrize("offset", [0.0, 0.15, 0.3])
 def test_edges_at_one_frequency_foretell_a_gigahertz(offset):
-    """Paths of 79 GHz at 78.5 … 79.5 GHz against paths computed there, below −30 dB."""
+    """Paths of 79 GHz, used at 78.5 … 79.5 GHz, have errors below −30 dB."""
     scene = around([body(box((0.02, 0.4, 0.3), 0.2), x=4.0, y=offset, z=0.05)], ENDS)
     paths = edges_of(scene)
     wrong, right = [], []
@@ -325,8 +325,8 @@ def test_what_mirrors_is_no_edge_in_the_way():
 
 
 def test_what_is_far_from_the_line_of_sight_makes_no_paths():
-    """Beyond the zones searched; and a radar has no direct path to itself."""
-    height = np.sqrt(CLEAR * WAVELENGTH * 5 * 5 / 10)
+    """The edge is beyond the zones searched; and a radar has no direct path to itself."""
+    height = np.sqrt(MAX_ZONES_CLEAR * WAVELENGTH * 5 * 5 / 10)
     for gap, expected in ((1.02, 0), (0.8, 2)):
         post = body(plate(0.4, 0.4), x=5.0, z=gap * height + 0.2)
         paths = edges_of(around([post], ENDS), dynamic_range=1e6)

@@ -1,4 +1,4 @@
-"""Diffuse returns of rough plates: Lambert's law and its energy, speckle, motion, shadow."""
+"""Diffuse echoes of rough plates: Lambert's law and its energy, speckle, motion, shadow."""
 
 from dataclasses import replace
 from functools import partial
@@ -8,10 +8,10 @@ import pytest
 from scipy.stats import kstest
 
 from polychirp.channel.base import all_pairs
-from polychirp.channel.clutter.rough_plates import CELL, diffuse_paths, diffuse_share, lambert
+from polychirp.channel.clutter.rough_plates import CELL_SIZE, diffuse_paths, diffuse_share, lambert
 from polychirp.channel.materials.fresnel import reflection
-from polychirp.channel.materials.library import known_materials
-from polychirp.channel.tracers.composite import Composite, NamedMaterial
+from polychirp.channel.materials.library import NamedMaterial, known_materials
+from polychirp.channel.tracers.composite import Composite
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.frames import Pose
 from polychirp.model.material import Material
@@ -58,14 +58,14 @@ def pair(paths, transmitter, receiver):
 
 
 def hemisphere(function):
-    """∫ of a function of the cosine over the hemisphere."""
+    """Integral of a function of the cosine over the hemisphere."""
     node, weight = np.polynomial.legendre.leggauss(64)
     return 2 * np.pi * np.sum(0.5 * weight * function(0.5 * (node + 1)))
 
 
 @pytest.mark.parametrize("cosine", [0.1, 0.5, 1.0])
 def test_what_a_very_rough_conductor_gets_it_scatters_whole(compare, cosine):
-    """∫σ⁰ dΩ / 4π cosθ = 1: nothing is left to the mirror, nothing is lost."""
+    """∫σ⁰ dΩ / 4π cosθ = 1: a very rough plate reflects nothing, and no energy is lost."""
     metal = Material(conductivity=np.inf, roughness=10.0)
     compare(
         page=PAGE,
@@ -91,7 +91,7 @@ def test_mirrored_and_diffuse_power_are_what_the_smooth_surface_reflects(name):
 
 @pytest.mark.parametrize("name", ["asphalt", "brick"])
 def test_both_ways_round_scatter_no_more_than_the_one_way_law(name):
-    """All angles of incidence together: equality only for a share that knows no angle."""
+    """Over all angles of incidence; equal only if the share is independent of the angle."""
     material = known_materials()[name]
     share = partial(diffuse_share, material, frequency=79e9)
     law = hemisphere(lambda c: 4 * share(c) * c * hemisphere(lambda d: d))
@@ -172,14 +172,14 @@ def test_the_same_seed_gives_the_same_bytes_and_another_other_phases():
     first, again, other = (traced(scene, seed=s) for s in (1, 1, 2))
     for name in ("delay", "transfer", "bounce_point", "departure"):
         assert getattr(first, name).tobytes() == getattr(again, name).tobytes()
-    assert first.num_paths == other.num_paths == 4 * 8 * 6 / CELL**2
+    assert first.num_paths == other.num_paths == 4 * 8 * 6 / CELL_SIZE**2
     assert not np.any(
         np.isclose(first.transfer[:, 0, 0], other.transfer[:, 0, 0], rtol=1e-3, atol=0)
     )
 
 
 def test_points_know_nothing_of_other_actors():
-    """A further road moves no point of this one."""
+    """A second road moves no point of the first."""
     alone = traced(around([road()], PLACES))
     scene = around([road(name="another"), road()], PLACES)
     both = traced(scene)

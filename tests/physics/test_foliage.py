@@ -1,12 +1,14 @@
-"""Echoes of crowns: their mean power by radiative transfer, fading, speckle and motion."""
+"""Echoes of crowns: mean power by radiative transfer, attenuation, speckle and motion."""
 
 import numpy as np
 import pytest
 from scipy.stats import kstest
 
 from polychirp.channel.base import all_pairs
-from polychirp.channel.clutter.foliage import enclosed_volume, foliage_paths, windings
-from polychirp.channel.tracers.composite import Composite, NamedMaterial
+from polychirp.channel.clutter.foliage import foliage_paths
+from polychirp.channel.geometry.enclosure import enclosed_volume, winding_numbers
+from polychirp.channel.materials.library import NamedMaterial
+from polychirp.channel.tracers.composite import Composite
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
 from polychirp.frames import Pose
@@ -43,7 +45,7 @@ def pair(paths, transmitter, receiver):
 
 
 def inside(place, points):
-    """Lengths of the ways from points in the unit ball to a place, as far as inside the ball."""
+    """Lengths inside the unit ball of the ways from points in it to a place."""
     way = np.asarray(place) - points
     way /= np.linalg.norm(way, axis=-1, keepdims=True)
     along = np.sum(points * way, axis=-1)
@@ -69,7 +71,7 @@ def by_transfer(transmitter, receiver):
 
 
 def test_seen_from_afar_a_ball_of_leaves_has_the_cross_section_of_its_front(compare):
-    """Of the quadrature above, before it is used: by hand, σ = ωα 2π ∫ b (1 − e^{−4αh})/2α db."""
+    """Check of the quadrature above against σ = ωα 2π ∫ b (1 − e^{−4αh})/2α db, by hand."""
     b = (np.arange(100_000) + 0.5) / 100_000
     by_hand = ALBEDO * ALPHA * 2 * np.pi * np.mean(
         b * (1 - np.exp(-4 * ALPHA * np.sqrt(1 - b**2))) / (2 * ALPHA)
@@ -108,7 +110,7 @@ def test_the_mean_power_of_a_crown_is_that_of_radiative_transfer(compare, ends):
 
 
 def test_every_leaf_fades_by_the_way_of_both_legs_through_the_crown():
-    """By the chords of a ball; the mesh is within 2 mm of it."""
+    """Expected from the chords of a ball; the mesh is within 2 mm of it."""
     mesh = mesh_of(sphere(1.0, 0.1), "cloud")
     paths = traced(around([ball(mesh=mesh)], PLACES), only=(0, 1))
     points = paths.bounce_point
@@ -121,7 +123,7 @@ def test_every_leaf_fades_by_the_way_of_both_legs_through_the_crown():
 
 
 def test_a_crown_in_front_takes_its_share_twice():
-    """e^{−2αd} with d through the block before it, for each path."""
+    """Each path has e^{−2αd}, with d its length in the block in front."""
     block = ball("block", mesh=mesh_of(box((1.5, 20.0, 20.0), 20.0), "cloud"), x=5.0)
     place = [(60.0, 0.0, 0.0)]
     free, behind = traced(around([ball()], place)), traced(around([ball(), block], place))
@@ -154,7 +156,7 @@ def test_the_sum_of_many_leaves_is_speckle():
 
 
 def test_points_lie_evenly_inside_the_crown():
-    """Of a turned and shifted ball of 3 m: r³ is uniform, the mean is the middle."""
+    """In a turned and shifted ball of 3 m, r³ is uniform and the mean is the middle."""
     mesh = mesh_of(sphere(3.0, 0.4), "cloud")
     actor = ball(mesh=mesh, x=20.0, y=3.0, z=4.0, yaw=0.4)
     gap = traced(around([actor], [(0.0, 0, 0)])).bounce_point - [20.0, 3.0, 4.0]
@@ -170,7 +172,7 @@ def test_a_surface_winds_once_about_what_is_inside():
     points = np.random.default_rng(0).uniform(-1.2, 1.2, (200, 3))
     away = np.linalg.norm(points, axis=-1)
     sure = np.abs(away - 1) > 0.01
-    np.testing.assert_allclose(windings(corners, points)[sure], (away < 1)[sure], atol=1e-9)
+    np.testing.assert_allclose(winding_numbers(corners, points)[sure], (away < 1)[sure], atol=1e-9)
     assert enclosed_volume(corners) == pytest.approx(4 / 3 * np.pi, rel=0.01)
 
 
@@ -215,7 +217,7 @@ def test_there_and_back_are_transposed():
 
 
 def test_a_trunk_hides_leaves_and_is_no_cloud():
-    """A street's tree: leaves in its crown only, and none right behind the trunk."""
+    """A street's tree has leaves in its crown only, and none right behind the trunk."""
     oak = tree("oak", x=0.0, y=0.0, height=6.0, crown_radius=1.4)
     scene = around([oak], [(15.0, 0.0, 3.5)])
     paths = Composite(dynamic_range=1e14).prepare(scene)

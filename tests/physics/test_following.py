@@ -1,4 +1,4 @@
-"""Paths through a frame: what is traced again when, and how wrong what lies between may be."""
+"""Interpolated paths: when parts are traced again, and how wrong paths between traces may be."""
 
 from dataclasses import replace
 
@@ -10,10 +10,10 @@ from polychirp.channel.tracers import path_interpolation
 from polychirp.channel.tracers.composite import Composite
 from polychirp.channel.tracers.free_space import FreeSpace
 from polychirp.channel.tracers.path_interpolation import (
-    FAINT_ECHO,
-    FAINT_OTHER,
-    follow,
-    stated_error,
+    FAINT_ECHO_ERROR,
+    FAINT_INTERFERENCE_ERROR,
+    interpolate_paths,
+    interpolation_error,
 )
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.frames import Pose
@@ -43,7 +43,7 @@ def street():
 
 
 def counted(tracer, monkeypatch):
-    """How often each part is traced, by name, and by name and pair."""
+    """Number of times each part is traced, by name, and by name and pair."""
     counts = {}
     parts = type(tracer).parts
 
@@ -65,7 +65,7 @@ def counted(tracer, monkeypatch):
 def test_what_passes_by_is_traced_often_and_what_stands_ahead_seldom(monkeypatch):
     tracer = Composite()
     counts = counted(tracer, monkeypatch)
-    follow(tracer, street(), TIMES)
+    interpolate_paths(tracer, street(), TIMES)
     assert counts["facets of beside"] == len(TIMES)
     assert counts["facets of ahead"] == 2
 
@@ -74,7 +74,7 @@ def test_a_body_is_traced_often_for_the_radar_that_it_passes_alone(monkeypatch):
     tracer = Composite(max_bounces=1)
     counts = counted(tracer, monkeypatch)
     beside = car("beside", x=1.0, y=2.5, speed=25.0)
-    paths = follow(tracer, around([beside], [(0, 0, 0.6), (-60.0, 0, 0.6)]), TIMES)
+    paths = interpolate_paths(tracer, around([beside], [(0, 0, 0.6), (-60.0, 0, 0.6)]), TIMES)
     assert counts["facets of beside", 0, 0] == len(TIMES)
     assert counts["facets of beside", 1, 1] == 2
     assert counts["facets of beside", 0, 1] == counts["facets of beside", 1, 0]
@@ -95,7 +95,7 @@ def test_what_is_faint_beside_the_rest_of_its_whole_is_seldom_renewed(monkeypatc
     )
     tracer = Composite(max_bounces=1)
     counts = counted(tracer, monkeypatch)
-    follow(tracer, scene, TIMES)
+    interpolate_paths(tracer, scene, TIMES)
     assert counts["facets of beside"] == len(TIMES)
     assert counts["mirrored facets of beside"] == 2
     parts = Composite.parts
@@ -103,7 +103,7 @@ def test_what_is_faint_beside_the_rest_of_its_whole_is_seldom_renewed(monkeypatc
         Composite, "parts", lambda *a: tuple(part._replace(whole="") for part in parts(*a))
     )
     counts.clear()
-    follow(tracer, scene, TIMES)
+    interpolate_paths(tracer, scene, TIMES)
     assert counts["mirrored facets of beside"] == len(TIMES)
 
 
@@ -116,16 +116,16 @@ def test_between_two_traces_paths_are_hardly_more_wrong_than_allowed():
     add up, and a traced part of itself flickers a little."""
     tracer, scene = Composite(), street()
     band = np.linspace(78.5e9, 79.5e9, 33)
-    for paths, time in zip(follow(tracer, scene, TIMES), TIMES, strict=True):
+    for paths, time in zip(interpolate_paths(tracer, scene, TIMES), TIMES, strict=True):
         anew = tracer.trace(scene.at(float(time)))
         for pair in ((0, 0), (0, 1), (1, 0), (1, 1)):
             old, new = (response(table, pair, band) for table in (paths, anew))
-            allowed = FAINT_ECHO if pair[0] == pair[1] else FAINT_OTHER
+            allowed = FAINT_ECHO_ERROR if pair[0] == pair[1] else FAINT_INTERFERENCE_ERROR
             assert np.sum(np.abs(old - new) ** 2) <= 4 * allowed * np.sum(np.abs(new) ** 2)
 
 
 def test_a_coherence_time_is_when_extrapolation_is_half_wrong():
-    """The power wrong after a time, as the table says it, against tracing then."""
+    """The error that the table states for a time, compared with a new trace then."""
     tracer = Composite(reflecting_planes=False)
     scene = around([car("beside", x=3.0, y=3.0, speed=15.0)], [(0, 0, 0.6)])
     paths, band = tracer.trace(scene), np.linspace(78.5e9, 79.5e9, 65)
@@ -150,7 +150,7 @@ def test_half_way_between_two_traces_the_error_is_as_stated(x, gap):
     scene = around([car("beside", x=x, y=3.0, speed=15.0)], [(0, 0, 0.6)])
     first, middle, last = (tracer.trace(scene.at(time)) for time in (0.0, 0.5 * gap, gap))
     power = np.abs(first.transfer[:, 0, 0]) ** 2
-    said = np.sum(power * stated_error(gap / first.coherence_time)) / np.sum(power)
+    said = np.sum(power * interpolation_error(gap / first.coherence_time)) / np.sum(power)
     both = [table.carried(way) for table, way in ((first, 0.5 * gap), (last, -0.5 * gap))]
     new = response(middle, (0, 0), band)
     wrong = 0.5 * sum(response(table, (0, 0), band) for table in both) - new
@@ -243,7 +243,7 @@ def test_what_keeps_its_phase_is_the_same_between_two_traces():
     """Two tables share a still scene: their sum is what either has, but for its weakest paths."""
     scene = around([car("ahead", x=32.0, y=0.0, speed=0.0)], PLACES)
     tracer, band = Composite(max_bounces=1), np.linspace(78.5e9, 79.5e9, 9)
-    first, *between = follow(tracer, scene, TIMES)
+    first, *between = interpolate_paths(tracer, scene, TIMES)
     for paths in between:
         for pair in ((0, 0), (0, 1), (1, 1)):
             same = response(first, pair, band)
@@ -252,7 +252,7 @@ def test_what_keeps_its_phase_is_the_same_between_two_traces():
 
 
 def test_what_vanishes_between_two_traces_fades_away():
-    """A point that a screen hides at the last time, not at the first."""
+    """A screen hides a point at the last time, but not at the first."""
     screen = Actor(
         name="screen",
         kind="tree",
@@ -261,7 +261,7 @@ def test_what_vanishes_between_two_traces_fades_away():
         velocity=(0.0, 20.0, 0.0),
     )
     point = Actor(name="point", kind="object", pose=Pose(x=10.0, z=0.6), points=(POINT,))
-    tables = follow(Composite(), around([screen, point], PLACES[:1]), TIMES)
+    tables = interpolate_paths(Composite(), around([screen, point], PLACES[:1]), TIMES)
     size = [np.max(np.abs(paths.transfer), initial=0.0) for paths in tables]
     np.testing.assert_allclose(size, size[0] * np.linspace(1.0, 0.0, 9), atol=1e-9 * size[0])
 
@@ -288,21 +288,21 @@ def test_a_radar_that_sees_nothing_changes_no_coherence_time():
 
 
 def test_only_the_listeners_pairs_are_traced():
-    paths = follow(Composite(), street(), TIMES[:2], receivers=[1])[0]
+    paths = interpolate_paths(Composite(), street(), TIMES[:2], receivers=[1])[0]
     assert set(paths.receiver) == {1}
     assert set(paths.transmitter) == {0, 1}
 
 
 def test_at_the_time_of_a_trace_the_paths_are_those_of_the_tracer():
     scene, tracer = street(), Composite()
-    first, alone = follow(tracer, scene, TIMES)[0], tracer.trace(scene)
+    first, alone = interpolate_paths(tracer, scene, TIMES)[0], tracer.trace(scene)
     np.testing.assert_array_equal(first.delay, alone.delay)
     np.testing.assert_array_equal(first.transfer, alone.transfer)
 
 
 def test_a_tracer_without_parts_traces_everything_at_every_time():
     scene = street()
-    found = follow(FreeSpace(), scene, TIMES)
+    found = interpolate_paths(FreeSpace(), scene, TIMES)
     assert [paths.reference_time for paths in found] == TIMES.tolist()
     np.testing.assert_array_equal(found[3].delay, FreeSpace().trace(scene.at(3e-3)).delay)
 
@@ -311,6 +311,6 @@ def test_shadows_are_renewed_even_if_nothing_moves(monkeypatch):
     tracer = Composite()
     counts = counted(tracer, monkeypatch)
     still = around([car("ahead", x=12.0, y=0.0, speed=0.0)], [(0, 0, 0.6)])
-    times = np.arange(0, 3.01 * path_interpolation.LONGEST, 1e-3)
-    follow(tracer, still, times)
+    times = np.arange(0, 3.01 * path_interpolation.MAX_TRACE_INTERVAL, 1e-3)
+    interpolate_paths(tracer, still, times)
     assert counts["facets of ahead"] == 4

@@ -50,13 +50,13 @@ def test_the_direct_path_obeys_friis(compare, tracer):
 
 
 @BOTH
-def test_a_radar_hears_itself_only_by_echo(tracer):
+def test_a_radar_receives_itself_only_by_echo(tracer):
     assert tracer.trace(around([], [(0, 0, 0.5)])).num_paths == 0
 
 
 @BOTH
 def test_two_radars_at_one_place_are_refused(tracer):
-    """Friis has no answer there."""
+    """The Friis equation has no value at distance 0."""
     with pytest.raises(InputError, match="radars '0' and '1' are at one place"):
         tracer.trace(around([], [(0, 0, 0.5), (0, 0, 0.5)]))
 
@@ -125,8 +125,8 @@ def test_the_delay_is_that_of_light_between_moving_bodies():
             source_velocity=vs,
             sink=sink + vx * time,
             sink_velocity=vx,
-            lateness=late + 0.25 * time,
-            lateness_rate=0.25,
+            later_delay=late + 0.25 * time,
+            later_delay_rate=0.25,
         )
 
     delay, rate, flight = leg(0.0)

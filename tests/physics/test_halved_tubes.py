@@ -5,7 +5,7 @@ import pytest
 
 from polychirp.channel.ray_tubes import paths as ray_tubes
 from polychirp.channel.ray_tubes.paths import tube_paths
-from polychirp.channel.ray_tubes.refinement import LEAST, Level, first_level, level_of
+from polychirp.channel.ray_tubes.refinement import MIN_TUBES, Level, first_level
 from polychirp.channel.tracers.composite import Composite
 from polychirp.frames import Pose
 from polychirp.model.scene import Actor
@@ -30,12 +30,12 @@ def world():
 
 
 def field(world, ends=(0, 1), **how):
-    """What tubes bring from one radar to the other, and how it was asked for."""
+    """Transfer of the tubes from one radar to the other; ``how`` are options of `tube_paths`."""
     return transfer_at(tube_paths(world, ENDS, **{**WIDTHS, **how}), FREQUENCY, *ends)
 
 
 def start_narrow(monkeypatch, times):
-    """Let all tubes be halved so often before they are followed, and no more."""
+    """Halve all tubes ``times`` times before they are followed, and no more afterwards."""
 
     def narrow(*how):
         level = first_level(*how)
@@ -43,10 +43,10 @@ def start_narrow(monkeypatch, times):
         for number, left in enumerate(level.left):
             for _ in range(min(times, left)):
                 windows[number] = windows[number].finer
-        return level_of(
+        return Level(
             windows,
             level.body,
-            np.zeros(len(windows)),
+            np.zeros(len(windows), dtype=np.int64),
             [np.arange(window.num_tubes) for window in windows],
             [np.full(window.num_tubes, how[-1]) for window in windows],
         )
@@ -55,10 +55,8 @@ def start_narrow(monkeypatch, times):
 
 
 def halve_all(monkeypatch, turns):
-    """Let every tube be halved for journeys of so many bounces."""
-    monkeypatch.setattr(
-        ray_tubes._Tracing, "_worth_halving", lambda *_, **__: np.zeros(0, dtype=int)
-    )
+    """Halve every tube, for paths of up to ``turns`` bounces."""
+    monkeypatch.setattr(ray_tubes, "_hits_to_halve", lambda *_: np.zeros(0, dtype=int))
     monkeypatch.setattr(
         Level,
         "with_neighbours",
@@ -78,8 +76,8 @@ def test_halving_every_tube_is_the_same_as_narrow_tubes(world, monkeypatch):
     assert np.abs(wide - narrow).max() > 1e-2 * np.abs(narrow).max()
 
 
-def test_what_is_not_followed_further_stays_as_wide_tubes_had_it(world, monkeypatch):
-    """Halved for two bounces: those of narrow tubes, and the third ones of wide tubes."""
+def test_bounces_that_narrow_tubes_are_not_followed_to_stay_those_of_wide_tubes(world, monkeypatch):
+    """Halved for two bounces: two are those of narrow tubes, the third that of wide ones."""
     by = {}
     for times in (0, 2):
         with monkeypatch.context() as patch:
@@ -94,18 +92,18 @@ def test_what_is_not_followed_further_stays_as_wide_tubes_had_it(world, monkeypa
 
 
 @pytest.mark.parametrize("ends", [(0, 0), (0, 1), (1, 1)])
-@pytest.mark.parametrize(("worth", "share"), [(ray_tubes.WORTH, 1.0), ((1e-9,), 0.05)])
-def test_the_less_is_left_to_wide_tubes_the_less_of_their_error_is_left(
-    world, monkeypatch, ends, worth, share
+@pytest.mark.parametrize(("left", "share"), [(ray_tubes.UNHALVED_SHARE, 1.0), ((1e-9,), 0.05)])
+def test_the_less_power_is_left_to_wide_tubes_the_less_of_their_error_is_left(
+    world, monkeypatch, ends, left, share
 ):
-    """Some with what is the default, all but nothing where every promise counts."""
+    """Less than all of it with the default share, less than 5 % if almost no power may be left."""
     by = []
     for times in (0, 2):
         with monkeypatch.context() as patch:
             start_narrow(patch, times)
             by.append(field(world, ends))
     wide, narrow = by
-    monkeypatch.setattr(ray_tubes, "WORTH", worth)
+    monkeypatch.setattr(ray_tubes, "UNHALVED_SHARE", left)
     error = np.abs(field(world, ends) - narrow).max()
     assert error < share * np.abs(wide - narrow).max()
 
@@ -124,7 +122,7 @@ def test_four_tubes_fill_the_place_of_one(world):
     row, column = np.divmod(np.sort(finer.tubes[0]), finer.windows[0].shape[1])
     np.testing.assert_array_equal(row, np.repeat(np.arange(6), 6))
     np.testing.assert_array_equal(column, np.tile(np.arange(6), 6))
-    assert np.all(finer.turns[0] == 2)
+    assert np.all(finer.max_turns[0] == 2)
 
 
 def test_tubes_of_the_narrowest_kind_are_not_halved(world):
@@ -132,7 +130,7 @@ def test_tubes_of_the_narrowest_kind_are_not_halved(world):
     assert np.all(level.left == 0)
 
 
-def test_small_bodies_are_looked_at_with_narrower_tubes(world):
+def test_tubes_over_small_bodies_are_narrower(world):
     small = first_level(world, 0, [1], (1e-3, 0.064), 3)
-    assert small.windows[0].num_tubes >= LEAST
+    assert small.windows[0].num_tubes >= MIN_TUBES
     assert 0 < small.left[0] < 6

@@ -150,7 +150,7 @@ def test_leakage_is_a_part_of_its_own_that_only_the_radar_itself_hears():
     assert num_parts(victim, is_own=False) == 2
 
 
-def test_a_radar_hears_itself_besides_what_is_traced_and_others_do_not():
+def test_a_radar_receives_itself_besides_what_is_traced_and_others_do_not():
     victim = radar(leakage=(Leakage(isolation=1e4, delay=1e-9),), bumper=Bumper(distance=0.3))
     car = Actor(name="car", kind="vehicle")
     scene = Scene(time=0.0, actors=(car,), radars=(victim, Radar(name="other")), carriers=(0, 0))
@@ -187,5 +187,5 @@ def test_nonsense_is_refused(make, message):
 
 def test_an_isotropic_radar_without_leakage_hears_nothing_of_itself():
     silent = Radar(name="a", array=AntennaArray(pattern=ISOTROPIC))
-    assert not silent.hears_itself
+    assert not silent.receives_itself
     assert own(silent).delay.size == 0

@@ -1,4 +1,4 @@
-"""Several transmitting elements: where they stand, how their codes share ramps, what is decoded."""
+"""Several transmitting elements: their positions, codes and decoded signals."""
 
 from dataclasses import replace
 
@@ -19,7 +19,7 @@ from polychirp.receiver.angle.beamform import beamform, steering
 from polychirp.receiver.angle.doa import root_music
 from polychirp.receiver.chain import Receiver
 from polychirp.receiver.mimo import (
-    bearings_in_motion,
+    azimuths_in_motion,
     element_streams,
     virtual_array,
 )
@@ -71,7 +71,7 @@ def one_element(element, num_ramps=12, num_elements=3):
 
 
 def target(*, distance=12.0, range_rate=0.0, azimuth=0.0, gain=1.0):
-    """A point as the radar's own echo, moving along its bearing."""
+    """A point as the radar's own echo, moving along the line of sight."""
     there = (float(np.cos(azimuth)), float(np.sin(azimuth)), 0.0)
     return HandPath(
         delay=2 * distance / SPEED_OF_LIGHT,
@@ -103,7 +103,7 @@ MIDDLE = 150
 """A sample near the middle of the ramp."""
 
 
-# ── where the elements stand ────────────────────────────────────────────────────────────────────
+# ── positions of the elements ────────────────────────────────────────────────────────────────────
 
 
 @pytest.mark.parametrize("azimuth", [-1.0, 0.3, 1.2])
@@ -154,7 +154,7 @@ def test_a_schedule_for_more_elements_than_the_array_has_is_refused():
 @pytest.mark.parametrize("coding", CODINGS, ids=repr)
 @pytest.mark.parametrize("range_rate", [0.0, 20.0])
 def test_decoding_gives_what_each_element_alone_would_have_given(coding, range_rate):
-    """At the mover's own rate. What turning back leaves out is b τ Δτ, 2e-5 cycles here."""
+    """At the target's own rate. The correction neglects b τ Δτ, 2e-5 cycles here."""
     moving = target(azimuth=0.3, range_rate=range_rate)
     mixed = frame(plan(coding=coding), moving)
     virtual = virtual_array(mixed, range_rate=range_rate)
@@ -165,7 +165,7 @@ def test_decoding_gives_what_each_element_alone_would_have_given(coding, range_r
 
 
 @pytest.mark.parametrize("range_rate", [-7.0, 15.0])
-def test_time_division_turns_a_movers_phase_from_element_to_element(range_rate, compare):
+def test_time_division_changes_a_moving_targets_phase_from_element_to_element(range_rate, compare):
     """An echo's delay grows by 2vT/c from sweep to sweep: a phase of 2π·2vT/λ."""
     found = virtual_array(frame(plan(coding=TimeDivision()), target(range_rate=range_rate)))
     turns = np.diff(np.unwrap(np.angle(found.samples[::4, 0, MIDDLE]))) / (2 * np.pi)
@@ -183,7 +183,7 @@ def test_time_division_turns_a_movers_phase_from_element_to_element(range_rate, 
 
 
 @pytest.mark.parametrize("range_rate", [1.0, -2.0])
-def test_time_division_shifts_the_bearing_of_a_mover_that_is_not_turned_back(range_rate):
+def test_time_division_shifts_the_azimuth_of_an_uncorrected_moving_target(range_rate):
     """One channel, elements d apart: the sine is read 2vT/d too small."""
     antenna = array(num_transmitters=4, num_channels=1, transmit_spacing=HALF_WAVE)
     coding = plan(coding=TimeDivision(), num_elements=4)
@@ -224,12 +224,12 @@ def test_elements_that_send_together_each_have_full_power():
     np.testing.assert_allclose(ratio, 3.0, rtol=1e-9)
 
 
-# ── bearings ────────────────────────────────────────────────────────────────────────────────────
+# ── azimuths ────────────────────────────────────────────────────────────────────────────────────
 
 
 @pytest.mark.parametrize("coding", CODINGS, ids=repr)
 @pytest.mark.parametrize("azimuth", [-0.7, 0.2])
-def test_the_bearing_from_the_virtual_array_is_the_targets(coding, azimuth):
+def test_the_azimuth_from_the_virtual_array_is_the_targets(coding, azimuth):
     """The term bτΔτ shifts the sine by bτ/f, 1e-5."""
     found = virtual_array(frame(plan(coding=coding), target(azimuth=azimuth)))
     assert found.array.num_channels == 12
@@ -305,11 +305,11 @@ def test_a_receiver_of_recordings_finds_the_same_target_in_simulated_turns(range
 
 @pytest.mark.parametrize("coding", CODINGS, ids=repr)
 @pytest.mark.parametrize("range_rate", [-30.0, 4.0])
-def test_a_detections_own_rate_gives_its_bearing_back(coding, range_rate):
-    """At 30 m/s a mover turns by 0.9 of a cycle from sweep to sweep. bτΔτ is 2e-5 of one."""
+def test_a_detections_own_rate_corrects_its_azimuth(coding, range_rate):
+    """At 30 m/s the phase changes by 0.9 of a cycle from sweep to sweep. bτΔτ is 2e-5 of one."""
     mixed = frame(plan(coding=coding), target(azimuth=0.25, range_rate=range_rate))
     one = np.ones(1)
-    claim = Detections(
+    detection = Detections(
         time=0.0,
         range=12.0 * one,
         range_rate=range_rate * one,
@@ -317,7 +317,7 @@ def test_a_detections_own_rate_gives_its_bearing_back(coding, range_rate):
         power=one,
         snr=one,
     )
-    found = bearings_in_motion(Receiver(), mixed, claim)
+    found = azimuths_in_motion(Receiver(), mixed, detection)
     assert found.azimuth[0] == pytest.approx(0.25, abs=1e-4)
 
 
@@ -364,7 +364,7 @@ def test_the_error_of_a_transmitting_element_is_on_its_echo():
 def test_drawn_errors_have_the_spread_that_was_asked_for():
     """0.5 dB and 5°, rms of 4000 draws: known to 1/√8000 = 1.1 %."""
     spread = ArrayErrors(gain=10**0.05, phase=np.radians(5.0))
-    drawn = spread.drawn(array(num_channels=4000), streams=Streams(seed=1))
+    drawn = spread.draw_array(array(num_channels=4000), streams=Streams(seed=1))
     level = 10 * np.log10(drawn.channel_gains)
     assert np.sqrt(np.mean(level**2)) == pytest.approx(0.5, rel=0.035)
     assert np.sqrt(np.mean(np.square(drawn.channel_phases))) == pytest.approx(
@@ -375,7 +375,7 @@ def test_drawn_errors_have_the_spread_that_was_asked_for():
 
 def test_one_channel_more_leaves_the_errors_of_the_others():
     spread, streams = ArrayErrors(gain=1.1, phase=0.1), Streams(seed=3)
-    few = spread.drawn(array(num_channels=4), streams=streams)
-    many = spread.drawn(array(num_channels=5), streams=streams)
+    few = spread.draw_array(array(num_channels=4), streams=streams)
+    many = spread.draw_array(array(num_channels=5), streams=streams)
     assert many.channel_phases[:4] == few.channel_phases
     assert many.transmitter_gains == few.transmitter_gains

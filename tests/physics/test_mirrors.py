@@ -5,14 +5,14 @@ import pytest
 
 from polychirp.channel.materials.fresnel import (
     half_space,
-    media,
+    media_of,
     reflection,
     roughness_factor,
     sheet,
     smooth_reflection,
 )
-from polychirp.channel.materials.library import known_materials
-from polychirp.channel.tracers.composite import Composite, NamedMaterial
+from polychirp.channel.materials.library import NamedMaterial, known_materials
+from polychirp.channel.tracers.composite import Composite
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.frames import Pose
 from polychirp.model.mesh import Plate
@@ -124,7 +124,7 @@ def test_roughness_of_three_tenths_of_a_millimetre_costs_four_decibels(compare, 
 
 def test_the_kernel_reflects_as_the_plain_formulas():
     names = tuple(known_materials())
-    table = media(names, known_materials(), 79e9)
+    table = media_of(names, known_materials(), 79e9)
     for number, name in enumerate(names):
         for cosine in (1.0, 0.6, 0.1, 1e-3):
             plain = reflection(known_materials()[name], cosine, 79e9)
@@ -135,7 +135,7 @@ def test_the_kernel_reflects_as_the_plain_formulas():
 
 @pytest.mark.parametrize("distance", [8.0, 30.0])
 def test_a_large_mirror_shows_the_radar_itself_at_twice_the_distance(compare, distance):
-    """λ/4π(2R) = λ/8πR, and the sign of a conductor: the field turns over."""
+    """λ/4π(2R) = λ/8πR, with a conductor's change of sign."""
     paths = TRACER.trace(around([wall(200.0)], [(distance, 1.0, 2.0)]))
     assert paths.num_paths == 1
     expected = -WAVELENGTH / (8 * np.pi * distance) * np.eye(2)
@@ -167,7 +167,7 @@ def test_a_mirror_at_an_angle_keeps_both_polarisations_apart():
 
 
 def test_half_a_mirror_halves_the_field(compare):
-    """At its edge F = ½."""
+    """F = ½ at a plate's edge."""
     half = 30.0
     paths = TRACER.trace(around([wall(half)], [(8.0, half, 0.0)]))
     expected = 0.5 * WAVELENGTH / (8 * np.pi * 8.0)

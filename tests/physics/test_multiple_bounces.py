@@ -1,4 +1,4 @@
-"""Two bounces and more: corner reflectors, images, moving mirrors, panes, and the slow twin."""
+"""Two bounces and more: corner reflectors, images, moving mirrors, panes, the slow reference."""
 
 from dataclasses import replace
 
@@ -7,12 +7,12 @@ import pytest
 
 from polychirp.channel.base import gather
 from polychirp.channel.materials.fresnel import sheet
-from polychirp.channel.materials.library import known_materials
+from polychirp.channel.materials.library import NamedMaterial, known_materials
 from polychirp.channel.physical_optics.reference import scattered
-from polychirp.channel.ray_tubes.launch_grid import NEAR, box_windows
+from polychirp.channel.ray_tubes.launch_grid import FULL_WIDTH_DISTANCE, box_windows
 from polychirp.channel.ray_tubes.paths import tube_paths
 from polychirp.channel.ray_tubes.reference import PlainBody, multiple_bounces
-from polychirp.channel.tracers.composite import Composite, NamedMaterial
+from polychirp.channel.tracers.composite import Composite
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
 from polychirp.frames import Pose, polarisation_basis
@@ -163,7 +163,7 @@ def test_the_width_of_tubes_does_not_matter_to_a_dihedral(compare):
     for tube in (1e-3, 2e-3, 5e-3):
         scene = around([body(dihedral(0.1, 0.05), yaw=0.05, pitch=0.003)], [(100, 0, 0)])
         # so far away they are made √10 as wide as asked for
-        paths = tubes(scene, tube=tube / np.sqrt(100.0 / NEAR))
+        paths = tubes(scene, tube=tube / np.sqrt(100.0 / FULL_WIDTH_DISTANCE))
         levels[tube] = apparent_rcs(transfer_at(paths, FREQUENCY), 100.0)[0]
     for tube in (2e-3, 5e-3):
         compare(

@@ -431,7 +431,7 @@ def test_leakage_keeps_as_much_noise_as_an_echo_of_its_delay():
     assert np.abs(both[0, 0] - alone[0]).max() < 1e-9 * np.abs(alone[0]).max()
 
 
-def test_a_radar_that_hears_itself_alone_needs_no_paths():
+def test_a_radar_that_receives_itself_alone_needs_no_paths():
     scene = world(TYPICAL, leakage=(Leakage(isolation=1.0, delay=1e-9),))
     y = ENGINE.contribution(scene, [ramps()], [paths_of()], victim=0, transmitter=0)
     assert not np.any(y[:2])

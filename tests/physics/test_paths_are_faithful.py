@@ -1,4 +1,4 @@
-"""Some tens of paths stand for ten thousands of facets: over frequency, aperture and time.
+"""Some tens of paths replace ten thousands of facets over frequency, aperture and time.
 
 Three vehicles and four radars, sixteen pairs. The measure is the sum over all facets, which the
 tracer gives at its own frequency whatever the paths do: the cells' weights add to one, and
@@ -44,7 +44,7 @@ def street(places=(), speeds=()):
 
 
 def echoes(scene, *, frequency=FREQUENCY, dynamic_range=1e20):
-    """What facets scatter: without lines of sight, beside which it is weak, and second bounces."""
+    """Paths over facets only, because lines of sight are much stronger; no second bounces."""
     paths = Composite(frequency=frequency, dynamic_range=1e20, max_bounces=1).trace(scene)
     owner = np.repeat(np.arange(paths.num_paths), paths.num_bounces)
     scattered = np.unique(owner[paths.bounce_kind == Bounce.SCATTERING])
@@ -123,7 +123,7 @@ def test_paths_keep_the_phases_of_an_array(compare, kept):
 
 
 def foretold(kept, later):
-    """Relative errors ``(pair,)`` of delays that run on for a time, s, against a new trace."""
+    """Relative errors ``(pair,)`` of delays extrapolated by a time, s, against a new trace."""
     anew = echoes(street().at(later))
     turn = np.exp(-2j * np.pi * FREQUENCY * (kept.delay + kept.delay_rate * later))
     terms = kept.transfer[:, 0, 0] * turn

@@ -15,7 +15,7 @@ from tests.support.revolved import cylinder, disc
 
 WAVELENGTH = SPEED_OF_LIGHT / 79e9
 TRACER = Composite(dynamic_range=1e14)
-"""Nothing is left out, however weak."""
+"""Dynamic range that leaves out no path."""
 
 
 def body(corners, *, material="metal", **pose):
@@ -23,7 +23,7 @@ def body(corners, *, material="metal", **pose):
 
 
 def apparent_rcs(transfer, distance):
-    """dBsm that the radar equation reads from an echo at ``distance``, for V and for H."""
+    """Cross section by the radar equation of an echo at ``distance``, dBsm, for V and for H."""
     power = np.abs(np.diag(transfer)) ** 2
     return to_db(power * (4 * np.pi) ** 3 * distance**4 / WAVELENGTH**2)
 
@@ -121,7 +121,7 @@ def test_far_away_a_plate_has_the_lobes_of_sinc(compare, angle):
 def test_far_away_bodies_of_revolution_have_textbook_cross_sections(
     compare, case, corners, expected, tolerance, source
 ):
-    """Straight on. The cylinder's shadow edge leaves physical optics a ripple below 0.1 dB."""
+    """Straight ahead. At the cylinder's shadow edge physical optics has a ripple below 0.1 dB."""
     distance = 3000.0
     paths = TRACER.trace(around([body(corners)], [(distance, 0, 0)]))
     both = apparent_rcs(transfer_at(paths, 79e9), distance)
@@ -139,7 +139,7 @@ def test_far_away_bodies_of_revolution_have_textbook_cross_sections(
 
 @pytest.mark.parametrize("material", ["metal", "glass", "rubber", "plastic"])
 def test_kernels_agree_with_the_plain_formula(material):
-    """Bistatic, all polarisations, phase and all: the sum of paths is the sum over facets."""
+    """Bistatic, all polarisations, with phases: the sum of paths is the sum over facets."""
     corners = plate(0.2, 0.05)
     pose = Pose(x=0.3, y=-0.2, z=0.1, yaw=0.2, pitch=0.1)
     places = np.array([[8.0, 2.0, 0.5], [6.0, -3.0, 1.5]])

@@ -1,4 +1,4 @@
-"""Vehicles as a few points: what 3GPP publishes, and what our own physical optics says."""
+"""Vehicles as a few points, compared with 3GPP's figures and with our physical optics."""
 
 from dataclasses import replace
 
@@ -7,7 +7,7 @@ import pytest
 
 from polychirp.channel.point_vehicles.occlusion_boxes import crosses, vehicle_boxes
 from polychirp.channel.point_vehicles.paths import scatterers
-from polychirp.channel.point_vehicles.scattering_points import SIDES, lobes
+from polychirp.channel.point_vehicles.scattering_points import LOBE_SIDES, lobe_points
 from polychirp.channel.point_vehicles.tracer import PointVehicles
 from polychirp.channel.tracers.composite import Composite
 from polychirp.channel.tracers.free_space import FreeSpace
@@ -29,7 +29,7 @@ MODELS = ["tables", "3gpp-one", "3gpp-five"]
 
 
 def tracer(**fields):
-    """Nothing is left out, however weak."""
+    """Dynamic range that leaves out no path."""
     return PointVehicles(**{"dynamic_range": 1e15, **fields})
 
 
@@ -38,7 +38,7 @@ def sedan(name="body", *, velocity=(0.0, 0.0, 0.0), mesh=SEDAN, **pose):
 
 
 def own_echo(paths, distance):
-    """dBsm that the radar equation reads from all paths' powers, V to V."""
+    """Cross section by the radar equation from all paths' powers, dBsm, V to V."""
     power = np.sum(np.abs(paths.transfer[:, 0, 0]) ** 2)
     return float(to_db(cross_section(power, distance, paths.frequency)))
 
@@ -50,7 +50,7 @@ def own_echo(paths, distance):
 def test_the_one_point_has_the_published_maximum_on_every_side(compare):
     """The mean of 400 vehicles from 100 m; its own error is 0.2 dB (1 σ), so 0.6 dB."""
     peaks = {"front": 15.52, "left": 20.75, "rear": 14.56, "right": 20.75, "roof": 21.26}
-    lobe = lobes("one")
+    lobe = lobe_points("one")
     away = np.stack(
         [
             np.cos(lobe.azimuth) * np.sin(lobe.zenith),
@@ -60,13 +60,13 @@ def test_the_one_point_has_the_published_maximum_on_every_side(compare):
         axis=-1,
     )
     scene = around([sedan()], 100.0 * away)
-    power = np.zeros(len(SIDES))
+    power = np.zeros(len(LOBE_SIDES))
     for seed in range(400):
         paths = tracer(model="3gpp-one", seed=seed).trace(scene)
         own = paths.select((paths.transmitter == paths.receiver) & (paths.num_bounces == 1))
         power[own.transmitter] += np.abs(own.transfer[:, 0, 0]) ** 2 / 400
     found = to_db(cross_section(power, 100.0, 79e9))
-    for side, measured in zip(SIDES, found.tolist(), strict=True):
+    for side, measured in zip(LOBE_SIDES, found.tolist(), strict=True):
         compare(
             page="vehicles",
             case=f"one point, {side}",
@@ -79,14 +79,14 @@ def test_the_one_point_has_the_published_maximum_on_every_side(compare):
 
 
 def test_over_all_directions_the_one_point_has_the_published_mean(compare):
-    """3GPP gives 11.25 dBsm as σ_M; its lobes must say so too, to the digits of their tables."""
+    """3GPP gives 11.25 dBsm as σ_M; its lobes must have this mean to the digits of their tables."""
     zenith, weight = np.polynomial.legendre.leggauss(400)
     zenith = np.arccos(zenith)
     azimuth = np.arange(360) * 2 * np.pi / 360
     z, a = np.meshgrid(zenith, azimuth, indexing="ij")
     away = np.stack([np.sin(z) * np.cos(a), np.sin(z) * np.sin(a), np.cos(z)], axis=-1)
     away = away.reshape(-1, 3)
-    found = lobes("one").cross_section(np.zeros(len(away), dtype=np.int64), away, away)
+    found = lobe_points("one").cross_section(np.zeros(len(away), dtype=np.int64), away, away)
     mean = np.sum(weight[:, None] * found.reshape(z.shape)) / (2 * 360)
     compare(
         page="vehicles",
@@ -99,10 +99,10 @@ def test_over_all_directions_the_one_point_has_the_published_mean(compare):
     )
 
 
-@pytest.mark.parametrize("side", SIDES)
+@pytest.mark.parametrize("side", LOBE_SIDES)
 def test_five_points_add_up_to_the_one(compare, side):
-    """3GPP made the five so: their powers, floors included, give the one point's maxima."""
-    one, five, number = lobes("one"), lobes("five"), SIDES.index(side)
+    """The powers of 3GPP's five lobes, floors included, add up to the one point's maxima."""
+    one, five, number = lobe_points("one"), lobe_points("five"), LOBE_SIDES.index(side)
     azimuth, zenith = five.azimuth[number], five.zenith[number]
     away = np.array([[np.cos(azimuth), np.sin(azimuth), 0]]) * np.sin(zenith)
     away[0, 2] = np.cos(zenith)
@@ -233,7 +233,7 @@ def test_what_goes_there_comes_back_transposed(model):
 
 @pytest.mark.parametrize("model", MODELS)
 def test_a_street_may_be_moved_and_turned_as_a_whole(model):
-    """About the vertical, to which polarisation is tied."""
+    """Rotations are about the vertical, which defines the polarisations."""
 
     def placed(turn, shift):
         def at(x, y, yaw=0.0):
@@ -284,16 +284,16 @@ def test_what_was_drawn_stays_from_snapshot_to_snapshot(model):
 
 
 def test_every_point_of_every_vehicle_draws_from_its_own_named_stream():
-    """So that a vehicle more moves no other's draw."""
+    """One more vehicle changes no random values of the others."""
     cars = (sedan("a", x=20.0), sedan("b", x=20.0, y=8.0))
     found = scatterers(Scene(time=0.0, actors=cars), model="3gpp-five", seed=7)
     for actor, number, matrix in zip(found.actor, found.number, found.matrix, strict=True):
         stream = Streams(seed=7)["point-vehicles", cars[actor].name, int(number)]
-        np.testing.assert_array_equal(matrix, lobes("five").matrix(stream))
+        np.testing.assert_array_equal(matrix, lobe_points("five").matrix(stream))
 
 
 def test_an_echo_comes_from_where_the_body_was_when_the_wave_met_it():
-    """c times the time since then is how far the wave has come."""
+    """The wave has travelled c times the time since then."""
     velocity = np.array([-30.0, 5.0, 0.0])
     scene = around([sedan(x=80.0, velocity=velocity)], [(0, 0, 0)])
     paths = tracer(model="3gpp-one").trace(scene)
@@ -323,7 +323,7 @@ def test_paths_longer_than_the_longest_are_not_followed():
 
 
 def test_a_road_mirrors_and_a_car_on_it_is_in_the_way():
-    """The direct way passes above the low box, the mirrored one does not."""
+    """The direct path passes above the low box, the mirrored one does not."""
     road = Actor(
         name="road", kind="road",
         plates=(Plate(centre=(0, 0, 0), half_u=(99, 0, 0), half_v=(0, 5, 0), material="asphalt",
@@ -354,9 +354,9 @@ def slow_echoes(scene, engine):
     def sees(radar, point, actor):
         rows = np.flatnonzero(boxes.actor != actor)
         start, end = np.tile(place[radar], (len(rows), 1)), np.tile(point, (len(rows), 1))
-        return not np.any(crosses(boxes.of(rows), start, end))
+        return not np.any(crosses(boxes.select(rows), start, end))
 
-    for actor, point, law, number, matrix in zip(*found[:5], strict=True):
+    for actor, point, model, number, matrix in zip(*found[:5], strict=True):
         turn = scene.actors[actor].pose.rotation
         for out in range(len(place)):
             for back in range(len(place)):
@@ -367,7 +367,7 @@ def slow_echoes(scene, engine):
                 if not all(sees(radar, point, actor) for radar in (out, back)):
                     continue
                 ways = [(leg / size @ turn)[None] for leg, size in zip(legs, length, strict=True)]
-                area = found.laws[law].cross_section(np.array([number]), *ways)[0]
+                area = found.models[model].cross_section(np.array([number]), *ways)[0]
                 size = np.sqrt(area) * wavelength / ((4 * np.pi) ** 1.5 * np.prod(length))
                 rows.append((out, back, abs(matrix[0, 0]) * size))
     return np.array(sorted(rows))

@@ -64,13 +64,13 @@ def noise(shape: tuple[int, ...], *, seed: int) -> np.ndarray:
     ("distance", "range_rate", "azimuth"),
     [(20.0, 3.0, 0.3), (20.0, -3.0, 0.3), (23.7, 6.5, -0.8), (8.2, 0.0, 0.0), (12.3, -7.2, 0.9)],
 )
-def test_a_point_is_found_at_its_range_speed_and_bearing(
+def test_a_point_is_found_at_its_range_speed_and_azimuth(
     tmp_path: Path, device, distance: float, range_rate: float, azimuth: float
 ):
     """A point 6 dB below the noise of a sample: 1024 samples × 8 channels raise it by 48 dB.
 
     The interpolation is good to 1 % of a cell, and noise at more than 35 dB to 1 % as well: 2 cm
-    of 0.23 m, 5 mm/s of 0.25 m/s, doubled. Eight elements at 35 dB know a bearing to
+    of 0.23 m, 5 mm/s of 0.25 m/s, doubled. Eight elements at 35 dB measure an azimuth to
     √(6/(8·63·3000·…)) < 0.002 of a sine; the wave front's bend over the array at 8 m adds less
     than 1e-3, and at sin 0.9 the arcsine widens both 1.6 times.
     """
@@ -94,7 +94,7 @@ def test_a_point_is_found_at_its_range_speed_and_bearing(
 def test_without_compensation_the_moving_point_would_be_elsewhere():
     """The transmitters' turn costs a phase of 2π f_d T between halves of the array.
 
-    At 7 m/s and 60 µs that is 2π · 2 · 7/λ · 60e-6 = 1.36 rad: read as one array, the bearing of
+    At 7 m/s and 60 µs that is 2π · 2 · 7/λ · 60e-6 = 1.36 rad: read as one array, the azimuth of
     a point straight ahead would be off by some degrees. With compensation it is not.
     """
     echo = point_echo(PARAMETERS, distance=20.0, range_rate=7.0, azimuth=0.0)

@@ -16,7 +16,7 @@ from polychirp.units import to_db
 WAVELENGTH = SPEED_OF_LIGHT / 79e9
 WAVENUMBER = 2 * np.pi / WAVELENGTH
 TRACER = Composite(max_bounces=1, diffuse=False)
-"""Physical optics alone, which is what the laws here are about."""
+"""Tracer with physical optics alone, to which the expected values apply."""
 
 
 def test_a_sphere_looks_alike_from_everywhere(compare):

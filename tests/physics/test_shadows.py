@@ -1,4 +1,4 @@
-"""What stands between."""
+"""Shadows of bodies and plates between radars and targets."""
 
 import numpy as np
 import pytest
@@ -12,13 +12,13 @@ from polychirp.model.scene import Actor, Scene
 from polychirp.testing.shapes import around, box, mesh_of, plate, sphere
 
 TRACER = Composite(reflecting_planes=False, max_bounces=1, diffraction=False, diffuse=False)
-"""Straight ways only."""
+"""Tracer without diffraction: straight paths only."""
 
 PLACES = [(0.0, 0.0, 0.5), (10.0, 0.0, 0.5)]
 
 
 def screen(material, x=5.0):
-    """Of kind tree, which blocks and does not scatter."""
+    """A body of kind tree, which blocks and does not scatter."""
     return Actor(
         name="screen", kind="tree", pose=Pose(x=x, z=0.5), mesh=mesh_of(plate(1.0, 0.5), material)
     )
@@ -76,7 +76,7 @@ def on_car(mount, *others):
 
 @pytest.mark.parametrize("proud", [0.0, 1e-3, 0.05])
 def test_a_radar_looks_out_of_its_own_skin_but_not_through_its_car(proud):
-    """From the rear face, flush or proud: it sees behind the car and nothing before it."""
+    """A radar in or on the rear face sees what is behind the car and nothing in front of it."""
     balls = [
         Actor(name=name, kind="object", pose=Pose(x=x), mesh=mesh_of(sphere(0.2, 0.02)))
         for name, x in (("behind", -8.0), ("before", 8.0))
@@ -86,7 +86,7 @@ def test_a_radar_looks_out_of_its_own_skin_but_not_through_its_car(proud):
 
 
 def test_the_skin_of_neither_radar_hides_one_from_the_other():
-    """Both sit 5 mm behind the faces that their cars turn to each other."""
+    """Both radars are 5 mm behind the facing sides of their cars."""
     mesh = mesh_of(box((4, 1.8, 1.4), 0.1))
     cars = tuple(
         Actor(name=name, kind="vehicle", mesh=mesh, pose=Pose(x=x, yaw=yaw))

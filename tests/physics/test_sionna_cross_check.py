@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from polychirp.channel.materials.fresnel import half_space, sheet
-from polychirp.channel.materials.library import known_materials
-from polychirp.channel.tracers.composite import Composite, NamedMaterial
+from polychirp.channel.materials.library import NamedMaterial, known_materials
+from polychirp.channel.tracers.composite import Composite
 from polychirp.channel.tracers.sionna import SionnaRt, llvm_for_sionna
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import CapabilityError, ModelWarning

@@ -1,4 +1,4 @@
-"""Echo of a conducting sphere, and what paths keep of it over frequency, aperture and time."""
+"""Echo of a conducting sphere; errors of its paths over frequency, aperture and time."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ TRACER = Composite(dynamic_range=1e12)
 
 
 def ball(radius, edge, *, velocity=(0.0, 0.0, 0.0), **pose):
-    """Turned, lest lines of the mesh run along the shadow's edge and add up there."""
+    """A rotated sphere, so that no lines of its mesh run along the shadow's edge and add up."""
     pose = Pose(yaw=0.3, pitch=0.2, **pose)
     return Actor(
         name="ball", kind="object", mesh=mesh_of(sphere(radius, edge)), pose=pose, velocity=velocity
@@ -41,7 +41,7 @@ MIE = {0.010: -34.977, 0.025: -27.073, 0.050: -21.052, 0.100: -15.029, 0.250: -7
 
 
 def apparent_rcs(radius, edge, distance):
-    """dBsm that the radar equation reads from a traced sphere, for V."""
+    """Cross section of a traced sphere by the radar equation, dBsm, for V."""
     paths = TRACER.trace(around([ball(radius, edge)], [(distance, 0, 0)]))
     power = abs(transfer_at(paths, 79e9)[0, 0]) ** 2
     return float(to_db(power * (4 * np.pi) ** 3 * distance**4 / WAVELENGTH**2))
@@ -104,14 +104,14 @@ def test_the_mie_series_is_right_where_it_is_known():
 
 
 def lit_half(corners, places):
-    """The faces that turn to all places; a sphere hides nothing else of itself."""
+    """Faces that face all places; a sphere hides no other part of itself."""
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     ways = np.asarray(places) - corners.mean(axis=1)[:, None]
     return corners[np.all(np.einsum("fx,fpx->fp", normal, ways) > 0, axis=1)]
 
 
 def test_paths_keep_the_response_over_a_gigahertz():
-    """Gathered paths against the sum over all facets, frequency by frequency: below −30 dB."""
+    """Paths compared with the sum over all facets at every frequency: errors below −30 dB."""
     places = [(6.0, 0, 0.3), (5.0, 2.0, 0.5)]
     actor = ball(0.2, 0.012)
     paths = TRACER.trace(around([actor], places))
@@ -146,7 +146,7 @@ def test_paths_keep_the_phase_across_an_aperture():
 
 
 def test_paths_foretell_the_next_tenth_of_a_millisecond():
-    """At 15 m/s a body goes 1.5 mm, 0.4 λ: foretold phases against a new trace, below −30 dB."""
+    """After 1.5 mm at 15 m/s (0.4 λ), errors of extrapolated phases are below −30 dB."""
     scene = around([ball(0.25, 0.012, velocity=(-12.0, 9.0, 0.0), x=6.0)], [(0, 0, 0.3)])
     later = 1e-4
     now, then = TRACER.trace(scene), TRACER.trace(scene.at(later))
@@ -157,7 +157,7 @@ def test_paths_foretell_the_next_tenth_of_a_millisecond():
 
 
 def test_a_body_that_comes_nearer_has_falling_delays(compare):
-    """8 m/s straight on: 2v/λ, less what obliquity takes at the sphere's lit half."""
+    """8 m/s straight ahead: 2v/λ, reduced by the oblique facets of the sphere's lit half."""
     scene = around([ball(0.1, 5e-3, velocity=(-8.0, 0, 0), x=10.0)], [(0, 0, 0)])
     paths = TRACER.trace(scene)
     strongest = np.argmax(np.abs(paths.transfer[:, 0, 0]))

@@ -1,11 +1,11 @@
-"""What sheets of glass and plastic, and crowns of leaves, let through."""
+"""Transmission through sheets of glass and plastic, and through crowns of leaves."""
 
 import numpy as np
 import pytest
 
-from polychirp.channel.materials.fresnel import media, sheet, sheet_transmission
+from polychirp.channel.materials.fresnel import media_of, sheet, sheet_transmission
 from polychirp.channel.materials.library import known_materials
-from polychirp.channel.scene.transmission import through
+from polychirp.channel.scene.transmission import transmission_matrices
 from polychirp.channel.tracers.composite import Composite
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.frames import Pose
@@ -27,13 +27,13 @@ def screen(material, *, x=5.0, side=2.0, name="screen", z=0.5, **turn):
 
 
 def window(**turn):
-    """The same as a `Plate`, which mirrors besides."""
+    """A pane as a `Plate`, which also reflects."""
     pane = Plate(centre=(0, 0, 0), half_u=(0, 1, 0), half_v=(0, 0, 1), material="glass", part="w")
     return Actor(name="pane", kind="building", pose=Pose(x=5.0, z=0.5, **turn), plates=(pane,))
 
 
 def direct(actors):
-    """Of the direct path there, with and without the actors: transfer times carrier phase."""
+    """Transfer times carrier phase of the direct path with the actors, relative to without."""
     found = []
     for scene in (around(actors, ENDS), around([], ENDS)):
         paths = TRACER.trace(scene)
@@ -43,7 +43,7 @@ def direct(actors):
 
 
 def slab(cosine):
-    """(Ts, Tp) of 4 mm of glass, over the same length of air."""
+    """(Ts, Tp) of 4 mm of glass, relative to the same length of air."""
     _, _, s, p = sheet(GLASS.permittivity(79e9), GLASS.thickness, cosine, 79e9)
     return np.array([s, p]) * np.exp(1j * WAVENUMBER * GLASS.thickness * cosine)
 
@@ -65,14 +65,14 @@ def test_a_pane_lets_through_what_a_slab_does(pane, compare):
 
 @pytest.mark.parametrize("angle", [0.3, 0.8, 1.2])
 def test_a_turned_pane_parts_the_polarisations(angle):
-    """Turned about the vertical, V is across the plane of incidence, H in it."""
+    """The pane is turned about the vertical: V is across the plane of incidence, H in it."""
     s, p = slab(np.cos(angle))
     left = np.diag(direct([screen("glass", side=6.0, yaw=angle)]))
     np.testing.assert_allclose(left, [s, p], rtol=1e-9)
 
 
 def test_a_pane_turned_about_the_way_mixes_polarisations():
-    """Leaning sideways by 30°: s is neither V nor H; the projections on both are Born & Wolf's."""
+    """The pane is rolled by 30°, so s is neither V nor H; expected are the projections on both."""
     tilt, roll = 0.7, np.pi / 6
     s, p = slab(np.cos(tilt))
     left = through_of(screen("glass", side=6.0, yaw=tilt), roll)
@@ -82,11 +82,11 @@ def test_a_pane_turned_about_the_way_mixes_polarisations():
 
 
 def through_of(actor, roll):
-    """Matrix of a way along x through a body turned about x, as a whole, by ``roll``."""
+    """Matrix of a leg along x through a body that is turned about x by ``roll``."""
     world = TRACER.prepare(around([actor], ENDS))
     turn = np.array([[1, 0, 0], [0, np.cos(roll), -np.sin(roll)], [0, np.sin(roll), np.cos(roll)]])
     object.__setattr__(world, "rotation", turn @ world.rotation)
-    return through(world, np.array([ENDS[0]]), np.array([ENDS[1]]))[0]
+    return transmission_matrices(world, np.array([ENDS[0]]), np.array([ENDS[1]]))[0]
 
 
 def test_losses_of_two_panes_multiply():
@@ -96,7 +96,7 @@ def test_losses_of_two_panes_multiply():
 
 @pytest.mark.parametrize("name", ["glass", "plastic", "plexiglass", "plasterboard"])
 def test_the_kernel_of_transmission_is_that_of_the_sheet(name):
-    row, table = known_materials()[name], media((name,), known_materials(), 79e9)
+    row, table = known_materials()[name], media_of((name,), known_materials(), 79e9)
     for cosine in np.linspace(0.02, 1.0, 15):
         _, _, s, p = sheet(row.permittivity(79e9), row.thickness, cosine, 79e9)
         undo = np.exp(1j * WAVENUMBER * row.thickness * cosine)
@@ -105,7 +105,7 @@ def test_the_kernel_of_transmission_is_that_of_the_sheet(name):
 
 
 def test_an_echo_crosses_a_bumper_twice():
-    """A plate behind 3 mm of polypropylene: T² of the echo without, both ways in amplitude."""
+    """The echo of a plate behind 3 mm of polypropylene is T² times the echo without it."""
     body = Actor(name="b", kind="object", pose=Pose(x=8, yaw=np.pi), mesh=mesh_of(plate(0.1, 0.05)))
     cover = screen("plastic", x=7.0)
     row = known_materials()["plastic"]
@@ -118,7 +118,7 @@ def test_an_echo_crosses_a_bumper_twice():
 
 
 def test_a_mirrored_leg_loses_where_it_crosses_a_pane():
-    """Only the leg between mirror and ball crosses the pane: paths by the wall lose it, once."""
+    """Only the leg between mirror and ball crosses the pane: paths by the wall cross it once."""
     wall = Actor(
         name="wall",
         kind="building",
@@ -146,12 +146,12 @@ def test_a_mirrored_leg_loses_where_it_crosses_a_pane():
 
 @pytest.mark.parametrize(("start", "inside"), [(0.0, 2.0), (5.0, 1.0)])
 def test_leaves_take_their_share_of_the_way_inside(start, inside):
-    """A crown of 2 m: 0.8 dB across, and half of it from its middle."""
+    """A crown of 2 m attenuates by 0.8 dB across, and by half of that from its middle."""
     crown = Actor(name="t", kind="tree", pose=Pose(x=5), mesh=mesh_of(box((2, 3, 3), 1.0), "leaf"))
     world = TRACER.prepare(around([crown], ENDS))
     places = np.array([[start, 0.1, 0.2], [10.0, 0.1, 0.2]])
     for way in (places, places[::-1]):
-        left = through(world, way[:1], way[1:], skin=0.0)[0]
+        left = transmission_matrices(world, way[:1], way[1:], clearance=0.0)[0]
         assert to_db(abs(left[0, 0]) ** 2) == pytest.approx(-0.4 * inside, abs=1e-3)
         np.testing.assert_allclose(left, left[0, 0] * np.eye(2), atol=1e-12)
 
@@ -159,12 +159,14 @@ def test_leaves_take_their_share_of_the_way_inside(start, inside):
 def test_a_way_within_a_crown_loses_all_along():
     crown = Actor(name="t", kind="tree", mesh=mesh_of(sphere(2.0, 0.2), "leaf"))
     world = TRACER.prepare(around([crown], ENDS))
-    left = through(world, np.array([[0.0, -0.5, 0]]), np.array([[0.0, 1.0, 0]]), skin=0.0)
+    left = transmission_matrices(
+        world, np.array([[0.0, -0.5, 0]]), np.array([[0.0, 1.0, 0]]), clearance=0.0
+    )
     assert to_db(abs(left[0, 0, 0]) ** 2) == pytest.approx(-0.4 * 1.5, abs=1e-3)
 
 
 def test_a_cover_right_before_one_radar_is_the_same_both_ways():
-    """A bumper 1 cm before the receiver is its skin, and no more so when it transmits."""
+    """A bumper 1 cm in front of a receiver is its own cover; it counts equally if it transmits."""
     cover = screen("plastic", x=9.99)
     edge = screen("metal", x=5.0, side=1.0, name="edge", z=-0.02)
     paths = TRACER.trace(around([cover, edge], ENDS))

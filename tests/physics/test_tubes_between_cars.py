@@ -15,7 +15,7 @@ NARROW = 2.5e-3
 
 @pytest.fixture(scope="module")
 def powers():
-    """What bounces bring radar 3 of the paper's street from itself: cut, 2 cm, and narrow."""
+    """Power of the bounced echoes of radar 3 in the paper's street: cut, 2 cm, and narrow, dB."""
     study = paper_study("conventional")
     scene = scene_of(study)
     world = study.tracer.prepare(scene)

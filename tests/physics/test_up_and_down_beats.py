@@ -40,7 +40,7 @@ def test_a_triangle_gives_range_at_its_apex_and_rate_without_bias(rate, up_first
 
 
 def test_the_nominal_wavelength_biases_the_rate_by_half_the_bandwidth_over_the_carrier():
-    """What eq. 10 does with the mid-sweep wavelength: B/2f = 0.57 %."""
+    """Eq. 10 with the mid-sweep wavelength: B/2f = 0.57 %."""
     duration, bandwidth, low = 1.5e-3, 0.9e9, 79e9
     slope = bandwidth / duration
     up = mean_beat(10.0, 10.0, start=-duration, duration=duration, frequency=low, slope=slope)

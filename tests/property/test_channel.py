@@ -1,4 +1,4 @@
-"""What no tracer may break: reciprocity, energy, and a world without preferred place or scale."""
+"""Invariances of all tracers: reciprocity, energy, and no preferred place or scale."""
 
 import numpy as np
 import pytest
@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 
 from polychirp.channel.base import RayTracer
 from polychirp.channel.materials.fresnel import half_space, roughness_factor, sheet
-from polychirp.channel.materials.library import known_materials
+from polychirp.channel.materials.library import NamedMaterial, known_materials
 from polychirp.channel.physical_optics.reference import scattered
-from polychirp.channel.tracers.composite import Composite, NamedMaterial
+from polychirp.channel.tracers.composite import Composite
 from polychirp.channel.tracers.free_space import FreeSpace
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.frames import Pose
@@ -28,7 +28,7 @@ SCALED_TABLE = (
     NamedMaterial(name="metal", conductivity=float("inf"), **ANY_BAND),
     NamedMaterial(name="stone", relative_permittivity=5.0, **ANY_BAND),
 )
-"""Of no loss but a conductor's, so that nothing but lengths over λ counts."""
+"""Materials without losses, or perfect conductors, so that only lengths over λ count."""
 
 
 def street(turn=0.0, dx=0.0, dy=0.0, *, tilt=0.3):

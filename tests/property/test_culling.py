@@ -1,4 +1,4 @@
-"""What is said to be out of hearing is: the bounds hold for whatever radars, and cost little."""
+"""Radars that are left out are inaudible: the bounds hold for any radars, and cost little."""
 
 import math
 import time
@@ -18,7 +18,12 @@ from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Actor, Scene
 from polychirp.rng import Streams
 from polychirp.synthesis.fullband import FullBand
-from polychirp.synthesis.links.interferer_culling import NEGLIGIBLE_SHARE, _norm, audience, loudness
+from polychirp.synthesis.links.interferer_culling import (
+    NEGLIGIBLE_SHARE,
+    _norm,
+    audible_radars,
+    interference_bounds,
+)
 from polychirp.synthesis.links.thermal_noise import noise_density
 from polychirp.synthesis.received_frame import synthesize
 from polychirp.synthesis.stretch.engine import Stretch
@@ -74,7 +79,7 @@ def two_radars(if_filter, converter):
 
 
 def true_rms(engine, scene, plans, snapshots, transmitter=1):
-    """V, of the channel that hears most."""
+    """V, of the channel that receives most."""
     y = engine.contribution(scene, plans, snapshots, victim=0, transmitter=transmitter)
     count = sample_times(plans[0], scene.radars[0].converter).num_samples.sum()
     return math.sqrt(np.max(np.sum(np.abs(y.sum(axis=0)) ** 2, axis=(1, 2))) / count)
@@ -99,7 +104,7 @@ FILTERS = st.builds(
     if_filter=FILTERS,
     edge=st.sampled_from([0.1e-6, 2.5e-6]),
 )
-def test_no_radar_is_louder_than_its_bound(own, sent, paths, if_filter, edge):
+def test_no_radar_is_stronger_than_its_bound(own, sent, paths, if_filter, edge):
     """In band, out of band, switched on and off within windows, moving; two snapshots."""
     scene = two_radars(if_filter, Converter(sample_rate=10e6, start=edge, margin=edge))
     snapshots = [
@@ -107,9 +112,9 @@ def test_no_radar_is_louder_than_its_bound(own, sent, paths, if_filter, edge):
         paths_of(*paths[:1], reference_time=30e-6),
     ]
     plans = [own, sent]
-    loud = loudness(scene, plans, snapshots, victim=0, interferers=[1])
+    bounds = interference_bounds(scene, plans, snapshots, victim=0, interferers=[1])
     # the engine itself is right to 1e-7 of what one path of 0.5 V brings in
-    assert true_rms(Stretch(), scene, plans, snapshots) <= loud.rms[0] + 1e-7
+    assert true_rms(Stretch(), scene, plans, snapshots) <= bounds.rms[0] + 1e-7
 
 
 @pytest.mark.parametrize("offset", [0.3e9, 1e9, 2e9])
@@ -127,7 +132,7 @@ def test_far_out_of_band_the_bound_is_close_to_the_truth(offset, slope, begin):
     )
     snapshots = [paths_of(HandPath(transmitter=1, delay=50e-9, delay_rate=-1e-7))]
     truth = true_rms(FullBand(), scene, [own, sent], snapshots)
-    bound = loudness(scene, [own, sent], snapshots, victim=0, interferers=[1]).rms[0]
+    bound = interference_bounds(scene, [own, sent], snapshots, victim=0, interferers=[1]).rms[0]
     assert 1.0 < bound / truth < 10**0.5
 
 
@@ -198,21 +203,21 @@ def crowd():
 
 
 def test_radars_of_another_band_are_left_out_and_one_of_the_same_never(crowd):
-    heard = audience(*crowd, victim=0, interferers=range(1, NUMBER + 2))
-    assert heard.heard == (NUMBER + 1,)
+    found = audible_radars(*crowd, victim=0, interferers=range(1, NUMBER + 2))
+    assert found.numbers == (NUMBER + 1,)
     radar = crowd[0].radars[0]
     noise = math.sqrt(noise_density(radar) * radar.if_filter.noise_bandwidth)
-    assert 0 < heard.neglected <= NEGLIGIBLE_SHARE * noise
+    assert 0 < found.neglected <= NEGLIGIBLE_SHARE * noise
 
 
-def test_what_is_left_out_together_is_less_than_is_said(crowd):
+def test_the_radars_left_out_are_together_below_the_stated_bound(crowd):
     """Ten of the crowd, summed sample by sample."""
     scene, plans, snapshots = crowd
     few = range(1, 11)
     parts = [Stretch().contribution(scene, plans, snapshots, victim=0, transmitter=n) for n in few]
     count = sample_times(plans[0], scene.radars[0].converter).num_samples.sum()
     power = np.sum(np.abs(np.sum(parts, axis=(0, 1))) ** 2, axis=(1, 2)) / count
-    assert math.sqrt(power.max()) <= audience(*crowd, victim=0, interferers=few).neglected
+    assert math.sqrt(power.max()) <= audible_radars(*crowd, victim=0, interferers=few).neglected
 
 
 def test_leaving_out_costs_less_than_a_hundredth_of_what_it_saves(crowd):
@@ -232,12 +237,12 @@ def test_leaving_out_costs_less_than_a_hundredth_of_what_it_saves(crowd):
 
     everyone = range(1, NUMBER + 1)
     synthesized()
-    audience(*crowd, victim=0, interferers=everyone)
+    audible_radars(*crowd, victim=0, interferers=everyone)
     full = best_of(synthesized, 2) / 3 * NUMBER
-    assert best_of(lambda: audience(*crowd, victim=0, interferers=everyone), 9) < 0.01 * full
+    assert best_of(lambda: audible_radars(*crowd, victim=0, interferers=everyone), 9) < 0.01 * full
 
 
-def test_a_frame_says_what_it_leaves_out(crowd):
+def test_a_frame_states_the_rms_that_it_leaves_out(crowd):
     scene, plans, snapshots = crowd
 
     def made(**options):
@@ -261,7 +266,7 @@ def test_a_frame_says_what_it_leaves_out(crowd):
 
 
 @pytest.mark.parametrize(
-    ("beyond", "delay_rate", "reference_time", "is_heard"),
+    ("beyond", "delay_rate", "reference_time", "is_audible"),
     [
         (-0.05e6, 0.0, 0.0, True),
         (0.05e6, 0.0, 0.0, False),
@@ -270,8 +275,8 @@ def test_a_frame_says_what_it_leaves_out(crowd):
         (0.05e6, 1e-8, -10.0, True),  # after 10 s the path is 30 m longer: 100 kHz
     ],
 )
-def test_a_twin_beside_the_band_is_heard_up_to_the_stop_edge(
-    beyond, delay_rate, reference_time, is_heard
+def test_a_twin_beside_the_band_is_audible_up_to_the_stop_edge(
+    beyond, delay_rate, reference_time, is_audible
 ):
     """Equal ramps, carriers apart: a steady beat that may come within 0.7 MHz, however weak."""
     plan = RampSchedule(
@@ -286,12 +291,12 @@ def test_a_twin_beside_the_band_is_heard_up_to_the_stop_edge(
     scene = two_radars(IfFilter(), Converter())
     path = HandPath(transmitter=1, delay=0.0, delay_rate=delay_rate, gain=1e-12)
     snapshots = [paths_of(path, reference_time=reference_time)]
-    heard = audience(scene, [plan, twin], snapshots, victim=0, interferers=[1])
-    assert heard.heard == ((1,) if is_heard else ())
+    found = audible_radars(scene, [plan, twin], snapshots, victim=0, interferers=[1])
+    assert found.numbers == ((1,) if is_audible else ())
 
 
-def test_a_radar_without_paths_is_not_heard():
+def test_a_radar_without_paths_is_not_audible():
     plans = [triangles(np.random.default_rng(1), 0.0, 79e9)] * 2
     scene = two_radars(IfFilter(), Converter())
-    heard = audience(scene, plans, [paths_of()], victim=0, interferers=[1])
-    assert (heard.heard, heard.neglected) == ((), 0.0)
+    found = audible_radars(scene, plans, [paths_of()], victim=0, interferers=[1])
+    assert (found.numbers, found.neglected) == ((), 0.0)

@@ -15,7 +15,7 @@ from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Actor, Scene
 from polychirp.synthesis.fullband import FullBand
 from polychirp.synthesis.stretch import engine, path_batches, ramp_edges
-from polychirp.synthesis.stretch.engine import NEGLIGIBLE, Stretch
+from polychirp.synthesis.stretch.engine import NEGLIGIBLE_IN_BAND, Stretch
 from polychirp.synthesis.stretch.ramp_overlaps import strongest_sample
 from polychirp.testing.paths import HandPath, paths_of
 from polychirp.units import from_db
@@ -235,11 +235,11 @@ def many_paths_on_two_ramps(seed, ratio, longest, attenuation, *, fastest=4e-7):
     longest=st.sampled_from([20e-9, 200e-9, 2e-6]),
     attenuation=between(55.0, 100.0),
 )
-def test_bundles_of_paths_are_their_sum_path_by_path(backend, ratio, seed, longest, attenuation):
+def test_batches_of_paths_are_their_sum_path_by_path(backend, ratio, seed, longest, attenuation):
     """Rates equal, nearly so and crossing; delays up to an echo that wraps into the next ramp.
 
-    Bundles are made as if path by path cost a second a sample, else they would be rare. Each may
-    leave out as much, and not the same, of the strongest sample, or of the rms that the paths
+    Batches are made as if path by path cost a second a sample, else they would be rare. Both may
+    leave out as much, but not the same, of the strongest sample, or of the rms that the paths
     bring, where few samples are all that come into the band and weaker than that.
     """
     frame, transmitter = many_paths_on_two_ramps(seed, ratio, longest, attenuation)
@@ -255,10 +255,10 @@ def test_bundles_of_paths_are_their_sum_path_by_path(backend, ratio, seed, longe
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(engine, "strongest_sample", noted)
         by_path = samples("kernels")
-        patch.setattr(path_batches, "PER_SAMPLE", (1.0, 1.0))
-        bundled = samples(backend)
+        patch.setattr(path_batches, "SECONDS_PER_SAMPLE", (1.0, 1.0))
+        batched = samples(backend)
     strongest = max(np.abs(by_path).max(), *brought)
-    assert np.abs(bundled - by_path).max() < 2 * NEGLIGIBLE * strongest
+    assert np.abs(batched - by_path).max() < 2 * NEGLIGIBLE_IN_BAND * strongest
 
 
 @pytest.mark.slow
@@ -270,24 +270,24 @@ def test_bundles_of_paths_are_their_sum_path_by_path(backend, ratio, seed, longe
     fastest=st.sampled_from([0.0, 4e-7, 3e-6]),
     attenuation=st.sampled_from([60.0, 90.0]),
 )
-def test_bundles_that_leave_nothing_out_are_right_to_1e_8(
+def test_batches_that_leave_nothing_out_are_right_to_1e_8(
     ratio, seed, longest, fastest, attenuation
 ):
-    """Corners near the band included, which else are bundled from some thousand paths on."""
+    """Corners near the band included, which else are batched from some thousand paths on."""
     frame, transmitter = many_paths_on_two_ramps(seed, ratio, longest, attenuation, fastest=fastest)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(engine, "NEGLIGIBLE", 1e-12)
+        patch.setattr(engine, "NEGLIGIBLE_IN_BAND", 1e-12)
         by_path = Stretch(backend="kernels").contribution(*frame, victim=0, transmitter=transmitter)
-        patch.setattr(path_batches, "PER_SAMPLE", (1.0, 1.0))
-        patch.setattr(ramp_edges, "ALIKE", 0.0)
-        bundled = Stretch().contribution(*frame, victim=0, transmitter=transmitter)
-    assert np.abs(bundled - by_path).max() < 1e-8 * np.abs(by_path).max()
+        patch.setattr(path_batches, "SECONDS_PER_SAMPLE", (1.0, 1.0))
+        patch.setattr(ramp_edges, "REFERENCE_COST", 0.0)
+        batched = Stretch().contribution(*frame, victim=0, transmitter=transmitter)
+    assert np.abs(batched - by_path).max() < 1e-8 * np.abs(by_path).max()
 
 
 @pytest.mark.parametrize("first", [1e-6, 10e-6])
 @pytest.mark.parametrize("length", [4e-6, 9e-6, 11e-6, 16e-6])
-def test_bundles_of_chirps_shorter_than_a_window_are_their_sum_path_by_path(length, first):
-    """Ramps far out of band, of which only the end and only the beginning are heard."""
+def test_batches_of_chirps_shorter_than_a_window_are_their_sum_path_by_path(length, first):
+    """Ramps far out of band, of which only the end and only the beginning are received."""
     common = {"start_phase": [0.1], "sweep": [0]}
     own = RampSchedule(
         start_time=[0.0], duration=[400e-6], start_frequency=[79e9], slope=[1e12], **common
@@ -308,10 +308,10 @@ def test_bundles_of_chirps_shorter_than_a_window_are_their_sum_path_by_path(leng
     paths = many_paths(np.random.default_rng(1), 1, longest=200e-9, fastest=4e-7, count=60)
     frame = scene, [own, sent], [paths_of(*paths)]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(engine, "NEGLIGIBLE", 1e-12)
+        patch.setattr(engine, "NEGLIGIBLE_IN_BAND", 1e-12)
         by_path = Stretch(backend="kernels").contribution(*frame, victim=0, transmitter=1)
-        bundled = Stretch().contribution(*frame, victim=0, transmitter=1)
+        batched = Stretch().contribution(*frame, victim=0, transmitter=1)
     strongest = np.abs(by_path).max()
     ends = np.r_[: int(length * 1e6) + 8, by_path.shape[-1] - 20 : by_path.shape[-1]]
     assert np.abs(by_path[..., ends]).max() > 1e-5 * strongest
-    assert np.abs(bundled - by_path).max() < 1e-8 * strongest
+    assert np.abs(batched - by_path).max() < 1e-8 * strongest

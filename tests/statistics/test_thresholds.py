@@ -1,4 +1,4 @@
-"""How often thresholds are wrong on noise alone: stated against measured."""
+"""False-alarm probabilities of thresholds on noise alone: stated against measured."""
 
 import math
 
@@ -28,7 +28,7 @@ from tests.support.estimation import estimate_points
 from tests.support.points import HandPoint, frame_of
 
 
-def test_the_papers_threshold_calls_half_of_the_noise_targets():
+def test_almost_half_of_the_noise_is_above_the_papers_threshold():
     """Rayleigh: P(a > mean a) = exp(−π/4); exponential: 1/e. 2e5 cells: ±0.35 % at 3 sigma."""
     noise = np.random.default_rng(1).normal(size=(2, 200_000))
     amplitude = np.hypot(*noise)
@@ -130,7 +130,7 @@ def test_the_drawn_map_crosses_its_threshold_as_often_as_stated(family, probabil
     rate = np.zeros(frames)
     for seed in range(frames):
         search = _Search(receiver, frame_of(ramps, [], seed=seed))
-        search.map.draw(search.spectra, np.zeros((0, ramps.num_ramps)))
+        search.map.update(search.spectra, np.zeros((0, ramps.num_ramps)))
         excess, _ = search.map.excess(search.map.floor(), -np.inf)
         rate[seed] = np.mean(excess > search.threshold)
     error = 3.0 * np.std(rate) / math.sqrt(frames)
@@ -143,7 +143,7 @@ def test_the_drawn_map_crosses_its_threshold_as_often_as_stated(family, probabil
     "family", [Triangular(bandwidth=1e9, ramp_duration=1e-3), DiverseTriangular()]
 )
 def test_an_isolated_point_is_measured_at_the_bound(family):
-    """Range, rate and bearing within 10 % of Cramér and Rao's, from −10 to 60 dB per sample.
+    """Range, rate and azimuth within 10 % of Cramér and Rao's, from −10 to 60 dB per sample.
 
     80 points at each of three levels: the rms of all 240 has a spread of 4.6 %; 3 sigma of that.
     """

@@ -9,7 +9,7 @@ import numpy as np
 from polychirp.axes import FloatArray
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.chain import Receiver
-from polychirp.receiver.estimation.bearing_rate import TYPICAL_CROSSING
+from polychirp.receiver.estimation.azimuth_rate import TYPICAL_CROSSING_SPEED
 from polychirp.receiver.estimation.cramer_rao import cramer_rao_bound
 from tests.support.points import HandPoint, frame_of
 
@@ -39,7 +39,7 @@ class Estimation:
 
     @property
     def found(self) -> float:
-        """Share of the trials in which something was claimed."""
+        """Share of the trials with a detection."""
         return len(self.ratio) / self.trials
 
     @property
@@ -56,9 +56,9 @@ class Estimation:
 def estimate_points(
     receiver: Receiver, schedule: RampSchedule, *, snr: float, trials: int, seed: int = 0
 ) -> Estimation:
-    """Trials with one point anywhere at 4 … 26 m, ±25 m/s, ±3 m/s², ±50°, and turning.
+    """Trials with one point anywhere at 4 … 26 m, ±25 m/s, ±3 m/s², ±50°, and a changing azimuth.
 
-    Its bearing's rate is drawn as the receiver expects it, and so known to the bound.
+    The rate of its azimuth is random with the receiver's prior, which the bound includes.
 
     Parameters
     ----------
@@ -74,8 +74,8 @@ def estimate_points(
             azimuth=draw.uniform(-0.87, 0.87),
             power=snr,
         )
-        turning = TYPICAL_CROSSING / point.range
-        point = replace(point, turning=turning * draw.normal())
+        deviation = TYPICAL_CROSSING_SPEED / point.range
+        point = replace(point, sine_rate=deviation * draw.normal())
         frame = frame_of(schedule, [point], seed=seed * 100_003 + trial)
         least = cramer_rao_bound(
             schedule,
@@ -85,7 +85,7 @@ def estimate_points(
             azimuth=point.azimuth,
             snr=snr,
             time=float(schedule.start_time[0]),
-            turning=turning,
+            sine_rate_deviation=deviation,
         )
         bounds.append([least.range, least.range_rate, least.azimuth])
         found = receiver.detect(frame)

@@ -12,7 +12,7 @@ from polychirp.model.antenna import AntennaArray
 from polychirp.model.if_frame import IfFrame, sample_times
 from polychirp.model.radar import Converter
 from polychirp.model.ramp import RampSchedule
-from polychirp.receiver.estimation.bearing_rate import courses
+from polychirp.receiver.estimation.azimuth_rate import sine_basis
 from polychirp.receiver.signal_model.point_signal import replica
 
 
@@ -20,14 +20,14 @@ from polychirp.receiver.signal_model.point_signal import replica
 class HandPoint:
     """A steady point: m, m/s, m/s², rad, and power over that of unit noise per sample.
 
-    ``turning``, 1/s, is the rate of the sine of its azimuth at the start.
+    ``sine_rate``, 1/s, is the rate of the sine of its azimuth at the start.
     """
 
     range: float
     range_rate: float = 0.0
     acceleration: float = 0.0
     azimuth: float = 0.0
-    turning: float = 0.0
+    sine_rate: float = 0.0
     power: float = 1.0
 
 
@@ -51,8 +51,8 @@ def frame_of(
     for point in points:
         motion = np.array([point.range, point.range_rate, point.acceleration])
         signal = replica(schedule, times, motion=motion, time=float(schedule.start_time[0]))
-        straight, turned = courses(motion[None], times.time - schedule.start_time[0])[:, 0]
-        sine = np.sin(point.azimuth) * straight + point.turning * turned
+        straight, turned = sine_basis(motion[None], times.time - schedule.start_time[0])[:, 0]
+        sine = np.sin(point.azimuth) * straight + point.sine_rate * turned
         cycles = array.position[:, 1, None, None] * sine / wavelength + draw.random()
         samples += np.sqrt(point.power) * np.exp(-2j * np.pi * cycles) * signal
     return IfFrame(samples=samples * times.is_sample, times=times, schedule=schedule, array=array)

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from polychirp.axes import ComplexArray
 from polychirp.errors import InputError
-from polychirp.model.baseband import Baseband, Progress, silent
+from polychirp.model.baseband import Baseband, Progress, no_progress
 from polychirp.model.ramp import RampSchedule
 
 META: Final = ".sigmf-meta"
@@ -168,7 +168,7 @@ def open_sigmf(path: Path | str) -> SigmfRecording:
     )
 
 
-def check_sha512(recording: SigmfRecording, *, progress: Progress = silent) -> None:
+def check_sha512(recording: SigmfRecording, *, progress: Progress = no_progress) -> None:
     """Refuse data that are not those that the metadata were written for, where they say so.
 
     Raises
@@ -187,7 +187,7 @@ def check_sha512(recording: SigmfRecording, *, progress: Progress = silent) -> N
         )
 
 
-def _hash(path: Path, progress: Progress = silent) -> str:
+def _hash(path: Path, progress: Progress = no_progress) -> str:
     size, done, hashed = path.stat().st_size, 0, sha512()
     with path.open("rb") as file:
         while block := file.read(BLOCK):

@@ -1,4 +1,4 @@
-"""`RayTracer` — the seam; and how path tables are built and put together."""
+"""`RayTracer`, the protocol of all tracers, and functions to build and join path tables."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ Capability = Literal[
     "line-of-sight", "occlusion", "points", "vehicle-points", "facets", "planes", "tubes",
     "diffraction", "transmission", "diffuse",
 ]  # fmt: skip
-"""What a tracer can answer for; a study that needs more is refused before it runs."""
+"""Mechanisms that a tracer may have; a study that needs others is refused before it runs."""
 
 
 @runtime_checkable
 class RayTracer(Protocol):
-    """Whatever turns a scene into its propagation paths.
+    """A model of the channel, which turns a scene into its propagation paths.
 
     A tracer is a spec: frozen, comparable, and without state that a caller could notice.
     """
 
     @property
     def capabilities(self) -> frozenset[Capability]:
-        """Which mechanisms the tracer has."""
+        """Mechanisms of the tracer."""
         ...
 
     def trace(self, scene: Scene) -> PropagationPaths:
@@ -39,12 +39,12 @@ class RayTracer(Protocol):
 
 
 class Part(NamedTuple):
-    """One kind of path, or the paths over one body: what is traced, and renewed, as a whole.
+    """Paths of one mechanism, or over one body, which are traced and refreshed together.
 
-    ``trace`` takes the world, (transmitter, receiver) pairs ``(pair, 2)``, and what is known of
-    the strongest path of every pair ``(transmitter, receiver)``: what cannot matter beside it
-    may be left out. What is wrong with a part is weighed against the power of all parts of the
-    same ``whole``; without one, against its own.
+    ``trace`` takes the world, (transmitter, receiver) pairs ``(pair, 2)``, and the known power of
+    the strongest path of every pair ``(transmitter, receiver)``: much weaker paths may be left out.
+    The error of a part is compared with the power of all parts of the same ``whole``; if that is
+    empty, with the power of the part itself.
     """
 
     name: str
@@ -57,7 +57,7 @@ def all_pairs(
 ) -> IntArray:
     """Every (transmitter, receiver), own echoes included, of some or all receivers: ``(pair, 2)``.
 
-    Radars that are farther apart than ``max_length`` (m) make no pair.
+    Radars that are farther apart than ``max_length`` (m) form no pair.
 
     >>> from polychirp.model.radar import Radar
     >>> from polychirp.model.scene import Actor
@@ -67,8 +67,8 @@ def all_pairs(
     [[0, 1], [1, 1]]
     """
     radars = np.arange(len(scene.radars))
-    heard = radars if receivers is None else np.asarray(receivers, dtype=np.int64)
-    pairs = np.stack(np.meshgrid(radars, heard, indexing="ij"), axis=-1).reshape(-1, 2)
+    receiving = radars if receivers is None else np.asarray(receivers, dtype=np.int64)
+    pairs = np.stack(np.meshgrid(radars, receiving, indexing="ij"), axis=-1).reshape(-1, 2)
     place = scene.radar_position[pairs]
     return np.asarray(pairs[np.linalg.norm(place[:, 1] - place[:, 0], axis=-1) <= max_length])
 
@@ -87,14 +87,14 @@ def path_table(  # noqa: PLR0913 -- a field of the table each
     coherence_time: FloatArray | None = None,
     delay_acceleration: FloatArray | None = None,
 ) -> PropagationPaths:
-    """Paths that all meet the same kinds of bounces in the same order.
+    """Table of paths that all have the same kinds of bounces in the same order.
 
     Parameters
     ----------
     pair : (transmitter, receiver), ``(path, 2)``
     bounces : for every bounce its kind, the actors ``(path,)`` and the points, m ``(path, xyz)``
-    coherence_time : s, ``(path,)``; none for single journeys
-    delay_acceleration : 1/s, ``(path,)``; none: zero
+    coherence_time : s, ``(path,)``; by default infinite
+    delay_acceleration : 1/s, ``(path,)``; by default 0
     """
     num_paths, num_bounces = len(delay), len(bounces)
     actor = np.zeros((num_paths, num_bounces), dtype=np.int64)
@@ -124,7 +124,7 @@ def path_table(  # noqa: PLR0913 -- a field of the table each
 
 
 def no_paths(scene: Scene, frequency: float) -> PropagationPaths:
-    """A table without paths."""
+    """Table without paths."""
     none, vectors = np.zeros(0), np.zeros((0, 3))
     return path_table(
         scene=scene,
@@ -167,10 +167,10 @@ def gather(tables: Sequence[PropagationPaths]) -> PropagationPaths:
 
 
 def strength(paths: PropagationPaths, scene: Scene) -> FloatArray:
-    """Greatest power ratio of every path, ``(path,)``, as the two radars' elements see it.
+    """Greatest power ratio of every path, ``(path,)``, with the gains of the two radars' elements.
 
-    The greater of the matrix's entries, times both elements' gains towards the path. Without the
-    gains, a glint straight below a radar could hide what lies ahead of it.
+    The greatest entry of the transfer matrix, as power, times both elements' gains towards the
+    path. Without the gains, a glint straight below a radar could exclude the paths ahead of it.
     """
     power = np.max(np.abs(paths.transfer) ** 2, axis=(-2, -1))
     turn = scene.radar_rotation
@@ -193,7 +193,7 @@ def strongest_of_pair(paths: PropagationPaths, power: FloatArray, num_radars: in
 
 
 def without_weak(paths: PropagationPaths, scene: Scene, dynamic_range: float) -> PropagationPaths:
-    """The paths whose `strength` is within ``dynamic_range`` (ratio) of their pair's strongest."""
+    """Paths whose `strength` is within ``dynamic_range`` (ratio) of their pair's strongest."""
     power = strength(paths, scene)
     strongest = strongest_of_pair(paths, power, len(scene.radars))
     limit = strongest[paths.transmitter, paths.receiver] / dynamic_range

@@ -1,13 +1,13 @@
-r"""Radar cross section of a mesh: what the radar equation reads from its echo.
+r"""Radar cross section of a mesh, from its echo by the radar equation.
 
 .. math:: \sigma = |a|^2\,\frac{(4\pi)^3 R^4}{\lambda^2}
 
 with the echo's amplitude a between isotropic antennas and R from the radar to the middle of the
 mesh's bounding box, from which azimuth and elevation count as well. At a finite R that is the
 *apparent* cross section: closer than :math:`2D^2/\lambda` (11 km for a car at 79 GHz) it depends
-on R, and it is what a radar there would measure.
+on R, and a radar there would measure it.
 
-No road, no mirrors: the body hangs in free space.
+The body is in free space, without road or walls.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ from polychirp.model.scene import Actor, Scene
 if TYPE_CHECKING:
     from polychirp.channel.tracers.composite import Composite
 
-BATCH: Final = 16
-"""Aspects in one scene: each lit facet of each takes some 200 bytes."""
+ASPECTS_PER_SCENE: Final = 16
+"""Aspects in one scene. Chosen: each lit facet of each aspect takes about 200 bytes."""
 
-EVERY_PATH: Final = 1e30
-"""A dynamic range that leaves nothing out."""
+UNLIMITED_DYNAMIC_RANGE: Final = 1e30
+"""Dynamic range, as a ratio, that leaves no path out."""
 
-FLATNESS: Final = 0.01
-"""rad, by which a wave front from afar may bend over the body, there and back."""
+FAR_FIELD_PHASE: Final = 0.01
+"""Greatest phase, rad, by which a wave front from afar may bend over the body, there and back."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -75,7 +75,7 @@ def cross_sections(
 ) -> CrossSections:
     """Monostatic cross sections of a mesh, all polarisations, with every mechanism of ``tracer``.
 
-    The echo is summed at the tracer's frequency, phases and all, and nothing is left out as weak
+    The echo is the coherent sum of the paths at the tracer's frequency; no path is left out as weak
     or far.
 
     Parameters
@@ -83,7 +83,7 @@ def cross_sections(
     azimuth : rad, ``(aspect,)``
     distance : m, from the middle of the mesh; see `far_distance` for plane waves
     elevation : rad
-    progress : told how many aspects are done, and of how many
+    progress : called with the number of finished aspects, and of all
 
     Raises
     ------
@@ -116,11 +116,11 @@ def cross_sections(
         ],
         axis=-1,
     )
-    complete = replace(tracer, dynamic_range=EVERY_PATH, max_length=np.inf)
+    complete = replace(tracer, dynamic_range=UNLIMITED_DYNAMIC_RANGE, max_length=np.inf)
     echo = np.empty((azimuth.size, 2, 2), dtype=np.complex128)
-    for start in range(0, azimuth.size, BATCH):
+    for start in range(0, azimuth.size, ASPECTS_PER_SCENE):
         progress(start, azimuth.size)
-        some = slice(start, start + BATCH)
+        some = slice(start, start + ASPECTS_PER_SCENE)
         echo[some] = _echoes(complete, mesh, centre + distance * toward[some])
     progress(azimuth.size, azimuth.size)
     wavelength = SPEED_OF_LIGHT / tracer.frequency
@@ -134,7 +134,7 @@ def cross_sections(
 
 
 def _echoes(tracer: Composite, mesh: Mesh, places: FloatArray) -> ComplexArray:
-    """Sums of the paths back to each place, m ``(radar, xyz)``: ``(radar, receiving, sending)``."""
+    """Sums of the paths back to places, m ``(radar, xyz)``: ``(radar, receiver, transmitter)``."""
     radars = tuple(
         Radar(
             name=str(number),
@@ -155,7 +155,7 @@ def _echoes(tracer: Composite, mesh: Mesh, places: FloatArray) -> ComplexArray:
 
 
 def sphere_around(mesh: Mesh) -> tuple[FloatArray, float]:
-    """Middle of a mesh's bounding box, m ``(xyz,)``, and how far its corners are from there, m.
+    """Middle of a mesh's bounding box, m ``(xyz,)``, and the distance of the farthest corner, m.
 
     Raises
     ------
@@ -170,29 +170,29 @@ def sphere_around(mesh: Mesh) -> tuple[FloatArray, float]:
 
 
 def far_distance(mesh: Mesh, frequency: float) -> float:
-    r"""Distance, m, from which a mesh sees plane waves.
+    r"""Distance, m, from which the waves over a mesh are plane.
 
     .. math:: R = k\rho^2 / \varphi
 
-    There and back a wave front bends by φ = `FLATNESS` over a body within ρ of its middle: 0.01
-    rad, at 1000 km for a car. A phase of 2kR = 3·10⁹ rad is good to 5·10⁻⁷ rad in double
-    precision, so the sum needs no other formula than near by.
+    There and back a wave front bends by φ = `FAR_FIELD_PHASE` over a body within ρ of its middle:
+    0.01 rad, at 1000 km for a car. A phase of 2kR = 3·10⁹ rad is accurate to 5·10⁻⁷ rad in double
+    precision, so the sum needs no other formula than for short distances.
     """
     wavenumber = 2 * np.pi * frequency / SPEED_OF_LIGHT
-    return wavenumber * sphere_around(mesh)[1] ** 2 / FLATNESS
+    return wavenumber * sphere_around(mesh)[1] ** 2 / FAR_FIELD_PHASE
 
 
 def running_median(values: FloatArray, azimuth: FloatArray, window: float) -> FloatArray:
-    """Median of what is within ± ``window`` (rad) around the circle of every azimuth (rad).
+    """Median of the values within ± ``window`` (rad) of every azimuth (rad), around the circle.
 
     >>> turns = np.radians([-180.0, -90.0, 0.0, 90.0])
     >>> running_median(np.array([1.0, 5.0, 2.0, 3.0]), turns, np.radians(91.0))
     array([3., 2., 3., 2.])
     """
-    return np.array([np.median(values[near(azimuth, at, window)]) for at in azimuth])
+    return np.array([np.median(values[is_within_window(azimuth, at, window)]) for at in azimuth])
 
 
-def near(azimuth: FloatArray, middle: float, window: float) -> FloatArray:
-    """Which azimuths (rad) are within ± ``window`` (rad) of ``middle``, around the circle."""
+def is_within_window(azimuth: FloatArray, middle: float, window: float) -> FloatArray:
+    """Mask of the azimuths (rad) within ± ``window`` (rad) of ``middle``, around the circle."""
     off = np.angle(np.exp(1j * (azimuth - middle)))
     return np.asarray(np.abs(off) <= window + 1e-9)

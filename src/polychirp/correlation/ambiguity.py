@@ -17,7 +17,7 @@ import numpy as np
 from polychirp.axes import Axes, ComplexArray, FloatArray, seal
 from polychirp.correlation.base import need_comparable
 from polychirp.errors import InputError
-from polychirp.model.baseband import Baseband, Progress, silent
+from polychirp.model.baseband import Baseband, Progress, no_progress
 
 LEAST_BLOCK: Final = 1 << 16
 """Least number of samples of b that are transformed at once (chosen: memory against time)."""
@@ -51,7 +51,7 @@ def ambiguity(
     *,
     doppler: FloatArray,
     greatest_lag: float,
-    progress: Progress = silent,
+    progress: Progress = no_progress,
 ) -> Ambiguity:
     """Ambiguity function at Doppler shifts in Hz and lags of up to ± ``greatest_lag`` s.
 

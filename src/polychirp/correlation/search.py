@@ -16,7 +16,7 @@ import numpy as np
 
 from polychirp.axes import Axes, ComplexArray, FloatArray, seal
 from polychirp.errors import InputError
-from polychirp.model.baseband import Baseband, Progress, SampleSource, silent
+from polychirp.model.baseband import Baseband, Progress, SampleSource, no_progress
 
 PerPeak = Annotated[FloatArray, Axes("peak")]
 PerBin = Annotated[FloatArray, Axes("bin")]
@@ -55,7 +55,7 @@ def search(
     *,
     threshold: float = 0.5,
     block: int = LEAST_BLOCK,
-    progress: Progress = silent,
+    progress: Progress = no_progress,
 ) -> Found:
     """Search for ``reference`` at every sample of ``recording`` at which it fits completely.
 

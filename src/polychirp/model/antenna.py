@@ -1,4 +1,4 @@
-"""Antennas: an element's pattern, and the elements' places in a radar's frame."""
+"""Antennas: an element's pattern, and the elements' positions in a radar's frame."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class ElementPattern(Spec):
     peak_gain : ratio over isotropic
     azimuth_beamwidth, elevation_beamwidth : rad; ``inf`` for no dependence
     floor : ratio to the peak, below which the pattern does not fall
-    polarisation : which of the two linear polarisations the element couples to
+    polarisation : linear polarisation of the element
     """
 
     peak_gain: Ratio = from_db(27.0)
@@ -75,18 +75,18 @@ class AntennaArray(Spec):
     Both lines are centred on the origin of the radar's frame; channel 0 and transmitting element
     0 are the rightmost ones (most negative y).
 
-    Real channels are not alike. Channel m multiplies what it receives, and element l what it
-    sends, by :math:`\sqrt{g}\,e^{j\psi}`. A channel's error lies behind its low-noise amplifier:
-    it scales the channel's noise as well. No receiver here knows these errors.
+    Real channels differ. Channel m multiplies the wave that it receives, and element l the wave
+    that it sends, by :math:`\sqrt{g}\,e^{j\psi}`. A channel's error is behind its low-noise
+    amplifier, so that it scales the channel's noise as well. Receivers do not calibrate it.
 
     Parameters
     ----------
     num_channels : receiving elements
-    spacing : m, of the receiving elements; half a wavelength at 79 GHz where it is not given
+    spacing : m, of the receiving elements; by default half a wavelength at 79 GHz
     pattern : of every element, receiving and transmitting
     num_transmitters : transmitting elements
-    transmit_spacing : m, of the transmitting elements; where it is not given they stand a whole
-        receiving array apart, so that the virtual elements continue each other without a gap
+    transmit_spacing : m, of the transmitting elements; by default they are a whole receiving array
+        apart, so that the virtual elements form one line without a gap
     channel_gains : g, ratio of powers, one for each channel; none: no errors
     channel_phases : ψ, rad, one for each channel
     transmitter_gains : g, ratio of powers, one for each transmitting element
@@ -146,12 +146,12 @@ class AntennaArray(Spec):
 
     @property
     def channel_response(self) -> ComplexArray:
-        """What multiplies the wave that a channel receives, ``(channel,)``."""
+        """Factor of the wave that each channel receives, ``(channel,)``."""
         return _response(self.num_channels, self.channel_gains, self.channel_phases)
 
     @property
     def transmitter_response(self) -> ComplexArray:
-        """What multiplies the wave that an element sends, ``(element,)``."""
+        """Factor of the wave that each element sends, ``(element,)``."""
         return _response(self.num_transmitters, self.transmitter_gains, self.transmitter_phases)
 
 
@@ -167,9 +167,9 @@ def _response(count: int, gains: tuple[float, ...], phases: tuple[float, ...]) -
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ArrayErrors(Spec):
-    """By how much the channels and the transmitting elements of an array differ.
+    """Random errors of gain and phase of an array's channels and transmitting elements.
 
-    Deviations are Gaussian and independent: of gains on their logarithmic scale, and of phases.
+    They are Gaussian and independent; those of gains are Gaussian on a logarithmic scale.
 
     Parameters
     ----------
@@ -178,7 +178,7 @@ class ArrayErrors(Spec):
 
     Examples
     --------
-    >>> real = ArrayErrors(phase=0.1).drawn(AntennaArray(), streams=Streams(seed=1))
+    >>> real = ArrayErrors(phase=0.1).draw_array(AntennaArray(), streams=Streams(seed=1))
     >>> len(real.channel_phases), real.channel_gains[0]
     (4, 1.0)
     """
@@ -190,11 +190,11 @@ class ArrayErrors(Spec):
         if not (self.gain >= 1.0 and self.phase >= 0.0):
             raise InputError("the spread of an array's errors must be at least 0 dB and 0 degrees")
 
-    def drawn(self, array: AntennaArray, *, streams: Streams) -> AntennaArray:
-        """The array with errors, in place of any that it had.
+    def draw_array(self, array: AntennaArray, *, streams: Streams) -> AntennaArray:
+        """The array with random errors, which replace any that it had.
 
-        They come from ``streams["array", "channel_gains"]`` and the like: a channel more leaves
-        those of the others as they are.
+        They come from ``streams["array", "channel_gains"]`` and the like, so that an additional
+        channel does not change the errors of the others.
         """
 
         def deviation(name: str, count: int) -> FloatArray:

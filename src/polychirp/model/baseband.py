@@ -1,4 +1,4 @@
-r"""`Baseband` — complex samples about a carrier: what radios play, record and correlate."""
+r"""`Baseband`: complex samples about a carrier, which radios send and record."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ import numpy as np
 from polychirp.axes import Axes, ComplexArray, FloatArray, seal
 from polychirp.errors import InputError
 
-GRID: Final = 4
-"""Points of the grid that `Baseband.at` interpolates on, for each sample."""
+GRID_POINTS_PER_SAMPLE: Final = 4
+"""Grid points per sample on which `Baseband.at` interpolates."""
 
-HALF_LENGTH: Final = 6
-"""Points of that grid on each side of a moment that have a part in it."""
+KERNEL_HALF_LENGTH: Final = 6
+"""Grid points on each side of a time that its interpolation uses."""
 
-WINDOW: Final = 12.27
-"""Kaiser's β for 120 dB."""
+KERNEL_KAISER_BETA: Final = 12.27
+"""Kaiser's β of the interpolation's window, for 120 dB."""
 
 Progress = Callable[[str, int, int], None]
-"""Told what is being done, and how much of how much is done."""
+"""Callback with the name of a task, the number of its steps done, and their total."""
 
 
-def silent(what: str, done: int, total: int) -> None:
-    """Tell nobody."""
+def no_progress(what: str, done: int, total: int) -> None:
+    """Progress callback that does nothing."""
     del what, done, total
 
 
@@ -66,35 +66,35 @@ class Baseband:
 
     @property
     def num_samples(self) -> int:
-        """How many samples there are."""
+        """Number of samples."""
         return int(self.samples.size)
 
     @property
     def duration(self) -> float:
-        """s, one sample interval for each sample."""
+        """Number of samples times the sample interval, s."""
         return self.num_samples / self.sample_rate
 
     @property
     def time(self) -> FloatArray:
-        """s, ``(time,)``."""
+        """Times of the samples, s, ``(time,)``."""
         return np.asarray(self.start_time + np.arange(self.num_samples) / self.sample_rate)
 
     @property
     def power(self) -> float:
-        """W into 1 Ω, mean of all samples."""
+        """Mean power of all samples into 1 Ω, W."""
         return float(np.vdot(self.samples, self.samples).real) / self.num_samples
 
     @property
     def energy(self) -> float:
-        """J into 1 Ω."""
+        """Energy of all samples into 1 Ω, J."""
         return self.power * self.duration
 
     def at(self, time: FloatArray) -> ComplexArray:
         """The signal at other times ``(…,)`` in s; it is zero outside its samples.
 
-        Band-limited: a grid `GRID` times as fine by a Fourier transform, then a sinc under
-        Kaiser's window, right to 1e-6 of the signal. Steps at the ends ring as
-        they do behind an ideal filter.
+        Band-limited interpolation: a Fourier transform gives a finer grid, then a sinc with
+        Kaiser's window is summed; the error is 1e-6 of the signal. Steps at the ends ring as they
+        do behind an ideal filter.
 
         >>> tone = Baseband(samples=np.exp(2j * np.pi * 0.4 * np.arange(200)), sample_rate=1.0)
         >>> between = tone.at(np.array([100.25]))[0] / np.exp(2j * np.pi * 0.4 * 100.25)
@@ -102,27 +102,31 @@ class Baseband:
         0.0
         """
         grid, lead = _refined(self.samples)
-        place = (np.asarray(time) - self.start_time) * (self.sample_rate * GRID) + lead
+        place = (np.asarray(time) - self.start_time) * (
+            self.sample_rate * GRID_POINTS_PER_SAMPLE
+        ) + lead
         first = np.floor(place).astype(np.int64)
         fraction = place - first
         out = np.zeros(place.shape, dtype=np.complex128)
-        for step in range(1 - HALF_LENGTH, HALF_LENGTH + 1):
+        for step in range(1 - KERNEL_HALF_LENGTH, KERNEL_HALF_LENGTH + 1):
             index = first + step
             inside = (index >= 0) & (index < grid.size)
             distance = fraction - step
-            reach = np.sqrt(np.maximum(1.0 - (distance / HALF_LENGTH) ** 2, 0.0))
-            weight = np.sinc(distance) * np.i0(WINDOW * reach) / np.i0(WINDOW)
+            reach = np.sqrt(np.maximum(1.0 - (distance / KERNEL_HALF_LENGTH) ** 2, 0.0))
+            weight = (
+                np.sinc(distance) * np.i0(KERNEL_KAISER_BETA * reach) / np.i0(KERNEL_KAISER_BETA)
+            )
             out += np.where(inside, weight * grid[np.where(inside, index, 0)], 0.0)
         return out
 
     def retuned(self, centre_frequency: float) -> Baseband:
-        """The same radio signal about another carrier; what leaves ± half the rate folds."""
+        """The same radio signal about another carrier; beyond ± half the rate it is aliased."""
         shift = self.centre_frequency - centre_frequency
         turned = self.samples * np.exp(2j * np.pi * ((shift * self.time) % 1.0))
         return replace(self, samples=turned, centre_frequency=centre_frequency)
 
     def resampled(self, sample_rate: float) -> Baseband:
-        """The same signal at another rate; to a lower one, it is first limited to its band."""
+        """The same signal at another rate; for a lower one its band is limited first."""
         if sample_rate == self.sample_rate:
             return self
         source = self
@@ -135,25 +139,25 @@ class Baseband:
 
 @runtime_checkable
 class SampleSource(Protocol):
-    """Samples that are read piece by piece: a recording on disk, or a `Baseband` in `Memory`."""
+    """Samples that are read in pieces: a recording on disk, or a `Baseband` in `Memory`."""
 
     @property
     def num_samples(self) -> int:
-        """How many there are."""
+        """Number of samples."""
         ...
 
     @property
     def sample_rate(self) -> float:
-        """1/s."""
+        """Sample rate, 1/s."""
         ...
 
     @property
     def centre_frequency(self) -> float:
-        """Hz."""
+        """Carrier, Hz."""
         ...
 
     def read(self, first: int, last: int) -> ComplexArray:
-        """Samples ``first`` up to before ``last``, V ``(time,)``."""
+        """Samples ``first`` to ``last`` − 1, V ``(time,)``."""
         ...
 
 
@@ -165,26 +169,26 @@ class Memory:
 
     @property
     def num_samples(self) -> int:
-        """How many there are."""
+        """Number of samples."""
         return self.signal.num_samples
 
     @property
     def sample_rate(self) -> float:
-        """1/s."""
+        """Sample rate, 1/s."""
         return self.signal.sample_rate
 
     @property
     def centre_frequency(self) -> float:
-        """Hz."""
+        """Carrier, Hz."""
         return self.signal.centre_frequency
 
     def read(self, first: int, last: int) -> ComplexArray:
-        """See `SampleSource.read`."""
+        """Samples ``first`` to ``last`` − 1, V ``(time,)``."""
         return self.signal.samples[first:last]
 
 
 def _refined(samples: ComplexArray) -> tuple[ComplexArray, int]:
-    """`GRID` points for each sample, and the place of sample 0; zeros keep the ends apart."""
+    """The signal on the finer grid, and the place of sample 0; zeros separate the two ends."""
     from scipy.fft import fft, ifft, next_fast_len
 
     lead = 64
@@ -192,15 +196,15 @@ def _refined(samples: ComplexArray) -> tuple[ComplexArray, int]:
     padded = np.zeros(size, dtype=np.complex128)
     padded[lead : lead + samples.size] = samples
     spectrum = fft(padded)
-    wide = np.zeros(GRID * size, dtype=np.complex128)
+    wide = np.zeros(GRID_POINTS_PER_SAMPLE * size, dtype=np.complex128)
     half = (size + 1) // 2
     wide[:half] = spectrum[:half]
     wide[half - size :] = spectrum[half:]
-    return np.asarray(ifft(wide) * GRID), GRID * lead
+    return np.asarray(ifft(wide) * GRID_POINTS_PER_SAMPLE), GRID_POINTS_PER_SAMPLE * lead
 
 
 def _limited(signal: Baseband, edge: float) -> ComplexArray:
-    """Samples without what is beyond ±``edge`` Hz."""
+    """Samples without frequencies beyond ±``edge`` Hz."""
     from scipy.fft import fft, fftfreq, ifft, next_fast_len
 
     size = next_fast_len(2 * signal.num_samples)

@@ -1,4 +1,4 @@
-"""`Detections` — what a receiver claims."""
+"""`Detections` of a receiver in one frame."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from polychirp.axes import PerDetection, seal
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Detections:
-    """Claims of a receiver about one frame, strongest first.
+    """Detections of a receiver in one frame, strongest first.
 
     Parameters
     ----------
     time : s, to which range and azimuth refer
     range : m; range_rate : m/s, positive = away; azimuth : rad, positive left
-    power : W at the converter, of one channel, the claim's amplitude squared
+    power : W at the converter, of one channel, the detection's amplitude squared
     snr : ratio of the detection statistic to its local floor
     """
 
@@ -31,5 +31,5 @@ class Detections:
 
     @property
     def num_detections(self) -> int:
-        """How many claims there are."""
+        """Number of detections."""
         return int(self.range.size)

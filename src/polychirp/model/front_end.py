@@ -1,4 +1,4 @@
-"""`FrontEnd` — what lies between mixer and samples besides the IF filter: each step optional."""
+"""`FrontEnd`: optional stages between mixer and samples besides the IF filter."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ class HighPass(Spec):
 
     .. math:: H(f) = \prod_i \frac{jf}{f_i + jf}
 
-    Radar chips have one or two such sections; they hold back leakage and bumper, and flatten
-    what falls with range. Each ramp finds it at rest, and what rings until the converter's start
-    is not sampled: :math:`e^{-2\pi f_i t}` of the step is left after the time t. Its causal phase
-    stays in the samples.
+    Radar chips have one or two such sections, which attenuate leakage and bumper and compensate a
+    part of the loss with range. The filter is at rest at the start of each ramp. Its transient
+    before the converter's start is not sampled; :math:`e^{-2\pi f_i t}` of the step is left after
+    the time t. Its causal phase stays in the samples.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class HighPass(Spec):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class IqImbalance(Spec):
-    r"""The quadrature branch is amplified by :math:`g` and turned by :math:`\varphi`.
+    r"""Errors of the quadrature branch: a gain :math:`g` and a phase :math:`\varphi`.
 
     From :math:`y = i + jq` comes :math:`i + jg(q\cos\varphi - i\sin\varphi)`, that is
 
@@ -82,7 +82,7 @@ class IqImbalance(Spec):
 
     @property
     def image_rejection(self) -> float:
-        r"""Power ratio \|α/β\|² of a beat to its image; infinite where there is none.
+        r"""Power ratio \|α/β\|² of a beat to its image; infinite without an image.
 
         >>> round(10 * math.log10(IqImbalance(phase=math.radians(1.0)).image_rejection), 1)
         41.2
@@ -91,7 +91,7 @@ class IqImbalance(Spec):
         return abs(straight) ** 2 / abs(image) ** 2 if image else math.inf
 
     def applied(self, samples: ComplexArray) -> ComplexArray:
-        """What becomes of samples ``(…,)``."""
+        """Samples ``(…,)`` with the imbalance."""
         straight, image = self.weights
         return np.asarray(straight * samples + image * np.conj(samples))
 
@@ -111,29 +111,29 @@ class Offset(Spec):
 
     def __post_init__(self) -> None:
         if not self.power > 0:
-            raise InputError("an offset needs a positive power; leave it out where there is none")
+            raise InputError("an offset needs a positive power; leave it out if there is none")
 
     @property
     def voltage(self) -> complex:
-        """V."""
+        """Complex voltage of the constant, V."""
         return cmath.rect(math.sqrt(self.power), self.phase)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GainControl(Spec):
-    """An amplifier before the converter, set for each ramp by what came before.
+    """An amplifier before the converter, set for each ramp by the former ones.
 
-    Its gain takes the strongest I or Q voltage of the former ramps, over all channels and ahead
-    of the converter, to the back-off below full scale or just beneath it. The first ramp is set
-    by itself: the radar has been running. Samples are divided by the gain afterwards, so that
-    only saturation and quantisation feel it.
+    Its gain brings the strongest I or Q voltage of the former ramps, over all channels and before
+    the converter, to the back-off below full scale, or less than a step below that. The gain of the
+    first ramp follows from that ramp itself, as if the radar had been running before. Samples are
+    divided by the gain afterwards, so that it matters for saturation and quantisation only.
 
     Parameters
     ----------
     step : ratio between neighbouring gains, in power
     least, greatest : ratio, limits of the gain
-    back_off : ratio of full scale to the strongest power that is aimed at
-    num_ramps : how many former ramps are looked at
+    back_off : ratio of full scale to the strongest power after the amplifier
+    num_ramps : number of former ramps that count
     """
 
     step: Ratio = from_db(2.0)
@@ -150,15 +150,15 @@ class GainControl(Spec):
         if not self.back_off >= 1:
             raise InputError("a gain control's back-off cannot be below 0 dB")
         if self.num_ramps < 1:
-            raise InputError("a gain control must look at one former ramp or more")
+            raise InputError("a gain control needs one former ramp or more")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Digitiser(Spec):
-    r"""Amplifier and quantiser, each for I and Q alike and apart.
+    r"""Amplifier and quantiser of I and of Q, which are equal and independent.
 
-    Beyond :math:`\pm V`, :math:`V^2` = full scale, a voltage is clipped. With ``softness`` p it
-    bends before that (Rapp 1991):
+    A voltage beyond :math:`\pm V`, with :math:`V^2` = full scale, is clipped. With ``softness`` p
+    the compression starts below that (Rapp 1991):
 
     .. math:: v \to \frac{v}{(1 + |v/V|^{2p})^{1/2p}}
 
@@ -168,9 +168,9 @@ class Digitiser(Spec):
     Parameters
     ----------
     full_scale : W, power of the strongest complex tone that is not clipped
-    bits : of I and of Q; without, the steps are infinitely fine
-    softness : Rapp's p, 1 is soft, 10 nearly hard; without, nothing bends below full scale
-    gain_control : sets the gain ahead; without, it is 1
+    bits : of I and of Q; None: infinitely fine steps
+    softness : Rapp's p, 1 is soft, 10 nearly hard; None: no compression below full scale
+    gain_control : of the amplifier before; None: a gain of 1
     """
 
     full_scale: Watts
@@ -189,7 +189,7 @@ class Digitiser(Spec):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FrontEnd(Spec):
-    """From the IF filter to the samples: in this order, and without any of it by default.
+    """Stages from the IF filter to the samples, in this order; none by default.
 
     Parameters
     ----------
@@ -206,5 +206,5 @@ class FrontEnd(Spec):
 
     @property
     def distorts(self) -> bool:
-        """Whether it adds what is in no proportion to any one signal."""
+        """True if a stage is not linear or adds a constant."""
         return self.offset is not None or self.digitiser is not None

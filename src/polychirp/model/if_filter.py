@@ -1,4 +1,4 @@
-"""`IfFilter` — one filter for every engine."""
+"""`IfFilter`: the IF low-pass, one for all synthesis engines."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ class IfFilter(Spec):
 
     with :math:`f_c` half-way between pass and stop edge, Kaiser's :math:`\beta` and length
     :math:`S = (A-7.95)/(14.36\,\Delta f)` for attenuation A dB (Kaiser 1974), and C such that the
-    gain at zero frequency is 1. It is real and even: **the delay of a causal filter is taken
-    out**, so sample times are times at the antenna.
+    gain at zero frequency is 1. It is real and even: **the delay of a causal filter is removed**,
+    so that sample times are times at the antenna.
 
     Parameters
     ----------
     passband, stopband : Hz, edges, both sides of zero
-    attenuation : power ratio kept in the stop band, e.g. 90 dB
+    attenuation : power ratio in the stop band, e.g. 90 dB
     """
 
     passband: Hertz = 0.3e6
@@ -75,16 +75,16 @@ class IfFilter(Spec):
     def derivatives(self, time: FloatArray, order: int) -> FloatArray:
         r"""Value and derivatives of h up to ``order``: ``(order + 1, time)`` in s^-(1+order).
 
-        h is the restriction of an entire function to the support, so Cauchy's integral over a
-        circle gives every derivative to rounding; at the ends of the support these are the
-        one-sided derivatives from inside, and beyond it those of the continuation.
+        h is an entire function inside the support, so that Cauchy's integral over a circle gives
+        every derivative to rounding. At the ends of the support they are the one-sided derivatives
+        from inside, and beyond it those of the continued function.
 
         >>> derivative = IfFilter().derivatives(np.array([0.0]), 1)[1, 0]
         >>> abs(float(derivative)) < 1e-6 * 0.7e6**2  # h is even
         True
         """
         t = np.asarray(time, dtype=np.float64)
-        # a few units of h's own scale: much less loses digits, much more lets cosh-growth in
+        # a few units of h's scale: a smaller circle loses digits, on a larger one h grows like cosh
         radius = 4.0 / (2 * np.pi * self.stopband + self.beta**2 / self.support)
         circle = np.exp(2j * np.pi * np.arange(64) / 64)
         values = _analytic(self, t[:, None] + radius * circle)
@@ -126,7 +126,7 @@ def _scale(filter_: IfFilter) -> float:
 def gauss_panels(count: int) -> tuple[FloatArray, FloatArray]:
     """Nodes and weights on [−1, 1] of ``count`` panels with 16 Gauss–Legendre points each.
 
-    A panel is exact to rounding where the integrand goes through two cycles at most.
+    A panel is exact to rounding for an integrand with two cycles in it at most.
 
     >>> node, weight = gauss_panels(3)
     >>> round(float(weight @ np.cos(node)), 12)  # 2 sin 1
@@ -142,7 +142,7 @@ def _num_panels(filter_: IfFilter, highest: float) -> int:
 
 
 def _nodes(filter_: IfFilter, highest: float) -> tuple[FloatArray, FloatArray]:
-    """Times, and h there times a weight, to integrate what goes up to ``highest`` Hz."""
+    """Times, and h times a weight, to integrate products of h with up to ``highest`` Hz."""
     nodes, weights = gauss_panels(_num_panels(filter_, highest))
     time = 0.5 * filter_.support * nodes
     return time, 0.5 * filter_.support * weights * filter_.impulse_response(time)

@@ -1,4 +1,4 @@
-"""`IfFrame` and `IfParts` — dechirped samples; echo, interference and noise kept apart."""
+"""`IfFrame` and `IfParts`: dechirped samples, and their separate parts."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from polychirp.model.radar import Converter, Radar
 from polychirp.model.ramp import RampSchedule
 
 PARTS: Final = ("echo", "multipath", "direct", "indirect", "noise", "leakage", "distortion")
-"""Own echo without and with a mirror plane; another radar's signal without and with a bounce;
-thermal noise; the radar's own signal without any scene; what saturation, quantisation and offsets
-add to the sum of all that."""
+"""Own echo without and with a reflecting plane; another radar's signal without and with a bounce;
+thermal noise; the radar's own signal without any scene; the change of the sum of all that by
+saturation, quantisation and offsets."""
 
 
 def parts_of(radar: Radar) -> tuple[str, ...]:
@@ -26,13 +26,13 @@ def parts_of(radar: Radar) -> tuple[str, ...]:
     >>> parts_of(Radar(name="front"))
     ('echo', 'multipath', 'direct', 'indirect', 'noise')
     """
-    absent = {"leakage": not radar.hears_itself, "distortion": not radar.front_end.distorts}
+    absent = {"leakage": not radar.receives_itself, "distortion": not radar.front_end.distorts}
     return tuple(part for part in PARTS if not absent.get(part, False))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SampleTimes:
-    """When the converter samples: sample n of ramp k is taken at ``first[k] + n/rate``.
+    """Times of the converter's samples: sample n of ramp k is taken at ``first[k] + n/rate``.
 
     Parameters
     ----------
@@ -55,12 +55,12 @@ class SampleTimes:
 
     @property
     def is_sample(self) -> BoolArray:
-        """``(ramp, fast)``: false in the padding after a short ramp's last sample."""
+        """Mask ``(ramp, fast)``, false in the padding after a short ramp's last sample."""
         return np.arange(self.most_samples) < self.num_samples[:, None]
 
     @property
     def time(self) -> FloatArray:
-        """s, ``(ramp, fast)``, also where there is only padding."""
+        """Times, s, ``(ramp, fast)``, also of the padding."""
         return self.first[:, None] + np.arange(self.most_samples) / self.rate
 
 
@@ -70,7 +70,7 @@ def sample_times(schedule: RampSchedule, converter: Converter) -> SampleTimes:
     Raises
     ------
     InputError
-        A ramp is shorter than the converter's start and margin leave room for two samples.
+        A ramp is too short for two samples between the converter's start and margin.
     """
     room = schedule.duration - converter.start - converter.margin
     # a window that ends on a sample keeps it in spite of rounding
@@ -93,15 +93,15 @@ class IfFrame:
 
     A sample is :math:`y = s_{tx}\,\overline{s_{rx}}`, so that an echo at range R on an up-ramp
     beats at **+**\ 2bR/c. :math:`|y|^2` is power in W at the converter's input (volts across one
-    ohm). Ramps of different length are padded with zeros behind ``times.num_samples``.
+    ohm). Short ramps are padded with zeros from sample ``times.num_samples`` on.
 
     Parameters
     ----------
     samples : V, ``(channel, ramp, fast)`` complex
-    times : when they were taken
-    schedule : what the radar transmitted
+    times : of the samples
+    schedule : ramps that the radar transmitted
     array : its antenna
-    high_pass : whose causal phase is in the samples; a receiver knows it
+    high_pass : whose causal phase is in the samples, known to a receiver
     """
 
     samples: Annotated[ComplexArray, Axes("channel", "ramp", "fast", dtype=np.complex128)]
@@ -130,15 +130,15 @@ class IfFrame:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class IfParts:
-    """What a frame's samples are made of: the parts sum to them.
+    """Parts of a frame's samples, which sum to them.
 
-    All but the distortion are linear: they say what each maker's signal alone would have given.
+    All parts but the distortion are linear: each is the samples that its source alone would give.
 
     Parameters
     ----------
     samples : V, ``(part, channel, ramp, fast)``
-    names : of the parts that are there, in the order of `PARTS`; one that is not is zero
-    neglected : V, bound on the rms over the frame of what radars out of hearing would have added
+    names : of the parts, in the order of `PARTS`; a part that is missing is zero
+    neglected : V, bound on the rms over the frame of the signals of neglected radars
     """
 
     samples: Annotated[ComplexArray, Axes("part", "channel", "ramp", "fast", dtype=np.complex128)]
@@ -162,12 +162,12 @@ class IfParts:
 
     @property
     def echo(self) -> ComplexArray:
-        """All of the radar's own echo, mirrored or not."""
+        """The radar's own echo, with multipath."""
         return self["echo"] + self["multipath"]
 
     @property
     def interference(self) -> ComplexArray:
-        """All that other radars put in."""
+        """The signals of other radars."""
         return self["direct"] + self["indirect"]
 
     @property
@@ -176,6 +176,6 @@ class IfParts:
         return self["noise"]
 
     def total(self, *parts: str) -> ComplexArray:
-        """Sum of the named parts, of all where none is named."""
+        """Sum of the named parts; by default of all."""
         chosen = [self[part] for part in parts] if parts else self.samples
         return np.asarray(np.sum(chosen, axis=0))

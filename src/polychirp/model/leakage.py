@@ -1,4 +1,4 @@
-"""`Leakage` and `Bumper` — what a radar hears of itself without any scene."""
+"""`Leakage` and `Bumper`: signals that a radar receives from itself without any scene."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from polychirp.units import Metres, Radians, Ratio, Seconds, from_db
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Leakage(Spec):
-    r"""The transmitter heard past the antennas, through chip, package and board.
+    r"""The transmitter's signal in the receiver through chip, package and board.
 
     Every channel receives :math:`P_t G_{ft} G_{fr} / I`, with isolation I between the transmit
     amplifier's output and the receive amplifier's input.
@@ -21,7 +21,7 @@ class Leakage(Spec):
     ----------
     isolation : ratio
     delay : s, against the mixer's own reference
-    phase : rad, by which it leads what the delay alone would give
+    phase : rad, by which it leads the phase of the delay alone
     """
 
     isolation: Ratio
@@ -37,10 +37,10 @@ class Leakage(Spec):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bumper(Spec):
-    """A flat sheet before the antennas, square to the radar's axis, seen as a mirror.
+    """A flat sheet before the antennas, perpendicular to the radar's axis, that reflects.
 
-    The transmitting element stands mirrored behind it, at twice its distance; each receiving
-    element has its own distance to that image.
+    The image of the transmitting element is at twice the sheet's distance; each receiving element
+    has its own distance to that image.
 
     Parameters
     ----------

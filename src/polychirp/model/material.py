@@ -1,4 +1,4 @@
-"""`Material` — what a surface is made of, electrically."""
+"""`Material`: electric properties of a surface."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ class Material(Spec):
     conductivity : σ, S/m; ``inf`` makes a perfect conductor
     thickness : m, of a sheet with air on both sides; 0 for a half-space
     roughness : m, rms height of the surface
-    attenuation : 1/m, α of a cloud of small scatterers such as foliage, in which power fades as
+    attenuation : 1/m, α of a cloud of small scatterers such as foliage, in which power falls as
         e^{−αx}; such a material fills its mesh, has no surface, and its other constants are those
         of its leaves
-    albedo : share of what a cloud takes away that it scatters, ratio of powers 0…1
-    lowest_frequency, highest_frequency : Hz, band in which the values hold
-    source : where the values come from, or that they are an assumption
+    albedo : share of the power lost in a cloud that is scattered, ratio 0…1
+    lowest_frequency, highest_frequency : Hz, band in which the values are valid
+    source : of the values; states it if they are an assumption
     """
 
     relative_permittivity: float = 1.0
@@ -54,17 +54,17 @@ class Material(Spec):
 
     @property
     def is_conductor(self) -> bool:
-        """Whether the material is a perfect conductor."""
+        """True for a perfect conductor."""
         return math.isinf(self.conductivity)
 
     @property
     def is_sheet(self) -> bool:
-        """Whether the material is a thin sheet, through which part of a wave goes on."""
+        """True for a thin sheet, which transmits part of a wave."""
         return self.thickness > 0.0 and not self.is_conductor and not self.is_cloud
 
     @property
     def is_cloud(self) -> bool:
-        """Whether the material is a cloud of small scatterers instead of a surface."""
+        """True for a cloud of small scatterers instead of a surface."""
         return self.attenuation > 0.0
 
     def permittivity(self, frequency: float) -> complex:

@@ -1,4 +1,4 @@
-"""`Mesh` — triangles with a material each; `Plate` — a flat rectangle too large to be meshed."""
+"""`Mesh`: triangles with a material each; `Plate`: a flat rectangle too large to be meshed."""
 
 from __future__ import annotations
 
@@ -43,12 +43,12 @@ class Mesh:
 
     @property
     def num_faces(self) -> int:
-        """How many triangles there are."""
+        """Number of triangles."""
         return int(self.face.shape[0])
 
     @property
     def corners(self) -> FloatArray:
-        """m, ``(face, corner, xyz)``."""
+        """Corners of all triangles, m, ``(face, corner, xyz)``."""
         return self.vertex[self.face]
 
 
@@ -64,7 +64,7 @@ EMPTY_MESH = Mesh(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plate:
-    """A flat rectangle such as a road or a wall: mirror, occluder, and one face of the picture.
+    """A flat rectangle such as a road or a wall, which reflects and occludes.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
-r"""`Oscillator` — how a radar's signal source errs: phase noise and ramps that are not straight.
+r"""`Oscillator`: errors of a radar's signal source, phase noise and nonlinear ramps.
 
-Both are an error θ(t) of the transmitted phase, in cycles: what is sent is
+Both are an error θ(t) of the transmitted phase, in cycles: the radar sends
 :math:`e^{j2\pi(\varphi(t) + \theta(t))}`.
 """
 
@@ -19,14 +19,14 @@ from polychirp.units import Hertz, PerHertz, from_db
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PhaseNoise(Spec):
-    r"""Phase noise by its spectrum, as data sheets give it.
+    r"""Phase noise by its spectrum, as in data sheets.
 
     .. math:: L(f) = \tfrac12 S_\varphi(f)
 
     (IEEE Std 1139), with the one-sided spectrum :math:`S_\varphi` of the phase in rad²/Hz: L is
     the spectrum on **each** side of the carrier, and the phase's variance is :math:`2\int L\,df`.
     Between entries, log L is linear in log f. Below the first entry there is no noise; above the
-    last L stays what it is there.
+    last L is constant.
 
     The default is an assumption, not a data sheet's table: −93 dBc/Hz at 1 MHz, of the order of
     77–81-GHz CMOS transceivers, and around it the usual shape of a synthesiser: a plateau inside
@@ -40,8 +40,8 @@ class PhaseNoise(Spec):
     Raises
     ------
     InputError
-        Two lists of different length, an offset that is not positive and larger than the one
-        before, or a level that is not positive.
+        The lists differ in length, an offset is not positive and larger than the one before, or a
+        level is not positive.
 
     Examples
     --------
@@ -70,7 +70,7 @@ class PhaseNoise(Spec):
         if not (self.offset[0] > 0 and np.all(np.diff(self.offset) > 0)):
             raise InputError("the offsets of phase noise must be positive and rise")
         if not min(self.level) > 0:
-            raise InputError("a level of phase noise must be above zero; leave silent noise out")
+            raise InputError("a level of phase noise must be above zero; leave zero noise out")
 
     def density(self, frequency: FloatArray) -> FloatArray:
         """L, rad²/Hz on each side of the carrier, at offsets ``(…,)`` in Hz of either sign."""
@@ -82,18 +82,19 @@ class PhaseNoise(Spec):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SinusoidalError(Spec):
-    r"""A ramp's frequency that swings about the straight line, alike on every ramp.
+    r"""A sinusoidal error of a ramp's frequency, equal on all ramps.
 
     .. math:: \epsilon(x) = \hat\epsilon \sin 2\pi n x, \qquad x = (t - t_k)/T_k
 
-    An echo of delay τ hears :math:`\epsilon` twice, τ apart, so that its phase swings by
-    :math:`m = 2\hat\epsilon\sin(\pi n\tau/T)\,T/n \approx 2\pi\hat\epsilon\tau` rad and it has
-    paired echoes n/T beside its beat, at :math:`J_1(m)/J_0(m) \approx \pi\hat\epsilon\tau` of it.
+    The beat of an echo of delay τ contains the difference of :math:`\epsilon` at two times τ apart.
+    Its phase is modulated by :math:`m = 2\hat\epsilon\sin(\pi n\tau/T)\,T/n \approx
+    2\pi\hat\epsilon\tau` rad, so that it has paired echoes n/T beside its beat, at
+    :math:`J_1(m)/J_0(m) \approx \pi\hat\epsilon\tau` of its amplitude.
 
     Parameters
     ----------
     peak : Hz
-    cycles : in a ramp; whole numbers leave no jump of frequency between touching ramps
+    cycles : in a ramp; with whole numbers frequency does not jump between touching ramps
     """
 
     kind: Literal["sinusoidal"] = "sinusoidal"
@@ -117,12 +118,12 @@ class SinusoidalError(Spec):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class QuadraticError(Spec):
-    r"""A ramp's frequency that bows away from the straight line, alike on every ramp.
+    r"""A quadratic error of a ramp's frequency, equal on all ramps.
 
     .. math:: \epsilon(x) = 4\hat\epsilon\, x (1 - x), \qquad x = (t - t_k)/T_k
 
-    It is right at both ends. The beat of an echo of delay τ is off by
-    :math:`\dot\epsilon\tau = 4\hat\epsilon(1 - 2x)\tau/T`: it is spread over
+    It is zero at both ends. The error of the beat of an echo of delay τ is
+    :math:`\dot\epsilon\tau = 4\hat\epsilon(1 - 2x)\tau/T`, so that the beat is spread over
     :math:`8\hat\epsilon\tau/T`.
 
     Parameters
@@ -148,12 +149,12 @@ AnyRampError = Annotated[SinusoidalError | QuadraticError, ByKind()]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Oscillator(Spec):
-    """What one radar's signal source does to its phase; an ideal one does nothing.
+    """Phase errors of one radar's signal source; none by default.
 
     Parameters
     ----------
-    phase_noise : random, by its spectrum; none means a clean line
-    ramp_error : the same on every ramp; none means straight ramps
+    phase_noise : random, by its spectrum; None: a clean line
+    ramp_error : the same on every ramp; None: linear ramps
 
     Examples
     --------
@@ -166,5 +167,5 @@ class Oscillator(Spec):
 
     @property
     def is_ideal(self) -> bool:
-        """Whether it adds nothing to the phase."""
+        """True without any phase error."""
         return self.phase_noise is None and self.ramp_error is None

@@ -1,4 +1,4 @@
-"""`PropagationPaths` — what the channel does, whatever traced it."""
+"""`PropagationPaths`: the channel between all radars, from any tracer."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from polychirp.errors import InputError
 
 
 class Bounce(IntEnum):
-    """What happens to a wave where it meets a surface."""
+    """Interaction of a wave with a surface."""
 
     SCATTERING = 0
     """Radiated by currents on a body: a point scatterer or physical optics."""
     REFLECTION = 1
-    """Mirrored by a plane, road or wall, or by the facets of a body on the way to another."""
+    """Reflected by a plane, road or wall, or by the facets of a body on the way to another."""
     DIFFRACTION = 2
-    """Bent round the edge of what stands in or near the way."""
+    """Diffracted at the edge of a body in or near the way."""
     TRANSMISSION = 3
     """Through a thin sheet."""
     DIFFUSE = 4
@@ -39,18 +39,18 @@ class Bounce(IntEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PropagationPaths:
-    r"""Every path of a scene at one instant, between every transmitter and every receiver.
+    r"""All paths of a scene at one time, between every transmitter and every receiver.
 
-    Without antennas, path p carries the field as
+    Without antennas, the transfer function of path p is
 
     .. math:: H_p(f, t) = A_p\, e^{-j2\pi f \tau_p(t)}, \qquad
               \tau_p(t) = \tau_p + \dot\tau_p\,(t - t_0)
 
-    (e^{+jωt}), t being the time of **reception**, for as long as a ramp lasts; over longer times
-    delays bend (`carried`). A is a 2×2 matrix: row the receiving, column
-    the transmitting polarisation (V, H) of `frames.polarisation_basis`, taken on the outward
-    direction at each end. |A|² is a power ratio between isotropic antennas: a line of sight of
-    length d has A = λ/4πd, λ taken at ``frequency``. All phase of the journey is in the delay.
+    (e^{+jωt}) with the time of **reception** t, over one ramp; over longer times delays are
+    quadratic (`carried`). A is a 2×2 matrix with the receiving polarisation as row and the
+    transmitting one as column, (V, H) of `frames.polarisation_basis` for the outward direction at
+    each end. |A|² is a power ratio between isotropic antennas: a line of sight of length d has
+    A = λ/4πd, with λ at ``frequency``. The delay includes the whole phase of propagation.
 
     Parameters
     ----------
@@ -58,17 +58,17 @@ class PropagationPaths:
     frequency : Hz, at which amplitudes and materials are evaluated
     transmitter, receiver : numbers of the radars, ``(path,)``
     delay, delay_rate : s and s/s, ``(path,)``
-    coherence_time : s, ``(path,)``: a path that stands for many contributions holds together until
-        its delays have been extrapolated by so much time, when their phases have spread by 1 rad
-        rms. Infinite for a single journey, and when it is not given.
-    delay_acceleration : of the delay, 1/s, ``(path,)``: ends that pass each other sideways at v in
-        a distance R bend it by v²/Rc. Zero when it is not given
+    coherence_time : s, ``(path,)``, of a path that stands for many contributions: time of
+        extrapolation after which their phases have spread by 1 rad rms. Infinite for a single
+        contribution, and by default.
+    delay_acceleration : second derivative of the delay, 1/s, ``(path,)``: v²/Rc for ends that pass
+        each other sideways at v in a distance R. Zero by default
     transfer : A, ``(path, 2, 2)`` complex
-    departure, arrival : directions in the world, ``(path, xyz)``: from the transmitter to where
-        the path goes, and from the receiver to where it comes from. Mean directions of a group
-        of contributions, so not exactly of unit length: use them as they are in phases.
+    departure, arrival : directions in the world, ``(path, xyz)``: of the path's first part, from
+        the transmitter, and of its last part, from the receiver. They are means of a group of
+        contributions, so not exactly of unit length: use them without normalisation in phases.
     bounce_start : ``(offset,)``, one more than paths: path p has bounces
-        ``bounce_start[p]:bounce_start[p + 1]``, in the order the wave meets them
+        ``bounce_start[p]:bounce_start[p + 1]``, from transmitter to receiver
     bounce_actor, bounce_kind, bounce_point : ``(bounce,)``, `Bounce`, and m ``(bounce, xyz)``
     """
 
@@ -105,31 +105,31 @@ class PropagationPaths:
 
     @property
     def num_paths(self) -> int:
-        """How many paths there are, over all pairs."""
+        """Number of paths of all pairs."""
         return int(self.delay.size)
 
     @property
     def num_bounces(self) -> IntArray:
-        """``(path,)``."""
+        """Number of bounces of every path, ``(path,)``."""
         return np.diff(self.bounce_start)
 
     @property
     def is_direct(self) -> BoolArray:
-        """``(path,)``: whether a path goes straight on, but for edges and thin sheets it meets."""
+        """Mask of the straight paths, ``(path,)``, diffracted or through thin sheets included."""
         onwards = np.isin(self.bounce_kind, (Bounce.DIFFRACTION, Bounce.TRANSMISSION))
         return np.asarray(self._count(~onwards) == 0)
 
     @property
     def is_mirrored(self) -> BoolArray:
-        """``(path,)``: whether a surface reflects the path on its way to or from another body.
+        """Mask of the paths that a surface reflects on the way to or from a body, ``(path,)``.
 
-        The echo of a plane itself, one single reflection, is not mirrored: the wall is there.
+        The echo of a plane itself, a single reflection, is not mirrored: a wall is at its range.
         """
         met = self._count(self.bounce_kind == Bounce.REFLECTION) > 0
         return np.asarray(met & (self.num_bounces > 1))
 
     def _count(self, bounces: BoolArray) -> IntArray:
-        """How many of a path's bounces are among some, ``(path,)``."""
+        """Number of a path's bounces in the mask ``(bounce,)``: ``(path,)``."""
         total = np.concatenate([[0], np.cumsum(bounces.astype(np.int64))])
         return np.asarray(total[self.bounce_start[1:]] - total[self.bounce_start[:-1]])
 
@@ -138,8 +138,8 @@ class PropagationPaths:
 
         .. math:: \tau_p(t) = \tau_p + \dot\tau_p\,t + \tfrac12\ddot\tau_p\,t^2
 
-        Amplitudes, directions and what is hidden stay as they are, and a path of many contributions
-        holds together for its `coherence_time` only.
+        Amplitudes, directions and visibility are unchanged. A path of many contributions is valid
+        for its `coherence_time` only.
 
         >>> from polychirp.testing.paths import HandPath, paths_of
         >>> paths_of(HandPath(delay=1e-7, delay_rate=1e-8)).carried(2.0).delay.tolist()

@@ -1,4 +1,4 @@
-"""`Radar` — front end, antenna, filter, converter and place of one radar."""
+"""`Radar`: front end, antenna, filter, converter and mounting pose of one radar."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from polychirp.units import Ratio, SamplesPerSecond, Seconds, Watts, from_db
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Converter(Spec):
-    """When and how fast the dechirped signal is sampled (complex samples).
+    """Sample rate of the dechirped signal, and its window on a ramp (complex samples).
 
     On every ramp the first sample is taken ``start`` after the ramp's start, the last one no
-    later than ``margin`` before its end. The defaults keep the IF filter's settling and the
-    round trip of 30 m out of the window: real radars wait likewise.
+    later than ``margin`` before its end. With the defaults the settling of the IF filter and the
+    round trip of 30 m are outside the window, as in real radars.
     """
 
     sample_rate: SamplesPerSecond = 1e6
@@ -39,9 +39,9 @@ class Converter(Spec):
 class Radar(Spec):
     """One radar without its waveform.
 
-    Gains are power ratios. The defaults read the paper's table 2 as it is printed: 36 dB of
-    transmit and 42 dB of receive gain are 9 and 15 dB of front end around 27-dBi antennas; the
-    paper gives no noise figure, 4.5 dB is ours.
+    Gains are power ratios. The defaults follow the paper's table 2 as printed: 36 dB of transmit
+    and 42 dB of receive gain are 9 and 15 dB of front end with 27-dBi antennas. The paper gives no
+    noise figure; 4.5 dB is an assumption.
 
     Parameters
     ----------
@@ -50,9 +50,9 @@ class Radar(Spec):
     transmit_power : W, into the front end's transmit amplifier
     transmit_gain, receive_gain : ratio, front end without antenna
     noise_figure : ratio
-    oscillator : phase noise and ramp errors of what it sends and mixes with
-    front_end : what follows the IF filter; nothing by default
-    leakage : ways from transmitter to receiver inside the radar
+    oscillator : phase noise and ramp errors of the transmitted and mixing signal
+    front_end : stages after the IF filter; none by default
+    leakage : couplings from transmitter to receiver inside the radar
     bumper : a sheet before the antennas
     """
 
@@ -77,6 +77,6 @@ class Radar(Spec):
             raise InputError(f"radar '{self.name}' has a noise figure below 0 dB; use 0 dB or more")
 
     @property
-    def hears_itself(self) -> bool:
-        """Whether its own signal arrives without a scene."""
+    def receives_itself(self) -> bool:
+        """True if the radar receives its own signal without a scene."""
         return bool(self.leakage) or self.bumper is not None

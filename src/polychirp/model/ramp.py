@@ -1,4 +1,4 @@
-"""`RampSchedule` — what a radar transmits, whatever the waveform family."""
+"""`RampSchedule`: the ramps that a radar transmits, of any waveform family."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class RampSchedule:
     .. math:: \varphi(t) = \varphi_k + f_k (t - t_k) + \tfrac12 b_k (t - t_k)^2
 
     with absolute radio frequency; between ramps nothing is sent. The transmitting element l of
-    the radar's array sends :math:`w_{kl}\,e^{j2\pi\varphi(t)}`, at full power where
+    the radar's array sends :math:`w_{kl}\,e^{j2\pi\varphi(t)}`, at full power for
     :math:`|w_{kl}| = 1`: every element has an amplifier of its own. The mixer's other input is
-    the oscillator, which knows no weights.
+    the oscillator's signal, without weights.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ class RampSchedule:
     slope : Hz/s, ``(ramp,)``, negative for a down-ramp
     start_phase : cycles, ``(ramp,)``, see `continuous_phase`
     sweep : ``(ramp,)``, number of the sweep (triangle) to which the ramp belongs
-    transmit_weight : w, ``(ramp, element)`` complex, at most 1 in magnitude; not given: the first
+    transmit_weight : w, ``(ramp, element)`` complex, at most 1 in magnitude; by default the first
         element alone, at full power
 
     Raises
@@ -68,11 +68,11 @@ class RampSchedule:
             raise InputError(f"ramp {int(np.argmin(self.duration))} has no duration; give it one")
         if not np.all(np.minimum(self.start_frequency, self.stop_frequency) > 0):
             raise InputError("a ramp reaches zero frequency; lower its bandwidth or reverse it")
-        # a phase factor may round to above 1
+        # rounding may give a phase factor a magnitude above 1
         if not np.all(np.abs(self.transmit_weight) <= 1.0 + 1e-9):
             raise InputError("a transmitting element's weight is above 1; 1 is full power")
         overlap = self.end_time[:-1] - self.start_time[1:]
-        # one part in 1e12 of the time axis is rounding, not a plan
+        # an overlap of 1e-12 of the time axis is rounding
         worst = int(np.argmax(overlap)) if overlap.size else 0
         if overlap.size and overlap[worst] > 1e-12 * max(1.0, abs(self.end_time[worst])):
             raise InputError(
@@ -82,17 +82,17 @@ class RampSchedule:
 
     @property
     def num_ramps(self) -> int:
-        """How many ramps there are."""
+        """Number of ramps."""
         return int(self.start_time.size)
 
     @property
     def num_elements(self) -> int:
-        """How many transmitting elements have a weight."""
+        """Number of transmitting elements with a weight."""
         return int(self.transmit_weight.shape[1])
 
     @property
     def end_time(self) -> FloatArray:
-        """s, ``(ramp,)``."""
+        """Ends of the ramps, s, ``(ramp,)``."""
         return self.start_time + self.duration
 
     @property
@@ -113,44 +113,43 @@ class RampSchedule:
     def as_clocked(
         self, *, start_time: float = 0.0, clock_offset: float = 0.0, clock_drift: float = 0.0
     ) -> RampSchedule:
-        r"""The same plan, run late and by an oscillator that is off and drifts.
+        r"""The same schedule, started late, by an oscillator with a frequency error and drift.
 
-        A clock that is fast by δ plays the plan in 1/(1+δ) of its time at (1+δ) times its
+        A clock that is fast by δ completes the schedule in 1/(1+δ) of its time, at (1+δ) times its
         frequencies. With a drift ρ, t seconds after the start it shows
 
         .. math:: u(t) = (1+\delta)\,t + \tfrac12\rho t^2, \qquad
                   r(u) = \dot u = \sqrt{(1+\delta)^2 + 2\rho u}
 
-        and the transmitted phase is the plan's at u: a ramp planned for :math:`u_k` starts when
-        the clock shows it, at :math:`f' = r_k f`, with :math:`b' = r_k^2 b + \rho f`; phases in
-        cycles are unchanged. The cubic of the phase that is left, :math:`\tfrac12 \rho r b s^3`
-        after s of a ramp, is left out: at its end it is half its bandwidth times ρT², 1e-3 cycles
-        for 1 GHz, 1.4 ms and a drift of 1 ppm in a second.
+        and the transmitted phase is that of the schedule at u: a ramp scheduled for :math:`u_k`
+        starts when the clock shows that time, at :math:`f' = r_k f`, with
+        :math:`b' = r_k^2 b + \rho f`; phases in cycles are unchanged. The remaining cubic phase,
+        :math:`\tfrac12 \rho r b s^3` after s of a ramp, is neglected: at the ramp's end it is half
+        its bandwidth times ρT², 1e-3 cycles for 1 GHz, 1.4 ms and a drift of 1 ppm in a second.
 
         Parameters
         ----------
-        start_time : s, added after the clock has scaled the plan
+        start_time : s, added after the clock has scaled the schedule
         clock_offset : ratio δ at the start, positive for a fast clock
-        clock_drift : 1/s, ρ, its growth in a second
+        clock_drift : 1/s, ρ, growth of the offset in a second
 
         Raises
         ------
         InputError
-            The drift would stop the clock before the plan ends.
+            The drift would stop the clock before the schedule ends.
 
         Examples
         --------
-        >>> plan = RampSchedule(start_time=[0.0, 1.0], duration=[1e-3, 1e-3],
+        >>> ramps = RampSchedule(start_time=[0.0, 1.0], duration=[1e-3, 1e-3],
         ...     start_frequency=[79e9, 79e9], slope=[1e12, 1e12], start_phase=[0, 0], sweep=[0, 1])
-        >>> late = plan.as_clocked(clock_drift=1e-6)
-        >>> (late.start_frequency - plan.start_frequency).round(-2)
+        >>> late = ramps.as_clocked(clock_drift=1e-6)
+        >>> (late.start_frequency - ramps.start_frequency).round(-2)
         array([    0., 79000.])
         """
-        planned = self.start_time + self.duration
-        if not np.all((1.0 + clock_offset) ** 2 + 2.0 * clock_drift * planned > 0):
+        if not np.all((1.0 + clock_offset) ** 2 + 2.0 * clock_drift * self.end_time > 0):
             raise InputError(
                 f"a clock that drifts by {clock_drift:g} in a second stands still before the "
-                "plan ends; let it drift less"
+                "schedule ends; let it drift less"
             )
         base = 1.0 + clock_offset
         rate = np.sqrt(base**2 + 2.0 * clock_drift * self.start_time)
@@ -165,10 +164,10 @@ class RampSchedule:
         )
 
     def with_late_sweeps(self, delay: FloatArray) -> RampSchedule:
-        """The same ramps, those of every sweep started late by its own ``delay``.
+        """The same ramps, with every sweep started late by its own ``delay``.
 
-        Phases at the ramps' starts are unchanged, and a radar's own samples move with its ramps:
-        only others, and what has moved in the meantime, notice.
+        Phases at the ramps' starts are unchanged, and a radar's own sample times move with its
+        ramps. Only the beats of other radars and of moving targets change.
 
         Parameters
         ----------
@@ -177,7 +176,7 @@ class RampSchedule:
         Raises
         ------
         InputError
-            A sweep starts before the former one ends, or has no delay.
+            A sweep starts before the former one ends, or there are fewer delays than sweeps.
         """
         if self.sweep.max() >= delay.size:
             raise InputError(
@@ -198,10 +197,10 @@ class RampSchedule:
 def continuous_phase(
     *, duration: FloatArray, start_frequency: FloatArray, slope: FloatArray
 ) -> FloatArray:
-    """Start phases, cycles ``(ramp,)``, of an oscillator whose phase never jumps between ramps.
+    """Start phases, cycles ``(ramp,)``, of an oscillator whose phase does not jump between ramps.
 
-    Idle time between ramps does not advance the phase: what the synthesiser does there is not
-    transmitted, and a common phase per ramp cancels in a radar's own echo.
+    Idle time between ramps does not advance the phase: nothing is transmitted there, and a common
+    phase per ramp cancels in a radar's own echo.
     """
     advance = start_frequency * duration + 0.5 * slope * duration**2
     return np.concatenate([[0.0], np.cumsum(advance)[:-1]]) % 1.0

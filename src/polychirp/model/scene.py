@@ -1,4 +1,4 @@
-"""`Scene` — the world at one instant, with velocities."""
+"""`Scene`: bodies and radars at one time, with velocities."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ class PointScatterer:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Actor:
-    """One rigid body: its surface in its own frame, where it is, and how it moves.
+    """One rigid body: its surface in its own frame, its pose and its velocity.
 
-    ``velocity`` is m/s ``(x, y, z)`` in the world; bodies do not turn within a frame.
+    ``velocity`` is m/s ``(x, y, z)`` in the world; bodies do not rotate within a frame.
     """
 
     name: str
@@ -55,7 +55,7 @@ class Actor:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Scene:
-    """Actors and radars at ``time`` (s). Radar i rides on ``actors[carriers[i]]``.
+    """Actors and radars at ``time`` (s). Radar i is mounted on ``actors[carriers[i]]``.
 
     World frame: x along the road, y left, z up.
     """
@@ -77,7 +77,7 @@ class Scene:
                 raise InputError(f"two {what}s are called '{twice[0]}'; give each its own name")
 
     def at(self, time: float) -> Scene:
-        """The same scene at another time, every body moved along its velocity."""
+        """The same scene at another time, with every body moved along its velocity."""
         elapsed = time - self.time
         return replace(self, time=time, actors=tuple(a.at(elapsed) for a in self.actors))
 
@@ -91,7 +91,7 @@ class Scene:
 
     @property
     def radar_position(self) -> FloatArray:
-        """m, ``(radar, xyz)`` in the world."""
+        """Positions of the radars in the world, m, ``(radar, xyz)``."""
         points = [
             self.actors[carrier].pose.to_outer(radar.mount.position)
             for radar, carrier in zip(self.radars, self.carriers, strict=True)
@@ -100,12 +100,12 @@ class Scene:
 
     @property
     def radar_velocity(self) -> FloatArray:
-        """m/s, ``(radar, xyz)`` in the world."""
+        """Velocities of the radars in the world, m/s, ``(radar, xyz)``."""
         return np.array([self.actors[c].velocity for c in self.carriers]).reshape(-1, 3)
 
     @property
     def radar_rotation(self) -> FloatArray:
-        """``(radar, xyz, xyz)``: takes a vector of a radar's frame to the world."""
+        """Matrices from each radar's frame to the world, ``(radar, xyz, xyz)``."""
         turns = [
             self.actors[carrier].pose.rotation @ radar.mount.rotation
             for radar, carrier in zip(self.radars, self.carriers, strict=True)

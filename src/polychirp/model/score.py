@@ -1,4 +1,4 @@
-"""`Score` — one radar's claims against the truth."""
+"""`Score`: one radar's detections against the truth."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from polychirp.axes import Axes, BoolArray, PerDetection, PerTarget, seal
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Score:
-    """What became of every target, and what every detection is.
+    """Result for every target, and nature of every detection.
 
     Parameters
     ----------
     is_detected : ``(target,)``
     range_error, range_rate_error, azimuth_error : m, m/s, rad, found minus true, ``(target,)``;
         zero where the target was not detected: read them with ``is_detected``
-    sinr : ratio of own echo to all else in the target's cell, ``(target,)``
-    nature : of every detection: "target", "echo" (a real echo of something else), or the kind of
+    sinr : ratio of the own echo to all other parts in the target's cell, ``(target,)``
+    nature : of every detection: "target", "echo" (a real echo of another body), or the kind of
         ghost: "multipath", "direct", "indirect", "front-end", "unexplained"
     power : W, of every detection, ``(detection,)``
     target_detection : numbers of the detections that belong to detected targets, in their order
@@ -46,5 +46,5 @@ class Score:
 
     @property
     def ghosts(self) -> tuple[int, ...]:
-        """Numbers of the detections where nothing is."""
+        """Numbers of the detections at which there is no body."""
         return tuple(n for n, what in enumerate(self.nature) if what not in ("target", "echo"))

@@ -1,4 +1,4 @@
-"""`RangeProfiles`, `RangeRateSpectra` and `RangeRateMap` — spectra with their axes."""
+"""`RangeProfiles`, `RangeRateSpectra` and `RangeRateMap`: spectra with their axes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PerRangeRate = Annotated[FloatArray, Axes("range_rate")]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RangeProfiles:
-    """Spectra of single ramps over range; a point has its echo's amplitude at its range.
+    """Spectra of single ramps over range; at its range a point has the amplitude of its echo.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ class RangeRateSpectra:
 
     @property
     def mean_power(self) -> RangeRateMap:
-        """Power averaged over channels: phases between them do not matter."""
+        """Power averaged over channels, whatever the phases between them."""
         power = np.mean(self.amplitude.real**2 + self.amplitude.imag**2, axis=0)
         return RangeRateMap(power=power, range_rate=self.range_rate, range=self.range)
 

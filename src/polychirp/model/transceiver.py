@@ -1,7 +1,7 @@
-r"""`Transceiver` — a software-defined radio by its effects, and the `Link` between two of them.
+r"""`Transceiver`, a software-defined radio with its errors, and the `Link` between two of them.
 
-The defaults are the paper's set-up as far as it is printed (130 MS/s, 120 MHz, 0.2 to 4.4 GHz);
-power, noise figure, bits, phase noise and imbalance are not, and are assumptions.
+The defaults are the paper's set-up as far as it is printed (130 MS/s, 120 MHz, 0.2 to 4.4 GHz).
+Power, noise figure, bits, phase noise and imbalance are not printed; they are assumptions.
 """
 
 from __future__ import annotations
@@ -21,25 +21,25 @@ TYPICAL_NOISE: Final = PhaseNoise(
     offset=(1e4, 1e5, 1e6, 1e7),
     level=(from_db(-90.0), from_db(-100.0), from_db(-120.0), from_db(-140.0)),
 )
-"""An assumption: −100 dBc/Hz at 100 kHz, −20 dB per decade outside a loop of that bandwidth."""
+"""Assumed: −100 dBc/Hz at 100 kHz, −20 dB per decade outside a loop of that bandwidth."""
 
 TYPICAL_CONVERTER: Final = Digitiser(
     full_scale=1e-3,
     bits=14,
     gain_control=GainControl(least=from_db(-100.0), greatest=from_db(150.0), back_off=from_db(3.0)),
 )
-"""Its gain is set to what comes, 3 to 5 dB below full scale."""
+"""Converter whose gain control brings the signal to 3 to 5 dB below full scale."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Transceiver(Spec):
-    r"""One radio; every effect that is None, or a clock offset of zero, is off.
+    r"""One radio; an effect that is None, and a clock offset of zero, are off.
 
-    Transmitting: samples of magnitude 1 at most → quantised → held for a sample → `filter` →
-    I/Q imbalance → carrier with phase noise → ``transmit_power``. Receiving: thermal noise →
-    carrier with phase noise → I/Q imbalance → `filter` → sampled by a clock that is off →
-    ``converter``. All of a radio's frequencies come from one reference: a clock that is fast by
-    δ also tunes δ·f_c too high.
+    Transmitter: samples of magnitude 1 at most → quantisation → hold for a sample → `filter` →
+    I/Q imbalance → carrier with phase noise → ``transmit_power``. Receiver: thermal noise →
+    carrier with phase noise → I/Q imbalance → `filter` → sampling by a clock with an offset →
+    ``converter``. All of a radio's frequencies come from one reference: the carrier of a radio
+    whose clock is fast by δ is δ·f_c too high.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class Transceiver(Spec):
     lowest_carrier, highest_carrier : Hz
     transmit_power : W, of samples of magnitude 1
     transmit_bits : of I and of Q; None: infinitely fine
-    hold : s for which a sample is held, as a share of the sample interval; None: ideal
+    hold : time for which a sample is held, as a share of the sample interval; None: ideal
         reconstruction, without sin(x)/x and images
     filter : between converters and mixers, in both directions; None: ideal at half the rate
     noise_figure : of the receiver; None: no noise

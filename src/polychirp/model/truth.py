@@ -1,4 +1,4 @@
-"""`Truth` — what was really there, seen from one radar."""
+"""`Truth`: the targets as one radar could see them at best."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Truth:
     name : of the target, ``(target,)``
     range, range_rate, azimuth : m, m/s (positive = away), rad (positive left), ``(target,)``
     point : m, ``(target, xyz)`` in the world
-    is_visible : ``(target,)``; where false the other values are those of the nearest hidden point
+    is_visible : ``(target,)``; if false, the other values are those of the nearest hidden point
     """
 
     time: float

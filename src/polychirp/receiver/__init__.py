@@ -1,1 +1,17 @@
-"""From dechirped samples to detections."""
+"""From dechirped samples of one frame to detections.
+
+The rooms and modules in reading order; others may use the names beside them:
+
+- `mitigation`: reduction of interference in the samples: `AnyMitigation` and its methods.
+- `signal_model`: signals of moving points, and their fit in the spectra.
+- `detection`: the range-rate map, its floor and thresholds: `cfar.CfarWindow`.
+- `estimation`: refinement and tests of points: `cramer_rao.cramer_rao_bound`.
+- `angle`: azimuths of points: `doa`, `beamform`.
+- `clustering`: several points of one body as one detection: `Body`, `merged`.
+- `chain`: all of these in order: `Receiver`.
+- `mimo`: the virtual array of several transmitting elements: `virtual_array`, `virtual_parts`,
+  `azimuths_in_motion`, `element_streams`.
+- `attribution`: detections and floor by part of the signal: `part_powers`, `part_amplitudes`,
+  `floor_rise`, `range_response`.
+- `alternatives`: other receivers: `PaperReceiver`, `SawtoothReceiver`.
+"""

@@ -1,4 +1,4 @@
-"""What a receiver's output is made of: the same linear steps, applied to each kept-apart part."""
+"""Attribution of detections and floor to echo, interference and noise, through linear steps."""
 
 from __future__ import annotations
 
@@ -30,9 +30,8 @@ def part_powers(
 ) -> FloatArray:
     r"""Power that each part puts into each detection, W, ``(detection, part)`` as in `PARTS`.
 
-    The geometric mean over ramps of `part_amplitudes`, as the detector takes it. A part that beats
-    like the detection on all ramps *is* the detection. One that the frame does not have puts in
-    nothing.
+    The geometric mean over ramps of `part_amplitudes`, as in the map. The part that has the beats
+    of the detection on all ramps causes it. Parts that the frame does not have contribute 0.
     """
     amplitude = part_amplitudes(receiver, frame, parts, detections)
     power = np.maximum(np.abs(amplitude) ** 2, 1e-300)
@@ -44,35 +43,35 @@ def part_powers(
 def part_amplitudes(
     receiver: Receiver, frame: IfFrame, parts: IfParts, detections: Detections
 ) -> ComplexArray:
-    """Amplitude of each part at each detection: V, ``(detection, part, ramp)`` as in the parts.
+    """Amplitude of each part at each detection: V, ``(detection, part, ramp)``, parts as given.
 
-    The part goes through what mitigation did to the whole, is steered to the detection's azimuth
-    and matched to a point of its range and rate on every ramp. These steps are linear, so parts
-    add up to what the receiver finds there.
+    The mitigation that was chosen for the whole is applied to the part, which is then steered to
+    the detection's azimuth and matched to a point of its range and rate on every ramp. These steps
+    are linear, so that the amplitudes of all parts add up to that of the whole.
     """
-    heard = mitigated(receiver.mitigation, frame)
-    weight = hann_weights(heard.weight)
+    cleaned = mitigated(receiver.mitigation, frame)
+    weight = hann_weights(cleaned.weight)
     motion = np.stack(
         [detections.range, detections.range_rate, np.zeros(detections.num_detections)], axis=-1
     )
     phases = beat_phase(frame.schedule, frame.times, motion=motion, time=detections.time)
     weights = _steering(frame, np.sin(detections.azimuth))
-    stacked = heard.repair(parts.samples).reshape(-1, *weight.shape)  # parts and channels
+    stacked = cleaned.repair(parts.samples).reshape(-1, *weight.shape)  # parts and channels
     amplitude = matched_amplitudes(stacked, weight, phases, frame.times.rate)
     by_part = amplitude.reshape(len(motion), *parts.samples.shape[:3])
     return np.asarray(np.einsum("nc,npck->npk", weights, by_part))
 
 
 def floor_rise(receiver: Receiver, frame: IfFrame, parts: IfParts) -> float:
-    """How far disturbance lifts the floor of the range spectra: power ratio, 1 for not at all.
+    """Rise of the floor of the range spectra over thermal noise: power ratio, 1 for no rise.
 
-    Floor: median over the range cells up to the receiver's greatest range of the spectrum's mean
-    power over beams and ramps; a ghost fills few cells and does not count. Compared are
-    interference, leakage, distortion and noise together with noise alone, after what mitigation
-    did to the whole.
+    The floor is the mean over ramps of the median over range cells, up to the receiver's greatest
+    range, of the power averaged over channels; a ghost fills few cells and hardly changes it. The
+    floor of interference, leakage, distortion and noise together is divided by that of noise
+    alone, both after the mitigation that was chosen for the whole.
     """
-    heard = mitigated(receiver.mitigation, frame)
-    weight = hann_weights(heard.weight)
+    cleaned = mitigated(receiver.mitigation, frame)
+    weight = hann_weights(cleaned.weight)
     size = spectrum_size(frame.times)
     farthest = 2.0 * np.abs(frame.schedule.slope) * receiver.greatest_range / SPEED_OF_LIGHT
     frequency = np.fft.fftfreq(size, 1.0 / frame.times.rate)
@@ -85,18 +84,18 @@ def floor_rise(receiver: Receiver, frame: IfFrame, parts: IfParts) -> float:
         return float(np.mean(medians))
 
     disturbance = parts.total("direct", "indirect", "leakage", "distortion", "noise")
-    return floor(heard.repair(disturbance)) / floor(heard.repair(parts.noise))
+    return floor(cleaned.repair(disturbance)) / floor(cleaned.repair(parts.noise))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RangeResponse:
-    """The range-rate map seen along range.
+    """The range-rate map as a function of range alone.
 
     Parameters
     ----------
     range : m, ``(range,)``
     power : W of one channel, ``(range,)``: geometric mean over ramps, strongest beam and range
-        rate, the array's gain taken out
+        rate, without the array's gain
     noise : W, the same for thermal noise alone, mean over range
     """
 
@@ -106,9 +105,9 @@ class RangeResponse:
 
 
 def range_response(receiver: Receiver, frame: IfFrame, parts: IfParts) -> RangeResponse:
-    """Power over range after all ramps are brought together, as the detector sees it."""
-    heard = mitigated(receiver.mitigation, frame)
-    weight = hann_weights(heard.weight)
+    """Power over range from all ramps together, on the scale of the detector."""
+    cleaned = mitigated(receiver.mitigation, frame)
+    weight = hann_weights(cleaned.weight)
     grid = search_grid(receiver, frame, float(frame.schedule.start_time[0]))
     size = spectrum_size(frame.times)
     beams = _steering(frame, orthogonal_sines(frame.array.num_channels))
@@ -118,14 +117,14 @@ def range_response(receiver: Receiver, frame: IfFrame, parts: IfParts) -> RangeR
         statistic = log_range_rate_map(logs, frame.schedule, frame.times, grid)
         return np.asarray(np.exp(statistic.max(axis=(0, 1))))
 
-    # a tone of power P per channel gives a cell of P M (Σw)²/Σw²: shown is P
+    # a tone of power P per channel gives a cell of P M (Σw)²/Σw²; the result is P
     gain = frame.array.num_channels * float(
         np.mean(np.sum(weight, axis=1) ** 2 / np.sum(weight**2, axis=1))
     )
     return RangeResponse(
         range=grid.range,
-        power=along_range(heard.samples) / gain,
-        noise=float(np.mean(along_range(heard.repair(parts.noise)))) / gain,
+        power=along_range(cleaned.samples) / gain,
+        noise=float(np.mean(along_range(cleaned.repair(parts.noise)))) / gain,
     )
 
 

@@ -1,4 +1,4 @@
-"""`Receiver` — from dechirped samples to detections, for ramps of any slopes."""
+"""`Receiver`: from dechirped samples to detections, for ramps of any slopes."""
 
 from __future__ import annotations
 
@@ -18,75 +18,79 @@ from polychirp.receiver.angle.beamform import orthogonal_sines, steering
 from polychirp.receiver.angle.doa import bartlett, capon, root_music
 from polychirp.receiver.clustering import Body, merged
 from polychirp.receiver.detection.range_rate_map import Grid
-from polychirp.receiver.detection.residual_map import LiveMap, strongest_peaks
-from polychirp.receiver.detection.sidelobe_rejection import resolved, unrelated
+from polychirp.receiver.detection.residual_map import ResidualMap, strongest_peaks
+from polychirp.receiver.detection.sidelobe_rejection import reject_sidelobes, without_cross_pairs
 from polychirp.receiver.detection.threshold import log_threshold_above_floor
-from polychirp.receiver.estimation.bearing_rate import brought_to_start
+from polychirp.receiver.estimation.azimuth_rate import snapshots_at_start
 from polychirp.receiver.estimation.beat_refinement import motion_steps, range_and_rate_from_beats
 from polychirp.receiver.estimation.coherence_test import (
-    is_on_both_halves,
+    Alignment,
+    aligned,
+    is_on_both_slopes,
     least_coherence,
-    straightened,
 )
 from polychirp.receiver.estimation.phase_refinement import (
-    ONE_POINT,
+    ONE_POINT_SHARE,
     Readings,
     coherent_steps,
     read_points,
 )
-from polychirp.receiver.estimation.two_targets_per_cell import MOST_CLAIMS, Pair, Pairs
+from polychirp.receiver.estimation.two_targets_per_cell import MOST_GROUPS, Pair, Pairs
 from polychirp.receiver.mitigation import AnyMitigation
 from polychirp.receiver.mitigation.base import mitigated
-from polychirp.receiver.signal_model.frame_model import Waves
+from polychirp.receiver.signal_model.frame_model import FrameModel
 from polychirp.receiver.signal_model.point_signal import beat_sensitivity
-from polychirp.receiver.signal_model.spectral_fit import BINS, Band, band_of
+from polychirp.receiver.signal_model.spectral_fit import BINS_PER_CELL, Band, band_of
 from polychirp.spec import Spec
 from polychirp.units import Metres, MetresPerSecond, Ratio, from_db
 
-BEARINGS: Final = {"root-music": root_music, "bartlett": bartlett, "capon": capon}
+AZIMUTH_ESTIMATORS: Final = {"root-music": root_music, "bartlett": bartlett, "capon": capon}
 
-UNMOVED = 0.1
-"""Nepers: a peak that was refused is looked at again when its height has changed by more."""
+LEAST_CHANGE_FOR_RETRY = 0.1
+"""Change of height, nepers, after which a refused peak is tried again. Chosen: a smaller one costs
+time on peaks that are refused once more."""
 
-PATIENCE = 20
-"""Batches of new points tried on one map without any gain before the search ends: what is left of
-an extended body gives points that only replace each other."""
+MOST_FRUITLESS_BATCHES = 20
+"""Number of batches of new points without any gain after which the search ends. The residues of an
+extended body give points that only replace each other. Chosen: completeness against time."""
 
-AFTERWARDS = 3
-"""The same after a pair was found: what it hid shows at once."""
+MOST_FRUITLESS_BATCHES_WITH_PAIRS = 3
+"""The same number once a pair was found: what a pair hid shows in the first batches."""
 
-STRAIGHT = 0.2
-"""m/s²: readings of a point that turns out to accelerate by that much less or more bend within
-ramps, and range is wrong by some 10 µm. They are read once more where that matters."""
+REREAD_ACCELERATION = 0.2
+"""Correction of the acceleration, m/s², above which a strong point's phases are read again: the
+first readings then bend within the ramps, and range is wrong by some 10 µm."""
 
-LOUD = math.log(1e5)
-"""Nepers above the floor, from which on it does."""
+REREAD_LOG_SNR = math.log(1e5)
+"""Nepers above the floor (50 dB) above which phases are read again; below, noise hides 10 µm."""
 
-MOST_CANDIDATES = 40
-"""Peaks looked at together."""
+MOST_PEAKS_AT_ONCE = 40
+"""Number of peaks that are refined together. Chosen."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Receiver(Spec):
-    """The chain: mitigation (if any), beams, spectra, range-rate map, CFAR, cancellation, angle.
+    """The chain: mitigation if any, beams, spectra, range-rate map, CFAR, cancellation, azimuth.
 
-    Points are found strongest first. Each one is refined, its amplitude on every ramp and channel
-    taken out of the samples, and the map drawn anew, until nothing crosses the threshold: so a
-    weak target is not lost under the skirts of a strong one, and those skirts are no targets.
-    What crosses it but does not move like one point over the frame (`coherence`) is no claim; what
-    is one point by all its phases gets its range and rate from them (`coherent`), and what is two
-    in one cell is taken for two (`pairs`).
+    Points are found strongest first. Each one is refined and subtracted from every ramp and
+    channel, and the map is computed again, until nothing crosses the threshold. So the side lobes
+    of a strong target neither hide a weak one nor are detected themselves. A peak that does not
+    move like one point over the frame (`estimation.coherence_test`) is refused. A point whose
+    phases agree over the whole frame gets its range and rate from them (`phase_refinement`), and
+    two points in one cell are separated (`two_targets_per_cell`).
 
     Parameters
     ----------
-    mitigation : what is done to the samples first; None for nothing
-    false_alarm_probability : per cell of the map, over all beams, on noise alone
-    dynamic_range : ratio to the strongest echo, below which nothing is claimed: what is left of
-        extended bodies, taken out as points, would be
+    mitigation : method that cleans the samples first; None for none
+    false_alarm_probability : probability that noise alone crosses the threshold, per cell of the
+        map over all beams; tests of coherence follow, so that detections of noise are rarer
+    dynamic_range : ratio of the strongest echo to the weakest detection; residues of extended
+        bodies, which are subtracted as points, are weaker
     least_range, greatest_range, greatest_speed : m and m/s, limits of the map
-    most_detections : stop when there are so many
-    angle : how a claim's bearing is found: by root-MUSIC or by Bartlett's or Capon's beamformer
-    grouping : what makes several points one body, and one claim; None for a claim per point
+    most_detections : the search stops at so many
+    angle : estimator of azimuths: root-MUSIC, or Bartlett's or Capon's beamformer
+    grouping : limits within which several points are one body, and one detection; None for a
+        detection per point
     """
 
     mitigation: AnyMitigation | None = None
@@ -108,8 +112,10 @@ class Receiver(Spec):
             raise InputError(
                 "a receiver's greatest speed and number of detections must be positive"
             )
-        if self.angle not in BEARINGS:
-            raise InputError(f"a receiver's angle '{self.angle}' is none of {', '.join(BEARINGS)}")
+        if self.angle not in AZIMUTH_ESTIMATORS:
+            raise InputError(
+                f"a receiver's angle '{self.angle}' is none of {', '.join(AZIMUTH_ESTIMATORS)}"
+            )
         if not self.dynamic_range > 1.0:
             raise InputError("a receiver's dynamic range must be above 0 dB")
 
@@ -123,17 +129,17 @@ class Receiver(Spec):
 
 
 class _Search:
-    """Points of one frame, found and taken out until nothing coherent is left."""
+    """Points of one frame: they are found and subtracted until no coherent peak is left."""
 
     def __init__(self, receiver: Receiver, frame: IfFrame) -> None:
         self.receiver = receiver
-        heard = mitigated(receiver.mitigation, frame)
-        self.frame = frame.with_samples(heard.samples)
-        self.presence = heard.weight
-        self.present = heard.weight.sum(axis=1) / frame.times.is_sample.sum(axis=1)
-        self.waves = Waves.of(frame)
+        cleaned = mitigated(receiver.mitigation, frame)
+        self.frame = frame.with_samples(cleaned.samples)
+        self.presence = cleaned.weight
+        self.present = cleaned.weight.sum(axis=1) / frame.times.is_sample.sum(axis=1)
+        self.model = FrameModel.of(frame)
         self.frequency = float(np.mean(frame.schedule.centre_frequency))
-        self.grid = search_grid(receiver, frame, self.waves.time)
+        self.grid = search_grid(receiver, frame, self.model.time)
         self.band = self._band()
         self.spectra = self.band.spectra(self.frame.samples)
         self.residual = self.spectra
@@ -142,9 +148,9 @@ class _Search:
             frequency=self.frequency,
             sine=orthogonal_sines(frame.array.num_channels),
         )
-        self.map = LiveMap(self.band, frame.schedule, frame.times, self.grid, beams)
+        self.map = ResidualMap(self.band, frame.schedule, frame.times, self.grid, beams)
         per_beam = 1.0 - (1.0 - receiver.false_alarm_probability) ** (1.0 / len(beams))
-        covariance, variance = self.map.following()
+        covariance, variance = self.map.floor_correlation()
         self.threshold = log_threshold_above_floor(
             num_ramps=frame.schedule.num_ramps,
             false_alarm_probability=per_beam,
@@ -153,22 +159,22 @@ class _Search:
         )
         middle = frame.schedule.start_time + 0.5 * frame.schedule.duration
         self.least = least_coherence(frame.schedule.centre_frequency, middle)
-        self.sensitivity = beat_sensitivity(frame.schedule, frame.times, self.waves.time)
+        self.sensitivity = beat_sensitivity(frame.schedule, frame.times, self.model.time)
         self.resolution = frame.times.rate / frame.times.num_samples
         self.motion = np.zeros((0, 3))
         self.amplitude = np.zeros((0, *frame.samples.shape[:2]), dtype=np.complex128)
         self.floor = np.zeros(0)
-        self.pairs = Pairs(waves=self.waves, band=self.band)
+        self.pairs = Pairs(model=self.model, band=self.band)
         shape = (self.grid.range_rate.size, self.grid.range.size)
         self.is_tried = np.zeros(shape, dtype=bool)
         self.refused = np.full(shape, np.inf, dtype=np.float32)
         self.top = -np.inf
 
     def _band(self) -> Band:
-        """All bins in which a point of the map can beat."""
+        """Bins that hold the beats of all points of the map."""
         frame, grid = self.frame, self.grid
         far, fast = np.meshgrid(grid.range[[0, -1]], grid.range_rate[[0, -1]])
-        beats = self.waves.beats(far.ravel(), fast.ravel())
+        beats = self.model.beats(far.ravel(), fast.ravel())
         return band_of(
             self.presence,
             frame.times,
@@ -177,37 +183,43 @@ class _Search:
         )
 
     def next_points(self) -> bool:
-        """Find and take out the strongest points left; False when there is none."""
-        self.map.draw(self.residual, self.waves.beats(self.motion[:, 0], self.motion[:, 1]))
+        """Find and subtract the strongest points that are left; False if there is none."""
+        self.map.update(self.residual, self.model.beats(self.motion[:, 0], self.motion[:, 1]))
         floor = self.map.floor()
-        self.top = max(self.top, self.map.loudest())
+        self.top = max(self.top, self.map.peak_level())
         least = self.top - np.log(self.receiver.dynamic_range)
         excess, beam = self.map.excess(floor, least)
-        is_old = (excess > self.refused - UNMOVED) & (excess < self.refused + UNMOVED)
+        is_old = (excess > self.refused - LEAST_CHANGE_FOR_RETRY) & (
+            excess < self.refused + LEAST_CHANGE_FOR_RETRY
+        )
         excess[self.is_tried | is_old] = -np.inf
-        for _ in range(AFTERWARDS if self.pairs.found else PATIENCE):
+        for _ in range(
+            MOST_FRUITLESS_BATCHES_WITH_PAIRS if self.pairs.found else MOST_FRUITLESS_BATCHES
+        ):
             before = self.motion, self.amplitude, self.floor, self.residual
-            if not self._look(excess, beam, floor):
+            if not self._add_strongest(excess, beam, floor):
                 return False
-            self._take_out()
+            self._fit_jointly()
             if len(self.motion) > len(before[0]):
                 return len(self.motion) < self.receiver.most_detections
             self.motion, self.amplitude, self.floor, self.residual = before
         return False
 
-    def _look(self, excess: NDArray[np.float32], beam: NDArray[np.int8], floor: FloatArray) -> bool:
-        """Add the strongest peaks that cohere; False when there is none. ``excess`` is used up."""
+    def _add_strongest(
+        self, excess: NDArray[np.float32], beam: NDArray[np.int8], floor: FloatArray
+    ) -> bool:
+        """Add the strongest coherent peaks; False if there is none. ``excess`` is overwritten."""
         apart = max(1, round(0.5 / self.grid.range_step))
         while True:
-            peaks = strongest_peaks(excess, self.threshold, apart, MOST_CANDIDATES)
+            peaks = strongest_peaks(excess, self.threshold, apart, MOST_PEAKS_AT_ONCE)
             if len(peaks) == 0:
                 return False
-            chosen = peaks[unrelated(self._beats_of(peaks), self.resolution)]
+            chosen = peaks[without_cross_pairs(self._beats_of(peaks), self.resolution)]
             is_point = self._add(chosen, beam[tuple(chosen.T)].astype(np.int64), floor)
             for is_found, (i, j) in zip(is_point, chosen, strict=True):
                 place = (slice(max(0, i - 1), i + 2), slice(max(0, j - 1), j + 2))
                 if is_found:
-                    # once is enough: what the joint fit drops would come back for ever
+                    # a point that the joint fit drops again would return for ever
                     self.is_tried[place] = True
                 else:
                     self.refused[place] = excess[place]
@@ -216,65 +228,63 @@ class _Search:
                 return True
 
     def _beats_of(self, cells: IntArray) -> FloatArray:
-        return self.waves.beats(self.grid.range[cells[:, 1]], self.grid.range_rate[cells[:, 0]])
+        return self.model.beats(self.grid.range[cells[:, 1]], self.grid.range_rate[cells[:, 0]])
 
     def _add(self, cells: IntArray, beam: IntArray, floor: FloatArray) -> BoolArray:
-        """Take those peaks as points whose ramps cohere: which they are, ``(cell,)``."""
+        """Add those peaks whose ramps are coherent as points; mask of them, ``(cell,)``."""
         guess = np.stack([self.grid.range[cells[:, 1]], self.grid.range_rate[cells[:, 0]]], axis=-1)
         bins = self.band.size / self.band.rate
         found = range_and_rate_from_beats(
             self.map.logs,
             guess,
-            beam,
-            self.waves.beats(guess[:, 0], guess[:, 1]) * bins - self.band.first,
-            np.ascontiguousarray(self.sensitivity[:, :2] * bins[:, None]),
-            reach=BINS,
-            resolution=float(BINS),
+            beam=beam,
+            place=self.model.beats(guess[:, 0], guess[:, 1]) * bins - self.band.first,
+            slope=np.ascontiguousarray(self.sensitivity[:, :2] * bins[:, None]),
+            reach=BINS_PER_CELL,
+            resolution=float(BINS_PER_CELL),
         )
         motion = np.column_stack([found, np.zeros(len(found))])
-        amplitude = self.band.match(self.residual, self.waves.phases(motion))
+        amplitude = self.band.match(self.residual, self.model.phases(motion))
         coherent = self._coherence(amplitude, motion)
-        unsure = np.flatnonzero((coherent < ONE_POINT) & (coherent >= 0.5 * self.least))
-        bent = self._bent(motion[unsure], amplitude[unsure])
-        matched = self.band.match(self.residual, self.waves.phases(bent))
-        again = self._coherence(matched, bent)
+        unsure = np.flatnonzero((coherent < ONE_POINT_SHARE) & (coherent >= 0.5 * self.least))
+        accelerated = self._with_acceleration(motion[unsure], amplitude[unsure])
+        matched = self.band.match(self.residual, self.model.phases(accelerated))
+        again = self._coherence(matched, accelerated)
         is_better = again > coherent[unsure]
         better = unsure[is_better]
-        motion[better], amplitude[better] = bent[is_better], matched[is_better]
+        motion[better], amplitude[better] = accelerated[is_better], matched[is_better]
         coherent[better] = again[is_better]
         is_point = coherent >= self.least
-        under = floor[cells[:, 1], beam]
+        own_floor = floor[cells[:, 1], beam]
         self.motion = np.vstack([self.motion, motion[is_point]])
-        self.floor = np.append(self.floor, under[is_point])
-        above = self._above(amplitude, under)
+        self.floor = np.append(self.floor, own_floor[is_point])
+        above = self._above(amplitude, own_floor)
         for n in np.flatnonzero(~is_point):
-            self.pairs.refused.append((float(above[n]), motion[n], float(under[n])))
+            self.pairs.refuse(float(above[n]), motion[n], float(own_floor[n]))
         return is_point
 
-    def _straightened(
-        self, amplitude: ComplexArray, motion: FloatArray
-    ) -> tuple[FloatArray, ComplexArray]:
-        """Coherence of points, and their amplitudes as nearly in phase as they get."""
+    def _aligned(self, amplitude: ComplexArray, motion: FloatArray) -> Alignment:
+        """Coherence of points, and their amplitudes brought in phase as far as possible."""
         schedule = self.frame.schedule
         middle = schedule.start_time + 0.5 * schedule.duration
-        turned = amplitude * self.waves.turned_back(motion)
-        return straightened(turned, schedule.centre_frequency, middle)
+        turned = amplitude * self.model.high_pass_correction(motion)
+        return aligned(turned, schedule.centre_frequency, middle)
 
     def _coherence(self, amplitude: ComplexArray, motion: FloatArray) -> FloatArray:
-        return self._straightened(amplitude, motion)[0]
+        return self._aligned(amplitude, motion).coherence
 
-    def _bent(self, motion: FloatArray, amplitude: ComplexArray) -> FloatArray:
-        """Motions with the accelerations that their own beats ask for, as of what passes near."""
+    def _with_acceleration(self, motion: FloatArray, amplitude: ComplexArray) -> FloatArray:
+        """Motions with the accelerations that fit their beats, for points that pass nearby."""
         for _ in range(2):
-            phases = self.waves.phases(motion)
+            phases = self.model.phases(motion)
             errors = self.band.beat_errors(self.residual, phases, amplitude)
             strength = np.sum(np.abs(amplitude) ** 2, axis=1)
             motion = motion + motion_steps(errors, strength, self.sensitivity, self.resolution)
-            amplitude = self.band.match(self.residual, self.waves.phases(motion))
+            amplitude = self.band.match(self.residual, self.model.phases(motion))
         return motion
 
-    def _take_out(self, steps: int = 2) -> None:
-        """Fit all points to the spectra together, by turns amplitudes and motions."""
+    def _fit_jointly(self, steps: int = 2) -> None:
+        """Fit all points to the spectra together: amplitudes and motions in turn."""
         for _ in range(steps):
             phases = self._fit()
             errors = self.band.beat_errors(self.residual, phases, self.amplitude)
@@ -289,77 +299,80 @@ class _Search:
             self._fit()
 
     def _fit(self) -> FloatArray:
-        phases = self.waves.phases(self.motion)
+        phases = self.model.phases(self.motion)
         self.amplitude, self.residual = self.band.fit(self.spectra, phases, np.sqrt(self.map.noise))
         return phases
 
     def split(self) -> bool:
-        """Take two points for one claim, or for a peak that was refused; False when there are none.
+        """Replace a point, or a refused peak, by two points; False if there is no such pair.
 
-        After that all is looked for anew: what they disturbed, and what the fit dropped for it.
+        A new search follows, for what the pair hid and for points that the fit dropped.
         """
         before = len(self.pairs.found)
         while len(self.motion) + 2 * len(self.pairs.found) < self.receiver.most_detections:
             if not (
-                any(map(self._is_split, self._doubtful()))
-                or self._is_taken(self.pairs.of_refused(self.residual, self.map.noise))
+                any(map(self._is_replaced_by_pair, self._pair_candidates()))
+                or self._is_subtracted(self.pairs.of_refused(self.residual, self.map.noise))
             ):
                 break
-            self._take_out()
+            self._fit_jointly()
         if len(self.pairs.found) == before:
             return False
         self.is_tried[:] = False
         return True
 
-    def _doubtful(self) -> list[BoolArray]:
-        """Claims that may be one pair, ``(point,)`` each: what is not one point, and what overlaps.
+    def _pair_candidates(self) -> list[BoolArray]:
+        """Groups of points that may be one pair, a mask ``(point,)`` each.
 
-        Two points leave residues beside what was taken for one, which become claims as well.
+        A group is an incoherent point with the points that overlap it: a pair that was fitted as
+        one point leaves residues, which are fitted as points as well.
         """
         coherent = self._coherence(self.amplitude, self.motion)
-        if np.all(coherent >= ONE_POINT):
+        if np.all(coherent >= ONE_POINT_SHARE):
             return []
-        beats = self.waves.beats(self.motion[:, 0], self.motion[:, 1])
+        beats = self.model.beats(self.motion[:, 0], self.motion[:, 1])
         apart = np.median(np.abs(beats[:, None] - beats) / self.resolution, axis=-1)
-        is_none = coherent < ONE_POINT
+        is_none = coherent < ONE_POINT_SHARE
         near = (apart < 2.0) | (is_none & (apart < 4.0))
         every = [near[n] for n in np.argsort(coherent) if is_none[n]]
         groups = {own.tobytes(): own for own in every}
         groups |= {(own & is_none).tobytes(): own & is_none for own in every}
-        return list(groups.values())[:MOST_CLAIMS]
+        return list(groups.values())[:MOST_GROUPS]
 
-    def _is_split(self, own: BoolArray) -> bool:
-        """Put a pair in the place of claims, ``(point,)``, if they are one."""
+    def _is_replaced_by_pair(self, own: BoolArray) -> bool:
+        """True if the points ``own`` ``(point,)`` are a pair, which then replaces them."""
         strongest = int(np.argmax(own * np.sum(np.abs(self.amplitude) ** 2, axis=(1, 2))))
-        pair = self.pairs.of_claim(
-            self.pairs.alone(self.residual, self.motion[own], self.amplitude[own]),
+        pair = self.pairs.of_point(
+            self.pairs.isolated(self.residual, self.motion[own], self.amplitude[own]),
             motion=self.motion[strongest],
             noise=self.map.noise,
             floor=float(self.floor[strongest]),
         )
-        if self._is_taken(pair):
+        if self._is_subtracted(pair):
             self._keep(~own)
         return pair is not None
 
-    def _is_taken(self, pair: Pair | None) -> bool:
-        """Take a pair, if there is one, out of the spectra for good."""
+    def _is_subtracted(self, pair: Pair | None) -> bool:
+        """True if there is a pair; it is then subtracted from the spectra for good."""
         if pair is not None:
-            phases = self.waves.phases(pair.motion)
-            self.spectra = self.band.without(self.spectra, phases, pair.amplitude)
+            phases = self.model.phases(pair.motion)
+            self.spectra = self.band.subtract(self.spectra, phases, pair.amplitude)
         return pair is not None
 
-    def _with_pairs(self) -> None:
-        """Measure all pairs once more, without what was found since, and count them as points."""
+    def _append_pairs(self) -> None:
+        """Measure all pairs again, without the points found since, and add them to the points."""
         for pair in self.pairs.found:
             again = self.pairs.fit(
-                self.pairs.alone(self.residual, pair.motion, pair.amplitude), pair, self.map.noise
+                self.pairs.isolated(self.residual, pair.motion, pair.amplitude),
+                pair,
+                self.map.noise,
             )
             self.motion = np.vstack([self.motion, again.motion])
             self.amplitude = np.concatenate([self.amplitude, again.amplitude])
             self.floor = np.append(self.floor, [pair.floor, pair.floor])
 
     def excess(self) -> FloatArray:
-        """How far the fitted points stand above the floor in the map's statistic, ``(point,)``."""
+        """Height of the fitted points above the floor, in the map's statistic, ``(point,)``."""
         return self._above(self.amplitude, self.floor)
 
     def _above(self, amplitude: ComplexArray, floor: FloatArray) -> FloatArray:
@@ -367,20 +380,21 @@ class _Search:
         return np.asarray(np.mean(np.log(np.maximum(power, 1e-300)), axis=1) - floor)
 
     def _is_point(self) -> BoolArray:
-        """Points that are still one when the others are fitted with them, ``(point,)``."""
-        is_loud = self.excess() >= self.threshold
-        return is_loud & (self._coherence(self.amplitude, self.motion) >= self.least)
+        """Mask of the points that pass threshold and coherence in the joint fit, ``(point,)``."""
+        is_strong = self.excess() >= self.threshold
+        return is_strong & (self._coherence(self.amplitude, self.motion) >= self.least)
 
-    def _is_claimed(self) -> BoolArray:
-        """Points within the receiver's limits, and on up- and down-ramps, ``(point,)``.
+    def _is_detection(self) -> BoolArray:
+        """Mask of the points inside the receiver's limits that are on up- and down-ramps.
 
-        What is just beyond the limits is found at the edge or by its arms, which are on half of the
-        ramps. It is taken out, or its skirts would be claimed, and is no claim itself.
+        A target just outside the limits is found at the edge, or by its cross-pairing ridges,
+        which are on half of the ramps. It is subtracted, so that its side lobes are not detected,
+        and is not reported itself.
         """
         limits, (distance, rate, _) = self.receiver, self.motion.T
         is_near = (distance >= limits.least_range) & (distance <= limits.greatest_range)
-        is_whole = is_on_both_halves(
-            self._straightened(self.amplitude, self.motion)[1],
+        is_whole = is_on_both_slopes(
+            self._aligned(self.amplitude, self.motion).amplitude,
             slope=self.frame.schedule.slope,
             present=self.present,
         )
@@ -391,66 +405,62 @@ class _Search:
         self.floor = self.floor[which]
         self.amplitude = self.amplitude[which]
 
-    def _cohere(self) -> ComplexArray:
-        """Refine by their phases those that are one point for the whole frame.
+    def _refine_by_phases(self) -> ComplexArray:
+        """Refine points that keep one phase history over the frame; snapshots for their azimuths.
 
-        Gives the snapshots for bearings, ``(point, channel, ramp)``, of equal noise and as at the
-        frame's start: of such points from all samples alike, of others as fitted under the window.
+        The snapshots, ``(point, channel, ramp)``, have equal noise and refer to the frame's start.
+        Those of refined points weight all samples alike, those of others are fitted under the
+        window.
         """
         if len(self.motion) == 0:
             return self.amplitude
         readings, steps, is_one = self._coherent_steps()
         self.motion[is_one] += steps[is_one]
-        has_bent = is_one & (np.abs(steps[:, 2]) > STRAIGHT) & (self.excess() > LOUD)
-        if np.any(has_bent) and not self.pairs.found:
-            self._fit()  # what is taken out of each other must fit the new motions
+        is_reread = (
+            is_one & (np.abs(steps[:, 2]) > REREAD_ACCELERATION) & (self.excess() > REREAD_LOG_SNR)
+        )
+        if np.any(is_reread) and not self.pairs.found:
+            self._fit()  # the readings subtract the other points, at their new motions
             readings, steps, is_one = self._coherent_steps()
             self.motion[is_one] += steps[is_one]
         schedule, middle = self.frame.schedule, readings.middle
-        return brought_to_start(
+        return snapshots_at_start(
             np.where(is_one[:, None, None], readings.value, self.amplitude)
             * np.sqrt(readings.count),
             motion=self.motion,
-            along=self.frame.array.position[:, 1],
+            channel_y=self.frame.array.position[:, 1],
             frequency=schedule.start_frequency + schedule.slope * (middle - schedule.start_time),
-            elapsed=middle - self.waves.time,
+            elapsed=middle - self.model.time,
         )
 
     def _coherent_steps(self) -> tuple[Readings, FloatArray, BoolArray]:
-        """Readings of all points, and the steps that their phases ask for: `coherent_steps`."""
+        """Readings of all points, and what `coherent_steps` makes of them."""
         readings = read_points(
             self.frame.samples,
             self.presence > 0,
             self.frame.times,
-            phases=self.waves.phases(self.motion),
+            phases=self.model.phases(self.motion),
             amplitude=self.amplitude,
         )
-        steps, is_one = coherent_steps(
-            readings.turned(self.waves.turned_back(self.motion)),
-            self.frame.schedule,
-            self.frame.times,
-            motion=self.motion,
-            time=self.waves.time,
-            noise=float(np.median(self.map.noise)),
-        )
-        return readings, steps, is_one
+        noise = float(np.median(self.map.noise))
+        return readings, *coherent_steps(readings, self.model, motion=self.motion, noise=noise)
 
     def detections(self) -> Detections:
-        """Points of the map as claims, but for those that only mend a stronger one's skirt."""
+        """All points but those outside the limits and side lobes of stronger ones."""
         self._keep(self._is_point())
-        self._with_pairs()
-        is_claimed = self._is_claimed()
-        snapshots = self._cohere()
+        self._append_pairs()
+        is_detection = self._is_detection()
+        snapshots = self._refine_by_phases()
         power = np.mean(np.abs(self.amplitude) ** 2, axis=(1, 2))
         distance, rate = self.motion[:, 0], self.motion[:, 1]
-        kept = resolved(self.frame, distance=distance, range_rate=rate, power=power)
-        kept = kept[is_claimed[kept]]
-        sines = BEARINGS[self.receiver.angle](
+        kept = reject_sidelobes(self.frame, distance=distance, range_rate=rate, power=power)
+        kept = kept[is_detection[kept]]
+        sines = AZIMUTH_ESTIMATORS[self.receiver.angle](
             snapshots[kept],
             spacing=self.frame.array.spacing * self.frequency / SPEED_OF_LIGHT,
         )
         return Detections(
-            time=self.waves.time,
+            time=self.model.time,
             range=distance[kept],
             range_rate=rate[kept],
             azimuth=np.arcsin(np.clip(sines, -1.0, 1.0)),
@@ -460,7 +470,7 @@ class _Search:
 
 
 def search_grid(receiver: Receiver, frame: IfFrame, time: float) -> Grid:
-    """Map axes fine enough not to miss a peak: half a range cell, a third of a Doppler cell."""
+    """Axes of the map: steps of half a range cell and a third of a Doppler cell miss no peak."""
     cell = SPEED_OF_LIGHT / (2.0 * float(np.max(frame.schedule.bandwidth)))
     wavelength = SPEED_OF_LIGHT / float(np.max(frame.schedule.centre_frequency))
     step = wavelength / (6.0 * float(np.max(frame.schedule.duration)))

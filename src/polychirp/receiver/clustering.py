@@ -1,4 +1,4 @@
-"""Detections of one body made one claim: clusters in place and range rate."""
+"""Clusters of detections in place and range rate: one detection per body."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from polychirp.units import Metres, MetresPerSecond
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Body(Spec):
-    """What detections of one body have in common.
+    """Limits within which detections belong to one body.
 
     Parameters
     ----------
     gap : m, between neighbouring detections on the road's plane
-    range_rate : m/s, between neighbours: of one motion, seen under a few degrees' difference,
-        and as wheels and gestures vary
+    range_rate : m/s, between neighbours: the same motion differs with the direction by a few
+        degrees, and wheels and limbs move differently
     extent : m, between any two of its detections; a long car by default
-    place : where the body is said to be, and how fast: at its nearest detection, at its strongest
-        or at the mean of all, weighted by power
+    place : range, range rate and azimuth of the body: those of its nearest detection, of its
+        strongest, or the mean of all, weighted by power
     """
 
     gap: Metres = 2.0
@@ -44,8 +44,8 @@ def objects(detections: Detections, body: Body | None = None) -> IntArray:
     """Number of the object that each detection belongs to, ``(detection,)``, strongest first.
 
     Density clustering with single members allowed (DBSCAN, Ester et al. 1996, of one point and
-    more): the strongest detection left starts an object, which grows by neighbours of its members
-    as long as it stays no longer than a body.
+    more): the strongest detection that is left starts an object, and neighbours of its members are
+    added while its extent is no more than that of a body.
 
     Examples
     --------
@@ -59,16 +59,19 @@ def objects(detections: Detections, body: Body | None = None) -> IntArray:
     apart = _distances(detections)
     rates = np.abs(detections.range_rate[:, None] - detections.range_rate)
     is_neighbour = (apart <= body.gap) & (rates <= body.range_rate)
-    number = np.full(detections.num_detections, -1, dtype=np.int64)
-    for strongest in _by_strength(detections):
-        if number[strongest] < 0:
-            members = _grown(strongest, is_neighbour, apart, number, body.extent)
-            number[members] = number.max(initial=-1) + 1
+    number = np.zeros(detections.num_detections, dtype=np.int64)
+    is_free = np.ones(detections.num_detections, dtype=bool)
+    count = 0
+    for strongest in np.argsort(-detections.power, kind="stable"):
+        if is_free[strongest]:
+            members = _grown(int(strongest), is_neighbour, apart, is_free, body.extent)
+            number[members], is_free[members] = count, False
+            count += 1
     return number
 
 
 def merged(detections: Detections, body: Body | None = None) -> Detections:
-    """One claim per object of `objects`: its place and rate, its total power, its greatest SNR.
+    """One detection per object of `objects`: its place and rate, total power and greatest SNR.
 
     Examples
     --------
@@ -84,18 +87,18 @@ def merged(detections: Detections, body: Body | None = None) -> Detections:
     members = [np.flatnonzero(number == n) for n in range(int(number.max(initial=-1)) + 1)]
     power = np.array([detections.power[m].sum() for m in members], dtype=np.float64)
     order = np.argsort(-power, kind="stable")
-    claims = np.array([_claim(detections, members[n], body) for n in order]).reshape(-1, 3)
+    found = np.array([_detection(detections, members[n], body) for n in order]).reshape(-1, 3)
     return Detections(
         time=detections.time,
-        range=claims[:, 0],
-        range_rate=claims[:, 1],
-        azimuth=claims[:, 2],
+        range=found[:, 0],
+        range_rate=found[:, 1],
+        azimuth=found[:, 2],
         power=power[order],
         snr=np.array([detections.snr[members[n]].max() for n in order], dtype=np.float64),
     )
 
 
-def _claim(detections: Detections, members: IntArray, body: Body) -> tuple[float, float, float]:
+def _detection(detections: Detections, members: IntArray, body: Body) -> tuple[float, float, float]:
     """Range, range rate and azimuth of one object."""
     distance, azimuth = detections.range[members], detections.azimuth[members]
     power, rate = detections.power[members], detections.range_rate[members]
@@ -112,17 +115,13 @@ def _distances(detections: Detections) -> FloatArray:
     return np.asarray(np.abs(place[:, None] - place))
 
 
-def _by_strength(detections: Detections) -> list[int]:
-    return [int(n) for n in np.argsort(-detections.power, kind="stable")]
-
-
 def _grown(
-    first: int, is_neighbour: BoolArray, apart: FloatArray, number: IntArray, extent: float
+    first: int, is_neighbour: BoolArray, apart: FloatArray, is_free: BoolArray, extent: float
 ) -> list[int]:
     """Members of the object that starts with ``first``, nearest added first."""
     members = [first]
     while True:
-        reach = np.any(is_neighbour[members], axis=0) & (number < 0)
+        reach = np.any(is_neighbour[members], axis=0) & is_free
         reach[members] = False
         reach &= np.max(apart[members], axis=0) <= extent
         if not np.any(reach):

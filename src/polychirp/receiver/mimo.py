@@ -1,25 +1,26 @@
-r"""From a MIMO frame to the frame of a virtual array: every pair of elements is a channel.
+r"""From a MIMO frame to the frame of a virtual array, where every pair of elements is a channel.
 
 A wave that leaves element l at :math:`y_l` and reaches channel m at :math:`y_m`, both towards
 azimuth θ, is ahead by :math:`(y_l + y_m)\sin\theta/c`: as if one element at the origin had sent
 it, and an element at :math:`y_l + y_m` received it.
 
-The receiver knows what it sent. A beat is the sum over elements of
-:math:`\overline{w_{kl}}\,x_l`, the mixer having conjugated the weights of ramp k. Over a *block*
-of K sweeps on which the codes are orthogonal, it is told apart by
+The beat of ramp k is the sum over elements of :math:`\overline{w_{kl}}\,x_l` with the known
+weights, which the mixer conjugates. Over a *block* of K sweeps on which the codes are orthogonal,
+the elements are separated by
 
 .. math:: \hat x_l = \frac{\sum_k w_{kl}\, y_k}{\sum_k |w_{kl}|^2} .
 
 The noise of a channel is that of a ramp over :math:`\sum_k |w_{kl}|^2`: 1 for elements that take
 turns, K for those that all send.
 
-What it costs: a frame has K times fewer sweeps, and so K times less span of range rates before
-they fold. A mover's phase grows by :math:`2\pi\,2vT/\lambda` from sweep to sweep, T apart. With
-time division the channels of element l are therefore ahead by l times that, and bearings are
-wrong; with codes that run on all elements, energy leaks between them. Both vanish for movers at
-the ``range_rate`` to which a frame is decoded; `bearings_in_motion` does so for each detection.
+The cost is that a frame has K times fewer sweeps, and so a K times smaller span of unambiguous
+range rates. The phase of a moving target grows by :math:`2\pi\,2vT/\lambda` from sweep to sweep, T
+apart. With time division the channels of element l are therefore ahead by l times that, and
+azimuths are wrong; with codes on all elements, energy leaks between them. Both errors vanish for
+targets at the ``range_rate`` for which a frame is decoded; `azimuths_in_motion` does so for each
+detection.
 
-`element_streams` keeps all sweeps: the codes of the others are left in every element's stream.
+`element_streams` keeps all sweeps: every element's stream then contains the codes of the others.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ from polychirp.model.if_frame import IfFrame, IfParts
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.angle.doa import root_music
 from polychirp.receiver.chain import Receiver
-from polychirp.receiver.estimation.bearing_rate import brought_to_start
+from polychirp.receiver.estimation.azimuth_rate import snapshots_at_start
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.receiver.signal_model.point_signal import beat_phase, fit_amplitudes, hann_weights
 
@@ -45,25 +46,25 @@ from polychirp.receiver.signal_model.point_signal import beat_phase, fit_amplitu
 def virtual_array(frame: IfFrame, *, range_rate: float = 0.0) -> IfFrame:
     r"""The frame that a virtual array would have received from one transmitting element.
 
-    Its ramps are those of the first sweep of every block, to whose time the others are brought;
-    its channels run from right to left, so that every estimator takes it as it is. With a range
-    rate v, sweeps that lie :math:`\Delta t` behind the first one are turned back by
-    :math:`2\pi f(t)\,2v\Delta t/c`, f being the frequency of the moment: range migration within
-    the block goes as well.
+    Its ramps are those of the first sweep of every block, and all phases refer to its time. Its
+    channels run from right to left, as all estimators expect. With a range rate v, the phase
+    :math:`2\pi f(t)\,2v\Delta t/c` is removed from sweeps :math:`\Delta t` after the first one,
+    where f is the instantaneous frequency, so that range migration within the block is removed as
+    well.
 
     Parameters
     ----------
-    range_rate : m/s, of the movers whose channels shall agree in phase
+    range_rate : m/s, of the targets whose channels shall agree in phase
 
     Raises
     ------
     CapabilityError
         The codes are not orthogonal over any block into which the frame divides, or the ramps of
-        a block differ, or the virtual elements do not stand at equal distances.
+        a block differ, or the virtual elements are not at equal distances.
 
     Examples
     --------
-    Two elements taking turns before one channel; what each ramp measured is a channel now.
+    Two elements that take turns, and one channel: each ramp becomes a channel.
 
     >>> from polychirp.model.if_frame import SampleTimes
     >>> ramps = RampSchedule(start_time=[0.0, 1e-4], duration=[9e-5, 9e-5],
@@ -79,7 +80,7 @@ def virtual_array(frame: IfFrame, *, range_rate: float = 0.0) -> IfFrame:
     array, order = _virtual_line(frame.array, frame.schedule.num_elements)
     blocks = code_blocks(frame.schedule)
     first = blocks.ramps[:, 0].ravel()
-    turned = frame.samples * _turned_back(frame, blocks, range_rate)
+    turned = frame.samples * _motion_correction(frame, blocks, range_rate)
     split = turned[:, blocks.ramps]
     weight = blocks.weight / np.sum(np.abs(blocks.weight) ** 2, axis=0)
     apart = np.einsum("kl,cbkrn->lcbrn", weight, split)
@@ -106,34 +107,34 @@ def virtual_parts(frame: IfFrame, parts: IfParts, *, range_rate: float = 0.0) ->
     return replace(parts, samples=np.stack(decoded))
 
 
-def bearings_in_motion(receiver: Receiver, frame: IfFrame, detections: Detections) -> Detections:
-    """The detections of ``virtual_array(frame)`` with bearings that their motion does not disturb.
+def azimuths_in_motion(receiver: Receiver, frame: IfFrame, detections: Detections) -> Detections:
+    """The detections of ``virtual_array(frame)`` with azimuths that are right for moving targets.
 
-    Of every claim's range and rate a point is fitted to every ramp as it was received, and its
-    amplitudes are decoded. The point's phase runs on through a block, so elements that took turns
-    agree in it, at any range rate; a rate that is wrong by δ costs a phase of 2π·2δT/λ from sweep
-    to sweep.
+    A point of every detection's range and rate is fitted to every ramp as it was received, and its
+    amplitudes are decoded. The fitted phase includes the motion within a block, so that elements
+    that take turns agree at any range rate; an error δ of the rate causes a phase of 2π·2δT/λ from
+    sweep to sweep.
 
     Parameters
     ----------
-    receiver : for its mitigation
+    receiver : whose mitigation is applied
     frame : as it was received
     """
     array, order = _virtual_line(frame.array, frame.schedule.num_elements)
     blocks = code_blocks(frame.schedule)
     motion = np.stack([detections.range, detections.range_rate, 0.0 * detections.range], axis=-1)
-    heard = mitigated(receiver.mitigation, frame)
-    weight = hann_weights(heard.weight)
+    cleaned = mitigated(receiver.mitigation, frame)
+    weight = hann_weights(cleaned.weight)
     phases = beat_phase(frame.schedule, frame.times, motion=motion, time=detections.time)
-    amplitude, _ = fit_amplitudes(heard.samples, weight, phases, frame.times.rate)
+    amplitude, _ = fit_amplitudes(cleaned.samples, weight, phases, frame.times.rate)
     apart = np.einsum("kl,pcbkr->plcbr", blocks.weight, amplitude[:, :, blocks.ramps])
     snapshots = apart.reshape(len(motion), order.size, blocks.ramps[:, 0].size)[:, order]
     first = blocks.ramps[:, 0].ravel()
     centre = frame.schedule.centre_frequency
-    still = brought_to_start(
+    still = snapshots_at_start(
         snapshots,
         motion=motion,
-        along=array.position[:, 1],
+        channel_y=array.position[:, 1],
         frequency=centre[first],
         elapsed=(frame.schedule.start_time + 0.5 * frame.schedule.duration)[first]
         - detections.time,
@@ -144,12 +145,12 @@ def bearings_in_motion(receiver: Receiver, frame: IfFrame, detections: Detection
 
 
 def element_streams(frame: IfFrame) -> ComplexArray:
-    r"""Every element's code taken out of all ramps: ``(element, channel, ramp, fast)``.
+    r"""All ramps times every element's code: ``(element, channel, ramp, fast)``.
 
-    :math:`w_{kl}\,y_k`. Echoes of element l are at their own Doppler frequency in stream l.
-    Another element's have its code times the conjugate of this one's: for time division they are
-    gone, with every ramp that is not the element's own; for Doppler division in N bands those of
-    element i stand (l − i)/N cycles per sweep higher; for signs they spread over N lines.
+    :math:`w_{kl}\,y_k`. Echoes of element l are at their own Doppler frequency in stream l. Echoes
+    of another element keep its code times the conjugate of this one's. With time division they
+    vanish, as do all ramps that are not the element's own; with Doppler division in N bands those
+    of element i are (l − i)/N cycles per sweep higher; with signs they spread over N lines.
     """
     return np.asarray(np.einsum("kl,ckn->lckn", frame.schedule.transmit_weight, frame.samples))
 
@@ -160,14 +161,14 @@ def virtual_position(array: AntennaArray) -> FloatArray:
 
 
 def _virtual_line(array: AntennaArray, num_elements: int) -> tuple[AntennaArray, IntArray]:
-    """The virtual array, and which of (element, channel), flat, is each of its channels."""
+    """The virtual array, and for each of its channels the flat number of (element, channel)."""
     y = virtual_position(array)[:num_elements, :, 1].ravel()
     order = np.argsort(y, kind="stable")
     gap = np.diff(y[order])
     spacing = float(gap.mean()) if gap.size else array.spacing
     if not np.allclose(gap, spacing, rtol=1e-6, atol=0.0) or spacing == 0.0:
         raise CapabilityError(
-            "the virtual elements do not stand at equal distances, as these estimators need; "
+            "the virtual elements are not at equal distances, as these estimators need; "
             f"a transmit_spacing of {array.num_channels * array.spacing:.4g} m would do"
         )
     gains, phases = _virtual_errors(array, num_elements, order)
@@ -204,14 +205,14 @@ class CodeBlocks:
 
 
 def code_blocks(schedule: RampSchedule) -> CodeBlocks:
-    """The shortest blocks that the codes repeat, and over which their elements are orthogonal.
+    """The shortest blocks with which the codes repeat, and over which elements are orthogonal.
 
-    Every element sends as much in a block as the others, so that noise is alike in all channels.
+    Every element sends the same energy in a block, so that all channels have the same noise.
 
     Raises
     ------
     CapabilityError
-        There are none that divide the schedule, or sweeps of a block differ.
+        No such block divides the schedule, or sweeps of a block differ.
     """
     num_sweeps = np.unique(schedule.sweep).size
     ramps_each, rest = divmod(schedule.num_ramps, num_sweeps)
@@ -231,7 +232,7 @@ def code_blocks(schedule: RampSchedule) -> CodeBlocks:
 
 
 def _is_code(block: ComplexArray, weight: ComplexArray) -> bool:
-    """Whether the weights repeat the block, over which elements are orthogonal and equally loud."""
+    """True if the weights repeat the block, with orthogonal elements of equal energy."""
     repeated = np.tile(block, (weight.shape[0] // block.shape[0], 1))
     products = block.conj().T @ block
     power = products[0, 0].real
@@ -252,8 +253,8 @@ def _check_equal(schedule: RampSchedule, ramps: IntArray) -> None:
             )
 
 
-def _turned_back(frame: IfFrame, blocks: CodeBlocks, range_rate: float) -> ComplexArray:
-    """Factors ``(ramp, fast)`` that bring a mover's phase to that on the block's first sweep."""
+def _motion_correction(frame: IfFrame, blocks: CodeBlocks, range_rate: float) -> ComplexArray:
+    """Factors ``(ramp, fast)`` that give a target the phase it has on its block's first sweep."""
     start = frame.schedule.start_time
     first = np.broadcast_to(blocks.ramps[:, :1], blocks.ramps.shape).ravel()
     late = (start - start[first])[:, None]
@@ -263,7 +264,7 @@ def _turned_back(frame: IfFrame, blocks: CodeBlocks, range_rate: float) -> Compl
 
 
 def _first_sweeps(schedule: RampSchedule, ramps: IntArray) -> RampSchedule:
-    """The ramps of these numbers, their sweeps counted anew, from one element."""
+    """The ramps with these numbers, from one element; sweeps are numbered from 0 again."""
     kept = {
         name: getattr(schedule, name)[ramps]
         for name in axes_of(RampSchedule)

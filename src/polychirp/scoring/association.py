@@ -1,8 +1,9 @@
-"""Which detection belongs to which target, one to one."""
+"""Association of detections with targets, one to one."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,42 +16,49 @@ from polychirp.units import Metres, MetresPerSecond, Radians
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Gate(Spec):
-    """How far a detection may be off and still belong to a target."""
+    """Largest errors with which a detection belongs to a target."""
 
     range: Metres = 0.4
     range_rate: MetresPerSecond = 1.0
     azimuth: Radians = np.pi / 12
 
 
-def associate(
-    detections: Detections, truth: Truth, *, gate: Gate, is_claim: BoolArray | None = None
-) -> tuple[IntArray, IntArray]:
-    """Pairs of target and detection: numbers of the targets, and of the detections they get.
+class Association(NamedTuple):
+    """Numbers of the targets found, and of their detections, in the same order."""
 
-    Inside the gate the **strongest** claim is taken, not the nearest: errors would look better
-    than they are. One detection serves one target; the pairs are those that maximise the sum
-    of powers in dB over the weakest (Kuhn–Munkres).
+    target: IntArray
+    detection: IntArray
+
+
+def associate(
+    detections: Detections, truth: Truth, *, gate: Gate, may_be_target: BoolArray | None = None
+) -> Association:
+    """Pairs of targets and detections.
+
+    Inside the gate the **strongest** detection is taken, not the nearest, which would make errors
+    look smaller than they are. A detection belongs to one target at most. Of all pairings with the
+    most pairs, that with the greatest sum of powers in dB is chosen (Kuhn–Munkres).
 
     Parameters
     ----------
-    is_claim : detections that may be taken, ``(detection,)``; all where it is not given
+    may_be_target : mask of the detections that may be taken, ``(detection,)``; by default all
     """
     from scipy.optimize import linear_sum_assignment
 
     allowed = _inside(detections, truth, gate)
-    if is_claim is not None:
-        allowed &= is_claim
+    if may_be_target is not None:
+        allowed &= may_be_target
     if not np.any(allowed):
-        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
+        return Association(np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64))
     level = np.log(np.maximum(detections.power, 1e-300))
-    worth = np.where(allowed, 1e3 + level - level.min(), 0.0)
-    target, detection = linear_sum_assignment(worth, maximize=True)
+    value = np.where(allowed, 1e3 + level - level.min(), 0.0)
+    target, detection = linear_sum_assignment(value, maximize=True)
     kept = allowed[target, detection]
-    return np.asarray(target[kept]), np.asarray(detection[kept])
+    return Association(np.asarray(target[kept]), np.asarray(detection[kept]))
 
 
 def _inside(detections: Detections, truth: Truth, gate: Gate) -> BoolArray:
-    """``(target, detection)``."""
+    """Mask of the pairs inside the gate, ``(target, detection)``; hidden targets have none."""
 
     def within(found: FloatArray, true: FloatArray, limit: float) -> BoolArray:
         return np.asarray(np.abs(found[None, :] - true[:, None]) <= limit)

@@ -1,16 +1,17 @@
-r"""Closed forms of how often radars make each other ghosts, or only pulses.
+r"""Closed forms of the probability that radars cause ghosts, or pulses, in each other.
 
-**In step.** An interferer that plays the victim's own ramps a time s late, by a clock that is fast
-by ε, over a path of delay τ, sends what the victim sent
+**Synchronous radars.** An interferer sends the victim's own ramps a time s late, with a clock that
+is fast by ε, over a path of delay τ. The victim receives what it sent
 
 .. math:: D(t) = s + \tau(t) - \varepsilon\,t
 
 ago, to first order in ε. That is the round-trip delay of a point at range cD/2 whose range rate is
-:math:`c(\dot\tau - \varepsilon)/2`: a clock's error is a speed, with all of its phases, and no
-receiver can tell the ghost from a target. It is claimed if that point is in the receiver's map.
+:math:`c(\dot\tau - \varepsilon)/2`. A clock error has the same effect on all phases as a speed, so
+that no receiver can distinguish the ghost from a target. It is detected if the point is in the
+receiver's map.
 
-The other forms are those of the literature, each named where it stands; all of them say how often
-signals meet, and leave out whether the receiver then makes a claim.
+The other forms are from the literature, each with its source. All are probabilities that signals
+meet, whether or not the receiver then makes a detection.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ def apparent_point(
     start_offset: FloatArray | float,
     clock_offset: FloatArray | float,
 ) -> tuple[FloatArray, FloatArray]:
-    r"""Range, m, and range rate, m/s, at which a radar in step is seen at the frame's start.
+    r"""Range, m, and range rate, m/s, at which a synchronous radar appears at the frame's start.
 
     .. math:: R = \tfrac c2 (s + \tau), \qquad \dot R = \tfrac c2 (\dot\tau - \varepsilon)
 
@@ -57,16 +58,16 @@ def ghost_by_start(
     least_range: FloatArray | float,
     greatest_range: FloatArray | float,
 ) -> FloatArray:
-    r"""Probability that a radar in step but for its start is seen inside the map.
+    r"""Probability that a radar with equal ramps and a random start appears inside the map.
 
-    The start is uniform within 0…S, so that the ghost is between :math:`R_-` and :math:`R_+` for
-    starts of :math:`2R_-/c - \tau` to :math:`2R_+/c - \tau`: their share of S. With a start
-    anywhere in a period P that is :math:`2(R_+ - R_-)/(cP)`, whatever τ.
+    The start is uniform within 0…S. The ghost is between :math:`R_-` and :math:`R_+` for starts of
+    :math:`2R_-/c - \tau` to :math:`2R_+/c - \tau`; the probability is the share of S that they
+    fill. For a start anywhere in a period P it is :math:`2(R_+ - R_-)/(cP)`, whatever τ.
 
     Parameters
     ----------
     delay : s, one way, of any shape
-    spread : s, S; 0 for a start in step
+    spread : s, S; 0 for a simultaneous start
 
     Examples
     --------
@@ -84,10 +85,10 @@ def ghost_by_start(
 def ghost_by_clock(
     delay_rate: FloatArray | float, *, spread: float, greatest_speed: FloatArray | float
 ) -> FloatArray:
-    r"""Probability that a radar in step but for its clock is slow enough for the map.
+    r"""Probability that a synchronous radar with a clock error appears inside the map's speeds.
 
-    The error is uniform within ±E; the ghost is no faster than v for errors of
-    :math:`\dot\tau \pm 2v/c`: 0.21 ppm at 32 m/s and rest.
+    The error is uniform within ±E. The ghost is no faster than v for errors of
+    :math:`\dot\tau \pm 2v/c`: ±0.21 ppm for 32 m/s between radars at rest.
 
     Parameters
     ----------
@@ -105,7 +106,7 @@ def ghost_by_clock(
 
 
 def _share(low: FloatArray, high: FloatArray, *, first: float, last: float) -> FloatArray:
-    """Of the interval from ``first`` to ``last`` that lies between ``low`` and ``high``."""
+    """Share of the interval from ``first`` to ``last`` that lies between ``low`` and ``high``."""
     if not last >= first:
         raise InputError("a spread must be 0 or more")
     if last == first:
@@ -114,7 +115,7 @@ def _share(low: FloatArray, high: FloatArray, *, first: float, last: float) -> F
     return np.asarray(np.clip(inside, 0.0, None) / (last - first))
 
 
-def has_arm_in_map(
+def has_ridge_in_map(
     *,
     distance: FloatArray | float,
     range_rate: FloatArray | float,
@@ -123,12 +124,13 @@ def has_arm_in_map(
     greatest_range: float,
     greatest_speed: float,
 ) -> BoolArray:
-    r"""Whether the up- or the down-beats of a point are those of some point of the map.
+    r"""True if the up- or the down-beats of a point are those of some point of the map.
 
-    An up-beat is that of all points of equal :math:`R + \kappa v`, a down-beat that of all of
-    equal :math:`R - \kappa v`, :math:`\kappa = f/b`. Such an arm of a strong point outside of the
-    map crosses it, where the point cannot be found and taken out; and half of the ramps in phase
-    are a coherence of one half.
+    All points of equal :math:`R + \kappa v` have the same up-beat, and all of equal
+    :math:`R - \kappa v` the same down-beat, with :math:`\kappa = f/b`. These two lines are the
+    point's cross-pairing ridges. The ridge of a strong point outside the map can cross the map,
+    where the point cannot be found and subtracted; with half of the ramps in phase its coherence is
+    one half.
 
     Parameters
     ----------
@@ -138,7 +140,7 @@ def has_arm_in_map(
     Examples
     --------
     >>> limits = {"least_range": 0.5, "greatest_range": 30.0, "greatest_speed": 32.0}
-    >>> found = has_arm_in_map(
+    >>> found = has_ridge_in_map(
     ...     distance=np.array([31.3, 60.0]), range_rate=-30.0, coupling=0.13, **limits)
     >>> found.tolist()
     [True, False]
@@ -151,9 +153,9 @@ def has_arm_in_map(
 
 
 def random_start(*, greatest_range: float, period: float) -> float:
-    """Probability that two radars with equal triangles, started at random, are in step.
+    """Probability that two radars with equal triangles, started at random, cause a ghost.
 
-    `ghost_by_start` for a spread of the whole period, two ramps: delays up to 2R/c of it.
+    `ghost_by_start` for a spread of the whole period, two ramps: delays up to 2R/c over it.
 
     >>> round(random_start(greatest_range=30.0, period=3e-3), 7)
     6.67e-05
@@ -167,7 +169,7 @@ def any_of(probability: FloatArray | float, number: float = 1) -> float:
     Parameters
     ----------
     probability : of each interferer, or one for all of them
-    number : N, how often each of them counts
+    number : N, multiplicity of each of them
 
     Examples
     --------
@@ -178,12 +180,12 @@ def any_of(probability: FloatArray | float, number: float = 1) -> float:
 
 
 def removing_slope_difference(*, greatest_delay: float, duration: float) -> float:
-    r"""Relative difference of slopes from which a ghost is gone: :math:`2\tau_{max}/T`.
+    r"""Relative difference of slopes above which a ghost vanishes: :math:`2\tau_{max}/T`.
 
-    Kim, Mun and Lee, IEEE Trans. Veh. Technol. 67 (2018): the beat, which runs through
-    δB on a ramp, is then out of the band of τ_max for half of it or more. T is the chirp of a
-    chirp sequence, or the whole frame of a slow ramp. Long before, from :math:`\delta B T = 1`
-    on, it is wider than a cell: `correlation.theory.crossing_peak` says by how much weaker.
+    Kim, Mun and Lee, IEEE Trans. Veh. Technol. 67 (2018): the beat, which changes by δB on a ramp,
+    is then outside the band of τ_max for half of the ramp or more. T is the chirp of a chirp
+    sequence, or the whole frame of a slow ramp. The ghost is wider than a cell, and weaker, from
+    :math:`\delta B T = 1` on: `correlation.theory.crossing_peak`.
 
     >>> round(removing_slope_difference(greatest_delay=0.2e-6, duration=1.5e-3), 6)
     0.000267
@@ -195,10 +197,10 @@ def removing_slope_difference(*, greatest_delay: float, duration: float) -> floa
 
 
 def parallel(*, greatest_delay: float, duration: float, number: float = 1) -> float:
-    """Mean number of interferers of equal chirps that beat in the band: N τ_max/T_c.
+    """Mean number of interferers with equal chirps whose beats are in the band: N τ_max/T_c.
 
-    For one, the probability; also P_CS of Kim, Mun and Lee, and, with a period of L chirps for
-    ``duration``, their P_FMCW.
+    For one interferer it is the probability, also P_CS of Kim, Mun and Lee, and, with a period of
+    L chirps for ``duration``, their P_FMCW.
 
     >>> delay = 2 * 200.0 / SPEED_OF_LIGHT
     >>> round(parallel(greatest_delay=delay, duration=20e-6), 4)
@@ -210,7 +212,7 @@ def parallel(*, greatest_delay: float, duration: float, number: float = 1) -> fl
 def parallel_in_a_bin(
     *, bin_delay: float, duration: float, num_chirps: int, clock_spread: float, duty: float
 ) -> float:
-    r"""Probability that an interferer of equal chirps falls into a given range bin of a frame.
+    r"""Probability that an interferer with equal chirps is in a given range bin of a frame.
 
     .. math:: p_1 = 2\,\mathrm{duty}\,\frac{\tau_{bin} + \tfrac14 N\delta_{max}T_c}{T_c}
 
@@ -240,12 +242,12 @@ def crossing(*, own_slope: float, other_slope: float) -> float:
     0.81
     """
     if not 0 < own_slope <= other_slope:
-        raise InputError("the form holds for an interferer that is the steeper one of the two")
+        raise InputError("the form needs positive slopes, and the interferer's as the steeper one")
     return (other_slope - own_slope) / other_slope
 
 
 def crossing_time(*, own_slope: float, other_slope: float, band: float) -> float:
-    """How long a crossing interferer is in the IF band of a complex mixer: B_IF/|ΔS|, s.
+    """Time that a crossing interferer is in the IF band of a complex mixer: B_IF/|ΔS|, s.
 
     >>> round(crossing_time(own_slope=9.5e12, other_slope=50e12, band=12.7e6) * 1e6, 3)
     0.314
@@ -257,12 +259,12 @@ def crossing_time(*, own_slope: float, other_slope: float, band: float) -> float
 
 
 def same_band(*, chirp_band: float, total_band: float, tolerated: float = 0.0) -> float:
-    r"""Probability that two chirps placed at random in a band overlap by more than tolerated.
+    r"""Probability that two chirps at random places in a band overlap by more than tolerated.
 
     .. math:: P_f = \frac{2w}{L}\Bigl(1 - \frac{w}{2L}\Bigr), \quad
               w = (1 - x)B_{ch},\; L = B_T - B_{ch}
 
-    Bazzi et al. 2024: that of two uniform places within L to be closer than w.
+    Bazzi et al. 2024: the probability that two uniform places within L are closer than w.
 
     Parameters
     ----------
@@ -283,7 +285,7 @@ def same_band(*, chirp_band: float, total_band: float, tolerated: float = 0.0) -
 
 
 def same_time(*, duty: float, tolerated: float = 0.0) -> float:
-    """Probability that two frames of equal period and ``duty`` meet: min(1, 2δ(1 − x)).
+    """Probability that two frames of equal period and ``duty`` overlap: min(1, 2δ(1 − x)).
 
     >>> same_time(duty=0.25)
     0.5
@@ -292,9 +294,9 @@ def same_time(*, duty: float, tolerated: float = 0.0) -> float:
 
 
 def frames_lost(*, together: float, number: int, in_a_row: int = 1) -> float:
-    """Probability that ``in_a_row`` frames are all hit by any of ``number`` interferers.
+    """Probability that each of ``in_a_row`` frames is hit by any of ``number`` interferers.
 
-    ``together`` is the probability of one pair to meet, P_f P_t (Bazzi et al. 2024).
+    ``together`` is the probability that one pair meets, P_f P_t (Bazzi et al. 2024).
 
     >>> round(frames_lost(together=0.4375 * 0.5, number=3, in_a_row=2), 4)
     0.2737

@@ -1,4 +1,4 @@
-"""Claims against truth: who was found, how well, and what else was claimed."""
+"""Detections against truth: targets found and missed, their errors, and ghosts."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def compare(
     """
     gate = gate or Gate()
     target, detection = associate(
-        detections, truth, gate=gate, is_claim=~dominated_by_interference(powers)
+        detections, truth, gate=gate, may_be_target=~dominated_by_interference(powers)
     )
 
     def per_target(values: FloatArray) -> FloatArray:
@@ -63,7 +63,7 @@ def compare(
 
 
 def _sinr(powers: FloatArray) -> FloatArray:
-    """Own echo over all that is none, ``(detection,)``."""
+    """Power of the own echo over that of all other parts, ``(detection,)``."""
     is_own = np.isin(PARTS, ("echo", "multipath"))
     disturbed = powers[:, ~is_own].sum(axis=1)
     return np.asarray(powers[:, is_own].sum(axis=1) / np.maximum(disturbed, 1e-300))

@@ -1,4 +1,4 @@
-"""What a detection is that is no target: a further echo, or a ghost, and of which kind."""
+"""The nature of every detection: a target, a further echo, or a ghost, and its kind."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ from polychirp.scoring.association import Gate
 
 
 class Nature(Enum):
-    """What a detection really is."""
+    """Cause of a detection."""
 
     TARGET = "target"
     ECHO = "echo"
     """A real echo of some body, wall or road that is not on the list of targets."""
     MULTIPATH = "multipath"
-    """An own echo by way of a mirror, where there is nothing."""
+    """An own echo reflected by a plane: nothing is at that place."""
     DIRECT = "direct"
     INDIRECT = "indirect"
     FRONT_END = "front-end"
-    """Made in the radar itself: leakage, a bumper, clipping, quantisation, an offset."""
+    """Caused in the radar itself: leakage, a bumper, clipping, quantisation, an offset."""
     UNEXPLAINED = "unexplained"
-    """A false alarm, or left over by the processing."""
+    """A false alarm, or a residue of the processing."""
 
     @property
     def is_ghost(self) -> bool:
-        """Whether nothing is there."""
+        """True if nothing is at that place."""
         return self not in (Nature.TARGET, Nature.ECHO)
 
 
@@ -43,8 +43,9 @@ _BY_PART = {
     "distortion": Nature.FRONT_END,
 }
 
-DROWNED = 100.0
-"""Ratio to an own echo above which interference in the same cell is no longer its neighbour."""
+HIDING_RATIO = 100.0
+"""Ratio of interference to an own echo in the same cell above which the detection is that of the
+interference: 20 dB. Chosen: an interferer's floor may be above the echo of a real wall."""
 
 
 def natures(
@@ -55,13 +56,12 @@ def natures(
     targets: Sequence[int],
     gate: Gate,
 ) -> tuple[Nature, ...]:
-    """What every detection is.
+    """Nature of every detection.
 
-    Where an own path of the same range and rate exists, and what it brings stands above the
-    noise and is not drowned in interference, something is there. Where none does, the part that
-    gives the detection most of its power decides: another radar's signal makes a ghost, direct
-    or indirect; the radar's own front end makes one too; an own echo by way of a mirror is
-    multipath; the rest is unexplained.
+    A detection is an echo if an own path of the same range and rate exists, and the own echo is
+    above the noise and not hidden by interference. Otherwise the strongest part decides: a signal
+    of another radar makes a direct or indirect ghost, the radar's own front end a front-end ghost.
+    The rest is multipath if a reflected own path exists, and otherwise unexplained.
 
     Parameters
     ----------
@@ -74,31 +74,31 @@ def natures(
     is_mirrored = _has_path(detections, own_paths.select(own_paths.is_mirrored), gate)
     part = {name: powers[:, n] for n, name in enumerate(PARTS)}
     own = part["echo"] + part["multipath"]
-    is_heard = (own > part["noise"]) & (own * DROWNED > part["direct"] + part["indirect"])
+    is_above_rest = (own > part["noise"]) & (own * HIDING_RATIO > part["direct"] + part["indirect"])
     strongest = np.argmax(powers, axis=1)
 
     def nature(n: int) -> Nature:
         if is_target[n]:
             return Nature.TARGET
-        if is_there[n] and is_heard[n]:
+        if is_there[n] and is_above_rest[n]:
             return Nature.ECHO
         name = PARTS[int(strongest[n])]
         if name in _BY_PART:
             return _BY_PART[name]
-        return Nature.MULTIPATH if is_mirrored[n] and is_heard[n] else Nature.UNEXPLAINED
+        return Nature.MULTIPATH if is_mirrored[n] and is_above_rest[n] else Nature.UNEXPLAINED
 
     return tuple(nature(n) for n in range(detections.num_detections))
 
 
 def dominated_by_interference(powers: FloatArray) -> BoolArray:
-    """Detections that another radar's signal makes, ``(detection,)``."""
+    """Mask of the detections that another radar's signal causes, ``(detection,)``."""
     own = powers[:, PARTS.index("echo")] + powers[:, PARTS.index("multipath")]
     other = powers[:, PARTS.index("direct")] + powers[:, PARTS.index("indirect")]
-    return np.asarray(other > DROWNED * own)
+    return np.asarray(other > HIDING_RATIO * own)
 
 
 def _has_path(detections: Detections, paths: PropagationPaths, gate: Gate) -> BoolArray:
-    """Whether a path of each detection's range and rate exists, ``(detection,)``."""
+    """Mask of the detections that have a path of their range and rate, ``(detection,)``."""
     distance = 0.5 * SPEED_OF_LIGHT * paths.delay
     rate = 0.5 * SPEED_OF_LIGHT * paths.delay_rate
     near = (np.abs(distance - detections.range[:, None]) <= gate.range) & (

@@ -1,7 +1,7 @@
-"""How well interference was mitigated: signal to disturbance, error vector, samples touched.
+"""Measures of mitigation: signal to disturbance, error vector magnitude, share of samples changed.
 
-Amplitudes are those at a target's cell, ``(target, ramp)``. What is done to samples is linear once
-chosen, so that the amplitude of the target's own echo and that of all else are known apart.
+Amplitudes are those at a target's cell, ``(target, ramp)``. Mitigation is linear once it is chosen,
+so that the amplitudes of the target's own echo and of everything else are known separately.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ def signal_to_disturbance(own: ComplexArray, rest: ComplexArray) -> FloatArray:
 
 
 def error_vector_magnitude(found: ComplexArray, clean: ComplexArray) -> FloatArray:
-    r"""Error of the complex amplitude over the amplitude without interference, ``(target,)``.
+    r"""Rms error of the complex amplitude over that without interference, ``(target,)``.
 
     .. math:: \sqrt{\frac{\sum_k |A_k - C_k|^2}{\sum_k |C_k|^2}}
 
-    It counts what mitigation did to the echoes themselves, which their power does not show.
+    It includes the distortion of echoes by mitigation, which their power does not show.
 
     >>> error_vector_magnitude(np.array([[1.0, 1.1]]), np.array([[1.0, 1.0]])).round(3)
     array([0.071])
@@ -38,15 +38,15 @@ def error_vector_magnitude(found: ComplexArray, clean: ComplexArray) -> FloatArr
 def share_touched(
     before: ComplexArray, after: ComplexArray, weight: FloatArray, is_sample: BoolArray
 ) -> float:
-    """Share of the samples that are not what they were, or count for less.
+    """Share of the samples that mitigation changed, or whose weight it lowered.
 
     A change below 1e-9 of the strongest sample is rounding.
 
     Parameters
     ----------
     before, after : V, ``(channel, ramp, fast)``
-    weight : how far each sample counts, ``(ramp, fast)``
-    is_sample : not padding, ``(ramp, fast)``
+    weight : of each sample, ``(ramp, fast)``, 0 … 1
+    is_sample : false in the padding, ``(ramp, fast)``
 
     Examples
     --------

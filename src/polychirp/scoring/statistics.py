@@ -1,8 +1,8 @@
-"""Estimates over many trials, each with an interval that holds what it says.
+"""Estimates over many trials, each with a confidence interval.
 
-Targets of one trial share street, waveform and interference, so that they succeed and fail
-together: **a trial counts as one draw**, however many targets it has. Everything here takes sums
-per trial, ``(trial,)``, and is deterministic.
+Targets of one trial share street, waveform and interference, so that they are found or missed
+together: **a trial counts as one draw**, however many targets it has. All functions take sums per
+trial, ``(trial,)``, and are deterministic.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ import numpy as np
 
 from polychirp.axes import FloatArray
 
-LEVEL: Final = 0.95
-"""How often an interval holds the true value, unless another level is asked for."""
+CONFIDENCE_LEVEL: Final = 0.95
+"""Probability with which an interval contains the true value, by default."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Estimate:
-    """A value between two limits; NaN where there is nothing to tell it from."""
+    """A value and the limits of its interval; NaN where data are missing."""
 
     value: float
     low: float
@@ -34,17 +34,17 @@ class Estimate:
         return 0.5 * (self.high - self.low)
 
 
-UNKNOWN: Final = Estimate(value=math.nan, low=math.nan, high=math.nan)
+UNKNOWN_ESTIMATE: Final = Estimate(value=math.nan, low=math.nan, high=math.nan)
 
 
-def wilson(share: float, number: float, *, level: float = LEVEL) -> Estimate:
+def wilson(share: float, number: float, *, level: float = CONFIDENCE_LEVEL) -> Estimate:
     r"""Interval of a probability from the ``share`` of ``number`` independent draws.
 
     .. math::
 
         \frac{\hat p + z^2/2n \pm z\sqrt{\hat p(1-\hat p)/n + z^2/4n^2}}{1 + z^2/n}
 
-    Wilson, J. Am. Stat. Assoc. 22 (1927) 209. It never leaves 0…1, and is not empty where no
+    Wilson, J. Am. Stat. Assoc. 22 (1927) 209. It stays within 0…1, and has a width also where no
     draw or every draw succeeds.
 
     >>> found = wilson(1.0, 20)
@@ -52,7 +52,7 @@ def wilson(share: float, number: float, *, level: float = LEVEL) -> Estimate:
     (0.839, 1.0)
     """
     if not number > 0:
-        return UNKNOWN
+        return UNKNOWN_ESTIMATE
     z = NormalDist().inv_cdf(0.5 + 0.5 * level)
     middle = share + z * z / (2 * number)
     reach = z * math.sqrt(share * (1 - share) / number + z * z / (4 * number * number))
@@ -65,18 +65,20 @@ def wilson(share: float, number: float, *, level: float = LEVEL) -> Estimate:
     )
 
 
-def proportion(hits: FloatArray, counts: FloatArray, *, level: float = LEVEL) -> Estimate:
+def proportion(
+    hits: FloatArray, counts: FloatArray, *, level: float = CONFIDENCE_LEVEL
+) -> Estimate:
     r"""Probability of a hit, from ``hits`` of ``counts`` in every trial.
 
-    Wilson's interval with as many draws as independent ones would need for the same variance:
+    Wilson's interval for the number n of independent draws with the same variance:
     :math:`n = \hat p(1-\hat p)/v`, with the variance between trials of a ratio of sums
     :math:`v = \frac{k}{k-1}\sum_i(h_i - \hat p m_i)^2/(\sum_i m_i)^2`, times :math:`(z/t_{k-1})^2`
     because :math:`v` itself is an estimate (Korn and Graubard, Survey Methodology 24 (1998) 193;
-    Dean and Pagano, J. Surv. Stat. Methodol. 3 (2015) 484). Few misses tell little of how they
-    cluster, so that a quarter of a trial that hits all and of one that misses all is added for
-    :math:`n`. It is at most the number of counts, and at least
-    :math:`(\sum m_i)^2/\sum m_i^2`, that of trials which hit or miss as a whole; it is that where
-    all or none are hits, for then :math:`v` says nothing.
+    Dean and Pagano, J. Surv. Stat. Methodol. 3 (2015) 484). A few misses do not show how misses
+    cluster; therefore a quarter of a trial of hits and a quarter of one of misses are added for
+    :math:`n`. It is at most the number of counts, and at least :math:`(\sum m_i)^2/\sum m_i^2`,
+    that of trials which hit or miss as a whole. It has this least value where all or none are hits,
+    as :math:`v` is then not known.
 
     Parameters
     ----------
@@ -91,7 +93,7 @@ def proportion(hits: FloatArray, counts: FloatArray, *, level: float = LEVEL) ->
     """
     hits, counts = hits[counts > 0], counts[counts > 0]
     if not counts.size:
-        return UNKNOWN
+        return UNKNOWN_ESTIMATE
     total = float(counts.sum())
     share = float(hits.sum()) / total
     if counts.max() == 1:
@@ -106,10 +108,10 @@ def proportion(hits: FloatArray, counts: FloatArray, *, level: float = LEVEL) ->
 
 
 def _independent_draws(hits: FloatArray, counts: FloatArray) -> float:
-    """How many of them vary as much as ``hits`` do, two made-up parts of trials among them."""
-    extra = _MADE_UP * counts.mean()
+    """Number of independent draws that vary like ``hits``, with two added parts of trials."""
+    extra = _ADDED_TRIAL_SHARE * counts.mean()
     share = (hits.sum() + extra) / (counts.sum() + 2 * extra)
-    weight = np.append(np.ones(counts.size), [_MADE_UP, _MADE_UP])
+    weight = np.append(np.ones(counts.size), [_ADDED_TRIAL_SHARE, _ADDED_TRIAL_SHARE])
     size = np.append(counts, [counts.mean()] * 2)
     residual = np.append(hits, [counts.mean(), 0.0]) - share * size
     number = counts.size
@@ -117,17 +119,18 @@ def _independent_draws(hits: FloatArray, counts: FloatArray) -> float:
     return float(share * (1 - share) / variance * number / weight.sum())
 
 
-_MADE_UP: Final = 0.25
-"""Of a trial; intervals of 0.02 to 0.98 then hold at least 94 times of 100 from 20 trials on."""
+_ADDED_TRIAL_SHARE: Final = 0.25
+"""Weight of the added trials. With it the intervals of probabilities of 0.02 to 0.98 contain the
+true value in at least 94 of 100 cases, from 20 trials on."""
 
 
-def mean_count(counts: FloatArray, *, level: float = LEVEL) -> Estimate:
+def mean_count(counts: FloatArray, *, level: float = CONFIDENCE_LEVEL) -> Estimate:
     r"""Mean of a number per trial, such as ghosts in a frame.
 
     Garwood's interval (Biometrika 28 (1936) 437) of a Poisson number, for a total scaled by the
-    counts' dispersion, variance over mean, and by :math:`(z/t_{n-1})^2`. Counts that do not vary
-    get the variance of ones that differ in :math:`1 - (\alpha/2)^{1/n}` of the trials, which
-    could still have shown nothing.
+    counts' dispersion, variance over mean, and by :math:`(z/t_{n-1})^2`. Equal counts get the
+    variance of counts that differ in :math:`1 - (\alpha/2)^{1/n}` of the trials, the largest share
+    with which equal counts still occur with the probability α/2.
 
     >>> found = mean_count(np.zeros(100))
     >>> found.value, round(found.high, 3)
@@ -136,7 +139,7 @@ def mean_count(counts: FloatArray, *, level: float = LEVEL) -> Estimate:
     from scipy.special import gammaincinv
 
     if not counts.size:
-        return UNKNOWN
+        return UNKNOWN_ESTIMATE
     mean, number, tail = float(counts.mean()), counts.size, 0.5 * (1 - level)
     draws = float(number)
     if number > 1 and mean > 0:
@@ -149,13 +152,13 @@ def mean_count(counts: FloatArray, *, level: float = LEVEL) -> Estimate:
     return Estimate(value=mean, low=low, high=float(gammaincinv(events + 1, 1 - tail)) / draws)
 
 
-def rms(squares: FloatArray, counts: FloatArray, *, level: float = LEVEL) -> Estimate:
+def rms(squares: FloatArray, counts: FloatArray, *, level: float = CONFIDENCE_LEVEL) -> Estimate:
     r"""Root mean square of errors, from their sum of ``squares`` and number in every trial.
 
-    The logarithm of the mean square is taken as Student-distributed about its value, with the
-    variance between trials of a ratio of sums; but no narrower than independent normal errors
-    allow, whose logarithm has the variance :math:`\psi_1(K/2) \approx 2/K`. Where all errors of a
-    trial are one and the same, it holds 91 times of 100 with 20 trials, 94 times with 100.
+    The logarithm of the mean square is assumed to be Student-distributed about its value, with the
+    variance between trials of a ratio of sums. The variance is at least that of independent normal
+    errors, :math:`\psi_1(K/2) \approx 2/K`. If all errors of a trial are equal, the interval
+    contains the true value in 91 of 100 cases with 20 trials, and in 94 with 100.
 
     Parameters
     ----------
@@ -171,7 +174,7 @@ def rms(squares: FloatArray, counts: FloatArray, *, level: float = LEVEL) -> Est
 
     squares, counts = squares[counts > 0], counts[counts > 0]
     if not counts.size:
-        return UNKNOWN
+        return UNKNOWN_ESTIMATE
     total = float(counts.sum())
     mean = float(squares.sum()) / total
     if counts.size < 2 or mean == 0.0:
@@ -187,13 +190,13 @@ def ratio_difference(
     first: tuple[FloatArray, FloatArray],
     second: tuple[FloatArray, FloatArray],
     *,
-    level: float = LEVEL,
+    level: float = CONFIDENCE_LEVEL,
 ) -> Estimate:
     r"""First minus second ratio of sums, of variants that share their random draws trial by trial.
 
-    What the two have in common cancels in the difference of their influences
-    :math:`u_i = (a_i - R b_i)/\bar b`, whose mean is Student-distributed. Where no trial differs,
-    the limits are those of the chance that one does, :math:`1 - (\alpha/2)^{1/n}`.
+    Common variations cancel in the difference of their influences
+    :math:`u_i = (a_i - R b_i)/\bar b`, whose mean is Student-distributed. If no trial differs, the
+    limits are ± the upper limit of the probability that one does, :math:`1 - (\alpha/2)^{1/n}`.
 
     Parameters
     ----------
@@ -216,7 +219,7 @@ def rms_difference(
     first: tuple[FloatArray, FloatArray],
     second: tuple[FloatArray, FloatArray],
     *,
-    level: float = LEVEL,
+    level: float = CONFIDENCE_LEVEL,
 ) -> Estimate:
     r"""First minus second root mean square, of variants that share their draws trial by trial.
 
@@ -230,7 +233,7 @@ def rms_difference(
     mean_1, influence_1 = _ratio(*first)
     mean_2, influence_2 = _ratio(*second)
     if not (mean_1 > 0 and mean_2 > 0):
-        return UNKNOWN
+        return UNKNOWN_ESTIMATE
     root_1, root_2 = math.sqrt(mean_1), math.sqrt(mean_2)
     change = influence_1 / (2 * root_1) - influence_2 / (2 * root_2)
     return _difference(root_1 - root_2, change, level=level, least=math.nan)
@@ -255,7 +258,7 @@ def _difference(value: float, influence: FloatArray, *, level: float, least: flo
 
 
 def _variance(influence: FloatArray) -> float:
-    """Of the mean of values that are zero on average."""
+    """Variance of the mean of values that are zero on average."""
     number = influence.size
     return float(influence @ influence) / (number * (number - 1))
 

@@ -155,7 +155,7 @@ def as_built(study: Study, radar: StudyRadar) -> StudyRadar:
     if radar.array_errors is None:
         return radar
     streams = Streams(seed=study.seed).of("radar", radar.name)
-    return replace(radar, array=radar.array_errors.drawn(radar.array, streams=streams))
+    return replace(radar, array=radar.array_errors.draw_array(radar.array, streams=streams))
 
 
 def victim_indices(study: Study) -> tuple[int, ...]:

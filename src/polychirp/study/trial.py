@@ -8,7 +8,7 @@ from functools import partial
 
 from polychirp.channel.base import RayTracer
 from polychirp.channel.scene.ground_truth import truth
-from polychirp.channel.tracers.path_interpolation import follow
+from polychirp.channel.tracers.path_interpolation import interpolate_paths
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame, IfParts
 from polychirp.model.paths import PropagationPaths
@@ -19,7 +19,7 @@ from polychirp.model.truth import Truth
 from polychirp.receiver.attribution import floor_rise, part_powers
 from polychirp.receiver.chain import Receiver
 from polychirp.receiver.mimo import (
-    bearings_in_motion,
+    azimuths_in_motion,
     code_blocks,
     virtual_array,
     virtual_parts,
@@ -141,7 +141,7 @@ def trace_frame(
     progress: Progress = silent,
 ) -> tuple[PropagationPaths, ...]:
     """Paths to ``receivers`` (None: all) all through the frames of ``plans``, at every interval."""
-    return follow(
+    return interpolate_paths(
         tracer,
         scene,
         refresh_times(plans, refresh_interval),
@@ -171,7 +171,7 @@ def judged(
     found = receiver.detect(frame)
     powers = part_powers(receiver, frame, parts, found)
     if received.schedule.num_elements > 1:
-        found = bearings_in_motion(receiver, received, found)
+        found = azimuths_in_motion(receiver, received, found)
     seen = truth(scene.at(found.time), victim, targets)
     nearest = min(snapshots, key=lambda paths: abs(paths.reference_time - found.time))
     own = (nearest.transmitter == victim) & (nearest.receiver == victim)

@@ -1,1 +1,12 @@
-"""Synthesis: from schedules and propagation paths to dechirped samples at the converter."""
+"""Synthesis: from schedules and propagation paths to dechirped samples at the converter.
+
+In reading order:
+
+* `base`: `SynthesisEngine`, the protocol of engines
+* `links`: delays and amplitudes between two radars, leakage, noise, audible radars
+* `stretch`: `Stretch`, the fast engine; `fullband`: `FullBand`, the slow reference engine
+* `impairments`: errors of oscillators, filters and converters
+* `received_frame`: `synthesize`, a radar's samples over one frame and their parts
+* `sdr`: the link between two software-defined radios
+* `numba_support`: compilation of kernels
+"""

@@ -13,7 +13,7 @@ from polychirp.model.scene import Scene
 
 @runtime_checkable
 class SynthesisEngine(Protocol):
-    """From paths to samples: exact for delays that are linear in time while a ramp lasts."""
+    """Maker of samples from paths: exact for delays that are linear in time during a ramp."""
 
     def contribution(
         self,
@@ -24,11 +24,11 @@ class SynthesisEngine(Protocol):
         victim: int,
         transmitter: int,
     ) -> ComplexArray:
-        """What one transmitter puts into the victim's IF: V, ``(part, channel, ramp, fast)``.
+        """Signal of one transmitter in the victim's IF: V, ``(part, channel, ramp, fast)``.
 
-        The parts are unmirrored and mirrored paths for the victim's own transmitter
-        (`PropagationPaths.is_mirrored`), and what it hears without a scene if it does
-        (`Radar.hears_itself`); direct and other paths (`is_direct`) for another. Free of noise,
-        ahead of the front end; zero behind the last sample of a short ramp.
+        For the victim's own transmitter, the parts are unmirrored and mirrored paths
+        (`PropagationPaths.is_mirrored`) and, if it has any (`Radar.receives_itself`), leakage; for
+        another transmitter they are direct and other paths (`is_direct`). The signal is free of
+        noise and ahead of the front end; behind the last sample of a short ramp it is zero.
         """
         ...

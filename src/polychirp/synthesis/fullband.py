@@ -1,8 +1,8 @@
-"""The reference engine: samples the mixer's product at a radio rate and filters it by quadrature.
+"""The reference engine: it samples the mixer's product at a radio rate and filters by quadrature.
 
-Nothing here knows that two chirps make a chirp, or what an overlap is: at every instant the
-phases of both transmitters are looked up in their schedules, at the retarded time of every path
-and element. Slow, so for short ramps.
+It does not use that the product of two chirps is a chirp, nor compute overlaps: at every instant
+the phases of both transmitters are looked up in their schedules, at the retarded time of every path
+and element. It is slow, and so for short ramps.
 """
 
 from __future__ import annotations
@@ -23,20 +23,20 @@ from polychirp.synthesis.links.leakage import all_links, num_parts
 from polychirp.synthesis.links.links import Links, nearest_snapshots
 from polychirp.units import SamplesPerSecond
 
-_PANEL = 16
-"""Gauss–Legendre nodes between two places where the integrand may jump, or per stretch of them."""
+_NODES_PER_PANEL = 16
+"""Gauss–Legendre nodes of a panel."""
 
-_BLOCK = 200_000
-"""Nodes held at once."""
+_NODES_PER_BLOCK = 200_000
+"""Nodes that are held at once."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FullBand(Spec):
     r"""Direct evaluation of :math:`\int h(s)\, y(t - s)\, ds`.
 
-    Nodes are spread in Gauss–Legendre panels, so that a wave of frequency f is integrated to
-    rounding from about 4|f| nodes per second; panels end wherever a ramp begins or ends at an
-    element, so that the jumps there cost no accuracy.
+    Nodes lie in Gauss–Legendre panels, so that a wave of frequency f is integrated to rounding
+    from about 4|f| nodes per second; panels end wherever a ramp begins or ends at an element, so
+    that the jumps there cost no accuracy.
 
     Parameters
     ----------
@@ -63,11 +63,7 @@ class FullBand(Spec):
         radar = scene.radars[victim]
         own, sent = schedules[victim], schedules[transmitter]
         links = all_links(
-            scene,
-            snapshots,
-            victim=victim,
-            transmitter=transmitter,
-            num_elements=sent.num_elements,
+            scene, snapshots, victim=victim, transmitter=transmitter, num_elements=sent.num_elements
         )
         chosen = nearest_snapshots(own, snapshots)
         times = sample_times(own, radar.converter)
@@ -141,7 +137,7 @@ def _moved(schedule: RampSchedule, origin: float) -> RampSchedule:
 
 
 def _ramp_at(schedule: RampSchedule, time: FloatArray) -> tuple[IntArray, BoolArray]:
-    """The ramp that is the last to have begun, and whether it lasts."""
+    """The last ramp that has begun, and true where it has not ended."""
     ramp = np.searchsorted(schedule.start_time, time, side="right") - 1
     begun = ramp >= 0
     ramp = np.maximum(ramp, 0)
@@ -159,17 +155,17 @@ def _phase(schedule: RampSchedule, ramp: IntArray, time: FloatArray) -> FloatArr
 
 
 def _largest_beat(own: RampSchedule, sent: RampSchedule) -> float:
-    """Hz, the largest distance between any two frequencies of the two."""
+    """Hz, the largest difference between any two frequencies of the two."""
     mine = np.concatenate([own.start_frequency, own.stop_frequency])
     other = np.concatenate([sent.start_frequency, sent.stop_frequency])
     return float(max(mine.max() - other.min(), other.max() - mine.min()))
 
 
 def _blocks(moments: FloatArray, rate: float, half: float) -> list[tuple[int, int]]:
-    """Runs of samples whose nodes fit into a block, as (first, behind last)."""
+    """Runs of samples whose nodes fit into a block, as (first, last + 1)."""
     spacing = float(moments[1] - moments[0])
-    room = max(1, int((_BLOCK / rate - 2 * half) / spacing))
-    return [(n, min(n + room, moments.size)) for n in range(0, moments.size, room)]
+    count = max(1, int((_NODES_PER_BLOCK / rate - 2 * half) / spacing))
+    return [(n, min(n + count, moments.size)) for n in range(0, moments.size, count)]
 
 
 def _nodes(
@@ -179,10 +175,10 @@ def _nodes(
     window = np.concatenate([moments - half, moments + half])
     inside = window[(window >= corners[0]) & (window <= corners[-1])]
     edge = np.unique(np.concatenate([corners, inside]))
-    count = np.ceil(np.diff(edge) * rate / _PANEL).astype(np.int64)
+    count = np.ceil(np.diff(edge) * rate / _NODES_PER_PANEL).astype(np.int64)
     width = np.repeat(np.diff(edge) / count, count)
     within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
     begin = np.repeat(edge[:-1], count) + within * width
-    x, w = np.polynomial.legendre.leggauss(_PANEL)
+    x, w = np.polynomial.legendre.leggauss(_NODES_PER_PANEL)
     node = begin[:, None] + 0.5 * width[:, None] * (x + 1.0)
     return node.ravel(), (0.5 * width[:, None] * w).ravel()

@@ -1,4 +1,4 @@
-"""Samples of one radar over one frame: the sum of what every transmitter contributes."""
+"""Samples of one radar over one frame: the sum of the contributions of all transmitters."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from polychirp.rng import Streams
 from polychirp.synthesis.base import SynthesisEngine
 from polychirp.synthesis.impairments.front_end import distortion, linear_steps
 from polychirp.synthesis.impairments.high_pass import with_lead
-from polychirp.synthesis.links.interferer_culling import NEGLIGIBLE_SHARE, audience
+from polychirp.synthesis.links.interferer_culling import NEGLIGIBLE_SHARE, audible_radars
 from polychirp.synthesis.links.leakage import LEAKAGE_PART
 from polychirp.synthesis.links.thermal_noise import thermal_noise
 
@@ -42,13 +42,13 @@ def synthesize(
     victim : number of the radar
     interferers : numbers of the radars that disturb it; None: all others
     streams : noise comes from ``streams["noise", name of the victim]``
-    neglected_share : of the noise's rms; radars that never come into the band and together stay
-        below it are left out (`culling.audience`), at 0 none that is received at all
+    neglected_share : limit, relative to the noise's rms, of the radars that are left out together
+        (`audible_radars`); at 0 none is left out that is received at all
 
     Raises
     ------
     InputError
-        A radar without schedule, a number that is no radar's, an interferer named twice or the
+        A radar without schedule, a number without a radar, an interferer named twice or the
         victim itself, no or unordered snapshots, or a ramp too short for the converter.
 
     Examples
@@ -71,7 +71,7 @@ def synthesize(
     others = [i for i in range(len(scene.radars)) if i != victim]
     chosen = others if interferers is None else list(interferers)
     _check(scene, schedules, snapshots, victim, chosen)
-    heard = audience(
+    audible = audible_radars(
         scene, schedules, snapshots, victim=victim, interferers=chosen, share=neglected_share
     )
     radar, schedule = scene.radars[victim], schedules[victim]
@@ -83,14 +83,14 @@ def synthesize(
         schedules,
         snapshots,
         victim=victim,
-        interferers=heard.heard,
+        interferers=audible.numbers,
         names=names,
         streams=streams,
     )
     samples = linear_steps(radar, samples, times)
     if "distortion" in names:
         samples[-1] = distortion(radar, samples[:-1].sum(axis=0), times)
-    parts = IfParts(samples=samples, names=names, neglected=heard.neglected)
+    parts = IfParts(samples=samples, names=names, neglected=audible.neglected)
     frame = IfFrame(
         samples=parts.total(),
         times=times,
@@ -112,7 +112,7 @@ def _behind_the_filter(
     names: Sequence[str],
     streams: Streams,
 ) -> ComplexArray:
-    """What leaves the victim's IF filter, V ``(part, channel, ramp, fast)``, parts as named."""
+    """Samples behind the victim's IF filter, V ``(part, channel, ramp, fast)``, parts as named."""
     radar, schedule = scene.radars[victim], schedules[victim]
     times = sample_times(schedule, radar.converter)
     samples = np.zeros(

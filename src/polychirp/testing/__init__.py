@@ -1,1 +1,6 @@
-"""Hand-made paths and bodies, for examples and for tests of polychirp and of its plug-ins."""
+"""Paths and bodies made by hand, for examples and for tests of polychirp and of its plug-ins.
+
+`paths` writes propagation paths (`HandPath`, `paths_of`, `free_space_gain`); `shapes` makes
+canonical bodies (`plate`, `sphere`, `box`, `dihedral`, `trihedral`), meshes of them (`mesh_of`),
+scenes around them (`around`) and sums of paths (`transfer_at`). All these names are public.
+"""

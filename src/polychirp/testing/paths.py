@@ -12,7 +12,7 @@ from polychirp.model.paths import Bounce, PropagationPaths
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HandPath:
-    """One path that keeps the polarisation; `PropagationPaths` has the meaning of the fields."""
+    """One path that keeps the polarisation. `PropagationPaths` describes the fields."""
 
     delay: float
     delay_rate: float = 0.0
@@ -51,7 +51,7 @@ def paths_of(
 
 
 def free_space_gain(distance: float, *, frequency: float = 79e9) -> float:
-    """λ/4πd, the amplitude between isotropic antennas (Friis).
+    """Amplitude λ/4πd between isotropic antennas (Friis).
 
     >>> round(float(20 * np.log10(free_space_gain(10.0))), 2)
     -90.4

@@ -1,4 +1,4 @@
-"""Canonical bodies as meshes, and a scene of one body and bare antennas around it."""
+"""Canonical bodies as triangles, and scenes of bodies with isotropic radars around them."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def mesh_of(corners: FloatArray, material: str = "metal") -> Mesh:
 
 
 def _sheet(points: FloatArray) -> FloatArray:
-    """Two triangles for every mesh of a net of points ``(row, column, xyz)``."""
+    """Two triangles for every cell of a grid of points ``(row, column, xyz)``."""
     a, b, c, d = points[:-1, :-1], points[1:, :-1], points[1:, 1:], points[:-1, 1:]
     return np.concatenate(
         [
@@ -94,8 +94,8 @@ def dihedral(side: float, edge: float) -> FloatArray:
 def trihedral(side: float, edge: float) -> FloatArray:
     """Three triangles with right angles at the origin, open along x: m ``(face, corner, xyz)``.
 
-    ``side`` is that of a right angle; each triangle is cut in similar ones, their right angles'
-    sides below ``edge``.
+    ``side`` is the length of the sides at the right angles. Each triangle is cut into similar ones,
+    whose sides at the right angle are below ``edge``.
 
     >>> trihedral(0.1, 0.05).shape
     (12, 3, 3)
@@ -145,7 +145,7 @@ def around(
 def transfer_at(
     paths: PropagationPaths, frequency: float, transmitter: int = 0, receiver: int = 0
 ) -> ComplexArray:
-    """Sum of a pair's paths at a frequency (Hz), phase and all: ``(receiving, transmitting)``."""
+    """Sum of a pair's paths at a frequency (Hz), with phases: ``(receiving, transmitting)``."""
     mine = paths.select((paths.transmitter == transmitter) & (paths.receiver == receiver))
     turn = np.exp(-2j * np.pi * frequency * mine.delay)
     return np.asarray(np.sum(mine.transfer * turn[:, None, None], axis=0))

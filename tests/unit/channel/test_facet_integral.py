@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from polychirp.channel.physical_optics.kernels import facet_integral, facet_terms
+from polychirp.channel.physical_optics.facet_integral import facet_integral, facet_terms
 
 
 def by_quadrature(phases):

@@ -14,7 +14,7 @@ def normals_of(corners):
 
 
 def test_no_ray_above_the_horizon_meets_the_body():
-    """Of two balls and a box, seen from their own facets, in all directions."""
+    """Rays start from the facets of two balls and a box, in all directions."""
     rng = np.random.default_rng(5)
     corners = np.concatenate(
         [
@@ -43,7 +43,7 @@ def test_a_convex_body_has_no_horizon_over_its_planes():
 
 @pytest.mark.parametrize("height", [0.2, 1.0])
 def test_a_wall_has_the_horizon_of_its_top(height):
-    """Upright, at 2 m: the greatest height over the least distance, at floor level."""
+    """An upright wall at 2 m: its greatest height over its least distance at floor level."""
     wall = np.array([[[2.0, -1, 0], [2.0, 1, 0], [2.0, 0, height]]])
     found = horizons(grow_tree(wall), np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]))
     assert found[0] == pytest.approx(height / 2)

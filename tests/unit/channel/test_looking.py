@@ -1,19 +1,20 @@
-"""Shadows of patches spare rays to facets, and change little."""
+"""Shadow tests of patches replace those of most facets, and change little."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from polychirp.channel.materials.library import material_table
-from polychirp.channel.physical_optics.illumination import faces_of, parts_of
+from polychirp.channel.physical_optics.illumination import faces_of, facet_levels
 from polychirp.channel.physical_optics.kernels import (
-    AWAY,
-    HIDDEN,
-    LIT,
-    agree,
-    look,
-    look_closer,
-    sees_any,
+    ILLUMINATED,
+    MIXED,
+    SHADOWED,
+    TURNED_AWAY,
+    common_state,
+    illumination_states,
+    refine_shadow_edge,
+    sees_any_facet,
 )
 from polychirp.channel.physical_optics.views import View, view_table
 from polychirp.channel.scene.blockers import in_frame_of
@@ -44,30 +45,31 @@ def looked_at(world):
     return view_table([view], world.rotation[0], world.position[0]), blockers
 
 
-def test_looking_closer_gives_what_a_ray_to_every_facet_gives():
+def test_rays_at_shadow_edges_give_what_a_ray_to_every_facet_gives():
     world = half_hidden_sphere()
     table, blockers = looked_at(world)
     surface, faces = world.surfaces[0], faces_of(world.surfaces[0])
-    every = look(faces, table, blockers)
-    found = look(faces.of(surface.patch_face), table, blockers)
-    agreed = agree(found, surface.patch_near)
-    closer = look_closer(faces, table, blockers, surface.patch, agreed)
-    counts = [np.mean(every == side) for side in (AWAY, HIDDEN, LIT)]
+    every = illumination_states(faces, table, blockers)
+    found = illumination_states(faces.select(surface.patch_face), table, blockers)
+    common = common_state(found, surface.patch_near)
+    refined = refine_shadow_edge(faces, table, blockers, surface.patch, common)
+    counts = [np.mean(every == state) for state in (TURNED_AWAY, SHADOWED, ILLUMINATED)]
     assert min(counts) > 0.05
     # nothing of the shadow is smaller than patches, so that nothing is missed
-    assert np.mean(every != closer) < 1e-3
-    # and rays were spared: most facets that turn to the view were not asked
-    asked = agreed[0][surface.patch][every[0] != AWAY] == AWAY
-    assert np.mean(asked) < 0.5
+    assert np.mean(every != refined) < 1e-3
+    # most facets that face the view need no ray
+    of_facets = common[0][surface.patch][every[0] != TURNED_AWAY]
+    assert np.mean(np.isin(of_facets, (TURNED_AWAY, MIXED))) < 0.5
 
 
-def test_with_nothing_agreed_every_facet_has_its_ray():
+def test_with_mixed_patches_every_facet_has_its_ray():
     world = half_hidden_sphere()
     table, blockers = looked_at(world)
     faces, patch = faces_of(world.surfaces[0]), world.surfaces[0].patch
-    nothing = np.full((1, patch.max() + 1), AWAY, dtype=np.int8)
+    mixed = np.full((1, patch.max() + 1), MIXED, dtype=np.int8)
     np.testing.assert_array_equal(
-        look_closer(faces, table, blockers, patch, nothing), look(faces, table, blockers)
+        refine_shadow_edge(faces, table, blockers, patch, mixed),
+        illumination_states(faces, table, blockers),
     )
 
 
@@ -75,28 +77,29 @@ def test_a_view_sees_any_of_a_body_if_one_of_its_facets_is_lit():
     world = half_hidden_sphere()
     table, blockers = looked_at(world)
     faces = faces_of(world.surfaces[0])
-    sides = look(faces, table, blockers)[0]
-    for side, expected in ((LIT, True), (HIDDEN, False), (AWAY, False)):
-        some = faces.of(np.flatnonzero(sides == side))
-        assert sees_any(some, table, blockers).tolist() == [expected]
+    states = illumination_states(faces, table, blockers)[0]
+    for state, expected in ((ILLUMINATED, True), (SHADOWED, False), (TURNED_AWAY, False)):
+        some = faces.select(np.flatnonzero(states == state))
+        assert sees_any_facet(some, table, blockers).tolist() == [expected]
 
 
 def test_what_is_above_the_horizon_is_seen_as_by_its_ray():
     """Patches, which know their horizons, against the same facets without."""
     world = half_hidden_sphere()
     table, blockers = looked_at(world)
-    patches = parts_of(world.surfaces[0]).patches
+    patches = facet_levels(world.surfaces[0]).patches
     assert np.any(patches.horizon < 0.5)
     unknown = patches._replace(horizon=np.ones(len(patches.area)))
-    found = look(patches, table, blockers)
-    np.testing.assert_array_equal(found, look(unknown, table, blockers))
+    found = illumination_states(patches, table, blockers)
+    np.testing.assert_array_equal(found, illumination_states(unknown, table, blockers))
 
 
-def test_parts_agree_where_all_around_them_that_turn_to_the_view_say_the_same():
-    found = np.array([[LIT, LIT, AWAY, HIDDEN, AWAY]], dtype=np.int8)
+def test_the_common_state_is_that_of_all_patches_around_that_face_the_view():
+    lit, away = ILLUMINATED, TURNED_AWAY
+    found = np.array([[lit, lit, away, SHADOWED, away]], dtype=np.int8)
     near = np.array([[0, 1], [1, 2], [2, 1], [3, 0], [4, 2]])
-    expected = [[LIT, LIT, LIT, AWAY, AWAY]]
-    np.testing.assert_array_equal(agree(found, near), expected)
+    expected = [[lit, lit, lit, MIXED, away]]
+    np.testing.assert_array_equal(common_state(found, near), expected)
 
 
 @dataclass

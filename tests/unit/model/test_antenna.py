@@ -1,4 +1,4 @@
-"""Where elements stand, and what an array refuses."""
+"""Positions of elements, and arrays that are refused."""
 
 import numpy as np
 import pytest

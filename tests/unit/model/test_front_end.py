@@ -1,4 +1,4 @@
-"""A front end as a study file holds it, and what it refuses."""
+"""A front end in a study file, and front ends that are refused."""
 
 import tomllib
 

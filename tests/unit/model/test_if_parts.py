@@ -1,4 +1,4 @@
-"""What a frame's samples are made of: parts by name, some of them absent."""
+"""Parts of a frame's samples by name, some of them absent."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What a path's bounces say of it."""
+"""Kinds of paths by their bounces."""
 
 from dataclasses import replace
 

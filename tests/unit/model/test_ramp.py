@@ -1,4 +1,4 @@
-"""What drives the transmitting elements of a schedule."""
+"""Weights of the transmitting elements of a schedule."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What a receiver's output is made of."""
+"""Attribution of a receiver's detections to parts of the signal."""
 
 import numpy as np
 import pytest
@@ -113,16 +113,16 @@ def test_bursts_lift_the_floor_and_mitigation_takes_that_away(mitigation):
 
 
 @pytest.mark.parametrize("mitigation", METHODS)
-def test_parts_add_up_to_what_the_receiver_hears_after_mitigation(mitigation):
+def test_parts_add_up_to_the_receivers_amplitude_after_mitigation(mitigation):
     frame, parts = dissected(burst=1e4)
     receiver = Receiver(mitigation=mitigation)
     found = Receiver().detect(frame.with_samples(parts["echo"] + parts["noise"]))
-    heard = mitigated(mitigation, frame)
+    cleaned = mitigated(mitigation, frame)
     motion = np.array([[found.range[0], found.range_rate[0], 0.0]])
     phases = beat_phase(RAMPS, frame.times, motion=motion, time=found.time)
-    whole = matched_amplitudes(heard.samples, hann_weights(heard.weight), phases, frame.times.rate)[
-        0
-    ]
+    whole = matched_amplitudes(
+        cleaned.samples, hann_weights(cleaned.weight), phases, frame.times.rate
+    )[0]
     by_part = part_amplitudes(receiver, frame, parts, found)[0].sum(axis=0)
     steered = np.linalg.norm(whole, axis=0)  # a single echo: all channels in phase after steering
     assert np.abs(by_part) == pytest.approx(steered, rel=0.05)

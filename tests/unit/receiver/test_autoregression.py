@@ -30,9 +30,9 @@ def filled(frame, start, stop, **settings):
 def test_tones_without_noise_go_on_through_the_gap(compare, length):
     """Three tones of steady frequency need three coefficients; 40 dB apart, the weakest too."""
     frame = frame_of(RAMPS, TONES, noise=0.0)
-    heard = filled(frame, 400, 400 + length)
-    assert heard.weight[1, 400 : 400 + length] == pytest.approx(1.0)
-    error = np.abs(heard.samples - frame.samples)[:, 1].max()
+    cleaned = filled(frame, 400, 400 + length)
+    assert cleaned.weight[1, 400 : 400 + length] == pytest.approx(1.0)
+    error = np.abs(cleaned.samples - frame.samples)[:, 1].max()
     compare(
         page="mitigation",
         case=f"autoregression, three tones, gap of {length} samples",
@@ -47,16 +47,16 @@ def test_tones_without_noise_go_on_through_the_gap(compare, length):
 def test_noise_alone_is_filled_with_less_than_noise():
     """The conditional mean of what cannot be predicted is zero; 1e2 lag estimates stray by 10 %."""
     frame = frame_of(RAMPS, [], seed=4)
-    heard = filled(frame, 400, 430)
-    assert np.mean(np.abs(heard.samples[:, 1, 400:430]) ** 2) < 0.5
+    cleaned = filled(frame, 400, 430)
+    assert np.mean(np.abs(cleaned.samples[:, 1, 400:430]) ** 2) < 0.5
 
 
 def test_a_gap_that_is_too_long_stays_blank():
     frame = frame_of(RAMPS, TONES)
     for length, is_filled in ((32, True), (33, False)):
-        heard = filled(frame, 400, 400 + length, order=16, longest_gap=2.0)
-        assert np.all(heard.weight[1, 400 : 400 + length] == is_filled)
-        assert np.any(heard.samples[:, 1, 400 : 400 + length] != 0.0) == is_filled
+        cleaned = filled(frame, 400, 400 + length, order=16, longest_gap=2.0)
+        assert np.all(cleaned.weight[1, 400 : 400 + length] == is_filled)
+        assert np.any(cleaned.samples[:, 1, 400 : 400 + length] != 0.0) == is_filled
 
 
 def test_a_gap_at_a_ramps_end_stays_blank():
@@ -72,13 +72,13 @@ def test_gaps_less_than_an_order_apart_are_filled_together():
     samples = frame.samples.copy()
     samples[:, 1, 400:410] += 1e4
     samples[:, 1, 420:425] += 1e4
-    heard = Autoregression(guard=0.0).mitigate(frame.with_samples(samples))
-    assert heard.weight[1, 400:425].all()
-    assert np.abs(heard.samples - frame.samples)[:, 1].max() < 1e-3
+    cleaned = Autoregression(guard=0.0).mitigate(frame.with_samples(samples))
+    assert cleaned.weight[1, 400:425].all()
+    assert np.abs(cleaned.samples - frame.samples)[:, 1].max() < 1e-3
 
 
 def test_the_interpolator_makes_the_prediction_error_least():
-    """The slow, obvious twin: all prediction errors through the gap, as a matrix."""
+    """Slow reference: all prediction errors through the gap, as a matrix."""
     draw = np.random.default_rng(3)
     model = np.concatenate([[1.0], 0.3 * (draw.normal(size=5) + 1j * draw.normal(size=5))])
     missing = np.array([5, 6, 9])
@@ -91,7 +91,7 @@ def test_the_interpolator_makes_the_prediction_error_least():
 
 
 def test_the_model_makes_forward_and_backward_errors_least():
-    """The slow, obvious twin: every equation on its own, those with a bad sample left out."""
+    """Slow reference: every equation on its own, those with a bad sample left out."""
     draw = np.random.default_rng(4)
     samples = draw.normal(size=(2, 60)) + 1j * draw.normal(size=(2, 60))
     is_good = np.arange(60) != 30

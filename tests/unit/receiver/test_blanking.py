@@ -24,19 +24,19 @@ def struck(frame, *, start=500, stop=504, level=1e4):
 def test_echoes_alone_are_not_touched():
     """A steady echo has one amplitude; noise 40 dB below never triples it."""
     frame = frame_of(RAMPS, [ECHO])
-    heard = Blanking().mitigate(frame)
-    assert np.array_equal(heard.weight, frame.times.is_sample)
-    assert np.array_equal(heard.samples, frame.samples)
+    cleaned = Blanking().mitigate(frame)
+    assert np.array_equal(cleaned.weight, frame.times.is_sample)
+    assert np.array_equal(cleaned.samples, frame.samples)
 
 
 def test_a_burst_goes_with_its_neighbours_and_nothing_else():
     frame = frame_of(RAMPS, [ECHO])
-    heard = Blanking(guard=8e-6).mitigate(struck(frame))
-    zeroed = np.all(heard.samples == 0.0, axis=0) & frame.times.is_sample
+    cleaned = Blanking(guard=8e-6).mitigate(struck(frame))
+    zeroed = np.all(cleaned.samples == 0.0, axis=0) & frame.times.is_sample
     assert np.flatnonzero(zeroed[1]).tolist() == list(range(492, 512))
-    assert np.array_equal(heard.weight, frame.times.is_sample & ~zeroed)
+    assert np.array_equal(cleaned.weight, frame.times.is_sample & ~zeroed)
     assert not zeroed[0].any()
-    assert np.array_equal(heard.samples[:, 0], frame.samples[:, 0])
+    assert np.array_equal(cleaned.samples[:, 0], frame.samples[:, 0])
 
 
 def test_an_interferer_that_fills_the_ramp_is_not_touched():
@@ -71,7 +71,7 @@ def test_what_blanking_costs_is_the_share_of_the_window_that_it_takes(compare, t
     frame = struck(frame_of(RAMPS, [], noise=0.0), stop=500 + length)
     noise = frame_of(RAMPS, [], seed=3)
     method = Blanking(guard=0.0, taper=taper)
-    heard = method.mitigate(noise.with_samples(noise.samples + 1e3 * frame.samples))
+    cleaned = method.mitigate(noise.with_samples(noise.samples + 1e3 * frame.samples))
     phases = np.zeros((400, RAMPS.num_ramps, 3))
     phases[:, :, 1] = np.linspace(-0.4e6, 0.4e6, 400)[:, None]  # as many tones, 2 kHz apart
 
@@ -80,7 +80,7 @@ def test_what_blanking_costs_is_the_share_of_the_window_that_it_takes(compare, t
         return np.mean(np.abs(found[:, :, 1]) ** 2)
 
     whole = noise_power(noise.samples, noise.times.is_sample)
-    measured = 10 * np.log10(noise_power(heard.repair(noise.samples), heard.weight) / whole)
+    measured = 10 * np.log10(noise_power(cleaned.repair(noise.samples), cleaned.weight) / whole)
     size = int(frame.times.num_samples[1])
     n = np.arange(size)
     window = np.sin(np.pi * (n + 0.5) / size) ** 2

@@ -8,7 +8,7 @@ import pytest
 from polychirp.errors import InputError
 from polychirp.model.front_end import HighPass
 from polychirp.receiver.chain import Receiver
-from polychirp.receiver.detection.sidelobe_rejection import unrelated
+from polychirp.receiver.detection.sidelobe_rejection import without_cross_pairs
 from polychirp.receiver.mitigation import Autoregression, Blanking, Imat, StftExcision
 from polychirp.rng import Streams
 from polychirp.waveform import DiverseTriangular, Triangular
@@ -23,8 +23,8 @@ STREET = [
 
 
 @pytest.mark.parametrize("family", [Triangular(), DiverseTriangular()])
-def test_every_point_is_found_once_with_its_range_rate_and_bearing(family):
-    """35 dB between them, arms of the strong across the weak, range walk, an acceleration."""
+def test_every_point_is_found_once_with_its_range_rate_and_azimuth(family):
+    """35 dB between them, ridges of the strong across the weak, range walk, an acceleration."""
     ramps = family.schedule(num_sweeps=16, streams=Streams(2))
     found = Receiver().detect(frame_of(ramps, STREET))
     assert found.num_detections == len(STREET)
@@ -36,13 +36,13 @@ def test_every_point_is_found_once_with_its_range_rate_and_bearing(family):
 
 
 @pytest.mark.parametrize("angle", ["root-music", "bartlett", "capon"])
-def test_bearings_are_found_by_any_of_the_methods(angle):
+def test_azimuths_are_found_by_any_of_the_methods(angle):
     ramps = DiverseTriangular().schedule(num_sweeps=16, streams=Streams(2))
     found = Receiver(angle=angle).detect(frame_of(ramps, STREET[1:3]))
     assert found.azimuth == pytest.approx([0.3, 0.0], abs=0.005)
 
 
-def test_an_unknown_way_to_a_bearing_is_refused():
+def test_an_unknown_estimator_of_azimuths_is_refused():
     with pytest.raises(InputError, match="none of root-music, bartlett, capon"):
         Receiver(angle="music")
 
@@ -54,7 +54,7 @@ def test_noise_alone_is_no_target():
     assert found <= 1
 
 
-def test_what_is_below_the_dynamic_range_is_not_claimed():
+def test_points_below_the_dynamic_range_are_not_detected():
     ramps = Triangular().schedule(num_sweeps=16, streams=Streams(2))
     points = [HandPoint(range=5.0, power=1e6), HandPoint(range=20.0, power=30.0)]  # 45 dB
     frame = frame_of(ramps, points)
@@ -86,7 +86,7 @@ def test_a_burst_that_is_taken_out_hides_no_target(mitigation):
     assert Receiver().detect(hit).num_detections < 2
 
 
-def test_what_is_left_out_weakens_no_claim():
+def test_blanked_samples_weaken_no_detection():
     """A fifth of each ramp, in its middle: a third of what the window lets through."""
     ramps = Triangular().schedule(num_sweeps=8, streams=Streams(2))
     frame = frame_of(ramps, STREET[:1])
@@ -114,4 +114,4 @@ def test_a_high_pass_whose_phase_is_known_hides_no_target():
 
 def test_candidates_that_share_beats_wait():
     beats = np.array([[10.0, -10.0], [10.0, -40.0], [60.0, -60.0]]) * 1e3
-    assert unrelated(beats, np.array([1e3, 1e3])) == [0, 2]
+    assert without_cross_pairs(beats, np.array([1e3, 1e3])) == [0, 2]

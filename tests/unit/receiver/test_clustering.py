@@ -1,4 +1,4 @@
-"""Detections of one body made one object."""
+"""Detections of one body as one object."""
 
 import numpy as np
 import pytest
@@ -91,7 +91,7 @@ def echoes(places, rate):
 SIDE = [(12.0, -1.0), (12.4, -1.8), (13.6, -1.9), (14.9, -1.9)]
 
 
-def test_a_receiver_claims_a_line_of_points_of_one_body_once():
+def test_a_line_of_points_of_one_body_is_one_detection():
     frame = frame_of(RAMPS, echoes(SIDE, -6.0))
     apart = Receiver().detect(frame)
     assert apart.num_detections == len(SIDE)
@@ -100,7 +100,7 @@ def test_a_receiver_claims_a_line_of_points_of_one_body_once():
     assert one.power[0] == pytest.approx(apart.power.sum())
 
 
-def test_cars_side_by_side_of_different_speeds_are_claimed_twice():
+def test_cars_side_by_side_of_different_speeds_are_two_detections():
     other = [(x, y + 2.5) for x, y in SIDE]
     frame = frame_of(RAMPS, [*echoes(SIDE, -6.0), *echoes(other, -9.0)])
     two = Receiver(grouping=Body()).detect(frame)

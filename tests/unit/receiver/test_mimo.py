@@ -1,4 +1,4 @@
-"""Which frames become those of a virtual array, and how their channels are ordered."""
+"""Frames of virtual arrays, and the order of their channels."""
 
 from dataclasses import replace
 

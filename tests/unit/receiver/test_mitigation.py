@@ -1,4 +1,4 @@
-"""What every mitigation keeps to."""
+"""Rules that every mitigation obeys."""
 
 import numpy as np
 import pytest
@@ -44,73 +44,73 @@ def bursts(frame, level=300.0):
     return out
 
 
-def amplitudes(heard, frame, point):
+def amplitudes(cleaned, frame, point):
     motion = np.array([[point.range, point.range_rate, 0.0]])
     phases = beat_phase(RAMPS, frame.times, motion=motion, time=float(RAMPS.start_time[0]))
-    return matched_amplitudes(heard.samples, hann_weights(heard.weight), phases, frame.times.rate)[
-        0
-    ]
+    return matched_amplitudes(
+        cleaned.samples, hann_weights(cleaned.weight), phases, frame.times.rate
+    )[0]
 
 
 def test_parts_go_through_it_one_by_one_and_still_sum_to_the_whole(method):
     echo, noise = frame_of(RAMPS, POINTS, noise=0.0), frame_of(RAMPS, [], seed=5)
     other = bursts(echo)
-    heard = mitigated(method, echo.with_samples(echo.samples + noise.samples + other))
-    parts = heard.repair(np.stack([echo.samples, noise.samples, other]))
-    assert np.abs(parts.sum(axis=0) - heard.samples).max() < 1e-11 * np.abs(heard.samples).max()
-    assert not np.allclose(heard.samples, echo.samples + noise.samples + other)
+    cleaned = mitigated(method, echo.with_samples(echo.samples + noise.samples + other))
+    parts = cleaned.repair(np.stack([echo.samples, noise.samples, other]))
+    assert np.abs(parts.sum(axis=0) - cleaned.samples).max() < 1e-11 * np.abs(cleaned.samples).max()
+    assert not np.allclose(cleaned.samples, echo.samples + noise.samples + other)
 
 
 def test_bursts_go_and_echoes_stay(method):
     """What is left of 300 times the noise is less than noise; a weak echo keeps its amplitude."""
     clean = frame_of(RAMPS, POINTS)
     other = bursts(clean)
-    heard = mitigated(method, clean.with_samples(clean.samples + other))
-    left = heard.repair(other) * heard.weight
+    cleaned = mitigated(method, clean.with_samples(clean.samples + other))
+    left = cleaned.repair(other) * cleaned.weight
     assert np.mean(np.abs(left) ** 2) < 0.05
     for point in POINTS:
         expected = amplitudes(mitigated(None, clean), clean, point)
-        found = amplitudes(heard, clean, point)
+        found = amplitudes(cleaned, clean, point)
         error = np.sqrt(np.mean(np.abs(found - expected) ** 2) / np.mean(np.abs(expected) ** 2))
         assert error < 0.05
 
 
 def test_a_frame_without_interference_is_not_touched(method):
     frame = frame_of(RAMPS, POINTS)
-    heard = mitigated(method, frame)
-    assert np.array_equal(heard.weight, frame.times.is_sample)
-    assert heard.samples == pytest.approx(frame.samples, abs=1e-9)
+    cleaned = mitigated(method, frame)
+    assert np.array_equal(cleaned.weight, frame.times.is_sample)
+    assert cleaned.samples == pytest.approx(frame.samples, abs=1e-9)
 
 
 def test_nothing_is_present_in_the_padding_or_without_weight(method):
     frame = frame_of(RAMPS, POINTS)
-    heard = mitigated(method, frame.with_samples(frame.samples + bursts(frame)))
-    assert not heard.samples[:, heard.weight == 0.0].any()
-    assert not heard.weight[~frame.times.is_sample].any()
-    assert heard.weight.min() >= 0.0
-    assert heard.weight.max() <= 1.0
+    cleaned = mitigated(method, frame.with_samples(frame.samples + bursts(frame)))
+    assert not cleaned.samples[:, cleaned.weight == 0.0].any()
+    assert not cleaned.weight[~frame.times.is_sample].any()
+    assert cleaned.weight.min() >= 0.0
+    assert cleaned.weight.max() <= 1.0
 
 
-def test_bearings_are_kept(method):
+def test_azimuths_are_kept(method):
     """From channel to channel the amplitude of a single echo turns as it did before."""
     frame = frame_of(RAMPS, POINTS[:1], noise=1e-6)
-    heard = mitigated(method, frame.with_samples(frame.samples + bursts(frame, 1e4)))
+    cleaned = mitigated(method, frame.with_samples(frame.samples + bursts(frame, 1e4)))
     before = amplitudes(mitigated(None, frame), frame, POINTS[0])
-    after = amplitudes(heard, frame, POINTS[0])
+    after = amplitudes(cleaned, frame, POINTS[0])
     turn = np.angle(after[1:] * after[:-1].conj() / (before[1:] * before[:-1].conj()))
     assert np.abs(turn).max() < 1e-3
 
 
 def test_without_mitigation_all_samples_are_present():
     frame = frame_of(RAMPS, POINTS)
-    heard = mitigated(None, frame)
-    assert np.array_equal(heard.samples, frame.samples)
-    assert np.array_equal(heard.weight, frame.times.is_sample)
+    cleaned = mitigated(None, frame)
+    assert np.array_equal(cleaned.samples, frame.samples)
+    assert np.array_equal(cleaned.weight, frame.times.is_sample)
 
 
 @pytest.mark.parametrize("method", METHODS.values(), ids=METHODS)
-def test_a_frame_is_mitigated_once_for_all_who_ask(method):
+def test_the_mitigation_of_a_frame_is_cached(method):
     frame = frame_of(RAMPS, POINTS)
-    heard = mitigated(method, frame)
-    assert mitigated(method, frame) is heard
-    assert mitigated(method, frame.with_samples(2.0 * frame.samples)) is not heard
+    cleaned = mitigated(method, frame)
+    assert mitigated(method, frame) is cleaned
+    assert mitigated(method, frame.with_samples(2.0 * frame.samples)) is not cleaned

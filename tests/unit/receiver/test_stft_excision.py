@@ -1,4 +1,4 @@
-"""Ridges cut out of the time-frequency plane."""
+"""Ridges removed from the time-frequency plane."""
 
 import numpy as np
 import pytest
@@ -50,20 +50,20 @@ def test_away_from_a_ridge_every_sample_is_what_it_was():
     """The dual window reconstructs perfectly what no cut slice reaches."""
     clean = frame_of(RAMPS, [ECHO])
     struck = clean.with_samples(clean.samples + ridge(clean, duration=6, level=1e3))
-    heard = StftExcision().mitigate(struck)
+    cleaned = StftExcision().mitigate(struck)
     away = np.abs(np.arange(clean.times.most_samples) - 500) > 64
-    assert (heard.weight < 1.0)[:, ~away].any()
-    assert heard.weight[:, away] == pytest.approx(clean.times.is_sample[:, away].astype(float))
-    assert heard.samples[:, :, away] == pytest.approx(clean.samples[:, :, away], abs=1e-10)
+    assert (cleaned.weight < 1.0)[:, ~away].any()
+    assert cleaned.weight[:, away] == pytest.approx(clean.times.is_sample[:, away].astype(float))
+    assert cleaned.samples[:, :, away] == pytest.approx(clean.samples[:, :, away], abs=1e-10)
 
 
 def test_samples_beside_a_cut_count_less_but_are_not_smaller():
     """An amplitude fitted with the weights would be too small otherwise."""
     clean = frame_of(RAMPS, [ECHO])
     struck = clean.with_samples(clean.samples + ridge(clean, duration=6, level=1e3))
-    heard = StftExcision().mitigate(struck)
-    beside = (heard.weight > 0.0) & (heard.weight < 0.9)
-    kept = np.abs(heard.repair(clean.samples) / np.where(beside, clean.samples, 1.0))[:, beside]
+    cleaned = StftExcision().mitigate(struck)
+    beside = (cleaned.weight > 0.0) & (cleaned.weight < 0.9)
+    kept = np.abs(cleaned.repair(clean.samples) / np.where(beside, clean.samples, 1.0))[:, beside]
     assert kept.size > 100
     assert np.median(kept) == pytest.approx(1.0, abs=0.05)
 
@@ -73,14 +73,14 @@ def test_a_slow_ridge_goes_and_an_echo_keeps_its_row(cells):
     """The band crossed in 400 samples: cut row by row, the echo's own a few slices long."""
     clean = frame_of(RAMPS, [ECHO])
     other = ridge(clean, duration=400, level=30.0)
-    heard = StftExcision(cells=cells).mitigate(clean.with_samples(clean.samples + other))
-    left = np.mean(np.abs(heard.repair(other)) ** 2) / np.mean(np.abs(other) ** 2)
-    kept = np.vdot(clean.samples, heard.repair(clean.samples)) / np.vdot(
+    cleaned = StftExcision(cells=cells).mitigate(clean.with_samples(clean.samples + other))
+    left = np.mean(np.abs(cleaned.repair(other)) ** 2) / np.mean(np.abs(other) ** 2)
+    kept = np.vdot(clean.samples, cleaned.repair(clean.samples)) / np.vdot(
         clean.samples, clean.samples
     )
     assert left < 0.1
     assert abs(kept - 1.0) < 0.15
-    assert np.array_equal(heard.weight, clean.times.is_sample)
+    assert np.array_equal(cleaned.weight, clean.times.is_sample)
 
 
 def test_a_burst_below_the_echoes_is_found_beside_their_rows():
@@ -89,8 +89,8 @@ def test_a_burst_below_the_echoes_is_found_beside_their_rows():
     other = ridge(clean, duration=6, level=10.0)
     struck = clean.with_samples(clean.samples + other)
     assert not Blanking(whitening=0).hit(struck).any()
-    heard = StftExcision().mitigate(struck)
-    assert np.sum(np.abs(heard.repair(other) * heard.weight) ** 2) < 1e-2 * np.sum(
+    cleaned = StftExcision().mitigate(struck)
+    assert np.sum(np.abs(cleaned.repair(other) * cleaned.weight) ** 2) < 1e-2 * np.sum(
         np.abs(other) ** 2
     )
 

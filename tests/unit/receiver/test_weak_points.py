@@ -1,4 +1,4 @@
-"""Points hardly above what is asked of them."""
+"""Points hardly above the thresholds."""
 
 from dataclasses import replace
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from polychirp.receiver.chain import Receiver
-from polychirp.receiver.estimation.bearing_rate import TYPICAL_CROSSING
+from polychirp.receiver.estimation.azimuth_rate import TYPICAL_CROSSING_SPEED
 from polychirp.rng import Streams
 from polychirp.waveform import DiverseTriangular
 from tests.support.points import HandPoint, frame_of
@@ -26,9 +26,9 @@ def test_an_acceleration_that_weak_beats_invent_does_not_spoil_the_rate(trial):
         azimuth=draw.uniform(-0.87, 0.87),
         power=10.0**-2.8,
     )
-    turning = TYPICAL_CROSSING / point.range * draw.normal()
+    sine_rate = TYPICAL_CROSSING_SPEED / point.range * draw.normal()
     ramps = DiverseTriangular().schedule(num_sweeps=16, streams=Streams(2))
     found = Receiver().detect(
-        frame_of(ramps, [replace(point, turning=turning)], seed=100_003 + trial)
+        frame_of(ramps, [replace(point, sine_rate=sine_rate)], seed=100_003 + trial)
     )
     assert found.range_rate[0] == pytest.approx(point.range_rate, abs=0.016)

@@ -18,7 +18,7 @@ from polychirp.scoring.closed_forms import (
     frames_lost,
     ghost_by_clock,
     ghost_by_start,
-    has_arm_in_map,
+    has_ridge_in_map,
     parallel,
     parallel_in_a_bin,
     random_start,
@@ -33,8 +33,8 @@ FOUR_SIGMA = 4 * 0.5 / np.sqrt(len(DRAWS))
 BIN = {"bin_delay": 2 * 0.78 / SPEED_OF_LIGHT, "duration": 20e-6, "num_chirps": 250, "duty": 0.25}
 
 
-def test_a_radar_in_step_with_another_clock_has_the_phases_of_a_moving_point():
-    """All of them, on all ramps: what it played is compared with what the point would return."""
+def test_a_synchronous_radar_with_another_clock_has_the_phases_of_a_moving_point():
+    """On all ramps, the phases that it sends are compared with those of the point's echo."""
     plan = Triangular().schedule(num_sweeps=8, streams=Streams(1))
     start, clock, delay, delay_rate = 30e-9, 1.3e-7, 50e-9, -2.7e-8
     distance, rate = apparent_point(
@@ -55,7 +55,7 @@ def test_a_radar_in_step_with_another_clock_has_the_phases_of_a_moving_point():
 
 
 def _phase(plan, ramp, time):
-    """Cycles that a plan has sent at a time of one of its ramps."""
+    """Cycles that a schedule has sent at a time of one of its ramps."""
     inside = time - plan.start_time[ramp]
     advance = plan.start_frequency[ramp] * inside + 0.5 * plan.slope[ramp] * inside**2
     return plan.start_phase[ramp] + advance
@@ -178,15 +178,15 @@ def test_bazzis_frames_meet_in_time_as_often_as_drawn():
     assert frames_lost(together=0.1, number=2, in_a_row=3) == pytest.approx(0.19**3)
 
 
-def test_an_arm_is_in_the_map_where_one_of_its_points_has_the_same_beat_on_up_or_down_ramps():
-    """Against the beats of all points of the map, on a plan of one triangle."""
+def test_a_ridge_is_in_the_map_if_a_point_there_has_the_same_beat_on_up_or_down_ramps():
+    """Against the beats of all points of the map, on a schedule of one triangle."""
     ramps = Triangular()
     plan = ramps.schedule(num_sweeps=1, streams=Streams(1))
     coupling = ramps.ramp_duration * (ramps.start_frequency / ramps.bandwidth + 0.5)
     draw = np.random.default_rng(3)
     points = np.column_stack([draw.uniform(0, 70, 300), draw.uniform(-150, 150, 300)])
     grid = np.stack(np.meshgrid([0.5, 30.0], [-32.0, 32.0]), axis=-1).reshape(-1, 2)
-    found = has_arm_in_map(
+    found = has_ridge_in_map(
         distance=points[:, 0],
         range_rate=points[:, 1],
         coupling=coupling,

@@ -1,4 +1,4 @@
-"""Claims against truth."""
+"""Detections against truth."""
 
 import numpy as np
 
@@ -58,14 +58,14 @@ def powers_of(first):
     return np.array([[*first, *[0.0] * (len(PARTS) - len(first))]])
 
 
-def test_the_strongest_claim_in_the_gate_is_the_targets_not_the_nearest():
+def test_the_strongest_detection_in_the_gate_is_the_targets_not_the_nearest():
     found = detections((6.5, 0.2, 0.0, 1.0), (6.7, 0.2, 0.0, 10.0))
     target, detection = associate(found, TRUTH, gate=Gate())
     assert (target.tolist(), detection.tolist()) == ([0], [1])
 
 
-def test_one_claim_serves_one_target():
-    """Two targets in each other's gate, one claim: one is missed."""
+def test_one_detection_serves_one_target():
+    """Two targets in each other's gate, one detection: one is missed."""
     both = Truth(
         time=0.0,
         name=("a", "b"),

@@ -1,4 +1,4 @@
-"""What mitigation is judged by."""
+"""Measures of mitigation."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Intervals hold the truth as often as they say, and targets of a trial are no independent draws.
+"""Intervals contain the truth as often as stated; targets of a trial are no independent draws.
 
 Coverage is counted over simulated experiments whose truth is known; a count of 2000 has a standard
 error of 0.005 at 0.95.

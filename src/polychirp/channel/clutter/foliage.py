@@ -1,20 +1,20 @@
-r"""Crowns of trees: clouds in which waves are scattered once, and fade.
+r"""Crowns of trees: clouds in which waves are scattered once and attenuated.
 
-First-order radiative transfer: a cloud takes :math:`e^{-\alpha l}` of the power over a length l,
-and scatters the share ω (albedo) of what it takes. Scattered evenly in all directions, a volume V
+First-order radiative transfer: a cloud attenuates the power by :math:`e^{-\alpha l}` over a length
+l, and scatters the share ω (albedo) of that loss. Scattered evenly in all directions, a volume V
 has the bistatic cross section
 
 .. math:: \sigma = \omega\,\alpha\,\int_V e^{-\alpha\,(l_1 + l_2)}\,dV
 
-with l₁, l₂ the ways of both legs inside crowns (Ulaby, Moore & Fung 1986, ch. 13). N points at
-random in the crown, of cross section ωαV/N and random phase each, stand for the integral. They are
-fixed in the tree's frame: the echo of a crown fluctuates as the radars move, and is the same in
-the next snapshot.
+with l₁, l₂ the lengths of both legs inside crowns (Ulaby, Moore & Fung 1986, ch. 13). N points at
+random in the crown, of cross section ωαV/N and random phase each, represent the integral. They
+are fixed in the tree's frame: the echo of a crown fluctuates as the radars move, and is the same
+in the next snapshot.
 
-Limits: single scattering, so that a crown that is deep beside 1/(αω) is too dark; no coherent
-backscatter; leaves that do not move in the wind; no preferred direction, where real leaves
-scatter most forwards; equal scatterers, where the trunk and the boughs in a crown are stronger.
-The cross-polarised share is that of thin needles in all directions:
+Limits: single scattering, so that a crown that is deep compared with 1/(αω) is too dark; no
+coherent backscatter; leaves that do not move in the wind; no preferred direction, though real
+leaves scatter most forwards; equal scatterers, though the trunk and the boughs in a crown are
+stronger. The cross-polarised share is that of thin needles in all directions:
 :math:`\langle|S_{vh}|^2\rangle : \langle|S_{vv}|^2\rangle = 1/15 : 1/5`.
 """
 
@@ -32,20 +32,21 @@ from polychirp.channel.clutter.random_scatterers import (
     random_matrices,
     scattered_paths,
 )
+from polychirp.channel.geometry.enclosure import enclosed_volume, winding_numbers
 from polychirp.channel.scene.world import World
 from polychirp.errors import InputError
 from polychirp.model.mesh import Mesh
 from polychirp.model.paths import PropagationPaths
 from polychirp.rng import Streams
 
-SPACING: Final = 0.5
-"""m: a crown has one point for each cube of this edge, within `NUM_POINTS`."""
+POINT_SPACING: Final = 0.5
+"""Edge of the cube for which a crown has one point, m, within `POINT_COUNT_RANGE`. Chosen."""
 
-NUM_POINTS: Final = (32, 512)
-"""Least and greatest number of points in a crown."""
+POINT_COUNT_RANGE: Final = (32, 512)
+"""Least and greatest number of points in a crown. Chosen."""
 
-CROSS_SHARE: Final = 0.25
-"""χ, share of the power that returns cross-polarised: of randomly turned needles."""
+CROSS_POLARISED_SHARE: Final = 0.25
+"""χ, share of the scattered power that is cross-polarised: that of randomly oriented needles."""
 
 
 def foliage_paths(world: World, pairs: IntArray, *, seed: int) -> PropagationPaths:
@@ -87,7 +88,7 @@ class _Crown(NamedTuple):
 
 @lru_cache(maxsize=256)
 def _crown(mesh: Mesh, material: str, seed: int, name: str) -> _Crown:
-    """Points at random inside the faces of a material; the same arguments give the same ones."""
+    """Random points inside the faces of a material; the same arguments give the same points."""
     corners = mesh.corners[mesh.material == mesh.materials.index(material)]
     volume = enclosed_volume(corners)
     if not volume > 0:
@@ -96,50 +97,17 @@ def _crown(mesh: Mesh, material: str, seed: int, name: str) -> _Crown:
             "counter-clockwise seen from outside"
         )
     rng = Streams(seed)["foliage", name, material]
-    wanted = int(np.clip(np.ceil(volume / SPACING**3), *NUM_POINTS))
+    wanted = int(np.clip(np.ceil(volume / POINT_SPACING**3), *POINT_COUNT_RANGE))
     low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
     found = np.zeros((0, 3))
     while len(found) < wanted:
         trial = low + (high - low) * rng.random((wanted, 3))
-        found = np.concatenate([found, trial[windings(corners, trial) > 0.5]])
-    return _Crown(found[:wanted], random_matrices(rng, wanted, CROSS_SHARE), volume)
-
-
-def enclosed_volume(corners: FloatArray) -> float:
-    """M³ inside a closed surface of triangles, m ``(face, corner, xyz)``: the divergence theorem.
-
-    >>> from polychirp.testing.shapes import box
-    >>> round(enclosed_volume(box((1.0, 2.0, 3.0), 1.0)), 12)
-    6.0
-    """
-    a, b, c = np.moveaxis(corners - corners.mean(axis=(0, 1)), 1, 0)
-    return float(np.sum(a * np.cross(b, c)) / 6)
-
-
-def windings(corners: FloatArray, points: FloatArray) -> FloatArray:
-    r"""How often a closed surface winds about points, ``(point,)``: 1 inside, 0 outside.
-
-    The sum of the triangles' solid angles over 4π (van Oosterom & Strackee 1983),
-
-    .. math:: \tan\frac\Omega2 = \frac{a\cdot(b\times c)}
-        {|a||b||c| + (a\cdot b)|c| + (b\cdot c)|a| + (c\cdot a)|b|}
-
-    >>> from polychirp.testing.shapes import box
-    >>> windings(box((1.0, 1.0, 1.0), 1.0), np.array([[0.2, 0.1, 0.3], [0.6, 0.0, 0.0]])).round(9)
-    array([1., 0.])
-    """
-    turns = np.empty(len(points))
-    for number, point in enumerate(points):
-        a, b, c = np.moveaxis(corners - point, 1, 0)
-        x, y, z = (np.linalg.norm(side, axis=-1) for side in (a, b, c))
-        above = np.sum(a * np.cross(b, c), axis=-1)
-        below = x * y * z + np.sum(a * b, -1) * z + np.sum(b * c, -1) * x + np.sum(c * a, -1) * y
-        turns[number] = np.sum(np.arctan2(above, below)) / (2 * np.pi)
-    return turns
+        found = np.concatenate([found, trial[winding_numbers(corners, trial) > 0.5]])
+    return _Crown(found[:wanted], random_matrices(rng, wanted, CROSS_POLARISED_SHARE), volume)
 
 
 def _in_crown(world: World, body: int, material: str, seed: int) -> Scatterers:
-    """The points of one tree as all radars see them, fading on the way left out."""
+    """Points of one tree as scatterers, without the attenuation on the way."""
     number = int(world.body[body])
     actor, row = world.scene.actors[number], world.table[material]
     crown = _crown(actor.mesh, material, seed, actor.name)

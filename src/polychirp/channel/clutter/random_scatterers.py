@@ -1,4 +1,4 @@
-r"""Paths over many small scatterers of random phase: what rough surfaces and leaves share.
+r"""Paths over many small scatterers of random phase, for rough surfaces and for leaves.
 
 A scatterer p of mean cross section :math:`\sigma_p(t, x) = g_p(t)\,g_p(x)` between radars t and x
 makes the path
@@ -11,10 +11,10 @@ makes the path
     \sqrt{1-\chi}\,e^{j\varphi_1} & \sqrt\chi\,e^{j\varphi_3} \\
     \sqrt\chi\,e^{j\varphi_3} & \sqrt{1-\chi}\,e^{j\varphi_2} \end{pmatrix}
 
-in (V, H) of `frames.polarisation_basis` at either end. χ is the share of the power that returns
-cross-polarised; both columns have power 1, so σ counts both received polarisations; and S is
-symmetric, so that the way back is the way there. Right below or above a scatterer the (V, H) basis
-turns fast, and the phases with it.
+in (V, H) of `frames.polarisation_basis` at either end. χ is the share of the power that is
+scattered cross-polarised; both columns have power 1, so σ counts both received polarisations; and
+S is symmetric, so that paths are reciprocal. Close to the vertical above or below a scatterer the
+(V, H) basis turns quickly with the direction, and the phases with it.
 """
 
 from __future__ import annotations
@@ -28,20 +28,20 @@ from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import no_paths
 from polychirp.channel.direct.point_scatterers import echoes_over
 from polychirp.channel.scene.occlusion import blocked
-from polychirp.channel.scene.shadow_tests import strong_and_free
-from polychirp.channel.scene.transmission import through, with_legs
+from polychirp.channel.scene.shadow_tests import strongest_visible
+from polychirp.channel.scene.transmission import transmission_matrices, with_leg_losses
 from polychirp.channel.scene.world import World
 from polychirp.model.paths import Bounce, PropagationPaths
 
-MOST: Final = 2000
-"""Points that are tried for a pair, the strongest."""
+MAX_POINTS_PER_PAIR: Final = 2000
+"""Greatest number of points that are tried for a pair of radars, the strongest first. Chosen."""
 
 
 class Scatterers(NamedTuple):
     """Points of one world, ``(point, …)``.
 
     ``position`` m ``(point, xyz)``, ``actor``, ``matrix`` S ``(point, 2, 2)``, and ``reach`` √m
-    ``(radar, point)``: √g towards every radar, 0 where it certainly does not see the point.
+    ``(radar, point)``: √g towards every radar, 0 if the point certainly cannot be seen from there.
     """
 
     position: FloatArray
@@ -68,7 +68,7 @@ def joined(parts: Sequence[Scatterers], num_radars: int) -> Scatterers:
 
 
 def random_matrices(rng: np.random.Generator, size: int, cross_share: float) -> ComplexArray:
-    """S ``(point, 2, 2)``, of which ``cross_share`` (χ, 0…1) of the power is cross-polarised.
+    """Matrices S ``(point, 2, 2)`` with a share ``cross_share`` (χ, 0…1) of cross-polarised power.
 
     >>> s = random_matrices(np.random.default_rng(0), 5, 0.1)
     >>> np.sum(np.abs(s[0]) ** 2, axis=0), float(np.abs(s[0, 0, 1]) ** 2)
@@ -82,39 +82,36 @@ def random_matrices(rng: np.random.Generator, size: int, cross_share: float) -> 
 
 
 def scattered_paths(world: World, pairs: IntArray, points: Scatterers) -> PropagationPaths:
-    """Paths of ``pairs`` ``(pair, 2)`` over points, at most the `MOST` strongest of every pair.
+    """Paths of ``pairs`` ``(pair, 2)`` over the strongest points, `MAX_POINTS_PER_PAIR` at most.
 
-    Of those, shadow rays go to what is within the dynamic range of the strongest that is free, all
-    as the radars' elements see it and before thin sheets and leaves weaken it; what is weaker is
-    left out.
+    Of those, only points within the dynamic range of the strongest visible one are tested for
+    shadow and kept. The power that decides includes the elements' gains, and no losses in sheets
+    and leaves.
     """
-    seen = _as_seen(world, points)
+    seen = _power_factors(world, points)
     group, number = [], []
     for row, (transmitter, receiver) in enumerate(pairs):
-        mine = seen[transmitter] * seen[receiver]
-        chosen = np.flatnonzero(mine > 0)
-        if len(chosen) > MOST:
-            chosen = np.sort(chosen[np.argpartition(-mine[chosen], MOST - 1)[:MOST]])
+        power = seen[transmitter] * seen[receiver]
+        chosen = np.flatnonzero(power > 0)
+        if len(chosen) > MAX_POINTS_PER_PAIR:
+            order = np.argpartition(-power[chosen], MAX_POINTS_PER_PAIR - 1)
+            chosen = np.sort(chosen[order[:MAX_POINTS_PER_PAIR]])
         group.append(np.full(len(chosen), row))
         number.append(chosen)
     if not sum(map(len, number)):
         return no_paths(world.scene, world.frequency)
     of_pair, of_point = np.concatenate(group), np.concatenate(number)
-    ends = pairs[of_pair]
-    sight = _Sight(world, points.position)
-    kept = strong_and_free(
+    ends, sees = pairs[of_pair], _Visibility(world, points.position)
+    kept = strongest_visible(
         seen[ends[:, 0], of_point] * seen[ends[:, 1], of_point],
         of_pair,
-        lambda some: (
-            sight.is_free(ends[some, 0], of_point[some])
-            & sight.is_free(ends[some, 1], of_point[some])
-        ),
+        lambda some: sees(ends[some, 0], of_point[some]) & sees(ends[some, 1], of_point[some]),
         world.dynamic_range,
     )
     return _paths(world, ends[kept], of_point[kept], points)
 
 
-def _as_seen(world: World, points: Scatterers) -> FloatArray:
+def _power_factors(world: World, points: Scatterers) -> FloatArray:
     """g/r² times the element's gain, ``(radar, point)``: factors of a path's power."""
     scene, seen = world.scene, np.zeros(points.reach.shape)
     for row, radar in enumerate(scene.radars):
@@ -125,27 +122,28 @@ def _as_seen(world: World, points: Scatterers) -> FloatArray:
     return seen
 
 
-class _Sight:
-    """Whether radars see points, each asked once."""
+class _Visibility:
+    """Visibility of points from radars; every pair of them is tested once."""
 
     def __init__(self, world: World, position: FloatArray) -> None:
         self.world, self.position = world, position
-        # unknown, hidden, free
-        self.known = np.full((len(world.scene.radars), len(position)), -1, dtype=np.int8)
+        shape = len(world.scene.radars), len(position)
+        self.is_known, self.is_visible = np.zeros(shape, np.bool_), np.zeros(shape, np.bool_)
 
-    def is_free(self, radar: IntArray, point: IntArray) -> BoolArray:
-        """``(ray,)``."""
-        wanted = np.zeros(self.known.shape, dtype=np.bool_)
+    def __call__(self, radar: IntArray, point: IntArray) -> BoolArray:
+        """Mask of the points that their radars see, ``(ray,)``."""
+        wanted = np.zeros(self.is_known.shape, dtype=np.bool_)
         wanted[radar, point] = True
-        rows, columns = np.nonzero(wanted & (self.known < 0))
+        rows, columns = np.nonzero(wanted & ~self.is_known)
         if len(rows):
             start = self.world.scene.radar_position[rows]
-            self.known[rows, columns] = ~blocked(self.world, start, self.position[columns])
-        return np.asarray(self.known[radar, point] == 1)
+            self.is_visible[rows, columns] = ~blocked(self.world, start, self.position[columns])
+            self.is_known[rows, columns] = True
+        return np.asarray(self.is_visible[radar, point])
 
 
 def _paths(world: World, pair: IntArray, number: IntArray, points: Scatterers) -> PropagationPaths:
-    """Paths of pairs ``(path, 2)`` over points of a number each, all free."""
+    """Paths of pairs ``(path, 2)`` over one visible point each."""
     reach = points.reach[pair[:, 0], number] * points.reach[pair[:, 1], number]
     legs = _losses(world, pair.T, number, points.position)
     return echoes_over(
@@ -154,16 +152,16 @@ def _paths(world: World, pair: IntArray, number: IntArray, points: Scatterers) -
         pair=pair,
         actor=points.actor[number],
         point=points.position[number],
-        scattering=with_legs(reach[:, None, None] * points.matrix[number], *legs),
+        scattering=with_leg_losses(reach[:, None, None] * points.matrix[number], *legs),
         kind=Bounce.DIFFUSE,
     )
 
 
 def _losses(world: World, radar: IntArray, number: IntArray, position: FloatArray) -> ComplexArray:
-    """What thin sheets and leaves leave on the ways to points, ``(end, path, 2, 2)``.
+    """Transmission through thin sheets and leaves on the ways to points, ``(end, path, 2, 2)``.
 
-    ``radar`` is ``(end, path)``, ``number`` of the point ``(path,)``; every way is asked once.
+    ``radar`` is ``(end, path)``, ``number`` of the point ``(path,)``; every way is computed once.
     """
     ways, which = np.unique(radar * len(position) + number, return_inverse=True)
     start, end = np.divmod(ways, len(position))
-    return through(world, world.scene.radar_position[start], position[end])[which]
+    return transmission_matrices(world, world.scene.radar_position[start], position[end])[which]

@@ -1,29 +1,30 @@
-r"""Diffuse returns of rough plates, road and walls, by Lambert's law, with energy kept.
+r"""Diffuse echoes of rough plates, road and walls, by Lambert's law, with energy conserved.
 
-Roughness takes :math:`1-\rho^2` of a mirror's power. That share of what the smooth surface would
-reflect goes everywhere,
+Roughness removes the share :math:`1-\rho^2` of a mirror's power. That share of the smooth
+surface's reflection is scattered,
 
 .. math:: R_d(\theta) = \frac{|\Gamma_s|^2 + |\Gamma_p|^2}{2}\,(1 - \rho^2),\qquad
     \rho = e^{-2(k\sigma_h\cos\theta)^2}
 
-as from a Lambert surface, whose cross section per area is
+as by a Lambert surface, whose cross section per area is
 
 .. math:: \sigma^0 = 4 R_d(\theta_i)\cos\theta_i\cos\theta_s, \qquad
     \int \sigma^0\,\frac{d\Omega_s}{4\pi\cos\theta_i} = R_d(\theta_i)
 
-over the hemisphere (Ruck et al. 1970 define σ⁰ so; the integral of :math:`\cos\theta_s/\pi` is 1).
-:math:`R_d` of the angle of incidence alone is not reciprocal, so the geometric mean of both ways
-round stands for it: :math:`\sigma^0 = 4\sqrt{R_d(\theta_i)R_d(\theta_s)}\cos\theta_i\cos\theta_s`.
+over the hemisphere (σ⁰ as defined by Ruck et al. 1970; the integral of :math:`\cos\theta_s/\pi` is
+1). :math:`R_d` of the angle of incidence alone is not reciprocal, so the geometric mean of both
+directions replaces it:
+:math:`\sigma^0 = 4\sqrt{R_d(\theta_i)R_d(\theta_s)}\cos\theta_i\cos\theta_s`.
 Over all angles of incidence together that is never more power than the law gives (Cauchy–Schwarz).
 
-One point in every cell of a grid on the plate stands for the cell, at a random place in it and
-with random phases, fixed in the plate's frame: speckle moves as the radars move, and its mean
-power is the integral of σ⁰.
+One point represents every cell of a grid on the plate. It has a random place in the cell and
+random phases, fixed in the plate's frame: speckle moves as the radars move, and its mean power is
+the integral of σ⁰.
 
-Limits: Lambert's law is an assumption, for want of bistatic measurements at 79 GHz; a real road
-scatters more back towards grazing than :math:`\cos^2\theta`. σ⁰ is taken at the point: within about
-a cell of the radar the angles differ over the cell, and one point says little. Depolarisation is
-an assumption.
+Limits: Lambert's law is an assumption, for lack of bistatic measurements at 79 GHz; towards
+grazing, a real road scatters back more than :math:`\cos^2\theta`. σ⁰ is evaluated at the point:
+within about a cell of the radar the angles vary over the cell, and one point does not represent
+it well. Depolarisation is an assumption.
 """
 
 from __future__ import annotations
@@ -48,11 +49,11 @@ from polychirp.model.material import Material
 from polychirp.model.paths import PropagationPaths
 from polychirp.rng import Streams
 
-CELL: Final = 1.0
-"""m, greatest edge of a cell, which one point stands for."""
+CELL_SIZE: Final = 1.0
+"""Greatest edge of a cell that one point represents, m. Chosen."""
 
-CROSS_SHARE: Final = 0.1
-"""χ, share of the power that returns cross-polarised. ASSUMPTION: −10 dB."""
+CROSS_POLARISED_SHARE: Final = 0.1
+"""χ, share of the scattered power that is cross-polarised. ASSUMPTION: −10 dB."""
 
 
 def diffuse_paths(world: World, pairs: IntArray, *, seed: int) -> PropagationPaths:
@@ -60,8 +61,8 @@ def diffuse_paths(world: World, pairs: IntArray, *, seed: int) -> PropagationPat
 
     .. math:: |A|^2 = \frac{\sigma^0 a\,\lambda^2}{(4\pi)^3 r_1^2 r_2^2}
 
-    a being the cell's area. The same seed gives the same points and phases in every snapshot;
-    they depend on the actor's name and the plate's part and size, not on other actors.
+    with the cell's area a. The same seed gives the same points and phases in every snapshot; they
+    depend on the actor's name and the plate's part and size, not on other actors.
 
     >>> from polychirp.channel.tracers.composite import Composite
     >>> from polychirp.model.scene import Scene
@@ -90,7 +91,7 @@ def diffuse_share(material: Material, cosine: ArrayLike, frequency: float) -> Fl
 def lambert(
     material: Material, incident: ArrayLike, scattered: ArrayLike, frequency: float
 ) -> FloatArray:
-    """σ⁰ of both ways round, from the cosines of incidence and of scattering."""
+    """σ⁰, reciprocal, from the cosines of incidence and of scattering."""
     share = diffuse_share(material, incident, frequency) * diffuse_share(
         material, scattered, frequency
     )
@@ -110,21 +111,21 @@ class _Cells(NamedTuple):
 def _cells(
     half_across: float, half_along: float, seed: int, names: tuple[str | int, ...]
 ) -> _Cells:
-    """One point at random in every cell of a plate; the same arguments give the same points."""
+    """One random point in every cell of a plate; the same arguments give the same points."""
     rng = Streams(seed)["diffuse", *names]
-    shape = [max(1, int(np.ceil(2 * half / CELL))) for half in (half_across, half_along)]
+    shape = [max(1, int(np.ceil(2 * half / CELL_SIZE))) for half in (half_across, half_along)]
     corner = np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), axis=-1).reshape(-1, 2)
     share = (corner + rng.random(corner.shape)) / shape
     return _Cells(
         across=(2 * share[:, 0] - 1) * half_across,
         along=(2 * share[:, 1] - 1) * half_along,
-        matrix=random_matrices(rng, len(share), CROSS_SHARE),
+        matrix=random_matrices(rng, len(share), CROSS_POLARISED_SHARE),
         area=4 * half_across * half_along / len(share),
     )
 
 
 def _rough(world: World) -> list[int]:
-    """Numbers of the plates that scatter and have a radar before them."""
+    """Numbers of the plates that scatter and have a radar in front."""
     plates = world.plates
     rough = np.array([world.table[name].roughness > 0 for name in world.materials], dtype=np.bool_)
     height = world.scene.radar_position @ plates.normal.T
@@ -133,14 +134,14 @@ def _rough(world: World) -> list[int]:
 
 
 def _on_plate(world: World, plate: int, seed: int) -> Scatterers:
-    """The points of one plate as all radars see them."""
+    """Points of one plate as scatterers for all radars."""
     plates = world.plates
     actor = world.scene.actors[plates.actor[plate]]
     # two plates of an actor may share the name of their part
     first = int(np.argmax(plates.actor == plates.actor[plate]))
     part = actor.plates[plate - first].part
     cells = _cells(
-        # rounded, since a turned plate's sides come out with another last bit
+        # rounded, since a turned plate's sides differ in the last bit
         round(float(plates.half_across[plate]), 9),
         round(float(plates.half_along[plate]), 9),
         seed,
@@ -151,7 +152,7 @@ def _on_plate(world: World, plate: int, seed: int) -> Scatterers:
         plates.centre[plate]
         + cells.across[:, None] * plates.across[plate]
         + cells.along[:, None] * plates.along[plate]
-        + 1e-6 * normal  # just before the plate, so that it does not hide its points
+        + 1e-6 * normal  # in front of the plate, so that it does not hide its points
     )
     way = world.scene.radar_position[:, None] - position
     cosine = np.maximum(0.0, way @ normal / np.linalg.norm(way, axis=-1))
@@ -160,6 +161,6 @@ def _on_plate(world: World, plate: int, seed: int) -> Scatterers:
         position=position,
         actor=np.full(len(position), plates.actor[plate]),
         matrix=cells.matrix,
-        # between equal ends the cross section is g²
+        # the cross section between a radar and itself is g²
         reach=(lambert(material, cosine, cosine, world.frequency) * cells.area) ** 0.25,
     )

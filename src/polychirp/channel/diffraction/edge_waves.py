@@ -1,6 +1,6 @@
-"""Kernels of diffraction: the waves of the edges of what is blocked about a line of sight.
+"""Waves from the edges of silhouettes, summed in cells of excess path length.
 
-`diffraction` says what they compute and why; `silhouette` finds the edges.
+`paths` states the equations; `silhouette` finds the edges.
 """
 
 from __future__ import annotations
@@ -13,64 +13,77 @@ from numba import njit
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.channel.diffraction.half_planes import (
-    CAPACITY,
+    DEPTH,
+    EXCESS,
+    FAR_SIDE,
+    HEIGHT,
+    MAX_INTERVALS,
+    NEAR_SIDE,
     NUM_AZIMUTHS,
     Blocked,
     excess_of,
     height_of,
 )
 from polychirp.channel.diffraction.silhouette import Obstacles, blocked_intervals
-from polychirp.channel.geometry.bvh import Vector
-from polychirp.channel.scene.world import SKIN
+from polychirp.channel.geometry.vectors import Vector
+from polychirp.channel.scene.world import RADAR_CLEARANCE
 
-CELL = 0.02
-"""m of excess length: width of the smooth cells in which edge waves are gathered."""
+EXCESS_CELL_LENGTH = 0.02
+"""m of excess path length: width of the smooth cells into which edge waves are summed (chosen)."""
 
-NUM_MOMENTS = 8
-"""Of a cell: field (1), field-weighted excess (1) and two directions (3 + 3)."""
+FIELD, MEAN_EXCESS, OUTWARD, RETURN, NUM_MOMENTS = 0, 1, 2, 5, 8
+"""Columns of `EdgeWaves.moments`: field, and the field times the excess and times the directions
+from the transmitter (3) and from the receiver (3)."""
 
-NUM_SPREADS = 6
-"""Of a cell, weighted by magnitude: weight (1), edge point (3), rate and its square (2)."""
+WEIGHT, PLACE, RATE, SQUARED_RATE, NUM_SPREADS = 0, 1, 4, 5, 6
+"""Columns of `EdgeWaves.spreads`: magnitude of the field, and that times the edge point (3), the
+rate of the path length and its square."""
 
-TOUCH = 1e-5
-"""rad of phase between two blocked intervals that are one, or between one and the axis."""
+TOUCHING_PHASE = 1e-5
+"""rad: blocked intervals less far apart in phase are one, and one that begins less far from the
+line of sight begins on it (chosen, above the rounding of lengths)."""
 
 
-class Pair(NamedTuple):
+NO_PARTNER = -1
+"""Number of no edge."""
+
+
+class LinkFrame(NamedTuple):
     """A transmitter at the origin and a receiver ``length`` m away along the first axis.
 
-    ``farthest`` m, the excess to which edges are sought; ``wavenumber`` 1/m; ``there``, ``home``
-    m/s ``(slot, xyz)``: velocity of an actor in the way, from either end.
+    ``farthest`` m is the excess up to which edges are sought; ``wavenumber`` 1/m. ``from_sender``
+    and ``from_receiver`` m/s ``(actor, xyz)`` are the velocities of the actors in the way, relative
+    to either radar.
     """
 
     length: float
     farthest: float
     wavenumber: float
-    there: FloatArray
-    home: FloatArray
+    from_sender: FloatArray
+    from_receiver: FloatArray
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _smooth(x: float) -> float:
-    """0 below 0, 1 above 1, without a kink."""
+    """A smooth step from 0 at x = 0 to 1 at x = 1."""
     x = min(1.0, max(0.0, x))
     return x * x * (3.0 - 2.0 * x)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _weight(depth: float, height: float, excess: float, length: float, farthest: float) -> float:
-    """½(1 + cos θ) of an edge's wave, and what the cut-offs leave of it."""
+    """½(1 + cos θ) of an edge's wave, times smooth cut-offs at both ends and at ``farthest``."""
     beyond, square = length - depth, height * height
     legs = math.sqrt((depth * depth + square) * (beyond * beyond + square))
     oblique = 0.5 * (1.0 + (depth * beyond - square) / legs)
-    ends = _smooth(depth / SKIN - 1.0) * _smooth(beyond / SKIN - 1.0)
+    ends = _smooth(depth / RADAR_CLEARANCE - 1.0) * _smooth(beyond / RADAR_CLEARANCE - 1.0)
     return oblique * ends * (1.0 - _smooth(2.0 * excess / farthest - 1.0))
 
 
-class Waves(NamedTuple):
-    """Edge waves gathered in cells of excess, for every actor in the way.
+class EdgeWaves(NamedTuple):
+    """Sums of edge waves in cells of excess, for every actor in the way.
 
-    ``moments`` ``(slot, cell, NUM_MOMENTS)``, ``spreads`` ``(slot, cell, NUM_SPREADS)``.
+    ``moments`` ``(actor, cell, NUM_MOMENTS)``, ``spreads`` ``(actor, cell, NUM_SPREADS)``.
     """
 
     moments: ComplexArray
@@ -79,68 +92,70 @@ class Waves(NamedTuple):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _add_wave(
-    waves: Waves, slot: int, point: Vector, excess: float, wave: complex, pair: Pair
+    waves: EdgeWaves, slot: int, point: Vector, excess: float, wave: complex, link: LinkFrame
 ) -> None:
     """Add one edge wave to the two cells beside its excess."""
     x, y, z = point
-    beyond = x - pair.length
+    beyond = x - link.length
     near, far = math.sqrt(x * x + y * y + z * z), math.sqrt(beyond * beyond + y * y + z * z)
     out = (x / near, y / near, z / near)
     back = (beyond / far, y / far, z / far)
     rate = 0.0
     for a in range(3):
-        rate += out[a] * pair.there[slot, a] + back[a] * pair.home[slot, a]
-    cell = int(excess / CELL)
-    share = _smooth(excess / CELL - cell)
+        rate += out[a] * link.from_sender[slot, a] + back[a] * link.from_receiver[slot, a]
+    cell = int(excess / EXCESS_CELL_LENGTH)
+    share = _smooth(excess / EXCESS_CELL_LENGTH - cell)
     for side in range(2):
         part = share if side == 1 else 1.0 - share
         into, c = waves.moments[slot, cell + side], wave * part
-        into[0] += c
-        into[1] += c * excess
+        into[FIELD] += c
+        into[MEAN_EXCESS] += c * excess
         for a in range(3):
-            into[2 + a] += c * out[a]
-            into[5 + a] += c * back[a]
+            into[OUTWARD + a] += c * out[a]
+            into[RETURN + a] += c * back[a]
         real, size = waves.spreads[slot, cell + side], abs(c)
-        real[0] += size
-        real[1] += size * x
-        real[2] += size * y
-        real[3] += size * z
-        real[4] += size * rate
-        real[5] += size * rate * rate
+        real[WEIGHT] += size
+        for a in range(3):
+            real[PLACE + a] += size * point[a]
+        real[RATE] += size * rate
+        real[SQUARED_RATE] += size * rate * rate
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _on(a: Vector, b: Vector, t: float) -> Vector:
+def _point_between(a: Vector, b: Vector, t: float) -> Vector:
     return a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]), a[2] + t * (b[2] - a[2])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _add_chord(
-    waves: Waves, slot: int, ends: tuple[Vector, Vector], sign: float, pair: Pair
+    waves: EdgeWaves, slot: int, ends: tuple[Vector, Vector], sign: float, link: LinkFrame
 ) -> None:
-    """Add a straight piece of edge, in parts over which the phase is all but linear."""
+    """Add a straight piece of edge, in parts over which the phase is nearly linear."""
     p, q = ends
-    before = excess_of(p[0], height_of(p), pair.length)
-    last = excess_of(q[0], height_of(q), pair.length)
-    if min(before, last) >= pair.farthest:
+    before = excess_of(p[0], height_of(p), link.length)
+    last = excess_of(q[0], height_of(q), link.length)
+    if min(before, last) >= link.farthest:
         return
-    turns = 0.5 * pair.wavenumber * abs(last - before)
+    turns = 0.5 * link.wavenumber * abs(last - before)
     parts = 1 + int(min(turns, 31.0))
     start = p
     for number in range(parts):
-        end, middle = _on(p, q, (number + 1) / parts), _on(p, q, (number + 0.5) / parts)
-        after = excess_of(end[0], height_of(end), pair.length)
+        end, middle = (
+            _point_between(p, q, (number + 1) / parts),
+            _point_between(p, q, (number + 0.5) / parts),
+        )
+        after = excess_of(end[0], height_of(end), link.length)
         height = height_of(middle)
-        half_way = excess_of(middle[0], height, pair.length)
+        half_way = excess_of(middle[0], height, link.length)
         mean = (before + 4.0 * half_way + after) / 6.0
-        if mean < pair.farthest:
+        if mean < link.farthest:
             angle = math.atan2(
                 start[1] * end[2] - start[2] * end[1], start[1] * end[1] + start[2] * end[2]
             )
-            half = 0.5 * pair.wavenumber * (after - before)
+            half = 0.5 * link.wavenumber * (after - before)
             size = sign * angle / (2 * math.pi) * (math.sin(half) / half if half != 0.0 else 1.0)
-            size *= _weight(middle[0], height, mean, pair.length, pair.farthest)
-            _add_wave(waves, slot, middle, mean, size * _phasor(pair.wavenumber * mean), pair)
+            size *= _weight(middle[0], height, mean, link.length, link.farthest)
+            _add_wave(waves, slot, middle, mean, size * _phasor(link.wavenumber * mean), link)
         start, before = end, after
 
 
@@ -151,105 +166,122 @@ def _phasor(phase: float) -> complex:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _add_half(
-    waves: Waves, slot: int, edge: FloatArray, azimuth: int, sign: float, pair: Pair
+    waves: EdgeWaves, slot: int, edge: FloatArray, azimuth: int, sign: float, link: LinkFrame
 ) -> None:
-    """Add half a step of azimuth of an edge that ends there."""
-    excess = edge[0]
-    if excess >= pair.farthest:
+    """Add an edge that ends at this half-plane: half a step of azimuth."""
+    excess = edge[EXCESS]
+    if excess >= link.farthest:
         return
-    size = 0.5 * sign / NUM_AZIMUTHS * _weight(edge[1], edge[2], excess, pair.length, pair.farthest)
+    size = (
+        0.5
+        * sign
+        / NUM_AZIMUTHS
+        * _weight(edge[DEPTH], edge[HEIGHT], excess, link.length, link.farthest)
+    )
     point = _point(edge, azimuth)
-    _add_wave(waves, slot, point, excess, size * _phasor(pair.wavenumber * excess), pair)
+    _add_wave(waves, slot, point, excess, size * _phasor(link.wavenumber * excess), link)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _point(edge: FloatArray, azimuth: int) -> Vector:
     angle = (azimuth + 0.5) * (2 * math.pi / NUM_AZIMUTHS)
-    return edge[1], edge[2] * math.cos(angle), edge[2] * math.sin(angle)
+    height = edge[HEIGHT]
+    return edge[DEPTH], height * math.cos(angle), height * math.sin(angle)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _partners(blocked: Blocked, i: int, j: int, side: int, touch: float, out: IntArray) -> None:
-    """For every edge of half-plane i the one of half-plane j that goes on from it, or −1."""
-    out[:] = -1
-    taken = np.zeros(CAPACITY + 1, dtype=np.bool_)
+def _find_partners(
+    blocked: Blocked, i: int, j: int, side: int, touch: float, partner: IntArray
+) -> None:
+    """Write, for every edge of half-plane i, the edge of half-plane j that continues it.
+
+    An edge that ends at half-plane i has `NO_PARTNER`.
+    """
+    partner[:] = NO_PARTNER
+    is_taken = np.zeros(MAX_INTERVALS + 1, dtype=np.bool_)
     for a in range(blocked.filled[i]):
-        excess = blocked.edge[i, a, side, 0]
-        best, least = -1, np.inf
+        excess = blocked.edge[i, a, side, EXCESS]
+        best, least = NO_PARTNER, np.inf
         for b in range(blocked.filled[j]):
-            other = blocked.edge[j, b, side, 0]
-            is_edge = side == 1 or min(excess, other) > touch
-            if is_edge and not taken[b] and abs(excess - other) < least:
+            other = blocked.edge[j, b, side, EXCESS]
+            is_edge = side == FAR_SIDE or min(excess, other) > touch
+            if is_edge and not is_taken[b] and abs(excess - other) < least:
                 best, least = b, abs(excess - other)
-        out[a] = best
-        if best >= 0:
-            taken[best] = True
+        partner[a] = best
+        if best != NO_PARTNER:
+            is_taken[best] = True
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _add_edges(
-    waves: Waves, blocked: Blocked, slots: IntArray, side: int, touch: float, pair: Pair
+    waves: EdgeWaves, blocked: Blocked, slots: IntArray, side: int, touch: float, link: LinkFrame
 ) -> None:
-    """Add the waves of all near sides (0) or all far sides (1) of what is blocked."""
-    sign = -1.0 if side == 0 else 1.0
-    onward = np.empty(CAPACITY + 1, dtype=np.int64)
+    """Add the waves of all near or all far sides of blocked intervals."""
+    sign = -1.0 if side == NEAR_SIDE else 1.0
+    partner = np.empty(MAX_INTERVALS + 1, dtype=np.int64)
     for i in range(NUM_AZIMUTHS):
         j = (i + 1) % NUM_AZIMUTHS
-        _partners(blocked, i, j, side, touch, onward)
+        _find_partners(blocked, i, j, side, touch, partner)
         for a in range(blocked.filled[i]):
             edge, slot = blocked.edge[i, a, side], slots[blocked.owner[i, a, side]]
-            if onward[a] >= 0:
-                other = blocked.edge[j, onward[a], side]
-                _add_chord(waves, slot, (_point(edge, i), _point(other, j)), sign, pair)
-            elif side == 1 or edge[0] > touch:
-                _add_half(waves, slot, edge, i, sign, pair)
+            if partner[a] != NO_PARTNER:
+                other = blocked.edge[j, partner[a], side]
+                _add_chord(waves, slot, (_point(edge, i), _point(other, j)), sign, link)
+            elif side == FAR_SIDE or edge[EXCESS] > touch:
+                _add_half(waves, slot, edge, i, sign, link)
+        # edges that begin at half-plane j
         for b in range(blocked.filled[j]):
             edge = blocked.edge[j, b, side]
-            if not np.any(onward[: blocked.filled[i]] == b) and (side == 1 or edge[0] > touch):
-                _add_half(waves, slots[blocked.owner[j, b, side]], edge, j, sign, pair)
+            is_edge = side == FAR_SIDE or edge[EXCESS] > touch
+            if is_edge and not np.any(partner[: blocked.filled[i]] == b):
+                _add_half(waves, slots[blocked.owner[j, b, side]], edge, j, sign, link)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _add_axis(
-    waves: Waves, blocked: Blocked, slots: IntArray, touch: float, is_clear: bool, pair: Pair
+    waves: EdgeWaves,
+    blocked: Blocked,
+    slots: IntArray,
+    touch: float,
+    is_clear: bool,
+    link: LinkFrame,
 ) -> None:
-    """Add what half-planes lack whose own axis is not as the line of sight is.
+    """Add the correction of half-planes in which the line of sight is not as ``is_clear`` says.
 
-    Where an edge is on the line of sight, half of them are blocked from the axis on.
+    If an edge lies on the line of sight, half of the half-planes are blocked from there on.
     """
     depth, slot, count = 0.0, 0, 0
-    meets = np.zeros(NUM_AZIMUTHS, dtype=np.bool_)
     for i in range(NUM_AZIMUTHS):
-        if blocked.filled[i] > 0 and blocked.edge[i, 0, 0, 0] <= touch:
-            meets[i] = True
-            depth, slot = blocked.edge[i, 0, 0, 1], slots[blocked.owner[i, 0, 0]]
+        if blocked.filled[i] > 0 and blocked.edge[i, 0, NEAR_SIDE, EXCESS] <= touch:
+            depth = blocked.edge[i, 0, NEAR_SIDE, DEPTH]
+            slot = slots[blocked.owner[i, 0, NEAR_SIDE]]
             count += 1
     if count == 0:
         return
     lacking = -float(count) if is_clear else float(NUM_AZIMUTHS - count)
-    size = lacking / NUM_AZIMUTHS * _weight(depth, 0.0, 0.0, pair.length, pair.farthest)
-    _add_wave(waves, slot, (depth, 0.0, 0.0), 0.0, complex(size), pair)
+    size = lacking / NUM_AZIMUTHS * _weight(depth, 0.0, 0.0, link.length, link.farthest)
+    _add_wave(waves, slot, (depth, 0.0, 0.0), 0.0, complex(size), link)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def edge_waves(obstacles: Obstacles, slots: IntArray, is_clear: bool, pair: Pair) -> Waves:
-    """Waves of a pair's silhouette, in units of its unobstructed field.
+def edge_waves(obstacles: Obstacles, slots: IntArray, is_clear: bool, link: LinkFrame) -> EdgeWaves:
+    """Waves of the silhouette's edges, in units of the unobstructed field.
 
     Parameters
     ----------
-    slots : of the obstacles, bodies first, ``(obstacle,)``: rows of the result
-    is_clear : whether the line of sight is counted by itself
+    slots : row of the result that each obstacle adds to, bodies first, ``(obstacle,)``
+    is_clear : True if the line of sight is free and its field is added elsewhere
     """
-    touch = TOUCH / pair.wavenumber
-    num_cells = int(pair.farthest / CELL) + 2
-    waves = Waves(
-        np.zeros((pair.there.shape[0], num_cells, NUM_MOMENTS), dtype=np.complex128),
-        np.zeros((pair.there.shape[0], num_cells, NUM_SPREADS)),
+    touch = TOUCHING_PHASE / link.wavenumber
+    num_cells = int(link.farthest / EXCESS_CELL_LENGTH) + 2
+    waves = EdgeWaves(
+        np.zeros((link.from_sender.shape[0], num_cells, NUM_MOMENTS), dtype=np.complex128),
+        np.zeros((link.from_sender.shape[0], num_cells, NUM_SPREADS)),
     )
-    blocked = blocked_intervals(obstacles, pair.length, pair.farthest, touch)
+    blocked = blocked_intervals(obstacles, link.length, link.farthest, touch)
     if not np.any(blocked.filled):
         return waves
-    _add_axis(waves, blocked, slots, touch, is_clear, pair)
-    for side in range(2):
-        _add_edges(waves, blocked, slots, side, touch, pair)
+    _add_axis(waves, blocked, slots, touch, is_clear, link)
+    for side in (NEAR_SIDE, FAR_SIDE):
+        _add_edges(waves, blocked, slots, side, touch, link)
     return waves

@@ -1,7 +1,7 @@
-"""What is blocked in half-planes about a line of sight: united intervals of excess.
+"""Blocked intervals of excess path length in half-planes about a line of sight.
 
-In the half-plane at an azimuth, a point has a depth z along the line of sight and a height ρ above
-it; its excess is r₁ + r₂ − d.
+A half-plane ends at the line of sight. A point of it has a depth z along the line of sight and a
+height ρ above it; its excess is r₁ + r₂ − d, the detour over it. Intervals that overlap are united.
 """
 
 from __future__ import annotations
@@ -13,20 +13,38 @@ import numpy as np
 from numba import njit
 
 from polychirp.axes import FloatArray, IntArray
-from polychirp.channel.geometry.bvh import Vector
+from polychirp.channel.geometry.vectors import Vector
 
 NUM_AZIMUTHS = 360
-"""Half-planes about a line of sight; straight edges between two of them are exact."""
+"""Half-planes about a line of sight (chosen); straight edges between two of them are exact."""
 
-CAPACITY = 48
-"""Separate blocked intervals kept in a half-plane; of more, those closest together are fused."""
+MAX_INTERVALS = 48
+"""Separate blocked intervals kept in a half-plane (chosen); of more, the closest two are fused."""
+
+NOT_BLOCKED = -1.0
+"""m: result of a search for a blocked interval that found none; less than every excess."""
+
+EXCESS, DEPTH, HEIGHT = 0, 1, 2
+"""Columns of `Blocked.edge`."""
+
+NEAR_SIDE, FAR_SIDE = 0, 1
+"""Sides of a blocked interval: at the least and at the greatest excess."""
+
+
+class EdgePoint(NamedTuple):
+    """A point of a half-plane where something begins or ceases to block, m."""
+
+    excess: float
+    depth: float
+    height: float
 
 
 class Blocked(NamedTuple):
     """Blocked intervals of excess in every half-plane, in rising order.
 
-    ``filled`` ``(azimuth,)`` how many; ``edge`` ``(azimuth, interval, side, 3)`` excess, depth and
-    height of the near and the far side in m; ``owner`` ``(azimuth, interval, side)`` the obstacle.
+    ``filled`` ``(azimuth,)`` is their number; ``edge`` ``(azimuth, interval, side, 3)`` excess,
+    depth and height of the near and the far side, m; ``owner`` ``(azimuth, interval, side)`` the
+    number of the obstacle.
     """
 
     filled: IntArray
@@ -36,7 +54,7 @@ class Blocked(NamedTuple):
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def excess_of(depth: float, height: float, length: float) -> float:
-    """Excess (m) of a point of a half-plane about a line of sight of some length."""
+    """Excess of a point of a half-plane about a line of sight of ``length``, m."""
     beyond = length - depth
     near = math.sqrt(depth * depth + height * height)
     return near + math.sqrt(beyond * beyond + height * height) - length
@@ -50,8 +68,8 @@ def height_of(p: Vector) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _copy_side(blocked: Blocked, azimuth: int, source: int, target: int, side: int) -> None:
-    for a in range(3):
-        blocked.edge[azimuth, target, side, a] = blocked.edge[azimuth, source, side, a]
+    for column in range(3):
+        blocked.edge[azimuth, target, side, column] = blocked.edge[azimuth, source, side, column]
     blocked.owner[azimuth, target, side] = blocked.owner[azimuth, source, side]
 
 
@@ -74,69 +92,79 @@ def _fuse_closest(blocked: Blocked, azimuth: int) -> None:
     """Close the narrowest gap between two intervals."""
     edge, best, least = blocked.edge, 0, np.inf
     for i in range(blocked.filled[azimuth] - 1):
-        gap = edge[azimuth, i + 1, 0, 0] - edge[azimuth, i, 1, 0]
+        gap = edge[azimuth, i + 1, NEAR_SIDE, EXCESS] - edge[azimuth, i, FAR_SIDE, EXCESS]
         if gap < least:
             best, least = i, gap
-    _copy_side(blocked, azimuth, best + 1, best, 1)
+    _copy_side(blocked, azimuth, best + 1, best, FAR_SIDE)
     _remove(blocked, azimuth, best + 1)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _write_side(
+    blocked: Blocked, azimuth: int, place: int, side: int, point: EdgePoint, owner: int
+) -> None:
+    # by whole indices: a view of a row costs an atomic count of its owners
+    blocked.edge[azimuth, place, side, EXCESS] = point.excess
+    blocked.edge[azimuth, place, side, DEPTH] = point.depth
+    blocked.edge[azimuth, place, side, HEIGHT] = point.height
+    blocked.owner[azimuth, place, side] = owner
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def block(
-    blocked: Blocked, azimuth: int, near: Vector, far: Vector, owner: int, touch: float
+    blocked: Blocked, azimuth: int, near: EdgePoint, far: EdgePoint, owner: int, touch: float
 ) -> None:
-    """Add an interval of excess to those of a half-plane, and unite what overlaps."""
-    # by whole indices: a view of a row costs an atomic count of its owners
-    edge, owners = blocked.edge, blocked.owner
+    """Add an interval of excess to those of a half-plane, and unite it with those it overlaps.
+
+    ``touch`` m: intervals with a smaller gap between them overlap.
+    """
+    edge = blocked.edge
     count = blocked.filled[azimuth]
     place = 0
-    while place < count and edge[azimuth, place, 1, 0] < near[0] - touch:
+    while place < count and edge[azimuth, place, FAR_SIDE, EXCESS] < near.excess - touch:
         place += 1
-    if place < count and edge[azimuth, place, 0, 0] <= far[0] + touch:
-        if near[0] < edge[azimuth, place, 0, 0]:
-            edge[azimuth, place, 0, 0], edge[azimuth, place, 0, 1], edge[azimuth, place, 0, 2] = (
-                near
-            )
-            owners[azimuth, place, 0] = owner
-        if far[0] > edge[azimuth, place, 1, 0]:
-            edge[azimuth, place, 1, 0], edge[azimuth, place, 1, 1], edge[azimuth, place, 1, 2] = far
-            owners[azimuth, place, 1] = owner
+    if place < count and edge[azimuth, place, NEAR_SIDE, EXCESS] <= far.excess + touch:
+        # widen the interval at hand, and unite it with those behind that it now reaches
+        if near.excess < edge[azimuth, place, NEAR_SIDE, EXCESS]:
+            _write_side(blocked, azimuth, place, NEAR_SIDE, near, owner)
+        if far.excess > edge[azimuth, place, FAR_SIDE, EXCESS]:
+            _write_side(blocked, azimuth, place, FAR_SIDE, far, owner)
             while (
                 place + 1 < blocked.filled[azimuth]
-                and edge[azimuth, place + 1, 0, 0] <= far[0] + touch
+                and edge[azimuth, place + 1, NEAR_SIDE, EXCESS] <= far.excess + touch
             ):
-                if edge[azimuth, place + 1, 1, 0] > far[0]:
-                    _copy_side(blocked, azimuth, place + 1, place, 1)
+                if edge[azimuth, place + 1, FAR_SIDE, EXCESS] > far.excess:
+                    _copy_side(blocked, azimuth, place + 1, place, FAR_SIDE)
                 _remove(blocked, azimuth, place + 1)
         return
-    if count == CAPACITY:
+    if count == MAX_INTERVALS:
         _fuse_closest(blocked, azimuth)
         block(blocked, azimuth, near, far, owner, touch)
         return
     for i in range(count, place, -1):
         _copy(blocked, azimuth, i - 1, i)
-    edge[azimuth, place, 0, 0], edge[azimuth, place, 0, 1], edge[azimuth, place, 0, 2] = near
-    edge[azimuth, place, 1, 0], edge[azimuth, place, 1, 1], edge[azimuth, place, 1, 2] = far
-    owners[azimuth, place, 0] = owners[azimuth, place, 1] = owner
+    _write_side(blocked, azimuth, place, NEAR_SIDE, near, owner)
+    _write_side(blocked, azimuth, place, FAR_SIDE, far, owner)
     blocked.filled[azimuth] = count + 1
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def reach_from_axis(blocked: Blocked, azimuth: int, touch: float) -> float:
-    """Excess up to which all is blocked from the axis on; negative where the axis is free."""
-    if blocked.filled[azimuth] == 0 or blocked.edge[azimuth, 0, 0, 0] > touch:
-        return -1.0
-    return float(blocked.edge[azimuth, 0, 1, 0])
+    """Excess (m) up to which all is blocked from the line of sight on, or `NOT_BLOCKED`."""
+    if blocked.filled[azimuth] == 0 or blocked.edge[azimuth, 0, NEAR_SIDE, EXCESS] > touch:
+        return NOT_BLOCKED
+    return float(blocked.edge[azimuth, 0, FAR_SIDE, EXCESS])
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def reach_from(blocked: Blocked, azimuth: int, excess: float) -> float:
-    """Excess up to which all is blocked from some excess on; negative where that is free."""
+    """Excess (m) up to which all is blocked from ``excess`` on, or `NOT_BLOCKED`."""
     edge = blocked.edge
     for i in range(blocked.filled[azimuth]):
-        if edge[azimuth, i, 1, 0] >= excess:
-            return float(edge[azimuth, i, 1, 0]) if edge[azimuth, i, 0, 0] <= excess else -1.0
-    return -1.0
+        far = edge[azimuth, i, FAR_SIDE, EXCESS]
+        if far >= excess:
+            return float(far) if edge[azimuth, i, NEAR_SIDE, EXCESS] <= excess else NOT_BLOCKED
+    return NOT_BLOCKED
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")

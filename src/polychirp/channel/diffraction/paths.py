@@ -1,44 +1,47 @@
-r"""Diffraction of direct paths at the silhouettes of whatever stands in or near the way.
+r"""Diffraction of direct paths at the silhouettes of obstacles in or near the line of sight.
 
-A radar at S lights another at distance d past obstacles. Kirchhoff's integral over what is free
-between them is the geometric wave, where nothing is on the line of sight, and a wave from every
-point E of the silhouette's edge (Maggi 1888, Rubinowicz 1917; Born & Wolf §8.9):
+A radar at S illuminates another at distance d past obstacles. Kirchhoff's integral over the free
+aperture between them is the sum of the geometric wave, if nothing is on the line of sight, and of
+a wave from every point E of the silhouette's edge (Maggi 1888, Rubinowicz 1917; Born & Wolf §8.9):
 
 .. math::
     \frac{U}{U_0} = [\text{clear}] + \frac{1}{2\pi}\oint d\varphi \sum_{\text{edges}} \pm
     \frac{1+\cos\theta}{2}\,e^{-jk(r_1+r_2-d)}
 
 where :math:`r_1, r_2` are the edge's distances from both ends, θ the angle by which the path bends
-there, φ the azimuth about the line of sight, and + (−) stands for an edge beyond which, going
-away from the line of sight, all is free (blocked). The boundary wave
+there, and φ the azimuth about the line of sight. The sign is + (−) for an edge beyond which, away
+from the line of sight, the aperture is free (blocked). The boundary wave
 :math:`\frac{1}{4\pi}\oint \frac{e^{-jk(r_1+r_2)}}{r_1 r_2}\frac{(\hat r_1\times\hat r_2)\cdot
 dl}{1-\cos\theta}` takes this form because :math:`(\vec r_1\times\vec r_2)\cdot dl = \rho^2 d\,
-d\varphi` and :math:`r_1^2 r_2^2\sin^2\theta = \rho^2d^2`: nothing is singular at grazing, where
-half of all azimuths are blocked and U = ½U₀. A straight edge has Fresnel's
+d\varphi` and :math:`r_1^2 r_2^2\sin^2\theta = \rho^2d^2`. Nothing is singular at grazing
+incidence, where half of all azimuths are blocked and U = ½U₀. A straight edge has Fresnel's
 :math:`\frac{1+j}{2}[(\frac12-C(\nu)) - j(\frac12-S(\nu))]`,
 :math:`\nu = h\sqrt{\frac2\lambda(\frac1{d_1}+\frac1{d_2})}`.
 
 **The silhouette.** Every triangle that may be in the way is cut by half-planes about the line of
-sight. In a half-plane it covers an interval of the excess :math:`r_1+r_2-d`: least where a mirror
-would reflect, greatest at an end. What several surfaces cover is united, and the ends of what is
-then blocked are the edges, each with its own depth. Between two half-planes an edge is straight.
+sight. In a half-plane it covers an interval of the excess :math:`r_1+r_2-d`, which is least where
+a mirror would reflect and greatest at an end of the cut. The intervals of all surfaces are united,
+and the ends of the united intervals are the edges, each with its own depth. Between two half-planes
+an edge is straight.
 
-**What counts.** Surfaces that block, unless both radars are in front of them: those mirror, which
-facets and planes answer for; of plates, only those whose plane is between the two. Nothing within
-`SKIN` of either end, along the line of sight, blocks.
+**Obstacles** are the surfaces that block, except those that both radars are in front of: these
+reflect, and other mechanisms compute that. A plate is an obstacle only if its plane lies between
+the radars. Nothing within `RADAR_CLEARANCE` of either radar, along the line of sight, is an
+obstacle.
 
-**Limits.** One edge in every half-plane and direction: of several obstacles behind one another,
-and of both ends of a flat top, the one that reaches farthest into the way counts alone. That is
-right if the others stay clear of the path over it by a Fresnel zone; two equal edges at grazing
-have ½ instead of ⅓ (3.5 dB too much), and a long body's roof in deep shadow more. Obstacles are
-absorbing: no polarisation at the edge, no creeping waves, no fringe currents of edges; angles
-of some 20° and less. Edges are sought up to `CLEAR` zones of Fresnel where the line of sight is
-clear, and to `SHADOW` where not, from half of that on with less and less weight. A straight edge
-n zones away makes :math:`1/2\pi\sqrt n` of the unobstructed field, so what is left out is below
-−33 dB and −38 dB of it.
+**Limits.** There is one edge in every half-plane and direction: of several obstacles behind one
+another, and of both ends of a flat top, only the one that reaches farthest into the way counts.
+That is right if the path over it clears the others by a Fresnel zone. Two equal edges at grazing
+incidence give ½ instead of ⅓ (3.5 dB too much), and a long body's roof in deep shadow errs more.
+Obstacles absorb: edges have no influence on polarisation, and there are no creeping waves and no
+fringe currents. Angles should not exceed some 20°. Edges are sought up to `MAX_ZONES_CLEAR` Fresnel
+zones if the line of sight is clear and to `MAX_ZONES_BLOCKED` if not; their weight falls from half
+of that on. A straight edge n zones away makes :math:`1/2\pi\sqrt n` of the unobstructed field, so
+the edges left out are below −33 dB and −38 dB of it.
 
-**From edges to paths.** As in `facets`: edge waves are gathered, for every actor, in smooth cells
-of excess length with complex moments, exact to first order in frequency, aperture and time.
+**From edges to paths.** As in `physical_optics.paths`, the edge waves of every actor are summed in
+smooth cells of excess length, with complex moments that are exact to first order in frequency,
+aperture and time.
 """
 
 from __future__ import annotations
@@ -50,33 +53,47 @@ import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import gather, no_paths, path_table
-from polychirp.channel.diffraction.edge_waves import CELL, Pair, Waves, edge_waves
+from polychirp.channel.diffraction.edge_waves import (
+    EXCESS_CELL_LENGTH,
+    FIELD,
+    MEAN_EXCESS,
+    OUTWARD,
+    PLACE,
+    RATE,
+    RETURN,
+    SQUARED_RATE,
+    WEIGHT,
+    EdgeWaves,
+    LinkFrame,
+    edge_waves,
+)
 from polychirp.channel.diffraction.silhouette import Obstacles
-from polychirp.channel.direct.line_of_sight import line_of_sight, projection
-from polychirp.channel.direct.occluded import short_of, visible_line_of_sight
-from polychirp.channel.geometry.retarded_delay import passing
-from polychirp.channel.scene.transmission import through
-from polychirp.channel.scene.world import ROLES, SKIN, World
+from polychirp.channel.direct.line_of_sight import line_of_sight, straight_path_polarisation
+from polychirp.channel.direct.occluded import points_before, visible_line_of_sight
+from polychirp.channel.geometry.retarded_delay import range_acceleration
+from polychirp.channel.scene.transmission import transmission_matrices
+from polychirp.channel.scene.world import RADAR_CLEARANCE, ROLES, World
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.paths import Bounce, PropagationPaths
 
-CLEAR: Final = 100.0
-"""Fresnel zones about a clear line of sight within which edges are sought."""
+MAX_ZONES_CLEAR: Final = 100.0
+"""Fresnel zones about a clear line of sight within which edges are sought (chosen: a straight edge
+farther away makes less than −33 dB of the unobstructed field)."""
 
-SHADOW: Final = 300.0
-"""Fresnel zones about a blocked line of sight within which edges are sought."""
+MAX_ZONES_BLOCKED: Final = 300.0
+"""Fresnel zones about a blocked line of sight within which edges are sought (likewise −38 dB)."""
 
 
 def diffracted_paths(world: World, pairs: IntArray) -> PropagationPaths:
-    """Paths of ``pairs`` over the edges of what stands in or near their line of sight.
+    """Paths of ``pairs`` over the edges of obstacles in or near their line of sight.
 
-    They and `visible_line_of_sight` together are the field that arrives directly: continuous
-    where an obstacle comes into the way. Both ways of a pair are each other's transposes.
-    Equation, limits and what is left out: at the head of this module.
+    Together with `visible_line_of_sight` they are the field that arrives directly, which is
+    continuous while an obstacle moves into the way. The transfer matrices of both directions of a
+    pair are each other's transposes. The head of this module states the equation and its limits.
 
     Examples
     --------
-    A wall whose edge is on the line of sight takes half of the field:
+    A wall whose edge is on the line of sight halves the field:
 
     >>> from polychirp.channel.base import all_pairs
     >>> from polychirp.channel.tracers.composite import Composite
@@ -107,41 +124,51 @@ def diffracted_paths(world: World, pairs: IntArray) -> PropagationPaths:
     clear = np.zeros((num_radars, num_radars), dtype=np.bool_)
     clear[seen.transmitter, seen.receiver] = True
     is_clear = clear[direct.transmitter, direct.receiver]
-    # edges are so near the line that what weakens it weakens them
+    # edges are near the line of sight, so sheets that weaken it weaken their waves
     place = world.scene.radar_position
     start, end = place[direct.transmitter], place[direct.receiver]
-    losses = through(world, start, short_of(start, end, SKIN))
-    found: dict[tuple[int, int, bool], _Fan] = {}
-    bodies, plates = _in_the_way(world, direct, is_clear)
+    losses = transmission_matrices(world, start, points_before(start, end, RADAR_CLEARANCE))
+    found: dict[_Link, _EdgePaths] = {}
+    bodies, plates = _obstructing(world, direct, is_clear)
     for number in np.flatnonzero(np.any(bodies, axis=-1) | np.any(plates, axis=-1)):
         a, b = int(direct.transmitter[number]), int(direct.receiver[number])
-        key = (min(a, b), max(a, b), bool(is_clear[number]))
-        if key not in found:
-            found[key] = _fan(
-                world, key, _sorted(world, key, bodies[number]), np.flatnonzero(plates[number])
-            )
-        table = _table(world, direct, int(number), found[key])
+        link = _Link(min(a, b), max(a, b), bool(is_clear[number]))
+        if link not in found:
+            hiding = _hiding_most_first(world, link, bodies[number])
+            found[link] = _edge_paths(world, link, hiding, np.flatnonzero(plates[number]))
+        table = _path_table(world, direct, int(number), found[link])
         tables.append(replace(table, transfer=table.transfer @ losses[number]))
     return gather(tables)
 
 
-def _farthest(world: World, is_clear: bool) -> float:
-    """M, the greatest excess of an edge."""
-    return (CLEAR if is_clear else SHADOW) * float(np.pi / world.wavenumber)
+class _Link(NamedTuple):
+    """Two radars, the lower number first; ``is_clear`` if their line of sight is free."""
+
+    first: int
+    second: int
+    is_clear: bool
 
 
-def _in_the_way(
+def _max_excess(world: World, is_clear: bool) -> float:
+    """Greatest excess of an edge, m."""
+    zones = MAX_ZONES_CLEAR if is_clear else MAX_ZONES_BLOCKED
+    return zones * float(np.pi / world.wavenumber)
+
+
+def _obstructing(
     world: World, direct: PropagationPaths, is_clear: BoolArray
 ) -> tuple[BoolArray, BoolArray]:
-    """Bodies and plates whose spheres meet the zones searched, ``(path, body or plate)``."""
+    """Masks of bodies and of plates whose spheres meet the zones, ``(path, body or plate)``."""
     place, plates = world.scene.radar_position, world.plates
     ends = place[direct.transmitter], place[direct.receiver]
     length = np.linalg.norm(ends[1] - ends[0], axis=-1)
-    reach = length + np.where(is_clear, _farthest(world, True), _farthest(world, False))
+    reach = length + np.where(is_clear, _max_excess(world, True), _max_excess(world, False))
 
     def meets(centre: FloatArray, radius: FloatArray) -> BoolArray:
         way = sum(np.linalg.norm(end[:, None] - centre, axis=-1) for end in ends)
-        return np.asarray((way - 2 * radius <= reach[:, None]) & (length > 2 * SKIN)[:, None])
+        return np.asarray(
+            (way - 2 * radius <= reach[:, None]) & (length > 2 * RADAR_CLEARANCE)[:, None]
+        )
 
     heights = [np.einsum("epx,px->ep", end[:, None] - plates.centre, plates.normal) for end in ends]
     between = heights[0] * heights[1] < 0
@@ -150,28 +177,29 @@ def _in_the_way(
     return meets(world.centre, world.radius), meets(plates.centre, size) & between
 
 
-def _sorted(world: World, key: tuple[int, int, bool], chosen: BoolArray) -> IntArray:
-    """Numbers of bodies, those first that hide most: on the line of sight, and near its ends."""
-    start, end = world.scene.radar_position[list(key[:2])]
+def _hiding_most_first(world: World, link: _Link, chosen: BoolArray) -> IntArray:
+    """Numbers of the chosen bodies: first those on the line of sight, and those near its ends."""
+    start, end = world.scene.radar_position[[link.first, link.second]]
     centre = world.centre[chosen]
     legs = [np.linalg.norm(centre - place, axis=-1) for place in (start, end)]
     is_on = legs[0] + legs[1] < np.linalg.norm(end - start) + world.radius[chosen]
     return np.flatnonzero(chosen)[np.lexsort([np.minimum(*legs), ~is_on])]
 
 
-class _Fan(NamedTuple):
-    """Paths from the first radar of a pair to the second, in units of the unobstructed field.
+class _EdgePaths(NamedTuple):
+    """Paths from the first radar of a link to the second, in units of the unobstructed field.
 
-    ``field`` ``(path,)`` complex; ``excess`` m, ``rate`` m/s of it, ``bend`` m/s²,
-    ``coherence_time`` s ``(path,)``; ``out``, ``back`` and ``point`` in the world ``(path, xyz)``;
-    ``actor``.
+    ``field`` complex; ``excess`` m; ``rate`` m/s and ``acceleration`` m/s² of the path's length;
+    ``coherence_time`` s; all ``(path,)``. ``out`` and ``back`` are unit vectors from the first and
+    from the second radar, ``point`` m the edge's, all in the world, ``(path, xyz)``; ``actor``
+    ``(path,)`` is the edge's.
     """
 
     first: int
     field: ComplexArray
     excess: FloatArray
     rate: FloatArray
-    bend: FloatArray
+    acceleration: FloatArray
     coherence_time: FloatArray
     out: FloatArray
     back: FloatArray
@@ -179,47 +207,46 @@ class _Fan(NamedTuple):
     actor: IntArray
 
 
-def _fan(world: World, key: tuple[int, int, bool], bodies: IntArray, plates: IntArray) -> _Fan:
-    """Edge waves from radar ``key[0]`` to radar ``key[1]``."""
-    first, second, is_clear = key
+def _edge_paths(world: World, link: _Link, bodies: IntArray, plates: IntArray) -> _EdgePaths:
+    """Edge waves from the link's first radar to its second."""
     place, speed = world.scene.radar_position, world.scene.radar_velocity
-    way = place[second] - place[first]
+    way = place[link.second] - place[link.first]
     length = float(np.linalg.norm(way))
-    frame = _frame(way / length)
+    rotation = rotation_to(way / length)
     owners = np.concatenate([world.body[bodies], np.repeat(world.plates.actor[plates], 2)])
     actors, slots = np.unique(owners, return_inverse=True)
     moving = np.array([world.scene.actors[actor].velocity for actor in actors])
-    pair = Pair(
+    frame = LinkFrame(
         length=length,
-        farthest=_farthest(world, is_clear),
+        farthest=_max_excess(world, link.is_clear),
         wavenumber=world.wavenumber,
-        there=np.ascontiguousarray((moving - speed[first]) @ frame.T),
-        home=np.ascontiguousarray((moving - speed[second]) @ frame.T),
+        from_sender=np.ascontiguousarray((moving - speed[link.first]) @ rotation.T),
+        from_receiver=np.ascontiguousarray((moving - speed[link.second]) @ rotation.T),
     )
-    obstacles = _obstacles(world, frame, place[first], bodies, plates)
-    waves = edge_waves(obstacles, slots.astype(np.int64), is_clear, pair)
-    return _gathered(world, waves, pair, (first, actors, frame, place[first], is_clear))
+    obstacles = obstacles_of(world, rotation, place[link.first], bodies, plates)
+    waves = edge_waves(obstacles, slots.astype(np.int64), link.is_clear, frame)
+    return _from_moments(world, link, waves, frame, rotation, actors)
 
 
-def _frame(axis: FloatArray) -> FloatArray:
-    """Rotation into a frame whose first axis is ``axis``: its rows."""
+def rotation_to(axis: FloatArray) -> FloatArray:
+    """Rotation matrix into a frame whose first axis is ``axis``; its rows are the axes."""
     spare = np.eye(3)[np.argmin(np.abs(axis))]
     side = np.cross(axis, spare)
     side = side / np.linalg.norm(side)
     return np.stack([axis, side, np.cross(axis, side)])
 
 
-def _obstacles(
-    world: World, frame: FloatArray, origin: FloatArray, bodies: IntArray, plates: IntArray
+def obstacles_of(
+    world: World, rotation: FloatArray, origin: FloatArray, bodies: IntArray, plates: IntArray
 ) -> Obstacles:
-    """Bodies and plates as the kernel needs them."""
+    """Bodies and plates in the frame at ``origin`` (m) into which ``rotation`` leads."""
     forest = world.forest
     opaque = forest.root[ROLES.index("opaque")]
     some = world.plates.of(plates)
     across = some.half_across[:, None] * some.across
     along = some.half_along[:, None] * some.along
     corner = [
-        (some.centre + u * across + v * along - origin) @ frame.T
+        (some.centre + u * across + v * along - origin) @ rotation.T
         for u, v in ((-1, -1), (1, -1), (1, 1), (-1, 1))
     ]
     halves = [
@@ -232,47 +259,54 @@ def _obstacles(
         size=forest.tree.size,
         triangle=forest.tree.triangle,
         nodes=opaque[bodies],
-        turn=np.ascontiguousarray(frame @ world.rotation[bodies]),
-        shift=np.ascontiguousarray((world.position[bodies] - origin) @ frame.T),
+        turn=np.ascontiguousarray(rotation @ world.rotation[bodies]),
+        shift=np.ascontiguousarray((world.position[bodies] - origin) @ rotation.T),
         sheet=np.stack(halves, axis=1).reshape(-1, 9),
     )
 
 
-def _gathered(
+def _from_moments(
     world: World,
-    waves: Waves,
-    pair: Pair,
-    about: tuple[int, IntArray, FloatArray, FloatArray, bool],
-) -> _Fan:
-    """Paths from the moments of cells; those far below the strongest are left out."""
-    first, actors, frame, origin, is_clear = about
-    power = np.abs(waves.moments[..., 0]) ** 2
-    strongest = max(float(np.max(power, initial=0.0)), float(is_clear))
+    link: _Link,
+    waves: EdgeWaves,
+    frame: LinkFrame,
+    rotation: FloatArray,
+    actors: IntArray,
+) -> _EdgePaths:
+    """Paths from the moments of cells, without those weaker than the dynamic range allows."""
+    power = np.abs(waves.moments[..., FIELD]) ** 2
+    strongest = max(float(np.max(power, initial=0.0)), float(link.is_clear))
     slot, cell = np.nonzero((power > 0) & (power * world.dynamic_range >= strongest))
     moments, spreads = waves.moments[slot, cell], waves.spreads[slot, cell]
-    field = moments[:, 0]
-    means = (moments[:, 1:] / field[:, None]).real
-    # where a cell's waves all but cancel, ratios of moments mean nothing
-    excess = np.clip(means[:, 0], np.maximum(cell - 1.0, 0.0) * CELL, (cell + 1.0) * CELL)
-    point = spreads[:, 1:4] / spreads[:, :1]
-    out = _or_towards(means[:, 1:4], point)
-    end = np.array([pair.length, 0.0, 0.0])
-    back = _or_towards(means[:, 4:7], point - end)
-    rate = np.sum(out * pair.there[slot] + back * pair.home[slot], axis=-1)
-    typical, square = (spreads[:, 4:] / spreads[:, :1]).T
+    field = moments[:, FIELD]
+    means = (moments / field[:, None]).real
+    # where a cell's waves nearly cancel, ratios of moments have no meaning
+    excess = np.clip(
+        means[:, MEAN_EXCESS],
+        np.maximum(cell - 1.0, 0.0) * EXCESS_CELL_LENGTH,
+        (cell + 1.0) * EXCESS_CELL_LENGTH,
+    )
+    weight, end = spreads[:, WEIGHT], np.array([frame.length, 0.0, 0.0])
+    point = spreads[:, PLACE : PLACE + 3] / weight[:, None]
+    out = _or_towards(means[:, OUTWARD : OUTWARD + 3], point)
+    back = _or_towards(means[:, RETURN : RETURN + 3], point - end)
+    velocity = frame.from_sender[slot], frame.from_receiver[slot]
+    rate = np.sum(out * velocity[0] + back * velocity[1], axis=-1)
+    typical, square = spreads[:, RATE] / weight, spreads[:, SQUARED_RATE] / weight
     spread = np.sqrt(np.maximum(square - typical**2, 0.0))
     # rounding leaves some µm/s to a single edge point
     coherence = 1.0 / (world.wavenumber * np.maximum(spread, 1e-12))
-    return _Fan(
-        first=first,
+    return _EdgePaths(
+        first=link.first,
         field=field * np.exp(1j * world.wavenumber * excess),
         excess=excess,
         rate=rate,
-        bend=passing(point, pair.there[slot]) + passing(point - end, pair.home[slot]),
+        acceleration=range_acceleration(point, velocity[0])
+        + range_acceleration(point - end, velocity[1]),
         coherence_time=np.where(spread > 1e-5, coherence, np.inf),
-        out=out @ frame,
-        back=back @ frame,
-        point=point @ frame + origin,
+        out=out @ rotation,
+        back=back @ rotation,
+        point=point @ rotation + world.scene.radar_position[link.first],
         actor=actors[slot],
     )
 
@@ -284,28 +318,33 @@ def _or_towards(mean: FloatArray, way: FloatArray) -> FloatArray:
     return np.where(is_direction, mean, straight)
 
 
-def _table(world: World, direct: PropagationPaths, number: int, fan: _Fan) -> PropagationPaths:
-    """Paths of the pair of a direct path, whichever way round it is."""
+def _path_table(
+    world: World, direct: PropagationPaths, number: int, edges: _EdgePaths
+) -> PropagationPaths:
+    """Paths of the pair of a direct path, in either direction."""
     a, b = int(direct.transmitter[number]), int(direct.receiver[number])
-    out, back = (fan.out, fan.back) if a == fan.first else (fan.back, fan.out)
+    out, back = (edges.out, edges.back) if a == edges.first else (edges.back, edges.out)
     speed = world.scene.radar_velocity
     # the direct path's delay is exact for moving ends: edges add their excess to it
     axis = direct.departure[number]
     opening = axis @ (speed[b] - speed[a])
     amplitude = 1.0 / (4 * np.pi * world.frequency * direct.delay[number])
-    transfer = projection(_unit(out), _unit(back)) * (amplitude * fan.field)[:, None, None]
+    transfer = (
+        straight_path_polarisation(_unit(out), _unit(back))
+        * (amplitude * edges.field)[:, None, None]
+    )
     return path_table(
         scene=world.scene,
         frequency=world.frequency,
-        pair=np.tile([a, b], (len(fan.field), 1)),
-        delay=direct.delay[number] + fan.excess / SPEED_OF_LIGHT,
-        delay_rate=direct.delay_rate[number] + (fan.rate - opening) / SPEED_OF_LIGHT,
+        pair=np.tile([a, b], (len(edges.field), 1)),
+        delay=direct.delay[number] + edges.excess / SPEED_OF_LIGHT,
+        delay_rate=direct.delay_rate[number] + (edges.rate - opening) / SPEED_OF_LIGHT,
         transfer=transfer,
         departure=out,
         arrival=back,
-        bounces=[(Bounce.DIFFRACTION, fan.actor, fan.point)],
-        coherence_time=fan.coherence_time,
-        delay_acceleration=fan.bend / SPEED_OF_LIGHT,
+        bounces=[(Bounce.DIFFRACTION, edges.actor, edges.point)],
+        coherence_time=edges.coherence_time,
+        delay_acceleration=edges.acceleration / SPEED_OF_LIGHT,
     )
 
 

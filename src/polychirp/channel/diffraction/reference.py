@@ -1,4 +1,4 @@
-"""Slow, obvious twins of diffraction: what a lit surface takes away, without looking for edges."""
+"""References for diffraction: integrals over lit surfaces, slow and simple, without edges."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def beside_obstacle(
     Kirchhoff's integral (Born & Wolf §8.3) over the triangles, α and β being the angles of both
     legs with the normal on the receiver's side, by midpoints: triangles should be so small that
     the phase turns by less than about 1 rad on them. They should cover each line only once: of a
-    body, those that the transmitter lights.
+    body, they are those that the transmitter illuminates.
 
     Parameters
     ----------
@@ -43,9 +43,10 @@ def beside_conductor(
 ) -> ComplexArray:
     r"""Transfer ``(receiving, transmitting)`` past lit triangles of metal.
 
-    The unobstructed field, and what the currents :math:`J = 2 n\times H` of the lit side radiate
-    forwards, with no test of whether they face the receiver: near-field physical optics as in
-    `polychirp.channel.physical_optics.paths`, by midpoints. Parameters as for `beside_obstacle`.
+    The sum of the unobstructed field and of the field that the currents :math:`J = 2 n\times H` of
+    the lit side radiate forwards, with no test of whether they face the receiver: near-field
+    physical optics as in `polychirp.channel.physical_optics.paths`, by midpoints. Parameters as for
+    `beside_obstacle`.
     """
     k = 2 * np.pi * frequency / SPEED_OF_LIGHT
     centroid, surface = _areas(corners, transmitter)
@@ -55,12 +56,12 @@ def beside_conductor(
     straight = polarisation_basis(-ahead) @ polarisation_basis(ahead).T
     total = np.asarray(straight * np.exp(-1j * k * length) / (2 * k * length), dtype=np.complex128)
     common = -1j / (8 * np.pi) * np.exp(-1j * k * (r1 + r2)) / (r1 * r2)
-    sent, heard = polarisation_basis(d), polarisation_basis(-q)
+    sent, received = polarisation_basis(d), polarisation_basis(-q)
     for t in range(2):
         # the surface points away from the transmitter, the normal of a lit side towards it
         current = -2 * np.cross(surface, np.cross(d, sent[:, t]))
         for x in range(2):
-            total[x, t] += np.sum(common[:, 0] * np.sum(current * heard[:, x], axis=-1))
+            total[x, t] += np.sum(common[:, 0] * np.sum(current * received[:, x], axis=-1))
     return total
 
 

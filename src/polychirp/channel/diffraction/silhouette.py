@@ -1,8 +1,7 @@
-"""Kernels of diffraction: where half-planes about a line of sight are blocked.
+"""Silhouettes of bodies and plates about a line of sight: what they block in its half-planes.
 
-`diffraction` says what they compute and why. All lengths are in the frame of the pair: origin at
-the transmitter, first axis towards the receiver. In the half-plane at an azimuth, a point has a
-depth z along the axis and a height ρ above it; its excess is r₁ + r₂ − d.
+`paths` states the equations. All vectors are in the frame of the pair: its origin is at the
+transmitter, its first axis points to the receiver. `half_planes` defines depth, height and excess.
 """
 
 from __future__ import annotations
@@ -15,9 +14,10 @@ from numba import njit
 
 from polychirp.axes import FloatArray, IntArray
 from polychirp.channel.diffraction.half_planes import (
-    CAPACITY,
+    MAX_INTERVALS,
     NUM_AZIMUTHS,
     Blocked,
+    EdgePoint,
     block,
     excess_of,
     half_plane_near,
@@ -25,16 +25,16 @@ from polychirp.channel.diffraction.half_planes import (
     reach_from,
     reach_from_axis,
 )
-from polychirp.channel.geometry.bvh import Vector
-from polychirp.channel.geometry.vectors import cross, dot, row, vector_at
-from polychirp.channel.scene.world import SKIN
+from polychirp.channel.geometry.vectors import Vector, cross, dot, row, vector_at
+from polychirp.channel.scene.world import RADAR_CLEARANCE
 
 
 class Obstacles(NamedTuple):
-    """What may stand in one pair's way.
+    """Bodies and plates that may stand between one pair of radars.
 
-    ``box`` … ``triangle`` as in `Tree`; ``nodes`` ``(body, 2)``, ``turn``, ``shift`` ``(body, …)``
-    from a body's frame to the pair's; ``sheet`` m ``(sheet, 9)`` triangles in the pair's frame.
+    ``box`` … ``triangle`` as in `Tree`, of all bodies; ``nodes`` ``(body, 2)`` are the first node
+    of each body and the one behind its last. ``turn`` and ``shift`` ``(body, …)`` lead from a
+    body's frame to the pair's; ``sheet`` ``(sheet, 9)`` m are triangles in the pair's frame.
     """
 
     box: FloatArray
@@ -49,8 +49,8 @@ class Obstacles(NamedTuple):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _nearest(az: float, ah: float, bz: float, bh: float, length: float) -> Vector:
-    """Least excess along a straight line in a half-plane: where a mirror there would reflect."""
+def _nearest(az: float, ah: float, bz: float, bh: float, length: float) -> EdgePoint:
+    """Point of least excess on a straight line in a half-plane: where a mirror would reflect."""
     wz, wh = bz - az, bh - ah
     square = wz * wz + wh * wh
     t = 0.0
@@ -61,7 +61,7 @@ def _nearest(az: float, ah: float, bz: float, bh: float, length: float) -> Vecto
         share = above / (above + below) if above + below > 0.0 else 0.5
         t = min(1.0, max(0.0, (foot + (other - foot) * share) / square))
     z, h = az + t * wz, ah + t * wh
-    return excess_of(z, h, length), z, h
+    return EdgePoint(excess_of(z, h, length), z, h)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -73,8 +73,9 @@ def _block_line(
     owner: int,
     touch: float,
 ) -> None:
-    """Block what a straight line in the full plane at an azimuth covers of its upper half."""
+    """Block what a straight line in the full plane at an azimuth covers in the upper half."""
     az, ah, bz, bh = line
+    # the part in the upper half, and not within RADAR_CLEARANCE of the radars
     if ah < 0.0 and bh < 0.0:
         return
     if ah < 0.0:
@@ -83,7 +84,7 @@ def _block_line(
         bz, bh = bz + (az - bz) * bh / (bh - ah), 0.0
     if az > bz:
         az, ah, bz, bh = bz, bh, az, ah
-    low, high = SKIN, length - SKIN
+    low, high = RADAR_CLEARANCE, length - RADAR_CLEARANCE
     if bz <= low or az >= high:
         return
     if az < low:
@@ -95,12 +96,13 @@ def _block_line(
     if max(a, b) <= max(touch, reach_from_axis(blocked, azimuth, touch)):
         return
     near = _nearest(az, ah, bz, bh, length)
-    block(blocked, azimuth, near, (a, az, ah) if a > b else (b, bz, bh), owner, touch)
+    far = EdgePoint(a, az, ah) if a > b else EdgePoint(b, bz, bh)
+    block(blocked, azimuth, near, far, owner, touch)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _azimuths(p: Vector, q: Vector, r: Vector) -> tuple[int, int]:
-    """First and last of the half-planes that a triangle may meet; last < first for none."""
+    """First and last of the half-planes that a triangle may meet; if none, last < first."""
     a = p[1] * q[2] - p[2] * q[1]
     b = q[1] * r[2] - q[2] * r[1]
     c = r[1] * p[2] - r[2] * p[1]
@@ -142,7 +144,10 @@ def _block_triangle(
     touch: float,
     way: FloatArray,
 ) -> None:
-    """Block what a triangle covers in every half-plane. ``way``: their cosines and sines."""
+    """Block what a triangle covers in every half-plane.
+
+    ``way`` ``(azimuth, 2)`` holds cosines and sines.
+    """
     p, q, r = corners
     begin, end = _azimuths(p, q, r)
     for number in range(begin, end + 1):
@@ -163,14 +168,14 @@ def _block_triangle(
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _is_before(triangle: FloatArray, t: int, point: Vector) -> bool:
-    """Whether a point is in front of a triangle."""
+def _is_in_front(triangle: FloatArray, t: int, point: Vector) -> bool:
+    """True if a point is in front of a triangle."""
     n = cross(vector_at(triangle, t, 3), vector_at(triangle, t, 6))
     return bool(dot(n, point) > dot(n, vector_at(triangle, t, 0)))
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _to_box(box: FloatArray, node: int, point: Vector) -> float:
+def _distance_to_box(box: FloatArray, node: int, point: Vector) -> float:
     """Distance from a point to a box."""
     total = 0.0
     for a in range(3):
@@ -199,7 +204,11 @@ def _is_hidden(
     length: float,
     least: float,
 ) -> bool:
-    """Whether a box is inside what is blocked, so that it changes nothing; ``least`` excess, m."""
+    """True if all that a box covers is blocked already.
+
+    ``m`` and ``origin`` lead from the box's frame to the pair's; ``least`` is its excess, m.
+    """
+    # first a quick test of the middle's half-plane alone
     c = _sum(
         _turned(m, (0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), 0.5 * (low[2] + high[2]))),
         origin,
@@ -235,9 +244,11 @@ def _block_body(
     touch: float,
     way: FloatArray,
 ) -> None:
-    """Block what a body's triangles cover that face the end near it alone, or what others do.
+    """Block what a body's triangles cover.
 
-    What both ends are before is no obstacle. ``reach``: m, length and greatest excess.
+    With ``to_near_end`` these are the triangles that face only the radar near the body, else those
+    that face only the other radar or none. Triangles that face both are no obstacle: they reflect.
+    ``reach`` m: the line of sight's length, and the greatest excess.
     """
     length, farthest = reach
     m, s = obstacles.turn[body], obstacles.shift[body]
@@ -248,7 +259,11 @@ def _block_body(
     node, stop, triangle = obstacles.nodes[body, 0], obstacles.nodes[body, 1], obstacles.triangle
     while node < stop:
         size = obstacles.size[node]
-        least = _to_box(obstacles.box, node, start) + _to_box(obstacles.box, node, end) - length
+        least = (
+            _distance_to_box(obstacles.box, node, start)
+            + _distance_to_box(obstacles.box, node, end)
+            - length
+        )
         here, least = node, max(least, touch)
         node = obstacles.skip[here]
         if least > farthest:
@@ -261,19 +276,22 @@ def _block_body(
         is_open = False
         begin = obstacles.first[here]
         for number in range(begin, begin + size):
-            one = _is_before(triangle, number, start)
-            other = _is_before(triangle, number, end)
+            one = _is_in_front(triangle, number, start)
+            other = _is_in_front(triangle, number, end)
             faces_near_end = one != other and one == is_at_start
             if (one and other) or faces_near_end != to_near_end:
                 continue
-            # dearer than to look at a few triangles
+            # the test costs more than a few triangles, so it comes after theirs
             is_open = is_open or not _is_hidden(blocked, low, high, m, origin, length, least)
             if not is_open:
                 break
             p = _sum(_turned(m, vector_at(triangle, number, 0)), origin)
             q = _sum(p, _turned(m, vector_at(triangle, number, 3)))
             r = _sum(p, _turned(m, vector_at(triangle, number, 6)))
-            if max(p[0], q[0], r[0]) > SKIN and min(p[0], q[0], r[0]) < length - SKIN:
+            if (
+                max(p[0], q[0], r[0]) > RADAR_CLEARANCE
+                and min(p[0], q[0], r[0]) < length - RADAR_CLEARANCE
+            ):
                 _block_triangle(blocked, (p, q, r), length, body, touch, way)
 
 
@@ -281,15 +299,15 @@ def _block_body(
 def blocked_intervals(
     obstacles: Obstacles, length: float, farthest: float, touch: float
 ) -> Blocked:
-    """Which excesses up to ``farthest`` (m) obstacles block, in every half-plane.
+    """Excesses up to ``farthest`` (m) that obstacles block, in every half-plane.
 
-    First come the sides of bodies towards the end near them: one layer, which hides most of the
-    rest.
+    The sides of bodies towards the radar near them come first: they are one layer that hides most
+    of the rest.
     """
     blocked = Blocked(
         np.zeros(NUM_AZIMUTHS, dtype=np.int64),
-        np.empty((NUM_AZIMUTHS, CAPACITY + 1, 2, 3)),
-        np.empty((NUM_AZIMUTHS, CAPACITY + 1, 2), dtype=np.int64),
+        np.empty((NUM_AZIMUTHS, MAX_INTERVALS + 1, 2, 3)),
+        np.empty((NUM_AZIMUTHS, MAX_INTERVALS + 1, 2), dtype=np.int64),
     )
     way = np.empty((NUM_AZIMUTHS, 2))
     for i in range(NUM_AZIMUTHS):

@@ -6,7 +6,7 @@ import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import path_table
-from polychirp.channel.geometry.retarded_delay import passing, retarded_leg
+from polychirp.channel.geometry.retarded_delay import range_acceleration, retarded_leg
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
 from polychirp.frames import polarisation_basis
@@ -14,27 +14,27 @@ from polychirp.model.paths import PropagationPaths
 from polychirp.model.scene import Scene
 
 
-def projection(departure: FloatArray, arrival: FloatArray) -> ComplexArray:
-    """What polarisation a straight path keeps: ``(path, receiving, transmitting)``.
+def straight_path_polarisation(departure: FloatArray, arrival: FloatArray) -> ComplexArray:
+    """Polarisation matrix of a straight path, ``(path, receiving, transmitting)``.
 
-    Both bases are taken on outward directions, so that V keeps its sign and H turns it.
+    Both bases are defined on outward directions. V therefore keeps its sign, and H changes it.
 
     >>> ahead = np.array([[1.0, 0.0, 0.0]])
-    >>> projection(ahead, -ahead)[0].real
+    >>> straight_path_polarisation(ahead, -ahead)[0].real
     array([[ 1.,  0.],
            [ 0., -1.]])
     """
-    sent, heard = polarisation_basis(departure), polarisation_basis(arrival)
-    return np.asarray(heard @ np.swapaxes(sent, -1, -2), dtype=np.complex128)
+    sent, received = polarisation_basis(departure), polarisation_basis(arrival)
+    return np.asarray(received @ np.swapaxes(sent, -1, -2), dtype=np.complex128)
 
 
 def line_of_sight(scene: Scene, *, frequency: float, pairs: IntArray) -> PropagationPaths:
-    r"""Direct paths of ``pairs`` ``(pair, 2)``, of different radars only, whatever is between.
+    r"""Direct paths of ``pairs`` ``(pair, 2)`` of different radars; obstacles are ignored.
 
     .. math:: |A| = \frac{\lambda}{4\pi d}
 
-    Friis, with d from where the transmitter was to where the receiver is; the delay is exact for
-    linear motion.
+    Friis, with d from the transmitter's place at departure to the receiver's place at arrival; the
+    delay is exact for linear motion.
 
     Raises
     ------
@@ -60,10 +60,10 @@ def line_of_sight(scene: Scene, *, frequency: float, pairs: IntArray) -> Propaga
         pair=pair,
         delay=delay,
         delay_rate=delay_rate,
-        transfer=amplitude[:, None, None] * projection(flight, -flight),
+        transfer=amplitude[:, None, None] * straight_path_polarisation(flight, -flight),
         departure=flight,
         arrival=-flight,
-        delay_acceleration=passing(
+        delay_acceleration=range_acceleration(
             SPEED_OF_LIGHT * delay[:, None] * flight, speed[pair[:, 1]] - speed[pair[:, 0]]
         )
         / SPEED_OF_LIGHT,

@@ -1,4 +1,4 @@
-"""Line of sight and point scatterers where surfaces block, and thin sheets and leaves weaken."""
+"""Line of sight and point scatterers with shadows, and with losses in thin sheets and leaves."""
 
 from __future__ import annotations
 
@@ -10,24 +10,26 @@ from polychirp.axes import FloatArray, IntArray
 from polychirp.channel.direct.line_of_sight import line_of_sight
 from polychirp.channel.direct.point_scatterers import point_echoes
 from polychirp.channel.scene.occlusion import blocked
-from polychirp.channel.scene.transmission import through, with_legs
-from polychirp.channel.scene.world import SKIN, World
+from polychirp.channel.scene.transmission import transmission_matrices, with_leg_losses
+from polychirp.channel.scene.world import RADAR_CLEARANCE, World
 from polychirp.model.paths import PropagationPaths
 
 
 def visible_line_of_sight(world: World, pairs: IntArray) -> PropagationPaths:
-    """Direct paths with nothing opaque between the two radars but their own skins."""
+    """Direct paths with nothing opaque between the radars beyond `RADAR_CLEARANCE` from each."""
     paths = line_of_sight(world.scene, frequency=world.frequency, pairs=pairs)
     place = world.scene.radar_position
     start, end = place[paths.transmitter], place[paths.receiver]
-    end = short_of(start, end, SKIN)
+    end = points_before(start, end, RADAR_CLEARANCE)
     free = ~blocked(world, start, end)
     paths = paths.select(free)
-    return replace(paths, transfer=paths.transfer @ through(world, start[free], end[free]))
+    return replace(
+        paths, transfer=paths.transfer @ transmission_matrices(world, start[free], end[free])
+    )
 
 
 def visible_point_echoes(world: World, pairs: IntArray) -> PropagationPaths:
-    """Paths over point scatterers that both radars see; a point's own body does not count."""
+    """Paths over point scatterers that both radars see; a point's own body does not block."""
     paths = point_echoes(world.scene, frequency=world.frequency, pairs=pairs)
     place, free = world.scene.radar_position, np.ones(paths.num_paths, dtype=np.bool_)
     legs = np.empty((2, paths.num_paths, 2, 2), dtype=np.complex128)
@@ -37,11 +39,11 @@ def visible_point_echoes(world: World, pairs: IntArray) -> PropagationPaths:
         point = paths.bounce_point[mine]
         for leg, radar in enumerate((paths.transmitter[mine], paths.receiver[mine])):
             free[mine] &= ~blocked(world, place[radar], point, but_body=own)
-            legs[leg, mine] = through(world, place[radar], point, but_body=own)
-    return replace(paths, transfer=with_legs(paths.transfer, legs[0], legs[1])).select(free)
+            legs[leg, mine] = transmission_matrices(world, place[radar], point, but_body=own)
+    return replace(paths, transfer=with_leg_losses(paths.transfer, legs[0], legs[1])).select(free)
 
 
-def short_of(start: FloatArray, end: FloatArray, gap: float) -> FloatArray:
+def points_before(start: FloatArray, end: FloatArray, gap: float) -> FloatArray:
     """Points ``gap`` m before ``end`` on the way from ``start``."""
     way = end - start
     length = np.linalg.norm(way, axis=-1, keepdims=True)

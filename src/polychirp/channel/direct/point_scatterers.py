@@ -1,4 +1,4 @@
-"""Isotropic point scatterers."""
+"""Echoes of isotropic point scatterers."""
 
 from __future__ import annotations
 
@@ -6,20 +6,20 @@ import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import no_paths, path_table
-from polychirp.channel.geometry.retarded_delay import passing, retarded_leg
+from polychirp.channel.geometry.retarded_delay import range_acceleration, retarded_leg
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.paths import Bounce, PropagationPaths
 from polychirp.model.scene import Scene
 
 
 def point_echoes(scene: Scene, *, frequency: float, pairs: IntArray) -> PropagationPaths:
-    r"""Paths of ``pairs`` ``(pair, 2)`` over every `PointScatterer`, whatever is between.
+    r"""Paths of ``pairs`` ``(pair, 2)`` over every `PointScatterer`; obstacles are ignored.
 
     .. math:: |A|^2 = \frac{\sigma\lambda^2}{(4\pi)^3 r_1^2 r_2^2}
 
-    the radar equation without antennas (monostatic and bistatic). A point keeps V as V and H as
-    H in all directions. Delays are exact for linear motion: a target at R that recedes at v has
-    :math:`\tau = 2R/(c+v)`.
+    This is the radar equation without antennas (monostatic and bistatic). A point scatters V as V
+    and H as H in all directions. Delays are exact for linear motion: a target at R that recedes at
+    v has :math:`\tau = 2R/(c+v)`.
     """
     found = [
         (index, actor.pose.to_outer(np.array(point.position)), point.rcs)
@@ -50,17 +50,17 @@ def echoes_over(
     scattering: FloatArray | ComplexArray,
     kind: Bounce = Bounce.SCATTERING,
 ) -> PropagationPaths:
-    r"""One path over each of these points, which ride on actors.
+    r"""One path over each of the given points, which are fixed on actors.
 
     .. math:: A = \frac{\lambda}{(4\pi)^{3/2} r_1 r_2}\, S
 
     Parameters
     ----------
     pair : (transmitter, receiver), ``(path, 2)``
-    actor : that carries the point, ``(path,)``
-    point : where it is at the time of the scene, m ``(path, xyz)``
+    actor : actor that carries the point, ``(path,)``
+    point : position at the time of the scene, m ``(path, xyz)``
     scattering : S, m, ``(path, 2, 2)``: |S|² is the cross section between two polarisations
-    kind : what the points do to the wave
+    kind : bounce at the points
     """
     velocity = np.array([one.velocity for one in scene.actors])[actor]
     place, speed = scene.radar_position, scene.radar_velocity
@@ -75,12 +75,12 @@ def echoes_over(
         source_velocity=speed[pair[:, 0]],
         sink=point,
         sink_velocity=velocity,
-        lateness=back,
-        lateness_rate=back_rate,
+        later_delay=back,
+        later_delay_rate=back_rate,
     )
     legs = [SPEED_OF_LIGHT * late[:, None] for late in (out, back)]
-    bend = passing(legs[0] * out_flight, velocity - speed[pair[:, 0]])
-    bend += passing(legs[1] * back_flight, speed[pair[:, 1]] - velocity)
+    bend = range_acceleration(legs[0] * out_flight, velocity - speed[pair[:, 0]])
+    bend += range_acceleration(legs[1] * back_flight, speed[pair[:, 1]] - velocity)
     spread = (4 * np.pi) ** 1.5 * out * back * SPEED_OF_LIGHT * frequency
     return path_table(
         scene=scene,

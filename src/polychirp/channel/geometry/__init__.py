@@ -1,1 +1,11 @@
-"""Rays, boxes, nearest points and delays of moving points: geometry without waves."""
+"""Geometry of rays and points, without waves.
+
+* `vectors`: vectors as tuples, for kernels;
+* `bvh`: a tree of boxes over triangles; closest hit and occlusion (`Caster`, `first_hit`);
+* `wide_bvh`: the closest hit with eight boxes at a time (`nearest_hit`);
+* `closest_point`: nearest point of triangles;
+* `enclosure`: volume of closed surfaces, and points inside them;
+* `retarded_delay`: exact delays between points that move in straight lines.
+
+All public names are for the whole package `channel`.
+"""

@@ -1,32 +1,38 @@
 """Closest hit and occlusion of rays among triangles: a tree of boxes, in double precision.
 
-The tree is stored depth first. Every node knows where to go on when its box is missed, so that a
-traversal is a loop without a stack: descending is the next node, passing by is `skip`.
+The tree is stored depth first. Every node holds the number of the node to continue with if its
+box is missed (`Tree.skip`); otherwise the search continues with the next node. A traversal is
+therefore a loop without a stack.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from numba import njit, prange
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
+from polychirp.channel.geometry.vectors import Vector, row
 
-Vector = tuple[float, float, float]
+LEAF_SIZE: Final = 4
+"""Greatest number of triangles in a leaf, chosen: larger leaves mean fewer boxes and more triangles
+to test."""
 
-LEAF_SIZE = 4
-NUM_BINS = 16
-NOTHING = np.inf
+NUM_BINS: Final = 16
+"""Number of bins along an axis among whose edges a node is split, chosen."""
+
+NO_HIT: Final = np.inf
+"""Distance of a ray that hits nothing."""
 
 
 class Tree(NamedTuple):
     """Boxes over triangles.
 
-    ``box`` m ``(node, 6)`` low then high corner; ``skip`` ``(node,)`` where to go on after a
-    miss; ``first``, ``size`` ``(node,)`` the node's triangles, size 0 above the leaves;
-    ``triangle`` m ``(triangle, 9)`` a corner and two edges; ``face`` ``(triangle,)`` their
-    numbers before the tree put them in order.
+    ``box`` m ``(node, 6)``: low, then high corner; ``skip`` ``(node,)``: node to continue with
+    after a miss; ``first``, ``size`` ``(node,)``: the node's triangles, size 0 above the leaves;
+    ``triangle`` m ``(triangle, 9)``: a corner and two edges; ``face`` ``(triangle,)``: number of
+    the triangle before the tree sorted them.
     """
 
     box: FloatArray
@@ -37,9 +43,19 @@ class Tree(NamedTuple):
     face: IntArray
 
 
+class Boxes(NamedTuple):
+    """The tables of a `Tree`, or of several trees behind one another, that a search needs."""
+
+    box: FloatArray
+    skip: IntArray
+    first: IntArray
+    size: IntArray
+    triangle: FloatArray
+
+
 @njit(cache=True, nogil=True)
 def _bounds(low: FloatArray, high: FloatArray, order: IntArray, box: FloatArray) -> None:
-    """Box of the triangles named by ``order``."""
+    """Fill the box of the triangles with the numbers in ``order``."""
     box[:3], box[3:] = np.inf, -np.inf
     for t in order:
         for a in range(3):
@@ -88,7 +104,7 @@ def _bin(low: FloatArray, high: FloatArray, t: int, axis: int, least: float, wid
 
 @njit(cache=True, nogil=True)
 def _costs(boxes: FloatArray, counts: IntArray, out: FloatArray) -> None:
-    """Half-area times number of the bins so far, for every number of bins from the first."""
+    """Cost of the first 1, 2, … bins: half the area of their box times the number of triangles."""
     grow = np.empty(6)
     grow[:3], grow[3:], total = np.inf, -np.inf, 0
     for b in range(NUM_BINS):
@@ -101,8 +117,8 @@ def _costs(boxes: FloatArray, counts: IntArray, out: FloatArray) -> None:
 
 @njit(cache=True, nogil=True)
 def _split(low: FloatArray, high: FloatArray, order: IntArray) -> int:
-    """Put ``order`` into two parts of least surface-area cost; the size of the first."""
-    best_cost, best_axis, best_edge, best_least, best_width = np.inf, -1, 0, 0.0, 0.0
+    """Sort ``order`` into two parts of least surface-area cost; the size of the first."""
+    best_cost, best_axis, best_edge, best_least, best_width = np.inf, 0, 0, 0.0, 0.0
     boxes = np.empty((NUM_BINS, 6))
     counts = np.empty(NUM_BINS, dtype=np.int64)
     left, right = np.empty(NUM_BINS), np.empty(NUM_BINS)
@@ -112,13 +128,13 @@ def _split(low: FloatArray, high: FloatArray, order: IntArray) -> int:
             continue
         _costs(boxes, counts, left)
         _costs(boxes[::-1], counts[::-1], right)
-        # first and last bin hold a triangle each, so no part is empty
+        # neither part is empty: the first and the last bin hold a triangle each
         for edge in range(NUM_BINS - 1):
             cost = left[edge] + right[NUM_BINS - 2 - edge]
             if cost < best_cost:
                 best_cost, best_axis, best_edge = cost, axis, edge
                 best_least, best_width = least, width
-    if best_axis < 0:
+    if best_cost == np.inf:
         return int(order.size // 2)
     kept = np.empty(order.size, dtype=np.int64)
     front, back = 0, order.size
@@ -129,7 +145,7 @@ def _split(low: FloatArray, high: FloatArray, order: IntArray) -> int:
         else:
             back -= 1
             kept[back] = t
-    # not order[:] = kept: compiling what that says of unlike shapes takes 2 s
+    # not order[:] = kept: compiling its error message for unlike shapes takes 2 s
     for i in range(order.size):
         order[i] = kept[i]
     return front
@@ -147,7 +163,7 @@ def _grow_tree(
     first = np.zeros(most, dtype=np.int64)
     count = np.zeros(most, dtype=np.int64)
     order = np.arange(size)
-    # what is still to be built: range of triangles, and whose second child it is
+    # subtrees still to be built: range of triangles, and parent
     begin, end, parent = [0], [size], [0]
     num = 0
     owner = np.zeros(most, dtype=np.int64)
@@ -173,15 +189,15 @@ def _grow_tree(
 
 
 def grow_tree(triangles: FloatArray) -> Tree:
-    """The tree of triangles, m ``(triangle, corner, xyz)``; none at all make an empty box."""
+    """Tree of triangles, m ``(triangle, corner, xyz)``; without triangles, one empty box."""
     corners = np.ascontiguousarray(triangles, dtype=np.float64).reshape(-1, 3, 3)
-    # corner by corner: along an axis of three NumPy takes ten times as long
+    # corner by corner: along an axis of length three NumPy takes ten times as long
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
     low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
     box, skip, first, count, order = _grow_tree(low, high)
     ordered = corners[order]
     edges = ordered[:, 1:] - ordered[:, :1]
-    # copies, as what was made had room for twice as many nodes as triangles
+    # copies, since the tables were made for twice as many nodes as triangles
     return Tree(
         box=box.copy(),
         skip=skip.copy(),
@@ -193,24 +209,24 @@ def grow_tree(triangles: FloatArray) -> Tree:
 
 
 @njit(cache=True, nogil=True, inline="always")
-def inverse_of(x: float) -> float:
-    """1/x, but finite."""
-    # a ray along a box's side must not make 0·∞
+def finite_inverse(x: float) -> float:
+    """1/x, limited to finite values."""
+    # finite: 0·∞ would be undefined for a ray along a side of a box
     return 1.0 / x if abs(x) > 1e-300 else 1e300
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def entry(
+def box_entry(
     box: FloatArray, node: int, origin: Vector, inverse: Vector, span: tuple[float, float]
 ) -> float:
-    """Where a ray enters a box; infinite if not within its span."""
+    """Distance at which a ray enters a box; infinite if not within its span."""
     a, b = (box[node, 0] - origin[0]) * inverse[0], (box[node, 3] - origin[0]) * inverse[0]
     enter, leave = min(a, b), max(a, b)
     a, b = (box[node, 1] - origin[1]) * inverse[1], (box[node, 4] - origin[1]) * inverse[1]
     enter, leave = max(enter, min(a, b)), min(leave, max(a, b))
     a, b = (box[node, 2] - origin[2]) * inverse[2], (box[node, 5] - origin[2]) * inverse[2]
     enter, leave = max(enter, min(a, b)), min(leave, max(a, b))
-    # a flat box must not be missed by rounding
+    # rounding must not make a ray miss a flat box
     slack = 1e-12 * (abs(enter) + abs(leave))
     if enter > leave + slack or leave + slack < span[0] or enter - slack > span[1]:
         return np.inf
@@ -218,8 +234,8 @@ def entry(
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def struck(triangle: FloatArray, t: int, origin: Vector, direction: Vector) -> float:
-    """Where a ray meets a triangle's plane, in lengths of its direction; infinite beside it.
+def triangle_distance(triangle: FloatArray, t: int, origin: Vector, direction: Vector) -> float:
+    """Distance at which a ray meets a triangle, in lengths of its direction; `NO_HIT` beside it.
 
     Möller and Trumbore 1997.
     """
@@ -229,49 +245,48 @@ def struck(triangle: FloatArray, t: int, origin: Vector, direction: Vector) -> f
     px, py, pz = dy * vz - dz * vy, dz * vx - dx * vz, dx * vy - dy * vx
     volume = ux * px + uy * py + uz * pz
     if volume == 0.0:
-        return NOTHING
+        return NO_HIT
     scale = 1.0 / volume
     sx, sy = origin[0] - triangle[t, 0], origin[1] - triangle[t, 1]
     sz = origin[2] - triangle[t, 2]
     alpha = (sx * px + sy * py + sz * pz) * scale
     if alpha < 0.0 or alpha > 1.0:
-        return NOTHING
+        return NO_HIT
     qx, qy, qz = sy * uz - sz * uy, sz * ux - sx * uz, sx * uy - sy * ux
     beta = (dx * qx + dy * qy + dz * qz) * scale
     if beta < 0.0 or alpha + beta > 1.0:
-        return NOTHING
+        return NO_HIT
     return float((vx * qx + vy * qy + vz * qz) * scale)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def first_hit(
-    box: FloatArray,
-    skip: IntArray,
-    first: IntArray,
-    count: IntArray,
-    triangle: FloatArray,
+    boxes: Boxes,
     nodes: tuple[int, int],
     origin: Vector,
     direction: Vector,
     span: tuple[float, float],
-    any_will_do: bool,
+    any_hit: bool,
 ) -> tuple[float, int]:
-    """Distance, in lengths of ``direction``, and triangle of a hit strictly within ``span``.
+    """Distance (in lengths of ``direction``) and triangle of the first hit strictly in ``span``.
 
-    Nodes ``nodes[0]`` to ``nodes[1]`` are searched. Without a hit the distance is infinite.
+    Nodes ``nodes[0]`` to ``nodes[1]`` are searched. Without a hit the distance is `NO_HIT`. If
+    ``any_hit`` is true, the search ends at whichever hit it finds first.
     """
+    box, skip, first, size, triangle = boxes
+    dx, dy, dz = direction
+    inverse = (finite_inverse(dx), finite_inverse(dy), finite_inverse(dz))
     nearest, farthest = span
-    inverse = (inverse_of(direction[0]), inverse_of(direction[1]), inverse_of(direction[2]))
     node, stop = nodes
-    found, best = 0, NOTHING
+    found, best = 0, NO_HIT
     while node < stop:
-        if entry(box, node, origin, inverse, (nearest, farthest)) == np.inf:
+        if box_entry(box, node, origin, inverse, (nearest, farthest)) == np.inf:
             node = skip[node]
             continue
-        for t in range(first[node], first[node] + count[node]):
-            distance = struck(triangle, t, origin, direction)
+        for t in range(first[node], first[node] + size[node]):
+            distance = triangle_distance(triangle, t, origin, direction)
             if nearest < distance < farthest:
-                if any_will_do:
+                if any_hit:
                     return distance, t
                 farthest, best, found = distance, distance, t
         node += 1
@@ -280,36 +295,22 @@ def first_hit(
 
 @njit(cache=True, nogil=True, parallel=True)
 def _cast(
-    tree: Tree,
-    origins: FloatArray,
-    directions: FloatArray,
-    farthest: float,
-    any_will_do: bool,
+    tree: Tree, origins: FloatArray, directions: FloatArray, farthest: float, any_hit: bool
 ) -> tuple[FloatArray, IntArray]:
     num_rays = origins.shape[0]
     distance = np.empty(num_rays)
     face = np.empty(num_rays, dtype=np.int64)
     nodes = (0, tree.skip.size)
     for i in prange(num_rays):
-        o, d = origins[i], directions[i]
-        distance[i], t = first_hit(
-            tree.box,
-            tree.skip,
-            tree.first,
-            tree.size,
-            tree.triangle,
-            nodes,
-            (o[0], o[1], o[2]),
-            (d[0], d[1], d[2]),
-            (0.0, farthest),
-            any_will_do,
-        )
+        boxes = Boxes(tree.box, tree.skip, tree.first, tree.size, tree.triangle)
+        span = (0.0, farthest)
+        distance[i], t = first_hit(boxes, nodes, row(origins, i), row(directions, i), span, any_hit)
         face[i] = tree.face[t]
     return distance, face
 
 
 class Caster:
-    """Rays among triangles, m ``(triangle, corner, xyz)``.
+    """Casts rays among triangles, m ``(triangle, corner, xyz)``.
 
     Examples
     --------
@@ -327,24 +328,24 @@ class Caster:
     def closest(self, origins: FloatArray, directions: FloatArray) -> tuple[FloatArray, IntArray]:
         """Distance in m ``(ray,)``, infinite for a miss, and face ``(ray,)`` of the first hit.
 
-        The face of a miss means nothing. Directions ``(ray, xyz)`` may have any length.
+        The face of a miss has no meaning. Directions ``(ray, xyz)`` may have any length.
         """
-        start, way = rays(origins, directions)
+        start, way = paired_rays(origins, directions)
         if not self._tree.face.size:
-            return np.full(len(start), NOTHING), np.zeros(len(start), dtype=np.int64)
-        distance, face = _cast(self._tree, start, way, NOTHING, False)
+            return np.full(len(start), NO_HIT), np.zeros(len(start), dtype=np.int64)
+        distance, face = _cast(self._tree, start, way, NO_HIT, False)
         return distance * np.linalg.norm(way, axis=-1), face
 
     def occluded(self, origins: FloatArray, ends: FloatArray) -> BoolArray:
-        """Whether a triangle lies strictly between origin and end, both ``(ray, xyz)``."""
-        start, stop = rays(origins, ends)
+        """Mask of the rays with a triangle strictly between origin and end, both ``(ray, xyz)``."""
+        start, stop = paired_rays(origins, ends)
         if not self._tree.face.size:
             return np.zeros(len(start), dtype=np.bool_)
         return np.asarray(np.isfinite(_cast(self._tree, start, stop - start, 1.0, True)[0]))
 
 
-def rays(origins: FloatArray, others: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Two ends, or start and way, of as many rays, each ``(ray, xyz)`` in double precision."""
+def paired_rays(origins: FloatArray, others: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Two points, or point and direction, of as many rays, each ``(ray, xyz)`` in float64."""
     both = np.broadcast_arrays(
         np.asarray(origins, dtype=np.float64), np.asarray(others, dtype=np.float64)
     )
@@ -354,7 +355,7 @@ def rays(origins: FloatArray, others: FloatArray) -> tuple[FloatArray, FloatArra
 def closest_by_trying_all(
     triangles: FloatArray, origins: FloatArray, directions: FloatArray
 ) -> tuple[FloatArray, IntArray]:
-    """What `Caster.closest` gives, by trying every ray on every triangle: its slow twin."""
+    """Slow twin of `Caster.closest`: every ray against every triangle."""
     corner = triangles[:, 0]
     u, v = triangles[:, 1] - corner, triangles[:, 2] - corner
     cross = np.cross(directions[:, None], v)

@@ -1,4 +1,4 @@
-"""The point of every triangle that is nearest to a place, and which triangles face it."""
+"""Nearest point of every triangle to a place, and the triangles whose front faces the place."""
 
 from __future__ import annotations
 
@@ -6,12 +6,11 @@ import numpy as np
 from numba import njit
 
 from polychirp.axes import BoolArray, FloatArray
-from polychirp.channel.geometry.bvh import Vector
-from polychirp.channel.geometry.vectors import cross, dot, vector
+from polychirp.channel.geometry.vectors import Vector, cross, dot, vector
 
 
 def closest_points(corners: FloatArray, place: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """The point of every triangle nearest to a place, m, and whether its front is turned there.
+    """Point of every triangle that is nearest to a place, m, and mask of the fronts that face it.
 
     Parameters
     ----------
@@ -35,8 +34,10 @@ def closest_points(corners: FloatArray, place: FloatArray) -> tuple[FloatArray, 
     return point, is_front
 
 
-def closest_by_columns(corners: FloatArray, place: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """The slow twin of `closest_points`: all triangles at once, one operation after the other."""
+def closest_points_by_columns(
+    corners: FloatArray, place: FloatArray
+) -> tuple[FloatArray, BoolArray]:
+    """Slow twin of `closest_points`: all triangles at once, one operation after the other."""
     a = corners[:, 0]
     u, v, w = corners[:, 1] - a, corners[:, 2] - a, place - a
     is_front = np.sum(np.cross(u, v) * w, axis=-1) > 0
@@ -64,15 +65,15 @@ def _closest_points(
     p = vector(place)
     for face in range(len(corners)):
         a, b, c = vector(corners[face, 0]), vector(corners[face, 1]), vector(corners[face, 2])
-        u, v, w = _from(a, b), _from(a, c), _from(a, p)
+        u, v, w = _between(a, b), _between(a, c), _between(a, p)
         is_front[face] = dot(cross(u, v), w) > 0.0
-        point[face] = _closest(a, b, c, p)
+        point[face] = _closest_in_triangle(a, b, c, p)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _closest(a: Vector, b: Vector, c: Vector, p: Vector) -> Vector:
-    """Where the place's foot is if that is inside, else on the nearest side."""
-    u, v, w = _from(a, b), _from(a, c), _from(a, p)
+def _closest_in_triangle(a: Vector, b: Vector, c: Vector, p: Vector) -> Vector:
+    """Foot of the perpendicular if it is inside the triangle, else the nearest point of a side."""
+    u, v, w = _between(a, b), _between(a, c), _between(a, p)
     uu, uv, vv, wu, wv = dot(u, u), dot(u, v), dot(v, v), dot(w, u), dot(w, v)
     area = uu * vv - uv * uv
     if area > 0.0:
@@ -85,7 +86,7 @@ def _closest(a: Vector, b: Vector, c: Vector, p: Vector) -> Vector:
             )
     best = _closest_on_side(a, b, p)
     for other in (_closest_on_side(b, c, p), _closest_on_side(c, a, p)):
-        off, gap = _from(p, other), _from(p, best)
+        off, gap = _between(p, other), _between(p, best)
         if dot(off, off) < dot(gap, gap):
             best = other
     return best
@@ -93,13 +94,13 @@ def _closest(a: Vector, b: Vector, c: Vector, p: Vector) -> Vector:
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _closest_on_side(start: Vector, end: Vector, p: Vector) -> Vector:
-    side = _from(start, end)
-    share = dot(_from(start, p), side) / max(dot(side, side), 1e-300)
+    side = _between(start, end)
+    share = dot(_between(start, p), side) / max(dot(side, side), 1e-300)
     share = min(max(share, 0.0), 1.0)
     return start[0] + share * side[0], start[1] + share * side[1], start[2] + share * side[2]
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _from(a: Vector, b: Vector) -> Vector:
-    """The way from a to b."""
+def _between(a: Vector, b: Vector) -> Vector:
+    """Vector from a to b."""
     return b[0] - a[0], b[1] - a[1], b[2] - a[2]

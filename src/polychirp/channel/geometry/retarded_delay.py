@@ -12,21 +12,21 @@ from polychirp.axes import FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
 
 
-def passing(way: FloatArray, velocity: FloatArray) -> FloatArray:
-    r"""How a distance's rate grows as its ends pass each other, m/s² ``(…,)``.
+def range_acceleration(way: FloatArray, velocity: FloatArray) -> FloatArray:
+    r"""Second derivative of the distance between two ends that pass each other, m/s² ``(…,)``.
 
     .. math:: \ddot R = \frac{|v|^2 - (u\cdot v)^2}{R}
 
-    for a way R u whose ends move apart at v, both at constant velocities.
+    R u is the vector between the ends, v their relative velocity; both velocities are constant.
 
     Parameters
     ----------
     way : from one end to the other, m ``(…, xyz)``
-    velocity : of the other end against the one, m/s ``(…, xyz)``
+    velocity : of the other end relative to the first, m/s ``(…, xyz)``
 
     Examples
     --------
-    >>> float(passing(np.array([5.0, 0.0, 0.0]), np.array([3.0, 10.0, 0.0])))
+    >>> float(range_acceleration(np.array([5.0, 0.0, 0.0]), np.array([3.0, 10.0, 0.0])))
     20.0
     """
     length = np.linalg.norm(way, axis=-1)
@@ -40,20 +40,20 @@ def retarded_leg(
     source_velocity: FloatArray,
     sink: FloatArray,
     sink_velocity: FloatArray,
-    lateness: FloatArray | float = 0.0,
-    lateness_rate: FloatArray | float = 0.0,
+    later_delay: FloatArray | float = 0.0,
+    later_delay_rate: FloatArray | float = 0.0,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     r"""Delay, its rate, and direction of flight of a wave that arrives at a moving sink.
 
-    The wave arrives at :math:`t - \tau_0(t)`, τ₀ being ``lateness``: the delay of all later legs.
-    With :math:`u` the direction of flight,
+    The wave arrives at :math:`t - \tau_0(t)`, where τ₀ (``later_delay``) is the delay of all later
+    legs. With :math:`u` the direction of flight,
 
     .. math:: \dot\tau = \frac{(1 - \dot\tau_0)\, u\cdot(v_X - v_S)}{c - u\cdot v_S}
 
     Parameters
     ----------
     source, sink : m, ``(…, xyz)`` at time t; velocities m/s
-    lateness, lateness_rate : s and s/s, ``(…,)``
+    later_delay, later_delay_rate : s and s/s, ``(…,)``
 
     Returns
     -------
@@ -68,18 +68,18 @@ def retarded_leg(
     >>> bool(abs(delay - 30.0 / (SPEED_OF_LIGHT + 10.0)) < 1e-21)
     True
     """
-    late = np.asarray(lateness)[..., None]
-    # at the moment of arrival
+    late = np.asarray(later_delay)[..., None]
+    # both ends at the time of arrival
     gap = (sink - sink_velocity * late) - (source - source_velocity * late)
     along = np.sum(gap * source_velocity, axis=-1)
     speed = np.sum(np.asarray(source_velocity) ** 2, axis=-1)
     distance = np.sum(gap**2, axis=-1)
-    # c²τ² = |gap + v τ|²: the positive root, written so that nothing cancels
-    room = SPEED_OF_LIGHT**2 - speed
-    delay = (along + np.sqrt(along**2 + room * distance)) / room
+    # c²τ² = |gap + v τ|²: the positive root, written without cancellation
+    rest = SPEED_OF_LIGHT**2 - speed
+    delay = (along + np.sqrt(along**2 + rest * distance)) / rest
     flight = gap + source_velocity * delay[..., None]
     flight = flight / np.linalg.norm(flight, axis=-1, keepdims=True)
     closing = np.sum(flight * (sink_velocity - source_velocity), axis=-1)
-    rate = (1.0 - np.asarray(lateness_rate)) * closing
+    rate = (1.0 - np.asarray(later_delay_rate)) * closing
     rate = rate / (SPEED_OF_LIGHT - np.sum(flight * source_velocity, axis=-1))
     return np.asarray(delay), np.asarray(rate), np.asarray(flight)

@@ -1,11 +1,12 @@
-"""Vectors of three numbers in the kernels: tuples, which cost no memory."""
+"""Vectors of three numbers in compiled code: tuples, which need no memory allocation."""
 
 from __future__ import annotations
 
 from numba import njit
 
 from polychirp.axes import FloatArray
-from polychirp.channel.geometry.bvh import Vector
+
+Vector = tuple[float, float, float]
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -38,5 +39,5 @@ def row(a: FloatArray, i: int) -> Vector:
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def vector_at(a: FloatArray, i: int, k: int) -> Vector:
-    """The vector in row i of a table, from its column k on."""
+    """The vector in columns k, k + 1 and k + 2 of row i of a table."""
     return a[i, k], a[i, k + 1], a[i, k + 2]

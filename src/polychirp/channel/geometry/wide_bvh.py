@@ -1,10 +1,10 @@
-"""Closest hit of a ray in trees of boxes, eight boxes at a time, near ones first.
+"""Closest hit of a ray in trees of boxes, eight boxes at a time, near boxes first.
 
-`caster.first_hit` walks a tree in the order in which it is stored, which needs no room and is
-best where any hit will do. For the closest hit, what is near ought to come first: it shortens the
-ray, and leaves the rest out of its reach. Eight boxes are tried at once, as processors do sums, in
-single precision: they are larger by more than that may be wrong, while triangles are met in double
-precision. So the hits are those of any other way.
+`bvh.first_hit` walks a tree in the order in which it is stored. That needs no memory, and is best
+where any hit will do. For the closest hit, near boxes should come first: a hit shortens the ray,
+and the rest is then out of its reach. Eight boxes are tested together, as processors compute
+vectors, in single precision: the boxes are enlarged by more than the rounding, and triangles are
+tested in double precision. The hits are therefore those of `bvh.first_hit`.
 """
 
 from __future__ import annotations
@@ -16,49 +16,75 @@ from numba import njit
 from numpy.typing import NDArray
 
 from polychirp.axes import FloatArray, IntArray
-from polychirp.channel.geometry.bvh import NOTHING, Tree, Vector, struck
+from polychirp.channel.geometry.bvh import NO_HIT, Tree, triangle_distance
+from polychirp.channel.geometry.vectors import Vector
 
-WIDTH: Final = 8
-"""Boxes that are tried at once."""
+NUM_BOXES: Final = 8
+"""Boxes in a row, tested together: as many single-precision numbers as an AVX register holds."""
 
-LINK: Final = 6 * WIDTH
-"""Columns of a row that say where its boxes lead: to another row, or to a first triangle."""
+LINK_COLUMN: Final = 6 * NUM_BOXES
+"""First column of a row with the links of its boxes: to another row, or to a first triangle."""
 
-SIZE: Final = 7 * WIDTH
-"""Columns of a row that say how many triangles its boxes have: 0 for a row, −1 for no box."""
+SIZE_COLUMN: Final = 7 * NUM_BOXES
+"""First column of a row with the numbers of triangles of its boxes; 0: the link is to a row."""
 
-X_SIDES, Y_SIDES, Z_SIDES = (np.uint64(n * WIDTH) for n in (3, 5, 7))
-"""Sums of the columns of both sides; unsigned, as no column is counted from the end."""
+X_SIDES, Y_SIDES, Z_SIDES = (np.uint64(n * NUM_BOXES) for n in (3, 5, 7))
+"""Sum of the first columns of both sides of the boxes along an axis. Unsigned, so that the
+compiled code need not test for columns that count from the end."""
 
-MEDIUM: Final = 9
-"""Column of a triangle: the number of its medium; −1 − that number if it is a thin sheet."""
+TRIANGLE_MEDIUM: Final = 9
+"""Column of a triangle: the number of its medium."""
 
-CLOSEST, OPAQUE, SHEET = 0, 1, -1
-"""What is asked for: the closest hit, or any hit of one kind, by the sign of `MEDIUM`."""
+TRIANGLE_KIND: Final = 10
+"""Column of a triangle: `OPAQUE_KIND` or `SHEET_KIND`."""
 
-SWELL: Final = 2e-6
-"""By how much of the greatest distance from the origin boxes are larger: 16 roundings."""
+EITHER_KIND, OPAQUE_KIND, SHEET_KIND = 0, 1, 2
+"""Kinds of triangles to search: the closest hit of either kind, or any hit of one kind."""
 
-SLACK: Final = 1e-4
-"""m by which a ray is taken for longer at both ends, as single precision may be wrong:
-it is, by half of that, 1 km from the middle of a tree."""
+BOX_MARGIN: Final = 2e-6
+"""Enlargement of boxes, as a share of the greatest distance from the origin: 16 roundings."""
 
-STEEP: Final = 1e18
-"""Greatest inverse of a direction that is reckoned with: finite in single precision."""
+SPAN_MARGIN: Final = 1e-4
+"""Extension of a ray at both ends, m, while boxes are tested: twice the rounding error of single
+precision 1 km from the middle of a tree."""
+
+GREATEST_INVERSE: Final = 1e18
+"""Greatest inverse of a component of a direction: its products stay finite in single precision."""
 
 
 class Bundles(NamedTuple):
-    """Trees of boxes in bundles of `WIDTH`.
+    """Trees of boxes in rows of `NUM_BOXES`.
 
-    ``bundle`` ``(row, 64)``: the low x, y and z of the boxes, their high x, y and z, m, and columns
-    `LINK` and `SIZE`, which count from the table's begin; ``triangle`` ``(triangle, 10)``: a corner
-    and two edges, m, and column `MEDIUM`; ``room``: of how many numbers a ray
-    has to make notes on its way.
+    ``bundle`` ``(row, 64)``: the low x, y and z of the boxes, their high x, y and z, m, then
+    `LINK_COLUMN` and `SIZE_COLUMN`, whose numbers count from the begin of the table; ``triangle``
+    ``(triangle, 11)``: a corner and two edges, m, `TRIANGLE_MEDIUM` and `TRIANGLE_KIND`;
+    ``stack_size``: single-precision numbers that a search needs as working memory.
     """
 
     bundle: NDArray[np.float32]
     triangle: FloatArray
-    room: int
+    stack_size: int
+
+
+class SearchRay(NamedTuple):
+    """A ray in the frame of a tree.
+
+    ``direction`` is a unit vector; hits count strictly within ``span`` (m). ``middle`` (m) is
+    about where the ray is nearest to the middle of the tree: single precision counts from there.
+    """
+
+    origin: Vector
+    direction: Vector
+    span: tuple[float, float]
+    middle: float
+
+
+class _BoxRay(NamedTuple):
+    """A ray in single precision: inverse direction, and the columns of the sides it meets first."""
+
+    origin: tuple[np.float32, np.float32, np.float32]
+    inverse: tuple[np.float32, np.float32, np.float32]
+    side: tuple[np.uint64, np.uint64, np.uint64]
 
 
 @njit(cache=True, nogil=True)
@@ -72,14 +98,14 @@ def _half_area(box: FloatArray, node: int) -> float:
 def _gather_children(
     box: FloatArray, skip: IntArray, size: IntArray, nodes: IntArray, count: int
 ) -> int:
-    """Put children in the place of the largest of ``count`` nodes, while there is room."""
-    while count < WIDTH:
-        best, largest = -1, -1.0
+    """Replace the largest of ``count`` nodes by their children while there is room."""
+    while count < NUM_BOXES:
+        best, largest = 0, -np.inf
         for i in range(count):
             area = _half_area(box, nodes[i])
             if size[nodes[i]] == 0 and area > largest:
                 best, largest = i, area
-        if best < 0:
+        if largest == -np.inf:  # only leaves are left
             break
         node = nodes[best]
         nodes[best], nodes[count] = node + 1, skip[node + 1]
@@ -90,75 +116,85 @@ def _gather_children(
 @njit(cache=True, nogil=True)
 def _bundle(
     box: FloatArray, skip: IntArray, first: IntArray, size: IntArray, roots: IntArray,
-    swell: float,
+    margin: float,
 ) -> tuple[NDArray[np.float32], int]:  # fmt: skip
-    """Bundles of the trees at ``roots``, all below row 0, and the room that walking them takes."""
-    out = np.zeros((1 + skip.size, 8 * WIDTH), dtype=np.float32)
-    out[:, SIZE:] = -1.0
-    nodes, rows, room = np.empty(WIDTH, dtype=np.int64), 1, 1
-    # what is still to be written: the node, its row, and how many may wait then
-    whose, where, waits = [-1], [0], [1]
+    """Rows of the trees at ``roots``, all below row 0, and the most boxes that wait in a search."""
+    out = np.zeros((1 + skip.size, 8 * NUM_BOXES), dtype=np.float32)
+    # no ray enters a box of which low is above high
+    out[:, : 3 * NUM_BOXES], out[:, 3 * NUM_BOXES : LINK_COLUMN] = np.inf, -np.inf
+    nodes, rows, most = np.empty(NUM_BOXES, dtype=np.int64), 1, 1
+    # rows still to be written: their node, their number, and the boxes that may wait by then
+    whose, where, waits = [0], [0], [1]
     while len(whose) > 0:
         node, row, others = whose.pop(), where.pop(), waits.pop()
-        count = roots.size if node < 0 else 1
+        count = roots.size if row == 0 else 1
         for i in range(count):
-            nodes[i] = roots[i] if node < 0 else node
+            nodes[i] = roots[i] if row == 0 else node
         count = _gather_children(box, skip, size, nodes, count)
-        room = max(room, others + count)
+        most = max(most, others + count)
         for i in range(count):
             child = nodes[i]
             for x in range(3):
-                out[row, WIDTH * x + i] = box[child, x] - swell
-                out[row, WIDTH * (3 + x) + i] = box[child, 3 + x] + swell
-            out[row, SIZE + i] = size[child]
+                out[row, NUM_BOXES * x + i] = box[child, x] - margin
+                out[row, NUM_BOXES * (3 + x) + i] = box[child, 3 + x] + margin
+            out[row, SIZE_COLUMN + i] = size[child]
             if size[child] > 0:
-                out[row, LINK + i] = first[child]
+                out[row, LINK_COLUMN + i] = first[child]
                 continue
-            out[row, LINK + i] = rows
+            out[row, LINK_COLUMN + i] = rows
             whose.append(child)
             where.append(rows)
             waits.append(others + count)
             rows += 1
-    return out[:rows].copy(), room
+    return out[:rows].copy(), most
 
 
-def bundles_of(trees: tuple[Tree, ...], media: tuple[IntArray, ...]) -> Bundles:
-    """Several trees as one.
-
-    ``media``: what is in the column `MEDIUM` of the triangles of each.
-    """
+def bundles_of(
+    trees: tuple[Tree, ...], media: tuple[IntArray, ...], kinds: tuple[int, ...]
+) -> Bundles:
+    """Several trees as one, with the media of the triangles of each tree, and its kind."""
     nodes = np.cumsum([0] + [len(tree.skip) for tree in trees])
     triangles = np.cumsum([0] + [len(tree.face) for tree in trees])
     box = np.concatenate([tree.box for tree in trees])
     roots = [begin for begin, tree in zip(nodes, trees, strict=False) if len(tree.face)]
     farthest = np.max(np.abs(box[roots]), initial=0.0)
-    bundle, room = _bundle(
+    bundle, most = _bundle(
         box,
         np.concatenate([t.skip + n for t, n in zip(trees, nodes, strict=False)]),
         np.concatenate([t.first + n for t, n in zip(trees, triangles, strict=False)]),
         np.concatenate([tree.size for tree in trees]),
         np.array(roots, dtype=np.int64),
-        SWELL * float(farthest),
+        BOX_MARGIN * float(farthest),
     )
     rows = [
-        np.column_stack([tree.triangle, medium]) for tree, medium in zip(trees, media, strict=True)
+        np.column_stack([tree.triangle, medium, np.full(len(medium), kind)])
+        for tree, medium, kind in zip(trees, media, kinds, strict=True)
     ]
-    return Bundles(bundle, np.concatenate(rows), WIDTH + 3 * room)
+    return Bundles(bundle, np.concatenate(rows), NUM_BOXES + 3 * most)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _steepness(x: float) -> float:
+def _finite_inverse(x: float) -> float:
     """1/x, but finite in single precision."""
-    return 1.0 / x if abs(x) > 1.0 / STEEP else STEEP
+    return 1.0 / x if abs(x) > 1.0 / GREATEST_INVERSE else GREATEST_INVERSE
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _first_sides(x: float, y: float, z: float) -> tuple[np.uint64, np.uint64, np.uint64]:
-    """Columns of the sides of boxes that a ray along x, y, z meets first."""
-    return (
-        np.uint64(0 if x > 0.0 else 3 * WIDTH),
-        np.uint64(WIDTH if y > 0.0 else 4 * WIDTH),
-        np.uint64(2 * WIDTH if z > 0.0 else 5 * WIDTH),
+def _box_ray(ray: SearchRay) -> _BoxRay:
+    single, o, d = np.float32, ray.origin, ray.direction
+    x, y, z = _finite_inverse(d[0]), _finite_inverse(d[1]), _finite_inverse(d[2])
+    return _BoxRay(
+        (
+            single(o[0] + ray.middle * d[0]),
+            single(o[1] + ray.middle * d[1]),
+            single(o[2] + ray.middle * d[2]),
+        ),
+        (single(x), single(y), single(z)),
+        (
+            np.uint64(0 if x > 0.0 else 3 * NUM_BOXES),
+            np.uint64(NUM_BOXES if y > 0.0 else 4 * NUM_BOXES),
+            np.uint64(2 * NUM_BOXES if z > 0.0 else 5 * NUM_BOXES),
+        ),
     )
 
 
@@ -166,20 +202,16 @@ def _first_sides(x: float, y: float, z: float) -> tuple[np.uint64, np.uint64, np
 def _enter_all(
     bundle: NDArray[np.float32],
     row: int,
-    side: tuple[np.uint64, np.uint64, np.uint64],
-    origin: tuple[np.float32, np.float32, np.float32],
-    inverse: tuple[np.float32, np.float32, np.float32],
+    ray: _BoxRay,
     span: tuple[np.float32, np.float32],
     found: NDArray[np.float32],
 ) -> None:
-    """Where a ray enters the boxes of a row; infinite if not within its span.
-
-    ``side``: columns of the sides that it meets first.
-    """
-    never = np.float32(np.inf)
-    ax, ay, az = side
+    """Fill ``found`` with where a ray enters the boxes of a row; infinite outside its span."""
+    miss = np.float32(np.inf)
+    origin, inverse = ray.origin, ray.inverse
+    ax, ay, az = ray.side
     bx, by, bz = X_SIDES - ax, Y_SIDES - ay, Z_SIDES - az
-    # not WIDTH: a loop whose length is known is written out, and then not done at once
+    # not NUM_BOXES: a loop of known length is unrolled, and then not vectorised
     for c in range(np.uint64(bundle.shape[1] // 8)):
         x = (bundle[row, ax + c] - origin[0]) * inverse[0]
         y = (bundle[row, ay + c] - origin[1]) * inverse[1]
@@ -189,85 +221,75 @@ def _enter_all(
         y = (bundle[row, by + c] - origin[1]) * inverse[1]
         z = (bundle[row, bz + c] - origin[2]) * inverse[2]
         leave = min(x, y, z, span[1])
-        found[c] = enter if enter <= leave else never
+        found[c] = enter if enter <= leave else miss
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _note(bundle: NDArray[np.float32], row: int, waiting: NDArray[np.float32], waits: int) -> int:
-    """Note which boxes of a row a ray enters, far ones first; where the notes end then."""
-    never, none, first = np.float32(np.inf), np.float32(0.0), waits
-    for c in range(WIDTH):
-        here = waiting[c]
-        if here < never and bundle[row, SIZE + c] >= none:
-            k = waits
-            while k > first and waiting[k - 3] < here:
+def _push_entered(
+    bundle: NDArray[np.float32], row: int, stack: NDArray[np.float32], top: int
+) -> int:
+    """Push the boxes of a row that a ray enters, far ones first; the new top of the stack."""
+    miss, first = np.float32(np.inf), top
+    for c in range(NUM_BOXES):
+        here = stack[c]
+        if here < miss:
+            k = top
+            while k > first and stack[k - 3] < here:
                 for x in range(3):
-                    waiting[k + x] = waiting[k - 3 + x]
+                    stack[k + x] = stack[k - 3 + x]
                 k -= 3
-            waiting[k] = here
-            waiting[k + 1], waiting[k + 2] = bundle[row, LINK + c], bundle[row, SIZE + c]
-            waits += 3
-    return waits
+            stack[k] = here
+            stack[k + 1], stack[k + 2] = bundle[row, LINK_COLUMN + c], bundle[row, SIZE_COLUMN + c]
+            top += 3
+    return top
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def nearest_hit(
-    bundle: NDArray[np.float32],
-    triangle: FloatArray,
+    bundles: Bundles,
     begin: tuple[int, int],
-    origin: Vector,
-    direction: Vector,
-    span: tuple[float, float],
-    middle: float,
+    ray: SearchRay,
     wanted: int,
-    waiting: NDArray[np.float32],
+    stack: NDArray[np.float32],
 ) -> tuple[float, int]:
-    """Distance and triangle of the closest hit strictly within ``span``, m.
+    """Distance and triangle of the closest hit of `EITHER_KIND`, or of any hit of one kind.
 
     Parameters
     ----------
     begin : row and triangle where the table of the tree begins
-    direction : a unit vector
-    middle : m, about where the ray is nearest to the middle of the tree
-    wanted : `CLOSEST` of all, or any that is `OPAQUE`, or a `SHEET`
-    waiting : `Bundles.room` numbers
+    wanted : `EITHER_KIND`, `OPAQUE_KIND` or `SHEET_KIND`
+    stack : working memory, `Bundles.stack_size` numbers: where the ray enters the boxes of the
+        present row, then for every box that waits its entry, link and size
 
     Returns
     -------
-    distance : infinite without a hit
+    distance : m, `NO_HIT` without a hit
     triangle : counted from ``begin[1]``
     """
-    single = np.float32
-    ix, iy, iz = _steepness(direction[0]), _steepness(direction[1]), _steepness(direction[2])
-    inverse = single(ix), single(iy), single(iz)
-    side = _first_sides(ix, iy, iz)
-    place = (
-        single(origin[0] + middle * direction[0]),
-        single(origin[1] + middle * direction[1]),
-        single(origin[2] + middle * direction[2]),
-    )
-    farthest, start = span[1], single(span[0] - middle - SLACK)
-    best, found, waits, link, size = NOTHING, 0, WIDTH, 0, 0
+    single, bundle, triangle = np.float32, bundles.bundle, bundles.triangle
+    box_ray, kind = _box_ray(ray), float(wanted)
+    farthest, start = ray.span[1], single(ray.span[0] - ray.middle - SPAN_MARGIN)
+    best, found, top, link, size = NO_HIT, 0, NUM_BOXES, 0, 0
     while True:
         if size > 0:
             for t in range(begin[1] + link, begin[1] + link + size):
-                if wanted * (triangle[t, MEDIUM] + 0.5) < 0.0:
+                if wanted != EITHER_KIND and triangle[t, TRIANGLE_KIND] != kind:
                     continue
-                distance = struck(triangle, t, origin, direction)
-                if span[0] < distance < farthest:
+                distance = triangle_distance(triangle, t, ray.origin, ray.direction)
+                if ray.span[0] < distance < farthest:
                     farthest, best, found = distance, distance, t - begin[1]
-                    if wanted != CLOSEST:
+                    if wanted != EITHER_KIND:
                         return best, found
         else:
             row = begin[0] + link
-            stop = single(farthest - middle + SLACK)
-            _enter_all(bundle, row, side, place, inverse, (start, stop), waiting)
-            waits = _note(bundle, row, waiting, waits)
-        # what has been found may be nearer than what waits
-        stop = single(farthest - middle + SLACK)
-        while waits > WIDTH and waiting[waits - 3] > stop:
-            waits -= 3
-        if waits == WIDTH:
+            stop = single(farthest - ray.middle + SPAN_MARGIN)
+            _enter_all(bundle, row, box_ray, (start, stop), stack)
+            top = _push_entered(bundle, row, stack, top)
+        # a hit may be nearer than boxes that wait
+        stop = single(farthest - ray.middle + SPAN_MARGIN)
+        while top > NUM_BOXES and stack[top - 3] > stop:
+            top -= 3
+        if top == NUM_BOXES:
             return best, found
-        waits -= 3
-        link, size = int(waiting[waits + 1]), int(waiting[waits + 2])
+        top -= 3
+        link, size = int(stack[top + 1]), int(stack[top + 2])

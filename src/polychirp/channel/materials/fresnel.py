@@ -1,8 +1,8 @@
-r"""Reflection and transmission at a half-space, a sheet and a conductor; loss by roughness.
+"""Reflection and transmission at a half-space, a sheet and a conductor; loss by roughness.
 
 e^{+jωt}, ε = ε′ − jε″; s is across the plane of incidence, p in it, with the signs for which a
-perfect conductor has Γs = −1 and Γp = +1. The NumPy functions are what people call and what the
-scalar kernels, which the compiled mechanisms call, are tested against.
+perfect conductor has Γs = −1 and Γp = +1. The NumPy functions are for callers outside kernels;
+the compiled mechanisms call the scalar kernels, which are tested against the NumPy functions.
 """
 
 from __future__ import annotations
@@ -36,10 +36,19 @@ def half_space(permittivity: complex, cosine: ArrayLike) -> tuple[ComplexArray, 
     return (c - q) / (c + q), (permittivity * c - q) / (permittivity * c + q)
 
 
+class SheetCoefficients(NamedTuple):
+    """Amplitude coefficients of a sheet: reflection Rs, Rp and transmission Ts, Tp."""
+
+    reflection_s: ComplexArray
+    reflection_p: ComplexArray
+    transmission_s: ComplexArray
+    transmission_p: ComplexArray
+
+
 def sheet(
     permittivity: complex, thickness: float, cosine: ArrayLike, frequency: float
-) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
-    r"""(Rs, Rp, Ts, Tp) of a sheet (m) with air on both sides.
+) -> SheetCoefficients:
+    r"""Coefficients of a sheet of a thickness (m) with air on both sides.
 
     .. math:: R = \Gamma\frac{1 - e^2}{1 - \Gamma^2 e^2}, \quad
         T = \frac{(1 - \Gamma^2)\,e}{1 - \Gamma^2 e^2}, \quad e = e^{-jkqt}
@@ -47,17 +56,16 @@ def sheet(
     c = np.asarray(cosine, dtype=np.complex128)
     q = np.sqrt(permittivity - (1.0 - c * c))
     delay = np.exp(-2j * np.pi * frequency / SPEED_OF_LIGHT * thickness * q)
-    through = []
-    back = []
+    back, through = [], []
     for single in half_space(permittivity, cosine):
         below = 1.0 - single**2 * delay**2
         back.append(single * (1.0 - delay**2) / below)
         through.append((1.0 - single**2) * delay / below)
-    return back[0], back[1], through[0], through[1]
+    return SheetCoefficients(*back, *through)
 
 
 def roughness_factor(roughness: float, cosine: ArrayLike, frequency: float) -> FloatArray:
-    r"""What Gaussian roughness (rms, m) leaves of a mirror's amplitude.
+    r"""Factor by which Gaussian roughness (rms, m) reduces a mirror's amplitude.
 
     .. math:: \rho = e^{-2 (k\sigma_h\cos\theta)^2}
     """
@@ -73,7 +81,7 @@ def reflection(
     if material.is_conductor:
         s, p = -np.ones(c.shape, dtype=np.complex128), np.ones(c.shape, dtype=np.complex128)
     elif material.thickness > 0:
-        s, p, _, _ = sheet(material.permittivity(frequency), material.thickness, c, frequency)
+        s, p = sheet(material.permittivity(frequency), material.thickness, c, frequency)[:2]
     else:
         s, p = half_space(material.permittivity(frequency), c)
     loss = roughness_factor(material.roughness, c, frequency)
@@ -81,11 +89,11 @@ def reflection(
 
 
 def power_through(material: Material, frequency: float) -> float:
-    """Power that a material lets through at normal incidence, as a ratio; 0 for a half-space."""
+    """Ratio of the power that a material transmits at normal incidence; 0 for a half-space."""
     if material.is_conductor or material.thickness == 0:
         return 0.0
-    through = sheet(material.permittivity(frequency), material.thickness, 1.0, frequency)[2]
-    return float(np.abs(through) ** 2)
+    found = sheet(material.permittivity(frequency), material.thickness, 1.0, frequency)
+    return float(np.abs(found.transmission_s) ** 2)
 
 
 class Media(NamedTuple):
@@ -98,12 +106,12 @@ class Media(NamedTuple):
     attenuation: FloatArray
 
 
-def media(names: tuple[str, ...], table: Mapping[str, Material], frequency: float) -> Media:
-    """The materials of ``names``, in their order."""
+def media_of(names: tuple[str, ...], table: Mapping[str, Material], frequency: float) -> Media:
+    """Materials of ``names`` as arrays, in the order of the names."""
     rows = [table[name] for name in names]
     return Media(
         permittivity=np.array(
-            # a conductor's number is never used, but must be one
+            # a conductor's permittivity is not used, but the array needs a number
             [1.0 if row.is_conductor else row.permittivity(frequency) for row in rows],
             dtype=np.complex128,
         ),
@@ -120,8 +128,8 @@ def sheet_transmission(
 ) -> tuple[complex, complex]:
     r"""(Ts, Tp) of a sheet as a factor on the straight way through it, for kernels.
 
-    The sheet takes the place of a length :math:`t\cos\theta` of air along the normal, whose phase
-    the way already has: :math:`T e^{+jkt\cos\theta}`.
+    The sheet replaces a length :math:`t\cos\theta` of air along the normal, whose phase the way
+    already has: :math:`T e^{+jkt\cos\theta}`.
     """
     permittivity, thickness = media.permittivity[medium], media.thickness[medium]
     q = np.sqrt(permittivity - (1.0 - cosine * cosine))
@@ -129,17 +137,17 @@ def sheet_transmission(
     p = (permittivity * cosine - q) / (permittivity * cosine + q)
     single = np.exp(-1j * wavenumber * thickness * q)
     undo = np.exp(1j * wavenumber * thickness * cosine)
-    return _pass(s, single) * undo, _pass(p, single) * undo
+    return _slab_transmission(s, single) * undo, _slab_transmission(p, single) * undo
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _pass(interface: complex, single: complex) -> complex:
+def _slab_transmission(interface: complex, single: complex) -> complex:
     square = interface * interface
     return (1.0 - square) * single / (1.0 - square * single * single)
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _slab(single: complex, square: complex) -> complex:
+def _slab_reflection(single: complex, square: complex) -> complex:
     return single * (1.0 - square) / (1.0 - single * single * square)
 
 
@@ -147,7 +155,7 @@ def _slab(single: complex, square: complex) -> complex:
 def smooth_reflection(
     media: Media, medium: int, cosine: float, wavenumber: float
 ) -> tuple[complex, complex]:
-    """(Γs, Γp) without roughness, for kernels; the twin of `reflection`."""
+    """(Γs, Γp) without roughness, for kernels; the scalar twin of `reflection`."""
     if media.is_conductor[medium]:
         return complex(-1.0), complex(1.0)
     permittivity = media.permittivity[medium]
@@ -158,5 +166,5 @@ def smooth_reflection(
     if thickness > 0.0:
         angle = -2j * wavenumber * thickness * q
         square = math.exp(angle.real) * complex(math.cos(angle.imag), math.sin(angle.imag))
-        return _slab(s, square), _slab(p, square)
+        return _slab_reflection(s, square), _slab_reflection(p, square)
     return s, p

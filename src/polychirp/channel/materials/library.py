@@ -5,12 +5,20 @@ from __future__ import annotations
 import tomllib
 import warnings
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from types import MappingProxyType
 
 from polychirp.errors import InputError, ModelWarning
 from polychirp.model.material import Material
+
+
+@dataclass(frozen=True, kw_only=True)
+class NamedMaterial(Material):
+    """A study's own material, or its own value of a known one."""
+
+    name: str
 
 
 @cache
@@ -27,7 +35,7 @@ def known_materials() -> Mapping[str, Material]:
 
 
 def material_table(extra: Mapping[str, Material] | None = None) -> Mapping[str, Material]:
-    """The known materials with those of a study added; a study's own value of a name wins.
+    """Known materials and those of a study; a study's own value of a name replaces the known one.
 
     >>> table = material_table({"brick": Material(relative_permittivity=4.1)})
     >>> table["brick"].relative_permittivity, table["glass"].thickness
@@ -37,7 +45,7 @@ def material_table(extra: Mapping[str, Material] | None = None) -> Mapping[str, 
 
 
 def check_materials(names: Iterable[str], table: Mapping[str, Material], frequency: float) -> None:
-    """Every name is known, and used within the band of its values.
+    """Check that every name is known, and used within the band of its values.
 
     Raises
     ------
@@ -56,7 +64,7 @@ def check_materials(names: Iterable[str], table: Mapping[str, Material], frequen
             )
         row = table[name]
         if not row.lowest_frequency <= frequency <= row.highest_frequency:
-            # Python shows the same sentence once
+            # Python shows the same warning only once
             warnings.warn(
                 f"material '{name}' is known from {row.lowest_frequency / 1e9:g} to "
                 f"{row.highest_frequency / 1e9:g} GHz but used at {frequency / 1e9:g} GHz",

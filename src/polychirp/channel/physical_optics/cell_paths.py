@@ -1,4 +1,4 @@
-"""Paths from the moments of cells: what `gathering` gathered of one body."""
+"""Paths over one body from the moments of cells, which `delay_cells` sums."""
 
 from __future__ import annotations
 
@@ -8,55 +8,62 @@ import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import gather, no_paths, path_table
-from polychirp.channel.geometry.retarded_delay import passing
-from polychirp.channel.physical_optics.kernels import CELL
+from polychirp.channel.geometry.retarded_delay import range_acceleration
+from polychirp.channel.physical_optics.delay_cells import (
+    EXCESS,
+    OUTWARD,
+    RETURN,
+    SQUARED_RATE,
+    TRANSFER,
+)
+from polychirp.channel.physical_optics.kernels import CELL_LENGTH
 from polychirp.channel.physical_optics.views import View
 from polychirp.channel.scene.world import World
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.paths import Bounce, PropagationPaths
 
 
-class End(NamedTuple):
-    """One end of paths over a body, ``(path, …)``.
+class PathEnds(NamedTuple):
+    """Radars at one end of paths over a body, ``(path, …)``.
 
-    ``radar``; ``plate`` that mirrors it, or −1; ``image`` m, where it seems to be; ``slide`` m/s,
-    how the body moves against that; ``towards``, unit, to the body's middle.
+    ``plate`` mirrors the radar; it is None if the paths have no mirror at this end. ``image`` m is
+    the radar's position as the body sees it; ``velocity`` m/s the body's, relative to that image;
+    ``towards`` the unit vector from the image to the body's middle.
     """
 
     radar: IntArray
-    plate: IntArray
+    plate: IntArray | None
     image: FloatArray
-    slide: FloatArray
+    velocity: FloatArray
     towards: FloatArray
 
-    def of(self, number: IntArray) -> End:
+    def select(self, number: IntArray) -> PathEnds:
         """The ends of these paths, with repetitions."""
-        return End(
+        return PathEnds(
             self.radar[number],
-            self.plate[number],
+            None if self.plate is None else self.plate[number],
             self.image[number],
-            self.slide[number],
+            self.velocity[number],
             self.towards[number],
         )
 
 
-def end_of(views: list[View], world: World, body: int) -> End:
-    """One end of as many paths."""
+def path_ends(views: list[View], world: World, body: int) -> PathEnds:
+    """Ends of as many paths as there are views, which are all direct or all mirrored."""
     image = np.array([view.image for view in views]).reshape(-1, 3)
     way = world.centre[body] - image
-    return End(
+    plates = [view.plate for view in views if view.plate is not None]
+    return PathEnds(
         radar=np.array([view.radar for view in views], dtype=np.int64),
-        plate=np.array(
-            [-1 if view.plate is None else view.plate for view in views], dtype=np.int64
-        ),
+        plate=np.array(plates, dtype=np.int64) if plates else None,
         image=image,
-        slide=slide_of(views, world, body),
+        velocity=velocity_in_views(views, world, body),
         towards=way / np.linalg.norm(way, axis=-1, keepdims=True),
     )
 
 
-def slide_of(views: list[View], world: World, body: int) -> FloatArray:
-    """How a body moves against the images of views, m/s ``(view, xyz)`` in the world."""
+def velocity_in_views(views: list[View], world: World, body: int) -> FloatArray:
+    """Velocity of a body relative to the views' images, m/s ``(view, xyz)`` in the world."""
     image_velocity = np.array([view.image_velocity for view in views]).reshape(-1, 3)
     return np.asarray(world.velocity[body] - image_velocity)
 
@@ -70,28 +77,35 @@ def cell_paths(
 ) -> PropagationPaths:
     """Paths over a body from the first view of every combination to the second, and back.
 
-    Of all first views or of none there is a plate, and so of all second ones. The ways back are
-    those between unlike views. Left out are cells weaker than the dynamic range allows beside the
-    strongest of their combination; ``moments`` ``(combination, cell, moment)`` are as
-    `gather_cells` gives them.
+    The first views are all mirrored or all direct, and so are the second ones. Combinations of a
+    view with itself have no path back. Cells that are weaker than the strongest of their
+    combination by more than the dynamic range are left out. ``moments``
+    ``(combination, cell, moment)`` are as `sum_in_cells` gives them.
     """
-    power = np.max(np.abs(moments[:, :, :4]), axis=-1, initial=0.0) ** 2
+    power = np.max(np.abs(moments[:, :, TRANSFER]), axis=-1, initial=0.0) ** 2
     strongest = np.max(power, axis=1, keepdims=True, initial=0.0)
-    task, cell = np.nonzero((power > 0) & (power * world.dynamic_range >= strongest))
-    if not len(task):
+    number, cell = np.nonzero((power > 0) & (power * world.dynamic_range >= strongest))
+    if not len(number):
         return no_paths(world.scene, world.frequency)
-    sums = moments[task, cell]
-    ends = [end_of([pair[side] for pair in combinations], world, body).of(task) for side in (0, 1)]
-    middle = np.asarray((first_cell[task] + cell) * CELL, dtype=np.float64)
+    sums = moments[number, cell]
+    ends = [
+        path_ends([pair[side] for pair in combinations], world, body).select(number)
+        for side in (0, 1)
+    ]
+    middle = np.asarray((first_cell[number] + cell) * CELL_LENGTH, dtype=np.float64)
     length, ways = _means(sums, middle, ends, world.rotation[body])
-    slides = [end.slide for end in ends]
-    rate = _along(ways[0], slides[0]) + _along(ways[1], slides[1])
-    transfer = sums[:, :4].reshape(-1, 2, 2) * np.exp(1j * world.wavenumber * length)[:, None, None]
-    local = [slide @ world.rotation[body] for slide in slides]
+    velocity = [end.velocity for end in ends]
+    rate = _dot(ways[0], velocity[0]) + _dot(ways[1], velocity[1])
+    transfer = (
+        sums[:, TRANSFER].reshape(-1, 2, 2) * np.exp(1j * world.wavenumber * length)[:, None, None]
+    )
+    local = [one @ world.rotation[body] for one in velocity]
     coherence = _coherence_time(sums, local, rate, world.wavenumber)
     point = _ellipse_point(ends[0].image, ends[1].image, ways[0], length)
-    bend = passing(point - ends[0].image, slides[0]) + passing(point - ends[1].image, slides[1])
-    actor = np.full(len(task), world.body[body])
+    bend = range_acceleration(point - ends[0].image, velocity[0]) + range_acceleration(
+        point - ends[1].image, velocity[1]
+    )
+    actor = np.full(len(number), world.body[body])
 
     def table(order: tuple[int, int], matrix: ComplexArray) -> PropagationPaths:
         sender, receiver = ends[order[0]], ends[order[1]]
@@ -115,51 +129,51 @@ def cell_paths(
 
     there = table((0, 1), transfer)
     back = table((1, 0), np.swapaxes(transfer, 1, 2))
-    unlike = np.array([a is not b for a, b in combinations])[task]
-    return gather([there, back.select(unlike)])
+    is_two_way = np.array([a is not b for a, b in combinations])[number]
+    return gather([there, back.select(is_two_way)])
 
 
-def _along(one: FloatArray, other: FloatArray) -> FloatArray:
+def _dot(one: FloatArray, other: FloatArray) -> FloatArray:
     return np.asarray(np.sum(one * other, axis=-1))
 
 
-def _departure(world: World, end: End, direction: FloatArray) -> FloatArray:
-    """Directions as they leave the radar, of those that reach the body."""
-    if np.all(end.plate < 0):
+def _departure(world: World, end: PathEnds, direction: FloatArray) -> FloatArray:
+    """Directions at the radar, from the directions from its image to the body."""
+    if end.plate is None:
         return direction
     normal = world.plates.normal[end.plate]
-    return np.asarray(direction - 2 * _along(direction, normal)[:, None] * normal)
+    return np.asarray(direction - 2 * _dot(direction, normal)[:, None] * normal)
 
 
 def _mirror_bounce(
-    world: World, end: End, point: FloatArray
+    world: World, end: PathEnds, point: FloatArray
 ) -> list[tuple[Bounce, IntArray, FloatArray]]:
-    """Where ways from radars to points meet plates, if they do."""
-    if np.all(end.plate < 0):
+    """The bounce at the plates between radars and points, if there are plates."""
+    if end.plate is None:
         return []
     plates = world.plates
     normal, way = plates.normal[end.plate], point - end.image
-    below, along = _along(plates.centre[end.plate] - end.image, normal), _along(way, normal)
+    below, along = _dot(plates.centre[end.plate] - end.image, normal), _dot(way, normal)
     share = below / np.where(along == 0, np.inf, along)
     return [(Bounce.REFLECTION, plates.actor[end.plate], end.image + share[:, None] * way)]
 
 
 def _means(
-    moments: ComplexArray, middle: FloatArray, ends: list[End], rotation: FloatArray
+    moments: ComplexArray, middle: FloatArray, ends: list[PathEnds], rotation: FloatArray
 ) -> tuple[FloatArray, list[FloatArray]]:
-    """Length (m) and the two directions in the world of cells, from their moments.
+    """Lengths (m) and both directions in the world of paths, from the moments of their cells.
 
-    Where a cell's contributions all but cancel, the ratios of moments mean nothing; then the
-    cell's centre and the body's direction stand in. The field at the centre frequency is right
+    Where the contributions to a cell nearly cancel, ratios of moments have no meaning, and the
+    cell's centre and the body's direction replace them. The field at the centre frequency is right
     in any case.
     """
     total = moments[:, 0]
     divisor = np.where(total == 0, 1.0, total)
-    excess = (moments[:, 4] / divisor).real
-    length = middle + np.clip(excess, -CELL, CELL)
+    excess = (moments[:, EXCESS] / divisor).real
+    length = middle + np.clip(excess, -CELL_LENGTH, CELL_LENGTH)
     directions = []
-    for first, end in zip((5, 8), ends, strict=True):
-        mean = (moments[:, first : first + 3] / divisor[:, None]).real @ rotation.T
+    for columns, end in zip((OUTWARD, RETURN), ends, strict=True):
+        mean = (moments[:, columns] / divisor[:, None]).real @ rotation.T
         directions.append(np.where(_is_direction(mean)[:, None], mean, end.towards))
     return length, directions
 
@@ -169,22 +183,23 @@ def _is_direction(vectors: FloatArray) -> BoolArray:
 
 
 def _coherence_time(
-    moments: ComplexArray, slides: list[FloatArray], rate: FloatArray, wavenumber: float
+    moments: ComplexArray, velocity: list[FloatArray], rate: FloatArray, wavenumber: float
 ) -> FloatArray:
-    r"""Time, s ``(path,)``, after which a cell's contributions c no longer move as one.
+    r"""Coherence time of the contributions c to a cell, s ``(path,)``.
 
-    Carried on at the rate :math:`\nu_0`, their sum is wrong by
+    If their sum is extrapolated with the common rate :math:`\nu_0`, it is wrong by
 
     .. math:: \frac{\sum c\,e^{-jk(\nu-\nu_0)t}}{\sum c} - 1 \approx
         -jkt\,\overline{(\nu-\nu_0)} - \tfrac12 k^2t^2\,\overline{(\nu-\nu_0)^2}
 
-    with means over c, which are complex. The time is that at which the two terms' sizes add up to
-    one half: a spread of 1 rad rms, if the first vanishes.
+    with means over c, which are complex. At the coherence time the magnitudes of both terms add up
+    to one half: if the first term vanishes, phases then spread by 1 rad rms.
     """
     divisor = np.where(moments[:, 0] == 0, 1.0, moments[:, 0])
-    out, back = np.sum(moments[:, 5:8] * slides[0], -1), np.sum(moments[:, 8:11] * slides[1], -1)
+    out = np.sum(moments[:, OUTWARD] * velocity[0], -1)
+    back = np.sum(moments[:, RETURN] * velocity[1], -1)
     mean = (out + back) / divisor
-    square = moments[:, 11] / divisor - 2 * rate * mean + rate**2
+    square = moments[:, SQUARED_RATE] / divisor - 2 * rate * mean + rate**2
     first, second = wavenumber * np.abs(mean - rate), 0.5 * wavenumber**2 * np.abs(square)
     # ½ = first·t + second·t², written so that nothing cancels
     below = first + np.sqrt(first**2 + 2 * second)
@@ -194,9 +209,9 @@ def _coherence_time(
 def _ellipse_point(
     start: FloatArray, end: FloatArray, direction: FloatArray, length: FloatArray
 ) -> FloatArray:
-    """M ``(path, xyz)``: where paths of total ``length`` that leave along ``direction`` turn."""
+    """Bounce points, m ``(path, xyz)``, of paths of ``length`` (m) that leave in ``direction``."""
     unit = direction / np.linalg.norm(direction, axis=-1, keepdims=True)
     base = end - start
-    room = 2 * np.maximum(length - _along(unit, base), 1e-9)
-    share = (length**2 - _along(base, base)) / room
+    divisor = 2 * np.maximum(length - _dot(unit, base), 1e-9)
+    share = (length**2 - _dot(base, base)) / divisor
     return np.asarray(start + share[:, None] * unit)

@@ -1,10 +1,10 @@
 r"""Corner terms of the facets that two views share, many facets at a time.
 
-A path's length to a facet's corner is the sum of both views' own, :math:`r + d \cdot c`, which
-`optics.Rows` has. So what two views make of a facet costs three sums; and its three terms, which
-`optics.facet_terms` states one facet at a time, are worked out without branches for a batch of
-facets, several in one instruction of the processor. Facets with phases too near each other for
-that are left to `optics.facet_terms`.
+The length of a path to a facet's corner is the sum of both views' own, :math:`r + d \cdot c`,
+which `LitFacets.aspect` holds, so two views need three sums per facet. The facet's three terms,
+which `facet_terms` computes one facet at a time, are computed here without branches for a batch of
+facets, several in one instruction of the processor. Facets whose phases are too near each other
+for that are left to `facet_terms`.
 """
 
 from __future__ import annotations
@@ -16,36 +16,72 @@ import numpy as np
 from numba import njit
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
+from polychirp.channel.physical_optics.facet_integral import (
+    ONE_TERM_SPAN,
+    TWO_TERMS_GAP,
+    phasor,
+)
 from polychirp.channel.physical_optics.kernels import (
     ALONG_FIRST,
     ALONG_SECOND,
-    CELL,
+    CELL_LENGTH,
     FACING,
-    NEARNESS,
-    ONE_TERM,
-    TWO_TERMS,
-    Rows,
-    _phasor,
+    INVERSE_LENGTH,
+    LitFacets,
 )
 
-BATCH: Final = 256
-"""Facets: few enough to stay in the processor's first cache."""
+BATCH_SIZE: Final = 256
+"""Facets in a batch (chosen: few enough to stay in the processor's first cache)."""
 
-NEVER: Final = 1 << 40
-"""A cell behind all others."""
+BEYOND_ALL_CELLS: Final = 1 << 40
+"""Number of a cell that lies behind all others: there is no further kept cell."""
 
-PER_CELL: Final = 1.0 / CELL
+CELLS_PER_METRE: Final = 1.0 / CELL_LENGTH
 
 
-class Batch(NamedTuple):
-    """Room for facets that both views of a task see, ``(…, facet)``.
+class PairTable(NamedTuple):
+    """Pairs of views of one body, and the cells of path length into which their terms are summed.
 
-    ``row`` ``(view, facet)`` of both views; ``length`` ``(corner, facet)`` m, of the whole path
-    over every corner; ``weight`` ``(facet,)``, of the terms, as `fill` gives it A/(8π r₁r₂);
-    ``facing`` cos θ₁ + cos θ₂ and ``aside`` n·(d₁×d₂), ``(facet,)``. From `expand`: ``term``
-    ``(part, corner, facet)``, real and imaginary, zero if not ``is_plain`` ``(facet,)``; and
-    ``cell`` and ``share``, ``(corner, facet)``: the first of two cells of a path's length, and
-    how much of the term is the second's.
+    ``views`` ``(pair, 2)`` are the views' numbers among those of the first and of the second
+    `LitFacets`. Cell j of a pair is centred at a path length of ``(first_cell + j)`` times
+    `CELL_LENGTH`; ``first_cell`` ``(pair,)``. ``is_kept`` ``(pair, cell)`` masks the cells that
+    are computed; the others stay empty.
+    """
+
+    views: IntArray
+    first_cell: IntArray
+    is_kept: BoolArray
+
+
+class RowPair(NamedTuple):
+    """One row in each of two views' tables of facets."""
+
+    first: int
+    second: int
+
+
+class ViewPair(NamedTuple):
+    """Two views whose common facets are summed: one row of a `PairTable`.
+
+    ``end``: rows behind the last of both views; ``next_kept`` ``(cell,)`` from `next_kept_cells`.
+    """
+
+    first: LitFacets
+    second: LitFacets
+    end: RowPair
+    first_cell: int
+    next_kept: IntArray
+
+
+class FacetBatch(NamedTuple):
+    """Memory for facets that both views of a pair see, ``(…, facet)``.
+
+    `fill_batch` writes ``row`` ``(view, facet)`` of both views; ``length`` ``(corner, facet)`` m,
+    of the whole path over every corner; ``weight`` ``(facet,)``, A/(8π r₁r₂) of the terms;
+    ``facing`` cos θ₁ + cos θ₂ and ``aside`` n·(d₁×d₂), ``(facet,)``. `expand_terms` writes
+    ``term`` ``(part, corner, facet)``, real and imaginary, zero unless ``is_plain`` ``(facet,)``;
+    ``cell`` and ``share``, ``(corner, facet)``: the first of the two cells beside a path's length,
+    and the share of the term that the second cell takes.
     """
 
     row: IntArray
@@ -60,95 +96,98 @@ class Batch(NamedTuple):
 
 
 @njit(cache=True, nogil=True)
-def batch() -> Batch:
-    """Room for a batch."""
-    return Batch(
-        np.empty((2, BATCH), dtype=np.int64),
-        np.empty((3, BATCH)),
-        np.empty(BATCH),
-        np.empty(BATCH),
-        np.empty(BATCH),
-        np.empty((2, 3, BATCH)),
-        np.empty(BATCH, dtype=np.bool_),
-        np.empty((3, BATCH), dtype=np.int64),
-        np.empty((3, BATCH)),
+def empty_batch() -> FacetBatch:
+    """Memory for a batch, not yet filled."""
+    return FacetBatch(
+        np.empty((2, BATCH_SIZE), dtype=np.int64),
+        np.empty((3, BATCH_SIZE)),
+        np.empty(BATCH_SIZE),
+        np.empty(BATCH_SIZE),
+        np.empty(BATCH_SIZE),
+        np.empty((2, 3, BATCH_SIZE)),
+        np.empty(BATCH_SIZE, dtype=np.bool_),
+        np.empty((3, BATCH_SIZE), dtype=np.int64),
+        np.empty((3, BATCH_SIZE)),
     )
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def next_shared(
-    first: IntArray, second: IntArray, a: int, b: int, ends: tuple[int, int]
-) -> tuple[int, int]:
-    """From rows a and b on, the next two of one facet; the first is ``ends[0]`` if there are none.
+def view_pair(
+    first: LitFacets, second: LitFacets, pairs: PairTable, number: int
+) -> tuple[ViewPair, RowPair]:
+    """Pair ``number`` of a table, and the rows of the first facet that both views see."""
+    a, b = pairs.views[number, 0], pairs.views[number, 1]
+    pair = ViewPair(
+        first,
+        second,
+        RowPair(first.start[a + 1], second.start[b + 1]),
+        pairs.first_cell[number],
+        next_kept_cells(pairs.is_kept[number]),
+    )
+    return pair, common_facet(pair, RowPair(first.start[a], second.start[b]))
 
-    ``first`` and ``second`` are the rows' facets ``(row,)``; ``ends`` those of both views' rows.
-    """
-    while a < ends[0] and b < ends[1]:
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def common_facet(pair: ViewPair, place: RowPair) -> RowPair:
+    """Rows of the next facet that both views see, from ``place`` on; ``pair.end`` without one."""
+    first, second = pair.first.face, pair.second.face
+    a, b = place.first, place.second
+    while a < pair.end.first and b < pair.end.second:
         if first[a] < second[b]:
             a += 1
         elif second[b] < first[a]:
             b += 1
         else:
-            return a, b
-    return ends[0], ends[1]
+            return RowPair(a, b)
+    return pair.end
 
 
 @njit(cache=True, nogil=True)
-def next_worthy(worth: BoolArray) -> IntArray:
-    """The first cell from every cell on that is ``worth`` ``(cell,)`` the work, or `NEVER`."""
-    out = np.empty(worth.size, dtype=np.int64)
-    found = NEVER
-    for cell in range(worth.size - 1, -1, -1):
-        if worth[cell]:
+def next_kept_cells(is_kept: BoolArray) -> IntArray:
+    """For every cell, the first kept cell from there on, or `BEYOND_ALL_CELLS`; ``(cell,)``."""
+    out = np.empty(is_kept.size, dtype=np.int64)
+    found = BEYOND_ALL_CELLS
+    for cell in range(is_kept.size - 1, -1, -1):
+        if is_kept[cell]:
             found = cell
         out[cell] = found
     return out
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def is_worth(worthy: IntArray, shortest: float, longest: float, first_cell: int) -> bool:
-    """Whether one of the cells that lengths of a facet, m, fall into is worth the work.
-
-    ``worthy`` as `next_worthy` gives it.
-    """
-    cell = max(int(shortest * PER_CELL) - first_cell, 0)
-    last = min(int(longest * PER_CELL) - first_cell + 1, worthy.size - 1)
-    return bool(cell <= last and worthy[cell] <= last)
+def meets_kept_cell(pair: ViewPair, shortest: float, longest: float) -> bool:
+    """True if path lengths from ``shortest`` to ``longest`` (m) fall into a kept cell."""
+    cell = max(int(shortest * CELLS_PER_METRE) - pair.first_cell, 0)
+    last = min(int(longest * CELLS_PER_METRE) - pair.first_cell + 1, pair.next_kept.size - 1)
+    return bool(cell <= last and pair.next_kept[cell] <= last)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def fill(
-    room: Batch,
-    area: FloatArray,
-    first: Rows,
-    second: Rows,
-    place: tuple[int, int],
-    ends: tuple[int, int],
-    worthy: IntArray,
-    first_cell: int,
-) -> tuple[int, int, int]:
-    """Fill a batch with facets from two rows on; how many, and the two rows that are next.
+def fill_batch(
+    batch: FacetBatch, pair: ViewPair, area: FloatArray, place: RowPair
+) -> tuple[int, RowPair]:
+    """Fill a batch with common facets from ``place`` on; their number, and the next place.
 
-    Left out are facets that fall into no cell that is worth it, of those from ``first_cell`` on.
+    Facets that fall into no kept cell are left out. ``area`` m², ``(face,)``.
     """
-    one, other, faces = first.aspect, second.aspect, first.face
-    a, b = place
+    one, other, faces = pair.first.aspect, pair.second.aspect, pair.first.face
     count = 0
-    while count < BATCH and a < ends[0]:
+    while count < BATCH_SIZE and place.first < pair.end.first:
+        a, b = place.first, place.second
         p, q, r = one[a, 0] + other[b, 0], one[a, 1] + other[b, 1], one[a, 2] + other[b, 2]
-        if is_worth(worthy, min(p, q, r), max(p, q, r), first_cell):
-            room.row[0, count], room.row[1, count] = a, b
-            room.length[0, count], room.length[1, count], room.length[2, count] = p, q, r
-            near = one[a, NEARNESS] * other[b, NEARNESS]
-            room.weight[count] = near * area[faces[a]] * (0.125 / math.pi)
-            room.facing[count] = one[a, FACING] + other[b, FACING]
-            room.aside[count] = (
+        if meets_kept_cell(pair, min(p, q, r), max(p, q, r)):
+            batch.row[0, count], batch.row[1, count] = a, b
+            batch.length[0, count], batch.length[1, count], batch.length[2, count] = p, q, r
+            inverse = one[a, INVERSE_LENGTH] * other[b, INVERSE_LENGTH]
+            batch.weight[count] = inverse * area[faces[a]] * (0.125 / math.pi)
+            batch.facing[count] = one[a, FACING] + other[b, FACING]
+            batch.aside[count] = (
                 one[a, ALONG_FIRST] * other[b, ALONG_SECOND]
                 - one[a, ALONG_SECOND] * other[b, ALONG_FIRST]
             )
             count += 1
-        a, b = next_shared(faces, second.face, a + 1, b + 1, ends)
-    return count, a, b
+        place = common_facet(pair, RowPair(a + 1, b + 1))
+    return count, place
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -161,19 +200,19 @@ def two_cells(position: float) -> tuple[int, float]:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def expand(room: Batch, count: int, wavenumber: float, first_cell: int) -> None:
-    """Work out the terms of a batch of ``count`` facets, and the cells that they belong to."""
+def expand_terms(batch: FacetBatch, count: int, wavenumber: float, first_cell: int) -> None:
+    """Compute the terms of a batch of ``count`` facets, and the cells that they belong to."""
     for corner in range(3):
-        own, following = room.length[corner], room.length[(corner + 1) % 3]
-        last, weight, is_plain = room.length[(corner + 2) % 3], room.weight, room.is_plain
-        real, imaginary = room.term[0, corner], room.term[1, corner]
-        cell, share = room.cell[corner], room.share[corner]
+        own, following = batch.length[corner], batch.length[(corner + 1) % 3]
+        last, weight, is_plain = batch.length[(corner + 2) % 3], batch.weight, batch.is_plain
+        real, imaginary = batch.term[0, corner], batch.term[1, corner]
+        cell, share = batch.cell[corner], batch.share[corner]
         for i in range(count):
             p, q, r = wavenumber * own[i], wavenumber * following[i], wavenumber * last[i]
             x, y, z = abs(p - q), abs(q - r), abs(r - p)
-            plain = (min(x, y, z) >= TWO_TERMS) & (max(x, y, z) >= ONE_TERM)
+            plain = (min(x, y, z) >= TWO_TERMS_GAP) & (max(x, y, z) >= ONE_TERM_SPAN)
             is_plain[i] = plain
             scale = 2.0 * weight[i] / ((p - q) * (r - p)) if plain else 0.0
-            turned = _phasor(p)
+            turned = phasor(p)
             real[i], imaginary[i] = scale * turned.real, scale * turned.imag
-            cell[i], share[i] = two_cells(own[i] * PER_CELL - first_cell)
+            cell[i], share[i] = two_cells(own[i] * CELLS_PER_METRE - first_cell)

@@ -1,51 +1,67 @@
-"""Gathering what facets scatter from one view to another in smooth cells of path length."""
+"""Sums of what facets scatter from one view to another, in smooth cells of path length."""
 
 from __future__ import annotations
 
 import math
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
-from polychirp.channel.geometry.vectors import dot, row
+from polychirp.channel.geometry.vectors import Vector, dot, row
 from polychirp.channel.materials.reflection_table import ReflectionTable
 from polychirp.channel.physical_optics.corner_terms import (
-    PER_CELL,
-    Batch,
-    batch,
-    expand,
-    fill,
-    next_shared,
-    next_worthy,
+    CELLS_PER_METRE,
+    FacetBatch,
+    PairTable,
+    ViewPair,
+    empty_batch,
+    expand_terms,
+    fill_batch,
     two_cells,
+    view_pair,
 )
+from polychirp.channel.physical_optics.facet_integral import facet_terms
 from polychirp.channel.physical_optics.kernels import (
-    CELL,
-    GAMMA,
-    PLACE,
+    CELL_LENGTH,
+    INCIDENCE,
+    REFLECTION,
     Faces,
-    Rows,
-    Vector,
-    facet_terms,
+    LitFacets,
 )
+
+TRANSFER, EXCESS, OUTWARD, RETURN, SQUARED_RATE = slice(0, 4), 4, slice(5, 8), slice(8, 11), 11
+"""Moments of a cell. `TRANSFER` is the sum of the transfer matrices. The others are sums of V–V
+transfers times the length beyond the cell's centre, m; times the directions from the first and
+from the second view, unit vectors; and times the squared rate of the length, m²/s²."""
 
 NUM_MOMENTS: Final = 12
-"""Of a cell: transfer (4); V–V-weighted excess length (1), two directions (3 + 3), rate² (1)."""
 
-WIDTH: Final = 2 * NUM_MOMENTS
-"""Numbers of a term and of a cell, while they are gathered: the transfer's real and imaginary
+TERM_WIDTH: Final = 2 * NUM_MOMENTS
+"""Real numbers of a term, and of a cell while terms are added: the transfer's real and imaginary
 parts (4 + 4), and the V–V part's times the eight that it weighs (8 + 8)."""
 
-QUEUE: Final = 32
-"""Terms that wait to be added to their cells: what was just written in parts is read as a whole
-only with a delay."""
+QUEUE_LENGTH: Final = 32
+"""Terms that wait before they are added to their cells (chosen): the processor reads a whole row of
+what it has just written in parts only with a delay."""
+
+
+class FacetLegs(NamedTuple):
+    """Two legs of a path over one facet, one from each view.
+
+    ``directions`` are unit vectors to the facet's centroid, ``lengths`` m the distances,
+    ``velocities`` m/s the body's relative to the views' images.
+    """
+
+    directions: tuple[Vector, Vector]
+    lengths: tuple[float, float]
+    velocities: tuple[Vector, Vector]
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _response(
+def _scattering_matrix(
     first: NDArray[np.complex64],
     a: int,
     second: NDArray[np.complex64],
@@ -53,10 +69,12 @@ def _response(
     scale: float,
     out: ComplexArray,
 ) -> None:
-    r"""F ``(receiving, transmitting)`` of a facet, times ``scale``, from rows of two `Rows.wave`.
+    r"""F ``(receiving, transmitting)`` of a facet, times ``scale``.
 
-    The mean of both ways round, so reciprocal. With φ by which one plane of incidence is turned
-    from the other, it is between the fields' parts across (s) and in (p) their planes
+    ``first`` and ``second`` are two views' `LitFacets.wave`, a and b the facet's rows in them.
+    It is the mean of both directions of propagation, which makes it reciprocal. If one plane of
+    incidence is turned by φ from the other, then between the fields' components across (s) and in
+    (p) the planes of incidence
 
     .. math::
         F = \frac12 \begin{pmatrix}
@@ -66,15 +84,14 @@ def _response(
         a = (\cos\theta_1 + \cos\theta_2) \cos\varphi, \quad
         b = (1 + \cos\theta_1 \cos\theta_2) \sin\varphi
 
-    which are J and M of `facets` written out.
+    which are J and M of `paths` written out.
     """
-    cosine1, cosine2 = first[a, PLACE, 0].real, second[b, PLACE, 0].real
-    turn = first[a, PLACE, 1].conjugate() * second[b, PLACE, 1]
+    cosine1, cosine2 = first[a, INCIDENCE, 0].real, second[b, INCIDENCE, 0].real
+    turn = first[a, INCIDENCE, 1].conjugate() * second[b, INCIDENCE, 1]
     alike = 0.5 * scale * (cosine1 + cosine2) * turn.real
     unlike = 0.5 * scale * (1.0 + cosine1 * cosine2) * turn.imag
-    s1, p1, s2, p2 = (
-        first[a, GAMMA, 0], first[a, GAMMA, 1], second[b, GAMMA, 0], second[b, GAMMA, 1],
-    )  # fmt: skip
+    s1, p1 = first[a, REFLECTION, 0], first[a, REFLECTION, 1]
+    s2, p2 = second[b, REFLECTION, 0], second[b, REFLECTION, 1]
     ss, pp = -alike * (s1 + s2), alike * (p1 + p2)
     sp, ps = unlike * (p2 - s1), unlike * (s2 - p1)
     for t in range(2):
@@ -85,127 +102,107 @@ def _response(
 
 
 @njit(cache=True, nogil=True, error_model="numpy", parallel=True)
-def gather_cells(
+def sum_in_cells(
     faces: Faces,
     media: ReflectionTable,
-    first: Rows,
-    second: Rows,
-    task: IntArray,
-    first_cell: IntArray,
-    worth: BoolArray,
-    slide: FloatArray,
+    first: LitFacets,
+    second: LitFacets,
+    pairs: PairTable,
+    velocity: FloatArray,
     wavenumber: float,
 ) -> ComplexArray:
-    """Moments ``(task, cell, moment)`` of all facets that both views of a task see.
+    """Moments ``(pair, cell, moment)`` of all facets that both views of a pair see.
 
-    ``task`` ``(task, 2)`` holds the views of transmitter and receiver, among those of ``first``
-    and ``second``; cell j of a task is centred at a path length of ``(first_cell + j) · CELL``,
-    and stays empty where it is not ``worth`` ``(task, cell)`` the work. ``slide`` ``(task, view,
-    xyz)`` is how the body moves against both images, m/s.
+    ``velocity`` ``(pair, view, xyz)`` m/s is the body's relative to both views' images.
     """
-    out = np.zeros((worth.shape[0], worth.shape[1], NUM_MOMENTS), dtype=np.complex128)
-    for k in prange(task.shape[0]):
-        # a term on the last cell has its second part behind it
-        cells = np.zeros((worth.shape[1] + 1) * WIDTH)
-        starts = first.start[task[k, 0]], second.start[task[k, 1]]
-        ends = first.start[task[k, 0] + 1], second.start[task[k, 1] + 1]
-        worthy = next_worthy(worth[k])
-        room = batch()
-        place = next_shared(first.face, second.face, starts[0], starts[1], ends)
-        while place[0] < ends[0]:
-            count, a, b = fill(room, faces.area, first, second, place, ends, worthy, first_cell[k])
-            place = a, b
-            expand(room, count, wavenumber, first_cell[k])
-            _gather_batch(
-                room,
-                count,
-                faces,
-                media,
-                (first, second),
-                first_cell[k],
-                worthy,
-                slide[k],
-                wavenumber,
-                cells,
-            )
-        _take_moments(cells, worth[k], out[k])
+    num_pairs, num_cells = pairs.is_kept.shape
+    out = np.zeros((num_pairs, num_cells, NUM_MOMENTS), dtype=np.complex128)
+    for k in prange(num_pairs):
+        # a term in the last cell also adds to one cell behind it
+        cells = np.zeros((num_cells + 1) * TERM_WIDTH)
+        pair, place = view_pair(first, second, pairs, k)
+        batch = empty_batch()
+        while place.first < pair.end.first:
+            count, place = fill_batch(batch, pair, faces.area, place)
+            expand_terms(batch, count, wavenumber, pair.first_cell)
+            _add_batch(batch, count, pair, faces, media, velocity[k], wavenumber, cells)
+        _take_moments(cells, pairs.is_kept[k], out[k])
     return out
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _gather_batch(
-    room: Batch,
+def _add_batch(
+    batch: FacetBatch,
     count: int,
+    pair: ViewPair,
     faces: Faces,
     media: ReflectionTable,
-    rows: tuple[Rows, Rows],
-    first_cell: int,
-    worthy: IntArray,
-    slide: FloatArray,
+    velocity: FloatArray,
     wavenumber: float,
     cells: FloatArray,
 ) -> None:
-    """Add what a batch of facets scatters to ``cells``, of `WIDTH` numbers each."""
+    """Add what a batch of facets scatters to ``cells``, of `TERM_WIDTH` numbers each."""
     weight, place = np.empty(3, dtype=np.complex128), np.empty((3, 3))
-    response = np.empty(4, dtype=np.complex128)
-    into, share = np.empty(QUEUE + 3, dtype=np.int64), np.empty(QUEUE + 3)
-    queue = np.empty((QUEUE + 3) * WIDTH)
-    first, second = rows
-    slides = row(slide, 0), row(slide, 1)
-    waiting, nearest = 0, first_cell * CELL
+    matrix = np.empty(4, dtype=np.complex128)
+    into, share = np.empty(QUEUE_LENGTH + 3, dtype=np.int64), np.empty(QUEUE_LENGTH + 3)
+    queue = np.empty((QUEUE_LENGTH + 3) * TERM_WIDTH)
+    first, second, next_kept = pair.first, pair.second, pair.next_kept
+    velocities = row(velocity, 0), row(velocity, 1)
+    waiting, nearest = 0, pair.first_cell * CELL_LENGTH
     for i in range(count):
-        a, b, is_plain = room.row[0, i], room.row[1, i], room.is_plain[i]
+        a, b, is_plain = batch.row[0, i], batch.row[1, i], batch.is_plain[i]
         f = first.face[a]
-        phase = media.roughness[faces.medium[f]] * room.facing[i]
+        phase = media.roughness[faces.medium[f]] * batch.facing[i]
         scale = math.exp(-0.5 * phase * phase) if phase != 0.0 else 1.0
-        _response(first.wave, a, second.wave, b, scale, response)
-        ways = row(first.direction, a), row(second.direction, b)
-        lengths = first.length[a], second.length[b]
-        p, q, r = room.length[0, i], room.length[1, i], room.length[2, i]
+        _scattering_matrix(first.wave, a, second.wave, b, scale, matrix)
+        legs = FacetLegs(
+            (row(first.direction, a), row(second.direction, b)),
+            (first.length[a], second.length[b]),
+            velocities,
+        )
+        p, q, r = batch.length[0, i], batch.length[1, i], batch.length[2, i]
         phases, terms = (wavenumber * p, wavenumber * q, wavenumber * r), 3
         if not is_plain:
             terms = facet_terms(phases, weight, place)
         for c in range(terms):
             if is_plain:
                 offset = faces.corner[f, c, 0], faces.corner[f, c, 1], faces.corner[f, c, 2]
-                excess = room.length[c, i] - nearest
-                term = complex(room.term[0, c, i], room.term[1, c, i])
+                excess = batch.length[c, i] - nearest
+                term = complex(batch.term[0, c, i], batch.term[1, c, i])
             else:
-                offset = _blend(place[c], faces.corner[f])
+                offset = _point_of_triangle(place[c], faces.corner[f])
                 excess = place[c, 0] * p + place[c, 1] * q + place[c, 2] * r - nearest
-                term = room.weight[i] * weight[c]
-            cell, later = two_cells(excess * PER_CELL)
-            if worthy[cell] > cell + 1:
+                term = batch.weight[i] * weight[c]
+            cell, later = two_cells(excess * CELLS_PER_METRE)
+            if next_kept[cell] > cell + 1:
                 continue
-            into[waiting], share[waiting] = cell * WIDTH, later
+            into[waiting], share[waiting] = cell * TERM_WIDTH, later
             amplitude = complex(term.imag, -term.real)
-            _note(queue, waiting, amplitude, response, excess, ways, lengths, offset, slides)
+            _queue_term(queue, waiting, amplitude, matrix, excess, legs, offset)
             waiting += 1
-        if waiting >= QUEUE:
-            _add(waiting, into, share, queue, WIDTH, cells)
+        if waiting >= QUEUE_LENGTH:
+            _add_queue(waiting, into, share, queue, TERM_WIDTH, cells)
             waiting = 0
-    _add(waiting, into, share, queue, WIDTH, cells)
+    _add_queue(waiting, into, share, queue, TERM_WIDTH, cells)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _note(
+def _queue_term(
     queue: FloatArray,
     number: int,
     amplitude: complex,
-    response: ComplexArray,
+    matrix: ComplexArray,
     excess: float,
-    ways: tuple[Vector, Vector],
-    lengths: tuple[float, float],
+    legs: FacetLegs,
     offset: Vector,
-    slides: tuple[Vector, Vector],
 ) -> None:
-    """Write one term's `WIDTH` numbers; ``offset`` m is where it sits from the centroid."""
-    out = _direction_to(ways[0], lengths[0], offset)
-    back = _direction_to(ways[1], lengths[1], offset)
-    rate = dot(out, slides[0]) + dot(back, slides[1])
-    o = number * WIDTH
+    """Write one term's `TERM_WIDTH` numbers; ``offset`` m is its place from the centroid."""
+    out = _direction_to(legs.directions[0], legs.lengths[0], offset)
+    back = _direction_to(legs.directions[1], legs.lengths[1], offset)
+    rate = dot(out, legs.velocities[0]) + dot(back, legs.velocities[1])
+    o = number * TERM_WIDTH
     for j in range(4):
-        part = amplitude * response[j]
+        part = amplitude * matrix[j]
         queue[o + j], queue[o + 4 + j] = part.real, part.imag
     weighed = excess, out[0], out[1], out[2], back[0], back[1], back[2], rate * rate
     real, imaginary = queue[o], queue[o + 4]
@@ -214,12 +211,13 @@ def _note(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _add(
+def _add_queue(
     count: int, into: IntArray, share: FloatArray, queue: FloatArray, width: int, cells: FloatArray
 ) -> None:
-    """Add terms to the two cells from ``into`` on; ``width`` is an argument to be no constant.
+    """Add terms to the two cells from ``into`` on.
 
-    Short loops of known length are written out, one number at a time.
+    ``width`` is `TERM_WIDTH`. It is an argument because the compiler writes out a short loop of
+    known length one number at a time, and does not add several numbers in one instruction.
     """
     for i in range(count):
         more, start = share[i], into[i]
@@ -232,21 +230,22 @@ def _add(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _take_moments(cells: FloatArray, worth: BoolArray, out: ComplexArray) -> None:
-    """Fill ``out`` ``(cell, moment)`` with what was gathered in cells that are worth it."""
-    for cell in range(worth.size):
-        if not worth[cell]:
+def _take_moments(cells: FloatArray, is_kept: BoolArray, out: ComplexArray) -> None:
+    """Fill ``out`` ``(cell, moment)`` from the sums in kept cells."""
+    for cell in range(is_kept.size):
+        if not is_kept[cell]:
             continue
-        o = cell * WIDTH
+        o = cell * TERM_WIDTH
         for j in range(4):
             out[cell, j] = complex(cells[o + j], cells[o + 4 + j])
-            out[cell, 4 + j] = complex(cells[o + 8 + j], cells[o + 16 + j])
-            out[cell, 8 + j] = complex(cells[o + 12 + j], cells[o + 20 + j])
-        out[cell, 4] -= cell * CELL * out[cell, 0]
+        for j in range(8):
+            out[cell, EXCESS + j] = complex(cells[o + 8 + j], cells[o + 16 + j])
+        # from the first cell's centre to this one's
+        out[cell, EXCESS] -= cell * CELL_LENGTH * out[cell, 0]
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _blend(place: FloatArray, corner: FloatArray) -> Vector:
+def _point_of_triangle(place: FloatArray, corner: FloatArray) -> Vector:
     """A point of a triangle, m from its centroid, from its barycentric coordinates."""
     p, q, r = place[0], place[1], place[2]
     return (

@@ -1,6 +1,7 @@
-r"""Horizons: how far from its tangent plane a body leaves the sky above a point of it open.
+r"""Horizons of a body's own points: the elevation above which the body hides nothing of itself.
 
-Above the horizon no ray can meet the body that it leaves, and none needs to be cast.
+A ray that leaves a body above the horizon of its starting point cannot meet that body again, so
+the body need not be tested.
 """
 
 from __future__ import annotations
@@ -12,17 +13,19 @@ import numpy as np
 from numba import njit, prange
 
 from polychirp.axes import FloatArray, IntArray
-from polychirp.channel.geometry.bvh import Tree, Vector
-from polychirp.channel.geometry.vectors import dot, row, vector_at
+from polychirp.channel.geometry.bvh import Tree
+from polychirp.channel.geometry.vectors import Vector, dot, row, vector_at
 
-ALL_OF_IT: Final = 0.95
-"""Sine of a horizon above which no more is looked for."""
+FULL_HORIZON_SINE: Final = 0.95
+"""Sine of a horizon's elevation from which on the search stops and the horizon is taken as 1: so
+high a horizon spares hardly any ray (chosen)."""
 
 
 def horizons(tree: Tree, points: FloatArray, normals: FloatArray) -> FloatArray:
-    r"""Sine of the angle over the plane above which nothing of a tree can be met, ``(point,)``.
+    r"""Sine of the elevation above which no ray from a point meets the tree, ``(point,)``.
 
-    An upper bound: of whatever reaches above the plane, greatest height over least distance.
+    An upper bound: the greatest height over the least distance, of all that reaches above the
+    plane through the point.
 
     Parameters
     ----------
@@ -66,15 +69,15 @@ def _horizons(
     for i in prange(len(points)):
         point, normal = row(points, i), row(normals, i)
         best, node = 0.0, 0
-        while node < skip.size and best < ALL_OF_IT:
+        while node < skip.size and best < FULL_HORIZON_SINE:
             low, high = vector_at(box, node, 0), vector_at(box, node, 3)
             if _sine(low, high, point, _height(low, high, point, normal)) <= best:
                 node = skip[node]
                 continue
             for t in range(first[node], first[node] + size[node]):
-                best = max(best, _of_triangle(triangle, t, point, normal))
+                best = max(best, _sine_of_triangle(triangle, t, point, normal))
             node += 1
-        out[i] = best if best < ALL_OF_IT else 1.0
+        out[i] = best if best < FULL_HORIZON_SINE else 1.0
     return out
 
 
@@ -90,7 +93,7 @@ def _height(low: Vector, high: Vector, point: Vector, normal: Vector) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _sine(low: Vector, high: Vector, point: Vector, height: float) -> float:
-    """A height over the least distance of a box, at most 1."""
+    """Height over the least distance of a box, at most 1."""
     if height <= 0.0:
         return 0.0
     x = max(low[0] - point[0], 0.0, point[0] - high[0])
@@ -101,7 +104,7 @@ def _sine(low: Vector, high: Vector, point: Vector, height: float) -> float:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _of_triangle(triangle: FloatArray, t: int, point: Vector, normal: Vector) -> float:
+def _sine_of_triangle(triangle: FloatArray, t: int, point: Vector, normal: Vector) -> float:
     """Bound of one triangle: its greatest height over the least distance of its box."""
     a, u, v = vector_at(triangle, t, 0), vector_at(triangle, t, 3), vector_at(triangle, t, 6)
     above = dot(normal, (a[0] - point[0], a[1] - point[1], a[2] - point[2]))

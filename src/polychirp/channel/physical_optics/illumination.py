@@ -1,7 +1,8 @@
-"""One body's facets as views see them: which are lit, and what waves induce on them."""
+"""Illumination of one body: the facets that views see, and the waves on them."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import NamedTuple
@@ -11,28 +12,28 @@ import numpy as np
 from polychirp.axes import BoolArray
 from polychirp.channel.materials.reflection_table import ReflectionTable, reflection_table
 from polychirp.channel.physical_optics.horizon import horizons
+from polychirp.channel.physical_optics.incident_waves import Mirrors, incident_waves
 from polychirp.channel.physical_optics.kernels import (
-    LIFT,
-    LIT,
+    ILLUMINATED,
     NUM_ASPECTS,
+    SHADOW_RAY_LIFT,
     Faces,
-    Rows,
-    agree,
-    fields,
-    look,
-    look_closer,
-    rows_of,
-    sees_any,
-    spread,
+    LitFacets,
+    common_state,
+    illumination_states,
+    lit_facets,
+    lit_with_patch,
+    refine_shadow_edge,
+    sees_any_facet,
 )
-from polychirp.channel.physical_optics.view_losses import losses_of
+from polychirp.channel.physical_optics.view_losses import view_losses
 from polychirp.channel.physical_optics.views import View, ViewTable, view_table
 from polychirp.channel.scene.blockers import Blockers, in_frame_of
-from polychirp.channel.scene.world import UPWARDS, Surface, World
+from polychirp.channel.scene.world import POLARISATION_AXES, Surface, World
 
 
-class Parts(NamedTuple):
-    """A surface's facets, and those in the middles of its patches and of its panels."""
+class FacetLevels(NamedTuple):
+    """All facets of a surface, and those in the middles of its patches and of its panels."""
 
     faces: Faces
     patches: Faces
@@ -40,18 +41,18 @@ class Parts(NamedTuple):
 
 
 @lru_cache(maxsize=64)
-def parts_of(surface: Surface) -> Parts:
-    """A surface's parts, kept for the next snapshot."""
+def facet_levels(surface: Surface) -> FacetLevels:
+    """Facet levels of a surface, kept for the next snapshot."""
     faces = faces_of(surface)
-    patches = faces.of(surface.patch_face)
-    above = patches.centroid + LIFT * patches.normal
+    patches = faces.select(surface.patch_face)
+    above = patches.centroid + SHADOW_RAY_LIFT * patches.normal
     horizon = horizons(surface.trees["opaque"], above, patches.normal)
     patches = patches._replace(horizon=horizon)
-    return Parts(faces, patches, patches.of(surface.patch[surface.panel_face]))
+    return FacetLevels(faces, patches, patches.select(surface.patch[surface.panel_face]))
 
 
 def faces_of(surface: Surface) -> Faces:
-    """A surface's arrays for the kernels."""
+    """A surface's arrays for the kernels, without horizons."""
     return Faces(
         centroid=surface.centroid,
         normal=surface.normal,
@@ -64,46 +65,45 @@ def faces_of(surface: Surface) -> Faces:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Lighting:
-    """What views of one kind, all direct or all mirrored, see of one body: ``rows``."""
+class Illumination:
+    """Facets of one body that views see. The views are either all direct or all mirrored."""
 
     world: World
     body: int
     views: tuple[View, ...]
-    rows: Rows
+    lit: LitFacets
 
     @cached_property
     def number(self) -> dict[View, int]:
-        """Of every view that sees something, where its rows are."""
-        sees = np.diff(self.rows.start) > 0
+        """Place in ``lit.start`` of every view that sees a facet."""
+        sees = np.diff(self.lit.start) > 0
         return {view: index for index, view in enumerate(self.views) if sees[index]}
 
-    def only(self, kept: BoolArray) -> Lighting:
-        """With some of the rows, ``kept`` ``(row,)``."""
-        return replace(self, rows=self.rows.only(kept))
+    def select(self, is_kept: BoolArray) -> Illumination:
+        """The same with some of the rows of ``lit``; mask ``(row,)``."""
+        return replace(self, lit=self.lit.select(is_kept))
 
-    def with_waves(self) -> Lighting:
-        """With fields and currents on the facets, losses on the way included."""
-        if not len(self.rows.face):
+    def with_waves(self) -> Illumination:
+        """The same with fields and reflection coefficients, losses on the way included."""
+        if not len(self.lit.face):
             return self
         world, rotation = self.world, self.world.rotation[self.body]
-        surface, rows = world.surfaces[self.body], self.rows
-        parts = parts_of(surface)
+        surface, levels = world.surfaces[self.body], facet_levels(world.surfaces[self.body])
         table = _table(self.views, world, self.body)
-        losses = losses_of(world, self.body, table, parts.patches, rows)
-        wave = fields(
-            parts.faces,
+        wave = incident_waves(
+            levels.faces,
             media_of(world, surface.materials),
-            in_frame_of(world, rotation, world.position[self.body]).plate,
+            Mirrors(
+                in_frame_of(world, rotation, world.position[self.body]).plate,
+                np.ascontiguousarray(POLARISATION_AXES @ rotation),
+            ),
             media_of(world, world.materials),
-            np.ascontiguousarray(UPWARDS @ rotation),
-            table.plate,
-            surface.patch,
-            losses,
-            rows,
-            rows.view,
+            table,
+            view_losses(world, self.body, table, levels.patches, self.lit),
+            self.lit,
+            self.lit.view,
         )
-        return replace(self, rows=rows._replace(wave=wave))
+        return replace(self, lit=self.lit._replace(wave=wave))
 
 
 def media_of(world: World, materials: tuple[str, ...]) -> ReflectionTable:
@@ -111,57 +111,56 @@ def media_of(world: World, materials: tuple[str, ...]) -> ReflectionTable:
     return reflection_table(tuple(world.table[name] for name in materials), world.frequency)
 
 
-def lighting_of(world: World, body: int, views: list[View]) -> Lighting:
-    """What views, all direct or all mirrored, see of a body, as yet without waves.
+def illumination_of(world: World, body: int, views: Sequence[View]) -> Illumination:
+    """Facets of a body that views see, without waves. The views are all direct or all mirrored.
 
-    A view that sees no panel's middle sees nothing, and is left out.
+    A view that sees the middle of no panel is left out: it is taken to see nothing.
     """
     blockers = in_frame_of(world, world.rotation[body], world.position[body])
-    parts = parts_of(world.surfaces[body])
-    if not views:
-        return Lighting(world=world, body=body, views=(), rows=_no_rows())
-    is_open = sees_any(parts.panels, _table(views, world, body), blockers)
-    seeing = tuple(view for view, sees in zip(views, is_open, strict=True) if sees)
+    levels = facet_levels(world.surfaces[body])
+    seeing: tuple[View, ...] = ()
+    if views:
+        is_seeing = sees_any_facet(levels.panels, _table(views, world, body), blockers)
+        seeing = tuple(view for view, sees in zip(views, is_seeing, strict=True) if sees)
     if not seeing:
-        return Lighting(world=world, body=body, views=(), rows=_no_rows())
+        return Illumination(world=world, body=body, views=(), lit=_no_lit_facets())
     table = _table(seeing, world, body)
-    if seeing[0].plate is None:
-        seen = _seen_directly(world.surfaces[body], table, blockers)
-    else:
-        seen = _seen_in_mirrors(world.surfaces[body], table, blockers)
-    return Lighting(world=world, body=body, views=seeing, rows=rows_of(parts.faces, table, seen))
+    find = _lit_directly if seeing[0].plate is None else _lit_in_mirrors
+    is_lit = find(world.surfaces[body], table, blockers)
+    lit = lit_facets(levels.faces, table, is_lit)
+    return Illumination(world=world, body=body, views=seeing, lit=lit)
 
 
-def _seen_directly(surface: Surface, table: ViewTable, blockers: Blockers) -> BoolArray:
-    """Which facets direct views see, ``(view, face)``.
+def _lit_directly(surface: Surface, table: ViewTable, blockers: Blockers) -> BoolArray:
+    """Mask of the facets that direct views see, ``(view, face)``.
 
-    Shadow rays go to the middle of every patch, and to the facets of patches that do not agree
-    with those around them.
+    Shadow rays go to the middle of every patch, and to every facet of a patch whose state differs
+    from that of patches around it: there is the edge of a shadow.
     """
-    parts = parts_of(surface)
-    found = look(parts.patches, table, blockers)
-    agreed = agree(found, surface.patch_near)
-    closer = look_closer(parts.faces, table, blockers, surface.patch, agreed)
-    return np.asarray(closer == LIT)
+    levels = facet_levels(surface)
+    found = illumination_states(levels.patches, table, blockers)
+    common = common_state(found, surface.patch_near)
+    state = refine_shadow_edge(levels.faces, table, blockers, surface.patch, common)
+    return np.asarray(state == ILLUMINATED)
 
 
-def _seen_in_mirrors(surface: Surface, table: ViewTable, blockers: Blockers) -> BoolArray:
-    """Which facets mirrored views see, ``(view, face)``.
+def _lit_in_mirrors(surface: Surface, table: ViewTable, blockers: Blockers) -> BoolArray:
+    """Mask of the facets that mirrored views see, ``(view, face)``.
 
     Shadow rays go to the middle of every patch only: the shadow's edge is as coarse as a patch.
     """
-    parts = parts_of(surface)
-    lit = look(parts.patches, table, blockers) == LIT
-    return spread(parts.faces, table, surface.patch, lit)
+    levels = facet_levels(surface)
+    is_lit = illumination_states(levels.patches, table, blockers) == ILLUMINATED
+    return lit_with_patch(levels.faces, table, surface.patch, is_lit)
 
 
-def _table(views: tuple[View, ...] | list[View], world: World, body: int) -> ViewTable:
+def _table(views: Sequence[View], world: World, body: int) -> ViewTable:
     """Views in the body's frame."""
-    return view_table(list(views), world.rotation[body], world.position[body])
+    return view_table(views, world.rotation[body], world.position[body])
 
 
-def _no_rows() -> Rows:
+def _no_lit_facets() -> LitFacets:
     none = np.zeros(0, dtype=np.int64)
     wave = np.empty((0, 4, 2), dtype=np.complex64)
     vectors, aspect = np.zeros((0, 3)), np.zeros((0, NUM_ASPECTS))
-    return Rows(np.zeros(1, dtype=np.int64), none, vectors, np.zeros(0), aspect, wave)
+    return LitFacets(np.zeros(1, dtype=np.int64), none, vectors, np.zeros(0), aspect, wave)

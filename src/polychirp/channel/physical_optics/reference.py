@@ -1,4 +1,4 @@
-"""The slow, obvious twin of the compiled physical optics: one formula for all facets, no paths."""
+"""Reference for the compiled physical optics: one formula for all facets, slow and simple."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ def scattered(
     receiver: FloatArray,
     frequency: float,
 ) -> ComplexArray:
-    r"""What triangles, all lit and seen, scatter: the transfer ``(receiving, transmitting)``.
+    r"""Transfer ``(receiving, transmitting)`` of triangles that are all illuminated and seen.
 
-    The sum over facets that `polychirp.channel.physical_optics.paths` states, at one frequency,
-    phase and all: :math:`\sum a`, with F averaged over both ways round.
+    The sum over facets that `polychirp.channel.physical_optics.paths` states, at one frequency and
+    with its phase: :math:`\sum a`, with F averaged over both directions of propagation.
 
     Parameters
     ----------
@@ -37,12 +37,12 @@ def scattered(
 def scalar_scattered(
     corners: FloatArray, transmitter: FloatArray, receiver: FloatArray, frequency: float
 ) -> complex:
-    r"""The sum over triangles, all lit and seen, that `worth` estimates their echo by.
+    r"""Scalar sum over illuminated and seen triangles by which `power_estimate` judges their echo.
 
     .. math:: \sum |F| \frac{A}{8\pi r_1 r_2} e^{-jk(r_1+r_2)} I, \quad
         |F|^2 = (\cos\theta_1 + \cos\theta_2)^2 + (n \cdot d_1 \times d_2)^2
 
-    Of m ``(face, corner, xyz)`` between two points m ``(xyz,)``, at a frequency in Hz.
+    Parameters as for `scattered`.
     """
     wavenumber = 2 * np.pi * frequency / SPEED_OF_LIGHT
     centroid = corners.mean(axis=1)
@@ -77,7 +77,7 @@ def _one_way(
     s = np.where(size > 1e-9, side / np.maximum(size, 1e-9), _unit(corners[:, 1] - centroid)[0])
     r = d - 2 * np.sum(n * d, axis=-1, keepdims=True) * n
     gamma_s, gamma_p = (g[:, None] for g in reflection(material, -np.sum(n * d, -1), frequency))
-    sent, heard = polarisation_basis(d), polarisation_basis(-q)
+    sent, received = polarisation_basis(d), polarisation_basis(-q)
     p = wavenumber * np.einsum("fx,fcx->fc", d - q, corners - centroid[:, None])
     common = -1j / (8 * np.pi) * 0.5 * double * np.exp(-1j * wavenumber * (r1 + r2)) / (r1 * r2)
     weight = common[:, 0] * _triangle_mean(p)
@@ -90,7 +90,7 @@ def _one_way(
         current = np.cross(n, np.cross(d, e) + np.cross(r, reflected))
         magnetic = -np.cross(n, e + reflected)
         for x in range(2):
-            w = heard[:, x]
+            w = received[:, x]
             f = np.sum(current * w, axis=-1) + np.sum(np.cross(magnetic, q) * w, axis=-1)
             total[x, t] = np.sum(weight * f)
     return total

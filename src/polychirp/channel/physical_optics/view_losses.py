@@ -1,7 +1,7 @@
-"""What thin sheets and leaves take away between a view's radar and the patches that it sees.
+"""Losses in thin sheets and leaves between a view's radar and the patches that it sees.
 
-A patch of neighbouring facets has the losses at its middle: like a mirrored view's shadows, the
-rim of a pane is as coarse as a patch.
+All facets of a patch have the losses at the patch's middle. So the shadow of a pane's rim is only
+as fine as the patches are, like the shadows in a mirrored view.
 """
 
 from __future__ import annotations
@@ -11,49 +11,61 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
-from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
-from polychirp.channel.geometry.bvh import Vector
-from polychirp.channel.geometry.vectors import row, vector_at
+from polychirp.axes import BoolArray, ComplexArray, IntArray
+from polychirp.channel.geometry.vectors import Vector, row, vector_at
 from polychirp.channel.materials.fresnel import Media
-from polychirp.channel.physical_optics.kernels import LIFT, Faces, Rows, meet_mirror
+from polychirp.channel.physical_optics.kernels import (
+    SHADOW_RAY_LIFT,
+    Faces,
+    LitFacets,
+    mirror_point,
+)
 from polychirp.channel.physical_optics.views import NEAR_PANES, NEAR_VEILED, ViewTable, near_view
-from polychirp.channel.scene.blockers import CENTRE, NORMAL, Blockers, in_frame_of
-from polychirp.channel.scene.transmission import is_veiled, lose
-from polychirp.channel.scene.world import SKIN, UPWARDS, World
+from polychirp.channel.scene.blockers import PLATE_CENTRE, PLATE_NORMAL, Blockers, in_frame_of
+from polychirp.channel.scene.transmission import (
+    Leg,
+    Wave,
+    is_attenuated,
+    transmission_matrix,
+)
+from polychirp.channel.scene.world import POLARISATION_AXES, RADAR_CLEARANCE, World
 
 
 class Losses(NamedTuple):
-    """Which of the matrices a view's patch has.
+    """Loss matrices of the ways from views to patches.
 
-    ``number`` ``(view, patch)``, 0 without losses; ``matrix`` ``(number, leg, 2, 2)`` as
-    `legs.through` gives them, of the way to the mirror and of the way behind it. Without a mirror
-    the second leg loses nothing.
+    ``patch`` ``(face,)`` is the patch of each facet. ``number`` ``(view, patch)`` is the number of
+    the matrices that hold; 0, the unit matrices, where nothing is lost. ``matrix``
+    ``(number, leg, 2, 2)`` are as `transmission.transmission_matrices` gives them, of the leg from
+    the radar to the mirror and of the leg from there to the patch. Without a mirror the second leg
+    loses nothing.
     """
 
+    patch: IntArray
     number: IntArray
     matrix: ComplexArray
 
 
-def losses_of(world: World, body: int, table: ViewTable, faces: Faces, rows: Rows) -> Losses:
-    """Losses of all views of a body on the ways to the patches of ``rows``.
+def view_losses(
+    world: World, body: int, table: ViewTable, patches: Faces, lit: LitFacets
+) -> Losses:
+    """Losses of all views of a body on the ways to the patches that have lit facets.
 
-    ``faces`` are those in the middles of the body's patches.
+    ``patches`` are the facets in the middles of the body's patches.
     """
     surface = world.surfaces[body]
     number = np.zeros((len(table.image), len(surface.patch_face)), dtype=np.int64)
-    if not table.weakened:
-        return Losses(number, _identities(1))
+    if not table.has_sheets:
+        return Losses(surface.patch, number, _identities(1))
     rotation = world.rotation[body]
     blockers = in_frame_of(world, rotation, world.position[body])
-    is_lit = _lit_patches(rows, surface.patch, len(surface.patch_face))
-    views, patches = np.nonzero(_weakened(table, blockers, faces, is_lit))
-    number[views, patches] = np.arange(1, len(views) + 1)
-    matrix = _identities(len(views) + 1)
-    upwards = np.ascontiguousarray(UPWARDS @ rotation)
-    _fill(
-        table, blockers, world.media, faces, views, patches, upwards, world.wavenumber, matrix[1:]
-    )
-    return Losses(number, matrix)
+    is_lit = _lit_patches(lit, surface.patch, len(surface.patch_face))
+    view, patch = np.nonzero(_weakened(table, blockers, patches, is_lit))
+    number[view, patch] = np.arange(1, len(view) + 1)
+    matrix = _identities(len(view) + 1)
+    wave = Wave(np.ascontiguousarray(POLARISATION_AXES @ rotation), world.wavenumber)
+    _fill_matrices(table, blockers, world.media, wave, patches, (view, patch), matrix[1:])
+    return Losses(surface.patch, number, matrix)
 
 
 def _identities(count: int) -> ComplexArray:
@@ -63,34 +75,41 @@ def _identities(count: int) -> ComplexArray:
 
 
 @njit(cache=True, nogil=True)
-def _lit_patches(rows: Rows, patch: IntArray, num_patches: int) -> BoolArray:
-    """Where a view has rows of a patch, ``(view, patch)``."""
-    out = np.zeros((rows.start.size - 1, num_patches), dtype=np.bool_)
-    for view in range(rows.start.size - 1):
-        for i in range(rows.start[view], rows.start[view + 1]):
-            out[view, patch[rows.face[i]]] = True
+def _lit_patches(lit: LitFacets, patch: IntArray, num_patches: int) -> BoolArray:
+    """Mask of the patches of which a view sees facets, ``(view, patch)``."""
+    out = np.zeros((lit.start.size - 1, num_patches), dtype=np.bool_)
+    for view in range(lit.start.size - 1):
+        for i in range(lit.start[view], lit.start[view + 1]):
+            out[view, patch[lit.face[i]]] = True
     return out
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _stations(
-    table: ViewTable, blockers: Blockers, view: int, faces: Faces, patch: int
+    table: ViewTable, blockers: Blockers, view: int, patches: Faces, patch: int
 ) -> tuple[Vector, Vector, Vector]:
-    """The radar, the mirror point, and the patch; without a mirror the last two are the same."""
-    c, n = faces.centroid[patch], faces.normal[patch]
-    end = (c[0] + LIFT * n[0], c[1] + LIFT * n[1], c[2] + LIFT * n[2])
+    """Positions of radar, mirror point and patch; without a mirror the last two are the same."""
+    c, n = patches.centroid[patch], patches.normal[patch]
+    end = (
+        c[0] + SHADOW_RAY_LIFT * n[0],
+        c[1] + SHADOW_RAY_LIFT * n[1],
+        c[2] + SHADOW_RAY_LIFT * n[2],
+    )
     start = row(table.source, view)
-    p = table.plate[view]
-    if p < 0:
+    if not table.is_mirrored[view]:
         return start, end, end
-    centre, normal = vector_at(blockers.plate, p, CENTRE), vector_at(blockers.plate, p, NORMAL)
-    meet = meet_mirror(centre, normal, row(table.image, view), end)
+    p = table.plate[view]
+    centre, normal = (
+        vector_at(blockers.plate, p, PLATE_CENTRE),
+        vector_at(blockers.plate, p, PLATE_NORMAL),
+    )
+    meet = mirror_point(centre, normal, row(table.image, view), end)
     return start, meet, end
 
 
 @njit(cache=True, nogil=True, error_model="numpy", parallel=True)
-def _weakened(table: ViewTable, blockers: Blockers, faces: Faces, is_lit: BoolArray) -> BoolArray:
-    """Where a pane or a cloud is on the way to a lit patch, ``(view, patch)``."""
+def _weakened(table: ViewTable, blockers: Blockers, patches: Faces, is_lit: BoolArray) -> BoolArray:
+    """Mask of the lit patches with a pane or a cloud on the way, ``(view, patch)``."""
     num_views, num_patches = is_lit.shape
     out = np.zeros((num_views, num_patches), dtype=np.bool_)
     for number in prange(num_views * num_patches):
@@ -99,31 +118,33 @@ def _weakened(table: ViewTable, blockers: Blockers, faces: Faces, is_lit: BoolAr
             continue
         bodies = near_view(table, view, NEAR_VEILED)
         panes = near_view(table, view, NEAR_PANES)
-        start, meet, end = _stations(table, blockers, view, faces, patch)
-        found = is_veiled(blockers, bodies, panes, start, meet, SKIN)
-        if not found and table.plate[view] >= 0:
-            found = is_veiled(blockers, bodies, panes, end, meet, 0.0)
+        start, meet, end = _stations(table, blockers, view, patches, patch)
+        found = is_attenuated(blockers, bodies, panes, start, meet, RADAR_CLEARANCE)
+        if not found and table.is_mirrored[view]:
+            found = is_attenuated(blockers, bodies, panes, end, meet, 0.0)
         out[view, patch] = found
     return out
 
 
 @njit(cache=True, nogil=True, error_model="numpy", parallel=True)
-def _fill(
+def _fill_matrices(
     table: ViewTable,
     blockers: Blockers,
     media: Media,
-    faces: Faces,
-    views: IntArray,
-    patches: IntArray,
-    upwards: FloatArray,
-    wavenumber: float,
+    wave: Wave,
+    patches: Faces,
+    way: tuple[IntArray, IntArray],
     matrix: ComplexArray,
 ) -> None:
+    """Fill ``matrix`` ``(way, leg, 2, 2)``; ``way`` holds the view and the patch of each."""
+    views, patch = way
     for number in prange(len(views)):
         view, out = views[number], matrix[number]
         bodies = near_view(table, view, NEAR_VEILED)
         panes = near_view(table, view, NEAR_PANES)
-        start, meet, end = _stations(table, blockers, view, faces, patches[number])
-        lose(blockers, media, bodies, panes, start, meet, SKIN, upwards, wavenumber, out[0])
-        if table.plate[view] >= 0:
-            lose(blockers, media, bodies, panes, meet, end, 0.0, upwards, wavenumber, out[1])
+        start, meet, end = _stations(table, blockers, view, patches, patch[number])
+        leg = Leg(start, meet)
+        transmission_matrix(blockers, media, wave, bodies, panes, leg, RADAR_CLEARANCE, out[0])
+        if table.is_mirrored[view]:
+            leg = Leg(meet, end)
+            transmission_matrix(blockers, media, wave, bodies, panes, leg, 0.0, out[1])

@@ -5,6 +5,7 @@ A path over a body joins two views of it: that of the transmitter and that of th
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import NamedTuple
@@ -12,13 +13,13 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from polychirp.axes import FloatArray, IntArray
+from polychirp.axes import BoolArray, FloatArray, IntArray
 from polychirp.channel.materials.fresnel import reflection
 from polychirp.channel.scene.world import World, bodies_near, plates_near
 
 
 class _Radars(NamedTuple):
-    """Where a scene's radars are, how they move and how they are turned: arrays ``(radar, …)``."""
+    """Positions, velocities and rotations of a scene's radars, arrays ``(radar, …)``."""
 
     position: FloatArray
     velocity: FloatArray
@@ -27,7 +28,7 @@ class _Radars(NamedTuple):
 
 @lru_cache(maxsize=2)
 def _radars_of(world: World) -> _Radars:
-    """A world's radars, kept for its next view: a scene works them out whenever it is asked."""
+    """Radars of a world, cached because a scene computes them anew at every call."""
     scene = world.scene
     return _Radars(scene.radar_position, scene.radar_velocity, scene.radar_rotation)
 
@@ -43,17 +44,17 @@ class View:
 
     @cached_property
     def source(self) -> FloatArray:
-        """m, ``(xyz,)`` in the world: where the radar is."""
+        """Position of the radar in the world, m ``(xyz,)``."""
         return np.asarray(_radars_of(self.world).position[self.radar])
 
     @cached_property
     def image(self) -> FloatArray:
-        """m, ``(xyz,)`` in the world: where the radar seems to be."""
+        """Position in the world where the body sees the radar, m ``(xyz,)``."""
         return self.source if self.plate is None else self._mirror(self.source)
 
     @cached_property
     def image_velocity(self) -> FloatArray:
-        """m/s, ``(xyz,)`` in the world: how the image moves, while the plate moves too."""
+        """Velocity of the image in the world, m/s ``(xyz,)``; the plate may move too."""
         own = _radars_of(self.world).velocity[self.radar]
         if self.plate is None:
             return np.asarray(own)
@@ -70,7 +71,7 @@ class View:
 
     @cached_property
     def distance(self) -> float:
-        """m, least distance from the image to the body's sphere; 0 inside."""
+        """Least distance from the image to the body's sphere, m; 0 inside."""
         away = np.linalg.norm(self.world.centre[self.body] - self.image)
         return max(0.0, float(away - self.world.radius[self.body]))
 
@@ -90,7 +91,7 @@ class View:
 
     @cached_property
     def most_reflection(self) -> float:
-        """Greatest amplitude that the mirror leaves, over the angles to the body's sphere."""
+        """Greatest amplitude factor of the mirror over the angles to the body's sphere."""
         if self.plate is None:
             return 1.0
         world, plates = self.world, self.world.plates
@@ -105,7 +106,7 @@ class View:
 
     @property
     def mirrors(self) -> IntArray:
-        """Plates that can mirror the radar to the body: both before them, and not beside."""
+        """Plates that can mirror the radar to the body, because both are in front of them."""
         plates = self.world.plates
         radius = float(self.world.radius[self.body])
         start = self.source - plates.centre
@@ -124,9 +125,9 @@ class View:
 
     @cached_property
     def between(self) -> tuple[IntArray, IntArray]:
-        """Bodies and plates that may come between, bodies near the radar first: they hide most.
+        """Bodies and plates that may hide the body from the view.
 
-        The body itself is the last.
+        Bodies near the radar come first, because they hide most; the body itself is the last.
         """
         centre, radius = self.world.centre[self.body], float(self.world.radius[self.body])
         ways = [np.array([self.image, centre])]
@@ -146,45 +147,49 @@ class View:
 
     @cached_property
     def near(self) -> tuple[IntArray, ...]:
-        """What may come between, of the four kinds of `ViewTable.near`."""
+        """Numbers of the four kinds of obstacles that `ViewTable.near` distinguishes."""
         bodies, plates = self.between
         is_pane = self.world.plate_is_pane[plates]
         is_veiled = np.zeros(len(self.world.surfaces), dtype=np.bool_)
-        is_veiled[self.world.veiled] = True
+        is_veiled[self.world.translucent_bodies] = True
         return bodies, plates[~is_pane], plates[is_pane], bodies[is_veiled[bodies]]
 
 
 NEAR_BODIES, NEAR_PLATES, NEAR_PANES, NEAR_VEILED = 0, 1, 2, 3
-"""Columns of `ViewTable.start`: what may hide a view, and panes and bodies that may weaken it."""
+"""Columns of `ViewTable.start`: bodies and plates that may hide the body, panes and bodies with
+veils that may weaken the wave."""
 
 
 class ViewTable(NamedTuple):
     """Views of one body as arrays ``(view, …)`` in the body's frame, for the kernels.
 
-    ``plate`` is −1 without a mirror. What may come between view i and the body are, of kind k,
-    ``near[start[i, k]:start[i, k + 1]]``, with k from `NEAR_BODIES` to `NEAR_VEILED`.
+    ``plate`` holds where ``is_mirrored``. The obstacles of kind k, from `NEAR_BODIES` to
+    `NEAR_VEILED`, that may lie between view i and the body are
+    ``near[start[i, k]:start[i, k + 1]]``.
     """
 
     source: FloatArray
     image: FloatArray
+    is_mirrored: BoolArray
     plate: IntArray
     near: IntArray
     start: IntArray
 
     @property
-    def weakened(self) -> bool:
-        """Whether there are panes or clouds in any view's way."""
+    def has_sheets(self) -> bool:
+        """True if there are panes or clouds in any view's way."""
         return bool(np.any(self.start[:, NEAR_PANES] < self.start[:, -1]))
 
 
-def view_table(views: list[View], rotation: FloatArray, position: FloatArray) -> ViewTable:
+def view_table(views: Sequence[View], rotation: FloatArray, position: FloatArray) -> ViewTable:
     """Views of one body in its frame, which is turned by ``rotation`` at ``position`` (m)."""
     near = [numbers for view in views for numbers in view.near]
     start = np.concatenate([[0], np.cumsum([len(numbers) for numbers in near])])
     return ViewTable(
         (np.array([view.source for view in views]) - position) @ rotation,
         (np.array([view.image for view in views]) - position) @ rotation,
-        np.array([-1 if view.plate is None else view.plate for view in views], dtype=np.int64),
+        np.array([view.plate is not None for view in views], dtype=np.bool_),
+        np.array([view.plate or 0 for view in views], dtype=np.int64),
         np.concatenate(near),
         start[4 * np.arange(len(views))[:, None] + np.arange(5)],
     )
@@ -192,5 +197,5 @@ def view_table(views: list[View], rotation: FloatArray, position: FloatArray) ->
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def near_view(table: ViewTable, view: int, kind: int) -> IntArray:
-    """Numbers of what may come between a view and its body, of one kind."""
+    """Numbers of the obstacles of one kind that may lie between a view and its body."""
     return table.near[table.start[view, kind] : table.start[view, kind + 1]]

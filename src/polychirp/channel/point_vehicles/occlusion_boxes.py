@@ -1,6 +1,6 @@
-"""What hides a point from a radar where vehicles are boxes: slabs, and plates.
+"""Occlusion of points by vehicles, which are boxes here, and by plates.
 
-Boxes are closed: nothing is seen through windows, over bonnets or below the floor.
+Boxes are closed: there is no line of sight through windows, over bonnets or below the floor.
 """
 
 from __future__ import annotations
@@ -14,15 +14,16 @@ import numpy as np
 from numba import njit, prange
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
-from polychirp.channel.scene.world import SKIN, Plates
+from polychirp.channel.scene.world import RADAR_CLEARANCE, Plates
 from polychirp.model.mesh import Mesh
 from polychirp.model.scene import Scene
 
-BEHIND: Final = 1e-3
-"""m behind a radar, to which the face of its own vehicle's box is moved."""
+OWN_BOX_SETBACK: Final = 1e-3
+"""m behind a radar, to which the face of its own vehicle's box is moved (chosen: more than the
+rounding of positions, less than any part of a vehicle)."""
 
-NOWHERE: Final = 1e30
-"""m: where the box of a carrier without a body is."""
+NO_BOX_PLACE: Final = 1e30
+"""m: both corners of the box of a carrier without a body lie here, where no ray reaches it."""
 
 
 class Boxes(NamedTuple):
@@ -38,7 +39,7 @@ class Boxes(NamedTuple):
     high: FloatArray
     actor: IntArray
 
-    def of(self, number: IntArray) -> Boxes:
+    def select(self, number: IntArray) -> Boxes:
         """The boxes of these numbers, with repetitions."""
         return Boxes(
             self.rotation[number],
@@ -50,13 +51,13 @@ class Boxes(NamedTuple):
 
     @property
     def centre(self) -> FloatArray:
-        """m, ``(box, xyz)`` in the world."""
+        """Centres in the world, m ``(box, xyz)``."""
         middle = 0.5 * (self.low + self.high)
         return np.asarray(np.einsum("bij,bj->bi", self.rotation, middle) + self.position)
 
     @property
     def radius(self) -> FloatArray:
-        """m, ``(box,)``: of the sphere around a box."""
+        """Radii of the spheres around the boxes, m ``(box,)``."""
         return np.asarray(0.5 * np.linalg.norm(self.high - self.low, axis=-1))
 
 
@@ -83,28 +84,28 @@ def vehicle_boxes(scene: Scene) -> Boxes:
 
 
 def own_boxes(scene: Scene, boxes: Boxes) -> Boxes:
-    """For every radar the box of its carrier, the nearest face moved back until it is outside.
+    """Box of every radar's carrier, with the nearest face moved so that the radar is outside.
 
-    A radar behind a bumper or a mirror is thus not shut in by its own vehicle, which still hides
-    what is on its other side.
+    So a radar behind a bumper or a mirror can see, while its own vehicle still hides what is on
+    the other side.
     """
     number = {int(actor): row for row, actor in enumerate(boxes.actor)}
     rows = []
     for place, carrier in zip(scene.radar_position, scene.carriers, strict=True):
         if carrier not in number:
-            nowhere = np.full(3, NOWHERE)
+            nowhere = np.full(3, NO_BOX_PLACE)
             rows.append((np.eye(3), np.zeros(3), nowhere, nowhere, carrier))
             continue
         turn, position, low, high, _ = (field[number[carrier]] for field in boxes)
         local = (place - position) @ turn
         depth = np.concatenate([local - low, high - local])
-        if np.all(depth > -BEHIND):
+        if np.all(depth > -OWN_BOX_SETBACK):
             face = int(np.argmin(depth))
             low, high = low.copy(), high.copy()
             if face < 3:
-                low[face] = local[face] + BEHIND
+                low[face] = local[face] + OWN_BOX_SETBACK
             else:
-                high[face - 3] = local[face - 3] - BEHIND
+                high[face - 3] = local[face - 3] - OWN_BOX_SETBACK
         rows.append((turn, position, low, high, carrier))
     return Boxes(
         rotation=np.array([row[0] for row in rows]).reshape(-1, 3, 3),
@@ -116,9 +117,10 @@ def own_boxes(scene: Scene, boxes: Boxes) -> Boxes:
 
 
 def crosses(boxes: Boxes, start: FloatArray, end: FloatArray) -> BoolArray:
-    """Whether a straight way from ``start`` to ``end`` (m, ``(row, xyz)``) enters its row's box.
+    """Mask of the straight ways from ``start`` to ``end`` that enter their box, ``(box,)``.
 
-    The slabs between opposite faces (Kay and Kajiya, 1986).
+    ``start`` and ``end`` m ``(box, xyz)``. By the slabs between opposite faces (Kay and Kajiya,
+    1986).
     """
     origin = np.einsum("bij,bi->bj", boxes.rotation, start - boxes.position)
     way = np.einsum("bij,bi->bj", boxes.rotation, end - start)
@@ -129,17 +131,17 @@ def crosses(boxes: Boxes, start: FloatArray, end: FloatArray) -> BoolArray:
     return np.asarray(np.maximum(enter, 0.0) < np.minimum(leave, 1.0))
 
 
-class Near(NamedTuple):
-    """Numbers of what is near each radar: those of radar r are ``number[first[r]:first[r+1]]``."""
+class NearRadars(NamedTuple):
+    """Numbers of the obstacles near each radar: ``number[first[r]:first[r+1]]`` for radar r."""
 
     first: IntArray
     number: IntArray
 
 
-def _near(place: FloatArray, centre: FloatArray, reach: FloatArray) -> Near:
+def _near_radars(place: FloatArray, centre: FloatArray, reach: FloatArray) -> NearRadars:
     gap = np.linalg.norm(place[:, None] - centre[None], axis=-1)
     radar, number = np.nonzero(gap <= reach)
-    return Near(np.searchsorted(radar, np.arange(len(place) + 1)), number)
+    return NearRadars(np.searchsorted(radar, np.arange(len(place) + 1)), number)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -151,7 +153,7 @@ def _slab(low: float, high: float, origin: float, way: float) -> tuple[float, fl
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _in_box(boxes: Boxes, b: int, start: FloatArray, end: FloatArray) -> bool:
+def _enters_box(boxes: Boxes, b: int, start: FloatArray, end: FloatArray) -> bool:
     enter, leave = 0.0, 1.0
     for axis in range(3):
         origin, way = 0.0, 0.0
@@ -167,7 +169,9 @@ def _in_box(boxes: Boxes, b: int, start: FloatArray, end: FloatArray) -> bool:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _in_plate(plates: Plates, p: int, start: FloatArray, end: FloatArray, nearest: float) -> bool:
+def _meets_plate(
+    plates: Plates, p: int, start: FloatArray, end: FloatArray, nearest: float
+) -> bool:
     slope, height = 0.0, 0.0
     for i in range(3):
         slope += plates.normal[p, i] * (end[i] - start[i])
@@ -185,40 +189,56 @@ def _in_plate(plates: Plates, p: int, start: FloatArray, end: FloatArray, neares
     return bool(abs(u) <= plates.half_across[p] and abs(v) <= plates.half_along[p])
 
 
+class _Rays(NamedTuple):
+    """Straight ways from radars to points.
+
+    ``start`` and ``end`` m ``(ray, xyz)``; ``radar`` ``(ray,)``; boxes of the actors ``spared``
+    ``(ray, 2)`` do not block the ray.
+    """
+
+    start: FloatArray
+    end: FloatArray
+    radar: IntArray
+    spared: IntArray
+
+
 @njit(cache=True, nogil=True, parallel=True, error_model="numpy")
-def _hidden(
-    starts: FloatArray,
-    ends: FloatArray,
-    radar: IntArray,
-    spared: IntArray,
+def _blocked(
+    rays: _Rays,
     boxes: Boxes,
     ball: FloatArray,
-    near_box: Near,
+    near_box: NearRadars,
     plates: Plates,
-    near_plate: Near,
+    near_plate: NearRadars,
 ) -> BoolArray:
-    """Whether a way is blocked by what is near its radar, but for the two ``spared`` actors."""
-    out = np.zeros(starts.shape[0], dtype=np.bool_)
-    for row in prange(starts.shape[0]):
-        start, end, r = starts[row], ends[row], radar[row]
+    """Mask of the rays that boxes or plates near their radar block, ``(ray,)``.
+
+    ``ball`` ``(box, 4)`` m holds centres and radii of the spheres around the boxes.
+    """
+    out = np.zeros(rays.radar.size, dtype=np.bool_)
+    for row in prange(rays.radar.size):
+        start, end, r = rays.start[row], rays.end[row], rays.radar[row]
         dx, dy, dz = end[0] - start[0], end[1] - start[1], end[2] - start[2]
         square = max(dx * dx + dy * dy + dz * dz, 1e-30)
         for k in range(near_plate.first[r], near_plate.first[r + 1]):
-            if _in_plate(plates, near_plate.number[k], start, end, SKIN / math.sqrt(square)):
+            if _meets_plate(
+                plates, near_plate.number[k], start, end, RADAR_CLEARANCE / math.sqrt(square)
+            ):
                 out[row] = True
                 break
         if out[row]:
             continue
         for k in range(near_box.first[r], near_box.first[r + 1]):
             b = near_box.number[k]
-            if boxes.actor[b] == spared[row, 0] or boxes.actor[b] == spared[row, 1]:
+            if boxes.actor[b] == rays.spared[row, 0] or boxes.actor[b] == rays.spared[row, 1]:
                 continue
+            # the distance of the sphere's centre from the ray
             gx, gy, gz = ball[b, 0] - start[0], ball[b, 1] - start[1], ball[b, 2] - start[2]
             t = min(max((gx * dx + gy * dy + gz * dz) / square, 0.0), 1.0)
             gx, gy, gz = gx - t * dx, gy - t * dy, gz - t * dz
             if gx * gx + gy * gy + gz * gz > ball[b, 3] ** 2:
                 continue
-            if _in_box(boxes, b, start, end):
+            if _enters_box(boxes, b, start, end):
                 out[row] = True
                 break
     return out
@@ -226,14 +246,14 @@ def _hidden(
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Obstacles:
-    """All that hides one thing from another, sorted by the radars near it.
+    """Boxes and plates that hide points from radars.
 
     Parameters
     ----------
     place : of the radars, m ``(radar, xyz)``; carrier : their actors, ``(radar,)``
     boxes : of the vehicles; own : of every radar's carrier (`own_boxes`)
     plates : in the world
-    near_box, near_plate : within reach of every radar
+    near_box, near_plate : numbers of those within reach of every radar
     """
 
     place: FloatArray
@@ -241,35 +261,30 @@ class Obstacles:
     boxes: Boxes
     own: Boxes
     plates: Plates
-    near_box: Near
-    near_plate: Near
+    near_box: NearRadars
+    near_plate: NearRadars
 
     def without_plates(self) -> Obstacles:
-        """The boxes alone."""
-        none = Near(np.zeros(len(self.place) + 1, dtype=np.int64), np.zeros(0, dtype=np.int64))
+        """The same boxes without plates."""
+        none = NearRadars(
+            np.zeros(len(self.place) + 1, dtype=np.int64), np.zeros(0, dtype=np.int64)
+        )
         return replace(self, near_plate=none)
 
     def hide(self, radar: IntArray, end: FloatArray, spared: IntArray) -> BoolArray:
-        """Whether radars ``(way,)`` cannot see points of the world, m ``(way, xyz)``.
+        """Mask of the points of the world that their radar cannot see, ``(ray,)``.
 
-        ``spared`` ``(way,)`` are actors whose boxes do not block: those that the points are on.
+        ``radar`` ``(ray,)``; ``end`` m ``(ray, xyz)``. ``spared`` ``(ray,)`` are the actors that
+        the points are on: their boxes do not block.
         """
         if not len(radar):
             return np.zeros(0, dtype=np.bool_)
         start = self.place[radar]
         spheres = np.column_stack([self.boxes.centre, self.boxes.radius])
-        hidden = _hidden(
-            start,
-            np.ascontiguousarray(end),
-            radar,
-            np.stack([self.carrier[radar], spared], axis=-1),
-            self.boxes,
-            spheres,
-            self.near_box,
-            self.plates,
-            self.near_plate,
-        )
-        return np.asarray(hidden | crosses(self.own.of(radar), start, end))
+        spares = np.stack([self.carrier[radar], spared], axis=-1)
+        rays = _Rays(start, np.ascontiguousarray(end), radar, spares)
+        hidden = _blocked(rays, self.boxes, spheres, self.near_box, self.plates, self.near_plate)
+        return np.asarray(hidden | crosses(self.own.select(radar), start, end))
 
 
 def obstacles_of(scene: Scene, plates: Plates, reach: float) -> Obstacles:
@@ -282,6 +297,6 @@ def obstacles_of(scene: Scene, plates: Plates, reach: float) -> Obstacles:
         boxes=boxes,
         own=own_boxes(scene, boxes),
         plates=plates,
-        near_box=_near(place, boxes.centre, reach + boxes.radius),
-        near_plate=_near(place, plates.centre, reach + size),
+        near_box=_near_radars(place, boxes.centre, reach + boxes.radius),
+        near_plate=_near_radars(place, plates.centre, reach + size),
     )

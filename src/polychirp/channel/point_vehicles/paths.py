@@ -1,11 +1,14 @@
-"""Paths among vehicles that are boxes with a few points; far ones cost nothing."""
+"""Paths among vehicles that are boxes with a few points.
+
+Work is done only for radars and points nearer to each other than the longest path.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -20,7 +23,13 @@ from polychirp.channel.point_vehicles.occlusion_boxes import (
     extent,
     obstacles_of,
 )
-from polychirp.channel.point_vehicles.scattering_points import EchoLaw, Even, lobes, table_for
+from polychirp.channel.point_vehicles.scattering_points import (
+    IsotropicPoint,
+    PointModel,
+    VehicleModel,
+    lobe_points,
+    most_similar_table,
+)
 from polychirp.channel.scene.world import World, world_of
 from polychirp.channel.specular.plates import mirror_paths
 from polychirp.constants import SPEED_OF_LIGHT
@@ -30,11 +39,9 @@ from polychirp.model.paths import PropagationPaths
 from polychirp.model.scene import Actor, Scene
 from polychirp.rng import Streams
 
-if TYPE_CHECKING:
-    from polychirp.channel.point_vehicles.tracer import VehicleModel
-
-BATCH: Final = 1 << 19
-"""Paths over points that are looked at together; most of them are too long or too weak."""
+MAX_BATCH_PATHS: Final = 1 << 19
+"""Paths over points that are tested together, most of which are too long or too weak (chosen: it
+bounds memory)."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -44,9 +51,9 @@ class PreparedStreet:
     Parameters
     ----------
     scene : as it was given
-    world : its plates alone
+    world : the scene without meshes: only its plates
     obstacles : boxes and plates
-    max_length : m
+    max_length : of a path, m
     """
 
     scene: Scene
@@ -55,7 +62,7 @@ class PreparedStreet:
     max_length: float
 
     def near_pairs(self) -> IntArray:
-        """(transmitter, receiver) no farther apart than the longest path, ``(pair, 2)``."""
+        """Pairs (transmitter, receiver) no farther apart than the longest path, ``(pair, 2)``."""
         tree = KDTree(self.obstacles.place)
         twos = tree.query_pairs(self.max_length, output_type="ndarray").reshape(-1, 2)
         alone = np.repeat(np.arange(len(self.scene.radars))[:, None], 2, axis=1)
@@ -71,7 +78,7 @@ def prepared(
     max_length: float,
     table: Mapping[str, Material],
 ) -> PreparedStreet:
-    """A scene made ready for `direct`, `mirrored` and `echoes`.
+    """A scene prepared for `direct`, `mirrored` and `echoes`.
 
     Raises
     ------
@@ -85,24 +92,26 @@ def prepared(
 
 
 def direct(street: PreparedStreet) -> PropagationPaths:
-    """Lines of sight that neither box nor plate blocks."""
+    """Lines of sight that no box and no plate blocks."""
     obstacles, scene = street.obstacles, street.scene
     if not scene.radars:
         return no_paths(scene, street.world.frequency)
     paths = line_of_sight(scene, frequency=street.world.frequency, pairs=street.near_pairs())
     sink = obstacles.place[paths.receiver]
     hidden = obstacles.hide(paths.transmitter, sink, obstacles.carrier[paths.receiver])
-    hidden |= crosses(obstacles.own.of(paths.receiver), sink, obstacles.place[paths.transmitter])
+    hidden |= crosses(
+        obstacles.own.select(paths.receiver), sink, obstacles.place[paths.transmitter]
+    )
     return paths.select(~hidden)
 
 
 def mirrored(street: PreparedStreet) -> PropagationPaths:
-    """Single reflections in plates, no longer than the longest path and past all boxes."""
+    """Single reflections in plates that are short enough and that no box blocks."""
     if not street.scene.radars:
         return no_paths(street.scene, street.world.frequency)
     paths = mirror_paths(street.world, street.near_pairs())
     paths = paths.select(paths.delay * SPEED_OF_LIGHT <= street.max_length)
-    obstacles = street.obstacles.without_plates()  # their shadows are in `mirror_paths`
+    obstacles = street.obstacles.without_plates()  # `mirror_paths` has tested the plates
     hidden = np.zeros(paths.num_paths, dtype=np.bool_)
     for radar in (paths.transmitter, paths.receiver):
         hidden |= obstacles.hide(radar, paths.bounce_point, paths.bounce_actor)
@@ -112,78 +121,80 @@ def mirrored(street: PreparedStreet) -> PropagationPaths:
 class Scatterers(NamedTuple):
     """All points of a scene that echo.
 
-    ``actor`` ``(point,)``; ``place`` m ``(point, xyz)`` in the world; ``law``, ``number``
-    ``(point,)``: which of ``laws``, and which of its points; ``matrix`` ``(point, 2, 2)``: root
-    of what multiplies the law's cross section, phases and all.
+    ``actor`` ``(point,)``; ``place`` m ``(point, xyz)`` in the world; ``model`` ``(point,)`` the
+    number among ``models`` of the one that the point belongs to, and ``number`` ``(point,)`` its
+    number in that model. ``matrix`` ``(point, 2, 2)`` multiplies the root of the model's cross
+    section, and contains the random phases.
     """
 
     actor: IntArray
     place: FloatArray
-    law: IntArray
+    model: IntArray
     number: IntArray
     matrix: ComplexArray
-    laws: tuple[EchoLaw, ...]
+    models: tuple[PointModel, ...]
 
 
-EVEN: Final = Even(place=np.zeros((1, 3)))
-"""The law of an actor's own `PointScatterer`."""
+ISOTROPIC_POINT: Final = IsotropicPoint(place=np.zeros((1, 3)))
+"""Model of an actor's own `PointScatterer`: number 0 of `Scatterers.models`."""
 
 
 def scatterers(scene: Scene, *, model: VehicleModel, seed: int) -> Scatterers:
     """Points of all vehicles that have a mesh, and every `PointScatterer`."""
-    laws: list[EchoLaw] = [EVEN]
-    actor, place, law, number = [], [], [], []
+    models: list[PointModel] = [ISOTROPIC_POINT]
+    actor, place, of_model, number = [], [], [], []
     matrix: list[ComplexArray] = []
     for index, one in enumerate(scene.actors):
         if one.points:
             actor.append(np.full(len(one.points), index))
             place.append(one.pose.to_outer(np.array([point.position for point in one.points])))
-            law.append(np.zeros(len(one.points), dtype=np.int64))
+            of_model.append(np.zeros(len(one.points), dtype=np.int64))
             number.append(np.zeros(len(one.points), dtype=np.int64))
             root = np.sqrt([point.rcs for point in one.points])
             matrix.append(root[:, None, None] * np.eye(2, dtype=np.complex128))
         if one.kind == "vehicle" and one.mesh.num_faces:
-            mine = _law_of(one, model)
-            if mine not in laws:
-                laws.append(mine)
+            mine = _model_of(one, model)
+            if mine not in models:
+                models.append(mine)
             low, high = extent(one.mesh)
             count = len(mine.place)
             actor.append(np.full(count, index))
             place.append(one.pose.to_outer(low + mine.place * (high - low)))
-            law.append(np.full(count, laws.index(mine)))
+            of_model.append(np.full(count, models.index(mine)))
             number.append(np.arange(count))
-            matrix.append(np.sqrt(mine.scale(high - low)) * _drawn(mine, seed, one.name))
+            matrix.append(np.sqrt(mine.scale(high - low)) * _random_matrices(mine, seed, one.name))
     if not actor:
         none = np.zeros(0, dtype=np.int64)
-        return Scatterers(none, np.zeros((0, 3)), none, none, np.zeros((0, 2, 2), complex), (EVEN,))
+        matrices = np.zeros((0, 2, 2), dtype=np.complex128)
+        return Scatterers(none, np.zeros((0, 3)), none, none, matrices, tuple(models))
     return Scatterers(
         np.concatenate(actor),
         np.concatenate(place),
-        np.concatenate(law),
+        np.concatenate(of_model),
         np.concatenate(number),
         np.concatenate(matrix),
-        tuple(laws),
+        tuple(models),
     )
 
 
-def _law_of(actor: Actor, model: VehicleModel) -> EchoLaw:
+def _model_of(actor: Actor, model: VehicleModel) -> PointModel:
     if model == "tables":
         low, high = extent(actor.mesh)
-        return table_for(high - low)
-    return lobes("one" if model == "3gpp-one" else "five")
+        return most_similar_table(high - low)
+    return lobe_points("one" if model == "3gpp-one" else "five")
 
 
 @lru_cache(maxsize=4096)
-def _drawn(law: EchoLaw, seed: int, name: str) -> ComplexArray:
-    """What is random of the points of the vehicle called ``name``, ``(point, 2, 2)``."""
+def _random_matrices(model: PointModel, seed: int, name: str) -> ComplexArray:
+    """Random matrices of the points of the vehicle called ``name``, ``(point, 2, 2)``."""
     streams = Streams(seed).of("point-vehicles", name)
-    return np.array([law.matrix(streams[number]) for number in range(len(law.place))])
+    return np.array([model.matrix(streams[number]) for number in range(len(model.place))])
 
 
 class Legs(NamedTuple):
-    """Ways between a radar and a point that it sees, sorted by point.
+    """Ways between radars and points that they see, sorted by point.
 
-    ``radar``, ``point`` ``(leg,)``; ``length`` m; ``gain`` of the radar's element that way;
+    ``radar``, ``point`` ``(leg,)``; ``length`` m; ``gain`` of the radar's element in its direction;
     ``towards`` ``(leg, xyz)``: unit vectors from the point to the radar, in the actor's frame.
     """
 
@@ -195,15 +206,15 @@ class Legs(NamedTuple):
 
 
 def legs_of(street: PreparedStreet, found: Scatterers) -> Legs:
-    """All legs shorter than the longest path, to points that nothing hides."""
+    """All legs shorter than the longest path to points that are not hidden."""
     obstacles, scene = street.obstacles, street.scene
     near = KDTree(obstacles.place).sparse_distance_matrix(
         KDTree(found.place), street.max_length, output_type="ndarray"
     )
     radar, point = near["i"].astype(np.int64), near["j"].astype(np.int64)
     actor = found.actor[point]
-    # no law of a whole vehicle holds for a radar on it
-    open_ways = (found.law[point] == 0) | (actor != obstacles.carrier[radar])
+    # a model of a whole vehicle does not hold for a radar on it
+    open_ways = (found.model[point] == 0) | (actor != obstacles.carrier[radar])
     radar, point = radar[open_ways], point[open_ways]
     open_ways = ~obstacles.hide(radar, found.place[point], found.actor[point])
     radar, point = radar[open_ways], point[open_ways]
@@ -223,7 +234,7 @@ def legs_of(street: PreparedStreet, found: Scatterers) -> Legs:
 
 
 def _gains(scene: Scene, radar: IntArray, direction: FloatArray) -> FloatArray:
-    """Power gain of the radars' elements towards directions of the world, ``(leg,)``."""
+    """Power gain of the radars' elements in directions of the world, ``(leg,)``."""
     gain, order, turn = np.empty(len(radar)), np.argsort(radar, kind="stable"), scene.radar_rotation
     first = np.searchsorted(radar[order], np.arange(len(scene.radars) + 1))
     for number, one in enumerate(scene.radars):
@@ -233,13 +244,15 @@ def _gains(scene: Scene, radar: IntArray, direction: FloatArray) -> FloatArray:
 
 
 def _leg_pairs(legs: Legs) -> Iterator[tuple[IntArray, IntArray]]:
-    """Every leg out with every leg back of its point, in batches."""
+    """Pairs of every leg out with every leg back of its point, in batches."""
     _, first, count = np.unique(legs.point, return_index=True, return_counts=True)
     partners, start = np.repeat(count, count), np.repeat(first, count)
     total = np.concatenate([[0], np.cumsum(partners)])
     begin = 0
     while begin < len(partners):
-        end = max(begin + 1, int(np.searchsorted(total, total[begin] + BATCH, side="right")) - 1)
+        end = max(
+            begin + 1, int(np.searchsorted(total, total[begin] + MAX_BATCH_PATHS, side="right")) - 1
+        )
         out = np.repeat(np.arange(begin, end), partners[begin:end])
         inner = np.arange(len(out)) - np.repeat(
             total[begin:end] - total[begin], partners[begin:end]
@@ -253,8 +266,8 @@ def echoes(
 ) -> PropagationPaths:
     """Paths over the points of vehicles, and over every `PointScatterer`.
 
-    Left out are those weaker than the world's dynamic range allows beside paths that are
-    ``known`` or found, before they become a table.
+    Paths that are weaker than a ``known`` or found path of their pair by more than the dynamic
+    range are left out before they become a table.
     """
     scene, frequency = street.scene, street.world.frequency
     found = scatterers(scene, model=model, seed=seed)
@@ -289,10 +302,10 @@ def echoes(
 
 
 def _cross_section(found: Scatterers, legs: Legs, ways: IntArray) -> FloatArray:
-    """m² ``(path,)`` that the laws say of pairs of legs ``(path, 2)``."""
+    """Cross sections, m² ``(path,)``, of pairs of legs ``(path, 2)``."""
     point, area = legs.point[ways[:, 0]], np.empty(len(ways))
-    for law, rule in enumerate(found.laws):
-        mine = found.law[point] == law
+    for index, model in enumerate(found.models):
+        mine = found.model[point] == index
         towards, back = (legs.towards[ways[mine, end]] for end in (0, 1))
-        area[mine] = rule.cross_section(found.number[point[mine]], towards, back)
+        area[mine] = model.cross_section(found.number[point[mine]], towards, back)
     return area

@@ -1,7 +1,7 @@
-"""How strongly the few points echo that stand for a vehicle, and where they sit.
+"""Places and cross sections of the few points that represent a vehicle.
 
-Two laws: the lobes of 3GPP TR 38.901 (clause 7.9.2.1, RCS model 2), and tables that
-`study.point_tables` computed from the built-in bodies by physical optics.
+There are two models: the lobes of 3GPP TR 38.901 (clause 7.9.2.1, RCS model 2), and tables that
+physical optics computed from the built-in bodies (`tools/point_tables.py`).
 """
 
 from __future__ import annotations
@@ -17,37 +17,41 @@ import numpy as np
 from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.units import Unit, from_db
 
-ROOF_ZENITH: Final = np.radians(30.0)
-"""Above this zenith angle the roof's lobe is that of the one point (3GPP)."""
+VehicleModel = Literal["tables", "3gpp-one", "3gpp-five"]
+"""Models of a vehicle that a study may name."""
 
-SIDES: Final = ("front", "left", "rear", "right", "roof")
-"""Every 90° from straight ahead, and the roof."""
+MAX_ROOF_ZENITH: Final = np.radians(30.0)
+"""rad: zenith angle below which a vehicle of one point has its roof's lobe (3GPP)."""
 
-FACES: Final = np.array([(1, 0.5, 0.5), (0.5, 1, 0.5), (0, 0.5, 0.5), (0.5, 0, 0.5), (0.5, 0.5, 1)])
-"""Middles of the faces of a box: our places for 3GPP's five points."""
+LOBE_SIDES: Final = ("front", "left", "rear", "right", "roof")
+"""Sides of the vehicle in the order of 3GPP's lobes: every 90° from ahead, and the roof."""
+
+FACE_CENTRES: Final = np.array(
+    [(1, 0.5, 0.5), (0.5, 1, 0.5), (0, 0.5, 0.5), (0.5, 0, 0.5), (0.5, 0.5, 1)]
+)
+"""Places of 3GPP's five points, in the order of `LOBE_SIDES`: middles of the box's faces, as shares
+of the bounding box (our choice; 3GPP leaves them open)."""
 
 
-class EchoLaw(Protocol):
-    """A vehicle's points.
-
-    ``place`` ``(point, xyz)`` is in shares of its bounding box, from the low corner.
-    """
+class PointModel(Protocol):
+    """Points that represent a vehicle."""
 
     def __hash__(self) -> int:
-        """By identity."""
+        """Hash by identity."""
         ...
 
     @property
     def place(self) -> FloatArray:
-        """``(point, xyz)``."""
+        """Places as shares of the bounding box from its low corner, ``(point, xyz)``."""
         ...
 
     def cross_section(
         self, point: IntArray, towards: FloatArray, back: FloatArray, /
     ) -> FloatArray:
-        """m² ``(path,)`` of points between unit vectors to transmitter and receiver.
+        """Cross sections, m² ``(path,)``, of points for given directions.
 
-        Those are ``(path, xyz)`` in the vehicle's frame; changing them over changes nothing.
+        ``towards`` and ``back`` are unit vectors to transmitter and receiver, ``(path, xyz)`` in
+        the vehicle's frame. Exchanging them changes nothing.
         """
         ...
 
@@ -56,24 +60,24 @@ class EchoLaw(Protocol):
         ...
 
     def matrix(self, rng: np.random.Generator, /) -> ComplexArray:
-        """Drawn once for a point: its phases, spread and cross polarisation, ``(2, 2)``."""
+        """Random phases, spread and cross polarisation of one point, ``(2, 2)``."""
         ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Lobes:
+class LobePoints:
     r"""Scattering points of 3GPP TR 38.901, RCS model 2 (equations 7.9.2-2 and 7.9.2-3).
 
     .. math:: 10\lg\sigma = \max\{G - \min(12x_\theta^2 + 12x_\varphi^2, \sigma_{max})
         - k_1\sin(k_2\beta/2) + 5\lg\cos(\beta/2),\; G - \sigma_{max}\}
 
-    with x the angles from the lobe's middle over its width, taken on the bisector of the
-    directions to transmitter and receiver, and β the angle between these. Linear inside.
+    where x are the angles from the lobe's middle over its width, taken on the bisector of the
+    directions to transmitter and receiver, and β is the angle between these directions. The fields
+    of this class are linear, not in decibels.
 
-    3GPP's are this law and its values, the lognormal spread with mean 1 and the normal XPR. Ours
-    are: where the points sit, that spread and XPR are drawn once for a point and not for a
-    direction, that both cross-polar terms have one phase (reciprocity), and that the spread is
-    not truncated.
+    3GPP defines this equation and its values, the lognormal spread with mean 1 and the normal XPR.
+    Our choices are the places of the points; one spread and one XPR for a point in all directions;
+    one phase for both cross-polar terms (reciprocity); and a spread that is not truncated.
 
     Parameters
     ----------
@@ -98,11 +102,11 @@ class Lobes:
     bistatic_rate: float
 
     def cross_section(self, point: IntArray, towards: FloatArray, back: FloatArray) -> FloatArray:
-        """m² ``(path,)``; of the one point, the lobe of the bisector's sector."""
+        """Cross sections, m² ``(path,)``; a single point has the lobe of the bisector's sector."""
         middle, half = bisector(towards, back)
         azimuth = np.arctan2(middle[:, 1], middle[:, 0])
         zenith = np.arccos(np.clip(middle[:, 2], -1.0, 1.0))
-        lobe = point if len(self.place) == len(self.peak) else _sector(azimuth, zenith)
+        lobe = point if len(self.place) == len(self.peak) else _lobe_of_sector(azimuth, zenith)
         turn = (azimuth - self.azimuth[lobe] + np.pi) % (2 * np.pi) - np.pi
         off = (turn / self.azimuth_width[lobe]) ** 2
         off += ((zenith - self.zenith[lobe]) / self.zenith_width[lobe]) ** 2
@@ -112,11 +116,11 @@ class Lobes:
         return np.asarray(self.peak[lobe] * np.maximum(shape * between, 1 / self.depth[lobe]))
 
     def scale(self, _: FloatArray) -> float:
-        """1: 3GPP's vehicle has one size."""
+        """1, because 3GPP's vehicle has one size."""
         return 1.0
 
     def matrix(self, rng: np.random.Generator) -> ComplexArray:
-        """Random phases, √σ_S with mean power 1, and √(1/XPR) off the diagonal."""
+        """Random phases and √σ_S with mean power 1; √(1/XPR) off the diagonal."""
         wide, cross = np.log(self.spread), np.log(self.cross_ratio_spread)
         power = np.exp(wide * rng.standard_normal() - 0.5 * wide**2)
         ratio = self.cross_ratio * np.exp(cross * rng.standard_normal())
@@ -126,18 +130,18 @@ class Lobes:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Table:
+class TablePoints:
     r"""Points whose echo over azimuth was computed once by physical optics.
 
-    Linear between columns. Between two directions the echo is that along their bisector (Kell,
-    1965: so it is while the points of reflection stay the same). Against our facets, on the mean
-    over azimuth: within 3 dB up to 60° between them, 5 dB at 90°, up to 8 dB too strong beyond.
+    Values between columns are interpolated linearly. For two directions the echo is that along
+    their bisector, which is right while the points of reflection stay the same (Kell, 1965).
+    Compared with our facets, the mean over azimuth is within 3 dB for directions up to 60° apart,
+    within 5 dB at 90°, and up to 8 dB too strong beyond.
 
     The tables were traced from 20 m. A flat flank in its near field is weaker the nearer it is:
-    a saloon is right to 2 dB from 8 to 40 m, but a truck at 10 m is 5 dB too strong. Elevation is
-    left out, and so is cross polarisation. Another size of the same shape has
-    :math:`(V/V_0)^{2/3}` times the echo, V the volume of the bounding box: so it is for curved
-    surfaces in geometric optics.
+    a saloon is right to 2 dB from 8 to 40 m, but a truck at 10 m is 5 dB too strong. Elevation and
+    cross polarisation are left out. Another size of the same shape has :math:`(V/V_0)^{2/3}` times
+    the echo, where V is the volume of the bounding box, as for curved surfaces in geometric optics.
 
     Parameters
     ----------
@@ -151,7 +155,7 @@ class Table:
     echo: FloatArray
 
     def cross_section(self, point: IntArray, towards: FloatArray, back: FloatArray) -> FloatArray:
-        """m² ``(path,)``."""
+        """Cross sections, m² ``(path,)``."""
         middle, _ = bisector(towards, back)
         count = self.echo.shape[1]
         column = np.arctan2(middle[:, 1], middle[:, 0]) / (2 * np.pi) * count
@@ -161,7 +165,7 @@ class Table:
         return np.asarray((1 - share) * before + share * after)
 
     def scale(self, size: FloatArray) -> float:
-        """(V/V₀)^⅔."""
+        """Factor (V/V₀)^⅔."""
         return float(np.prod(size / self.size) ** (2 / 3))
 
     def matrix(self, rng: np.random.Generator) -> ComplexArray:
@@ -170,18 +174,18 @@ class Table:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Even:
-    """A point of 1 m² in all directions."""
+class IsotropicPoint:
+    """One point with a cross section of 1 m² in all directions."""
 
     place: FloatArray
 
     def cross_section(self, point: IntArray, towards: FloatArray, back: FloatArray) -> FloatArray:
-        """1 m², ``(path,)``."""
+        """Cross sections of 1 m², ``(path,)``."""
         del towards, back
         return np.ones(len(point))
 
     def scale(self, _: FloatArray) -> float:
-        """1."""
+        """1 for every size."""
         return 1.0
 
     def matrix(self, _: np.random.Generator) -> ComplexArray:
@@ -190,7 +194,7 @@ class Even:
 
 
 def bisector(towards: FloatArray, back: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Unit vectors halfway ``(path, xyz)``, and half the angle between, rad ``(path,)``.
+    """Unit vectors between two directions ``(path, xyz)``, and half their angle, rad ``(path,)``.
 
     >>> middle, half = bisector(np.array([[1.0, 0, 0]]), np.array([[0, 1.0, 0]]))
     >>> bool(np.isclose(half[0], np.pi / 4)), middle.round(3)
@@ -202,10 +206,10 @@ def bisector(towards: FloatArray, back: FloatArray) -> tuple[FloatArray, FloatAr
     return np.asarray(total / np.maximum(length, 1e-12)[:, None]), np.asarray(half)
 
 
-def _sector(azimuth: FloatArray, zenith: FloatArray) -> IntArray:
-    """Number of the lobe, in the order of `SIDES`, that holds in these directions."""
+def _lobe_of_sector(azimuth: FloatArray, zenith: FloatArray) -> IntArray:
+    """Number of the lobe that holds in these directions, in the order of `LOBE_SIDES`."""
     side = np.round(azimuth / (np.pi / 2)).astype(np.int64) % 4
-    return np.where(zenith < ROOF_ZENITH, 4, side)
+    return np.where(zenith < MAX_ROOF_ZENITH, 4, side)
 
 
 def _read(name: str) -> dict[str, Any]:
@@ -214,23 +218,23 @@ def _read(name: str) -> dict[str, Any]:
 
 
 @cache
-def lobes(points: Literal["one", "five"]) -> Lobes:
-    """The vehicle of TR 38.901 as one point in its middle, or as five on its faces.
+def lobe_points(points: Literal["one", "five"]) -> LobePoints:
+    """The vehicle of TR 38.901 as one point in its middle, or as five points on its faces.
 
     >>> ahead, level = np.array([0]), np.radians(71.75)
     >>> towards = np.array([[np.sin(level), 0.0, np.cos(level)]])
-    >>> peak = lobes("one").cross_section(ahead, towards, towards)[0]
+    >>> peak = lobe_points("one").cross_section(ahead, towards, towards)[0]
     >>> round(float(10 * np.log10(peak)), 2)
     15.52
     """
     data = _read("vehicle_lobes.toml")
     ratio, angle, area = Unit("dB").read, Unit("rad").read, Unit("m^2").read
-    rows = [data[points][side] for side in SIDES]
+    rows = [data[points][side] for side in LOBE_SIDES]
     everywhere = {"azimuth": "0 deg", "azimuth_width": None}
     rows = [{**everywhere, **row} for row in rows]
     widths = [row["azimuth_width"] for row in rows]
-    return Lobes(
-        place=FACES if points == "five" else np.array([[0.5, 0.5, 0.5]]),
+    return LobePoints(
+        place=FACE_CENTRES if points == "five" else np.array([[0.5, 0.5, 0.5]]),
         azimuth=np.array([angle(row["azimuth"]) for row in rows]),
         azimuth_width=np.array([np.inf if w is None else angle(w) for w in widths]),
         zenith=np.array([angle(row["zenith"]) for row in rows]),
@@ -246,14 +250,14 @@ def lobes(points: Literal["one", "five"]) -> Lobes:
 
 
 @cache
-def tables() -> dict[str, Table]:
+def table_points() -> dict[str, TablePoints]:
     """The tables of ``vehicle_points.toml``, by body.
 
-    >>> list(tables())
+    >>> list(table_points())
     ['sedan', 'hatchback', 'van', 'truck']
     """
     return {
-        body: Table(
+        body: TablePoints(
             size=np.array(row["size"]),
             place=np.array([point["place"] for point in row["point"]]),
             echo=np.vectorize(from_db)(0.1 * np.array([p["echo"] for p in row["point"]])),
@@ -262,12 +266,12 @@ def tables() -> dict[str, Table]:
     }
 
 
-def table_for(size: FloatArray) -> Table:
+def most_similar_table(size: FloatArray) -> TablePoints:
     """The table of the body whose box is most like one of ``size``, m ``(xyz,)``.
 
-    The least sum of squares of the logarithms of the three ratios.
+    It has the least sum of squares of the logarithms of the three ratios of sides.
 
-    >>> table_for(np.array([7.0, 2.4, 3.0])) is tables()["truck"]
+    >>> most_similar_table(np.array([7.0, 2.4, 3.0])) is table_points()["truck"]
     True
     """
-    return min(tables().values(), key=lambda row: float(np.sum(np.log(size / row.size) ** 2)))
+    return min(table_points().values(), key=lambda row: float(np.sum(np.log(size / row.size) ** 2)))

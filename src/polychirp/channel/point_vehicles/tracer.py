@@ -1,4 +1,4 @@
-"""`PointVehicles` — a fast tracer for hundreds of vehicles: boxes that hide, points that echo."""
+"""`PointVehicles` — a fast tracer for hundreds of vehicles, which are boxes with a few points."""
 
 from __future__ import annotations
 
@@ -6,48 +6,47 @@ from dataclasses import dataclass
 from typing import Literal
 
 from polychirp.channel.base import Capability, gather, without_weak
-from polychirp.channel.materials.library import material_table
-from polychirp.channel.tracers.composite import NamedMaterial
+from polychirp.channel.materials.library import NamedMaterial, material_table
+from polychirp.channel.point_vehicles.scattering_points import VehicleModel
 from polychirp.errors import InputError
 from polychirp.model.paths import PropagationPaths
 from polychirp.model.scene import Scene
 from polychirp.spec import Spec
 from polychirp.units import Hertz, Metres, Ratio, from_db
 
-VehicleModel = Literal["tables", "3gpp-one", "3gpp-five"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PointVehicles(Spec):
     """Line of sight, mirrors in road and walls, and vehicles as a few points behind boxes.
 
-    The mesh of a vehicle counts only by its bounding box. The box hides what is behind it, and
-    points on it echo, with the exact delay and Doppler of each:
+    Only the bounding box of a vehicle's mesh is used. The box hides what is behind it, and points
+    on it echo, each with its exact delay and Doppler shift:
 
-    - ``"tables"``: twelve points, with what our own physical optics says of the built-in body
-      whose box is most alike (`echo_points.Table`); their phases are random.
-    - ``"3gpp-one"``, ``"3gpp-five"``: the vehicle of 3GPP TR 38.901, clause 7.9.2.1, as one
-      point or five (`echo_points.Lobes`); phases, spread and cross polarisation are random.
+    - ``"tables"``: twelve points with the echoes that physical optics gives for the built-in body
+      whose box is most similar (`scattering_points.TablePoints`); their phases are random.
+    - ``"3gpp-one"``, ``"3gpp-five"``: the vehicle of 3GPP TR 38.901, clause 7.9.2.1, as one point
+      or five (`scattering_points.LobePoints`); phases, spread and cross polarisation are random.
 
-    What is random is drawn once for every vehicle and point from ``seed`` and the vehicle's name,
-    so that it stays from snapshot to snapshot. Right are mean powers over some degrees of aspect
-    and some vehicles; a single glint is not. Left out besides what `Composite` leaves out: mirrors
-    in road and walls on the way to and from a vehicle's points, what is seen through windows or
-    below a floor, the meshes of all that is no vehicle, and a vehicle's echo to a radar on it.
+    Random values are drawn once for every vehicle and point from ``seed`` and the vehicle's name;
+    they stay the same from snapshot to snapshot. Mean powers over some degrees of aspect and some
+    vehicles are right; the power of a single glint is not. Besides what `Composite` leaves out, the
+    tracer leaves out mirrors in road and walls on the way to and from a vehicle's points, paths
+    through windows and below a floor, meshes of actors that are no vehicles, and a vehicle's echo
+    to a radar on it.
 
-    The cost grows with the number of paths no longer than ``max_length``: at a constant density
-    of traffic, in proportion to vehicles and to radars.
+    The cost grows with the number of paths no longer than ``max_length``: at a constant density of
+    traffic, in proportion to vehicles and to radars.
 
     Parameters
     ----------
     frequency : Hz, at which amplitudes and materials are evaluated
     dynamic_range : ratio by which a path may be weaker than the strongest of its transmitter and
         receiver, as their antennas' elements see it
-    max_length : m, of the longest path that is followed, from transmitter to receiver
-    model : what the points of a vehicle are
-    reflecting_planes : whether road and walls mirror; they block in any case
-    seed : of all that is random
-    materials : of road and walls, added to the known ones, or in their place
+    max_length : m, of the longest path that is traced, from transmitter to receiver
+    model : of a vehicle's points
+    reflecting_planes : true if road and walls mirror; they block in any case
+    seed : of all random values
+    materials : of road and walls, added to the known ones or instead of them
 
     Examples
     --------
@@ -75,17 +74,19 @@ class PointVehicles(Spec):
 
     def __post_init__(self) -> None:
         if not self.frequency > 0:
-            raise InputError("a tracer needs a positive frequency")
+            raise InputError(f"frequency is {self.frequency:g} Hz; choose more than 0 Hz")
         if not self.dynamic_range >= 1:
-            raise InputError("a tracer's dynamic range must be at least 0 dB")
+            raise InputError(
+                f"dynamic_range is a ratio of {self.dynamic_range:g}; choose 1 (0 dB) or more"
+            )
         if not self.max_length > 0:
-            raise InputError("a tracer's longest path must be longer than 0 m")
+            raise InputError(f"max_length is {self.max_length:g} m; choose more than 0 m")
         if self.seed < 0:
-            raise InputError(f"the seed is {self.seed}; choose 0 or more")
+            raise InputError(f"seed is {self.seed}; choose 0 or more")
 
     @property
     def capabilities(self) -> frozenset[Capability]:
-        """Which mechanisms the tracer has."""
+        """Mechanisms that the tracer has."""
         found: set[Capability] = {"line-of-sight", "occlusion", "points", "vehicle-points"}
         if self.reflecting_planes:
             found.add("planes")

@@ -1,27 +1,33 @@
-"""Tubes as rays with their fields: how they leave, and what surfaces make of them."""
+"""Tubes as rays with their fields: at launch, and after reflection and transmission."""
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from numba import njit
 
-from polychirp.axes import FloatArray
-from polychirp.channel.geometry.vectors import cross, dot, vector
+from polychirp.channel.geometry.vectors import Vector, cross, dot, row, vector
 from polychirp.channel.materials.fresnel import Media, sheet_transmission, smooth_reflection
-from polychirp.channel.physical_optics.kernels import ComplexVector, Vector, _across, _any_across
+from polychirp.channel.physical_optics.kernels import (
+    ComplexVector,
+    across_plane_of_incidence,
+    any_normal_to,
+)
+from polychirp.channel.ray_tubes.intersections import Contact
+from polychirp.channel.ray_tubes.launch_grid import Launch
 
-FAINT = 1e-8
-"""|E|² below which a wave that left with 1 is followed no further."""
+MIN_FIELD_POWER: Final = 1e-8
+"""|E|², over that at launch, below which a ray is dropped (chosen): 80 dB."""
 
 
 class Ray(NamedTuple):
     """A tube on its way, and the fields of a wave that left V- and H-polarised, without 1/L.
 
-    ``edge_a``, ``edge_b``: what a step to the neighbours changes of the direction; ``length`` m
-    so far and its ``rate`` m/s; ``met``: bodies that have reflected it; ``turns``: those and
-    plates; ``departure``; ``first``: where it met the first body.
+    ``edge_a`` and ``edge_b`` are the changes of the direction from this tube to its neighbours;
+    ``length`` is the path length so far, m, and ``rate`` its rate, m/s; ``num_bodies`` counts
+    reflections by bodies, ``turns`` all reflections; ``departure`` is the direction at launch;
+    ``first_point`` is the point on the first body.
     """
 
     point: Vector
@@ -30,10 +36,10 @@ class Ray(NamedTuple):
     edge_b: Vector
     length: float
     rate: float
-    met: int
+    num_bodies: int
     turns: int
     departure: Vector
-    first: Vector
+    first_point: Vector
     wave_v: ComplexVector
     wave_h: ComplexVector
 
@@ -44,12 +50,12 @@ def _turned_field(
     before: Vector,
     after: Vector,
     side: Vector,
-    turn: tuple[complex, complex],
+    factor: tuple[complex, complex],
 ) -> ComplexVector:
-    """A field that goes on along another direction, its parts across and in a plane weighed."""
+    """A field in a new direction, its parts along ``side`` and across it times two factors."""
     into, out = cross(before, side), cross(after, side)
-    s = turn[0] * (field[0] * side[0] + field[1] * side[1] + field[2] * side[2])
-    p = turn[1] * (field[0] * into[0] + field[1] * into[1] + field[2] * into[2])
+    s = factor[0] * (field[0] * side[0] + field[1] * side[1] + field[2] * side[2])
+    p = factor[1] * (field[0] * into[0] + field[1] * into[1] + field[2] * into[2])
     return (
         s * side[0] + p * out[0],
         s * side[1] + p * out[1],
@@ -69,7 +75,7 @@ def ahead(point: Vector, direction: Vector, distance: float) -> Vector:
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def mirrored(a: Vector, normal: Vector) -> Vector:
-    """A direction after a mirror with a normal."""
+    """A direction after reflection at a plane with a normal."""
     turn = 2.0 * dot(a, normal)
     return a[0] - turn * normal[0], a[1] - turn * normal[1], a[2] - turn * normal[2]
 
@@ -87,65 +93,58 @@ def _power(a: ComplexVector) -> float:
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def is_heard(ray: Ray) -> bool:
-    """Whether a ray is worth following."""
-    return max(_power(ray.wave_v), _power(ray.wave_h)) > FAINT
+def is_strong(ray: Ray) -> bool:
+    """True if one of a ray's waves exceeds `MIN_FIELD_POWER`."""
+    return max(_power(ray.wave_v), _power(ray.wave_h)) > MIN_FIELD_POWER
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def passed(
-    ray: Ray, point: Vector, distance: float, normal: Vector, media: Media, medium: int,
-    wavenumber: float,
-) -> Ray:  # fmt: skip
-    """The ray behind a sheet that it met at a point."""
-    d = ray.direction
-    turn = sheet_transmission(media, medium, abs(dot(d, normal)), wavenumber)
-    side = _across(d, normal, _any_across(normal))
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _continued(
+    ray: Ray,
+    met: Contact,
+    direction: Vector,
+    edges: tuple[Vector, Vector],
+    factor: tuple[complex, complex],
+    turns: int,
+) -> Ray:
+    """The ray after a surface in a new direction, its fields s and p times factors."""
+    side = across_plane_of_incidence(ray.direction, met.normal, any_normal_to(met.normal))
     return Ray(
-        point,
-        d,
-        ray.edge_a,
-        ray.edge_b,
-        ray.length + distance,
+        met.point,
+        direction,
+        edges[0],
+        edges[1],
+        ray.length + met.distance,
         ray.rate,
-        ray.met,
-        ray.turns,
+        ray.num_bodies,
+        turns,
         ray.departure,
-        ray.first,
-        _turned_field(ray.wave_v, d, d, side, turn),
-        _turned_field(ray.wave_h, d, d, side, turn),
+        met.point if ray.num_bodies == 0 else ray.first_point,
+        _turned_field(ray.wave_v, ray.direction, direction, side, factor),
+        _turned_field(ray.wave_h, ray.direction, direction, side, factor),
     )
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def bounced(
-    ray: Ray, point: Vector, distance: float, normal: Vector, media: Media, medium: int,
-    wavenumber: float,
-) -> Ray:  # fmt: skip
-    """The ray after a smooth surface at rest that is no body, which it met at a point."""
-    cosine = -dot(ray.direction, normal)
-    after = mirrored(ray.direction, normal)
-    turn = smooth_reflection(media, medium, cosine, wavenumber)
-    side = _across(ray.direction, normal, _any_across(normal))
-    return Ray(
-        point,
-        after,
-        mirrored(ray.edge_a, normal),
-        mirrored(ray.edge_b, normal),
-        ray.length + distance,
-        ray.rate,
-        ray.met,
-        ray.turns + 1,
-        ray.departure,
-        point if ray.met == 0 else ray.first,
-        _turned_field(ray.wave_v, ray.direction, after, side, turn),
-        _turned_field(ray.wave_h, ray.direction, after, side, turn),
-    )
+def passed(ray: Ray, met: Contact, media: Media, wavenumber: float) -> Ray:
+    """The ray behind a sheet that it met."""
+    cosine = abs(dot(ray.direction, met.normal))
+    factor = sheet_transmission(media, met.medium, cosine, wavenumber)
+    return _continued(ray, met, ray.direction, (ray.edge_a, ray.edge_b), factor, ray.turns)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def weakened(ray: Ray, loss: float, rate: float, met: int) -> Ray:
-    """A ray with a loss of amplitude, and with more of its rate and its bodies."""
+def reflected(ray: Ray, met: Contact, media: Media, wavenumber: float) -> Ray:
+    """The ray after a surface that it met, as if that were smooth, at rest and no body."""
+    normal = met.normal
+    factor = smooth_reflection(media, met.medium, -dot(ray.direction, normal), wavenumber)
+    edges = mirrored(ray.edge_a, normal), mirrored(ray.edge_b, normal)
+    return _continued(ray, met, mirrored(ray.direction, normal), edges, factor, ray.turns + 1)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def weakened(ray: Ray, factor: float, rate: float, num_bodies: int) -> Ray:
+    """The ray with its amplitude times a factor, and more in its rate and its count of bodies."""
     v, h = ray.wave_v, ray.wave_h
     return Ray(
         ray.point,
@@ -154,40 +153,41 @@ def weakened(ray: Ray, loss: float, rate: float, met: int) -> Ray:
         ray.edge_b,
         ray.length,
         ray.rate + rate,
-        ray.met + met,
+        ray.num_bodies + num_bodies,
         ray.turns,
         ray.departure,
-        ray.first,
-        (loss * v[0], loss * v[1], loss * v[2]),
-        (loss * h[0], loss * h[1], loss * h[2]),
+        ray.first_point,
+        (factor * v[0], factor * v[1], factor * v[2]),
+        (factor * h[0], factor * h[1], factor * h[2]),
     )
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def launched(window: FloatArray, row: int, column: int) -> Ray:
-    """The tube in a row and a column of a window, as it leaves."""
-    origin, velocity, u, v = window[0], window[1], vector(window[3]), vector(window[4])
-    step_a, step_b = window[6, 0], window[6, 1]
-    a, b = window[5, 0] + row * step_a, window[5, 1] + column * step_b
-    d = ahead(ahead(vector(window[2]), u, a), v, b)
+def launched(launch: Launch, tube: int) -> Ray:
+    """The ray of a tube, by its number row by row, at the radar."""
+    origin, u, v = vector(launch.origin), row(launch.axes, 1), row(launch.axes, 2)
+    step_a, step_b = launch.step[0], launch.step[1]
+    a = launch.start[0] + (tube // launch.columns) * step_a
+    b = launch.start[1] + (tube % launch.columns) * step_b
+    d = ahead(ahead(row(launch.axes, 0), u, a), v, b)
     size = math.sqrt(dot(d, d))
     d = (d[0] / size, d[1] / size, d[2] / size)
     share_a, share_b = step_a / size, step_b / size
     ua, vb = ahead(u, d, -dot(d, u)), ahead(v, d, -dot(d, v))
     # the basis of frames.polarisation_basis
-    h = _across((0.0, 0.0, 1.0), d, (0.0, 1.0, 0.0))
+    h = across_plane_of_incidence((0.0, 0.0, 1.0), d, (0.0, 1.0, 0.0))
     up = cross(d, h)
     return Ray(
-        vector(origin),
+        origin,
         d,
         (share_a * ua[0], share_a * ua[1], share_a * ua[2]),
         (share_b * vb[0], share_b * vb[1], share_b * vb[2]),
         0.0,
-        -dot(d, vector(velocity)),
+        -dot(d, vector(launch.velocity)),
         0,
         0,
         d,
-        vector(origin),
+        origin,
         (complex(up[0]), complex(up[1]), complex(up[2])),
         (complex(h[0]), complex(h[1]), complex(h[2])),
     )

@@ -1,76 +1,117 @@
-"""What rays meet: opaque triangles, thin sheets, plates, and leaves on the way."""
+"""Intersections of rays with the scene: opaque faces, thin sheets, plates, clouds of leaves."""
 
 from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from polychirp.axes import FloatArray, IntArray
-from polychirp.channel.geometry.vectors import cross, dot, vector_at
+from polychirp.axes import BoolArray, FloatArray, IntArray
+from polychirp.channel.geometry.vectors import Vector, cross, dot, row, vector, vector_at
 from polychirp.channel.geometry.wide_bvh import (
-    CLOSEST,
-    OPAQUE,
-    SHEET,
+    EITHER_KIND,
+    OPAQUE_KIND,
+    SHEET_KIND,
+    TRIANGLE_KIND,
+    TRIANGLE_MEDIUM,
     Bundles,
+    SearchRay,
     bundles_of,
     nearest_hit,
 )
-from polychirp.channel.geometry.wide_bvh import MEDIUM as MEDIUM_OF
 from polychirp.channel.materials.fresnel import Media
-from polychirp.channel.physical_optics.kernels import Vector
 from polychirp.channel.physical_optics.paths import scatters
 from polychirp.channel.scene.blockers import (
-    CENTRE,
-    MEDIUM,
-    NORMAL,
+    PLATE_CENTRE,
+    PLATE_MEDIUM,
+    PLATE_NORMAL,
     Blockers,
-    crosses_plate,
     into_body,
     is_beside,
 )
 from polychirp.channel.scene.transmission import chord
-from polychirp.channel.scene.world import SKIN, Surface, World
+from polychirp.channel.scene.world import RADAR_CLEARANCE, Surface, World
 
 NOTHING, FACE, PANE, PLATE = 0, 1, 2, 3
+"""Kinds of `Intersection`: none; opaque face of a body; thin sheet of a body; plate."""
 
-Meeting = tuple[float, int, int, int]
-"""Distance, kind, number of the body or plate, and triangle."""
+Notes = NDArray[np.float32]
+"""Room for what `nearest_hit` notes on its way: `Space.room` numbers."""
 
-POSE: Final = 0
-MIDDLE: Final = 12
-VELOCITY: Final = 15
-SOLID: Final = 18
-CLOUD: Final = 19
-SCATTERS: Final = 20
-FILLED: Final = 21
-FIRST_BUNDLE: Final = 22
-FIRST_TRIANGLE: Final = 23
-"""Columns of `Space.body`: `Blockers.pose`; two vectors; the radius, m, of the sphere around what
-blocks and around leaves, −1 for none; whether it scatters, and whether nothing turns back within
-its panes; and numbers."""
+Span = tuple[float, float]
+"""Least and greatest distance along a ray, m, between which hits count."""
 
-PLATE_VELOCITY: Final = 15
-IS_PANE: Final = 18
-"""Columns of `Space.plate` beside those of `Blockers.plate`."""
+NO_BODY: Final = -1
+"""Number in the place of the body that a ray leaves, where it leaves none."""
+
+
+class Intersection(NamedTuple):
+    """A surface that a ray meets, at a ``distance`` along the ray, m, which is infinite for none.
+
+    ``number`` is that of the body or plate; ``triangle``, on a body, is a row of `Space.triangle`.
+    """
+
+    distance: float
+    kind: int
+    number: int
+    triangle: int
+
+
+MISS: Final = Intersection(np.inf, NOTHING, 0, 0)
+"""No intersection."""
+
+
+class Contact(NamedTuple):
+    """A point at which a ray meets a surface.
+
+    ``distance`` is that from the ray's last point, m; ``normal``, ``medium`` (its number) and
+    ``velocity``, m/s, are those of the surface.
+    """
+
+    point: Vector
+    distance: float
+    normal: Vector
+    medium: int
+    velocity: Vector
+
+
+BODY: Final = np.dtype(
+    [
+        ("rotation", np.float64, (3, 3)),  # matrix that takes a vector to the body's frame
+        ("shift", np.float64, 3),  # m, to be added then to a point
+        ("centre", np.float64, 3),  # of the sphere around the body, m
+        ("velocity", np.float64, 3),  # m/s
+        ("radius", np.float64),  # of the sphere around the body, m
+        ("first_row", np.int64),  # where the body begins in `Space.bundle`
+        ("first_triangle", np.int64),  # where the body begins in `Space.triangle`
+        ("is_solid", np.bool_),  # has faces or sheets, and is near enough
+        ("has_leaves", np.bool_),  # has leaves, and is near enough
+        ("scatters", np.bool_),  # reflects
+        ("is_vehicle", np.bool_),  # its sheets reflect only outwards
+    ],
+    align=True,
+)
+"""A body as the kernels take it."""
 
 
 class Space(NamedTuple):
     """All that tubes meet, in few arrays: a kernel takes every array as some eight words.
 
     ``bundle``, ``triangle`` as in `Bundles`, those of all bodies behind one another; ``body``
-    ``(body, 24)``, columns `POSE` …; ``plate`` ``(plate, 19)``; ``room`` as in
-    `Bundles`.
+    ``(body,)`` of type `BODY`; ``plate`` as in `Blockers`, with ``plate_velocity`` m/s ``(plate,
+    xyz)`` and ``plate_is_pane`` ``(plate,)``, true for thin sheets; ``room``: `Bundles.stack_size`.
     """
 
     bundle: NDArray[np.float32]
     triangle: FloatArray
-    body: FloatArray
+    body: NDArray[np.void]
     plate: FloatArray
+    plate_velocity: FloatArray
+    plate_is_pane: BoolArray
     room: int
 
 
@@ -79,13 +120,15 @@ def _bundles(surface: Surface, materials: tuple[str, ...]) -> Bundles:
     """Boxes of a surface's opaque faces and panes; media as numbers into ``materials``."""
     number = np.array([materials.index(name) for name in surface.materials], dtype=np.int64)
     opaque, pane = (number[surface.tree_medium[role]] for role in ("opaque", "pane"))
-    return bundles_of((surface.trees["opaque"], surface.trees["pane"]), (opaque, -1 - pane))
+    return bundles_of(
+        (surface.trees["opaque"], surface.trees["pane"]), (opaque, pane), (OPAQUE_KIND, SHEET_KIND)
+    )
 
 
 @lru_cache(maxsize=4)
 def _all_bundles(
     surfaces: tuple[Surface, ...], materials: tuple[str, ...]
-) -> tuple[Bundles, FloatArray]:
+) -> tuple[Bundles, IntArray]:
     """Boxes of all surfaces behind one another, and where those of each begin, ``(body, 2)``."""
     kinds = tuple(dict.fromkeys(surfaces))
     found = [_bundles(surface, materials) for surface in kinds]
@@ -93,17 +136,32 @@ def _all_bundles(
     both = Bundles(
         np.concatenate([p.bundle for p in found]),
         np.concatenate([p.triangle for p in found]),
-        max(p.room for p in found),
+        max(p.stack_size for p in found),
     )
-    return both, begin[[kinds.index(surface) for surface in surfaces]].astype(np.float64)
+    return both, begin[[kinds.index(surface) for surface in surfaces]]
 
 
 def space_of(world: World, faces: Blockers) -> Space:
-    """What tubes meet in a world of bodies, ``faces`` in the world's frame.
+    """The surfaces that tubes meet in a world of bodies, ``faces`` in the world's frame.
 
     Bodies farther from all radars than the longest path are left out.
     """
     bundles, begin = _all_bundles(world.surfaces, world.materials)
+    actors = world.scene.actors
+    speeds = np.array([actors[actor].velocity for actor in world.plates.actor]).reshape(-1, 3)
+    return Space(
+        bundle=bundles.bundle,
+        triangle=bundles.triangle,
+        body=_body_table(world, faces, begin),
+        plate=faces.plate,
+        plate_velocity=speeds,
+        plate_is_pane=world.plate_is_pane,
+        room=bundles.stack_size,
+    )
+
+
+def _body_table(world: World, faces: Blockers, begin: IntArray) -> NDArray[np.void]:
+    """The bodies of a world, ``(body,)`` of type `BODY`."""
     gap = world.scene.radar_position[:, None] - world.centre
     away = np.min(np.linalg.norm(gap, axis=-1), axis=0) - world.radius
     is_near = away <= world.max_length
@@ -111,41 +169,29 @@ def space_of(world: World, faces: Blockers) -> Space:
         role: np.array([s.trees[role].face.size > 0 for s in world.surfaces]) & is_near
         for role in ("opaque", "pane", "cloud")
     }
-    actors = world.scene.actors
-    speeds = np.array([actors[actor].velocity for actor in world.plates.actor]).reshape(-1, 3)
-    return Space(
-        bundle=bundles.bundle,
-        triangle=bundles.triangle,
-        body=np.column_stack(
-            [
-                faces.pose,
-                world.centre,
-                world.velocity,
-                np.where(has["opaque"] | has["pane"], world.radius, -1.0),
-                np.where(has["cloud"], world.radius, -1.0),
-                [scatters(world, body) for body in range(len(world.body))],
-                [actors[actor].kind == "vehicle" for actor in world.body],
-                begin,
-            ]
-        ),
-        plate=np.column_stack([faces.plate, speeds, world.plate_is_pane]),
-        room=bundles.room,
-    )
+    columns: dict[str, Any] = {
+        "rotation": faces.pose[:, :9].reshape(-1, 3, 3),
+        "shift": faces.pose[:, 9:],
+        "centre": world.centre,
+        "velocity": world.velocity,
+        "radius": world.radius,
+        "first_row": begin[:, 0],
+        "first_triangle": begin[:, 1],
+        "is_solid": has["opaque"] | has["pane"],
+        "has_leaves": has["cloud"],
+        "scatters": [scatters(world, body) for body in range(len(world.body))],
+        "is_vehicle": [world.scene.actors[actor].kind == "vehicle" for actor in world.body],
+    }
+    table = np.zeros(len(world.body), dtype=BODY)
+    for name, values in columns.items():
+        table[name] = values
+    return table
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _is_in_reach(
-    body: FloatArray,
-    b: int,
-    radius: float,
-    point: Vector,
-    direction: Vector,
-    span: tuple[float, float],
-) -> bool:
-    """Whether a ray meets a sphere around a body; none of a negative radius."""
-    if radius < 0.0:
-        return False
-    c = vector_at(body, b, MIDDLE)
+def is_in_reach(body: np.void, point: Vector, direction: Vector, span: Span) -> bool:
+    """True if a ray meets the sphere around a body."""
+    c, radius = vector(body["centre"]), body["radius"]
     gap = (c[0] - point[0], c[1] - point[1], c[2] - point[2])
     along = dot(gap, direction)
     room = radius * radius - dot(gap, gap) + along * along
@@ -156,16 +202,14 @@ def _is_in_reach(
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _meet_plates(
-    plate: FloatArray, point: Vector, direction: Vector, span: tuple[float, float]
-) -> tuple[float, int]:
-    """Distance and number of the first plate; ``span[1]`` and −1 for none."""
-    best, found = span[1], -1
+def _meet_plates(plate: FloatArray, point: Vector, direction: Vector, span: Span) -> Intersection:
+    """First intersection with a plate within a span."""
+    best, found = span[1], MISS
     for p in range(plate.shape[0]):
-        n, c = vector_at(plate, p, NORMAL), vector_at(plate, p, CENTRE)
+        n, c = vector_at(plate, p, PLATE_NORMAL), vector_at(plate, p, PLATE_CENTRE)
         gx, gy, gz = point[0] - c[0], point[1] - c[1], point[2] - c[2]
         height = n[0] * gx + n[1] * gy + n[2] * gz
-        # most plates lie farther than what is known, or behind: no need to know where
+        # most plates are farther away than the best, or behind: their borders do not matter
         if abs(height) >= best:
             continue
         slope = n[0] * direction[0] + n[1] * direction[1] + n[2] * direction[2]
@@ -176,58 +220,41 @@ def _meet_plates(
             continue
         gx, gy, gz = gx + t * direction[0], gy + t * direction[1], gz + t * direction[2]
         if not is_beside(plate, p, (gx, gy, gz)):
-            best, found = t, p
-    return best, found
+            best, found = t, Intersection(t, PLATE, p, 0)
+    return found
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _into(body: FloatArray, b: int, start: Vector, way: Vector) -> tuple[Vector, Vector]:
-    """A point and a direction in the frame of a body."""
-    x, y, z = vector_at(body, b, POSE), vector_at(body, b, POSE + 3), vector_at(body, b, POSE + 6)
-    shift = vector_at(body, b, POSE + 9)
-    return (
-        (dot(x, start) + shift[0], dot(y, start) + shift[1], dot(z, start) + shift[2]),
-        (dot(x, way), dot(y, way), dot(z, way)),
+def _nearest_of_body(
+    space: Space, b: int, point: Vector, direction: Vector, span: Span, wanted: int, notes: Notes
+) -> tuple[float, int]:
+    """Distance and triangle that `nearest_hit` gives, the triangle counted through all bodies."""
+    body = space.body[b]
+    x, y, z = row(body["rotation"], 0), row(body["rotation"], 1), row(body["rotation"], 2)
+    c, shift = vector(body["centre"]), vector(body["shift"])
+    begin = body["first_row"], body["first_triangle"]
+    ray = SearchRay(
+        (dot(x, point) + shift[0], dot(y, point) + shift[1], dot(z, point) + shift[2]),
+        (dot(x, direction), dot(y, direction), dot(z, direction)),
+        span,
+        dot((c[0] - point[0], c[1] - point[1], c[2] - point[2]), direction),
     )
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _middle(space: Space, b: int, point: Vector, direction: Vector) -> float:
-    """How far along a ray it is nearest to the middle of a body, m."""
-    c = vector_at(space.body, b, MIDDLE)
-    return dot((c[0] - point[0], c[1] - point[1], c[2] - point[2]), direction)
+    bundles = Bundles(space.bundle, space.triangle, space.room)
+    distance, triangle = nearest_hit(bundles, begin, ray, wanted, notes)
+    return distance, triangle + begin[1]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def meet_body(
-    space: Space,
-    b: int,
-    point: Vector,
-    direction: Vector,
-    span: tuple[float, float],
-    waiting: NDArray[np.float32],
-) -> Meeting:
-    """What of a body a ray meets first; at an infinite distance for a miss.
-
-    ``waiting``: room, `Space.room` numbers.
-    """
-    start, along = _into(space.body, b, point, direction)
-    begin = int(space.body[b, FIRST_BUNDLE]), int(space.body[b, FIRST_TRIANGLE])
-    distance, triangle = nearest_hit(
-        space.bundle,
-        space.triangle,
-        begin,
-        start,
-        along,
-        span,
-        _middle(space, b, point, direction),
-        CLOSEST,
-        waiting,
-    )
-    triangle += begin[1]
+    space: Space, b: int, point: Vector, direction: Vector, span: Span, notes: Notes
+) -> Intersection:
+    """First intersection of a ray with a body."""
+    distance, triangle = _nearest_of_body(space, b, point, direction, span, EITHER_KIND, notes)
     if distance == np.inf:
-        return distance, NOTHING, b, triangle
-    return distance, FACE if space.triangle[triangle, MEDIUM_OF] >= 0.0 else PANE, b, triangle
+        return MISS
+    is_pane = space.triangle[triangle, TRIANGLE_KIND] == SHEET_KIND
+    kind = PANE if is_pane else FACE
+    return Intersection(distance, kind, b, triangle)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -236,52 +263,58 @@ def meet(
     point: Vector,
     direction: Vector,
     nearest: float,
-    known: Meeting,
+    known: Intersection,
     home: int,
-    waiting: NDArray[np.float32],
-) -> Meeting:
-    """What a ray meets first beyond ``nearest`` m, if not what is known of body ``home``.
+    notes: Notes,
+) -> Intersection:
+    """First intersection of a ray beyond ``nearest`` m.
 
-    Where nothing is known, that body, which the ray leaves, is looked at first; −1: there is none.
+    ``known`` is that with the body ``home``. If nothing is known, ``home`` is the body that the
+    ray leaves, or `NO_BODY`; that body is tried first.
     """
-    best, kind, number, triangle = known
-    if kind == NOTHING and home >= 0:
-        best, kind, number, triangle = meet_body(
-            space, home, point, direction, (nearest, best), waiting
-        )
-    distance, plate = _meet_plates(space.plate, point, direction, (nearest, best))
-    if plate >= 0:
-        best, kind, number, triangle = distance, PLATE, plate, 0
-    for b in range(space.body.shape[0]):
-        radius = space.body[b, SOLID]
-        span = (nearest, best)
-        if b == home or not _is_in_reach(space.body, b, radius, point, direction, span):
+    best = known
+    if best.kind == NOTHING and home != NO_BODY:
+        best = meet_body(space, home, point, direction, (nearest, best.distance), notes)
+    found = _meet_plates(space.plate, point, direction, (nearest, best.distance))
+    if found.kind == PLATE:
+        best = found
+    for b in range(space.body.size):
+        span = (nearest, best.distance)
+        if b == home or not space.body[b]["is_solid"]:
             continue
-        found = meet_body(space, b, point, direction, span, waiting)
-        if found[0] < best:
-            best, kind, number, triangle = found
-    return best, kind, number, triangle
+        if is_in_reach(space.body[b], point, direction, span):
+            found = meet_body(space, b, point, direction, span, notes)
+            if found.distance < best.distance:
+                best = found
+    return best
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def is_sheet(space: Space, met: Intersection) -> bool:
+    """True if an intersection is with a thin sheet, of a body or by itself."""
+    return bool(met.kind == PANE or (met.kind == PLATE and space.plate_is_pane[met.number]))
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def is_near_leaves(space: Space, point: Vector, direction: Vector, distance: float) -> bool:
-    """Whether a ray comes near a cloud of leaves on the way to what it meets."""
-    for b in range(space.body.shape[0]):
-        radius = space.body[b, CLOUD]
-        if _is_in_reach(space.body, b, radius, point, direction, (0.0, distance)):
+    """True if a ray comes near a cloud of leaves within a distance."""
+    for b in range(space.body.size):
+        body = space.body[b]
+        if body["has_leaves"] and is_in_reach(body, point, direction, (0.0, distance)):
             return True
     return False
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def fade(
-    faces: Blockers, media: Media, body: FloatArray, point: Vector, d: Vector, distance: float
+    space: Space, faces: Blockers, media: Media, point: Vector, d: Vector, distance: float
 ) -> float:
-    """What clouds of leaves leave of the amplitude on the way to what a ray meets."""
+    """Factor by which clouds of leaves reduce the amplitude of a ray within a distance."""
     loss = 0.0
     way = (distance * d[0], distance * d[1], distance * d[2])
-    for b in range(body.shape[0]):
-        if _is_in_reach(body, b, body[b, CLOUD], point, d, (0.0, distance)):
+    for b in range(space.body.size):
+        body = space.body[b]
+        if body["has_leaves"] and is_in_reach(body, point, d, (0.0, distance)):
             start, along = into_body(faces, b, point, way)
             share, triangle = chord(faces, b, start, along, (0.0, 1.0))
             if share > 0.0:
@@ -289,133 +322,63 @@ def fade(
     return math.exp(-0.5 * loss)
 
 
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _unscaled_normal(space: Space, triangle: int) -> Vector:
+    """Normal of a triangle in its body's frame, as long as twice the triangle's area."""
+    return cross(vector_at(space.triangle, triangle, 3), vector_at(space.triangle, triangle, 6))
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
-def surface_of(space: Space, met: Meeting) -> tuple[Vector, int, Vector]:
-    """Normal, medium and velocity of what was met."""
-    number = met[2]
-    if met[1] == PLATE:
-        return (
-            vector_at(space.plate, number, NORMAL),
-            int(space.plate[number, MEDIUM]),
-            vector_at(space.plate, number, PLATE_VELOCITY),
+def contact(space: Space, point: Vector, met: Intersection) -> Contact:
+    """The surface at an intersection, which is at a point."""
+    number = met.number
+    if met.kind == PLATE:
+        return Contact(
+            point,
+            met.distance,
+            vector_at(space.plate, number, PLATE_NORMAL),
+            int(space.plate[number, PLATE_MEDIUM]),
+            row(space.plate_velocity, number),
         )
-    triangle, body = space.triangle, space.body
-    u, v = vector_at(triangle, met[3], 3), vector_at(triangle, met[3], 6)
-    n = cross(u, v)
+    n, r = _unscaled_normal(space, met.triangle), space.body[number]["rotation"]
     size = math.sqrt(dot(n, n))
-    medium = int(triangle[met[3], MEDIUM_OF])
     normal = (
-        (body[number, 0] * n[0] + body[number, 3] * n[1] + body[number, 6] * n[2]) / size,
-        (body[number, 1] * n[0] + body[number, 4] * n[1] + body[number, 7] * n[2]) / size,
-        (body[number, 2] * n[0] + body[number, 5] * n[1] + body[number, 8] * n[2]) / size,
+        (r[0, 0] * n[0] + r[1, 0] * n[1] + r[2, 0] * n[2]) / size,
+        (r[0, 1] * n[0] + r[1, 1] * n[1] + r[2, 1] * n[2]) / size,
+        (r[0, 2] * n[0] + r[1, 2] * n[1] + r[2, 2] * n[2]) / size,
     )
-    return normal, medium if medium >= 0 else -1 - medium, vector_at(body, number, VELOCITY)
+    medium = int(space.triangle[met.triangle, TRIANGLE_MEDIUM])
+    return Contact(point, met.distance, normal, medium, vector(space.body[number]["velocity"]))
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def is_in_front(space: Space, met: Meeting, direction: Vector) -> bool:
-    """Whether a ray meets a body's face from the side of its normal."""
-    body, b = space.body, met[2]
-    along = (
-        dot(vector_at(body, b, POSE), direction),
-        dot(vector_at(body, b, POSE + 3), direction),
-        dot(vector_at(body, b, POSE + 6), direction),
-    )
-    n = cross(vector_at(space.triangle, met[3], 3), vector_at(space.triangle, met[3], 6))
-    return bool(dot(n, along) < 0.0)
+def is_in_front(space: Space, met: Intersection, direction: Vector) -> bool:
+    """True if a ray meets a body's face from the side of its normal."""
+    rotation = space.body[met.number]["rotation"]
+    x, y, z = row(rotation, 0), row(rotation, 1), row(rotation, 2)
+    along = (dot(x, direction), dot(y, direction), dot(z, direction))
+    return bool(dot(_unscaled_normal(space, met.triangle), along) < 0.0)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def is_behind(
-    space: Space,
-    hider: int,
-    body: int,
-    point: Vector,
-    direction: Vector,
-    waiting: NDArray[np.float32],
+    space: Space, hider: int, body: int, point: Vector, direction: Vector, notes: Notes
 ) -> bool:
-    """Whether a body hides all of the sphere around another from a new ray."""
-    c = vector_at(space.body, body, MIDDLE)
+    """True if a body hides all of the sphere around another from a ray that starts at a radar."""
+    c = vector(space.body[body]["centre"])
     away = (c[0] - point[0], c[1] - point[1], c[2] - point[2])
-    near = math.sqrt(dot(away, away)) - space.body[body, SOLID]
-    if near <= SKIN:
+    near = math.sqrt(dot(away, away)) - space.body[body]["radius"]
+    if near <= RADAR_CLEARANCE:
         return False
-    return _is_hit(space, hider, point, direction, (SKIN, near), OPAQUE, waiting)
+    return is_hit(space, hider, point, direction, (RADAR_CLEARANCE, near), OPAQUE_KIND, notes)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _is_hit(
-    space: Space,
-    b: int,
-    point: Vector,
-    direction: Vector,
-    span: tuple[float, float],
-    wanted: int,
-    waiting: NDArray[np.float32],
+def is_hit(
+    space: Space, b: int, point: Vector, direction: Vector, span: Span, wanted: int, notes: Notes
 ) -> bool:
-    """Whether a ray meets anything `OPAQUE`, or any `SHEET`, of a body."""
-    if not _is_in_reach(space.body, b, space.body[b, SOLID], point, direction, span):
+    """True if a ray meets any face (`OPAQUE_KIND`), or any thin `SHEET_KIND`, of a body."""
+    body = space.body[b]
+    if not (body["is_solid"] and is_in_reach(body, point, direction, span)):
         return False
-    start, along = _into(space.body, b, point, direction)
-    begin = int(space.body[b, FIRST_BUNDLE]), int(space.body[b, FIRST_TRIANGLE])
-    middle = _middle(space, b, point, direction)
-    found = nearest_hit(
-        space.bundle, space.triangle, begin, start, along, span, middle, wanted, waiting
-    )
-    return found[0] < np.inf
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _heading(start: Vector, end: Vector) -> tuple[Vector, float]:
-    """Unit vector and length of a leg, m; at least a hair's breadth."""
-    way = (end[0] - start[0], end[1] - start[1], end[2] - start[2])
-    length = max(math.sqrt(dot(way, way)), 1e-12)
-    return (way[0] / length, way[1] / length, way[2] / length), length
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def is_hidden(
-    space: Space,
-    bodies: IntArray,
-    plates: IntArray,
-    start: Vector,
-    end: Vector,
-    waiting: NDArray[np.float32],
-) -> bool:
-    """What `occlusion.is_blocked` says of the leg from a radar to a point."""
-    direction, length = _heading(start, end)
-    span, way = (SKIN, length), (end[0] - start[0], end[1] - start[1], end[2] - start[2])
-    if length <= SKIN:
-        return False
-    for p in plates:
-        if crosses_plate(space.plate, p, start, way, SKIN / length):
-            return True
-    for b in bodies:  # noqa: SIM110 (compiled code knows no generators)
-        if _is_hit(space, b, start, direction, span, OPAQUE, waiting):
-            return True
-    return False
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def find_veils(
-    space: Space,
-    bodies: IntArray,
-    start: Vector,
-    end: Vector,
-    waiting: NDArray[np.float32],
-    found: IntArray,
-) -> int:
-    """Fill ``found`` with the bodies that veil the leg from a radar to a point; how many do.
-
-    Those whose sheets are on it, and those whose leaves may be, in their order.
-    """
-    direction, length = _heading(start, end)
-    span, size = (SKIN, length), 0
-    for b in bodies:
-        leaves = space.body[b, CLOUD]
-        if _is_in_reach(space.body, b, leaves, start, direction, span) or _is_hit(
-            space, b, start, direction, span, SHEET, waiting
-        ):
-            found[size] = b
-            size += 1
-    return size
+    return _nearest_of_body(space, b, point, direction, span, wanted, notes)[0] < np.inf

@@ -1,4 +1,4 @@
-"""Windows: bundles of narrow tubes from a radar that cover a body's box without gaps."""
+"""Launch grids: windows of narrow tubes from a radar that cover a body's box without gaps."""
 
 from __future__ import annotations
 
@@ -10,8 +10,23 @@ import numpy as np
 from polychirp.axes import FloatArray
 from polychirp.channel.scene.world import Surface, World
 
-NEAR: Final = 10.0
-"""m, up to which tubes are as wide as asked for."""
+FULL_WIDTH_DISTANCE: Final = 10.0
+"""Distance of a body up to which tubes are as wide as asked for, m (chosen); see `windows_over`."""
+
+
+class Launch(NamedTuple):
+    """A `Window` as the kernels take it: flat, with the radar's velocity and the window's body.
+
+    ``velocity`` is in m/s; ``columns`` is the second number of the window's ``shape``.
+    """
+
+    origin: FloatArray
+    velocity: FloatArray
+    axes: FloatArray
+    start: FloatArray
+    step: FloatArray
+    columns: int
+    body: int
 
 
 class Window(NamedTuple):
@@ -33,7 +48,7 @@ class Window(NamedTuple):
 
     @property
     def num_tubes(self) -> int:
-        """How many tubes there are."""
+        """Number of tubes."""
         return self.shape[0] * self.shape[1]
 
     @property
@@ -45,10 +60,10 @@ class Window(NamedTuple):
             shape=(2 * self.shape[0], 2 * self.shape[1]),
         )
 
-    def rows(self, velocity: FloatArray) -> FloatArray:
-        """For the kernels, ``(7, 3)``: origin, velocity (m/s), three axes, start and step."""
-        start, step = np.append(self.start, 0.0), np.append(self.step, 0.0)
-        return np.stack([self.origin, velocity, *self.axes, start, step])
+    def launch(self, velocity: FloatArray, body: int) -> Launch:
+        """The window over a body, from a radar with a velocity (m/s)."""
+        axes = np.ascontiguousarray(self.axes)
+        return Launch(self.origin, velocity, axes, self.start, self.step, self.shape[1], body)
 
 
 @lru_cache(maxsize=256)
@@ -61,26 +76,26 @@ def box_of(surface: Surface) -> tuple[FloatArray, FloatArray]:
 def windows_over(world: World, radar: int, body: int, tube: float) -> list[Window]:
     """Windows of a radar over a body, whose tubes are ``tube`` m wide where the body is nearest.
 
-    Farther than `NEAR` they are wider as the root of the distance, so that a wave front bends as
-    much within them.
+    Beyond `FULL_WIDTH_DISTANCE` the width grows with the root of the distance: the wave front
+    then bends as much within every tube.
     """
     low, high = box_of(world.surfaces[body])
     rotation, position = world.rotation[body], world.position[body]
     place = (world.scene.radar_position[radar] - position) @ rotation
     distance = float(np.linalg.norm(np.clip(place, low, high) - place))
-    found = box_windows(place, low, high, tube * max(1.0, distance / NEAR) ** 0.5)
+    width = tube * max(1.0, distance / FULL_WIDTH_DISTANCE) ** 0.5
     return [
         window._replace(origin=window.origin @ rotation.T + position, axes=window.axes @ rotation.T)
-        for window in found
+        for window in box_windows(place, low, high, width)
     ]
 
 
 def box_windows(place: FloatArray, low: FloatArray, high: FloatArray, tube: float) -> list[Window]:
     """Windows over the box between two corners, seen from a place outside or inside of it.
 
-    From outside one window will do: its middle direction goes to the nearest point of the box,
-    so that all of the box lies ahead. It ends where the box seems to, and has even numbers of
-    rows and columns: the crease of a symmetric corner falls between two tubes.
+    From outside one window is enough: its middle direction goes to the nearest point of the box,
+    so that all of the box lies ahead. The window ends at the outline of the box, and has even
+    numbers of rows and columns: the crease of a symmetric corner falls between two tubes.
 
     >>> window, = box_windows(
     ...     np.array([10.0, 0, 0]), np.array([-1, -0.5, -0.5]), np.array([0, 0.5, 0.5]), 0.1)
@@ -109,7 +124,7 @@ def box_windows(place: FloatArray, low: FloatArray, high: FloatArray, tube: floa
 
 
 def _all_around(place: FloatArray, low: FloatArray, high: FloatArray, tube: float) -> list[Window]:
-    """Six windows that fill all directions, as wide apart as at half the box's least side."""
+    """Six windows that fill all directions, with tubes for a body at half the box's least side."""
     count = 2 * int(np.ceil(0.5 * np.min(high - low) / tube - 1e-6) + 1)
     step = np.full(2, 2.0 / count)
     return [

@@ -1,15 +1,16 @@
-r"""Ray tubes: what meets two bodies and more between transmitter and receiver.
+r"""Ray tubes: paths that meet two bodies or more between transmitter and receiver.
 
-A window of narrow tubes covers each body as a transmitter sees it. A tube is a ray that knows
-its neighbours: with the direction D and what a step to the next tube changes of it, ∂D, its
-footprint on a plane of normal n, after a path length L, has the sides
+A window of narrow tubes covers each body as seen from a transmitter. A tube is a ray with
+differentials: D is its direction, and ∂D the change of D from this tube to the next. On a plane of
+normal n, after a path length L, the footprint of the tube has the sides
 
 .. math:: A = L\,(\partial D + g D), \qquad g = -(\partial D\cdot n)/(D\cdot n)
 
-At every surface the fields of a wave that left V- and H-polarised are reflected as Fresnel says,
-and ∂D like D. Flat facets spread a wave like mirrors, with 1/L. At a body that is not the first
-the currents on the footprint radiate to every receiver before it that nothing hides, by the
-formula of `facets`, with d and q the directions of arrival and of departure:
+Every surface reflects the fields of two waves, which left V- and H-polarised, by Fresnel's
+formulas, and ∂D like D. Flat facets spread a wave like mirrors, with 1/L. At every body after the
+first, the currents on the footprint radiate to each receiver that is before the surface and not
+hidden, by the formula of `physical_optics.paths`, with the directions d of arrival and q of
+departure:
 
 .. math:: a = -\frac{j}{8\pi}\,\frac{F\,|A_a\times A_b|}{L\,r_2}\,e^{-jk(L+r_2)}\,
     \mathrm{sinc}\frac{k(d-q)\cdot A_a}{2}\,\mathrm{sinc}\frac{k(d-q)\cdot A_b}{2}
@@ -17,45 +18,51 @@ formula of `facets`, with d and q the directions of arrival and of departure:
 with sinc x = sin x / x (Ling, Chou and Lee 1989, shooting and bouncing rays; ray differentials:
 Igehy 1999).
 
-**Which journeys.** The first surface that reflects is a body, and so is the last; plates (road,
-walls) and bodies reflect in between; bodies reflect at least twice. One body alone, seen directly
-or in a plate, is for `facets`. A radar's own carrier is neither first nor last, for the reason
-given there. Only vehicles and objects reflect; all other meshes swallow, crowns weaken.
+**Which paths.** The first surface that reflects is a body, and so is the last; plates (road,
+walls) and bodies reflect in between; bodies reflect at least twice. `physical_optics` has the
+echoes of one body alone, seen directly or in a plate. A radar's own carrier is neither first nor
+last, for the reason given there. Only vehicles and objects reflect; all other opaque meshes absorb,
+and clouds of leaves weaken.
 
-**Width.** All tubes start wide; by default they stay so. What a receiver may get from a hit is
-estimated with 1/√(1 + x²) for \|sinc x\|; hits that it does not see promise nothing. Tubes are cut
-in four, with their eight neighbours, unless all that is left to them promises less than `WORTH` of
-what is seen of the pair, or `FLOOR` of the strongest known path; and again, until they are narrow.
-From the second time on, a tube that is cut is followed up to as many bounces as were worth it; its
-other hits stay. So weak journeys of a pair, and pairs weak against their other paths, are seen by
-wide tubes only.
+**Width.** All tubes start wide. If ``tube`` is less than ``coarsest``, some are cut in quarters,
+again and again, until they are narrow. The power that a hit may bring to a receiver is estimated
+with 1/√(1 + x²) for \|sinc x\|; a hit that is hidden from the receiver brings none. The tubes of
+the strongest hits are cut, together with their eight neighbours, until the hits that remain have
+less than `UNHALVED_SHARE` of the visible power of the pair, or less than `HALVING_FLOOR` of its
+strongest known path. From the second level on, the quarters of a tube are followed only up to the
+number of reflections of its strong hits; its hits after more reflections are kept. So weak
+contributions to a pair come from wide tubes only.
 
-**Sheets.** At a thin sheet a ray branches: one goes on as the sheet reflects, and one behind it,
-with the sheet's transmission; both faces of a sheet are alike. The last leg loses what the sheets
-on it take. Passing a sheet is no reflection: a body behind a pane is still the first. The panes of
-vehicles only reflect outwards: within are seats and people that no mesh has (decision 9).
+**Sheets.** At a thin sheet a ray branches: one branch is reflected, and one goes on behind the
+sheet with its transmission; both faces of a sheet are alike. On the last leg the wave loses what
+the sheets there take. Passing a sheet is no reflection: a body behind a pane can be the first. The
+panes of vehicles reflect only outwards: within are seats and people that no mesh has (decision 9).
 
-**Reciprocity.** Physical optics at the last surface only is not reciprocal. A journey from i to j
-is half what tubes from i radiate to j, and half the reverse of what tubes from j radiate to i.
+**Reciprocity.** Physical optics at the last surface only is not reciprocal. So a path from i to j
+is half of what tubes from i radiate to j, and half of the reverse of what tubes from j radiate to
+i.
 
-**What is left out.** Tubes with |E|² below 1e-8 of what they left with. Windows whose bound
+**What is left out.** Tubes with \|E\|² below 1e-8 of that at launch. Windows whose bound
 
 .. math:: |a| \le 4\,\frac{\lambda}{4\pi(r_1 + r_2)}
 
-(mirrors in the place of two bodies, each doubled; r₁ and r₂ the least distances of transmitter
-and receiver from the body) is below the pair's dynamic range, gains of the elements included.
-Contributions are looked at strongest first, until the power of all that remain is below the
-dynamic range of those seen (that they are weak means that they are off every glint, where phases
-run through), or would be below that of the strongest known path even if all were in step.
+(two mirrors in the place of two bodies, each with twice the amplitude; r₁ and r₂ are the least
+distances of transmitter and receiver from the body), with the gains of the elements, is below the
+pair's dynamic range. Contributions are tested for shadow strongest first, until the power of all
+that remain is below the dynamic range of those that are visible (weak ones are off every glint, so
+that their phases cancel), or until their sum would be below that of the strongest known path even
+in phase.
 
-**Limits.** Between two surfaces a wave spreads like rays: a body's shadow on the next one is
-sharp, which is right where its Fresnel zone towards that one, √(λx) over a distance x, is small
-against it. The wave front must not bend within a footprint A: k A² (1/L + 1/r₂)/8 ≪ 1, and tubes
-widen with L beyond the first body. Curved bodies focus only as well as facets are many per tube.
-What lies between the widest tubes, and next to none that is worth it, is missed.
+**Limits.** Between two surfaces a wave spreads like rays: a body's shadow on the next body is
+sharp. That is right where the Fresnel zone of the first body towards the next, √(λx) over a
+distance x, is small against the body. The wave front must not bend within a footprint A: k A² (1/L
++ 1/r₂)/8 ≪ 1, and tubes widen with L beyond the first body. A curved body focuses well only if it
+has many facets per tube. Paths that pass between the widest tubes, and next to no tube that is cut,
+are missed.
 
-Between cars levels converge slowly. The ten pairs of four radars in the paper's street, powers of
-all paths summed, at three times, against tubes that are all 2.5 mm wide, in dB:
+Between cars the power converges slowly with the width. For the ten pairs of four radars in the
+paper's street at three times, powers of all paths summed, the error against tubes that are all
+2.5 mm wide is, in dB:
 
 =========================  ======  ====  =====
 tubes                      median  rms   worst
@@ -67,66 +74,57 @@ tubes                      median  rms   worst
 =========================  ======  ====  =====
 
 At single times the median of the last is 1.53, 1.27 and 0.97 dB; it costs 2.4 times as much as the
-first.
-Phases of single paths between cars are not converged: take them for one draw of many.
+first. Phases of single paths between cars are not converged: they are one draw of many.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Final
 
 import numpy as np
 
-from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
+from polychirp.axes import BoolArray, FloatArray, IntArray
 from polychirp.channel.base import no_paths, strength, strongest_of_pair, without_weak
 from polychirp.channel.direct.occluded import visible_line_of_sight
-from polychirp.channel.physical_optics.paths import OVERSHOOT
+from polychirp.channel.physical_optics.paths import MAX_ECHO_OVER_MIRROR
 from polychirp.channel.physical_optics.views import View
-from polychirp.channel.ray_tubes.cell_paths import Contributions, cell_paths, joined
-from polychirp.channel.ray_tubes.intersections import SCATTERS, Space, space_of
-from polychirp.channel.ray_tubes.launch_grid import Window
-from polychirp.channel.ray_tubes.propagation import PER_CHUNK, trace
-from polychirp.channel.ray_tubes.radiation import (
-    BODY,
-    DEPARTURE,
-    DIRECTION,
-    FIRST,
-    LENGTH,
-    POINT,
-    RATE,
-    TUBE,
-    TURNS,
-    Between,
-    Hits,
-    empty_hits,
-    last_legs,
-    promises,
-    radiate,
-    unhidden,
+from polychirp.channel.ray_tubes.cell_paths import (
+    NO_CONTRIBUTIONS,
+    Contributions,
+    cell_paths,
+    joined,
 )
+from polychirp.channel.ray_tubes.intersections import Space, space_of
+from polychirp.channel.ray_tubes.propagation import Tubes, hits_of
+from polychirp.channel.ray_tubes.radiation import HIT, Hits, estimated_power, radiate
 from polychirp.channel.ray_tubes.refinement import Level, first_level
+from polychirp.channel.ray_tubes.visibility import (
+    HitPowers,
+    Obstacles,
+    StopRule,
+    last_legs,
+    obstacles_of,
+    visible_hits,
+)
 from polychirp.channel.scene.blockers import Blockers, in_frame_of
-from polychirp.channel.scene.world import UPWARDS, World
+from polychirp.channel.scene.world import POLARISATION_AXES, World
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
 from polychirp.model.paths import PropagationPaths
 
-BATCH: Final = 1 << 16
-"""Tubes that are followed at a time: bounds the memory."""
+TUBES_PER_BATCH: Final = 1 << 16
+"""Tubes that are followed at a time (chosen): bounds the memory."""
 
-AT_A_TIME: Final = 512
-"""Contributions that are tried for shadow before the rest is weighed again."""
+UNHALVED_SHARE: Final = (0.005, 0.05, 0.1)
+"""Share of the estimated power of the visible hits that may remain with tubes that are not halved:
+at the first level, at the second, and later. Chosen; the last row of the table above is with these.
+Smaller shares cost time."""
 
-WORTH: Final = (0.005, 0.05, 0.1)
-"""At the first look, the second, and later: of the power that tubes promise, the share that may
-be left to tubes that are not halved."""
-
-FLOOR: Final = 1e-4
-"""Power, of the strongest known path of a pair, below which no tubes are halved for it."""
-
-ROOM: Final = 2
-"""Hits of a tube at every bounce but the first for which there is room: sheets make branches."""
+HALVING_FLOOR: Final = 1e-4
+"""Power of hits, over that of the strongest known path of the pair, below which their tubes are not
+halved (chosen)."""
 
 
 def tube_paths(
@@ -143,13 +141,13 @@ def tube_paths(
 
     Parameters
     ----------
-    strongest : power of the strongest path so far of every (transmitter, receiver), as
-        `base.strength` counts it, ``(radar, radar)``
+    strongest : power of the strongest path known so far of every (transmitter, receiver), as
+        `base.strength` gives it, ``(radar, radar)``
     tube : m, width of the narrowest tubes where they meet the first body, up to 10 m away; see
-        `windows_over`
-    coarsest : m, likewise of the widest; with that of ``tube`` all are as wide
-    max_bounces : reflections, by bodies and plates together, that are followed; at least 2
-    first : the body, as the world numbers them, that tubes meet first; None: any
+        `launch_grid.windows_over`
+    coarsest : m, width of the widest tubes; if it equals ``tube``, all have this width
+    max_bounces : most reflections to follow, by bodies and plates together; at least 2
+    first : number of the body that tubes meet first; None: any
 
     Raises
     ------
@@ -167,272 +165,44 @@ def tube_paths(
     >>> bool(paths.num_paths > 0)
     True
     """
-    if not tube > 0:
-        raise InputError("ray tubes need a positive width")
-    if not coarsest >= tube:
-        raise InputError("the coarsest ray tubes must not be narrower than the narrowest")
-    if max_bounces < 2:
-        raise InputError("ray tubes answer for two bounces and more; set max_bounces to 2 or more")
+    _check(tube, coarsest, max_bounces)
     if not len(pairs) or not len(world.surfaces):
         return no_paths(world.scene, world.frequency)
     is_wanted = np.zeros((len(world.scene.radars),) * 2, dtype=np.bool_)
     is_wanted[pairs[:, 0], pairs[:, 1]] = True
-    # tubes are for both ways round
-    tracing = _Tracing(
-        world, is_wanted | is_wanted.T, strongest, (tube, coarsest), max_bounces, first
-    )
-    paths = cell_paths(world, tracing.contributions())
+    request = _request(world, is_wanted, strongest, (tube, coarsest), max_bounces, first)
+    paths = cell_paths(world, _contributions(request))
     is_short = paths.delay * SPEED_OF_LIGHT <= world.max_length
     paths = paths.select(is_wanted[paths.transmitter, paths.receiver] & is_short)
     return without_weak(paths, world.scene, world.dynamic_range)
 
 
-class _Tracing:
-    """Tubes of all transmitters, and what they radiate to all receivers."""
-
-    def __init__(
-        self,
-        world: World,
-        is_wanted: BoolArray,
-        strongest: FloatArray | None,
-        widths: tuple[float, float],
-        max_bounces: int,
-        first: int | None,
-    ) -> None:
-        self.world, self.max_bounces = world, max_bounces
-        self.firsts = range(len(world.surfaces)) if first is None else (first,)
-        self.widths = widths
-        self.is_wanted = is_wanted
-        self.place = _place_of(world)
-        self.position = world.scene.radar_position
-        self.rotation = world.scene.radar_rotation
-        num_radars = len(is_wanted)
-        if strongest is None:
-            strongest = np.zeros((num_radars, num_radars))
-        direct = self.place.direct_power(is_wanted)
-        # both ways round: half of every journey is the reverse of another
-        self.known = np.maximum(direct, np.minimum(strongest, strongest.T))
-
-    def contributions(self) -> Contributions:
-        """All that is worth more than the dynamic range leaves."""
-        found = [NO_CONTRIBUTIONS]
-        for radar in np.flatnonzero(self.is_wanted.any(axis=1)):
-            found += self._of_transmitter(int(radar))
-        return joined(found)
-
-    def _of_transmitter(self, radar: int) -> list[Contributions]:
-        first, hits = self._leaves(radar)
-        if not len(first):
-            return []
-        receivers = np.flatnonzero(self.is_wanted[radar])
-        pattern = self.world.scene.radars[radar].array.pattern
-        gain = pattern.gain(hits.vectors(DEPARTURE) @ self.rotation[radar])
-        return [
-            self._to_receiver(radar, int(receiver), first, hits, gain) for receiver in receivers
-        ]
-
-    def _leaves(self, radar: int) -> tuple[IntArray, Hits]:
-        """First bodies and hits of the tubes that are halved no more."""
-        bodies = self._first_bodies(radar)
-        level = first_level(self.world, radar, bodies, self.widths, self.max_bounces)
-        first, leaves = [np.zeros(0, dtype=np.int64)], [empty_hits(0)]
-        while level.windows:
-            hits = self._all_hits(radar, level)
-            tube = hits.whole(TUBE)
-            is_first = len(leaves) == 1
-            worth = self._worth_halving(radar, level, hits, depth=len(leaves) - 1)
-            # parts of a wide tube may turn more often than its middle
-            turns = np.full(len(worth), self.max_bounces) if is_first else hits.whole(TURNS)[worth]
-            halved = level.with_neighbours(tube[worth], turns)
-            # hits after more reflections than are followed further stay
-            kept = np.flatnonzero(hits.number[:, TURNS] > halved[tube])
-            first.append(level.body[level.window_of(tube[kept])])
-            leaves.append(hits.of(kept))
-            level = level.halved(halved)
-        return np.concatenate(first), _all_of(leaves)
-
-    def _all_hits(self, radar: int, level: Level) -> Hits:
-        """Where the tubes of a level meet a second body, and more."""
-        found = [empty_hits(0)]
-        for number, window in enumerate(level.windows):
-            tubes, turns = level.tubes[number], level.turns[number]
-            body = int(level.body[number])
-            for begin in range(0, len(tubes), BATCH):
-                some = slice(begin, begin + BATCH)
-                hits = self._hits(radar, body, window, (tubes[some], turns[some]))
-                hits.number[:, TUBE] += level.start[number]
-                found.append(hits)
-        return _all_of(found)
-
-    def _worth_halving(self, radar: int, level: Level, hits: Hits, *, depth: int) -> IntArray:
-        """Hits of a level's tubes that matter to a receiver, by number, with repeats."""
-        world, scene = self.world, self.world.scene
-        can = np.flatnonzero(level.left[level.window_of(hits.whole(TUBE))] > 0)
-        found = [np.zeros(0, dtype=np.int64)]
-        if not len(can):
-            return found[0]
-        share = WORTH[min(depth, len(WORTH) - 1)]
-        departure = hits.vectors(DEPARTURE) @ self.rotation[radar]
-        gain = scene.radars[radar].array.pattern.gain(departure)
-        for receiver in np.flatnonzero(self.is_wanted[radar]):
-            power, back = promises(
-                hits, self.position[receiver], self._own(int(receiver)), world.wavenumber
-            )
-            heard = can[power[can] > 0]
-            pattern = scene.radars[receiver].array.pattern
-            power = power[heard] * gain[heard]
-            power *= pattern.gain(-back[heard] @ self.rotation[receiver])
-            some = self._seen(
-                int(receiver), hits, heard, power, (share, self.known[radar, receiver] * FLOOR, 0.0)
-            )
-            rest = np.cumsum(power[some][::-1])[::-1]
-            found.append(heard[some[rest > share * rest[:1].sum()]])
-        return np.concatenate(found)
-
-    def _own(self, radar: int) -> int:
-        """The body that carries a radar; -1 for none."""
-        own = self.world.bodies_of(self.world.scene.carriers[radar])
-        return int(own[0]) if len(own) else -1
-
-    def _first_bodies(self, radar: int) -> list[int]:
-        """Bodies whose windows may be worth a look, near ones first."""
-        world = self.world
-        carrier = world.scene.carriers[radar]
-        bodies = [
-            body
-            for body in self.firsts
-            if self.place.space.body[body, SCATTERS]
-            and world.body[body] != carrier
-            and self.place.views[radar, body].distance <= world.max_length
-            and any(
-                self._bound(radar, body, int(receiver)) * world.dynamic_range
-                >= self.known[radar, receiver]
-                for receiver in np.flatnonzero(self.is_wanted[radar])
-            )
-        ]
-        return sorted(bodies, key=lambda body: self.place.views[radar, body].distance)
-
-    def _bound(self, radar: int, body: int, receiver: int) -> float:
-        """Greatest power of a path with this first body, the elements' gains included."""
-        out, back = self.place.views[radar, body], self.place.views[receiver, body]
-        length = max(out.distance + back.distance, 1e-3)
-        amplitude = OVERSHOOT**2 / (2 * self.world.wavenumber * length)
-        peak = self.world.scene.radars[receiver].array.pattern.peak_gain
-        return float(amplitude**2 * out.most_gain * peak)
-
-    def _hits(
-        self, radar: int, body: int, window: Window, tubes: tuple[IntArray, IntArray]
-    ) -> Hits:
-        """Where some of a window's tubes meet a second body, and more."""
-        room = ROOM * PER_CHUNK * (self.max_bounces - 1)
-        rows = window.rows(self.world.scene.radar_velocity[radar])
-        num_chunks = -(-len(tubes[0]) // PER_CHUNK)
-        while True:
-            hits = empty_hits(num_chunks * room)
-            counts = trace(
-                rows,
-                (window.shape[1], *tubes),
-                self.place.space,
-                self.place.faces,
-                self.world.media,
-                body,
-                self.world.wavenumber,
-                hits,
-                room,
-            )
-            most = int(np.max(counts, initial=0))
-            if most <= room:
-                filled = np.arange(room) < counts[:, None]
-                return hits.of(np.flatnonzero(filled.reshape(-1)))
-            room = most
-
-    def _to_receiver(
-        self, radar: int, receiver: int, first: IntArray, hits: Hits, gain: FloatArray
-    ) -> Contributions:
-        world, scene = self.world, self.world.scene
-        sink = self.position[receiver]
-        transfer, back, last_leg, power = radiate(hits, sink, self._own(receiver), world.wavenumber)
-        heard = np.flatnonzero(power)
-        power = power[heard] * gain[heard]
-        power *= scene.radars[receiver].array.pattern.gain(-back[heard] @ self.rotation[receiver])
-        weak = 1.0 / world.dynamic_range
-        limits = (weak, 0.0, self.known[radar, receiver] * weak)
-        kept = heard[np.sort(self._seen(receiver, hits, heard, power, limits))]
-        there = hits.of(kept)
-        legs = self._last_legs(receiver, there)
-        body = there.whole(BODY)
-        velocity = world.velocity[body]
-        turn = there.vectors(DIRECTION) - back[kept]
-        return Contributions(
-            pair=np.tile([radar, receiver], (len(kept), 1)),
-            body=np.stack([first[kept], body], axis=1),
-            transfer=np.swapaxes(legs, 1, 2) @ transfer[kept].reshape(-1, 2, 2),
-            length=there.number[:, LENGTH] + last_leg[kept],
-            rate=there.number[:, RATE]
-            + np.sum(velocity * turn, axis=1)
-            + back[kept] @ scene.radar_velocity[receiver],
-            direction=np.stack([there.vectors(DEPARTURE), -back[kept]], axis=1),
-            point=np.stack([there.vectors(FIRST), there.vectors(POINT)], axis=1),
-        )
-
-    def _last_legs(self, receiver: int, hits: Hits) -> ComplexArray:
-        """What sheets and leaves leave on the way from a receiver to hits, ``(hit, 2, 2)``."""
-        return last_legs(
-            self.place.space,
-            self.place.faces,
-            self.world.media,
-            self.place.between(receiver),
-            hits,
-            self.position[receiver],
-            UPWARDS,
-            self.world.wavenumber,
-        )
-
-    def _seen(
-        self,
-        receiver: int,
-        hits: Hits,
-        which: IntArray,
-        power: FloatArray,
-        limits: tuple[float, float, float],
-    ) -> IntArray:
-        """Places in ``which`` of the hits that a receiver sees, of those that are worth it.
-
-        Strongest first, until the power of what remains, summed without phases, is less than a
-        share ``limits[0]`` of what has been seen, or than ``limits[1]``; or, summed in step, less
-        than ``limits[2]``.
-        """
-        share, floor, floor_in_step = limits
-        order = np.argsort(-power, kind="stable")
-        rest = np.cumsum(power[order][::-1])[::-1]
-        reach = np.cumsum(np.sqrt(power[order])[::-1])[::-1] ** 2
-        near = self.place.between(receiver)
-        found, total = [np.zeros(0, dtype=np.int64)], 0.0
-        sink = self.position[receiver]
-        for begin in range(0, len(order), AT_A_TIME):
-            if rest[begin] < max(share * total, floor) or reach[begin] < floor_in_step:
-                break
-            some = order[begin : begin + AT_A_TIME]
-            free = some[unhidden(self.place.space, near, hits, sink, which[some])]
-            total += float(np.sum(power[free]))
-            found.append(free)
-        return np.concatenate(found)
+def _check(tube: float, coarsest: float, max_bounces: int) -> None:
+    if not tube > 0:
+        raise InputError("the width of ray tubes is not positive; set it to 0.02 m, for example")
+    if not coarsest >= tube:
+        raise InputError("the coarsest ray tubes are narrower than the narrowest; widen them")
+    if max_bounces < 2:
+        raise InputError("ray tubes need two bounces or more; set max_bounces to 2 or more")
 
 
-class _Place:
-    """A world as tubes need it."""
+@dataclass(frozen=True, eq=False)
+class _Surroundings:
+    """Tables of a world that tubes need; those of receivers are made when they are needed."""
 
-    def __init__(self, world: World) -> None:
-        self.world = world
-        self.faces: Blockers = in_frame_of(world, np.eye(3), np.zeros(3))
-        self.space: Space = space_of(world, self.faces)
-        self.views = {
-            (radar, body): View(world=world, radar=radar, body=body)
-            for radar in range(len(world.scene.radars))
-            for body in range(len(world.surfaces))
-        }
-        self._between: dict[int, Between] = {}
-        self._direct: dict[bytes, FloatArray] = {}
+    world: World
+    faces: Blockers
+    space: Space
+    views: dict[tuple[int, int], View]
+    _obstacles: dict[int, Obstacles] = field(default_factory=dict)
+    _direct: dict[bytes, FloatArray] = field(default_factory=dict)
+
+    def obstacles(self, receiver: int) -> Obstacles:
+        """Obstacles between a receiver and every body."""
+        if receiver not in self._obstacles:
+            views = [self.views[receiver, body] for body in range(len(self.world.surfaces))]
+            self._obstacles[receiver] = obstacles_of(views)
+        return self._obstacles[receiver]
 
     def direct_power(self, is_wanted: BoolArray) -> FloatArray:
         """Power of the direct paths of wanted pairs, ``(transmitter, receiver)``."""
@@ -444,38 +214,209 @@ class _Place:
             self._direct[key] = strongest_of_pair(paths, strength(paths, scene), num_radars)
         return self._direct[key]
 
-    def between(self, receiver: int) -> Between:
-        """What may come between a receiver and every body."""
-        if receiver not in self._between:
-            bodies = range(len(self.world.surfaces))
-            near = [self.views[receiver, body].near for body in bodies]
-            lists = [_joined(list(kind)) for kind in zip(*near, strict=True)]
-            self._between[receiver] = Between(*[rows for kind in lists for rows in kind])
-        return self._between[receiver]
-
 
 @lru_cache(maxsize=40)
-def _place_of(world: World) -> _Place:
-    """A world as tubes need it, kept for its next part: a frame comes back to all its times."""
-    return _Place(world)
+def _surroundings_of(world: World) -> _Surroundings:
+    """Tables of a world, kept for its next part: a frame comes back to all its times."""
+    faces = in_frame_of(world, np.eye(3), np.zeros(3))
+    views = {
+        (radar, body): View(world=world, radar=radar, body=body)
+        for radar in range(len(world.scene.radars))
+        for body in range(len(world.surfaces))
+    }
+    return _Surroundings(world, faces, space_of(world, faces), views)
 
 
-def _all_of(parts: list[Hits]) -> Hits:
-    """All hits of several tables, in their order."""
-    return Hits(*[np.concatenate(fields) for fields in zip(*parts, strict=True)])
+@dataclass(frozen=True, eq=False)
+class _Request:
+    """The request of `tube_paths`, with all that is known before the first tube is followed.
+
+    ``is_wanted`` and ``known_power``, that of the strongest known path, are ``(transmitter,
+    receiver)``, and the same both ways round; ``may_be_last`` ``(receiver, body)`` is false for
+    the receiver's carrier; ``widths`` are those of the narrowest and the widest tubes, m.
+    """
+
+    world: World
+    surroundings: _Surroundings
+    position: FloatArray
+    velocity: FloatArray
+    rotation: FloatArray
+    is_wanted: BoolArray
+    known_power: FloatArray
+    may_be_last: BoolArray
+    widths: tuple[float, float]
+    max_bounces: int
+    first_bodies: tuple[int, ...]
+
+    def receivers(self, radar: int) -> list[int]:
+        """Receivers that are wanted of a transmitter."""
+        return [int(receiver) for receiver in np.flatnonzero(self.is_wanted[radar])]
+
+    def gain(self, radar: int, direction: FloatArray) -> FloatArray:
+        """Power gain of a radar's element in directions of the world ``(…, xyz)``."""
+        pattern = self.world.scene.radars[radar].array.pattern
+        return pattern.gain(direction @ self.rotation[radar])
 
 
-NO_CONTRIBUTIONS: Final = Contributions(
-    pair=np.zeros((0, 2), dtype=np.int64),
-    body=np.zeros((0, 2), dtype=np.int64),
-    transfer=np.zeros((0, 2, 2), dtype=np.complex128),
-    length=np.zeros(0),
-    rate=np.zeros(0),
-    direction=np.zeros((0, 2, 3)),
-    point=np.zeros((0, 2, 3)),
-)
+def _request(
+    world: World,
+    is_wanted: BoolArray,
+    strongest: FloatArray | None,
+    widths: tuple[float, float],
+    max_bounces: int,
+    first: int | None,
+) -> _Request:
+    """The request for the wanted pairs and their reverse."""
+    surroundings, scene = _surroundings_of(world), world.scene
+    # half of every path is the reverse of another
+    is_wanted = is_wanted | is_wanted.T
+    known_power = surroundings.direct_power(is_wanted)
+    if strongest is not None:
+        known_power = np.maximum(known_power, np.minimum(strongest, strongest.T))
+    return _Request(
+        world=world,
+        surroundings=surroundings,
+        position=scene.radar_position,
+        velocity=scene.radar_velocity,
+        rotation=scene.radar_rotation,
+        is_wanted=is_wanted,
+        known_power=known_power,
+        may_be_last=np.asarray(world.body != np.asarray(scene.carriers)[:, None]),
+        widths=widths,
+        max_bounces=max_bounces,
+        first_bodies=tuple(range(len(world.surfaces))) if first is None else (first,),
+    )
 
 
-def _joined(numbers: list[IntArray]) -> tuple[IntArray, IntArray]:
-    """Lists behind one another, and where each begins."""
-    return np.concatenate(numbers), np.concatenate([[0], np.cumsum([len(n) for n in numbers])])
+def _contributions(request: _Request) -> Contributions:
+    """Contributions of all transmitters to their receivers."""
+    found = [NO_CONTRIBUTIONS]
+    for radar in range(len(request.is_wanted)):
+        hits = _final_hits(request, radar)
+        if len(hits):
+            gain = request.gain(radar, hits["departure"])
+            found += [_to_receiver(request, radar, r, hits, gain) for r in request.receivers(radar)]
+    return joined(found)
+
+
+def _final_hits(request: _Request, radar: int) -> Hits:
+    """Hits of the tubes of a transmitter that are not halved any more."""
+    bodies = _first_bodies(request, radar)
+    level = first_level(request.world, radar, bodies, request.widths, request.max_bounces)
+    kept, depth = [np.empty(0, dtype=HIT)], 0
+    while level.windows:
+        hits = _hits_of_level(request, radar, level)
+        wanted = _hits_to_halve(request, radar, level, hits, depth)
+        # parts of a wide tube may be reflected more often than its middle
+        turns = hits["turns"][wanted] if depth else np.full(len(wanted), request.max_bounces)
+        halved = level.with_neighbours(hits["tube"][wanted], turns)
+        # hits after more reflections than are followed of the quarters stay
+        kept.append(hits.take(np.flatnonzero(hits["turns"] > halved[hits["tube"]])))
+        level, depth = level.halved(halved), depth + 1
+    return np.concatenate(kept)
+
+
+def _first_bodies(request: _Request, radar: int) -> list[int]:
+    """Bodies over which a path may be strong enough, near ones first."""
+    world, views = request.world, request.surroundings.views
+    bodies = [
+        body
+        for body in request.first_bodies
+        if request.surroundings.space.body[body]["scatters"]
+        and world.body[body] != world.scene.carriers[radar]
+        and views[radar, body].distance <= world.max_length
+        and any(
+            _power_bound(request, radar, body, receiver) * world.dynamic_range
+            >= request.known_power[radar, receiver]
+            for receiver in request.receivers(radar)
+        )
+    ]
+    return sorted(bodies, key=lambda body: views[radar, body].distance)
+
+
+def _power_bound(request: _Request, radar: int, body: int, receiver: int) -> float:
+    """Greatest power of a path with this first body, the elements' gains included."""
+    views = request.surroundings.views
+    out, back = views[radar, body], views[receiver, body]
+    length = max(out.distance + back.distance, 1e-3)
+    amplitude = MAX_ECHO_OVER_MIRROR**2 / (2 * request.world.wavenumber * length)
+    peak = request.world.scene.radars[receiver].array.pattern.peak_gain
+    return float(amplitude**2 * out.most_gain * peak)
+
+
+def _hits_of_level(request: _Request, radar: int, level: Level) -> Hits:
+    """Hits of the tubes of a level, which are numbered through all its windows."""
+    near, found = request.surroundings, [np.empty(0, dtype=HIT)]
+    media, k = request.world.media, request.world.wavenumber
+    for window, body, start, number, max_turns in zip(
+        level.windows, level.body, level.start, level.tubes, level.max_turns, strict=False
+    ):
+        launch = window.launch(request.velocity[radar], int(body))
+        for begin in range(0, len(number), TUBES_PER_BATCH):
+            some = slice(begin, begin + TUBES_PER_BATCH)
+            tubes = Tubes(number[some], max_turns[some])
+            hits = hits_of(launch, tubes, near.space, near.faces, media, k)
+            hits["tube"] += start
+            found.append(hits)
+    return np.concatenate(found)
+
+
+def _hits_to_halve(request: _Request, radar: int, level: Level, hits: Hits, depth: int) -> IntArray:
+    """Numbers of hits, with repeats, whose tubes are to be halved for some receiver."""
+    found = [np.zeros(0, dtype=np.int64)]
+    can = np.flatnonzero(level.left[level.window_of(hits["tube"])] > 0)
+    if not len(can):
+        return found[0]
+    share = UNHALVED_SHARE[min(depth, len(UNHALVED_SHARE) - 1)]
+    gain = request.gain(radar, hits["departure"])
+    for receiver in request.receivers(radar):
+        sink, allowed = request.position[receiver], request.may_be_last[receiver]
+        power, back = estimated_power(hits, sink, allowed, request.world.wavenumber)
+        some = can[power[can] > 0]
+        power = power[some] * gain[some]
+        power *= request.gain(receiver, -back[some])
+        floor = request.known_power[radar, receiver] * HALVING_FLOOR
+        stop = StopRule(share, floor=floor)
+        seen = _visible(request, receiver, hits, HitPowers(some, power), stop)
+        rest = np.cumsum(seen.power[::-1])[::-1]
+        found.append(seen.number[rest > share * rest[:1].sum()])
+    return np.concatenate(found)
+
+
+def _visible(
+    request: _Request, receiver: int, hits: Hits, some: HitPowers, stop: StopRule
+) -> HitPowers:
+    """The hits among ``some`` that a receiver sees, strongest first."""
+    near, sink = request.surroundings.obstacles(receiver), request.position[receiver]
+    return visible_hits(request.surroundings.space, near, hits, sink, some, stop)
+
+
+def _to_receiver(
+    request: _Request, radar: int, receiver: int, hits: Hits, gain: FloatArray
+) -> Contributions:
+    """Contributions of hits to one receiver; ``gain`` of the transmitter towards them."""
+    world, sink = request.world, request.position[receiver]
+    out = radiate(hits, sink, request.may_be_last[receiver], world.wavenumber)
+    some = np.flatnonzero(out.power)
+    power = out.power[some] * gain[some] * request.gain(receiver, -out.direction[some])
+    weak = 1.0 / world.dynamic_range
+    stop = StopRule(weak, floor_in_phase=request.known_power[radar, receiver] * weak)
+    kept = np.sort(_visible(request, receiver, hits, HitPowers(some, power), stop).number)
+    there, back = hits.take(kept), out.direction[kept]
+    near, k = request.surroundings, world.wavenumber
+    obstacles = near.obstacles(receiver)
+    legs = last_legs(
+        near.space, near.faces, world.media, obstacles, there, sink, POLARISATION_AXES, k
+    )
+    turn = there["direction"] - back
+    return Contributions(
+        pair=np.tile([radar, receiver], (len(kept), 1)),
+        body=np.stack([there["first_body"], there["body"]], axis=1),
+        transfer=np.swapaxes(legs, 1, 2) @ out.transfer[kept].reshape(-1, 2, 2),
+        length=there["length"] + out.distance[kept],
+        rate=there["rate"]
+        + np.sum(world.velocity[there["body"]] * turn, axis=1)
+        + back @ request.velocity[receiver],
+        direction=np.stack([there["departure"], -back], axis=1),
+        point=np.stack([there["first_point"], there["point"]], axis=1),
+    )

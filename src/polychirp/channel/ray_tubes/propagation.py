@@ -1,276 +1,246 @@
-"""Kernels that follow ray tubes; `tubes` says what they compute and why."""
+"""Propagation of ray tubes over several reflections; `paths` has the theory."""
 
 from __future__ import annotations
 
 import math
+from typing import Final, NamedTuple
 
 import numpy as np
 from numba import njit, prange
-from numpy.typing import NDArray
 
-from polychirp.axes import FloatArray, IntArray
-from polychirp.channel.geometry.vectors import dot
+from polychirp.axes import IntArray
+from polychirp.channel.geometry.vectors import Vector, dot
 from polychirp.channel.materials.fresnel import Media
-from polychirp.channel.physical_optics.kernels import Vector
 from polychirp.channel.ray_tubes.fields import (
     Ray,
     ahead,
-    bounced,
-    is_heard,
+    is_strong,
     launched,
     mirrored,
     passed,
+    reflected,
     weakened,
 )
 from polychirp.channel.ray_tubes.intersections import (
     FACE,
-    FILLED,
-    IS_PANE,
+    MISS,
+    NO_BODY,
     NOTHING,
     PANE,
     PLATE,
-    SCATTERS,
-    Meeting,
+    Contact,
+    Intersection,
+    Notes,
     Space,
+    contact,
     fade,
     is_behind,
     is_in_front,
     is_near_leaves,
+    is_sheet,
     meet,
     meet_body,
-    surface_of,
 )
-from polychirp.channel.ray_tubes.radiation import TUBE, Hits, record
+from polychirp.channel.ray_tubes.launch_grid import Launch
+from polychirp.channel.ray_tubes.radiation import HIT, Hits, record
 from polychirp.channel.scene.blockers import Blockers
-from polychirp.channel.scene.world import SKIN
+from polychirp.channel.scene.world import RADAR_CLEARANCE
 
-PER_CHUNK = 256
-"""Rays that one thread follows at a time."""
+TUBES_PER_CHUNK: Final = 256
+"""Tubes that one thread follows before the next chunk (chosen)."""
 
-OFF = 1e-6
-"""m by which a ray has to be off a surface to meet another."""
+HITS_PER_BOUNCE: Final = 2
+"""Hits per tube and reflection but the first for which memory is reserved: sheets make branches.
+If it is too little, the tubes are followed again with more (chosen)."""
 
-MISS: Meeting = (np.inf, NOTHING, -1, 0)
-
-Waiting = list[tuple[Ray, Meeting]]
-"""Rays and what they meet, to be looked at yet."""
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _leads_on(met: Meeting, direction: Vector, space: Space, turns: int, most_turns: int) -> bool:
-    """Whether a ray that has turned so often may bring anything at what it meets."""
-    if met[1] == FACE:
-        # most rays that come in by a window end at the back of a panel
-        return bool(space.body[met[2], SCATTERS] > 0.0) and is_in_front(space, met, direction)
-    if met[1] == PLATE and space.plate[met[2], IS_PANE] == 0.0:
-        return 0 < turns < most_turns - 1
-    return met[1] != NOTHING
+MIN_STEP: Final = 1e-6
+"""Distance from a surface, m, from which on a ray that leaves it meets others: above rounding."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _pass(
-    ray: Ray,
-    point: Vector,
-    met: Meeting,
-    surface: tuple[Vector, int],
-    space: Space,
-    media: Media,
-    limits: tuple[int, float],
-    waiting: Waiting,
-    boxes: NDArray[np.float32],
-) -> None:
-    """Let a ray through a sheet at a point; it waits if it meets anything behind."""
-    home = met[2] if met[1] == PANE else -1
-    next_met = meet(space, point, ray.direction, OFF, MISS, home, boxes)
-    if _leads_on(next_met, ray.direction, space, ray.turns, limits[0]):
-        behind = passed(ray, point, met[0], surface[0], media, surface[1], limits[1])
-        if is_heard(behind):
-            waiting.append((behind, next_met))
+class Tubes(NamedTuple):
+    """Some tubes of a window: their numbers, and the most reflections to follow of each."""
+
+    number: IntArray
+    max_turns: IntArray
+
+
+class Tracing(NamedTuple):
+    """Scene, limits and memory for the rays of one tube.
+
+    ``waiting`` are the rays still to be followed, each with its next intersection.
+    """
+
+    space: Space
+    media: Media
+    wavenumber: float
+    max_turns: int
+    waiting: list[tuple[Ray, Intersection]]
+    notes: Notes
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _bounce(  # noqa: PLR0913, PLR0917 (flat, as parallel loops take them)
-    ray: Ray,
-    point: Vector,
-    met: Meeting,
-    surface: tuple[Vector, int, Vector],
-    space: Space,
-    media: Media,
-    limits: tuple[int, float],
-    waiting: Waiting,
-    boxes: NDArray[np.float32],
-    hits: Hits,
-    slots: tuple[int, int],
+def _leads_on(tracing: Tracing, met: Intersection, direction: Vector, turns: int) -> bool:
+    """True if a ray may still hit a last body if this is its next intersection, after ``turns``."""
+    if met.kind == FACE:
+        # most rays that enter a vehicle by a window end at the back of a panel
+        scatters = tracing.space.body[met.number]["scatters"]
+        return bool(scatters and is_in_front(tracing.space, met, direction))
+    if met.kind == PLATE and not tracing.space.plate_is_pane[met.number]:
+        return 0 < turns < tracing.max_turns - 1
+    return met.kind != NOTHING
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _pass(tracing: Tracing, ray: Ray, met: Intersection, at: Contact) -> None:
+    """Let a ray through a sheet; it waits if it meets anything behind."""
+    home = met.number if met.kind == PANE else NO_BODY
+    next_met = meet(tracing.space, at.point, ray.direction, MIN_STEP, MISS, home, tracing.notes)
+    if _leads_on(tracing, next_met, ray.direction, ray.turns):
+        behind = passed(ray, at, tracing.media, tracing.wavenumber)
+        if is_strong(behind):
+            tracing.waiting.append((behind, next_met))
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _reflect(
+    tracing: Tracing, ray: Ray, met: Intersection, at: Contact, hits: Hits, count: int
 ) -> int:
-    """Keep where a ray turns if that is a last body; it waits if it meets anything then."""
-    distance, kind, number, _ = met
-    normal, medium, velocity = surface
-    most_turns, wavenumber = limits
-    slot, next_met, after = slots[0], MISS, ray.direction
-    if ray.turns + 1 < most_turns:
+    """Reflect a ray, which then waits if it leads on; record a hit if the surface can be the last.
+
+    Returns the number of hits so far. Hits for which there is no room are only counted.
+    """
+    normal, roughness = at.normal, tracing.media.roughness[at.medium]
+    is_plate, next_met, after = met.kind == PLATE, MISS, ray.direction
+    if ray.turns + 1 < tracing.max_turns:
         after = mirrored(ray.direction, normal)
-        home = -1 if kind == PLATE else number
-        next_met = meet(space, point, after, OFF, MISS, home, boxes)
-    goes_on = _leads_on(next_met, after, space, ray.turns + 1, most_turns)
-    is_last = kind != PLATE and ray.met > 0
-    # fields are dear: only for what leads somewhere
+        home = NO_BODY if is_plate else met.number
+        next_met = meet(tracing.space, at.point, after, MIN_STEP, MISS, home, tracing.notes)
+    goes_on = _leads_on(tracing, next_met, after, ray.turns + 1)
+    is_last = not is_plate and ray.num_bodies > 0
+    # fields take most of the time: only for rays that lead somewhere
     if not (goes_on or is_last):
-        return slot
-    turned = bounced(ray, point, distance, normal, media, medium, wavenumber)
+        return count
+    turned = reflected(ray, at, tracing.media, tracing.wavenumber)
     if is_last:
-        if slot < slots[1]:
-            record(hits, slot, ray, turned, normal, number, media.roughness[medium])
-        slot += 1
+        if count < hits.size:
+            record(hits[count], ray, turned, normal, roughness)
+            hits[count]["body"] = met.number
+        count += 1
     if goes_on:
         cosine = -dot(ray.direction, normal)
-        phase = wavenumber * media.roughness[medium] * cosine
+        phase = tracing.wavenumber * roughness * cosine
         # v·(d − r): by Fermat's principle the point may glide along the surface
-        rate = -2.0 * cosine * dot(velocity, normal)
-        loss = math.exp(-2.0 * phase * phase) if phase != 0.0 else 1.0
-        turned = weakened(turned, loss, rate, 0 if kind == PLATE else 1)
-        if is_heard(turned):
-            waiting.append((turned, next_met))
-    return slot
+        rate = -2.0 * cosine * dot(at.velocity, normal)
+        factor = math.exp(-2.0 * phase * phase) if phase != 0.0 else 1.0
+        turned = weakened(turned, factor, rate, 0 if is_plate else 1)
+        if is_strong(turned):
+            tracing.waiting.append((turned, next_met))
+    return count
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _follow(
-    space: Space,
-    faces: Blockers,
-    media: Media,
-    first_body: int,
-    limits: tuple[int, float],
-    waiting: Waiting,
-    boxes: NDArray[np.float32],
-    hits: Hits,
-    slots: tuple[int, int],
-) -> int:
-    """Follow all rays that wait, and their branches.
-
-    Fills hits from ``slots[0]`` on, and returns the slot after the last. Beyond ``slots[1]`` hits
-    are counted, but not kept.
-    """
-    slot = slots[0]
-    while len(waiting) > 0:
-        ray, met = waiting.pop()
-        distance, kind, number, _ = met
-        normal, medium, velocity = surface_of(space, met)
-        point = ahead(ray.point, ray.direction, distance)
-        cosine = -dot(ray.direction, normal)
-        if is_near_leaves(space, ray.point, ray.direction, distance):
-            loss = fade(faces, media, space.body, ray.point, ray.direction, distance)
+def _follow(tracing: Tracing, faces: Blockers, first_body: int, hits: Hits, count: int) -> int:
+    """Follow all rays that wait, and their branches; return the number of hits after them."""
+    space = tracing.space
+    while len(tracing.waiting) > 0:
+        ray, met = tracing.waiting.pop()
+        at = contact(space, ahead(ray.point, ray.direction, met.distance), met)
+        if is_near_leaves(space, ray.point, ray.direction, met.distance):
+            loss = fade(space, faces, tracing.media, ray.point, ray.direction, met.distance)
             ray = weakened(ray, loss, 0.0, 0)
-        if kind == PANE or (kind == PLATE and space.plate[number, IS_PANE] > 0.0):
-            is_within = cosine < 0.0
+        is_body, is_within = met.kind != PLATE, dot(ray.direction, at.normal) > 0.0
+        if is_sheet(space, met):
             # both faces of a sheet are alike
             if is_within:
-                normal, cosine = (-normal[0], -normal[1], -normal[2]), -cosine
-            _pass(ray, point, met, (normal, medium), space, media, limits, waiting, boxes)
-            if is_within and kind == PANE and space.body[number, FILLED] > 0.0:
+                n = at.normal
+                away = (-n[0], -n[1], -n[2])
+                at = Contact(at.point, at.distance, away, at.medium, at.velocity)
+            _pass(tracing, ray, met, at)
+            if is_within and is_body and space.body[met.number]["is_vehicle"]:
                 continue
-        is_body = kind != PLATE
         # the first to reflect is the window's body
-        is_turn = ray.met > 0 or (is_body and number == first_body)
-        if cosine <= 0.0 or not is_turn or (is_body and space.body[number, SCATTERS] == 0.0):
+        is_turn = ray.num_bodies > 0 or (is_body and met.number == first_body)
+        if dot(ray.direction, at.normal) >= 0.0 or not is_turn:
             continue
-        slot = _bounce(
-            ray,
-            point,
-            met,
-            (normal, medium, velocity),
-            space,
-            media,
-            limits,
-            waiting,
-            boxes,
-            hits,
-            (slot, slots[1]),
-        )
-    return slot
+        if is_body and not space.body[met.number]["scatters"]:
+            continue
+        count = _reflect(tracing, ray, met, at, hits, count)
+    return count
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _trace_some(
-    window: FloatArray,
-    tubes: tuple[int, IntArray, IntArray],
+    launch: Launch,
+    tubes: Tubes,
     space: Space,
     faces: Blockers,
     media: Media,
-    first_body: int,
     wavenumber: float,
     hits: Hits,
-    slots: tuple[int, int],
 ) -> int:
-    """Follow some tubes of a window."""
-    columns, numbers, most_turns = tubes
-    slot, hider = slots[0], MISS[2]
-    boxes = np.empty(space.room, dtype=np.float32)
-    waiting = [(launched(window, columns, columns), MISS) for _ in range(0)]
-    for place in range(numbers.size):
-        tube = numbers[place]
-        ray = launched(window, tube // columns, tube % columns)
+    """Follow some tubes of a window; return the number of hits, kept or not."""
+    count, body = 0, launch.body
+    has_hider, hider = False, body
+    notes = np.empty(space.room, dtype=np.float32)
+    # an empty list of a known type
+    waiting = [(launched(launch, launch.columns), MISS) for _ in range(0)]
+    for place in range(tubes.number.size):
+        ray = launched(launch, tubes.number[place])
         p, d = ray.point, ray.direction
-        # what hid the body from a tube will often hide it from the next
-        if hider >= 0 and is_behind(space, hider, first_body, p, d, boxes):
+        # a body that hid the window's body from one tube often hides it from the next
+        if has_hider and is_behind(space, hider, body, p, d, notes):
             continue
-        alone = meet_body(space, first_body, p, d, (SKIN, np.inf), boxes)
-        if alone[1] == NOTHING:
+        alone = meet_body(space, body, p, d, (RADAR_CLEARANCE, np.inf), notes)
+        if alone.kind == NOTHING:
             continue
-        met = meet(space, p, d, SKIN, alone, first_body, boxes)
-        if met[1] == PLATE and space.plate[met[2], IS_PANE] == 0.0:
+        met = meet(space, p, d, RADAR_CLEARANCE, alone, body, notes)
+        if met.kind == PLATE and not space.plate_is_pane[met.number]:
             continue
-        if met[1] == FACE and met[2] != first_body:
-            hider = met[2]
+        if met.kind == FACE and met.number != body:
+            has_hider, hider = True, met.number
             continue
         waiting.append((ray, met))
-        begin, limits = slot, (most_turns[place], wavenumber)
-        slot = _follow(
-            space, faces, media, first_body, limits, waiting, boxes, hits, (slot, slots[1])
-        )
-        hits.number[begin : min(slot, slots[1]), TUBE] = tube
-    return slot
+        tracing = Tracing(space, media, wavenumber, tubes.max_turns[place], waiting, notes)
+        before = count
+        count = _follow(tracing, faces, body, hits, count)
+        for i in range(before, min(count, hits.size)):
+            hits[i]["first_body"], hits[i]["tube"] = body, tubes.number[place]
+    return count
 
 
 @njit(cache=True, nogil=True, error_model="numpy", parallel=True)
 def trace(
-    window: FloatArray,
-    tubes: tuple[int, IntArray, IntArray],
+    launch: Launch,
+    tubes: Tubes,
     space: Space,
     faces: Blockers,
     media: Media,
-    first_body: int,
     wavenumber: float,
     hits: Hits,
-    room: int,
 ) -> IntArray:
-    """Hits of some tubes of a window; how many in every chunk, ``(chunk,)``.
+    """Fill ``hits`` ``(chunk, hit)`` with those of some tubes; return their numbers ``(chunk,)``.
 
-    Chunk c fills ``hits`` from ``c * room`` on. If one needs more than its ``room``, its number
-    says so, and what did not fit is lost.
-
-    Parameters
-    ----------
-    window : `Window.rows`, ``(7, xyz)``
-    tubes : number of the window's columns; numbers of the tubes, counted row by row; and the
-        greatest number of reflections of each that is followed
-    space, faces : the same world, as `tube_meetings.place_of` makes it
-    wavenumber : 1/m
+    A number may exceed the room of its chunk; hits beyond the room are lost.
     """
-    columns, numbers, most_turns = tubes
-    num_chunks = (numbers.size + PER_CHUNK - 1) // PER_CHUNK
-    counts = np.zeros(num_chunks, dtype=np.int64)
-    for chunk in prange(num_chunks):
-        slot = chunk * room
-        begin, end = chunk * PER_CHUNK, (chunk + 1) * PER_CHUNK
-        counts[chunk] = -slot + _trace_some(
-            window,
-            (columns, numbers[begin:end], most_turns[begin:end]),
-            space,
-            faces,
-            media,
-            first_body,
-            wavenumber,
-            hits,
-            (slot, slot + room),
-        )
+    counts = np.zeros(len(hits), dtype=np.int64)
+    for chunk in prange(len(hits)):
+        some = slice(chunk * TUBES_PER_CHUNK, (chunk + 1) * TUBES_PER_CHUNK)
+        part = Tubes(tubes.number[some], tubes.max_turns[some])
+        counts[chunk] = _trace_some(launch, part, space, faces, media, wavenumber, hits[chunk])
     return counts
+
+
+def hits_of(
+    launch: Launch, tubes: Tubes, space: Space, faces: Blockers, media: Media, wavenumber: float
+) -> Hits:
+    """Hits of some tubes of a window, in their order; ``wavenumber`` in 1/m."""
+    num_chunks = -(-len(tubes.number) // TUBES_PER_CHUNK)
+    most = HITS_PER_BOUNCE * TUBES_PER_CHUNK * (int(np.max(tubes.max_turns, initial=2)) - 1)
+    while True:
+        room = most
+        hits = np.empty((num_chunks, room), dtype=HIT)
+        counts = trace(launch, tubes, space, faces, media, wavenumber, hits)
+        most = int(np.max(counts, initial=0))
+        if most <= room:
+            is_filled = np.arange(room) < counts[:, None]
+            return hits.reshape(-1).take(np.flatnonzero(is_filled))

@@ -1,4 +1,4 @@
-"""Where tubes end: the currents of their footprints, and what these radiate."""
+"""Hits, where tubes end on a body: the currents on their footprints, and what these radiate."""
 
 from __future__ import annotations
 
@@ -9,65 +9,35 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
-from polychirp.channel.geometry.vectors import cross, dot, vector, vector_at
-from polychirp.channel.materials.fresnel import Media
-from polychirp.channel.physical_optics.kernels import LIFT, ComplexVector, Vector, _across, _phasor
-from polychirp.channel.ray_tubes.fields import Ray, ahead
-from polychirp.channel.ray_tubes.intersections import Space, find_veils, is_hidden
-from polychirp.channel.scene.blockers import Blockers
-from polychirp.channel.scene.transmission import lose
-from polychirp.channel.scene.world import SKIN
+from polychirp.axes import BoolArray, ComplexArray, FloatArray
+from polychirp.channel.geometry.vectors import Vector, cross, dot, vector
+from polychirp.channel.physical_optics.facet_integral import phasor
+from polychirp.channel.physical_optics.kernels import ComplexVector, across_plane_of_incidence
+from polychirp.channel.ray_tubes.fields import Ray
 
-PER_CHUNK: Final = 64
-"""Hits that one thread looks at before the next."""
+HIT: Final = np.dtype(
+    [
+        ("point", np.float64, 3),  # m
+        ("direction", np.float64, 3),  # of the ray before the point
+        ("normal", np.float64, 3),  # towards where the ray came from
+        ("side_a", np.float64, 3),  # of the footprint, m
+        ("side_b", np.float64, 3),  # of the footprint, m
+        ("departure", np.float64, 3),  # direction at launch
+        ("first_point", np.float64, 3),  # on the first body, m
+        ("length", np.float64),  # of the path up to the point, m
+        ("rate", np.float64),  # of the length, without this surface, m/s
+        ("roughness", np.float64),  # rms, m
+        ("body", np.int64),
+        ("first_body", np.int64),
+        ("turns", np.int64),  # number of reflections, this one included
+        ("tube", np.int64),  # number of the tube
+        ("current", np.complex64, (2, 2, 3)),  # (polarisation, J or M, xyz), without 1/L
+    ]
+)
+"""A hit: a point where a tube meets a body after another body."""
 
-POINT: Final = 0
-DIRECTION: Final = 3
-NORMAL: Final = 6
-SIDE_A: Final = 9
-SIDE_B: Final = 12
-DEPARTURE: Final = 15
-FIRST: Final = 18
-LENGTH: Final = 21
-RATE: Final = 22
-BODY: Final = 23
-ROUGHNESS: Final = 24
-TURNS: Final = 25
-TUBE: Final = 26
-"""Columns of `Hits.number`: seven vectors, and six numbers."""
-
-
-class Hits(NamedTuple):
-    """Where tubes meet a body after another one, ``(hit, …)``.
-
-    ``number`` ``(hit, 27)``, columns `POINT` …: the normal is towards where the ray came from; A
-    and B are the footprint's sides, m; `FIRST` is a point; `TURNS` counts reflections, this one
-    included; `TUBE` is the tube's number. ``current`` ``(hit, polarisation, kind, xyz)``: J and
-    M, without 1/L.
-    """
-
-    number: FloatArray
-    current: NDArray[np.complex64]
-
-    def of(self, which: IntArray) -> Hits:
-        """The hits of these numbers."""
-        return Hits(self.number[which], self.current[which])
-
-    def vectors(self, column: int) -> FloatArray:
-        """One of the vectors, ``(hit, xyz)``."""
-        return self.number[:, column : column + 3]
-
-    def whole(self, column: int) -> IntArray:
-        """One of the whole numbers, ``(hit,)``."""
-        return self.number[:, column].astype(np.int64)
-
-
-def empty_hits(size: int) -> Hits:
-    """Room for hits."""
-    return Hits(
-        number=np.empty((size, TUBE + 1)), current=np.empty((size, 2, 2, 3), dtype=np.complex64)
-    )
+Hits = NDArray[np.void]
+"""Hits ``(hit,)`` of type `HIT`."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -111,28 +81,26 @@ def _footprint(edge: Vector, ray: Ray, normal: Vector, cosine: float, length: fl
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _keep(number: FloatArray, slot: int, column: int, a: Vector) -> None:
-    number[slot, column], number[slot, column + 1], number[slot, column + 2] = a
+def _put(out: FloatArray, a: Vector) -> None:
+    out[0], out[1], out[2] = a
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def record(hits: Hits, slot: int, ray: Ray, bounced: Ray, normal: Vector, body: int,
-            roughness: float) -> None:  # fmt: skip
-    """Keep where a ray meets a body, before and after."""
-    cosine, length, number = -dot(ray.direction, normal), bounced.length, hits.number
-    _keep(number, slot, POINT, bounced.point)
-    _keep(number, slot, DIRECTION, ray.direction)
-    _keep(number, slot, NORMAL, normal)
-    _keep(number, slot, SIDE_A, _footprint(ray.edge_a, ray, normal, cosine, length))
-    _keep(number, slot, SIDE_B, _footprint(ray.edge_b, ray, normal, cosine, length))
-    _keep(number, slot, DEPARTURE, ray.departure)
-    _keep(number, slot, FIRST, ray.first)
-    number[slot, LENGTH], number[slot, RATE] = length, ray.rate
-    number[slot, BODY], number[slot, ROUGHNESS] = body, roughness
-    number[slot, TURNS] = bounced.turns
-    current = hits.current[slot]
-    _induce(normal, ray.direction, bounced.direction, ray.wave_v, bounced.wave_v, current[0])
-    _induce(normal, ray.direction, bounced.direction, ray.wave_h, bounced.wave_h, current[1])
+def record(hit: np.void, ray: Ray, after: Ray, normal: Vector, roughness: float) -> None:
+    """Fill a hit of a ray before and after a body, except for `HIT`'s bodies and tube."""
+    cosine = -dot(ray.direction, normal)
+    _put(hit["point"], after.point)
+    _put(hit["direction"], ray.direction)
+    _put(hit["normal"], normal)
+    _put(hit["side_a"], _footprint(ray.edge_a, ray, normal, cosine, after.length))
+    _put(hit["side_b"], _footprint(ray.edge_b, ray, normal, cosine, after.length))
+    _put(hit["departure"], ray.departure)
+    _put(hit["first_point"], ray.first_point)
+    hit["length"], hit["rate"], hit["roughness"] = after.length, ray.rate, roughness
+    hit["turns"] = after.turns
+    current = hit["current"]
+    _induce(normal, ray.direction, after.direction, ray.wave_v, after.wave_v, current[0])
+    _induce(normal, ray.direction, after.direction, ray.wave_h, after.wave_h, current[1])
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -141,7 +109,17 @@ def _sinc(x: float) -> float:
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _heard(current: NDArray[np.complex64], back: Vector, field: Vector) -> complex:
+def _envelope(x: float) -> float:
+    return 1.0 / math.sqrt(1.0 + x * x)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _square(a: complex) -> float:
+    return a.real * a.real + a.imag * a.imag
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _received(current: NDArray[np.complex64], back: Vector, field: Vector) -> complex:
     """F = J·w + (M×q)·w of one wave."""
     turned = cross(back, field)
     total = 0j
@@ -151,165 +129,100 @@ def _heard(current: NDArray[np.complex64], back: Vector, field: Vector) -> compl
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _radiated(hits: Hits, i: int, back: Vector, r2: float, wavenumber: float) -> complex:
-    """What multiplies F: −(j/8π) dS e^{−jk(L+r2)}/(L r2) and the footprint's phases."""
-    number = hits.number
-    a, b = vector_at(number, i, SIDE_A), vector_at(number, i, SIDE_B)
-    d, length = vector_at(number, i, DIRECTION), number[i, LENGTH]
+def _last_leg(hit: np.void, sink: FloatArray) -> tuple[Vector, float]:
+    """Direction and length, m, of the leg from a hit to the receiver."""
+    c = vector(hit["point"])
+    q = (sink[0] - c[0], sink[1] - c[1], sink[2] - c[2])
+    r2 = math.sqrt(dot(q, q))
+    return (q[0] / r2, q[1] / r2, q[2] / r2), r2
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _basis(q: Vector) -> tuple[Vector, Vector]:
+    """(V, H) of `frames.polarisation_basis` from the receiver towards a hit, against q."""
+    away = (-q[0], -q[1], -q[2])
+    h = across_plane_of_incidence((0.0, 0.0, 1.0), away, (0.0, 1.0, 0.0))
+    return cross(away, h), h
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _weight(hit: np.void, back: Vector, r2: float, wavenumber: float) -> complex:
+    """Factor of F: −(j/8π) dS e^{−jk(L+r2)}/(L r2) and the footprint's phases."""
+    a, b, d = vector(hit["side_a"]), vector(hit["side_b"]), vector(hit["direction"])
     turn = (d[0] - back[0], d[1] - back[1], d[2] - back[2])
-    square = cross(a, b)
-    area = math.sqrt(dot(square, square))
-    half = 0.5 * wavenumber
+    square, length, half = cross(a, b), hit["length"], 0.5 * wavenumber
     share = _sinc(half * dot(turn, a)) * _sinc(half * dot(turn, b))
-    phase = wavenumber * number[i, ROUGHNESS] * dot(turn, vector_at(number, i, NORMAL))
+    phase = wavenumber * hit["roughness"] * dot(turn, vector(hit["normal"]))
     if phase != 0.0:
         share *= math.exp(-0.5 * phase * phase)
-    scale = area * share / (8.0 * math.pi * length * r2)
-    return complex(0.0, -scale) * _phasor(wavenumber * (length + r2))
+    scale = math.sqrt(dot(square, square)) * share / (8.0 * math.pi * length * r2)
+    return complex(0.0, -scale) * phasor(wavenumber * (length + r2))
+
+
+class Radiated(NamedTuple):
+    """Radiation of hits to a receiver, ``(hit, …)``.
+
+    ``transfer`` ``(hit, receiving·transmitting)``; ``direction`` ``(hit, xyz)`` and ``distance``,
+    m, of the receiver from the hit; ``power`` of the greatest entry of the transfer. Transfer and
+    power are 0 where the receiver is behind the surface.
+    """
+
+    transfer: ComplexArray
+    direction: FloatArray
+    distance: FloatArray
+    power: FloatArray
 
 
 @njit(cache=True, nogil=True, error_model="numpy", parallel=True)
-def radiate(
-    hits: Hits, sink: FloatArray, not_from: int, wavenumber: float
-) -> tuple[ComplexArray, FloatArray, FloatArray, FloatArray]:
-    """Transfer ``(hit, receiving·transmitting)``, direction and length of all last legs, and power.
+def radiate(hits: Hits, sink: FloatArray, may_be_last: BoolArray, wavenumber: float) -> Radiated:
+    """Radiation of hits to a receiver, from bodies that ``may_be_last`` ``(body,)``.
 
-    Zero where the receiver is behind the surface, and from the body ``not_from``. What is in
-    between is not looked at. The power is that of the greatest entry.
+    Nothing blocks or weakens the last legs yet.
     """
-    number = hits.number
-    size = len(number)
+    size = hits.size
     transfer = np.zeros((size, 4), dtype=np.complex128)
-    backs, lengths, power = np.zeros((size, 3)), np.zeros(size), np.zeros(size)
+    direction, distance, power = np.zeros((size, 3)), np.zeros(size), np.zeros(size)
     for i in prange(size):
-        c = vector_at(number, i, POINT)
-        q = (sink[0] - c[0], sink[1] - c[1], sink[2] - c[2])
-        r2 = math.sqrt(dot(q, q))
-        q = (q[0] / r2, q[1] / r2, q[2] / r2)
-        backs[i, 0], backs[i, 1], backs[i, 2] = q
-        lengths[i] = r2
-        if number[i, BODY] == not_from or dot(q, vector_at(number, i, NORMAL)) <= 0.0:
+        hit = hits[i]
+        q, r2 = _last_leg(hit, sink)
+        _put(direction[i], q)
+        distance[i] = r2
+        if not may_be_last[hit["body"]] or dot(q, vector(hit["normal"])) <= 0.0:
             continue
-        away = (-q[0], -q[1], -q[2])
-        h = _across((0.0, 0.0, 1.0), away, (0.0, 1.0, 0.0))
-        v = cross(away, h)
-        weight = _radiated(hits, i, q, r2, wavenumber)
+        v, h = _basis(q)
+        weight = _weight(hit, q, r2, wavenumber)
         for t in range(2):
-            one = weight * _heard(hits.current[i, t], q, v)
-            other = weight * _heard(hits.current[i, t], q, h)
+            one = weight * _received(hit["current"][t], q, v)
+            other = weight * _received(hit["current"][t], q, h)
             transfer[i, t], transfer[i, 2 + t] = one, other
             power[i] = max(power[i], _square(one), _square(other))
-    return transfer, backs, lengths, power
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _square(a: complex) -> float:
-    return a.real * a.real + a.imag * a.imag
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _envelope(x: float) -> float:
-    return 1.0 / math.sqrt(1.0 + x * x)
+    return Radiated(transfer, direction, distance, power)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", parallel=True)
-def promises(
-    hits: Hits, sink: FloatArray, not_from: int, wavenumber: float
+def estimated_power(
+    hits: Hits, sink: FloatArray, may_be_last: BoolArray, wavenumber: float
 ) -> tuple[FloatArray, FloatArray]:
-    """What footprints may radiate at most, roughly ``(hit,)``, and the directions of departure.
+    """Power that hits may radiate to a receiver ``(hit,)``, and the receiver's direction from them.
 
-    Power, with 1/√(1 + x²) for |sinc x|. Zero as in `radiate`.
+    As in `radiate`, with 1/√(1 + x²) for |sinc x| and without roughness.
     """
-    number = hits.number
-    size = len(number)
-    power, backs = np.zeros(size), np.zeros((size, 3))
-    for i in prange(size):
-        c = vector_at(number, i, POINT)
-        q = (sink[0] - c[0], sink[1] - c[1], sink[2] - c[2])
-        r2 = math.sqrt(dot(q, q))
-        q = (q[0] / r2, q[1] / r2, q[2] / r2)
-        backs[i, 0], backs[i, 1], backs[i, 2] = q
-        if number[i, BODY] == not_from or dot(q, vector_at(number, i, NORMAL)) <= 0.0:
+    power, direction = np.zeros(hits.size), np.zeros((hits.size, 3))
+    for i in prange(hits.size):
+        hit = hits[i]
+        q, r2 = _last_leg(hit, sink)
+        _put(direction[i], q)
+        if not may_be_last[hit["body"]] or dot(q, vector(hit["normal"])) <= 0.0:
             continue
-        a, b = vector_at(number, i, SIDE_A), vector_at(number, i, SIDE_B)
-        d = vector_at(number, i, DIRECTION)
+        a, b, d = vector(hit["side_a"]), vector(hit["side_b"]), vector(hit["direction"])
         turn = (d[0] - q[0], d[1] - q[1], d[2] - q[2])
         square, half = cross(a, b), 0.5 * wavenumber
         scale = _envelope(half * dot(turn, a)) * _envelope(half * dot(turn, b))
-        scale *= math.sqrt(dot(square, square)) / (8.0 * math.pi * number[i, LENGTH] * r2)
-        h = _across((0.0, 0.0, 1.0), (-q[0], -q[1], -q[2]), (0.0, 1.0, 0.0))
-        v = cross(h, q)
+        scale *= math.sqrt(dot(square, square)) / (8.0 * math.pi * hit["length"] * r2)
+        v, h = _basis(q)
         most = 0.0
         for t in range(2):
-            one, other = _heard(hits.current[i, t], q, v), _heard(hits.current[i, t], q, h)
-            most = max(most, _square(one), _square(other))
+            current = hit["current"][t]
+            most = max(most, _square(_received(current, q, v)), _square(_received(current, q, h)))
         power[i] = scale * scale * most
-    return power, backs
-
-
-class Between(NamedTuple):
-    """What may come between a receiver and every body: numbers, and where those of each begin.
-
-    Bodies; opaque plates; sheets among plates; bodies with sheets or leaves.
-    """
-
-    bodies: IntArray
-    body_start: IntArray
-    plates: IntArray
-    plate_start: IntArray
-    panes: IntArray
-    pane_start: IntArray
-    veiled: IntArray
-    veiled_start: IntArray
-
-
-@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
-def unhidden(
-    space: Space, between: Between, hits: Hits, sink: FloatArray, which: IntArray
-) -> BoolArray:
-    """Whether nothing opaque is between hits ``which`` and a receiver."""
-    number, start = hits.number, vector(sink)
-    out = np.empty(which.size, dtype=np.bool_)
-    for chunk in prange((which.size + PER_CHUNK - 1) // PER_CHUNK):
-        notes = np.empty(space.room, dtype=np.float32)
-        for row in range(chunk * PER_CHUNK, min((chunk + 1) * PER_CHUNK, which.size)):
-            b = int(number[which[row], BODY])
-            bodies = between.bodies[between.body_start[b] : between.body_start[b + 1]]
-            plates = between.plates[between.plate_start[b] : between.plate_start[b + 1]]
-            end = _lifted(number, which[row])
-            out[row] = not is_hidden(space, bodies, plates, start, end, notes)
-    return out
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _lifted(number: FloatArray, i: int) -> Vector:
-    """A point just before the surface that a tube meets."""
-    return ahead(vector_at(number, i, POINT), vector_at(number, i, NORMAL), LIFT)
-
-
-@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
-def last_legs(
-    space: Space,
-    faces: Blockers,
-    media: Media,
-    between: Between,
-    hits: Hits,
-    sink: FloatArray,
-    upwards: FloatArray,
-    wavenumber: float,
-) -> ComplexArray:
-    """What sheets and leaves leave on the way from a receiver to hits, ``(hit, 2, 2)``."""
-    number, start = hits.number, vector(sink)
-    out = np.zeros((len(number), 2, 2), dtype=np.complex128)
-    for chunk in prange((len(number) + PER_CHUNK - 1) // PER_CHUNK):
-        notes = np.empty(space.room, dtype=np.float32)
-        veils = np.empty(len(space.body), dtype=np.int64)
-        for i in range(chunk * PER_CHUNK, min((chunk + 1) * PER_CHUNK, len(number))):
-            b, end = int(number[i, BODY]), _lifted(number, i)
-            out[i, 0, 0] = out[i, 1, 1] = 1.0
-            bodies = between.veiled[between.veiled_start[b] : between.veiled_start[b + 1]]
-            plates = between.panes[between.pane_start[b] : between.pane_start[b + 1]]
-            there = veils[: find_veils(space, bodies, start, end, notes, veils)]
-            if there.size + plates.size > 0:
-                lose(faces, media, there, plates, start, end, SKIN, upwards, wavenumber, out[i])
-    return out
+    return power, direction

@@ -1,4 +1,4 @@
-"""The slow, obvious twin of the compiled ray tubes: one ray after the other, no paths."""
+"""Slow and plain ray tubes, one ray after the other: the reference for the compiled ones."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
+from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.channel.geometry.bvh import closest_by_trying_all
 from polychirp.channel.materials.fresnel import reflection, sheet
-from polychirp.channel.physical_optics.kernels import LIFT
+from polychirp.channel.physical_optics.kernels import SHADOW_RAY_LIFT
 from polychirp.channel.ray_tubes.launch_grid import box_windows
-from polychirp.channel.scene.world import SKIN
+from polychirp.channel.scene.world import RADAR_CLEARANCE
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.frames import polarisation_basis
 from polychirp.model.material import Material
@@ -21,9 +21,9 @@ from polychirp.model.material import Material
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlainBody:
-    """Triangles of one smooth material, m ``(face, corner, xyz)``; of a plate or of a body.
+    """Triangles of one smooth material, m ``(face, corner, xyz)``, of a plate or of a body.
 
-    Of a body that ``is_filled`` nothing reflects from within.
+    The sheets of a body that ``is_filled`` reflect only outwards.
     """
 
     corners: FloatArray
@@ -33,14 +33,14 @@ class PlainBody:
 
 
 class _Wave(NamedTuple):
-    """A ray; ``edge`` ``(2, xyz)``, ``field`` ``(polarisation, xyz)``, as in `tube_rays`."""
+    """A ray as in `fields`, with ``edge`` ``(2, xyz)`` and ``field`` ``(polarisation, xyz)``."""
 
     point: FloatArray
     direction: FloatArray
     edge: FloatArray
     length: float
     field: ComplexArray
-    met: int = 0
+    num_bodies: int = 0
     turns: int = 0
 
 
@@ -53,16 +53,15 @@ def multiple_bounces(
     tube: float,
     max_bounces: int = 3,
 ) -> ComplexArray:
-    """What tubes bring from one point to another: the transfer ``(receiving, transmitting)``.
+    """Transfer of tubes from one point to another, ``(receiving, transmitting)``, at one frequency.
 
-    Both ways round, as `polychirp.channel.ray_tubes.paths` states it, at one frequency, phase and
-    all.
+    The mean of both ways round, as in `polychirp.channel.ray_tubes.paths`, with all phase in it.
 
     Parameters
     ----------
     transmitter, receiver : m, ``(xyz,)``
     frequency : Hz
-    tube : m
+    tube : m, width of all tubes where they meet the first body
     """
     there = _Plain(bodies, transmitter, receiver, frequency, tube, max_bounces).total()
     back = _Plain(bodies, receiver, transmitter, frequency, tube, max_bounces).total()
@@ -70,7 +69,7 @@ def multiple_bounces(
 
 
 class _Plain:
-    """Tubes of one transmitter, and what they bring to one receiver."""
+    """Tubes of one transmitter, and their transfer to one receiver."""
 
     def __init__(
         self,
@@ -88,7 +87,6 @@ class _Plain:
         self.owner: IntArray = np.repeat(
             np.arange(len(bodies)), [len(body.corners) for body in bodies]
         )
-        self.is_pane: BoolArray = np.array([body.material.is_sheet for body in bodies])[self.owner]
 
     def total(self) -> ComplexArray:
         """The sum over the windows of all bodies."""
@@ -114,9 +112,9 @@ class _Plain:
         return found
 
     def _follow(self, wave: _Wave, first: int) -> ComplexArray:
-        """What a ray and its branches bring to the receiver."""
+        """Transfer of a ray and its branches to the receiver."""
         found = np.zeros((2, 2), dtype=np.complex128)
-        start = SKIN if wave.length == 0 else 1e-6
+        start = RADAR_CLEARANCE if wave.length == 0 else 1e-6
         ahead, face = closest_by_trying_all(
             self.corners, (wave.point + start * wave.direction)[None], wave.direction[None]
         )
@@ -133,11 +131,11 @@ class _Plain:
             field = self._behind(wave.field, wave.direction, normal, body.material)
             found += self._follow(here._replace(field=field), first)
         is_first = not body.is_plate and self.owner[face[0]] == first
-        if normal @ wave.direction >= 0 or not (wave.met > 0 or is_first):
+        if normal @ wave.direction >= 0 or not (wave.num_bodies > 0 or is_first):
             return found
         after = self._reflected(here, normal, body)
-        if wave.met > 0 and not body.is_plate:
-            found += self._heard(here, after, normal)
+        if wave.num_bodies > 0 and not body.is_plate:
+            found += self._radiated(here, after, normal)
         if after.turns < self.max_bounces:
             found += self._follow(after, first)
         return found
@@ -153,14 +151,14 @@ class _Plain:
             direction=r,
             edge=wave.edge @ mirror,
             field=field,
-            met=wave.met + (not body.is_plate),
+            num_bodies=wave.num_bodies + (not body.is_plate),
             turns=wave.turns + 1,
         )
 
     def _behind(
         self, field: ComplexArray, d: FloatArray, normal: FloatArray, material: Material
     ) -> ComplexArray:
-        """Fields ``(…, xyz)`` behind a sheet, as if it were thin air."""
+        """Fields ``(…, xyz)`` behind a sheet, whose thickness is still counted as air."""
         cosine = abs(normal @ d)
         _, _, ts, tp = sheet(
             material.permittivity(self.frequency), material.thickness, cosine, self.frequency
@@ -170,19 +168,19 @@ class _Plain:
         p = np.cross(d, s)
         return np.asarray(undo * (np.outer(ts * (field @ s), s) + np.outer(tp * (field @ p), p)))
 
-    def _heard(self, wave: _Wave, after: _Wave, normal: FloatArray) -> ComplexArray:
-        """What the currents of a footprint bring to the receiver."""
+    def _radiated(self, wave: _Wave, after: _Wave, normal: FloatArray) -> ComplexArray:
+        """Transfer of the currents of a footprint to the receiver."""
         d, k = wave.direction, self.wavenumber
         leg = self.sink - wave.point
         r2 = float(np.linalg.norm(leg))
         q = leg / r2
-        listening = self._listening(wave.point + LIFT * normal, polarisation_basis(-q))
-        if normal @ q <= 0 or listening is None:
+        received = self._received(wave.point + SHADOW_RAY_LIFT * normal, polarisation_basis(-q))
+        if normal @ q <= 0 or received is None:
             return np.zeros((2, 2), dtype=np.complex128)
         total = wave.field + after.field
         j = np.cross(normal, np.cross(d, wave.field) + np.cross(after.direction, after.field))
         m = -np.cross(normal, total)
-        f = listening @ (j + 0j).T + listening @ np.cross(m, q).T
+        f = received @ (j + 0j).T + received @ np.cross(m, q).T
         side = wave.length * (wave.edge - np.outer(wave.edge @ normal / (d @ normal), d))
         area = np.linalg.norm(np.cross(side[0], side[1]))
         phase = 0.5 * k * side @ (d - q)
@@ -190,16 +188,18 @@ class _Plain:
         spread = 8 * np.pi * wave.length * r2
         return np.asarray(-1j * share / spread * np.exp(-1j * k * (wave.length + r2)) * f)
 
-    def _listening(self, point: FloatArray, field: FloatArray) -> ComplexArray | None:
-        """Fields that the receiver would make at a point, if nothing opaque is between."""
+    def _received(self, point: FloatArray, field: FloatArray) -> ComplexArray | None:
+        """Fields at a point of waves from the receiver; None if something opaque is between."""
         way = point - self.sink
         length = float(np.linalg.norm(way))
         d = way / length
         found = field.astype(np.complex128)
         for number, body in enumerate(self.bodies):
             mine = self.corners[self.owner == number]
-            ahead, face = closest_by_trying_all(mine, (self.sink + SKIN * d)[None], d[None])
-            if SKIN + ahead[0] < length:
+            ahead, face = closest_by_trying_all(
+                mine, (self.sink + RADAR_CLEARANCE * d)[None], d[None]
+            )
+            if RADAR_CLEARANCE + ahead[0] < length:
                 if not body.material.is_sheet:
                     return None
                 corner = mine[face[0]]

@@ -1,8 +1,9 @@
-"""Everything that rays meet, in few arrays, and in the frame of one body.
+"""Trees, poses and plates of a scene as compiled code takes them, in the frame of one body.
 
-A kernel takes every array of a tuple as some eight words, and copies them for every call of
-another kernel. So what is used together is a row of one table here: the sides of a plate, the
-pose of a body; and the trees of all bodies and roles lie behind one another.
+A kernel takes every array of a tuple as some eight words and copies them for every call of
+another kernel. Few large tables are therefore faster than many small ones: the sides of a plate
+are one row, the pose of a body is one row, and the trees of all bodies lie behind one another.
+Parallel loops take tuples of arrays, but no tuples of tuples.
 """
 
 from __future__ import annotations
@@ -14,30 +15,31 @@ import numpy as np
 from numba import njit
 
 from polychirp.axes import FloatArray, IntArray
-from polychirp.channel.geometry.bvh import Vector, first_hit
-from polychirp.channel.geometry.vectors import cross, dot, vector_at
+from polychirp.channel.geometry.bvh import Boxes, first_hit
+from polychirp.channel.geometry.vectors import Vector, cross, dot, vector_at
 from polychirp.channel.scene.world import World
 
-OPAQUE, PANES, CLOUDS = 0, 1, 2
-"""Rows of `Blockers.root`: the places of `world.ROLES`."""
+OPAQUE_ROLE, PANE_ROLE, CLOUD_ROLE = 0, 1, 2
+"""Rows of `Blockers.root`, in the order of `world.ROLES`."""
 
-NORMAL: Final = 0
-CENTRE: Final = 3
-ACROSS: Final = 6
-ALONG: Final = 9
-HALF_ACROSS: Final = 12
-HALF_ALONG: Final = 13
-MEDIUM: Final = 14
-"""Columns of `Blockers.plate`: four vectors, and three numbers."""
+PLATE_NORMAL: Final = 0
+PLATE_CENTRE: Final = 3
+PLATE_ACROSS: Final = 6
+PLATE_ALONG: Final = 9
+PLATE_HALF_ACROSS: Final = 12
+PLATE_HALF_ALONG: Final = 13
+PLATE_MEDIUM: Final = 14
+"""Columns of `Blockers.plate`: four vectors and three numbers."""
 
 
 class Blockers(NamedTuple):
-    """What rays meet.
+    """Everything that a ray can meet.
 
-    ``box`` … ``triangle`` as in `Tree`, of the nodes ``root[role, b, 0]:root[role, b, 1]`` of body
-    b in its own frame; ``medium`` ``(triangle,)`` a number into the world's materials; ``pose``
-    ``(body, 12)`` the matrix, row by row, and the shift that take a point to the frame of each
-    body; ``plate`` ``(plate, 15)`` m, columns `NORMAL` … `MEDIUM`.
+    ``box`` to ``triangle`` are as in `Tree`, for the trees of all bodies, each in its body's own
+    frame: body b has the nodes ``root[role, b, 0]:root[role, b, 1]``. ``medium`` ``(triangle,)`` is
+    a number into the world's materials; ``pose`` ``(body, 12)`` the matrix, row by row, and the
+    shift that take a point to the frame of each body; ``plate`` ``(plate, 15)`` m, columns
+    `PLATE_NORMAL` to `PLATE_MEDIUM`.
     """
 
     box: FloatArray
@@ -52,7 +54,7 @@ class Blockers(NamedTuple):
 
 
 def in_frame_of(world: World, rotation: FloatArray, position: FloatArray) -> Blockers:
-    """All that rays meet, seen from a frame at ``position`` (m) turned by ``rotation``."""
+    """Blockers of a world in a frame at ``position`` (m) that is turned by ``rotation``."""
     back = np.swapaxes(world.rotation, 1, 2)
     shift = np.einsum("bij,bj->bi", back, position - world.position)
     plates, forest = world.plates, world.forest
@@ -96,37 +98,42 @@ def into_body(blockers: Blockers, b: int, start: Vector, way: Vector) -> tuple[V
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def nodes_of(blockers: Blockers, role: int, b: int) -> tuple[int, int]:
-    """Where a body's tree of a role begins and ends."""
+    """First node, and node behind the last, of a body's tree of one role."""
     return blockers.root[role, b, 0], blockers.root[role, b, 1]
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def hit_body(
+def _boxes(b: Blockers) -> Boxes:
+    return Boxes(b.box, b.skip, b.first, b.size, b.triangle)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def first_hit_in_body(
     blockers: Blockers,
     nodes: tuple[int, int],
     start: Vector,
     way: Vector,
     span: tuple[float, float],
-    any_will_do: bool,
 ) -> tuple[float, int]:
-    """Share of a leg in a body's frame, and triangle, of the first or any hit, as `first_hit`."""
-    return first_hit(
-        blockers.box,
-        blockers.skip,
-        blockers.first,
-        blockers.size,
-        blockers.triangle,
-        nodes,
-        start,
-        way,
-        span,
-        any_will_do,
-    )
+    """Share of a leg (in the body's frame) at its first hit, infinite for none, and triangle."""
+    return first_hit(_boxes(blockers), nodes, start, way, span, False)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def hits_body(
+    blockers: Blockers,
+    nodes: tuple[int, int],
+    start: Vector,
+    way: Vector,
+    span: tuple[float, float],
+) -> bool:
+    """True if a leg (in the body's frame) meets any triangle of the nodes."""
+    return first_hit(_boxes(blockers), nodes, start, way, span, True)[0] < math.inf
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def face_normal(blockers: Blockers, b: int, triangle: int) -> Vector:
-    """Unit normal of a triangle of a body."""
+    """Unit normal of a triangle of a body, in the frame of the blockers."""
     n = cross(vector_at(blockers.triangle, triangle, 3), vector_at(blockers.triangle, triangle, 6))
     size, pose = math.sqrt(dot(n, n)), blockers.pose
     return (
@@ -138,16 +145,16 @@ def face_normal(blockers: Blockers, b: int, triangle: int) -> Vector:
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def is_beside(plate: FloatArray, p: int, gap: Vector) -> bool:
-    """Whether a point of a plate's plane, ``gap`` m from its centre, is not on the plate."""
-    if abs(dot(vector_at(plate, p, ACROSS), gap)) > plate[p, HALF_ACROSS]:
+    """True if a point of a plate's plane, ``gap`` m from the plate's centre, is off the plate."""
+    if abs(dot(vector_at(plate, p, PLATE_ACROSS), gap)) > plate[p, PLATE_HALF_ACROSS]:
         return True
-    return bool(abs(dot(vector_at(plate, p, ALONG), gap)) > plate[p, HALF_ALONG])
+    return bool(abs(dot(vector_at(plate, p, PLATE_ALONG), gap)) > plate[p, PLATE_HALF_ALONG])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def crosses_plate(plate: FloatArray, p: int, start: Vector, way: Vector, nearest: float) -> bool:
-    """Whether a leg crosses a plate beyond a share ``nearest`` of the leg."""
-    n, c = vector_at(plate, p, NORMAL), vector_at(plate, p, CENTRE)
+    """True if a leg crosses a plate beyond a share ``nearest`` of the leg."""
+    n, c = vector_at(plate, p, PLATE_NORMAL), vector_at(plate, p, PLATE_CENTRE)
     slope = dot(n, way)
     if slope == 0.0:
         return False

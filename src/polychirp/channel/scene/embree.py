@@ -1,9 +1,9 @@
-"""Rays among triangles on Embree, where the package ``embreex`` is installed.
+"""Rays among triangles on Embree, if the package ``embreex`` is installed.
 
-Embree works in single precision: a ray's start is known to 6e-8 of its coordinates. Meshes are
-therefore moved to their own middle, and every hit's distance is worked out again in double
-precision from the triangle that was hit. Which triangle is hit can differ from `caster.Caster`
-for rays that pass an edge by less than the rounding.
+Embree works in single precision: the rounding of a ray's start is 6e-8 of its coordinates. Meshes
+are therefore moved to their own middle, and the distance of every hit is computed again in double
+precision from the triangle that was hit. The triangle can differ from that of `bvh.Caster` for
+rays that pass an edge by less than the rounding.
 """
 
 from __future__ import annotations
@@ -14,27 +14,28 @@ from typing import Final, Literal, Protocol
 import numpy as np
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
-from polychirp.channel.geometry.bvh import Caster, rays
+from polychirp.channel.geometry.bvh import Caster, paired_rays
 from polychirp.channel.geometry.caster_names import CasterName
 from polychirp.channel.scene.world import Surface, World
 from polychirp.errors import InputError
 
-SHARE: Final = 1e-6
-"""Share of a leg's length, at both its ends, within which single precision tells nothing."""
+END_MARGIN: Final = 1e-6
+"""Share of a leg's length, at both its ends, within which no hit counts, chosen: more than the
+rounding of single precision."""
 
 
 class RayCaster(Protocol):
-    """What casts rays among the triangles that it was made of; `caster.Caster` says how."""
+    """A set of triangles among which rays can be cast, such as `bvh.Caster`."""
 
     def closest(self, origins: FloatArray, directions: FloatArray) -> tuple[FloatArray, IntArray]:
         """Distance in m and face of the first hits, both ``(ray,)``."""
 
     def occluded(self, origins: FloatArray, ends: FloatArray) -> BoolArray:
-        """Whether a triangle lies between origin and end, ``(ray,)``."""
+        """Mask of the rays with a triangle between origin and end, ``(ray,)``."""
 
 
 def has_embree() -> bool:
-    """Whether the package ``embreex`` can be imported."""
+    """True if the package ``embreex`` can be imported."""
     try:
         import embreex.mesh_construction  # type: ignore[import-not-found,unused-ignore]  # noqa: F401
     except ImportError:
@@ -43,17 +44,17 @@ def has_embree() -> bool:
 
 
 def caster_of(triangles: FloatArray, name: CasterName = "auto") -> RayCaster:
-    """A ray caster for triangles, m ``(triangle, corner, xyz)``.
+    """Ray caster for triangles, m ``(triangle, corner, xyz)``.
 
     Parameters
     ----------
-    name : "numba" needs no further package, "embree" needs ``embreex``, "auto" takes Embree
-        where it is installed
+    name : "numba" needs no further package, "embree" needs ``embreex``, "auto" means Embree
+        if it is installed
 
     Raises
     ------
     InputError
-        Embree is asked for and not installed.
+        The name is "embree", and Embree is not installed.
 
     Examples
     --------
@@ -65,12 +66,12 @@ def caster_of(triangles: FloatArray, name: CasterName = "auto") -> RayCaster:
 
 
 def caster_name(name: CasterName) -> Literal["numba", "embree"]:
-    """Which caster a name stands for here.
+    """Caster that a name means on this machine.
 
     Raises
     ------
     InputError
-        Embree is asked for and not installed.
+        The name is "embree", and Embree is not installed.
 
     Examples
     --------
@@ -88,10 +89,10 @@ def caster_name(name: CasterName) -> Literal["numba", "embree"]:
 
 
 class EmbreeCaster:
-    """Rays among triangles, m ``(triangle, corner, xyz)``, on Embree.
+    """Casts rays among triangles, m ``(triangle, corner, xyz)``, on Embree.
 
-    The same two questions as `caster.Caster` answers, with a start and an end on a triangle
-    counted as free of it within `SHARE` of the leg.
+    It has the methods of `bvh.Caster`. A start or an end on a triangle is not a hit of that
+    triangle, within `END_MARGIN` of the leg.
 
     Raises
     ------
@@ -113,8 +114,8 @@ class EmbreeCaster:
             TriangleMesh(self._scene, (self._corners - self._middle).astype(np.float32))
 
     def closest(self, origins: FloatArray, directions: FloatArray) -> tuple[FloatArray, IntArray]:
-        """What `caster.Caster.closest` gives."""
-        start, way = rays(origins, directions)
+        """Distance and face of the first hits, as `bvh.Caster.closest` gives them."""
+        start, way = paired_rays(origins, directions)
         distance = np.full(len(start), np.inf)
         face = np.zeros(len(start), dtype=np.int64)
         if not len(self._corners) or not len(start):
@@ -132,15 +133,15 @@ class EmbreeCaster:
         return distance, face
 
     def occluded(self, origins: FloatArray, ends: FloatArray) -> BoolArray:
-        """What `caster.Caster.occluded` gives."""
-        start, stop = rays(origins, ends)
+        """Mask of the rays that are blocked, as `bvh.Caster.occluded` gives it."""
+        start, stop = paired_rays(origins, ends)
         if not len(self._corners) or not len(start):
             return np.zeros(len(start), dtype=np.bool_)
         way = stop - start
         found = self._scene.run(
-            (start + SHARE * way - self._middle).astype(np.float32),
+            (start + END_MARGIN * way - self._middle).astype(np.float32),
             way.astype(np.float32),
-            dists=np.full(len(start), 1 - 2 * SHARE, dtype=np.float32),
+            dists=np.full(len(start), 1 - 2 * END_MARGIN, dtype=np.float32),
             query="OCCLUDED",
         )
         return np.asarray(found >= 0)
@@ -148,7 +149,7 @@ class EmbreeCaster:
 
 @lru_cache(maxsize=64)
 def embree_of(surface: Surface) -> EmbreeCaster:
-    """The caster of a surface's opaque faces in its own frame; kept for the next snapshot."""
+    """Caster of a surface's opaque faces in its own frame; kept for the next snapshot."""
     rows = surface.trees["opaque"].triangle
     return EmbreeCaster(
         np.stack([rows[:, :3], rows[:, :3] + rows[:, 3:6], rows[:, :3] + rows[:, 6:]], axis=1)
@@ -156,15 +157,18 @@ def embree_of(surface: Surface) -> EmbreeCaster:
 
 
 def blocked_by_bodies(
-    world: World, bodies: IntArray, starts: FloatArray, ends: FloatArray, skin: float
+    world: World, bodies: IntArray, starts: FloatArray, ends: FloatArray, clearance: float
 ) -> BoolArray:
-    """Whether one of ``bodies`` is between points of the world, ``skin`` m off the start."""
+    """Mask of the rays between points of the world that one of ``bodies`` blocks.
+
+    Nothing within ``clearance`` m of the start blocks.
+    """
     out = np.zeros(len(starts), dtype=np.bool_)
     way = ends - starts
     length = np.linalg.norm(way, axis=-1, keepdims=True)
-    first = starts + np.minimum(skin / np.maximum(length, 1e-30), 1.0) * way
+    first = starts + np.minimum(clearance / np.maximum(length, 1e-30), 1.0) * way
     for body in bodies:
-        left = np.flatnonzero(~out & (length[:, 0] > skin))
+        left = np.flatnonzero(~out & (length[:, 0] > clearance))
         turn, place = world.rotation[body], world.position[body]
         caster = embree_of(world.surfaces[body])
         out[left] = caster.occluded((first[left] - place) @ turn, (ends[left] - place) @ turn)

@@ -1,13 +1,14 @@
-"""What a radar could know: the nearest visible point of every body; and where none may sit."""
+"""Nearest visible points of targets for a radar; a check that no radar is inside a body."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
+from polychirp.channel.geometry.enclosure import winding_numbers
 from polychirp.channel.materials.library import known_materials, material_table
 from polychirp.errors import InputError
 from polychirp.model.material import Material
@@ -17,22 +18,20 @@ from polychirp.model.truth import Truth
 if TYPE_CHECKING:
     from polychirp.channel.scene.world import World
 
-CLEAR = 0.5
-"""Power that must get through sheets and leaves, in both polarisations, for a point to be seen.
+VISIBLE_POWER: Final = 0.5
+"""Least power ratio that sheets and leaves must transmit, in both polarisations, for a point to be
+visible. Chosen between a bumper (0.87) and a pane of glass (0.29)."""
 
-A bumper lets 0.87 through, a pane of glass 0.29."""
+PIECE_SIZE: Final = 0.05
+"""Longest edge of the pieces into which faces are cut to find what is visible of a half-hidden
+body, m. Chosen."""
 
-GRAIN = 0.05
-"""m, edge of the pieces into which faces are cut to find what is visible of a half-hidden body."""
+FIRST_BATCH_SIZE: Final = 64
+"""Points tested first, nearest first; each further batch has four times as many. Chosen."""
 
-BATCH = 64
-"""Candidates whose visibility is tested at first, nearest first; then four times as many."""
-
-INSIDE = 0.6
-"""Share of the full sphere that a body must span around a point to hold it.
-
-A point close behind one open sheet has one half, a point in a body with windows almost one.
-"""
+ENCLOSED_SHARE: Final = 0.6
+"""Share of the full sphere that a body's faces must span around a point for the point to be inside.
+Chosen: a point close behind one open sheet has 0.5, a point in a body with windows almost 1."""
 
 
 def truth(
@@ -45,9 +44,9 @@ def truth(
 ) -> Truth:
     r"""Nearest visible point of the metal of every target, from a radar's phase centre.
 
-    A body without metal counts with all its faces, one without faces with its plates, and one
-    without any with its point scatterers. The nearest point is exact on triangles; of a body
-    that is partly hidden, it is the nearest visible one of pieces of 5 cm.
+    All faces count for a body without metal, its plates for one without faces, and its point
+    scatterers for one without plates. The nearest point is exact on triangles; for a body that is
+    partly hidden, it is the nearest visible one of pieces of 5 cm.
 
     The range rate is that of the body along the line of sight, :math:`(v_B - v_X)\cdot u`: on a
     curved body the nearest point slides, but to first order across that line.
@@ -99,14 +98,16 @@ def _actor(scene: Scene, name: str) -> Actor:
 
 
 def _nearest_visible(world: World, actor: Actor, eye: FloatArray) -> tuple[FloatArray, bool]:
-    """The nearest visible point in the world, or the nearest hidden one, and which it is."""
+    """The nearest visible point in the world and True, or the nearest hidden point and False."""
     from polychirp.channel.geometry.closest_point import closest_points
 
     corners = target_corners(actor)
     if not len(corners):
         points = actor.pose.to_outer(np.array([p.position for p in actor.points]).reshape(-1, 3))
         if not len(points):
-            raise InputError(f"'{actor.name}' has neither faces nor points to be seen")
+            raise InputError(
+                f"'{actor.name}' has no faces, plates or points; a target needs some of them"
+            )
         found = _first_visible(world, points, eye)
         nearest = points[np.argmin(np.linalg.norm(points - eye, axis=-1))]
         return (nearest, False) if found is None else (found, True)
@@ -123,13 +124,13 @@ def _nearest_visible(world: World, actor: Actor, eye: FloatArray) -> tuple[Float
 
 
 def _first_visible(world: World, candidates: FloatArray, eye: FloatArray) -> FloatArray | None:
-    """The nearest of some points ``(candidate, xyz)`` to the eye that it sees; None: it sees none.
+    """The nearest of some points ``(candidate, xyz)`` that is visible from the eye, or None.
 
-    What nothing opaque hides is seen as far as sheets and leaves let through at least `CLEAR` in
-    any polarisation.
+    A point is visible if nothing opaque hides it, and if sheets and leaves transmit at least
+    `VISIBLE_POWER` in any polarisation.
     """
     from polychirp.channel.scene.occlusion import blocked
-    from polychirp.channel.scene.transmission import through
+    from polychirp.channel.scene.transmission import transmission_matrices
 
     gap = eye - candidates
     away = np.linalg.norm(gap, axis=-1, keepdims=True)
@@ -137,22 +138,24 @@ def _first_visible(world: World, candidates: FloatArray, eye: FloatArray) -> Flo
     for batch in _growing(np.argsort(away[:, 0], kind="stable")):
         open_ones = batch[~blocked(world, eye[None], ends[batch])]
         for some in _growing(open_ones):
-            is_clear = least_power(through(world, eye[None], ends[some])) >= CLEAR
+            is_clear = (
+                least_power(transmission_matrices(world, eye[None], ends[some])) >= VISIBLE_POWER
+            )
             if np.any(is_clear):
                 return np.asarray(candidates[some[np.argmax(is_clear)]])
     return None
 
 
 def _growing(numbers: IntArray) -> Iterator[IntArray]:
-    """Numbers in their order: `BATCH` of them, then always four times as many."""
-    begin, size = 0, BATCH
+    """Numbers in their order: `FIRST_BATCH_SIZE` of them, then always four times as many."""
+    begin, size = 0, FIRST_BATCH_SIZE
     while begin < len(numbers):
         yield numbers[begin : begin + size]
         begin, size = begin + size, 4 * size
 
 
 def least_power(matrix: ComplexArray) -> FloatArray:
-    r"""Least power that matrices ``(…, 2, 2)`` let through of any polarisation: ``(…,)``.
+    r"""Least ratio of power that matrices ``(…, 2, 2)`` transmit, over all polarisations: ``(…,)``.
 
     The square of the smaller singular value, :math:`2|d|^2/(s + \sqrt{s^2 - 4|d|^2})` with the
     determinant d and the sum s of all entries' powers.
@@ -170,7 +173,7 @@ def least_power(matrix: ComplexArray) -> FloatArray:
 
 
 def target_corners(actor: Actor) -> FloatArray:
-    """What counts as the body for `truth`: m ``(face, corner, xyz)`` in the actor's frame."""
+    """Triangles that `truth` takes for the body, m ``(face, corner, xyz)`` in the actor's frame."""
     mesh = actor.mesh
     if not mesh.num_faces:
         return _plate_corners(actor)
@@ -192,11 +195,11 @@ def _plate_corners(actor: Actor) -> FloatArray:
 
 
 def _cut(corners: FloatArray) -> FloatArray:
-    """The same surface in triangles with no edge longer than `GRAIN`, by halving longest edges."""
+    """The surface in triangles with no edge longer than `PIECE_SIZE`, by halving longest edges."""
     done = []
     while len(corners):
         edge = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=-1)
-        long = edge.max(axis=1) > GRAIN
+        long = edge.max(axis=1) > PIECE_SIZE
         done.append(corners[~long])
         first = np.argmax(edge, axis=1)[long]
         turned = np.take_along_axis(
@@ -240,35 +243,23 @@ def _is_in_mesh(actor: Actor, place: FloatArray) -> bool:
     corners = mesh.corners[solid]
     if not len(corners) or not _is_within(corners.reshape(-1, 3), place):
         return False
-    return span(corners, place) > INSIDE
+    return bool(winding_numbers(corners, place[None])[0] > ENCLOSED_SHARE)
 
 
 def _is_sheet(material: str) -> bool:
     from polychirp.channel.materials.fresnel import power_through
 
     row = known_materials().get(material)
-    return row is not None and power_through(row, 79e9) >= CLEAR
+    return row is not None and power_through(row, 79e9) >= VISIBLE_POWER
 
 
 def _is_within(points: FloatArray, place: FloatArray) -> bool:
-    """Whether a place is strictly within the axis-parallel box of points."""
+    """True if a place is strictly within the axis-parallel box of points."""
     return bool(np.all((points.min(axis=0) < place) & (place < points.max(axis=0))))
 
 
-def span(corners: FloatArray, place: FloatArray) -> float:
-    """Solid angle of triangles seen from behind, as a share of the full sphere.
-
-    1 inside a closed surface, 0 outside (van Oosterom and Strackee 1983).
-    """
-    a, b, c = np.moveaxis(corners - place, 1, 0)
-    la, lb, lc = (np.linalg.norm(x, axis=-1) for x in (a, b, c))
-    volume = np.sum(a * np.cross(b, c), axis=-1)
-    below = la * lb * lc + np.sum(a * b, -1) * lc + np.sum(b * c, -1) * la + np.sum(c * a, -1) * lb
-    return float(np.sum(2 * np.arctan2(volume, below)) / (4 * np.pi))
-
-
 def _is_in_box(actor: Actor, place: FloatArray) -> bool:
-    """Whether a place is behind all plates of an actor, and within the box that they span."""
+    """True if a place is behind all plates of an actor, and within the box that they span."""
     if actor.kind == "road" or not actor.plates:
         return False
     behind = all(np.dot(place - plate.centre, plate.normal) < 0 for plate in actor.plates)
@@ -276,7 +267,7 @@ def _is_in_box(actor: Actor, place: FloatArray) -> bool:
 
 
 def _is_below(actor: Actor, place: FloatArray) -> bool:
-    """Whether a place is under one of a road's plates."""
+    """True if a place is under one of a road's plates."""
     for plate in actor.plates:
         gap = place - np.array(plate.centre)
         u, v = np.array(plate.half_u), np.array(plate.half_v)

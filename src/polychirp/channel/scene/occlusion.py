@@ -1,4 +1,4 @@
-"""Whether anything of a scene stands between two points."""
+"""Shadow tests of rays between two points, against all opaque bodies and plates."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ import numpy as np
 from numba import njit, prange
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
-from polychirp.channel.geometry.bvh import Vector, rays
-from polychirp.channel.geometry.vectors import dot
+from polychirp.channel.geometry.bvh import paired_rays
+from polychirp.channel.geometry.vectors import Vector, dot, row
 from polychirp.channel.scene.blockers import (
-    OPAQUE,
+    OPAQUE_ROLE,
     Blockers,
     crosses_plate,
-    hit_body,
+    hits_body,
     in_frame_of,
     into_body,
     nodes_of,
 )
-from polychirp.channel.scene.world import SKIN, World, everything_opaque
+from polychirp.channel.scene.world import RADAR_CLEARANCE, World, opaque_obstacles
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -29,21 +29,23 @@ def is_blocked(
     plates: IntArray,
     start: Vector,
     end: Vector,
-    skin: float,
+    clearance: float,
 ) -> bool:
-    """Whether one of ``bodies`` or ``plates`` is between two points, ``skin`` m off the start."""
+    """True if one of ``bodies`` or ``plates`` is between two points.
+
+    Nothing within ``clearance`` m of the start blocks.
+    """
     way = (end[0] - start[0], end[1] - start[1], end[2] - start[2])
     length = math.sqrt(dot(way, way))
-    if length <= skin:
+    if length <= clearance:
         return False
-    nearest = skin / length
+    nearest = clearance / length
     for p in plates:
         if crosses_plate(blockers.plate, p, start, way, nearest):
             return True
     for b in bodies:
         place, along = into_body(blockers, b, start, way)
-        nodes = nodes_of(blockers, OPAQUE, b)
-        if hit_body(blockers, nodes, place, along, (nearest, 1.0), True)[0] < math.inf:
+        if hits_body(blockers, nodes_of(blockers, OPAQUE_ROLE, b), place, along, (nearest, 1.0)):
             return True
     return False
 
@@ -55,12 +57,11 @@ def _blocked(
     plates: IntArray,
     starts: FloatArray,
     ends: FloatArray,
-    skin: float,
+    clearance: float,
 ) -> BoolArray:
     out = np.empty(starts.shape[0], dtype=np.bool_)
     for i in prange(starts.shape[0]):
-        a, b = starts[i], ends[i]
-        out[i] = is_blocked(blockers, bodies, plates, (a[0], a[1], a[2]), (b[0], b[1], b[2]), skin)
+        out[i] = is_blocked(blockers, bodies, plates, row(starts, i), row(ends, i), clearance)
     return out
 
 
@@ -69,23 +70,23 @@ def blocked(
     starts: FloatArray,
     ends: FloatArray,
     *,
-    skin: float = SKIN,
+    clearance: float = RADAR_CLEARANCE,
     but_body: int | None = None,
 ) -> BoolArray:
-    """Whether anything stands between points of the world, m ``(ray, xyz)``.
+    """Mask of the rays with something opaque between their ends, m ``(ray, xyz)``: ``(ray,)``.
 
     Parameters
     ----------
-    skin : m from the start within which nothing blocks
+    clearance : m from the start within which nothing blocks
     but_body : number of the one body that does not block
     """
-    bodies, plates = everything_opaque(world)
+    bodies, plates = opaque_obstacles(world)
     bodies = bodies[bodies != but_body]
-    start, end = rays(starts, ends)
+    start, end = paired_rays(starts, ends)
     blockers = in_frame_of(world, np.eye(3), np.zeros(3))
     if world.caster == "numba":
-        return np.asarray(_blocked(blockers, bodies, plates, start, end, skin))
+        return np.asarray(_blocked(blockers, bodies, plates, start, end, clearance))
     from polychirp.channel.scene.embree import blocked_by_bodies
 
-    by_plates = _blocked(blockers, bodies[:0], plates, start, end, skin)
-    return np.asarray(by_plates | blocked_by_bodies(world, bodies, start, end, skin))
+    by_plates = _blocked(blockers, bodies[:0], plates, start, end, clearance)
+    return np.asarray(by_plates | blocked_by_bodies(world, bodies, start, end, clearance))

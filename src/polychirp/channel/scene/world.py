@@ -1,7 +1,7 @@
-"""A scene made ready for rays: what never changes is prepared once and moved rigidly.
+"""A scene prepared for rays: what does not change is prepared once and then moved rigidly.
 
-Every mesh becomes a `Surface` in its own frame, with a tree of the faces that block; the trees
-of all bodies of a scene lie behind one another in one `Tree`. A snapshot adds only poses, so
+Every mesh becomes a `Surface` in its own frame, with a tree of its faces for every `Role`; the
+trees of all bodies of a scene lie behind one another in one `Tree`. A snapshot adds only poses, so
 that tracing the scene a millisecond later rebuilds nothing.
 """
 
@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
 from polychirp.channel.geometry.bvh import Tree, grow_tree
-from polychirp.channel.materials.fresnel import Media, media
+from polychirp.channel.materials.fresnel import Media, media_of
 from polychirp.channel.materials.library import check_materials
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.material import Material
@@ -25,30 +25,32 @@ from polychirp.model.mesh import Mesh
 from polychirp.model.scene import Scene
 from polychirp.threads import side_by_side
 
-PATCH: Final = 0.08
-"""m, size of the patches of a surface that share a first shadow ray, and losses in sheets."""
+PATCH_SIZE: Final = 0.08
+"""Size of the patches of a surface, m: facets of a patch share a shadow ray and losses. Chosen."""
 
-PANEL: Final = 0.24
-"""m, size of the panels of patches of which a view must see one before it is looked at closer."""
+PANEL_SIZE: Final = 0.24
+"""Size of the panels of patches, m. A view examines the patches of a body only if it sees at least
+one panel. Chosen."""
 
-NUM_NEAR: Final = 9
-"""A patch and those around it, that must agree before no more rays are spent on its facets."""
+NUM_NEAR_PATCHES: Final = 9
+"""Number of patches, the patch itself and its nearest ones, whose shadow rays must agree before its
+facets are taken for lit or hidden without rays of their own. Chosen."""
 
-SKIN: Final = 0.02
-"""m from a radar within which nothing blocks: its own cover and what it is mounted on."""
+RADAR_CLEARANCE: Final = 0.02
+"""Distance from a radar within which nothing blocks, m: its own cover and its mount. Chosen."""
 
-
-UPWARDS: Final = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])
-"""z, and y in its place along z: what `frames.polarisation_basis` is built on."""
+POLARISATION_AXES: Final = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])
+"""World's z axis, and y, which replaces z for waves along z, as in `frames.polarisation_basis`."""
 
 Role = Literal["opaque", "pane", "cloud"]
-"""What a face is to a ray: its end; a thin sheet to cross; the border of a cloud of leaves."""
+"""Role of a face for a ray: opaque, a thin sheet to cross, or the border of a cloud of leaves."""
 
 ROLES: Final[tuple[Role, ...]] = ("opaque", "pane", "cloud")
+"""All roles, in the order of `Forest.root`."""
 
 
 def role_of(material: Material, *, transmission: bool = True) -> Role:
-    """What a face of the material is to a ray, if sheets let waves through or not."""
+    """Role of a material's faces; thin sheets are panes, or opaque without ``transmission``."""
     if material.is_cloud:
         return "cloud"
     return "pane" if transmission and material.is_sheet else "opaque"
@@ -56,7 +58,9 @@ def role_of(material: Material, *, transmission: bool = True) -> Role:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Surface:
-    """A mesh in its own frame, as physical optics and rays need it; clouds have no faces.
+    """A mesh in its own frame, prepared for physical optics and for rays.
+
+    Clouds of leaves have trees, but none of the faces that scatter.
 
     Parameters
     ----------
@@ -64,13 +68,13 @@ class Surface:
         second tangent
     corner : m from the centroid, ``(face, corner, xyz)``; the farthest is at ``reach`` ``(face,)``
     area : m², ``(face,)``; medium : number into ``materials``, ``(face,)``
-    trees : of the faces of every `Role`
+    trees : trees of the faces of every `Role`
     tree_medium : number into ``materials`` of the triangles of every tree
-    patch : number of the patch of neighbours that turn alike, ``(face,)``
+    patch : number of the patch of neighbouring faces of similar direction, ``(face,)``
     patch_face : the face in the middle of every patch, ``(patch,)``
-    patch_near : the patches around every patch, itself among them, ``(patch, near)``
-    panel_face : the face in the middle of every panel of patches that turn alike, ``(panel,)``
-    centre, radius : m, of a sphere around all
+    patch_near : the patch itself and the patches around it, ``(patch, near)``
+    panel_face : the face in the middle of every panel of patches of similar direction, ``(panel,)``
+    centre, radius : m, of a sphere around all faces
     """
 
     centroid: FloatArray
@@ -93,7 +97,7 @@ class Surface:
 
 @lru_cache(maxsize=64)
 def surface_of(mesh: Mesh, roles: tuple[Role, ...]) -> Surface:
-    """The surface of a mesh, with the roles of its materials; kept for the next snapshot."""
+    """Surface of a mesh whose materials have these roles; kept for the next snapshot."""
     corners = mesh.corners
     double = _double_area(corners)
     real = double > 0  # a face without area neither scatters nor blocks
@@ -107,8 +111,8 @@ def surface_of(mesh: Mesh, roles: tuple[Role, ...]) -> Surface:
     normal = np.cross(face[:, 1] - face[:, 0], face[:, 2] - face[:, 0]) / double[:, None]
     edge = face[:, 1] - face[:, 0]
     centroid = face.mean(axis=1)
-    patch, patch_face = _patches(centroid, normal, PATCH)
-    _, panel_middle = _patches(centroid[patch_face], normal[patch_face], PANEL)
+    patch, patch_face = _patches(centroid, normal, PATCH_SIZE)
+    _, panel_middle = _patches(centroid[patch_face], normal[patch_face], PANEL_SIZE)
     offset = np.ascontiguousarray(face - centroid[:, None])
     return Surface(
         centroid=centroid,
@@ -132,7 +136,7 @@ def surface_of(mesh: Mesh, roles: tuple[Role, ...]) -> Surface:
 
 @lru_cache(maxsize=6)
 def _surfaces_of(kinds: tuple[tuple[Mesh, tuple[Role, ...]], ...]) -> tuple[Surface, ...]:
-    """The surfaces of meshes with the roles of their materials; new ones are made side by side."""
+    """Surfaces of meshes with the roles of their materials; new ones are prepared in parallel."""
     unlike = tuple(dict.fromkeys(kinds))
     made = side_by_side([partial(surface_of, mesh, roles) for mesh, roles in unlike])
     surfaces = dict(zip(unlike, made, strict=True))
@@ -149,7 +153,7 @@ def _patches(centroid: FloatArray, normal: FloatArray, size: float) -> tuple[Int
     key = np.concatenate([np.floor(centroid / size), np.round(1.5 * normal)], axis=1)
     key -= np.min(key, axis=0, initial=np.inf)
     shape = 1 + np.max(key, axis=0, initial=0)
-    # one number a patch, in the order of their rows: sorting rows takes ten times as long
+    # patches are sorted by one number each: sorting their rows takes ten times as long
     one = np.ravel_multi_index(tuple(key.astype(np.int64).T), tuple(shape.astype(np.int64)))
     patch = np.unique(one, return_inverse=True)[1]
     counts = np.bincount(patch)
@@ -160,8 +164,8 @@ def _patches(centroid: FloatArray, normal: FloatArray, size: float) -> tuple[Int
 
 
 def _near(middle: FloatArray) -> IntArray:
-    """The nearest of some points to each of them, itself among them, ``(point, near)``."""
-    count = min(NUM_NEAR, len(middle))
+    """Numbers of the points nearest to each of some points, itself included: ``(point, near)``."""
+    count = min(NUM_NEAR_PATCHES, len(middle))
     if not count:
         return np.zeros((0, 0), dtype=np.int64)
     number = cKDTree(middle).query(middle, k=count)[1]
@@ -169,7 +173,7 @@ def _near(middle: FloatArray) -> IntArray:
 
 
 class Forest(NamedTuple):
-    """Trees of several bodies, one behind the other; bodies of one surface share them.
+    """Trees of several bodies, one behind the other; bodies with the same surface share them.
 
     Body b has the nodes ``root[role, b, 0]:root[role, b, 1]``, with roles as in `ROLES`.
     """
@@ -180,7 +184,7 @@ class Forest(NamedTuple):
 
 @lru_cache(maxsize=6)
 def forest_of(surfaces: tuple[Surface, ...]) -> Forest:
-    """The trees of all bodies behind one another."""
+    """Trees of all surfaces behind one another."""
     none = grow_tree(np.zeros((0, 3, 3)))
     kinds = tuple(dict.fromkeys(surfaces))
     trees = [s.trees[role] for role in ROLES for s in kinds] or [none]
@@ -216,7 +220,7 @@ def _forest_medium(surfaces: tuple[Surface, ...], materials: tuple[str, ...]) ->
 class Plates(NamedTuple):
     """Rectangles in one common frame: m ``(plate, xyz)``, half sides m ``(plate,)``.
 
-    ``actor`` and ``medium`` ``(plate,)`` say whose they are, and of what.
+    ``actor`` and ``medium`` ``(plate,)`` are the numbers of the plate's actor and material.
     """
 
     centre: FloatArray
@@ -229,21 +233,12 @@ class Plates(NamedTuple):
     medium: IntArray
 
     def of(self, number: IntArray) -> Plates:
-        """The plates of these numbers, with repetitions."""
-        return Plates(
-            self.centre[number],
-            self.normal[number],
-            self.across[number],
-            self.along[number],
-            self.half_across[number],
-            self.half_along[number],
-            self.actor[number],
-            self.medium[number],
-        )
+        """Plates of these numbers, with repetitions."""
+        return Plates._make(column[number] for column in self)
 
 
 def _plates(scene: Scene, materials: tuple[str, ...]) -> Plates:
-    """All plates of a scene in the world."""
+    """All plates of a scene, in the frame of the world."""
     rows = [
         (actor.pose, plate, index) for index, actor in enumerate(scene.actors)
         for plate in actor.plates
@@ -269,22 +264,22 @@ def _plates(scene: Scene, materials: tuple[str, ...]) -> Plates:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class World:
-    """A scene at one instant, ready for the mechanisms.
+    """A scene at one instant, prepared for the mechanisms.
 
     Parameters
     ----------
-    scene : what it was made from
+    scene : the scene itself
     frequency : Hz
     dynamic_range : ratio by which a path may be weaker than its pair's strongest
-    surfaces : of the bodies, in the order of ``body``
-    body : their actors, ``(body,)``
+    surfaces : surfaces of the bodies, in the order of ``body``
+    body : numbers of the bodies' actors, ``(body,)``
     rotation, position, velocity : of the bodies, ``(body, xyz, xyz)``, m and m/s ``(body, xyz)``
     plates : in the world
-    materials : of all media
+    materials : names of all media
     table : materials by name
-    transmission : whether thin sheets let waves through; otherwise they block
+    transmission : True if thin sheets transmit waves; otherwise they block
     max_length : m, of the longest path that is followed
-    caster : what `occlusion.blocked` asks about bodies; facets' shadows are always numba's
+    caster : ray caster that `occlusion.blocked` uses for bodies; facets' shadows always use numba's
     """
 
     scene: Scene
@@ -304,12 +299,12 @@ class World:
 
     @property
     def wavenumber(self) -> float:
-        """1/m."""
+        """Wavenumber 2π/λ, 1/m."""
         return float(2 * np.pi * self.frequency / SPEED_OF_LIGHT)
 
     @cached_property
     def forest(self) -> Forest:
-        """Trees of all faces, plates apart."""
+        """Trees of all faces, without plates."""
         return forest_of(self.surfaces)
 
     @property
@@ -318,7 +313,7 @@ class World:
         return _forest_medium(self.surfaces, self.materials)
 
     @cached_property
-    def veiled(self) -> IntArray:
+    def translucent_bodies(self) -> IntArray:
         """Numbers of the bodies that have panes or clouds."""
         return np.array(
             [
@@ -331,28 +326,28 @@ class World:
 
     @cached_property
     def plate_is_pane(self) -> BoolArray:
-        """``(plate,)``: whether a plate is a thin sheet."""
+        """Mask of the plates that are thin sheets, ``(plate,)``."""
         roles = [role_of(self.table[m], transmission=self.transmission) for m in self.materials]
         return np.array([role == "pane" for role in roles], dtype=np.bool_)[self.plates.medium]
 
     @cached_property
     def centre(self) -> FloatArray:
-        """m, ``(body, xyz)``: centres of the bodies' spheres in the world."""
+        """Centres of the bodies' spheres in the world, m, ``(body, xyz)``."""
         local = np.array([surface.centre for surface in self.surfaces]).reshape(-1, 3)
         return np.asarray(np.einsum("bij,bj->bi", self.rotation, local) + self.position)
 
     @cached_property
     def radius(self) -> FloatArray:
-        """m, ``(body,)``."""
+        """Radii of the bodies' spheres, m, ``(body,)``."""
         return np.array([surface.radius for surface in self.surfaces])
 
     @cached_property
     def media(self) -> Media:
-        """In the order of ``materials``."""
-        return media(self.materials, self.table, self.frequency)
+        """Materials for kernels, in the order of ``materials``."""
+        return media_of(self.materials, self.table, self.frequency)
 
     def bodies_of(self, actor: int) -> IntArray:
-        """Numbers of the bodies that are ``actor``: one or none."""
+        """Numbers of the bodies of ``actor``: one or none."""
         return np.flatnonzero(self.body == actor)
 
 
@@ -366,7 +361,7 @@ def world_of(
     max_length: float = np.inf,
     caster: Literal["numba", "embree"] = "numba",
 ) -> World:
-    """A scene made ready.
+    """World of a scene.
 
     Raises
     ------
@@ -402,8 +397,9 @@ def world_of(
 def bodies_near(world: World, ends: FloatArray, radius: float) -> IntArray:
     """Bodies that can block between a point and a sphere: m ``(2, xyz)`` and its radius at end 1.
 
-    The two span a cone, of radius t·``radius`` at the share t of the way, which a body's own
-    sphere must touch. Their gap is a convex function of t, least where its slope is zero.
+    The point and the sphere span a cone, of radius t·``radius`` at the share t of the way. A body
+    can block if its own sphere touches that cone. The gap between them is a convex function of t,
+    least where its slope is zero.
     """
     if not len(world.surfaces):
         return np.zeros(0, dtype=np.int64)
@@ -428,6 +424,6 @@ def plates_near(world: World, ends: FloatArray, radius: float) -> IntArray:
     )
 
 
-def everything_opaque(world: World) -> tuple[IntArray, IntArray]:
-    """Numbers of all bodies, and of all plates that are no panes."""
+def opaque_obstacles(world: World) -> tuple[IntArray, IntArray]:
+    """Numbers of all bodies, and of all plates that are not panes."""
     return np.arange(len(world.surfaces)), np.flatnonzero(~world.plate_is_pane)

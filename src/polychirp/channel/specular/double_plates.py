@@ -1,29 +1,30 @@
-r"""Double bounces: mirror images of mirror images, over two different plates.
+r"""Double reflections: mirror images of mirror images, in two different plates.
 
 The transmitter T has the image T′ in plate A, and T′ the image T″ in plate B; the straight line
-from T″ to the receiver X meets B at the last bounce, and its fold the first one on A.
+from T″ to the receiver X meets B at the last bounce, and its fold meets A at the first one.
 
 .. math:: A = \frac{\lambda}{4\pi|T''X|}\,\Gamma_A\Gamma_B\,\rho_A\rho_B\,F,\qquad
     F = \frac j2\,[f(u_2)-f(u_1)]\,[f(v_2)-f(v_1)],\quad f(x) = C(x) - jS(x)
 
-F is that of both plates' common opening in the unfolded ray. An edge stands in it with
+F is that of both plates' common opening in the unfolded ray. An edge enters it with
 
 .. math:: u = \pm\sqrt{4\,\Delta L/\lambda}
 
-ΔL being the detour of the shortest way over the edge's whole line; the sign says on which side of
-the ray it is. (For small openings this is the distance in Fresnel zones of `planes`.) Intervals
-of A and B are intersected along the two directions across the ray in which their edges lie best.
+ΔL is the detour of the shortest way over the edge's whole line; the sign says on which side of
+the ray the edge is. (For small openings this is the distance in Fresnel zones of
+`specular.plates`.) Intervals of A and B are intersected along the two directions across the ray
+that fit their edges best.
 
 **Corners.** Both orders of a right-angled corner have the same T″. The corner's edge is one line,
 so it has the same u in both orders, where it ends the opening from opposite sides: both F sum to
-the image over the whole corner, wherever the ray passes. A radar's own echo has the edge at
+the image over the whole corner, wherever the ray passes. In a radar's own echo the edge is at
 u = 0, and each order gives half.
 
-Left out: three and more plates, and plates that move during the flight. F is exact in the Fresnel
+Neglected: three and more plates, and plates that move during the flight. F is exact in the Fresnel
 sense for one plate whose sides lie in and across the plane of incidence, and for two that share
-their edges. Where edges of both stand in the same interval at different distances (a wave
-diffracted twice) the narrower opening alone counts; where sides are oblique to each other, they
-are taken for parallel.
+their edges. If edges of both are in the same interval at different distances (a wave diffracted
+twice), the narrower opening alone counts; sides that are oblique to each other are treated as
+parallel.
 """
 
 from __future__ import annotations
@@ -34,12 +35,19 @@ import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import no_paths, path_table, strength
-from polychirp.channel.geometry.retarded_delay import passing, retarded_leg
-from polychirp.channel.materials.fresnel import reflection
+from polychirp.channel.geometry.retarded_delay import range_acceleration, retarded_leg
 from polychirp.channel.scene.occlusion import blocked
-from polychirp.channel.scene.shadow_tests import strong_and_free
-from polychirp.channel.scene.transmission import through, with_legs
+from polychirp.channel.scene.shadow_tests import strongest_visible
+from polychirp.channel.scene.transmission import transmission_matrices, with_leg_losses
 from polychirp.channel.scene.world import Plates, World
+from polychirp.channel.specular.images import (
+    across_incidence,
+    coefficients_of,
+    image_of,
+    image_velocity,
+    mirrored,
+    nearest_on_plates,
+)
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.frames import polarisation_basis
 from polychirp.model.paths import Bounce, PropagationPaths
@@ -48,12 +56,12 @@ from polychirp.model.paths import Bounce, PropagationPaths
 def corner_paths(world: World, pairs: IntArray) -> PropagationPaths:
     """Paths of ``pairs`` ``(pair, 2)`` by reflections in two different plates, in either order.
 
-    A radar's own echoes of corners are among them. A pair of plates is tried where each has part
-    of the other before it, the transmitter before A and its image before B, and likewise for the
-    receiver the other way round. Left out are paths of which the opening leaves less than the
-    dynamic range below endless mirrors, |F|² < 1/D. Of the others, legs are tested for shadow
-    from the strongest (`strength`, the elements' gains included) down to the dynamic range below
-    the strongest free one; weaker paths are left out, as `without_weak` would.
+    A radar's own echoes of corners are included. A pair of plates is tried if part of each plate is
+    in front of the other, the transmitter in front of A and its image in front of B, and likewise
+    for the receiver the other way round. Paths are left out if the opening reduces them by more
+    than the dynamic range D from endless mirrors, |F|² < 1/D. Of the others, legs are tested for
+    shadow from the strongest (`strength`, the elements' gains included) down to D below the
+    strongest visible one; weaker paths are left out, as by `without_weak`.
 
     >>> from polychirp.channel.tracers.composite import Composite
     >>> from polychirp.model.scene import Scene
@@ -70,7 +78,7 @@ def corner_paths(world: World, pairs: IntArray) -> PropagationPaths:
     is_open = np.flatnonzero(np.abs(rays.opening) ** 2 * world.dynamic_range >= 1)
     rays, group = rays.of(is_open), group[is_open]
     nothing = np.broadcast_to(np.eye(2, dtype=np.complex128), (len(group), 3, 2, 2))
-    free = strong_and_free(
+    free = strongest_visible(
         strength(_paths(world, rays, nothing), world.scene),
         group,
         lambda numbers: ~_is_hidden(world, rays.legs[numbers]),
@@ -86,7 +94,7 @@ class _Rays(NamedTuple):
     ``pair``, and the plates ``first`` and ``second``; ``opening`` F; ``delay`` s, its rate
     and acceleration; ``ways`` unit directions of the legs ``(path, 3, xyz)``; ``meet`` m ``(path,
     2, xyz)`` where the ray meets the planes; ``legs`` m ``(path, 3, 2, xyz)`` both ends of every
-    leg, kept to the plates and just before them, the last from the receiver.
+    leg, moved onto the plates and just in front of them, the last leg from the receiver.
     """
 
     pair: IntArray
@@ -101,19 +109,8 @@ class _Rays(NamedTuple):
     legs: FloatArray
 
     def of(self, number: IntArray) -> _Rays:
-        """The rays of these numbers."""
-        return _Rays(
-            pair=self.pair[number],
-            first=self.first.of(number),
-            second=self.second.of(number),
-            opening=self.opening[number],
-            delay=self.delay[number],
-            delay_rate=self.delay_rate[number],
-            delay_acceleration=self.delay_acceleration[number],
-            ways=self.ways[number],
-            meet=self.meet[number],
-            legs=self.legs[number],
-        )
+        """Rays of these numbers."""
+        return _Rays._make(x.of(number) if isinstance(x, Plates) else x[number] for x in self)
 
 
 def _candidates(world: World, pairs: IntArray) -> tuple[IntArray, IntArray, IntArray]:
@@ -128,7 +125,7 @@ def _candidates(world: World, pairs: IntArray) -> tuple[IntArray, IntArray, IntA
 
 
 def _facing(plates: Plates) -> BoolArray:
-    """Whether each of two plates has part of the other before it, ``(plate, plate)``."""
+    """Mask of the pairs of plates that each have part of the other in front, ``(plate, plate)``."""
     u = plates.across * plates.half_across[:, None]
     v = plates.along * plates.half_along[:, None]
     corner = plates.centre + np.stack([u + v, u - v, -u + v, -u - v])
@@ -138,25 +135,30 @@ def _facing(plates: Plates) -> BoolArray:
 
 
 def _rays(world: World, pair: IntArray, first: Plates, second: Plates) -> _Rays:
-    """Rays of pairs ``(path, 2)`` over their plates."""
+    """Unfolded rays of pairs ``(path, 2)`` over their plates."""
     scene = world.scene
     source, sink = (scene.radar_position[pair[:, end]] for end in (0, 1))
-    image = _image(source, first)
-    twice = _image(image, second)
+    image = image_of(source, first)
+    twice = image_of(image, second)
     speed = scene.radar_velocity[pair[:, 1]]
-    image_speed = _moved(world, second, _moved(world, first, scene.radar_velocity[pair[:, 0]]))
+    image_speed = image_velocity(
+        world, second, image_velocity(world, first, scene.radar_velocity[pair[:, 0]])
+    )
     delay, delay_rate, flight = retarded_leg(
         source=twice, source_velocity=image_speed, sink=sink, sink_velocity=speed
     )
-    between = _mirrored(flight, second.normal)
+    between = mirrored(flight, second.normal)
     last = _crossing(second, twice, flight)
     meet = np.stack([_crossing(first, image, between), last], axis=1)
     opening = _opening(
-        first, second, (image, twice), (_image(sink, second), sink), 2 * np.pi / world.wavenumber
+        first, second, (image, twice), (image_of(sink, second), sink), 2 * np.pi / world.wavenumber
     )
-    # off both plates, so that neither hides its own point, in the corner too
+    # in front of both plates, so that neither hides its own point, even in the corner
     lift = 1e-6 * (first.normal + second.normal)
-    one, two = _onto(first, meet[:, 0]) + lift, _onto(second, meet[:, 1]) + lift
+    one, two = (
+        nearest_on_plates(first, meet[:, 0]) + lift,
+        nearest_on_plates(second, meet[:, 1]) + lift,
+    )
     return _Rays(
         pair=pair,
         first=first,
@@ -164,15 +166,15 @@ def _rays(world: World, pair: IntArray, first: Plates, second: Plates) -> _Rays:
         opening=opening,
         delay=delay,
         delay_rate=delay_rate,
-        delay_acceleration=passing(sink - twice, speed - image_speed) / SPEED_OF_LIGHT,
-        ways=np.stack([_mirrored(between, first.normal), between, flight], axis=1),
+        delay_acceleration=range_acceleration(sink - twice, speed - image_speed) / SPEED_OF_LIGHT,
+        ways=np.stack([mirrored(between, first.normal), between, flight], axis=1),
         meet=meet,
         legs=np.stack([source, one, one, two, sink, two], axis=1).reshape(-1, 3, 2, 3),
     )
 
 
 def _paths(world: World, rays: _Rays, losses: ComplexArray) -> PropagationPaths:
-    """Paths with what their legs lose ``(path, 3, 2, 2)``, whatever is in the way."""
+    """Paths with the transmission of their legs ``(path, 3, 2, 2)``; obstacles are ignored."""
     length = rays.delay * SPEED_OF_LIGHT
     amplitude = rays.opening / (2 * world.wavenumber * length)
     go, cross, come = np.moveaxis(rays.ways, 1, 0)
@@ -189,7 +191,7 @@ def _paths(world: World, rays: _Rays, losses: ComplexArray) -> PropagationPaths:
         delay=rays.delay,
         delay_rate=rays.delay_rate,
         delay_acceleration=rays.delay_acceleration,
-        transfer=amplitude[:, None, None] * with_legs(transfer, losses[:, 0], losses[:, 2]),
+        transfer=amplitude[:, None, None] * with_leg_losses(transfer, losses[:, 0], losses[:, 2]),
         departure=go,
         arrival=-come,
         bounces=[
@@ -199,48 +201,17 @@ def _paths(world: World, rays: _Rays, losses: ComplexArray) -> PropagationPaths:
     )
 
 
-def _mirrored(vector: FloatArray, normal: FloatArray) -> FloatArray:
-    return np.asarray(vector - 2 * np.sum(vector * normal, axis=-1, keepdims=True) * normal)
-
-
-def _image(point: FloatArray, plates: Plates) -> FloatArray:
-    return _mirrored(point - plates.centre, plates.normal) + plates.centre
-
-
-def _moved(world: World, plates: Plates, velocity: FloatArray) -> FloatArray:
-    """Velocity of an image in plates that move with their actors, m/s."""
-    carried = np.array([actor.velocity for actor in world.scene.actors])[plates.actor]
-    return np.asarray(_mirrored(velocity - carried, plates.normal) + carried)
-
-
 def _crossing(plates: Plates, start: FloatArray, way: FloatArray) -> FloatArray:
-    """Where lines meet the plates' planes, m ``(path, xyz)``."""
+    """Points where lines meet the plates' planes, m ``(path, xyz)``."""
     below = np.sum((plates.centre - start) * plates.normal, axis=-1, keepdims=True)
     slope = np.sum(way * plates.normal, axis=-1, keepdims=True)
     return np.asarray(start + below / np.where(slope == 0, np.inf, slope) * way)
 
 
-def _onto(plates: Plates, point: FloatArray) -> FloatArray:
-    """The points of plates nearest to points of their planes."""
-    gap = point - plates.centre
-    u = np.clip(np.sum(gap * plates.across, axis=-1), -plates.half_across, plates.half_across)
-    v = np.clip(np.sum(gap * plates.along, axis=-1), -plates.half_along, plates.half_along)
-    return np.asarray(plates.centre + u[:, None] * plates.across + v[:, None] * plates.along)
-
-
 def _reflector(world: World, plates: Plates, before: FloatArray, after: FloatArray) -> ComplexArray:
-    """Dyad that takes the incident field to the reflected one, ``(path, xyz, xyz)``."""
+    """Dyad from the incident field to the reflected one, ``(path, xyz, xyz)``."""
     cosine = np.abs(np.sum(before * plates.normal, axis=-1))
-    gamma = np.empty((2, len(cosine)), dtype=np.complex128)
-    for medium in np.unique(plates.medium):
-        mine = plates.medium == medium
-        gamma[:, mine] = reflection(
-            world.table[world.materials[medium]], cosine[mine], world.frequency
-        )
-    # at normal incidence any side will do, and Γs = −Γp makes all the same
-    side = np.cross(before, plates.normal)
-    size = np.linalg.norm(side, axis=-1, keepdims=True)
-    side = np.where(size > 1e-9, side / np.maximum(size, 1e-9), plates.across)
+    gamma, side = coefficients_of(world, plates, cosine), across_incidence(plates, before)
     into, out = np.cross(before, side), np.cross(after, side)
     return np.asarray(
         gamma[0, :, None, None] * side[:, :, None] * side[:, None, :]
@@ -260,7 +231,7 @@ def _opening(
 
     inner, other = _edges(first, starts[0], ends[0], wavelength)
     outer, facing = _edges(second, starts[1], ends[1], wavelength)
-    other = _mirrored(other, second.normal[:, None])
+    other = mirrored(other, second.normal[:, None])
     alike = np.einsum("pix,pjx->pij", facing, other)
     size = np.abs(alike)
     crossed = size[:, 0, 1] + size[:, 1, 0] > size[:, 0, 0] + size[:, 1, 1]
@@ -281,7 +252,7 @@ def _opening(
 def _edges(
     plates: Plates, start: FloatArray, end: FloatArray, wavelength: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Both edges across each of the plates' axes as rays from start to end see them.
+    """Both edges across each of the plates' axes, relative to rays from start to end.
 
     Returns
     -------
@@ -308,33 +279,33 @@ def _edges(
 
 
 def _detour(start: FloatArray, end: FloatArray, point: FloatArray, line: FloatArray) -> FloatArray:
-    """By how much the shortest way over a line is longer than the straight one, m ``(path,)``."""
+    """Excess of the shortest way over a line, relative to the straight way, m ``(path,)``."""
     near, far = start - point, end - point
     rise = [np.sum(gap * line, axis=-1) for gap in (near, far)]
     off = [gap - up[:, None] * line for gap, up in zip((near, far), rise, strict=True)]
     reach = [np.linalg.norm(gap, axis=-1) for gap in off]
     bent = np.hypot(reach[0] + reach[1], rise[1] - rise[0])
-    # the difference of squares, written so that little cancels
+    # the difference of squares, written with little cancellation
     excess = 2 * (reach[0] * reach[1] + np.sum(off[0] * off[1], axis=-1))
     return np.asarray(np.maximum(excess, 0.0) / (bent + np.linalg.norm(end - start, axis=-1)))
 
 
 def _is_hidden(world: World, legs: FloatArray) -> BoolArray:
-    """Whether something opaque stands in one of the legs ``(path, 3, 2, xyz)``."""
+    """Mask of the paths with something opaque in one of their legs ``(path, 3, 2, xyz)``."""
     return np.asarray(
         blocked(world, legs[:, 0, 0], legs[:, 0, 1])
-        | blocked(world, legs[:, 1, 0], legs[:, 1, 1], skin=0.0)
+        | blocked(world, legs[:, 1, 0], legs[:, 1, 1], clearance=0.0)
         | blocked(world, legs[:, 2, 0], legs[:, 2, 1])
     )
 
 
 def _losses(world: World, legs: FloatArray) -> ComplexArray:
-    """What thin sheets and leaves leave of every leg, ``(path, 3, 2, 2)``."""
+    """Transmission of every leg through thin sheets and leaves, ``(path, 3, 2, 2)``."""
     return np.stack(
         [
-            through(world, legs[:, 0, 0], legs[:, 0, 1]),
-            through(world, legs[:, 1, 0], legs[:, 1, 1], skin=0.0),
-            through(world, legs[:, 2, 0], legs[:, 2, 1]),
+            transmission_matrices(world, legs[:, 0, 0], legs[:, 0, 1]),
+            transmission_matrices(world, legs[:, 1, 0], legs[:, 1, 1], clearance=0.0),
+            transmission_matrices(world, legs[:, 2, 0], legs[:, 2, 1]),
         ],
         axis=1,
     )

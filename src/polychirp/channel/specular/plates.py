@@ -4,9 +4,9 @@ r"""Mirror images in finite plates: road and walls between a transmitter and a r
     F = \frac j2\,[f(u_2)-f(u_1)]\,[f(v_2)-f(v_1)],\quad f(x) = C(x) - jS(x)
 
 with the plate's edges measured from the specular point in units of its Fresnel zone. F is 1 for a
-large plate, ½ at its edge, and falls smoothly beyond: a path neither appears nor vanishes at
-once. Exact for paraxial waves where the plane of incidence holds a side of the plate; otherwise
-the cross term of the phase is left out, which matters within a Fresnel zone of a corner.
+large plate, ½ at its edge, and falls smoothly beyond: a path neither appears nor vanishes
+suddenly. Exact for paraxial waves if the plane of incidence holds a side of the plate; otherwise
+the cross term of the phase is neglected, which matters within a Fresnel zone of a corner.
 """
 
 from __future__ import annotations
@@ -17,11 +17,18 @@ import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import no_paths, path_table
-from polychirp.channel.geometry.retarded_delay import passing, retarded_leg
-from polychirp.channel.materials.fresnel import reflection
+from polychirp.channel.geometry.retarded_delay import range_acceleration, retarded_leg
 from polychirp.channel.scene.occlusion import blocked
-from polychirp.channel.scene.transmission import through, with_legs
+from polychirp.channel.scene.transmission import transmission_matrices, with_leg_losses
 from polychirp.channel.scene.world import Plates, World
+from polychirp.channel.specular.images import (
+    across_incidence,
+    coefficients_of,
+    image_of,
+    image_velocity,
+    mirrored,
+    nearest_on_plates,
+)
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.frames import polarisation_basis
 from polychirp.model.paths import Bounce, PropagationPaths
@@ -44,13 +51,12 @@ def mirror_paths(world: World, pairs: IntArray) -> PropagationPaths:
 
 
 def _reflections(world: World, pair: IntArray, number: IntArray) -> PropagationPaths:
-    """One path for every pair and plate, of which both radars are in front."""
+    """One path for every pair and plate; both radars are in front of the plate."""
     scene, plates = world.scene, world.plates.of(number)
     speed = scene.radar_velocity
-    carried = np.array([scene.actors[actor].velocity for actor in plates.actor])
     source, sink = (scene.radar_position[pair[:, end]] for end in (0, 1))
-    image = _mirrored(source - plates.centre, plates.normal) + plates.centre
-    image_speed = _mirrored(speed[pair[:, 0]] - carried, plates.normal) + carried
+    image = image_of(source, plates)
+    image_speed = image_velocity(world, plates, speed[pair[:, 0]])
     delay, delay_rate, flight = retarded_leg(
         source=image,
         source_velocity=image_speed,
@@ -60,7 +66,7 @@ def _reflections(world: World, pair: IntArray, number: IntArray) -> PropagationP
     below = np.sum((plates.centre - image) * plates.normal, axis=-1)
     above = np.sum((sink - image) * plates.normal, axis=-1)
     meet = image + (below / above)[:, None] * (sink - image)
-    leaving = _mirrored(flight, plates.normal)
+    leaving = mirrored(flight, plates.normal)
     length = delay * SPEED_OF_LIGHT
     share = np.stack([below / above, 1 - below / above], axis=-1) * length[:, None]
     factor = plate_factor(plates, meet, leaving, share, world.wavenumber)
@@ -71,51 +77,33 @@ def _reflections(world: World, pair: IntArray, number: IntArray) -> PropagationP
         pair=pair,
         delay=delay,
         delay_rate=delay_rate,
-        transfer=amplitude[:, None, None] * _turn(world, plates, leaving, flight),
+        transfer=amplitude[:, None, None] * _reflection_matrix(world, plates, leaving, flight),
         departure=leaving,
         arrival=-flight,
         bounces=[(Bounce.REFLECTION, plates.actor, meet)],
-        delay_acceleration=passing(sink - image, speed[pair[:, 1]] - image_speed) / SPEED_OF_LIGHT,
+        delay_acceleration=range_acceleration(sink - image, speed[pair[:, 1]] - image_speed)
+        / SPEED_OF_LIGHT,
     )
-    # just before the plate, so that it does not hide itself
-    before = _onto(plates, meet) + 1e-6 * plates.normal
+    # just in front of the plate, so that the plate does not hide its own point
+    before = nearest_on_plates(plates, meet) + 1e-6 * plates.normal
     free = ~(blocked(world, source, before) | blocked(world, sink, before))
-    legs = [through(world, end[free], before[free]) for end in (source, sink)]
+    legs = [transmission_matrices(world, end[free], before[free]) for end in (source, sink)]
     paths = paths.select(free)
-    return replace(paths, transfer=with_legs(paths.transfer, *legs))
+    return replace(paths, transfer=with_leg_losses(paths.transfer, *legs))
 
 
-def _mirrored(vector: FloatArray, normal: FloatArray) -> FloatArray:
-    return np.asarray(vector - 2 * np.sum(vector * normal, axis=-1, keepdims=True) * normal)
-
-
-def _onto(plates: Plates, point: FloatArray) -> FloatArray:
-    """The points of plates nearest to points of their planes."""
-    gap = point - plates.centre
-    u = np.clip(np.sum(gap * plates.across, axis=-1), -plates.half_across, plates.half_across)
-    v = np.clip(np.sum(gap * plates.along, axis=-1), -plates.half_along, plates.half_along)
-    return np.asarray(plates.centre + u[:, None] * plates.across + v[:, None] * plates.along)
-
-
-def _turn(world: World, plates: Plates, leaving: FloatArray, flight: FloatArray) -> ComplexArray:
-    """Fresnel reflection between the polarisations of both ends, ``(path, 2, 2)``."""
+def _reflection_matrix(
+    world: World, plates: Plates, leaving: FloatArray, flight: FloatArray
+) -> ComplexArray:
+    """Reflection between the polarisations of both ends, ``(path, 2, 2)``."""
     cosine = -np.sum(leaving * plates.normal, axis=-1)
-    gamma = np.empty((2, len(cosine)), dtype=np.complex128)
-    for medium in np.unique(plates.medium):
-        mine = plates.medium == medium
-        gamma[:, mine] = reflection(
-            world.table[world.materials[medium]], cosine[mine], world.frequency
-        )
-    # at normal incidence any side will do, and Γs = −Γp makes all the same
-    side = np.cross(leaving, plates.normal)
-    size = np.linalg.norm(side, axis=-1, keepdims=True)
-    side = np.where(size > 1e-9, side / np.maximum(size, 1e-9), plates.across)
+    gamma, side = coefficients_of(world, plates, cosine), across_incidence(plates, leaving)
     before, after = np.cross(leaving, side), np.cross(flight, side)
-    sent, heard = polarisation_basis(leaving), polarisation_basis(-flight)
+    sent, received = polarisation_basis(leaving), polarisation_basis(-flight)
     total = np.zeros((len(cosine), 2, 2), dtype=np.complex128)
     for coefficient, into, out in ((gamma[0], side, side), (gamma[1], before, after)):
         total += coefficient[:, None, None] * np.einsum(
-            "pri,pi,ptj,pj->prt", heard, out, sent, into
+            "pri,pi,ptj,pj->prt", received, out, sent, into
         )
     return total
 
@@ -127,7 +115,7 @@ def plate_factor(
     legs: FloatArray,
     wavenumber: float,
 ) -> ComplexArray:
-    """F ``(path,)``: what a plate's size leaves of an endless mirror.
+    """Factor F by which a plate's size reduces the reflection of an endless mirror, ``(path,)``.
 
     Parameters
     ----------
@@ -143,7 +131,7 @@ def plate_factor(
         (plates.across, plates.half_across),
         (plates.along, plates.half_along),
     ):
-        # cosθ in the plane of incidence and 1 across it: 1 − (axis · direction)² in all
+        # cosθ in the plane of incidence, 1 across it: the root of 1 − (axis · direction)²
         squeeze = np.sqrt(1 - np.sum(axis * leaving, axis=-1) ** 2)
         middle = np.sum((plates.centre - meet) * axis, axis=-1)
         ends = []

@@ -1,4 +1,4 @@
-"""`Composite` — the default tracer: every mechanism answers for its own kind of path."""
+"""`Composite` — the default tracer, which joins the paths of all mechanisms."""
 
 from __future__ import annotations
 
@@ -19,9 +19,8 @@ from polychirp.channel.base import (
     without_weak,
 )
 from polychirp.channel.geometry.caster_names import CasterName
-from polychirp.channel.materials.library import material_table
+from polychirp.channel.materials.library import NamedMaterial, material_table
 from polychirp.errors import InputError
-from polychirp.model.material import Material
 from polychirp.model.paths import PropagationPaths
 from polychirp.model.scene import Scene
 from polychirp.spec import Spec
@@ -36,55 +35,51 @@ if TYPE_CHECKING:
     Mechanism = Callable[[World, IntArray], PropagationPaths]
 
 
-MOST_BOUNCES: Final = 8
-"""Of one path. Each takes as long as the one before, and adds less."""
+MAX_BOUNCES: Final = 8
+"""Greatest number of bounces that a study may ask for (chosen). Each bounce costs as much time as
+the one before it, and adds less power."""
 
 WIDEST_TUBE: Final = 0.02
-"""m: with it the echo of a street is right, with narrower ones that of its weakest pairs too."""
+"""m: width of ray tubes where they are not cut. It gives the right echo of a street; the weakest
+pairs of radars need narrower tubes."""
 
-LEAST_TUBE: Final = 5e-4
-"""m: below this a body of a few metres takes more tubes than anyone waits for."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class NamedMaterial(Material):
-    """A study's own material, or its own value of a known one."""
-
-    name: str
+NARROWEST_TUBE: Final = 5e-4
+"""m: least width that a study may ask for (chosen: below it, a body of a few metres needs too many
+tubes)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Composite(Spec):
-    """Every mechanism of the package, each where it is right.
+    """Every mechanism of the package, each for its own kind of path.
 
-    Line of sight, bent round what stands in the way; point scatterers; mirror images in road and
-    walls and in their corners; facets of vehicles, seen directly and in mirrors; bounces between
-    bodies; on request, rough planes and leaves with random phases. Surfaces block; thin sheets,
-    such as panes and bumpers, let part through.
+    The mechanisms are: line of sight, with diffraction at obstacles; point scatterers; mirror
+    images in road and walls and in their corners; facets of vehicles, seen directly and in mirrors;
+    bounces between bodies; and, on request, rough planes and leaves with random phases. Surfaces
+    block waves; thin sheets, such as panes and bumpers, let a part through.
 
-    A snapshot of one scene after another is cheap: meshes are prepared once, and kept.
+    Further snapshots of a scene are cheap, because its meshes are prepared only once.
 
     Parameters
     ----------
     frequency : Hz, at which amplitudes and materials are evaluated
     dynamic_range : ratio by which a path may be weaker than the strongest of its transmitter and
         receiver, as their antennas' elements see it
-    reflecting_planes : whether road and walls mirror; they block in any case
+    reflecting_planes : true if road and walls mirror; they block in any case
     max_bounces : surfaces that a path between bodies may meet; 1 leaves these paths out
-    narrowest_tube : m, to which the tubes that look for these paths are cut where it matters; 2 cm
-        cuts none. At 2.5 mm the power of weak pairs is right to 1 dB in the median, at 2.4 times
-        the cost
-    diffraction : whether direct paths bend round edges
-    transmission : whether thin sheets let waves through; otherwise they block
-    diffuse : whether rough planes and leaves scatter: hundreds of weak paths more for every radar,
-        most of them from the road within 5 m, which receivers take for that many objects
-    diffuse_range : like ``dynamic_range``, of a single such path
-    max_length : m, of the longest path that is followed; a few hundred save time in long streets
-    caster : what finds out whether single rays are blocked: "numba" is always there, "embree" needs
-        the extra of that name, "auto" takes Embree where it is installed. Both find the same, but
-        for rays past an edge within some micrometres
+    narrowest_tube : m, width to which the ray tubes that search these paths are cut where it
+        matters; 2 cm cuts none. At 2.5 mm the power of weak pairs is right to 1 dB in the median,
+        at 2.4 times the cost
+    diffraction : true if direct paths are diffracted at edges
+    transmission : true if thin sheets let waves through; otherwise they block
+    diffuse : true if rough planes and leaves scatter. Every radar then has hundreds of weak paths
+        more, most of them from the road within 5 m, which receivers take for as many objects
+    diffuse_range : like ``dynamic_range``, of a single diffuse path
+    max_length : m, of the longest path that is traced; a few hundred save time in long streets
+    caster : of the rays that test for obstacles. "numba" is always available, "embree" needs the
+        extra of that name, "auto" takes Embree if it is installed. Their results differ only for
+        rays that pass an edge within some micrometres
     seed : of the random places and phases of diffuse scattering
-    materials : added to the known ones, or in their place
+    materials : added to the known ones or instead of them
 
     Examples
     --------
@@ -115,24 +110,27 @@ class Composite(Spec):
 
     def __post_init__(self) -> None:
         if not self.frequency > 0:
-            raise InputError("a tracer needs a positive frequency")
+            raise InputError(f"frequency is {self.frequency:g} Hz; choose more than 0 Hz")
         if not min(self.dynamic_range, self.diffuse_range) >= 1:
-            raise InputError("a tracer's dynamic ranges must be at least 0 dB")
-        if not 1 <= self.max_bounces <= MOST_BOUNCES:
-            raise InputError(f"a tracer follows 1 to {MOST_BOUNCES} bounces")
-        if not LEAST_TUBE <= self.narrowest_tube <= WIDEST_TUBE:
             raise InputError(
-                f"a tracer's narrowest tubes are {LEAST_TUBE * 1e3:g} to {WIDEST_TUBE * 1e3:g} mm "
-                "wide"
+                f"dynamic_range and diffuse_range are ratios of {self.dynamic_range:g} and "
+                f"{self.diffuse_range:g}; choose 1 (0 dB) or more"
+            )
+        if not 1 <= self.max_bounces <= MAX_BOUNCES:
+            raise InputError(f"max_bounces is {self.max_bounces}; choose 1 to {MAX_BOUNCES}")
+        if not NARROWEST_TUBE <= self.narrowest_tube <= WIDEST_TUBE:
+            raise InputError(
+                f"narrowest_tube is {self.narrowest_tube * 1e3:g} mm; choose "
+                f"{NARROWEST_TUBE * 1e3:g} to {WIDEST_TUBE * 1e3:g} mm"
             )
         if not self.max_length > 0:
-            raise InputError("a tracer's longest path must be longer than 0 m")
+            raise InputError(f"max_length is {self.max_length:g} m; choose more than 0 m")
         if self.seed < 0:
-            raise InputError("a tracer's seed must be 0 or more")
+            raise InputError(f"seed is {self.seed}; choose 0 or more")
 
     @property
     def capabilities(self) -> frozenset[Capability]:
-        """Which mechanisms the tracer has."""
+        """Mechanisms that the tracer has."""
         found: set[Capability] = {"line-of-sight", "occlusion", "points", "facets"}
         switched: dict[Capability, bool] = {
             "planes": self.reflecting_planes,
@@ -144,7 +142,7 @@ class Composite(Spec):
         return frozenset(found.union(name for name, is_on in switched.items() if is_on))
 
     def prepare(self, scene: Scene) -> World:
-        """The scene made ready, as `trace` makes it; meshes met before are not prepared again.
+        """The prepared scene, as `trace` uses it; meshes already seen are not prepared again.
 
         Raises
         ------
@@ -165,10 +163,10 @@ class Composite(Spec):
         )
 
     def parts(self, world: World) -> tuple[Part, ...]:
-        """What the tracer traces, from the surest to the least: one entry for every mechanism.
+        """Parts of the scene's paths: one for every mechanism, strong mechanisms first.
 
-        Bodies have one each, so that what passes by closely can be renewed more often than the
-        rest. A new mechanism is one more part.
+        Facets and bounces have one part for each body, so that a body close by can be traced again
+        more often than the rest. A new mechanism is one more part.
         """
         parts = [*self._direct_parts(), *self._mirror_parts(), *self._body_parts(world)]
         if self.max_bounces > 1:
@@ -182,7 +180,7 @@ class Composite(Spec):
         return tuple(parts)
 
     def _clutter(self, name: str, mechanism: Mechanism) -> Part:
-        """A part of many weak paths, kept within ``diffuse_range`` of what their pairs have."""
+        """A part of many weak paths, limited to ``diffuse_range`` below their pair's strongest."""
 
         def trace(world: World, pairs: IntArray, strongest: FloatArray) -> PropagationPaths:
             found = mechanism(world, pairs)
@@ -260,5 +258,5 @@ class Composite(Spec):
 
 
 def _part(name: str, mechanism: Mechanism, whole: str = "") -> Part:
-    """A part that is traced whatever else there is."""
+    """A part that is traced regardless of the strongest path."""
     return Part(name, lambda world, pairs, _: mechanism(world, pairs), whole)

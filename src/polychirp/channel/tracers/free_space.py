@@ -1,4 +1,4 @@
-"""`FreeSpace` — line of sight and point scatterers in an empty world: the exact reference."""
+"""`FreeSpace` — the exact reference: line of sight and point scatterers in an empty world."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from polychirp.units import Hertz
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FreeSpace(Spec):
-    """A world without surfaces: radars see each other and every point scatterer.
+    """A world without surfaces, in which radars see each other and every point scatterer.
 
-    Friis and the radar equation, with delays that are exact for bodies in linear motion. Every
-    other tracer must agree with it where nothing is in the way.
+    Powers are those of Friis and of the radar equation; delays are exact for bodies in linear
+    motion. Every other tracer must agree with this one if there are no obstacles.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ class FreeSpace(Spec):
 
     @property
     def capabilities(self) -> frozenset[Capability]:
-        """Which mechanisms the tracer has."""
+        """Mechanisms that the tracer has."""
         return frozenset({"line-of-sight", "points"})
 
     def trace(self, scene: Scene) -> PropagationPaths:

@@ -1,15 +1,16 @@
 r"""`SionnaRt` — NVIDIA's Sionna RT as a tracer: an independent check of mirrors and Doppler.
 
-Sionna writes a path's field as :math:`a\,e^{-j2\pi f\tau}` (e^{+jωt}), without the phase of the
-journey in a, and receives with :math:`\hat\theta, \hat\varphi` of outward directions. So
+Sionna writes a path's field as :math:`a\,e^{-j2\pi f\tau}` (with e^{+jωt}), so a does not contain
+the phase of the delay, and it receives with :math:`\hat\theta, \hat\varphi` of outward directions.
+With S the change of basis, our matrix A and our rate of the delay are
 
 .. math:: A = S\,a\,S,\quad S = \begin{bmatrix}-1 & 0\\ 0 & 1\end{bmatrix},
     \qquad \dot\tau = -f_\Delta/f
 
 because :math:`V = -\hat\theta` and :math:`H = \hat\varphi`.
 
-Nothing of Sionna is imported before a scene is traced, and then only after a look at the LLVM
-library that it would compile with: versions 15 and 16 end the process without a message.
+Sionna is imported only when a scene is traced, and only after a test of the LLVM library that it
+would compile with: versions 15 and 16 abort the process without a message.
 """
 
 from __future__ import annotations
@@ -29,8 +30,7 @@ import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import Capability, no_paths, without_weak
-from polychirp.channel.materials.library import check_materials, material_table
-from polychirp.channel.tracers.composite import NamedMaterial
+from polychirp.channel.materials.library import NamedMaterial, check_materials, material_table
 from polychirp.constants import SPEED_OF_LIGHT, VACUUM_PERMITTIVITY
 from polychirp.errors import CapabilityError, InputError, ModelWarning
 from polychirp.model.material import Material
@@ -40,33 +40,35 @@ from polychirp.spec import Spec
 from polychirp.units import Hertz, Ratio, from_db
 
 OLDEST_LLVM: Final = 17
-"""Dr.Jit refuses LLVM 14; what it compiles with 15 and 16 aborts ("cannot select fmaximum")."""
+"""Oldest major version of LLVM that works. Dr.Jit refuses 14; code compiled with 15 and 16 aborts
+("cannot select fmaximum")."""
 
 OLDEST_SIONNA: Final = 2
+"""Oldest major version of Sionna RT that works."""
 
-CONDUCTOR: Final = 1e12
-"""S/m that stand for a perfect conductor: |1 + Γs| is 4e-6 at 79 GHz."""
+CONDUCTOR_CONDUCTIVITY: Final = 1e12
+"""S/m that represent a perfect conductor: |1 + Γs| is 4e-6 at 79 GHz."""
 
-FOIL: Final = 1e-3
-"""m of a slab of that conductor: in a thicker one, single precision makes Γ no number."""
+CONDUCTOR_THICKNESS: Final = 1e-3
+"""m of a slab of that conductor. In a thicker one, Γ is not a number in single precision."""
 
-DEPTH: Final = 10.0
-"""m of a slab that stands for a half-space: Sionna knows slabs only."""
+HALF_SPACE_THICKNESS: Final = 10.0
+"""m of a slab that represents a half-space, because Sionna has only slabs."""
 
-LEAST_LOSS: Final = 2e-3
-"""ε″/ε′ of such a slab at least, so that nothing returns from its far side.
+MIN_LOSS_TANGENT: Final = 2e-3
+"""Least ε″/ε′ of such a slab, so that no wave returns from its far side.
 
-It turns Γ by less than 2e-3 rad. Less would not do: single precision loses the imaginary part
-of √ε, and with it the slab's loss."""
+It changes the phase of Γ by less than 2e-3 rad. A smaller value does not work: single precision
+loses the imaginary part of √ε, and with it the slab's loss."""
 
 _INSTALL = 'pip install "polychirp[sionna]"'
 _ADVICE = f"install one with {_INSTALL}, or name another in DRJIT_LIBLLVM_PATH"
 
 
 def llvm_version(library: str) -> int | None:
-    """Major version of an LLVM library: by its name, else by asking it; None if it cannot say.
+    """Major version of an LLVM library by its name, else by a call to it; None if it is unknown.
 
-    The question (LLVMGetVersion) came with LLVM 16, so a library without an answer is older.
+    The call (LLVMGetVersion) exists since LLVM 16, so a library without it is older.
 
     >>> [llvm_version(name) for name in ("libLLVM-15.so.1", "lib/libLLVM.so.23.1")]
     [15, 23]
@@ -92,8 +94,8 @@ def usable_llvm(
 ) -> str:
     """The LLVM library that Sionna shall compile with.
 
-    What a person chose is taken or refused, but never passed over; then comes a package's, then
-    the newest of the system.
+    If the user has chosen one, it is taken or refused. Otherwise a Python package's library is
+    preferred to the newest of the system.
 
     Parameters
     ----------
@@ -139,7 +141,7 @@ def _called(version: int | None) -> str:
 
 
 def llvm_for_sionna() -> str:
-    """Path of the LLVM library that Sionna RT will use here, nothing of it being imported.
+    """Path of the LLVM library that Sionna RT will use here; nothing of it is imported.
 
     Raises
     ------
@@ -180,7 +182,7 @@ def _packaged_libraries() -> list[str]:
 
 
 def _installed_libraries() -> list[str]:
-    """LLVM libraries where Dr.Jit would look for them."""
+    """LLVM libraries in the folders that Dr.Jit searches."""
     places = ("/usr/lib/x86_64-linux-gnu", "/usr/lib/aarch64-linux-gnu", "/usr/lib/wsl/lib")
     return [str(path) for place in places for path in sorted(Path(place).glob("libLLVM*.so.*"))]
 
@@ -189,21 +191,22 @@ def _installed_libraries() -> list[str]:
 class SionnaRt(Spec):
     """Sionna RT 2: line of sight, mirrors, and transmission through sheets, on the processor.
 
-    An independent check of line of sight, roads, walls, Fresnel coefficients and Doppler, not a
-    tracer for studies: it mirrors waves in the flat triangles of bodies, whose echoes are wrong by
-    5 to 30 dB. Further limits:
+    This is an independent check of line of sight, roads, walls, Fresnel coefficients and Doppler,
+    not a tracer for studies: it mirrors waves in the flat triangles of bodies, whose echoes are
+    wrong by 5 to 30 dB. Further limits:
 
     - All surfaces are sheets that reflect and transmit on both sides; half-spaces are slabs of
-      `DEPTH`. A plate is an endless mirror that ends at its edge (no Fresnel integral).
-    - Positions are of the instant of reception, without what moves while the wave is on its way,
-      and rounded to single precision around the middle of the radars. Points of bounces are right
-      to about 0.5 mm along the surface, which lengths do not notice, and Doppler to 5 mHz.
-    - A radar's own cover blocks or weakens what passes it; legs below 1 cm are dropped.
-    - Point scatterers are refused. Clouds such as foliage are left out. Diffuse reflection is
-      left out: Sionna gives it a phase that is no random one, so that it adds up coherently.
+      `HALF_SPACE_THICKNESS`. A plate reflects as an infinite mirror up to its edge (no Fresnel
+      integral).
+    - Positions are those at the instant of reception, without motion during the flight, and
+      rounded to single precision around the middle of the radars. Bounce points are right to about
+      0.5 mm along the surface, which hardly changes lengths, and Doppler to 5 mHz.
+    - A radar's own cover blocks or weakens waves that pass it; legs below 1 cm are dropped.
+    - Point scatterers are refused. Clouds such as foliage are left out. Diffuse reflection is left
+      out, because Sionna gives it a phase that is not random, so that it adds up coherently.
     - Roughness, which Sionna does not have, is applied here: `fresnel.roughness_factor`.
 
-    `trace` sets DRJIT_LIBLLVM_PATH, unless it is set.
+    `trace` sets the environment variable DRJIT_LIBLLVM_PATH, unless it is set.
 
     Parameters
     ----------
@@ -213,9 +216,9 @@ class SionnaRt(Spec):
     max_depth : number of bounces, transmissions included
     num_samples : rays that every radar sends to find bounces; a mirror that fills a share p of
         its sphere is missed with probability (1 − p)^num_samples
-    diffraction : whether edges and wedges diffract, once in a path
+    diffraction : true if edges and wedges diffract, once in a path
     seed : of the rays' random choices
-    materials : added to the known ones, or in their place
+    materials : added to the known ones or instead of them
 
     Examples
     --------
@@ -234,17 +237,21 @@ class SionnaRt(Spec):
 
     def __post_init__(self) -> None:
         if not self.frequency > 0:
-            raise InputError("a tracer needs a positive frequency")
+            raise InputError(f"frequency is {self.frequency:g} Hz; choose more than 0 Hz")
         if not self.dynamic_range >= 1:
-            raise InputError("a tracer's dynamic range must be at least 0 dB")
+            raise InputError(
+                f"dynamic_range is a ratio of {self.dynamic_range:g}; choose 1 (0 dB) or more"
+            )
         if self.max_depth < 0 or self.seed < 0:
-            raise InputError("the tracer 'sionna' needs a max_depth and a seed of 0 or more")
+            raise InputError(
+                f"max_depth is {self.max_depth} and seed is {self.seed}; choose 0 or more"
+            )
         if self.num_samples < 1:
-            raise InputError("the tracer 'sionna' needs at least one sample")
+            raise InputError(f"num_samples is {self.num_samples}; choose 1 or more")
 
     @property
     def capabilities(self) -> frozenset[Capability]:
-        """Which mechanisms the tracer has; its echoes of bodies are none."""
+        """Mechanisms that the tracer has; its echoes of bodies do not count."""
         found: set[Capability] = {"line-of-sight", "occlusion", "planes", "transmission"}
         if self.diffraction:
             found.add("diffraction")
@@ -282,7 +289,7 @@ class SionnaRt(Spec):
             origin=origin,
             diffraction=self.diffraction,
         )
-        found = rt.PathSolver(deterministic=True)(
+        solved = rt.PathSolver(deterministic=True)(
             there,
             max_depth=self.max_depth,
             samples_per_src=self.num_samples,
@@ -290,8 +297,8 @@ class SionnaRt(Spec):
             edge_diffraction=self.diffraction,
             seed=self.seed,
         )
-        journeys = _journeys(found, shapes, origin)
-        paths = _table(scene, self.frequency, journeys, parts, table)
+        found = _found_paths(solved, shapes, origin)
+        paths = _table(scene, self.frequency, found, parts, table)
         return without_weak(paths, scene, self.dynamic_range)
 
 
@@ -309,7 +316,7 @@ def _sionna() -> Any:
 
 
 class _Part(NamedTuple):
-    """All of an actor that is of one material: m in the world, ``(face, corner, xyz)``."""
+    """All faces of an actor that are of one material: m in the world, ``(face, corner, xyz)``."""
 
     actor: int
     material: str
@@ -317,7 +324,7 @@ class _Part(NamedTuple):
 
 
 def _parts(scene: Scene, table: Mapping[str, Material], frequency: float) -> list[_Part]:
-    """What there is in the scene, one part for every actor and material."""
+    """Faces of the scene, in one part for every actor and material."""
     faces: dict[tuple[int, str], list[FloatArray]] = {}
     for index, actor in enumerate(scene.actors):
         for number, name in enumerate(actor.mesh.materials):
@@ -334,7 +341,7 @@ def _parts(scene: Scene, table: Mapping[str, Material], frequency: float) -> lis
 
 
 def _check(scene: Scene, solid: Sequence[_Part], clouds: Sequence[_Part]) -> None:
-    """Refuse what Sionna cannot do, and warn of what it does badly or not at all."""
+    """Refuse scenes that Sionna cannot trace; warn of those that it traces badly or in part."""
     if any(actor.points for actor in scene.actors):
         raise CapabilityError(
             "the tracer 'sionna' has no point scatterers; use the tracer 'composite'"
@@ -406,12 +413,12 @@ def _sionna_scene(
 def _radio_material(rt: Any, name: str, material: Material, frequency: float) -> Any:
     """Sionna's slab of our material."""
     permittivity, conductivity = material.relative_permittivity, material.conductivity
-    thickness = material.thickness or DEPTH
+    thickness = material.thickness or HALF_SPACE_THICKNESS
     if material.is_conductor:
-        conductivity, thickness = CONDUCTOR, FOIL
+        conductivity, thickness = CONDUCTOR_CONDUCTIVITY, CONDUCTOR_THICKNESS
     elif not material.thickness:
         one = 2 * np.pi * frequency * VACUUM_PERMITTIVITY  # S/m for ε″ = 1
-        conductivity = max(conductivity, LEAST_LOSS * permittivity * one)
+        conductivity = max(conductivity, MIN_LOSS_TANGENT * permittivity * one)
     return rt.RadioMaterial(
         name=name,
         thickness=thickness,
@@ -420,8 +427,8 @@ def _radio_material(rt: Any, name: str, material: Material, frequency: float) ->
     )
 
 
-class _Journeys(NamedTuple):
-    """Paths as Sionna found them, in NumPy and in the world.
+class _SionnaPaths(NamedTuple):
+    """Paths as Sionna found them, as NumPy arrays and in the world.
 
     ``pair`` ``(path, 2)`` transmitter and receiver; ``response`` ``(path, 2, 2)`` receiving and
     transmitting (θ, φ); ``shift`` Hz ``(path,)``; ``kind`` ``(path, bounce)`` Sionna's, 0 after
@@ -436,84 +443,87 @@ class _Journeys(NamedTuple):
     point: FloatArray
 
 
-def _journeys(found: Any, shapes: Mapping[int, int], origin: FloatArray) -> _Journeys:
-    receiver, transmitter, path = np.nonzero(found.valid.numpy())
-    real, imaginary = (np.asarray(x.numpy(), dtype=np.float64) for x in found.a)
-    kind = np.moveaxis(found.interactions.numpy().astype(np.int64), 0, -1)
-    shape = np.moveaxis(found.objects.numpy().astype(np.int64), 0, -1)
-    point = np.moveaxis(found.vertices.numpy().astype(np.float64), 0, -2)
+def _found_paths(solved: Any, shapes: Mapping[int, int], origin: FloatArray) -> _SionnaPaths:
+    receiver, transmitter, path = np.nonzero(solved.valid.numpy())
+    real, imaginary = (np.asarray(x.numpy(), dtype=np.float64) for x in solved.a)
+    kind = np.moveaxis(solved.interactions.numpy().astype(np.int64), 0, -1)
+    shape = np.moveaxis(solved.objects.numpy().astype(np.int64), 0, -1)
+    point = np.moveaxis(solved.vertices.numpy().astype(np.float64), 0, -2)
     chosen = (receiver, transmitter, path)
     part = np.zeros(kind[chosen].shape, dtype=np.int64)
     for number, index in shapes.items():
         part[shape[chosen] == number] = index
-    return _Journeys(
+    return _SionnaPaths(
         pair=np.stack([transmitter, receiver], axis=-1),
         response=(real + 1j * imaginary)[receiver, :, transmitter, :, path],
-        shift=found.doppler.numpy().astype(np.float64)[chosen],
+        shift=solved.doppler.numpy().astype(np.float64)[chosen],
         kind=kind[chosen],
         part=part,
         point=point[chosen] + origin,
     )
 
 
-_KINDS: Final = {1: Bounce.REFLECTION, 4: Bounce.TRANSMISSION, 8: Bounce.DIFFRACTION}
-"""Ours, of sionna.rt.constants.InteractionType."""
+_BOUNCE_KINDS: Final = {1: Bounce.REFLECTION, 4: Bounce.TRANSMISSION, 8: Bounce.DIFFRACTION}
+"""Our kinds of bounces, by the values of sionna.rt.constants.InteractionType."""
 
 
 def _table(
     scene: Scene,
     frequency: float,
-    journeys: _Journeys,
+    found: _SionnaPaths,
     parts: Sequence[_Part],
     table: Mapping[str, Material],
 ) -> PropagationPaths:
-    """Our table of Sionna's paths.
+    """Table of Sionna's paths in our conventions.
 
     Lengths are summed in double precision over the points where the paths bounce: Sionna's own
     delays are of single precision, which is some 0.02 rad of phase at 100 m.
     """
-    num_paths = len(journeys.pair)
-    is_bounce = journeys.kind != 0
+    num_paths = len(found.pair)
+    is_bounce = found.kind != 0
     counts = np.count_nonzero(is_bounce, axis=1)
-    ends = [scene.radar_position[journeys.pair[:, end]] for end in (0, 1)]
+    ends = [scene.radar_position[found.pair[:, end]] for end in (0, 1)]
     length, kept = np.zeros(num_paths), np.ones(num_paths)
     departure, arrival = np.zeros((num_paths, 3)), np.zeros((num_paths, 3))
     rough = np.array([table[part.material].roughness for part in parts] or [0.0])
     for count in np.unique(counts):
         mine = counts == count
-        stops = [ends[0][mine, None], journeys.point[mine, :count], ends[1][mine, None]]
+        stops = [ends[0][mine, None], found.point[mine, :count], ends[1][mine, None]]
         legs = np.diff(np.concatenate(stops, axis=1), axis=1)
         sizes = np.linalg.norm(legs, axis=-1)
         ways = legs / sizes[..., None]
         length[mine] = sizes.sum(axis=1)
         departure[mine], arrival[mine] = ways[:, 0], -ways[:, -1]
         if count:
-            mirrored = journeys.kind[mine, :count] == 1
-            heights = rough[journeys.part[mine, :count]] * mirrored
-            kept[mine] = _smoothness(heights, ways, frequency)
+            mirrored = found.kind[mine, :count] == 1
+            heights = rough[found.part[mine, :count]] * mirrored
+            kept[mine] = _roughness_factor(heights, ways, frequency)
     sign = np.array([-1.0, 1.0])  # V = −θ, H = φ
-    turned = journeys.response * sign[:, None] * sign
-    kinds = np.zeros(max(_KINDS) + 1, dtype=np.int64)
-    kinds[list(_KINDS)] = list(_KINDS.values())
+    turned = found.response * sign[:, None] * sign
+    kinds = np.zeros(max(_BOUNCE_KINDS) + 1, dtype=np.int64)
+    kinds[list(_BOUNCE_KINDS)] = list(_BOUNCE_KINDS.values())
     return PropagationPaths(
         reference_time=scene.time,
         frequency=frequency,
-        transmitter=journeys.pair[:, 0],
-        receiver=journeys.pair[:, 1],
+        transmitter=found.pair[:, 0],
+        receiver=found.pair[:, 1],
         delay=length / SPEED_OF_LIGHT,
-        delay_rate=-journeys.shift / frequency,
+        delay_rate=-found.shift / frequency,
         transfer=turned * kept[:, None, None],
         departure=departure,
         arrival=arrival,
         bounce_start=np.concatenate([[0], np.cumsum(counts)]),
-        bounce_actor=np.array([part.actor for part in parts] or [0])[journeys.part[is_bounce]],
-        bounce_kind=kinds[journeys.kind[is_bounce]],
-        bounce_point=journeys.point[is_bounce],
+        bounce_actor=np.array([part.actor for part in parts] or [0])[found.part[is_bounce]],
+        bounce_kind=kinds[found.kind[is_bounce]],
+        bounce_point=found.point[is_bounce],
     )
 
 
-def _smoothness(heights: FloatArray, ways: FloatArray, frequency: float) -> FloatArray:
-    """What roughness (rms m, ``(path, bounce)``) leaves of paths along ``(path, leg, xyz)``."""
+def _roughness_factor(heights: FloatArray, ways: FloatArray, frequency: float) -> FloatArray:
+    """Amplitude factor ``(path,)`` of roughness (rms m, ``(path, bounce)``).
+
+    ``ways`` ``(path, leg, xyz)`` are the directions of the legs.
+    """
     from polychirp.channel.materials.fresnel import roughness_factor
 
     # a mirror turns a way by twice cosθ along its normal

@@ -1,4 +1,4 @@
-"""The receiver of the paper, as its section VII describes it: for comparison only."""
+"""The paper's receiver as its section VII describes it, for comparison only."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from polychirp.units import Metres, MetresPerSecond
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PaperReceiver(Spec):
-    """Range profiles averaged over sweeps, the mean as threshold (eq. 12), up and down paired.
+    """Range profiles averaged over sweeps, the mean as threshold (eq. 12), peaks paired.
 
-    Every weakness of the description is kept: profiles of different slopes are averaged without
-    regard to speed, so a moving target smears under diversity (errata 10); the threshold has no
-    false-alarm rate (errata 4); an up- and a down-peak of like strength are a pair.
+    The weaknesses of the description are kept: profiles of different slopes are averaged without
+    correction of speed, so that a moving target is smeared with diverse slopes (errata 10); the
+    threshold has no false-alarm probability (errata 4); up- and down-peaks are paired by strength.
 
     Parameters
     ----------
@@ -50,7 +50,8 @@ class PaperReceiver(Spec):
     def detect(self, frame: IfFrame) -> Detections:
         """Pairs of peaks above the mean, strongest first; range at the first ramp's start.
 
-        The averaged profile shows the range in the middle of the frame: it is led back.
+        The averaged profile shows the range in the middle of the frame, from which the range at
+        the start follows with the range rate.
         """
         ranges = np.arange(
             self.least_range,
@@ -64,7 +65,7 @@ class PaperReceiver(Spec):
         strongest = [profile.max(axis=0) for profile in profiles]
         up, down = (peaks_above(line, mean_threshold(line)) for line in strongest)
         pairs = self._pairs(frame, ranges, up, down, strongest)
-        return self._claims(frame, ranges, pairs, strongest, spectra[:, rising])
+        return self._detections(frame, ranges, pairs, strongest, spectra[:, rising])
 
     def _beams(self, frame: IfFrame) -> ComplexArray:
         return steering(
@@ -81,7 +82,7 @@ class PaperReceiver(Spec):
         down: IntArray,
         lines: list[FloatArray],
     ) -> list[tuple[int, int]]:
-        """Peaks of like strength whose difference is a speed that can be."""
+        """Pairs of peaks of similar strength whose difference is a possible speed."""
         reach = self.greatest_speed * _coupling(frame)
         left, pairs = list(down), []
         for u in sorted(up, key=lambda n: -lines[0][n]):
@@ -92,7 +93,7 @@ class PaperReceiver(Spec):
                 pairs.append((int(u), int(best)))
         return pairs
 
-    def _claims(
+    def _detections(
         self,
         frame: IfFrame,
         ranges: FloatArray,
@@ -131,9 +132,9 @@ def range_spectra(frame: IfFrame, ranges: FloatArray) -> ComplexArray:
 
     .. math:: X_k(R) = \frac{1}{\sum w}\sum_n w_n y_{kn} e^{-j2\pi (2 b_k R/c) n/f_s}
 
-    One common range axis whatever the slopes, read from transforms padded to an eighth of a
-    resolution cell. Speed is not looked at, so an echo that recedes at v stands
-    :math:`v f/b_k` too far on an up- and too near on a down-ramp.
+    All slopes have one common range axis, read from transforms padded to an eighth of a resolution
+    cell. Speed is not corrected: the echo of a target that recedes at v appears :math:`v f/b_k` too
+    far on an up-ramp, and too near on a down-ramp.
     """
     weight = hann_weights(frame.times.is_sample)
     size = 4 * spectrum_size(frame.times)
@@ -152,6 +153,6 @@ def peaks_above(line: FloatArray, threshold: float) -> IntArray:
 
 
 def _coupling(frame: IfFrame) -> float:
-    """By how many metres of apparent range one m/s shifts a ramp: f/b."""
+    """Shift of the apparent range per range rate, f/b: m per m/s."""
     slope = float(np.mean(np.abs(frame.schedule.slope)))
     return float(np.mean(frame.schedule.centre_frequency)) / slope

@@ -1,19 +1,19 @@
-r"""Range and range rate from equal ramps: two Fourier transforms, time division taken into account.
+r"""Range and range rate from equal ramps by two Fourier transforms, also with time division.
 
-With :math:`y = s_{tx}\overline{s_{rx}}` and a target at :math:`R + vt`, sample by sample of an
-up-ramp of slope b that starts at frequency f, the phase is
-:math:`2\pi (f + b t')\,\tau` with :math:`\tau = 2(R + vt)/c`. With :math:`f_m` the frequency in
-the middle of the sampling window, it turns at
+With :math:`y = s_{tx}\overline{s_{rx}}` and a target at :math:`R + vt`, the phase of the samples of
+an up-ramp of slope b that starts at frequency f is :math:`2\pi (f + b t')\,\tau` with
+:math:`\tau = 2(R + vt)/c`. With :math:`f_m` the frequency in the middle of the sampling window, its
+frequencies are
 
 .. math:: f_b = \frac{2bR}{c} + \frac{2 f_m v}{c} \quad\text{along a ramp,}\qquad
           f_d = \frac{2 f_m v}{c} \quad\text{from ramp to ramp,}
 
-so a target that recedes is at a positive frequency on both axes. The maps carry
-:math:`c f_b/2b` as their range; detections take the second term out.
+so a target that recedes is at a positive frequency on both axes. The range axis of the maps is
+:math:`c f_b/2b`; the range of detections is without the second term.
 
-Transmitters that take turns, ramp by ramp, form a virtual array. Transmitter p speaks p ramps
-later than the first one, so its channels are ahead by :math:`2\pi f_d\,pT`; that is taken back
-before bearings are measured. A target faster than the span of the map is folded into it, and its
+Transmitters that take turns, ramp by ramp, form a virtual array. Transmitter p sends p ramps later
+than the first one, so that its channels are ahead by :math:`2\pi f_d\,pT`; that is removed before
+azimuths are measured. The range rate of a target beyond the span of the map is ambiguous, and its
 phase between transmitters is then wrong as well.
 """
 
@@ -44,12 +44,12 @@ class SawtoothReceiver(Spec):
 
     Parameters
     ----------
-    highest_beat : Hz, edge of the band that the converter's filter lets through
-    num_transmitters : that take turns, ramp by ramp; their elements continue the receiving array,
-        each a whole receiving array to the left of the former one
+    highest_beat : Hz, edge of the pass band of the converter's filter
+    num_transmitters : transmitters that take turns, ramp by ramp; each is a whole receiving array
+        to the left of the former one, so that their virtual elements continue the receiving array
     false_alarm_probability : per cell of the map, on white noise
     window : training cells of the CFAR, over (range rate, range); smaller on a small map
-    quantile : of the training cells that is taken for the floor
+    quantile : of the training cells, which is the floor
 
     Examples
     --------
@@ -100,7 +100,7 @@ class SawtoothReceiver(Spec):
         return self.detect_in(self.spectra(frame), frame)
 
     def detect_in(self, spectra: RangeRateSpectra, frame: IfFrame) -> Detections:
-        """Detections from spectra that are already there."""
+        """Detections from `spectra` of the frame."""
         map_ = spectra.mean_power
         found = ordered_statistic(
             map_.power,
@@ -174,14 +174,14 @@ def range_profiles(frame: IfFrame, *, highest_beat: float) -> RangeProfiles:
 def range_rate_spectra(
     profiles: RangeProfiles, frame: IfFrame, *, num_transmitters: int = 1
 ) -> RangeRateSpectra:
-    """Tapered transform over the ramps of every transmitter, brought to one common time.
+    """Tapered transform over the ramps of every transmitter, with phases at one common time.
 
     Raises
     ------
     CapabilityError
         The ramps do not follow each other at equal intervals.
     InputError
-        They cannot be shared out evenly among the transmitters.
+        The number of ramps is no multiple of the number of transmitters.
     """
     channels, ramps, ranges = profiles.amplitude.shape
     if ramps % num_transmitters or ramps < 2 * num_transmitters:
@@ -209,7 +209,7 @@ def range_rate_spectra(
 
 
 def is_local_maximum(power: FloatArray) -> BoolArray:
-    """``(range_rate, range)``: cells above all eight neighbours; range rate goes round.
+    """Mask of the cells above all eight neighbours, ``(range_rate, range)``; rates are circular.
 
     >>> is_local_maximum(np.array([[0.0, 1.0], [0.0, 3.0], [2.0, 0.0]])).astype(int)
     array([[0, 0], [0, 1], [0, 0]])
@@ -232,8 +232,8 @@ def interpolated_peaks(
 
     The vertex of a parabola through the logarithms a, b, c of three cells along each axis, at
     :math:`\delta = \tfrac12 (a - c)/(a - 2b + c)` cells and :math:`-\tfrac14 (a - c)\delta` above
-    the middle one; under this taper it is off by less than 1 % of a cell and 0.16 dB. At the edge
-    of the range axis a peak stays at its cell.
+    the middle one; with this taper the error is less than 1 % of a cell and 0.16 dB. At the edge of
+    the range axis a peak stays at its cell.
     """
     level = np.log(np.maximum(map_.power, 1e-300))
     rows, columns = level.shape
@@ -262,7 +262,7 @@ def _vertex(
     return offset, -0.25 * (before - after) * offset
 
 
-# ── what the ramps must be ────────────────────────────────────────────────────
+# ── conditions on the ramps ───────────────────────────────────────────────────
 
 
 def _middle_frequency(frame: IfFrame) -> float:

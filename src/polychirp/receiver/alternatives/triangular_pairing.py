@@ -18,11 +18,11 @@ def range_and_rate(
     .. math:: R = \frac{c}{2b}\,\frac{f_{bu} + f_{bd}}{2}, \qquad
               \dot R = \frac{c}{2 f_0}\,\frac{f_{bu} - f_{bd}}{2}
 
-    Differs from the paper twice. Its eq. 9 has cT/4B, right only if T spans both ramps: b is
-    the slope of one ramp. Its eq. 10 (closing speed, so with the other sign) has λ of the
-    nominal carrier; because the target moves between the ramps, exact is the frequency that
-    both ramps of the triangle have at their *outer* ends: the lowest for up-then-down, the
-    highest for down-then-up. R refers to the apex of the triangle. Derivation: docs, errata 2, 3.
+    This differs from the paper twice. Its eq. 9 has cT/4B, which is right only if T spans both
+    ramps; b is the slope of one ramp. Its eq. 10 (closing speed, so with the other sign) has λ of
+    the nominal carrier. Because the target moves between the ramps, the exact frequency is that at
+    the *outer* ends of both ramps: the lowest for up-then-down, the highest for down-then-up. R
+    refers to the apex of the triangle. Derivation: docs, errata 2, 3.
 
     Parameters
     ----------

@@ -10,9 +10,9 @@ from polychirp.model.antenna import AntennaArray
 
 
 def orthogonal_sines(num_channels: int) -> FloatArray:
-    """Sines of the beams that split half-wave arrays into orthogonal directions, ``(beam,)``.
+    """Sines of orthogonal beams of a half-wave array, ``(beam,)``.
 
-    Symmetric about boresight, as many as channels. Noise is independent between such beams.
+    They are symmetric about boresight, and as many as channels. Noise is independent between them.
 
     >>> orthogonal_sines(4)
     array([-0.75, -0.25,  0.25,  0.75])
@@ -21,12 +21,12 @@ def orthogonal_sines(num_channels: int) -> FloatArray:
 
 
 def steering(array: AntennaArray, *, frequency: float, sine: FloatArray) -> ComplexArray:
-    r"""Weights ``(beam, channel)`` that add up a wave from azimuth asin(``sine``).
+    r"""Weights ``(beam, channel)`` that add up a wave from azimuth asin(``sine``) in phase.
 
-    An element at y hears a wave from the left earlier by :math:`y\sin\theta/c`; in
-    :math:`y = s_{tx}\overline{s_{rx}}` its beat therefore carries the phase
-    :math:`-2\pi f\,y\sin\theta/c`, which the weight takes back. Each row has unit norm, so that
-    the noise power of a beam is that of a channel.
+    An element at y receives a wave from the left earlier by :math:`y\sin\theta/c`. In
+    :math:`s_{tx}\overline{s_{rx}}` its beat therefore has the phase
+    :math:`-2\pi f\,y\sin\theta/c`, which the weight removes. Each row has unit norm, so that the
+    noise power of a beam is that of a channel.
     """
     along = array.position[:, 1]
     cycles = frequency / SPEED_OF_LIGHT * np.outer(sine, along)
@@ -36,7 +36,8 @@ def steering(array: AntennaArray, *, frequency: float, sine: FloatArray) -> Comp
 def beamform(samples: ComplexArray, weights: ComplexArray) -> ComplexArray:
     """Beams ``(beam, ramp, fast)`` of channels ``(channel, ramp, fast)``.
 
-    Added up channel by channel: a matrix product rounds differently with every number of threads.
+    The sum runs channel by channel, as the rounding of a matrix product depends on the number of
+    threads.
     """
     beams = weights[:, 0, None, None] * samples[0]
     for channel in range(1, samples.shape[0]):

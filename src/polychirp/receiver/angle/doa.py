@@ -1,8 +1,8 @@
-r"""Bearings from the phases along a uniform linear array: root-MUSIC and the beamformers.
+r"""Azimuths from the phases along a uniform linear array: root-MUSIC and the beamformers.
 
-**Sign.** Element m stands at :math:`y_m`, growing to the left. A wave from azimuth :math:`\theta`
-(positive left) reaches an element further left earlier, by :math:`y_m\sin\theta/c`; what it
-receives is :math:`s_{rx,m}(t) = s(t - \tau + y_m\sin\theta/c)`, whose phase is *ahead* by
+**Sign.** Element m is at :math:`y_m`, which grows to the left. A wave from azimuth :math:`\theta`
+(positive left) reaches an element further left earlier, by :math:`y_m\sin\theta/c`. The element
+receives :math:`s_{rx,m}(t) = s(t - \tau + y_m\sin\theta/c)`, whose phase is *ahead* by
 :math:`2\pi y_m \sin\theta/\lambda`. The mixer conjugates it, :math:`y = s_{tx}\overline{s_{rx}}`,
 so the beat's phase **falls** from channel to channel for an arrival from the left:
 
@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from polychirp.axes import ComplexArray, FloatArray, IntArray
+from polychirp.axes import ComplexArray, FloatArray
 from polychirp.errors import InputError
 
 
@@ -25,14 +25,15 @@ def covariance(snapshots: ComplexArray, *, subarray: int | None = None) -> Compl
     .. math:: R = \tfrac12\left(\hat R + J \hat R^* J\right), \qquad
               \hat R = \frac1{LS}\sum_{l,s} x_{l,s} x_{l,s}^H
 
-    over snapshots l and, where ``subarray`` is given, over the shifted subarrays s (Pillai and
-    Kwon 1989). Several coherent sources, as in a single snapshot, need subarrays: each must
-    keep more elements than there are sources, and twice their number at least as many averages.
+    over snapshots l and, if ``subarray`` is given, over the shifted subarrays s (Pillai and Kwon
+    1989). Several coherent sources, as in a single snapshot, need subarrays: each must have more
+    elements than there are sources, and twice the number of averages must be at least that of
+    sources.
 
     Parameters
     ----------
     snapshots : ``(detection, channel, snapshot)``
-    subarray : elements of a subarray; all channels where it is not given
+    subarray : number of elements of a subarray; by default all channels
     """
     snapshots = np.asarray(snapshots, dtype=np.complex128)
     if snapshots.ndim != 3:
@@ -52,7 +53,7 @@ def covariance(snapshots: ComplexArray, *, subarray: int | None = None) -> Compl
 
 
 def root_music(snapshots: ComplexArray, *, spacing: float) -> FloatArray:
-    """Sine of the azimuth of the one source in every detection, ``(detection,)``.
+    """Sine of the azimuth of the single source in every detection, ``(detection,)``.
 
     Parameters
     ----------
@@ -62,7 +63,7 @@ def root_music(snapshots: ComplexArray, *, spacing: float) -> FloatArray:
     Raises
     ------
     InputError
-        A wrong number of axes, or an array of one element.
+        The number of axes is wrong, or the array has one element.
 
     Examples
     --------
@@ -81,19 +82,19 @@ def bartlett(snapshots: ComplexArray, *, spacing: float) -> FloatArray:
 
     .. math:: \max_s\; a(s)^H R\,a(s)
 
-    Bartlett's beamformer; for one source in white noise the maximum-likelihood answer. Its beam
-    is as wide as the array allows, whatever the signal. Parameters and errors of `root_music`.
+    Bartlett's beamformer, the maximum-likelihood estimator of one source in white noise. The width
+    of its beam depends on the array alone. Parameters and errors of `root_music`.
     """
     return _strongest(covariance(snapshots), spacing)
 
 
 def capon(snapshots: ComplexArray, *, spacing: float) -> FloatArray:
-    r"""Sine of the azimuth that a beam without distortion finds strongest, ``(detection,)``.
+    r"""Sine of the azimuth at which a distortionless beam is strongest, ``(detection,)``.
 
     .. math:: \max_s\; \frac{1}{a(s)^H R^{-1} a(s)}
 
-    Capon (1969), with a millionth of the mean power as loading, for fewer snapshots than elements.
-    Parameters and errors of `root_music`.
+    Capon (1969). Diagonal loading with a millionth of the mean power makes the matrix invertible
+    with fewer snapshots than elements. Parameters and errors of `root_music`.
     """
     matrices = covariance(snapshots)
     size = matrices.shape[-1]
@@ -102,11 +103,11 @@ def capon(snapshots: ComplexArray, *, spacing: float) -> FloatArray:
 
 
 def _strongest(matrices: ComplexArray, spacing: float) -> FloatArray:
-    """Sines at which a(s)^H M a(s) is greatest: on a grid, then Newton's steps."""
+    """Sines at which a(s)^H M a(s) is greatest: the maximum of a grid, then Newton's steps."""
     if not spacing > 0:
         raise InputError("the spacing of an array must be positive, in wavelengths")
     size = matrices.shape[-1]
-    # the form is a trigonometric polynomial in s, of the sums along the diagonals
+    # the form is a trigonometric polynomial in s, with the sums along diagonals as coefficients
     order = np.arange(1, size)
     terms = np.stack([np.trace(matrices, offset=-n, axis1=1, axis2=2) for n in order], axis=1)
     phase = 2.0 * np.pi * spacing * order
@@ -128,8 +129,8 @@ def sines_of_sources(covariances: ComplexArray, *, num_sources: int, spacing: fl
 
     Root-MUSIC (Barabell 1983): the sources are the roots nearest to the unit circle, from inside,
     of :math:`\sum_l z^l \sum_{n-m=l} (E_n E_n^H)_{mn}`, where :math:`E_n` spans the noise
-    subspace. Elements closer than half a wavelength can give a sine beyond 1: no plane wave has
-    that phase, and the caller decides what it means.
+    subspace. Elements closer than half a wavelength can give a sine beyond 1, which no plane wave
+    has; the caller must handle it.
 
     Parameters
     ----------
@@ -139,7 +140,7 @@ def sines_of_sources(covariances: ComplexArray, *, num_sources: int, spacing: fl
     Raises
     ------
     InputError
-        There are no fewer sources than elements.
+        There are as many sources as elements, or more.
     """
     covariances = np.asarray(covariances, dtype=np.complex128)
     _check_sources(num_sources, covariances.shape[-1], spacing)
@@ -149,7 +150,7 @@ def sines_of_sources(covariances: ComplexArray, *, num_sources: int, spacing: fl
 def sines_of_sources_twin(
     covariances: ComplexArray, *, num_sources: int, spacing: float
 ) -> FloatArray:
-    """The same, one detection after the other."""
+    """Slow reference of `sines_of_sources`: one detection after the other."""
     found = []
     for matrix in np.asarray(covariances, dtype=np.complex128):
         _, vector = np.linalg.eigh(matrix)
@@ -160,35 +161,6 @@ def sines_of_sources_twin(
         inner = sorted(root[np.abs(root) < 1.0], key=np.abs)[-num_sources:]
         found.append(np.sort(-np.angle(inner) / (2.0 * np.pi * spacing)))
     return np.array(found)
-
-
-def source_count(covariances: ComplexArray, *, num_snapshots: int) -> IntArray:
-    r"""Number of sources in every detection, ``(detection,)``: 0 … elements − 1.
-
-    Minimum description length (Wax and Kailath 1985), with the number of free parameters of a
-    forward–backward averaged covariance (Xu, Roy and Kailath 1994):
-
-    .. math:: \mathrm{MDL}(k) = L(N-k)\ln\frac{a_k}{g_k} + \tfrac14 k(2N-k+1)\ln L
-
-    with the arithmetic and geometric means a and g of the N − k smallest eigenvalues.
-
-    Parameters
-    ----------
-    covariances : ``(detection, element, element)``
-    num_snapshots : L, averages without the backward ones; at least 2
-    """
-    if num_snapshots < 2:
-        raise InputError("the number of sources cannot be told from one snapshot; give it")
-    value = np.linalg.eigvalsh(np.asarray(covariances))
-    value = np.maximum(value, 1e-15 * value[:, -1:] + 1e-300)
-    size = value.shape[1]
-    score = np.empty_like(value)
-    for k in range(size):
-        noise = value[:, : size - k]
-        spread = np.log(noise.mean(axis=1)) - np.log(noise).mean(axis=1)
-        penalty = 0.25 * k * (2 * size - k + 1) * np.log(num_snapshots)
-        score[:, k] = num_snapshots * (size - k) * spread + penalty
-    return np.asarray(np.argmin(score, axis=1))
 
 
 def _null_polynomial(covariances: ComplexArray, num_sources: int) -> ComplexArray:
@@ -205,12 +177,12 @@ def _null_polynomial(covariances: ComplexArray, num_sources: int) -> ComplexArra
 
 
 def _roots(polynomial: ComplexArray) -> ComplexArray:
-    """Roots ``(detection, root)`` of all polynomials at once: eigenvalues of their companions.
+    """Roots ``(detection, root)`` of all polynomials at once: eigenvalues of companion matrices.
 
-    Ehrlich and Aberth's iteration, compiled, was tried: slower up to eight elements.
+    A compiled Ehrlich–Aberth iteration was tried and is slower up to eight elements.
     """
     count, degree = polynomial.shape[0], polynomial.shape[1] - 1
-    # Sources can conspire to a vanishing first coefficient; this far root disturbs no other.
+    # some sources make the first coefficient vanish; the limit gives a far root that is not used
     first = np.where(np.abs(polynomial[:, :1]) < 1e-14, 1e-14, polynomial[:, :1])
     companion = np.zeros((count, degree, degree), dtype=np.complex128)
     companion[:, 1:, :-1] = np.eye(degree - 1)
@@ -219,11 +191,11 @@ def _roots(polynomial: ComplexArray) -> ComplexArray:
 
 
 def _sines_of_roots(root: ComplexArray, num_sources: int, spacing: float) -> FloatArray:
-    """Take the pair z, 1/z* nearest to the unit circle, and the next, until there are enough.
+    """Sines of the pairs z, 1/z* that are nearest to the unit circle.
 
-    Without noise a pair is one double root on the circle, which rounding splits by the square
-    root of the machine's precision, along the circle or across. Both halves may then lie inside,
-    so they are recognised by being partners; their mean direction is exact.
+    Without noise a pair is a double root on the circle. Rounding splits it by the square root of
+    the machine precision, along the circle or across, so that both may lie inside. The second root
+    is therefore searched as the partner of the first; their mean direction is exact.
     """
     distance = np.abs(np.log(np.abs(root)))
     sines = np.empty((root.shape[0], num_sources))
@@ -244,7 +216,7 @@ def _sines_of_roots(root: ComplexArray, num_sources: int, spacing: float) -> Flo
 def _check_sources(num_sources: int, num_elements: int, spacing: float) -> None:
     if not 1 <= num_sources < num_elements:
         raise InputError(
-            f"{num_elements} elements tell 1 to {num_elements - 1} sources apart, not {num_sources}"
+            f"{num_elements} elements separate 1 to {num_elements - 1} sources, not {num_sources}"
         )
     if not spacing > 0:
         raise InputError("the spacing of an array must be positive, in wavelengths")

@@ -6,8 +6,8 @@ channels: exponential for one look, Gamma for more. Then the multiple for a want
 probability follows exactly, for every number of training cells; near an edge, where there are
 fewer of them, the multiple is larger and the probability the same.
 
-The training cells must be independent of each other. A taper makes neighbouring cells alike: take
-every other one (`CfarWindow.step`), and noise crosses within some 15 % as often as stated.
+The training cells must be independent of each other. A taper correlates neighbouring cells: with
+every other one (`CfarWindow.step`) the false-alarm probability is as stated within some 15 %.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ from polychirp.spec import Spec
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CfarWindow(Spec):
-    """Training cells around a cell of a map ``(row, column)``: a frame around a guarded middle.
+    """Training cells around a cell of a map ``(row, column)``: a frame around guard cells.
 
-    A cell i rows and j columns away belongs to it where the magnitude of i or of j exceeds
-    ``guard`` and neither exceeds ``guard + training``. For a single row take 0 for both along
-    the rows.
+    A cell i rows and j columns away is a training cell if the magnitude of i or of j exceeds
+    ``guard`` and neither exceeds ``guard + training``. For a map of a single row, both are 0
+    along the rows.
 
     Parameters
     ----------
     guard, training : cells on either side, along rows and columns
-    step : take every so many-th cell of the frame, along rows and columns: tapers make neighbours
-        alike, and training cells must be independent
-    is_circular : whether the first and the last cell of an axis are neighbours, as in a Doppler
+    step : only every so many-th cell is a training cell, along rows and columns: tapers correlate
+        neighbours, and training cells must be independent
+    is_circular : true if the first and the last cell of an axis are neighbours, as in a Doppler
         spectrum; otherwise the window is cut off at the edge
     """
 
@@ -59,7 +59,7 @@ class CfarWindow(Spec):
         return self.guard[0] + self.training[0], self.guard[1] + self.training[1]
 
     def fitted(self, shape: tuple[int, ...]) -> CfarWindow:
-        """The same window, made smaller where a map of ``shape`` has no room for it.
+        """The same window, made smaller where it does not fit into a map of ``shape``.
 
         >>> CfarWindow(guard=(3, 3), training=(8, 8)).fitted((9, 64))
         CfarWindow(guard=(2, 3), training=(2, 8), step=(1, 1), is_circular=(False, False))
@@ -74,7 +74,7 @@ class CfarWindow(Spec):
 
     @property
     def offsets(self) -> IntArray:
-        """``(training cell, 2)``: where the training cells are, relative to the middle."""
+        """Row and column of each training cell from the middle: ``(training cell, 2)``."""
         rows, columns = (
             _shifts(far, step) for far, step in zip(self.reach, self.step, strict=True)
         )
@@ -89,9 +89,9 @@ class Crossings:
 
     Parameters
     ----------
-    row, column : where, ``(detection,)``
+    row, column : of the cell, ``(detection,)``
     power : of the cell, in the unit of the map
-    floor : mean power of noise at that place, estimated from the training cells
+    floor : mean power of noise at the cell, estimated from its training cells
     """
 
     row: PerPathIndex
@@ -238,8 +238,8 @@ def ordered_statistic(
     The statistic is the training cell of rank ``quantile`` × their number. Targets that fill
     fewer than the remaining cells do not mask each other.
 
-    A cell exceeds α times the k-th smallest exactly when at least k training cells are below
-    1/α of it: counting replaces sorting, and is what makes this fast.
+    A cell exceeds α times the k-th smallest exactly if at least k training cells are below 1/α of
+    it: counting replaces sorting, which is slower.
 
     Raises
     ------
@@ -296,7 +296,7 @@ def _mean_order_statistic(num_cells: int, rank: int, num_looks: int) -> float:
 
 
 def training_cells(power: FloatArray, row: int, column: int, window: CfarWindow) -> FloatArray:
-    """Powers ``(training cell,)`` around one cell of the map: what a detector looks at.
+    """Powers ``(training cell,)`` of the training cells of one cell of the map.
 
     >>> training_cells(np.arange(8.0)[None], 0, 0, CfarWindow(guard=(0, 1), training=(0, 2)))
     array([2., 3.])
@@ -309,15 +309,15 @@ def training_cells(power: FloatArray, row: int, column: int, window: CfarWindow)
 
 
 def training_count(shape: tuple[int, ...], window: CfarWindow) -> IntArray:
-    """``(row, column)``: how many training cells every cell of a map has."""
+    """Number of training cells of every cell of a map: ``(row, column)``."""
     return np.rint(training_sum(np.ones(shape), window)).astype(np.int64)
 
 
 def training_sum(power: FloatArray, window: CfarWindow) -> FloatArray:
-    """``(row, column)``: sum of every cell's training cells.
+    """Sum of every cell's training cells: ``(row, column)``.
 
-    Shifted sums, first along the columns, then along the rows: only additions, so a target in
-    the guarded middle leaves no rounding error behind, as it does with integral images.
+    Shifted sums, first along the columns, then along the rows. They are only additions, so that a
+    target in the guard cells causes no rounding error, as it does with integral images.
     """
     padded = _padded(power, window, fill=0.0)
     rows, columns = (
@@ -361,7 +361,7 @@ def _padded(power: FloatArray, window: CfarWindow, *, fill: float) -> FloatArray
 
 
 def _for_each_count(count: IntArray, factor: Callable[[int], float]) -> FloatArray:
-    """``factor`` of every cell's number of training cells, worked out once per number."""
+    """``factor`` of every cell's number of training cells, computed once per number."""
     number, place = np.unique(count, return_inverse=True)
     return np.array([factor(int(n)) for n in number])[place].reshape(count.shape)
 

@@ -10,10 +10,10 @@ from polychirp.axes import FloatArray, IntArray
 
 @njit(cache=True, nogil=True)
 def count_below(padded: FloatArray, level: FloatArray, offsets: IntArray) -> IntArray:
-    """``(row, column)``: how many of every cell's training cells lie below its own level.
+    """Number of every cell's training cells that are below its own level: ``(row, column)``.
 
-    Offsets outside, columns inside: the inner loop runs along contiguous memory without a
-    branch, and the compiler turns it into vector instructions.
+    The inner loop runs along columns, contiguous in memory and without a branch, so that the
+    compiler turns it into vector instructions.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def count_below(padded: FloatArray, level: FloatArray, offsets: IntArray) -> Int
 
 
 def count_below_twin(padded: FloatArray, level: FloatArray, offsets: IntArray) -> IntArray:
-    """The same in NumPy: one comparison of maps for every training cell."""
+    """Slow reference of `count_below`: one comparison of maps for every training cell."""
     rows, columns = level.shape
     top = (padded.shape[0] - rows) // 2
     left = (padded.shape[1] - columns) // 2

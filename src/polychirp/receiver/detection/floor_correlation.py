@@ -1,30 +1,39 @@
-r"""How far a floor that is read from the map follows the map, and what that does to a threshold.
+r"""Correlation of a cell of the map with the floor that is estimated from the same map.
 
-The floor under a cell is a median over cells among which it is itself, and neighbours that read
-the same bins. It rises where the cell does, and fewer cells cross a threshold above it than above
-the true floor. With the correlation ρ between cells and weights w that the floor gives to them,
+The floor at a cell is a median over cells that include the cell itself and neighbours that read
+the same bins. It therefore rises with the cell, and fewer cells cross a threshold above it than
+above the true floor. With the correlation ρ between cells and their weights w in the floor,
 
 .. math:: C = \frac{\mathrm{cov}(S, F)}{\mathrm{var}\,S} = \sum_j w_j \rho_{0j}, \qquad
           V = \frac{\mathrm{var}\,F}{\mathrm{var}\,S} = \sum_{jl} w_j w_l \arcsin\rho_{jl}
 
-for normal variables: the arcsine is of the covariance of signs, of which a median is the mean.
+for normal variables; the arcsine is the covariance of signs, and a median depends on the mean sign.
 """
 
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
 from polychirp.axes import FloatArray
 from polychirp.receiver.detection.range_rate_map import cosine_sum
-from polychirp.receiver.signal_model.spectral_fit import BINS
+from polychirp.receiver.signal_model.spectral_fit import BINS_PER_CELL
 
-RAMPS = 4
-"""Of the frame, evenly spread: all of them give the same threshold to 0.001 nepers."""
+MOST_RAMPS_USED = 4
+"""Number of ramps, evenly spread over the frame, that stand for all of them: the threshold of all
+ramps is the same to 0.001 nepers."""
 
-FARTHEST = 3
-"""Resolution cells at which noise no longer correlates: below 0.001."""
+CORRELATION_REACH = 3
+"""Distance in resolution cells beyond which the correlation of noise is below 0.001."""
+
+
+class FloorCorrelation(NamedTuple):
+    """Covariance C of the floor with its cell, and its variance V, in variances of a cell."""
+
+    covariance: float
+    variance: float
 
 
 def log_correlation(cells: FloatArray) -> FloatArray:
@@ -42,36 +51,36 @@ def log_correlation(cells: FloatArray) -> FloatArray:
     return np.asarray(spence(1.0 - np.minimum(amplitude**2, 1.0)) * 6.0 / np.pi**2)
 
 
-def following(
+def floor_correlation(
     place: FloatArray, step: FloatArray, *, sampled: int, block: int
-) -> tuple[float, float]:
-    """Covariance C of a floor with its cell, and its variance V, in variances of a cell.
+) -> FloorCorrelation:
+    """C and V of a floor that is a median over blocks of range, a straight line between blocks.
 
     Parameters
     ----------
-    place : where each row begins on each ramp's spectrum, range steps, ``(range_rate, ramp)``
+    place : start of each row on each ramp's spectrum, range steps, ``(range_rate, ramp)``
     step : bins per range step, ``(ramp,)``
-    sampled : the floor is read from every so many rows
-    block : range steps that a median is taken over
+    sampled : the floor is estimated from every so many-th row
+    block : range steps of a median
     """
-    ramps = np.linspace(0, step.size - 1, min(RAMPS, step.size)).astype(np.int64)
+    ramps = np.linspace(0, step.size - 1, min(MOST_RAMPS_USED, step.size)).astype(np.int64)
     chosen, pitch = place[::sampled, ramps], step[ramps]
-    others = place[:: max(1, sampled - 3), ramps]  # rows between those as well
+    others = place[:: max(1, sampled - 3), ramps]  # includes rows between the chosen ones
     own, both = _lag_weights(block)
     covariance = _mean_correlation(others, chosen, pitch, own)
     variance = _mean_correlation(chosen, chosen, pitch, both)
-    lags = np.arange(-FARTHEST * BINS, FARTHEST * BINS + 1)
-    same_row = np.mean(np.interp(np.abs(np.outer(pitch, lags)) / BINS, *_table()), axis=0)
+    lags = np.arange(-CORRELATION_REACH * BINS_PER_CELL, CORRELATION_REACH * BINS_PER_CELL + 1)
+    same_row = np.mean(np.interp(np.abs(np.outer(pitch, lags)) / BINS_PER_CELL, *_table()), axis=0)
     bent = (np.arcsin(np.minimum(same_row, 1.0)) - same_row) @ both[lags + both.size // 2]
-    return covariance, float(variance + bent / len(chosen))
+    return FloorCorrelation(covariance, float(variance + bent / len(chosen)))
 
 
 @lru_cache(maxsize=4)
 def _lag_weights(block: int) -> tuple[FloatArray, FloatArray]:
-    """Means over a block's cells of the weights that the floor gives, by distance along range.
+    """Mean weights of cells in the floor, by distance along range: ``(lag,)`` from −3 blocks on.
 
-    To cells at a distance from the cell itself, and to pairs at a distance from each other. Between
-    the middles of two blocks the floor is a straight line. ``(lag,)`` each, from −3 blocks on.
+    First those of a cell at a distance from the floor's own cell, then those of pairs of cells at a
+    distance from each other, both averaged over the floor's position in its block.
     """
     cell = np.arange(block)
     toward = (cell - 0.5 * (block - 1)) / block
@@ -87,13 +96,13 @@ def _lag_weights(block: int) -> tuple[FloatArray, FloatArray]:
 def _mean_correlation(
     some: FloatArray, others: FloatArray, pitch: FloatArray, weight: FloatArray
 ) -> float:
-    """Weighted by distance along range, mean over rows and ramps."""
+    """Sum of correlations with weights by distance along range; mean over rows and ramps."""
     apart = some[:, None] - others  # range steps; (row, other row, ramp)
     nearest = np.rint(apart).astype(np.int64)
-    reach = int(np.ceil(FARTHEST * BINS / np.min(np.abs(pitch))))
+    reach = int(np.ceil(CORRELATION_REACH * BINS_PER_CELL / np.min(np.abs(pitch))))
     offset = np.arange(-reach, reach + 1)
     lag = nearest[..., None] + offset
-    distance = (lag - apart[..., None]) * pitch[:, None] / BINS
+    distance = (lag - apart[..., None]) * pitch[:, None] / BINS_PER_CELL
     middle = weight.size // 2
     known = np.where(np.abs(lag) <= middle, weight[np.clip(lag + middle, 0, weight.size - 1)], 0.0)
     correlation = np.interp(np.abs(distance), *_table(), right=0.0)
@@ -102,5 +111,5 @@ def _mean_correlation(
 
 @lru_cache(maxsize=1)
 def _table() -> tuple[FloatArray, FloatArray]:
-    cells = np.linspace(0.0, FARTHEST, 64 * FARTHEST + 1)
+    cells = np.linspace(0.0, CORRELATION_REACH, 64 * CORRELATION_REACH + 1)
     return cells, log_correlation(cells)

@@ -1,10 +1,10 @@
-"""Range and range rate together, over ramps of any slopes: the log range-rate map."""
+"""The log range-rate map: range and range rate together, over ramps of any slopes."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit, prange
@@ -40,7 +40,7 @@ def spectrum_size(times: SampleTimes) -> int:
 
 
 def log_spectra(samples: ComplexArray, weight: FloatArray, size: int) -> FloatArray:
-    """Ln of every ramp's windowed spectrum, ``(beam, ramp, frequency)``, noise power kept.
+    """Ln of every ramp's windowed power spectrum, ``(beam, ramp, frequency)``.
 
     ``samples`` ``(beam, ramp, fast)``, ``weight`` ``(ramp, fast)``. White noise of power σ² per
     sample gives cells of mean power σ² (before the logarithm), whatever the window.
@@ -53,11 +53,11 @@ def log_spectra(samples: ComplexArray, weight: FloatArray, size: int) -> FloatAr
 
 
 def noise_share(cells: FloatArray) -> FloatArray:
-    r"""Share of the noise that removing a point took away, 0 … 1, at distances in cells.
+    r"""Share of the noise that is subtracted with a point, 0 … 1, at distances in cells.
 
-    A point fitted with free amplitude on a ramp takes with it what noise looks like it. With the
+    A point fitted with a free amplitude on a ramp also fits the noise that resembles it. With the
     window w, its transform W and those of its powers, :math:`W_n`, an amplitude fitted to the
-    spectrum (`spectral_fit.Band.fit`) leaves of the noise at distance x all but
+    spectrum (`spectral_fit.Band.fit`) removes from the noise at distance x the share
 
     .. math:: \frac{2 W(x) W_3(x)}{W_2(0)^2} - \frac{W(x)^2\,W_4(0)}{W_2(0)^3}
     """
@@ -70,7 +70,7 @@ def noise_share(cells: FloatArray) -> FloatArray:
 def cosine_sum(cells: FloatArray, coefficients: tuple[float, ...]) -> FloatArray:
     """Transform of a window Σ c_m cos(2πmx), c_m halved for m > 0, at distances in cells.
 
-    Centred windows have alternating signs, hence the shifts of sinc with (−1)^m.
+    Centred windows have terms of alternating signs, hence (−1)^m.
     """
     out = coefficients[0] * np.sinc(cells)
     for m, c in enumerate(coefficients[1:], start=1):
@@ -81,24 +81,24 @@ def cosine_sum(cells: FloatArray, coefficients: tuple[float, ...]) -> FloatArray
 def log_range_rate_map(
     logs: FloatArray, schedule: RampSchedule, times: SampleTimes, grid: Grid
 ) -> FloatArray:
-    r"""Mean over ramps of ln(power) where a point of that range and rate would beat.
+    r"""Mean over ramps of ln(power) at the beats of points of every range and rate.
 
     .. math:: S(R, v) = \frac1K \sum_k \ln \left|X_k\big(f_{b,k}(R, v)\big)\right|^2
 
-    Every ramp is read at the beat that *its* slope, carrier and instant give to the point, range
-    migration included, so nothing is assumed equal between ramps. The logarithm (a geometric
-    mean over ramps) asks for the point on every ramp: pairs of an up- with a wrong down-beat,
-    and interference that hits single ramps, do not pass. The nearest bin is read, not a mean of
-    two, so that noise keeps its distribution. Shape ``(beam, range_rate, range)``.
+    On every ramp the point's beat follows from the slope, carrier and time of *that* ramp, range
+    migration included: ramps need not be equal. The logarithm (a geometric mean over ramps) needs
+    the point on every ramp: an up-beat with a wrong down-beat gives little, and so does
+    interference on single ramps. The nearest bin is read, not a mean of two, so that noise keeps
+    its distribution. Shape ``(beam, range_rate, range)``.
     """
-    first, step = lines(schedule, times, grid, logs.shape[-1])
-    return np.asarray(_read_along(logs, first, step, grid.range.size))
+    line = beat_lines(schedule, times, grid, logs.shape[-1])
+    return np.asarray(_read_along(logs, line.first, line.step, grid.range.size))
 
 
 def log_range_rate_map_by_loops(
     logs: FloatArray, schedule: RampSchedule, times: SampleTimes, grid: Grid
 ) -> FloatArray:
-    """The slow, obvious twin of `log_range_rate_map`: one cell after the other."""
+    """Slow reference of `log_range_rate_map`: one cell after the other."""
     beams, ramps, size = logs.shape
     out = np.zeros((beams, grid.range_rate.size, grid.range.size))
     for i, rate in enumerate(grid.range_rate):
@@ -112,13 +112,17 @@ def log_range_rate_map_by_loops(
     return out
 
 
-def lines(
-    schedule: RampSchedule, times: SampleTimes, grid: Grid, size: int | IntArray
-) -> tuple[FloatArray, FloatArray]:
-    """Beats are straight lines in range: bin at ``grid.range[0]`` and bins per range step.
+class BeatLines(NamedTuple):
+    """Beats as straight lines in range: bin at ``grid.range[0]`` and bins per range step."""
 
-    Both ``(range_rate, ramp)``; ``size`` of the transforms, of all or of each ramp.
-    """
+    first: FloatArray
+    step: FloatArray
+
+
+def beat_lines(
+    schedule: RampSchedule, times: SampleTimes, grid: Grid, size: int | IntArray
+) -> BeatLines:
+    """`BeatLines` ``(range_rate, ramp)``; ``size`` of the transforms, of all or of each ramp."""
     ends = [
         beat_frequency(
             schedule,
@@ -130,7 +134,7 @@ def lines(
         * (size / times.rate)
         for distance in (grid.range[0], grid.range[-1])
     ]
-    return ends[0], (ends[1] - ends[0]) / (grid.range.size - 1)
+    return BeatLines(ends[0], (ends[1] - ends[0]) / (grid.range.size - 1))
 
 
 @njit(cache=True, nogil=True, parallel=True)
@@ -154,8 +158,8 @@ def floor_over_range(statistic: FloatArray, block: int) -> FloatArray:
     """Level of the map without targets, ``(beam, 1, range)``.
 
     The median over all range rates and ``block`` range cells, a straight line between blocks.
-    A target, its arms, and the notch that it leaves when taken out fill few of those cells; a
-    mean would be pulled by them, and the false alarms with it.
+    A target, its cross-pairing ridges, and the notch left after its subtraction fill few of those
+    cells. They would change a mean, and with it the false-alarm probability.
     """
     beams, _, ranges = statistic.shape
     edges = np.linspace(0, ranges, max(1, round(ranges / block)) + 1).astype(np.int64)
@@ -163,12 +167,12 @@ def floor_over_range(statistic: FloatArray, block: int) -> FloatArray:
     level = np.array([medians(statistic[:, :, a:b].reshape(beams, -1)) for a, b in spans])
     middle = 0.5 * (edges[:-1] + edges[1:] - 1)
     cells = np.arange(ranges)
-    lines = [np.interp(cells, middle, level[:, beam]) for beam in range(beams)]
-    return np.array(lines)[:, None, :]
+    floor = [np.interp(cells, middle, level[:, beam]) for beam in range(beams)]
+    return np.array(floor)[:, None, :]
 
 
 def medians(values: FloatArray) -> FloatArray:
-    """Medians along the last axis, to single precision: sorting that is vectorised, and quick."""
+    """Medians along the last axis, in single precision: sorting is then vectorised and fast."""
     ordered = np.sort(values.astype(np.float32), axis=-1)
     size = ordered.shape[-1]
     low, high = ordered[..., (size - 1) // 2], ordered[..., size // 2]

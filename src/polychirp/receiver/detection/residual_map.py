@@ -1,4 +1,4 @@
-"""The log range-rate map of a frame, drawn anew and anew while points go out of its spectra."""
+"""The log range-rate map of a frame, computed again each time points are subtracted."""
 
 from __future__ import annotations
 
@@ -11,29 +11,29 @@ from numpy.typing import NDArray
 from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.model.if_frame import SampleTimes
 from polychirp.model.ramp import RampSchedule
-from polychirp.receiver.detection.floor_correlation import following
+from polychirp.receiver.detection.floor_correlation import FloorCorrelation, floor_correlation
 from polychirp.receiver.detection.range_rate_map import (
     Grid,
+    beat_lines,
     floor_over_range,
-    lines,
     medians,
     noise_share,
 )
-from polychirp.receiver.signal_model.spectral_fit import BINS, Band
+from polychirp.receiver.signal_model.spectral_fit import BINS_PER_CELL, Band
 
-FRACTIONS = 8
-"""Where a row of the map begins between two range steps is rounded to so many parts of one: a
-thirty-second of a resolution cell. Rows are then sums of stretches of memory."""
+SUBSTEPS = 8
+"""Parts of a range step to which the start of a row of the map is rounded: a thirty-second of a
+resolution cell. Rows are then sums of contiguous pieces of resampled spectra."""
 
-FLOOR_RATES = 16
-"""Rates of the map that its floor is read from."""
+NUM_FLOOR_RATES = 16
+"""Approximate number of range rates from which the floor is estimated: see `ResidualMap.floor`."""
 
 
-class LiveMap:
-    """Mean over ramps of ln(power) along each point's beats, of spectra that points went out of.
+class ResidualMap:
+    """Mean over ramps of ln(power) at each point's beats, of spectra without the points found.
 
-    The map is what `joint.log_range_rate_map` draws of the same bins but for the rounding of
-    `FRACTIONS`, in single precision, with another order of axes.
+    It equals `log_range_rate_map` of the same bins up to the rounding of `SUBSTEPS`, in single
+    precision and with another order of axes.
 
     Parameters
     ----------
@@ -41,9 +41,9 @@ class LiveMap:
 
     Attributes
     ----------
-    logs : ln(power) as drawn, ``(ramp, bin, beam)``
+    logs : ln(power), ``(ramp, bin, beam)``
     statistic : mean over ramps, ``(range_rate, range, beam)``
-    noise : median power of the bins as noise would have it, ``(ramp,)``, mean over beams
+    noise : mean power of the noise by the median over bins, ``(ramp,)``, mean over beams
     """
 
     def __init__(
@@ -55,27 +55,26 @@ class LiveMap:
         beams: ComplexArray,
     ) -> None:
         self.band, self.grid, self.beams = band, grid, beams
-        first, step = lines(schedule, times, grid, band.size)
+        first, step = beat_lines(schedule, times, grid, band.size)
         self._step = np.ascontiguousarray(step[0])
-        fraction = np.rint((first - band.first) / step * FRACTIONS).astype(np.int64)
-        self._start = np.ascontiguousarray(fraction // FRACTIONS)
-        self._fraction = np.ascontiguousarray(fraction % FRACTIONS)
+        fraction = np.rint((first - band.first) / step * SUBSTEPS).astype(np.int64)
+        self._start = np.ascontiguousarray(fraction // SUBSTEPS)
+        self._fraction = np.ascontiguousarray(fraction % SUBSTEPS)
         self.logs = np.zeros((band.length.size, band.num_bins, len(beams)), dtype=np.float32)
         shape = (grid.range_rate.size, grid.range.size, len(beams))
         self.statistic = np.zeros(shape, dtype=np.float32)
         self.noise = np.zeros(band.length.size)
-        self._apart = len(self.statistic) // FLOOR_RATES + 1
+        self._apart = len(self.statistic) // NUM_FLOOR_RATES + 1
         self._block = round(6.0 / grid.range_step)
 
-    def draw(self, spectra: FloatArray, beats: FloatArray) -> None:
-        """Take the spectra ``(part, ramp, channel, bin)`` that points of ``beats`` were taken from.
+    def update(self, spectra: FloatArray, beats: FloatArray) -> None:
+        """Compute the map of spectra ``(part, ramp, channel, bin)`` without points of ``beats``.
 
-        ``beats`` is Hz, ``(point, ramp)``. The noise that went out with them is put back as its
-        mean (`joint.noise_share`), so that a notch looks like noise and does not pull the floor
-        down.
+        ``beats`` is Hz, ``(point, ramp)``. The mean of the noise that was subtracted with the
+        points (`noise_share`) is added again, so that their notches do not lower the floor.
         """
         power = _beam_powers(spectra, np.ascontiguousarray(self.beams))
-        noise = medians(np.swapaxes(power[:, ::BINS], 1, 2)) / np.log(2.0)
+        noise = medians(np.swapaxes(power[:, ::BINS_PER_CELL], 1, 2)) / np.log(2.0)
         self.noise = np.mean(noise, axis=1)
         self.logs = _logs(power, noise, self._depletion(beats))
         self.statistic = _sum_of_rows(
@@ -83,39 +82,39 @@ class LiveMap:
         )
 
     def _depletion(self, beats: FloatArray) -> FloatArray:
-        """Share of the noise that went out, ``(ramp, bin)``: of the nearest point."""
+        """Share of the noise that was subtracted, ``(ramp, bin)``: that of the nearest point."""
         band = self.band
         out = np.zeros((band.length.size, band.num_bins))
         if len(beats) == 0:
             return out
         place = beats * band.size / band.rate - band.first
-        reach = np.arange(-3 * BINS + 1, 3 * BINS)
+        reach = np.arange(-3 * BINS_PER_CELL + 1, 3 * BINS_PER_CELL)
         index = np.rint(place).astype(np.int64)[..., None] + reach
-        share = noise_share(np.abs(index - place[..., None]) / BINS)
+        share = noise_share(np.abs(index - place[..., None]) / BINS_PER_CELL)
         rows = np.broadcast_to(np.arange(band.length.size)[:, None], index.shape)
         np.maximum.at(out, (rows, np.clip(index, 0, band.num_bins - 1)), share)
         return out
 
     def floor(self) -> FloatArray:
-        """Level without targets, ``(range, beam)``: `joint.floor_over_range` of some 16 rates.
+        """Level without targets, ``(range, beam)``: `floor_over_range` of some 16 rates.
 
-        That leaves a thousand cells to a median, good to 0.03 nepers with 32 ramps; neighbouring
-        rates read almost the same bins.
+        A median is then over a thousand cells, and right to 0.03 nepers with 32 ramps; neighbouring
+        rates read almost the same bins and would add little.
         """
         some = np.moveaxis(self.statistic[:: self._apart], -1, 0).astype(np.float64)
         return floor_over_range(some, self._block)[:, 0].T
 
-    def following(self) -> tuple[float, float]:
-        """How far the floor follows the map on noise: its covariance and variance (`following`)."""
-        return following(
-            self._start + self._fraction / FRACTIONS,
+    def floor_correlation(self) -> FloorCorrelation:
+        """Correlation of the floor with the map on noise alone."""
+        return floor_correlation(
+            self._start + self._fraction / SUBSTEPS,
             self._step,
             sampled=self._apart,
             block=self._block,
         )
 
-    def loudest(self) -> float:
-        """The statistic of all beams together where that of one is highest."""
+    def peak_level(self) -> float:
+        """Statistic of all beams together at the cell with the highest beam."""
         beams = self.statistic.reshape(-1, self.statistic.shape[-1])
         cell = int(np.argmax(self.statistic)) // beams.shape[1]
         return float(np.logaddexp.reduce(beams[cell].astype(np.float64)))
@@ -125,8 +124,8 @@ class LiveMap:
     ) -> tuple[NDArray[np.float32], NDArray[np.int8]]:
         """Strongest beam's height above the floor, and its number: ``(range_rate, range)`` each.
 
-        −∞ where less than ``least`` is in all beams together: what lies between two orthogonal
-        beams has 40 % of its power in either.
+        The height is −∞ where all beams together are below ``least``. They are taken together
+        because a target between two orthogonal beams has 40 % of its power in either.
         """
         return _excess(  # type: ignore[no-any-return]
             self.statistic, floor.astype(np.float32), np.float32(least)
@@ -140,14 +139,14 @@ def rows_by_loops(
     step: FloatArray,
     num_ranges: int,
 ) -> FloatArray:
-    """The slow, obvious twin of the map's compiled sum: one cell after the other.
+    """Slow reference of the map's compiled sum: one cell after the other.
 
-    The cell in row i, range step j reads of ramp k the bin nearest to
-    ``step[k]·(start[i, k] + fraction[i, k]/FRACTIONS + j)``.
+    The cell in row i, range step j is the sum over ramps k of the bin nearest to
+    ``step[k]·(start[i, k] + fraction[i, k]/SUBSTEPS + j)``.
     """
     out = np.zeros((len(start), num_ranges, logs.shape[2]))
     for i, j, k in np.ndindex(len(start), num_ranges, len(logs)):
-        place = step[k] * (start[i, k] + fraction[i, k] / FRACTIONS + j)
+        place = step[k] * (start[i, k] + fraction[i, k] / SUBSTEPS + j)
         out[i, j] += logs[k, int(np.floor(place + 0.5))] / len(logs)
     return out
 
@@ -189,17 +188,17 @@ def _logs(power: Any, noise: Any, depletion: Any) -> Any:  # pragma: no cover - 
 def _sum_of_rows(  # pragma: no cover - compiled
     logs: Any, start: Any, fraction: Any, step: Any, num_ranges: int
 ) -> Any:
-    """Every row of the map is, for each ramp, a stretch of one of its resampled spectra."""
+    """Every row of the map is a sum over ramps of contiguous pieces of resampled spectra."""
     ramps, bins, beams = logs.shape
     rates = start.shape[0]
     out = np.zeros((rates, num_ranges * beams), dtype=np.float32)
     for k in range(ramps):
         low = start[:, k].min()
         length = start[:, k].max() - low + num_ranges
-        resampled = np.empty((FRACTIONS, length * beams), dtype=np.float32)
-        for f in range(FRACTIONS):
+        resampled = np.empty((SUBSTEPS, length * beams), dtype=np.float32)
+        for f in range(SUBSTEPS):
             for j in range(length):
-                place = step[k] * (low + j + f / FRACTIONS)
+                place = step[k] * (low + j + f / SUBSTEPS)
                 i = min(bins - 1, max(0, int(np.floor(place + 0.5))))
                 for b in range(beams):
                     resampled[f, j * beams + b] = logs[k, i, b]
@@ -218,7 +217,7 @@ def _excess(statistic: Any, floor: Any, least: Any) -> Any:  # pragma: no cover 
     rates, ranges, beams = statistic.shape
     out = np.full((rates, ranges), -np.inf, dtype=np.float32)
     beam = np.zeros((rates, ranges), dtype=np.int8)
-    nearly = np.float32(least - np.log(beams))
+    nearly = np.float32(least - np.log(beams))  # below it all beams together cannot reach least
     for i in range(rates):
         for j in range(ranges):
             highest, best, number = np.float32(-np.inf), np.float32(-np.inf), 0
@@ -250,9 +249,9 @@ def strongest_peaks(  # pragma: no cover - compiled
     Parameters
     ----------
     excess : ``(row, column)``
-    threshold : none is below it
-    apart : cells that peaks are apart from each other, along rows or columns
-    most : so many at most
+    threshold : least height of a peak
+    apart : cells within which, along rows and columns, there is no second peak
+    most : greatest number of peaks
     """
     enough = max(threshold, 0.85 * excess.max())
     rows, columns = np.nonzero(excess >= enough)

@@ -1,4 +1,4 @@
-"""What strong points leave in the map beside themselves, and what is not to be taken for it."""
+"""Rejection of peaks that strong points cause: cross-pairing ridges and residual side lobes."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.if_frame import IfFrame
 
 
-def unrelated(beats: FloatArray, resolution: FloatArray) -> list[int]:
-    """Numbers of the candidates, strongest first, that share beats with none taken before.
+def without_cross_pairs(beats: FloatArray, resolution: FloatArray) -> list[int]:
+    """Numbers of the candidates, strongest first, that share beats with no stronger one.
 
-    Strong points cross the map as arms, and where the up-arm of one meets the down-arm of another
-    stands a false peak, stronger than weak true ones. It beats like the first on all up-ramps:
-    such a candidate waits until those before it are taken out, and is gone then.
+    The up-beats of a strong point form a ridge in the map, and so do its down-beats. Where the
+    up-ridge of one point crosses the down-ridge of another there is a false peak, stronger than
+    weak targets. It has the beats of the first on all up-ramps: such a candidate is tried again
+    after the stronger ones are subtracted, and has then vanished.
 
     ``beats`` is Hz, ``(candidate, ramp)``, ``resolution`` Hz, ``(ramp,)``.
     """
@@ -27,14 +28,14 @@ def unrelated(beats: FloatArray, resolution: FloatArray) -> list[int]:
     return taken
 
 
-def resolved(
+def reject_sidelobes(
     frame: IfFrame, *, distance: FloatArray, range_rate: FloatArray, power: FloatArray
 ) -> IntArray:
-    """Numbers of the points, strongest first, that a stronger one's skirt does not explain.
+    """Numbers of the points, strongest first, that are no side lobe of a stronger one.
 
-    Taking out a body's echo as points leaves a few per cent of it in the cells around; what is
-    found there more than 20 dB below, within one range cell and two Doppler cells, is not a
-    target of its own.
+    The subtraction of a body as points leaves a few per cent of its echo in the cells around it. A
+    point more than 20 dB below a stronger one, within one range cell and two Doppler cells of it,
+    is taken for such a residue.
     """
     cell = SPEED_OF_LIGHT / (2.0 * float(np.max(frame.schedule.bandwidth)))
     wavelength = SPEED_OF_LIGHT / float(np.mean(frame.schedule.centre_frequency))

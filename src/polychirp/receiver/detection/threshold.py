@@ -1,4 +1,4 @@
-"""Thresholds that say how often they are wrong, and the paper's, which does not."""
+"""Thresholds with a known false-alarm probability, and the paper's, which has none."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ def mean_threshold(profile: FloatArray) -> float:
     r"""The paper's threshold (eq. 12): the mean of the output itself.
 
     On noise alone a Rayleigh amplitude exceeds its mean with probability
-    :math:`e^{-\pi/4} = 45.6\,\%`, an exponential power with :math:`1/e = 36.8\,\%`: half of all
-    noise cells are "targets". It is here for comparison only.
+    :math:`e^{-\pi/4} = 45.6\,\%`, an exponential power with :math:`1/e = 36.8\,\%`: almost half of
+    all noise cells are detections. It is here for comparison only.
     """
     return float(np.mean(profile))
 
@@ -43,7 +43,7 @@ def log_mean_threshold(*, num_ramps: int, false_alarm_probability: float) -> flo
     """
     if not 0.0 < false_alarm_probability < 0.4:
         raise InputError(
-            f"a false-alarm probability of {false_alarm_probability:g} is of no use; take one "
+            f"a false-alarm probability of {false_alarm_probability:g} has no threshold; take one "
             "between 0 and 0.4"
         )
     low, high = log_mean_of_noise() + 1e-6, 8.0
@@ -78,19 +78,19 @@ def log_threshold_above_floor(
 ) -> float:
     r"""Threshold, in nepers above a floor that is a median of such statistics.
 
-    The floor F follows the cell, F = C S + ε, with ε independent, of zero mean and variance
-    :math:`s^2 = (V - C^2)\,\mathrm{var}\,S`. With x above the mean and the tail
+    The floor F is correlated with the cell: F = C S + ε, where ε is independent, of zero mean and
+    variance :math:`s^2 = (V - C^2)\,\mathrm{var}\,S`. With x above the mean and the tail
     :math:`Q(x) = p\,e^{-\lambda(x - x_0) - \kappa(x - x_0)^2/2}` about :math:`x_0`,
 
     .. math:: (1 - C)\,x + \epsilon = (1 - C) \left(x_0
               + \frac{(\lambda^2 - \kappa)\,s^2}{2\lambda\,(1 - C)^2}\right)
 
-    has the probability p, to first order in s².
+    is exceeded with the probability p, to first order in s².
 
     Parameters
     ----------
-    covariance, variance : C of the floor with the cell, and V of the floor, in variances of a
-        cell; zero for a floor that is known (`polychirp.receiver.detection.floor_correlation`)
+    covariance, variance : C and V of `polychirp.receiver.detection.floor_correlation`; zero for a
+        known floor
 
     >>> ask = {"num_ramps": 32, "false_alarm_probability": 1e-4}
     >>> round(log_threshold_above_floor(**ask, covariance=0.0, variance=0.0), 2)

@@ -1,4 +1,4 @@
-"""From a cell of the map to a range and a rate: the generalised up/down pairing."""
+"""Range and range rate of a cell of the map from its beats: the generalised up/down pairing."""
 
 from __future__ import annotations
 
@@ -11,37 +11,41 @@ from numpy.typing import NDArray
 from polychirp.axes import FloatArray, IntArray
 
 TYPICAL_ACCELERATION = 20.0
-"""m/s², of a point's distance: braking, and the lateral motion of what passes by."""
+"""Deviation of the second derivative of a range, m/s², as a prior: braking, and bodies that pass
+by. Chosen for streets."""
 
-FARTHEST = (0.3, 0.8)
-"""m and m/s, a cell of the map and a bit: further from the guess is another point."""
+LARGEST_RANGE_CHANGE = 0.3
+"""Largest correction of a range, m: somewhat more than a cell; farther away is another point."""
+
+LARGEST_RATE_CHANGE = 0.8
+"""Largest correction of a range rate, m/s, for the same reason."""
 
 
 def range_and_rate_from_beats(
     logs: NDArray[np.float32],
     guess: FloatArray,
+    *,
     beam: IntArray,
     place: FloatArray,
     slope: FloatArray,
-    *,
     reach: int,
     resolution: float,
 ) -> FloatArray:
     r"""Least-squares range and rate from the beats measured on all ramps: ``(point, 2)``.
 
     Near the guess the beat of ramp k is linear in (R, v); with peaks :math:`\hat f_k` of the
-    spectra this is eqs 9 and 10 of the paper, for any number of ramps of any slopes. Ramps where
-    another echo or interference pulls the peak away are given Tukey's biweight. The guess stays
-    where the fit runs away from it.
+    spectra these are eqs 9 and 10 of the paper, for any number of ramps of any slopes. Tukey's
+    biweight weights ramps down on which another echo or interference shifts the peak. A point whose
+    correction is too large keeps its guess.
 
     Parameters
     ----------
     logs : ln(power), ``(ramp, bin, beam)``
     guess : m and m/s, ``(point, 2)``
-    beam : in which each is seen, ``(point,)``
-    place : bin at which each beats by its guess, ``(point, ramp)``
+    beam : number of each point's beam, ``(point,)``
+    place : bin of each point's beat by its guess, ``(point, ramp)``
     slope : bins per m and per m/s, ``(ramp, 2)``
-    reach : bins to either side in which the peak is looked for
+    reach : bins to either side in which the peak is searched
     resolution : bins per cell
     """
     return np.asarray(_from_beats(logs, guess, beam, place, slope, reach, resolution))
@@ -50,14 +54,14 @@ def range_and_rate_from_beats(
 def range_and_rate_from_beats_twin(
     logs: NDArray[np.float32],
     guess: FloatArray,
+    *,
     beam: IntArray,
     place: FloatArray,
     slope: FloatArray,
-    *,
     reach: int,
     resolution: float,
 ) -> FloatArray:
-    """The slow, obvious twin: one point after the other, least squares by the library."""
+    """Slow reference of `range_and_rate_from_beats`: one point after the other, by a library."""
     out = guess.copy()
     for n in range(len(guess)):
         step = np.zeros(2)
@@ -72,13 +76,13 @@ def range_and_rate_from_beats_twin(
             # square root of Tukey's weight: errors beyond four spreads fade out
             weight = np.clip(1.0 - (error / (4.0 * spread)) ** 2, 0.0, 1.0)
             step += np.linalg.lstsq(slope * weight[:, None], error * weight, rcond=None)[0]
-        if np.all(np.abs(step) <= FARTHEST):
+        if np.all(np.abs(step) <= (LARGEST_RANGE_CHANGE, LARGEST_RATE_CHANGE)):
             out[n] += step
     return out
 
 
 def _peak_of(values: FloatArray, predicted: float, reach: int) -> float:
-    """Place of the strongest bin near a prediction, a parabola through its top."""
+    """Place of the peak near a prediction, by a parabola through the strongest bin."""
     centre = int(np.rint(predicted))
     best = centre - reach + int(np.argmax(values[centre - reach : centre + reach + 1]))
     left, middle, right = values[best - 1 : best + 2]
@@ -114,7 +118,7 @@ def _from_beats(  # pragma: no cover - compiled
             if determinant > 1e-12 * aa * bb:
                 distance += (bb * ay - ab * by) / determinant
                 rate += (aa * by - ab * ay) / determinant
-        if abs(distance) <= FARTHEST[0] and abs(rate) <= FARTHEST[1]:
+        if abs(distance) <= LARGEST_RANGE_CHANGE and abs(rate) <= LARGEST_RATE_CHANGE:
             out[n, 0] += distance
             out[n, 1] += rate
     return out
@@ -122,7 +126,7 @@ def _from_beats(  # pragma: no cover - compiled
 
 @njit(cache=True, nogil=True)
 def _peak_near(values: Any, predicted: float, reach: int) -> float:  # pragma: no cover - compiled
-    """Compiled `_peak_of`, kept off the ends."""
+    """Compiled `_peak_of`, inside the spectrum's ends."""
     centre = int(np.rint(predicted))
     low, high = max(1, centre - reach), min(values.size - 1, centre + reach + 1)
     if high <= low:
@@ -142,11 +146,10 @@ def _peak_near(values: Any, predicted: float, reach: int) -> float:  # pragma: n
 def motion_steps(
     errors: FloatArray, strength: FloatArray, sensitivity: FloatArray, resolution: FloatArray
 ) -> FloatArray:
-    r"""Corrections of (R, v, a) that the beat errors of all ramps ask for: ``(point, 3)``.
+    r"""Corrections of (R, v, a) from the beat errors of all ramps: ``(point, 3)``.
 
-    Weighted least squares over ramps, by the point's power on each, Tukey's biweight against
-    ramps that another echo or a burst spoils; a street's accelerations (a few m/s², lateral
-    motion included) are the prior on a.
+    Least squares over ramps, weighted by the point's power on each and by Tukey's biweight against
+    ramps with another echo or a burst; the prior on a has the deviation `TYPICAL_ACCELERATION`.
 
     Parameters
     ----------

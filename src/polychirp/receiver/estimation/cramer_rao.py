@@ -1,7 +1,7 @@
-r"""The Cramér–Rao bound of a point: how well any unbiased receiver can measure it.
+r"""The Cramér–Rao bound of a point: the least deviations of any unbiased receiver.
 
 The point keeps one complex amplitude A over the frame and over the array, and moves with constant
-acceleration; its bearing turns as on a straight path (`bearing_rate`). Sample n of ramp k on
+acceleration; its azimuth changes as on a straight path (`azimuth_rate`). Sample n of ramp k on
 channel m is
 
 .. math:: y = A\,e^{j\Phi} + w, \qquad \Phi = 2\pi\left[f\,\tau - \tfrac12 b\,\tau^2
@@ -9,9 +9,10 @@ channel m is
 
 in white noise of power σ². With unknown R, v, a, θ, its rate and A Fisher's information of the
 phase's parameters is :math:`2\,\mathrm{SNR} \sum \partial_i\Phi\,\partial_j\Phi`, SNR = |A|²/σ² per
-sample and channel; |A| is orthogonal to them, arg A is one of them (Kay 1993, §3.9). Amplitudes
-free on every ramp would leave only the beats, and a bound many times weaker for the rate. What is
-known of the bearing's rate beforehand adds its information (Van Trees 1968, §2.4).
+sample and channel; |A| is orthogonal to them, arg A is one of them (Kay 1993, §3.9). With an
+amplitude of its own on every ramp only the beats would give information, and the bound of the rate
+would be many times weaker. Prior knowledge of the azimuth's rate adds its information (Van Trees
+1968, §2.4).
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.antenna import AntennaArray
 from polychirp.model.if_frame import SampleTimes
 from polychirp.model.ramp import RampSchedule
-from polychirp.receiver.estimation.bearing_rate import courses
+from polychirp.receiver.estimation.azimuth_rate import sine_basis
 from polychirp.receiver.signal_model.point_signal import path_of, path_slopes, replica
 
 
@@ -48,8 +49,8 @@ def cramer_rao_bound(
     azimuth: float,
     snr: float,
     time: float,
-    knows_acceleration: bool = False,
-    turning: float = math.inf,
+    is_acceleration_known: bool = False,
+    sine_rate_deviation: float = math.inf,
 ) -> Bound:
     """The bound for an isolated point.
 
@@ -57,9 +58,9 @@ def cramer_rao_bound(
     ----------
     motion : R, v, a at ``time``
     snr : power ratio per sample and channel
-    knows_acceleration : it need not be estimated, as of what stands or rolls steadily
-    turning : 1/s, standard deviation of what is known beforehand of the rate of sin θ, which is
-        taken to be small: 0 where it is known, inf where nothing is
+    is_acceleration_known : true for targets at rest or at constant velocity
+    sine_rate_deviation : 1/s, standard deviation of the prior of the rate of sin θ, whose mean is
+        small: 0 for a known rate, inf for no prior
 
     Examples
     --------
@@ -74,20 +75,19 @@ def cramer_rao_bound(
     True
     """
     slopes = _phase_slopes(schedule, times, motion, time)[:, times.is_sample]
-    along = array.position[:, 1]
     frequency = float(np.mean(schedule.centre_frequency))
-    by_sine = -2.0 * np.pi * frequency / SPEED_OF_LIGHT * along
-    # rows: R, v, a, arg A alike on all channels; θ and its rate by each channel's place
-    alike = np.concatenate([slopes, np.ones((1, slopes.shape[1]))])
+    by_sine = -2.0 * np.pi * frequency / SPEED_OF_LIGHT * array.position[:, 1]
+    # rows: R, v, a, arg A, common to all channels; θ and its rate, by the y of each channel
+    common = np.concatenate([slopes, np.ones((1, slopes.shape[1]))])
     elapsed = (times.time - time)[times.is_sample]
-    own = courses(motion[None], elapsed)[:, 0] * np.array([[np.cos(azimuth)], [1.0]])
+    own = sine_basis(motion[None], elapsed)[:, 0] * np.array([[np.cos(azimuth)], [1.0]])
     keep, turn = [0, 1, 2, 5], [3, 4]
     information = np.zeros((6, 6))
-    information[np.ix_(keep, keep)] = array.num_channels * alike @ alike.T
-    information[np.ix_(turn, keep)] = np.sum(by_sine) * own @ alike.T
+    information[np.ix_(keep, keep)] = array.num_channels * common @ common.T
+    information[np.ix_(turn, keep)] = np.sum(by_sine) * own @ common.T
     information[np.ix_(keep, turn)] = information[np.ix_(turn, keep)].T
     information[np.ix_(turn, turn)] = by_sine @ by_sine * own @ own.T
-    return _bound_of(2.0 * snr * information, not knows_acceleration, turning)
+    return _bound_of(2.0 * snr * information, not is_acceleration_known, sine_rate_deviation)
 
 
 def cramer_rao_bound_twin(
@@ -99,17 +99,17 @@ def cramer_rao_bound_twin(
     azimuth: float,
     snr: float,
     time: float,
-    knows_acceleration: bool = False,
-    turning: float = math.inf,
+    is_acceleration_known: bool = False,
+    sine_rate_deviation: float = math.inf,
 ) -> Bound:
-    """The slow, obvious twin: every sample of every channel, differentiated by differences."""
+    """Slow reference of `cramer_rao_bound`: finite differences of all samples of all channels."""
     frequency = float(np.mean(schedule.centre_frequency))
 
     elapsed = (times.time - time)[times.is_sample]
 
     def signal(point: FloatArray) -> FloatArray:
         own = replica(schedule, times, motion=point[:3], time=time)[times.is_sample]
-        straight, turned = courses(point[None, :3], elapsed)[:, 0]
+        straight, turned = sine_basis(point[None, :3], elapsed)[:, 0]
         sine = np.sin(point[3]) * straight + point[4] * turned
         cycles = frequency / SPEED_OF_LIGHT * np.outer(array.position[:, 1], sine)
         both = np.exp(1j * point[5] - 2j * np.pi * cycles) * own * np.exp(point[6])
@@ -122,13 +122,15 @@ def cramer_rao_bound_twin(
         change[i] = step
         slopes.append((signal(centre + change) - signal(centre - change)) / (2.0 * step))
     jacobian = np.array(slopes)
-    return _bound_of(2.0 * snr * jacobian @ jacobian.T, not knows_acceleration, turning)
+    return _bound_of(
+        2.0 * snr * jacobian @ jacobian.T, not is_acceleration_known, sine_rate_deviation
+    )
 
 
 def _phase_slopes(
     schedule: RampSchedule, times: SampleTimes, motion: FloatArray, time: float
 ) -> FloatArray:
-    """∂Φ by R, v and a, ``(3, ramp, fast)``."""
+    """Derivatives of Φ by R, v and a, ``(3, ramp, fast)``."""
     elapsed = times.time - time
     distance, rate, _ = path_of(motion[None], elapsed)[:, 0]
     speed = SPEED_OF_LIGHT + rate
@@ -137,18 +139,20 @@ def _phase_slopes(
         times.time - schedule.start_time[:, None]
     )
     by_delay = 2.0 * np.pi * (frequency - schedule.slope[:, None] * delay) / speed
-    # that the delay also goes by the rate, R/c = 0.1 µs of it, is left out
+    # the dependence of the delay on the rate, R/c = 0.1 µs times it, is neglected
     by_motion = 2.0 * np.moveaxis(path_slopes(motion[None], elapsed)[0], -1, 0)
     return np.asarray(by_delay * by_motion)
 
 
-def _bound_of(information: FloatArray, unknown_acceleration: bool, turning: float) -> Bound:
-    """Standard deviations of R, v, θ of (R, v, a, θ, rate of θ, …), with what is known of them."""
+def _bound_of(
+    information: FloatArray, unknown_acceleration: bool, sine_rate_deviation: float
+) -> Bound:
+    """Bound from the information of (R, v, a, θ, rate of θ, …) and the prior knowledge of them."""
     information = information.copy()
     free = np.ones(len(information), dtype=bool)
-    free[2], free[4] = unknown_acceleration, turning > 0.0
-    if turning > 0.0:
-        information[4, 4] += turning**-2.0
+    free[2], free[4] = unknown_acceleration, sine_rate_deviation > 0.0
+    if sine_rate_deviation > 0.0:
+        information[4, 4] += sine_rate_deviation**-2.0
     size = 1.0 / np.sqrt(np.diag(information)[free])
     scaled = information[np.ix_(free, free)] * np.outer(size, size)
     deviation = np.zeros(len(information))

@@ -1,8 +1,8 @@
-"""A point fitted with one amplitude for the whole frame: its motion at the bound.
+"""Motion of a point from one amplitude for the whole frame: as precise as the Cramér–Rao bound.
 
-Beats measure the rate to a few cm/s; the phase from ramp to ramp measures it a hundred times
+Beats measure the rate to a few cm/s. The phase from ramp to ramp measures it a hundred times
 better, but only up to multiples of half a wavelength per ramp interval. So beats come first, and
-phases refine what beats have made unambiguous, where all ramps share one phase history.
+phases refine the motion where beats are unambiguous and all ramps share one phase history.
 """
 
 from __future__ import annotations
@@ -17,27 +17,28 @@ from numba import njit
 from polychirp.axes import BoolArray, ComplexArray, FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.if_frame import SampleTimes
-from polychirp.model.ramp import RampSchedule
-from polychirp.receiver.estimation.bearing_rate import trust
+from polychirp.receiver.estimation.azimuth_rate import ramp_weights
 from polychirp.receiver.estimation.coherence_test import best_corrections
+from polychirp.receiver.signal_model.frame_model import FrameModel
 from polychirp.receiver.signal_model.point_signal import beat_sensitivity, path_of, path_slopes
 
-ONE_POINT = 0.8
-"""Share of a point's power, without the noise in it, that must add up in phase."""
+ONE_POINT_SHARE = 0.8
+"""Share of a point's power, without noise, that must add up in phase. Chosen."""
 
-SPREAD = 3.0
-"""Standard deviations by which beats must tell a rate from its nearest alias, to either side."""
+ALIAS_MARGIN = 3.0
+"""Standard deviations of the rate from beats that must fit between a rate and the middle to its
+nearest alias. Chosen: the usual three."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Readings:
-    """What all samples of a ramp, equally weighted, say about each point's phase.
+    """Moments of all samples of a ramp, equally weighted, relative to each point's phase.
 
     Parameters
     ----------
-    value : mean of the samples turned back by the point's phase, ``(point, channel, ramp)``
+    value : mean of the samples with the point's phase removed, ``(point, channel, ramp)``
     slope : mean of the same times the time from the ramp's middle, s, ``(point, channel, ramp)``
-    count : samples, ``(ramp,)``
+    count : number of samples, ``(ramp,)``
     spread : mean square time from the middle, s², ``(ramp,)``
     middle : s, ``(ramp,)``
     """
@@ -67,9 +68,10 @@ def read_points(
     phases: FloatArray,
     amplitude: ComplexArray,
 ) -> Readings:
-    """Readings of every point with all the others taken out.
+    """Readings of every point with all the others subtracted.
 
-    Without a window nothing of a sample's worth is lost; the others' skirts are gone with them.
+    As the other points are subtracted with their side lobes, no window is needed, and all samples
+    count fully.
 
     Parameters
     ----------
@@ -93,32 +95,27 @@ def read_points(
 
 
 def coherent_steps(
-    readings: Readings,
-    schedule: RampSchedule,
-    times: SampleTimes,
-    *,
-    motion: FloatArray,
-    time: float,
-    noise: float,
+    readings: Readings, model: FrameModel, *, motion: FloatArray, noise: float
 ) -> tuple[FloatArray, BoolArray]:
-    """Corrections of (R, v, a) for a single phase history, ``(point, 3)``, and who has one.
+    """Corrections of (R, v, a) for a single phase history, and which points have one.
+
+    ``(point, 3)`` and a mask ``(point,)``.
 
     Parameters
     ----------
-    readings : with known phases of the front end taken back
-    motion : R, v, a with which they were read, ``(point, 3)``
-    time : s, to which the motion refers
+    motion : R, v, a with which the points were read, ``(point, 3)``
     noise : power per sample
     """
-    number = readings.value.shape[0]
-    steps, is_one = np.zeros((number, 3)), np.zeros(number, dtype=bool)
+    readings = readings.turned(model.high_pass_correction(motion))
+    schedule, time = model.schedule, model.time
+    steps, is_one = np.zeros((len(motion), 3)), np.zeros(len(motion), dtype=bool)
     frequency = schedule.start_frequency + schedule.slope * (readings.middle - schedule.start_time)
     elapsed = readings.middle - time
     phases = 4.0 * np.pi / SPEED_OF_LIGHT * frequency[:, None] * path_slopes(motion, elapsed)
-    beat = 2.0 * np.pi * beat_sensitivity(schedule, times, time)
-    cubic = _cubic(readings, schedule, times, frequency, motion, time)
+    beat = 2.0 * np.pi * beat_sensitivity(schedule, model.times, time)
+    cubic = _cubic(readings, model, frequency, motion)
     start = _first_guesses(readings, frequency, time)
-    weight = readings.count * _trust(readings)
+    weight = readings.count * _amplitude_weights(readings)
     for p, phase in enumerate(phases):
 
         def change(step: FloatArray, p: int = p) -> FloatArray:
@@ -133,22 +130,24 @@ def coherent_steps(
             return step, _share(readings, p, np.exp(-1j * change(step)[0]), noise, weight[p])
 
         steps[p], share = fitted(start[p])
-        if share < ONE_POINT:
+        if share < ONE_POINT_SHARE:
             straight = _without_acceleration(motion[p], readings, time)
             turned = readings.of(p).turned(np.exp(-1j * change(straight)[0])[None, None])
             again, its_share = fitted(straight + _first_guesses(turned, frequency, time)[0])
             if its_share > share:
                 steps[p], share = again, its_share
-        is_one[p] = share >= ONE_POINT and _is_unambiguous(readings, p, beat, frequency, noise)
+        is_one[p] = share >= ONE_POINT_SHARE and _is_unambiguous(
+            readings, p, beat, frequency, noise
+        )
     return steps, is_one
 
 
 def _without_acceleration(motion: FloatArray, readings: Readings, time: float) -> FloatArray:
     """Step to the steady motion with the same range and rate in the middle of the frame.
 
-    Weak beats may leave an acceleration of 15 m/s² that is not there, and with it a third
-    derivative 3va/R, which no correction of rate and acceleration takes back: at 10 m and
-    20 m/s a cycle at the end of 50 ms.
+    Weak beats may give a wrong acceleration of 15 m/s², and with it a third derivative 3va/R, for
+    which no correction of rate and acceleration compensates: at 10 m and 20 m/s it is a cycle at
+    the end of 50 ms.
     """
     half = float(np.mean(readings.middle)) - time
     acceleration = float(motion[2])
@@ -156,7 +155,7 @@ def _without_acceleration(motion: FloatArray, readings: Readings, time: float) -
 
 
 def _first_guesses(readings: Readings, frequency: FloatArray, time: float) -> FloatArray:
-    """The best of the corrections that are tried, seen from the reference time: ``(point, 3)``."""
+    """Corrections of (R, v, a) with which most power adds up in phase: ``(point, 3)``."""
     rate, acceleration = best_corrections(readings.value, frequency, readings.middle)
     offset = float(np.mean(readings.middle)) - time
     return np.stack(
@@ -170,22 +169,17 @@ def _first_guesses(readings: Readings, frequency: FloatArray, time: float) -> Fl
 
 
 def _cubic(
-    readings: Readings,
-    schedule: RampSchedule,
-    times: SampleTimes,
-    frequency: FloatArray,
-    motion: FloatArray,
-    time: float,
+    readings: Readings, model: FrameModel, frequency: FloatArray, motion: FloatArray
 ) -> FloatArray:
-    """Phase and tilt of what `beat_phase` leaves out, ``(point, 2, ramp)``.
+    """Mean and tilt of the cubic phase that `beat_phase` neglects, ``(point, 2, ramp)``.
 
-    It is (b a + f j/3) t³/c cycles after a ramp's first sample, with the third derivative of the
-    range j = −3 v a/R; means over the ramp, plain and times the time from its middle, of (h + u)³
-    with the mean squares of u, and of u² (9/5 of its square).
+    The cubic is (b a + f j/3) t³/c cycles at t after a ramp's first sample, with the range's third
+    derivative j = −3 v a/R. With t = h + u about the ramp's middle, its mean over the ramp and its
+    mean times u follow from the mean of u² and of u⁴ (9/5 of its square).
     """
-    distance, rate, acceleration = path_of(motion, readings.middle - time)
-    third = schedule.slope * acceleration - frequency * rate * acceleration / distance
-    half, square = readings.middle - times.first, readings.spread
+    distance, rate, acceleration = path_of(motion, readings.middle - model.time)
+    third = model.schedule.slope * acceleration - frequency * rate * acceleration / distance
+    half, square = readings.middle - model.times.first, readings.spread
     mean = half**3 + 3.0 * half * square
     tilt = 3.0 * half**2 * square + 1.8 * square**2
     size = 2.0 * np.pi / SPEED_OF_LIGHT * third
@@ -202,9 +196,9 @@ def _fit_history(
     change: Callable[[FloatArray], FloatArray],
     weight: FloatArray,
 ) -> FloatArray:
-    """Gauss and Newton on the phases and beats of all ramps, ``(R, v, a)``.
+    """Gauss–Newton fit of (R, v, a) to the phases and beats of all ramps.
 
-    ``change`` gives what a step does to both, without linearising: ``(2, ramp)``.
+    ``change`` gives the exact change of phases and beats for a step: ``(2, ramp)``.
     """
     value, slope = readings.value[p], readings.slope[p]
     columns = np.column_stack([phase, np.ones(len(phase))])
@@ -224,22 +218,22 @@ def _fit_history(
     return step
 
 
-def _trust(readings: Readings) -> FloatArray:
-    """How much each ramp counts, 0 … 1, by how far its channels are from their usual loudness.
+def _amplitude_weights(readings: Readings) -> FloatArray:
+    """Weights of the ramps, 0 … 1, by the deviation of amplitudes from their median.
 
     ``(point, ramp)``.
     """
-    loudness = np.abs(readings.value)
-    apart = loudness - np.median(loudness, axis=2, keepdims=True)
-    return trust(np.sum(apart**2, axis=1) * readings.count)
+    magnitude = np.abs(readings.value)
+    apart = magnitude - np.median(magnitude, axis=2, keepdims=True)
+    return ramp_weights(np.sum(apart**2, axis=1) * readings.count)
 
 
 def _share(
-    readings: Readings, p: int, turn: ComplexArray, noise: float, trusted: FloatArray
+    readings: Readings, p: int, turn: ComplexArray, noise: float, ramp_weight: FloatArray
 ) -> float:
     """Power that adds up in phase over all power, both without the noise in them."""
     value = readings.value[p]
-    weight = trusted / np.sum(trusted)
+    weight = ramp_weight / np.sum(ramp_weight)
     own = noise * value.shape[0]  # in the samples of all channels
     together = float(np.sum(np.abs((value * turn) @ weight) ** 2))
     together -= own * float(np.sum(weight**2 / readings.count))
@@ -251,35 +245,43 @@ def _share(
 def _is_unambiguous(
     readings: Readings, p: int, beat: FloatArray, frequency: FloatArray, noise: float
 ) -> bool:
-    """Whether beats alone tell the rate from its nearest alias, λ/(2 × ramp interval) away."""
+    """True if beats alone separate the rate from its nearest alias, λ/(2 × ramp interval) away."""
     power = np.sum(np.abs(readings.value[p]) ** 2, axis=0) * readings.count * readings.spread
     information = 2.0 / noise * (beat[:, :2].T * power) @ beat[:, :2]
     deviation = float(np.sqrt(np.linalg.inv(information)[1, 1]))
     interval = float(np.max(np.diff(readings.middle), initial=1e-9))
     alias = SPEED_OF_LIGHT / (2.0 * float(np.mean(frequency)) * interval)
-    return SPREAD * deviation < 0.5 * alias
+    return ALIAS_MARGIN * deviation < 0.5 * alias
 
 
-LANES = 16
-"""Samples that a recurrence takes in step: alone it waits for every product."""
+RECURRENCE_LANES = 16
+"""Recurrences that run side by side, each over every so many-th sample: a single one would wait for
+each product, which prevents vector instructions."""
 
 
 @njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
-def _turning_into(real: Any, imag: Any, phase: Any, rate: float) -> None:  # pragma: no cover
+def _unit_signal_into(real: Any, imag: Any, phase: Any, rate: float) -> None:  # pragma: no cover
     """Unit signal of one point on one ramp, by recurrences of a quadratic phase."""
     slope, bend = phase[1] / rate, phase[2] / rate**2
-    tr, ti, sr, si = np.empty(LANES), np.empty(LANES), np.empty(LANES), np.empty(LANES)
-    for i in range(LANES):
+    tr, ti, sr, si = (
+        np.empty(RECURRENCE_LANES),
+        np.empty(RECURRENCE_LANES),
+        np.empty(RECURRENCE_LANES),
+        np.empty(RECURRENCE_LANES),
+    )
+    for i in range(RECURRENCE_LANES):
         turn = 2.0 * np.pi * ((phase[0] + slope * i + 0.5 * bend * i * i) % 1.0)
-        step = 2.0 * np.pi * ((LANES * (slope + bend * (i + 0.5 * LANES))) % 1.0)
+        step = (
+            2.0 * np.pi * ((RECURRENCE_LANES * (slope + bend * (i + 0.5 * RECURRENCE_LANES))) % 1.0)
+        )
         tr[i], ti[i], sr[i], si[i] = np.cos(turn), np.sin(turn), np.cos(step), np.sin(step)
-    gr = np.cos(2.0 * np.pi * bend * LANES**2)
-    gi = np.sin(2.0 * np.pi * bend * LANES**2)
-    for first in range(0, real.size, LANES):
-        count = min(LANES, real.size - first)
+    gr = np.cos(2.0 * np.pi * bend * RECURRENCE_LANES**2)
+    gi = np.sin(2.0 * np.pi * bend * RECURRENCE_LANES**2)
+    for first in range(0, real.size, RECURRENCE_LANES):
+        count = min(RECURRENCE_LANES, real.size - first)
         for i in range(count):
             real[first + i], imag[first + i] = tr[i], ti[i]
-        for i in range(LANES):
+        for i in range(RECURRENCE_LANES):
             x, y = tr[i], ti[i]
             tr[i], ti[i] = x * sr[i] - y * si[i], x * si[i] + y * sr[i]
             x, y = sr[i], si[i]
@@ -290,7 +292,7 @@ def _turning_into(real: Any, imag: Any, phase: Any, rate: float) -> None:  # pra
 def _read(  # pragma: no cover - compiled
     samples: Any, present: Any, phases: Any, amplitude: Any, centre: Any, rate: float
 ) -> Any:
-    """Sums over the residual, turned back, plain and times the ticks from the middle."""
+    """Sums over the residual with a point's phase removed, and times the ticks from the middle."""
     channels, ramps, fast = samples.shape
     points = phases.shape[0]
     value = np.zeros((points, channels, ramps), dtype=np.complex128)
@@ -298,12 +300,13 @@ def _read(  # pragma: no cover - compiled
     real, imag = np.empty((points, fast)), np.empty((points, fast))
     x, y = np.empty((channels, fast)), np.empty((channels, fast))
     for k in range(ramps):
+        # residual x + jy of all channels: the samples without all points
         for m in range(channels):
             for n in range(fast):
                 x[m, n] = samples[m, k, n].real if present[k, n] else 0.0
                 y[m, n] = samples[m, k, n].imag if present[k, n] else 0.0
         for p in range(points):
-            _turning_into(real[p], imag[p], phases[p, k], rate)
+            _unit_signal_into(real[p], imag[p], phases[p, k], rate)
             for n in range(fast):
                 real[p, n] *= present[k, n]
                 imag[p, n] *= present[k, n]
@@ -312,6 +315,7 @@ def _read(  # pragma: no cover - compiled
                 for n in range(fast):
                     x[m, n] -= a * real[p, n] - b * imag[p, n]
                     y[m, n] -= a * imag[p, n] + b * real[p, n]
+        # correlation of the residual with each point's signal, and its first moment in time
         for p in range(points):
             for m in range(channels):
                 a, b, c, d = 0.0, 0.0, 0.0, 0.0

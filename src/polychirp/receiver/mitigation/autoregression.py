@@ -1,4 +1,4 @@
-"""Interpolation: what interference hits is filled from both sides by an autoregressive model."""
+"""Interpolation: samples hit by interference are replaced by an autoregressive model's."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ from polychirp.receiver.mitigation.prediction import covariance_model
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Autoregression(BurstDetector):
-    r"""Fill bursts from both sides, as an autoregressive process would go on.
+    r"""Replace bursts by the interpolation of an autoregressive process from both sides.
 
     Echoes are tones, and P tones obey :math:`x_n = -\sum_{k=1}^{P} a_k x_{n-k}` exactly, forward
     and, with conjugate coefficients, backward. The coefficients are those of `covariance_model`
-    over the good samples within four orders on either side of a gap. The missing samples are those
-    that make the squared prediction error through the gap least (Janssen, Veldhuis and Vries 1986).
-    Forward and backward errors have the same sum, so both sides are blended as well as the
-    model can. Channels share the model, so that bearings are kept.
+    over the good samples within four orders on either side of a gap. The missing samples minimise
+    the squared prediction error through the gap (Janssen, Veldhuis and Vries 1986). Forward and
+    backward errors have the same sum, so that both sides count alike. All channels share the
+    model, so that azimuths are kept.
 
     A gap with more than ``longest_gap`` orders of missing samples, or with less than one order
-    of good ones on a side, is left blank. Gaps less than an order apart are one. What is filled
-    repeats noise from around the gap, some decibels louder where echoes are much stronger than it:
-    the longer the gap and the lower the order, the more.
+    of good ones on a side, is left blank. Gaps less than an order apart are one gap. The filled
+    samples repeat noise from around the gap, some decibels stronger where echoes are much stronger
+    than noise; the effect grows with the length of the gap and falls with the order.
 
     Parameters
     ----------
-    order : P, samples that the next one is predicted from: several for each strong echo, and a
-        sixteenth of a ramp or less
-    longest_gap : most missing samples of a gap that is filled, in orders
+    order : P, number of samples from which the next one is predicted: several for each strong echo,
+        and a sixteenth of a ramp or less
+    longest_gap : greatest number of missing samples of a gap that is filled, in orders
     """
 
     kind: Literal["autoregression"] = "autoregression"
@@ -51,7 +51,7 @@ class Autoregression(BurstDetector):
             raise InputError("an autoregression's longest gap must be positive")
 
     def mitigate(self, frame: IfFrame) -> Mitigated:
-        """The frame's samples with short gaps filled; the rest of what is hit is not present."""
+        """The frame's samples with short gaps filled; the other samples hit are not present."""
         hit = self.hit(frame)
         patches: list[_Patch] = []
         weight = (frame.times.is_sample & ~hit).astype(np.float64)
@@ -88,8 +88,8 @@ class _Patch:
 def gaps(hit: BoolArray, order: int) -> Iterator[IntArray]:
     """Numbers of the missing samples of each gap of a ramp ``(fast,)`` with good ones around it.
 
-    Gaps with less than ``order`` good samples between them are one; one with less than that on a
-    side is none.
+    Gaps with less than ``order`` good samples between them are one gap; gaps with less than that on
+    a side are left out.
 
     >>> missing = np.isin(np.arange(12), [0, 4, 6])
     >>> [gap.tolist() for gap in gaps(missing, 2)]
@@ -105,7 +105,7 @@ def gaps(hit: BoolArray, order: int) -> Iterator[IntArray]:
 def _patch(
     ramp: int, samples: ComplexArray, hit: BoolArray, missing: IntArray, order: int
 ) -> Iterator[_Patch]:
-    """How to fill one gap; none where too little is known around it."""
+    """The patch of one gap; none if there are too few good samples around it."""
     reach = 4 * order
     near = slice(max(0, missing[0] - reach), missing[-1] + reach + 1)
     model = covariance_model(samples[:, near], ~hit[near], order)
@@ -117,7 +117,7 @@ def _patch(
 
 
 def interpolator(model: ComplexArray, missing: IntArray, known: IntArray) -> ComplexArray:
-    r"""The map from known to missing samples of least squared prediction error.
+    r"""Matrix from known to missing samples that minimises the squared prediction error.
 
     With :math:`r_l = \sum_k \overline{a_k} a_{k+l}` and :math:`T_{ij} = r_{i-j}`:
     :math:`T_{mm} x_m = -T_{mk} x_k`. Shape ``(missing, known)``.
@@ -129,7 +129,7 @@ def interpolator(model: ComplexArray, missing: IntArray, known: IntArray) -> Com
 
     Examples
     --------
-    Of a tone that turns by 90° a sample, the one between two.
+    A tone whose phase grows by 90° a sample: the sample between two.
 
     >>> matrix = interpolator(np.array([1, -1j]), np.array([1]), np.array([0, 2]))
     >>> (matrix @ np.array([1, -1])).round(12)

@@ -1,4 +1,4 @@
-"""What mitigation leaves of a frame: cleaner samples, and how present each of them is."""
+"""The result of mitigation: cleaner samples, and a weight of each."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ Repair = Callable[[ComplexArray], ComplexArray]
 class Mitigated:
     """A frame's samples after mitigation.
 
-    What to do is chosen by looking at the whole frame; what is then done is linear. So ``repair``
-    applied to each part of the frame (echo, interference, noise) gives parts that still sum to
-    ``samples``, and a ratio of signal to interference after mitigation is exact.
+    The operation is chosen from the whole frame and is then linear. So ``repair`` applied to each
+    part of the frame (echo, interference, noise) gives parts that still sum to ``samples``, and a
+    ratio of signal to interference after mitigation is exact.
 
     Parameters
     ----------
-    samples : V, ``(channel, ramp, fast)``, zero where nothing is present
-    weight : ``(ramp, fast)``, 0 … 1, how far each sample counts; 0 in the padding
-    repair : what was done to the samples
+    samples : V, ``(channel, ramp, fast)``, zero where no sample is present
+    weight : of each sample, ``(ramp, fast)``, 0 … 1; 0 in the padding
+    repair : the linear operation on the samples
     """
 
     samples: Annotated[ComplexArray, Axes("channel", "ramp", "fast", dtype=np.complex128)]
@@ -40,17 +40,17 @@ class Mitigated:
 
 
 class Mitigation(Hashable, Protocol):
-    """What a receiver may do to a frame's samples before it looks at them: a spec."""
+    """A spec of an operation on a frame's samples that reduces interference before detection."""
 
     def mitigate(self, frame: IfFrame) -> Mitigated:
-        """The frame's samples without what interference did to them, as far as possible."""
+        """The frame's samples with less interference."""
         ...
 
 
 def mitigated(mitigation: Mitigation | None, frame: IfFrame) -> Mitigated:
-    """What a receiver works on: the frame as it is where there is no mitigation.
+    """The frame after mitigation; unchanged without one.
 
-    Who detects in a frame and who takes it apart ask for the same: the last two are kept.
+    Detection and attribution need the same result: the last two are cached.
     """
     if mitigation is None:
         present = frame.times.is_sample.astype(np.float64)
@@ -63,7 +63,7 @@ def _mitigated(mitigation: Mitigation, frame: IfFrame) -> Mitigated:
     return mitigation.mitigate(frame)
 
 
-def kept(frame: IfFrame, weight: BoolArray | FloatArray) -> Mitigated:
+def with_weights(frame: IfFrame, weight: BoolArray | FloatArray) -> Mitigated:
     """The frame with weights ``(ramp, fast)``, its samples unchanged where they are present."""
     present = weight > 0
 

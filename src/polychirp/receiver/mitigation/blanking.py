@@ -1,4 +1,4 @@
-"""Blanking: samples that interference hits are left out."""
+"""Blanking: samples hit by interference are left out."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ import numpy as np
 from polychirp.axes import BoolArray, FloatArray
 from polychirp.errors import InputError
 from polychirp.model.if_frame import IfFrame
-from polychirp.receiver.mitigation.base import Mitigated, kept
+from polychirp.receiver.mitigation.base import Mitigated, with_weights
 from polychirp.receiver.mitigation.bursts import BurstDetector
 from polychirp.units import Seconds
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Blanking(BurstDetector):
-    r"""Leave out what stands out of a ramp's median amplitude.
+    r"""Leave out samples far above a ramp's median amplitude.
 
-    Samples within ``taper`` of what is left out count the less the nearer they are, by a raised
-    cosine :math:`\tfrac12(1 - \cos\frac{\pi d}{L+1})` of the distance d = 1 … L in samples.
-    With weights :math:`u_n`, a window :math:`w_n` and white noise, a tone's ratio of signal to
-    noise is :math:`(\sum w u)^2 / (\sum w^2 u^2)` times that of a sample.
+    Samples within ``taper`` of a blanked one are weighted by a raised cosine
+    :math:`\tfrac12(1 - \cos\frac{\pi d}{L+1})` of the distance d = 1 … L in samples. With weights
+    :math:`u_n`, a window :math:`w_n` and white noise, a tone's ratio of signal to noise is
+    :math:`(\sum w u)^2 / (\sum w^2 u^2)` times that of a sample.
 
     Parameters
     ----------
-    taper : s, of the raised cosine beside what is left out; 0 s cuts hard
+    taper : s, of the raised cosine beside blanked samples; 0 s for none
 
     Examples
     --------
@@ -50,12 +50,12 @@ class Blanking(BurstDetector):
     def __post_init__(self) -> None:
         BurstDetector.__post_init__(self)
         if self.taper < 0:
-            raise InputError("a blanking taper cannot be negative; 0 s cuts hard")
+            raise InputError("a blanking taper cannot be negative; 0 s is none")
 
     def mitigate(self, frame: IfFrame) -> Mitigated:
-        """The frame's samples, those that are hit not present."""
+        """The frame's samples, without those that are hit."""
         near = tapered(self.hit(frame), round(self.taper * frame.times.rate))
-        return kept(frame, near * frame.times.is_sample)
+        return with_weights(frame, near * frame.times.is_sample)
 
 
 def tapered(hit: BoolArray, length: int) -> FloatArray:

@@ -1,4 +1,4 @@
-"""IMAT: what interference hits is filled from a spectrum that is made of few lines."""
+"""IMAT: samples hit by interference are replaced by a spectrum of few lines."""
 
 from __future__ import annotations
 
@@ -15,24 +15,25 @@ from polychirp.receiver.mitigation.bursts import BurstDetector
 from polychirp.receiver.mitigation.prediction import rms
 from polychirp.units import Ratio, from_db
 
-NOISE_FACTOR = 3.0
-"""Of the spectrum's median amplitude: below it a line may be noise, and is not put back."""
+LEAST_LINE_FACTOR = 3.0
+"""Multiple of the spectrum's median amplitude below which a line may be noise and is not used.
+Chosen."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Imat(BurstDetector):
-    r"""Fill bursts by iteration with adaptive thresholds.
+    r"""Replace bursts by an iterative method with adaptive thresholding.
 
     Echoes are few lines in a ramp's spectrum. With the samples y, the mask m of those that are hit
-    and the transform F over the ramp,
+    and the transform F over the ramp, the iteration is
 
     .. math:: z \leftarrow (1-m)\,y + m\,F^{-1}\,T_k\{F z\},
 
     where :math:`T_k` keeps the lines above a threshold that falls from the strongest line by
     equal factors to ``depth`` below it (Marvasti et al. 2012; Bechter, Roos, Rahman and
-    Waldschmidt 2017), but never under three times the spectrum's median amplitude. Channels share
-    the choice of lines by their mean power, so that bearings are kept. Every burst is filled,
-    however long: nothing tells the iteration when it fails.
+    Waldschmidt 2017), but not below three times the spectrum's median amplitude. All channels keep
+    the same lines, chosen by their mean power, so that azimuths are kept. Every burst is filled,
+    whatever its length; the iteration does not notice when it fails.
 
     Parameters
     ----------
@@ -52,7 +53,7 @@ class Imat(BurstDetector):
             raise InputError("IMAT's depth must be above 0 dB, for its threshold to fall")
 
     def mitigate(self, frame: IfFrame) -> Mitigated:
-        """The frame's samples with all that is hit filled."""
+        """The frame's samples with all hit ones replaced."""
         hit = self.hit(frame)
         present = frame.times.is_sample
         samples = frame.samples * present
@@ -80,7 +81,7 @@ class Imat(BurstDetector):
 def sparse_lines(
     samples: ComplexArray, hit: BoolArray, *, iterations: int, depth: float
 ) -> tuple[BoolArray, ComplexArray]:
-    """Which lines each iteration keeps, and the samples as they fill them.
+    """Lines that each iteration keeps, and the samples filled by them.
 
     Parameters
     ----------
@@ -103,13 +104,13 @@ def sparse_lines(
         level = rms(spectrum)
         first = first or float(level.max())
         threshold = first * depth ** (-0.5 * k / (iterations - 1))
-        chosen[k] = level > max(threshold, NOISE_FACTOR * float(np.median(level)))
+        chosen[k] = level > max(threshold, LEAST_LINE_FACTOR * float(np.median(level)))
         z = known + hit * fft.ifft(spectrum * chosen[k], axis=-1)
     return chosen, z
 
 
 def filled(samples: ComplexArray, hit: BoolArray, chosen: BoolArray) -> ComplexArray:
-    """Samples ``(…, fast)`` with those that are hit put back from the chosen lines of their own.
+    """Samples ``(…, fast)`` with those that are hit replaced by the chosen lines of their spectrum.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Linear prediction of echoes: each sample from those before it, or from those behind it."""
+"""Linear prediction of echoes: each sample from those before it, or from those after it."""
 
 from __future__ import annotations
 
@@ -6,19 +6,19 @@ import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray
 
-RIDGE = 1e-13
-"""Share of the mean power added to the normal equations: tones without noise leave them singular,
-and the smallest of all models that fit is taken."""
+REGULARISATION = 1e-13
+"""Share of the mean power added to the normal equations, which tones without noise make singular:
+the solution is then the smallest of all models that fit. Chosen near rounding."""
 
 
 def covariance_model(samples: ComplexArray, is_good: BoolArray, order: int) -> ComplexArray | None:
-    r"""Coefficients 1, a₁ … a_P of least forward and backward prediction error.
+    r"""Coefficients 1, a₁ … a_P of the least forward and backward prediction error.
 
     .. math:: \min_a \sum \Big|\sum_{k=0}^{P} a_k x_{n-k}\Big|^2
               + \Big|\sum_{k=0}^{P} a_k \overline{x_{n-P+k}}\Big|^2
 
     over channels and all n whose P + 1 samples are good: the modified covariance method
-    (Marple 1987). None where there are fewer such equations than twice the order.
+    (Marple 1987). None if there are fewer such equations than twice the order.
 
     Parameters
     ----------
@@ -42,16 +42,16 @@ def covariance_model(samples: ComplexArray, is_good: BoolArray, order: int) -> C
     rows = windows(samples, order + 1, axis=-1)[:, whole, ::-1].reshape(-1, order + 1)
     forward = rows.conj().T @ rows
     gram = forward + forward[::-1, ::-1].conj()
-    inner = gram[1:, 1:] + (RIDGE * np.trace(gram).real + 1e-300) * np.eye(order)
+    inner = gram[1:, 1:] + (REGULARISATION * np.trace(gram).real + 1e-300) * np.eye(order)
     return np.concatenate([[1.0], np.linalg.solve(inner, -gram[1:, 0])])
 
 
-def surprise(samples: ComplexArray, order: int) -> FloatArray:
-    """How far each sample is off its prediction: V, rms over channels, ``(fast,)``.
+def prediction_error(samples: ComplexArray, order: int) -> FloatArray:
+    """Error of each sample's prediction: V, rms over channels, ``(fast,)``.
 
-    The smaller of the forward and the backward error, because after a burst the forward one rings
-    for ``order`` samples, and before it the backward one. A ramp too short for a model of this
-    order surprises by all of its amplitude.
+    It is the smaller of the forward and the backward error, because a burst disturbs the forward
+    prediction of the next ``order`` samples, and the backward one of those before it. On a ramp too
+    short for a model of this order it is the amplitude.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Excision: ridges of crossing interferers are cut out of the time-frequency plane."""
+"""Excision: ridges of crossing interferers are removed from the time-frequency plane."""
 
 from __future__ import annotations
 
@@ -17,38 +17,39 @@ from polychirp.spec import Spec
 if TYPE_CHECKING:
     from scipy.signal import ShortTimeFFT
 
-HOPS = 8
-"""Hops in a window."""
+HOPS_PER_WINDOW = 8
+"""Number of hops in a window."""
 
-MOST_ROWS = 0.5
-"""Share of a slice's rows above which a burst is taken to fill it, also where echoes hide it."""
+MOST_ROWS_HIT = 0.5
+"""Share of a slice's rows above which the whole slice is removed: the burst then fills it, also in
+the rows where echoes hide it. Chosen."""
 
-LEAST_SHARE = 0.1
-"""A sample of which less is left counts as lost."""
+LEAST_SHARE_KEPT = 0.1
+"""Share of a sample's weight below which it counts as lost. Chosen."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StftExcision(Spec):
-    r"""Cut what stands out of its row of the short-time Fourier transform.
+    r"""Remove cells of the short-time Fourier transform that are far above their row's median.
 
     An echo is a steady row of a ramp's time-frequency plane, a crossing interferer a ridge that
     passes each row once. A cell whose power, summed over the channels, exceeds a multiple of the
     median of its row is hit, and so are its neighbours in frequency. The multiple is that of an
     ordered-statistic CFAR over the row's independent slices (Rohling 1983), so that white noise
     exceeds it with ``false_alarm_probability``. A burst that is weaker than the echoes is found in
-    the rows beside theirs; a slice with more than half of its rows hit is cut as a whole, and its
-    samples count as less present. Zeroing and levelling are after J. Wang (2022).
+    the rows beside theirs. A slice with more than half of its rows hit is removed as a whole, and
+    the weight of its samples falls. Zeroing and levelling are after J. Wang (2022).
 
-    The transform back is by the canonical dual window: where nothing is hit, every sample is
-    what it was. A ridge that fills more than half of a row, such as a nearly parallel
-    interferer's, is taken for an echo. One that fills no slice stays in the echoes' rows, where
-    they are stronger. Slices that reach beyond the ramp share the verdict of the nearest whole one.
+    The inverse transform uses the canonical dual window: samples without hits are unchanged. A
+    ridge that fills more than half of a row, such as that of a nearly parallel interferer, counts
+    as an echo. A ridge that fills no slice remains in the rows of echoes that are stronger. Slices
+    that reach beyond the ramp are treated like the nearest whole one.
 
     Parameters
     ----------
-    window : samples of Hann's window; slices follow each other by an eighth of it
+    window : samples of Hann's window; slices are an eighth of it apart
     false_alarm_probability : per cell, on noise alone
-    cells : what becomes of a cell that is hit: "zeroed", or "levelled", scaled to its row's median
+    cells : treatment of a cell that is hit: "zeroed", or "levelled", scaled to its row's median
     """
 
     kind: Literal["stft-excision"] = "stft-excision"
@@ -57,8 +58,10 @@ class StftExcision(Spec):
     cells: Literal["zeroed", "levelled"] = "zeroed"
 
     def __post_init__(self) -> None:
-        if self.window < HOPS or self.window % HOPS:
-            raise InputError(f"the window of an excision must be a multiple of {HOPS} samples")
+        if self.window < HOPS_PER_WINDOW or self.window % HOPS_PER_WINDOW:
+            raise InputError(
+                f"the window of an excision must be a multiple of {HOPS_PER_WINDOW} samples"
+            )
         if not 0 < self.false_alarm_probability < 0.1:
             raise InputError("an excision's false-alarm probability must lie between 0 and 0.1")
 
@@ -68,10 +71,10 @@ class StftExcision(Spec):
         gain = self.gain(frame)
         present = frame.times.is_sample
         left = 1.0 - _share_lost(transform, ~np.any(gain > 0.0, axis=1), present.shape[1])
-        weight = np.where(present & (left > LEAST_SHARE), left, 0.0)
+        weight = np.where(present & (left > LEAST_SHARE_KEPT), left, 0.0)
         ramps = np.flatnonzero((gain < 1.0).any(axis=(1, 2)))
         cut = gain[ramps]
-        scale = (weight[ramps] > 0) / np.maximum(left[ramps], LEAST_SHARE)
+        scale = (weight[ramps] > 0) / np.maximum(left[ramps], LEAST_SHARE_KEPT)
 
         def repair(samples: ComplexArray) -> ComplexArray:
             out = samples * present
@@ -85,7 +88,7 @@ class StftExcision(Spec):
         return Mitigated(samples=repair(frame.samples), weight=weight, repair=repair)
 
     def gain(self, frame: IfFrame) -> FloatArray:
-        """What every cell is multiplied by, ``(ramp, frequency, slice)``."""
+        """Factor of every cell, ``(ramp, frequency, slice)``."""
         transform = self._transform()
         cells = transform.stft(frame.samples * frame.times.is_sample)
         power = np.mean(cells.real**2 + cells.imag**2, axis=0)
@@ -102,12 +105,12 @@ class StftExcision(Spec):
     def above(self, power: FloatArray, channels: int) -> BoolArray:
         """Cells ``(frequency, slice)`` of a ramp above the threshold.
 
-        Slices that overlap a loud cell are loud too, so they are no reference: what is the median
-        of all is a higher rank among the others.
+        Slices that overlap a cell with a burst contain the burst too and are no reference: the
+        median of all slices is a higher rank among the others.
         """
         transform = self._transform()
         number = independent_slices(transform, power.shape[1])
-        others = number - independent_slices(transform, 2 * HOPS - 1)
+        others = number - independent_slices(transform, 2 * HOPS_PER_WINDOW - 1)
         rank = (number + 1) // 2
         factor = ordered_statistic_factor(
             max(others, rank),
@@ -118,14 +121,14 @@ class StftExcision(Spec):
         return np.asarray(power > factor * np.median(power, axis=1, keepdims=True))
 
     def _cut(self, power: FloatArray, above: BoolArray) -> FloatArray:
-        """Gain of each cell, of which some are above the threshold."""
+        """Factor of each cell, from the mask of those above the threshold."""
         hit = above | np.roll(above, 1, axis=0) | np.roll(above, -1, axis=0)
         level = np.zeros_like(power)
         if self.cells == "levelled":
             median = np.median(power, axis=1, keepdims=True)
             level = np.sqrt(median / np.maximum(power, median))
         cut = np.where(hit, level, 1.0)
-        cut[:, np.mean(hit, axis=0) > MOST_ROWS] = 0.0
+        cut[:, np.mean(hit, axis=0) > MOST_ROWS_HIT] = 0.0
         return cut
 
     def _transform(self) -> ShortTimeFFT:
@@ -133,23 +136,23 @@ class StftExcision(Spec):
         from scipy.signal.windows import hann
 
         window = hann(self.window, sym=False)
-        return ShortTimeFFT(window, self.window // HOPS, fs=1.0, fft_mode="twosided")
+        return ShortTimeFFT(window, self.window // HOPS_PER_WINDOW, fs=1.0, fft_mode="twosided")
 
 
 def whole_slices(transform: ShortTimeFFT, length: int) -> tuple[int, int]:
-    """Numbers of the first slice, and after the last, that lie inside a ramp of so many samples."""
+    """Numbers of the first slice, and after the last, inside a ramp of ``length`` samples."""
     first = -(-transform.m_num_mid // transform.hop)
     last = (length - (transform.m_num - transform.m_num_mid)) // transform.hop
     return first - transform.p_min, last + 1 - transform.p_min
 
 
 def independent_slices(transform: ShortTimeFFT, number: int) -> int:
-    r"""How many independent slices say as much about noise as so many that overlap.
+    r"""Number of independent slices that are equivalent to ``number`` overlapping ones.
 
     .. math:: n \Big/ \Big(1 + 2\sum_l \rho_l\Big), \qquad
               \rho_l = \frac{\left(\sum_n w_n w_{n+lh}\right)^2}{\left(\sum_n w_n^2\right)^2}
 
-    with the hop h: the variance of the mean of powers that are correlated by ρ.
+    with the hop h, from the variance of the mean of powers with the correlation ρ.
     """
     window = np.asarray(transform.win, dtype=np.float64)
     energy = float(np.sum(window**2))
@@ -161,9 +164,9 @@ def independent_slices(transform: ShortTimeFFT, number: int) -> int:
 
 
 def _share_lost(transform: ShortTimeFFT, is_lost: BoolArray, fast: int) -> FloatArray:
-    """What lost slices, ``(ramp, slice)``, take of each sample, ``(ramp, fast)``, 0 … 1.
+    """Share of each sample, ``(ramp, fast)``, that lost slices ``(ramp, slice)`` contain, 0 … 1.
 
-    Slices weigh samples by window times dual window, and all of them together by one.
+    A slice contains window times dual window of a sample; all slices together contain all of it.
     """
     both = np.asarray(transform.win * transform.dual_win, dtype=np.float64)
     out = np.zeros((is_lost.shape[0], fast))

@@ -1,1 +1,7 @@
-"""Models of the samples: one point, many points over a frame, and their fit in the spectrum."""
+"""Models of the samples: one point on a ramp, points over a frame, and their spectra.
+
+- `point_signal`: beat, phase and amplitude of a moving point: `beat_phase`, `path_of`,
+  `fit_amplitudes`, `matched_amplitudes`, `hann_weights`.
+- `frame_model`: the same for the ramps and the front end of one frame: `FrameModel`.
+- `spectral_fit`: points fitted to the bins of spectra, much faster: `Band`, `band_of`.
+"""

@@ -1,4 +1,4 @@
-"""What a moving point puts into a frame: its beats, phases and what the front end makes of it."""
+"""Beats and phases of moving points in a frame, and the response of the front end to them."""
 
 from __future__ import annotations
 
@@ -14,36 +14,36 @@ from polychirp.receiver.signal_model.point_signal import beat_frequency, beat_ph
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Waves:
-    """Points' signals in frames of one schedule.
+class FrameModel:
+    """Signals of points in frames of one schedule.
 
     Parameters
     ----------
     schedule, times : of the ramps and their samples
-    high_pass : that the receiver knows of
-    along : m, of the channels, ``(channel,)``
+    high_pass : of the front end, known to the receiver
+    channel_y : m, y of every channel's element, ``(channel,)``
     time : s, to which motions refer
     """
 
     schedule: RampSchedule
     times: SampleTimes
     high_pass: HighPass | None
-    along: FloatArray
+    channel_y: FloatArray
     time: float
 
     @classmethod
-    def of(cls, frame: IfFrame) -> Waves:
-        """Of a frame, motions being those at its first ramp's start."""
+    def of(cls, frame: IfFrame) -> FrameModel:
+        """The model of a frame; motions refer to its first ramp's start."""
         return cls(
             schedule=frame.schedule,
             times=frame.times,
             high_pass=frame.high_pass,
-            along=frame.array.position[:, 1],
+            channel_y=frame.array.position[:, 1],
             time=float(frame.schedule.start_time[0]),
         )
 
     def beats(self, distance: FloatArray, range_rate: FloatArray) -> FloatArray:
-        """Hz, ``(…, ramp)``, of points ``(…)``."""
+        """Beat frequencies of points ``(…)``, Hz, ``(…, ramp)``."""
         return beat_frequency(
             self.schedule, self.times, distance=distance, range_rate=range_rate, time=self.time
         )
@@ -53,16 +53,16 @@ class Waves:
         return beat_phase(self.schedule, self.times, motion=motion, time=self.time)
 
     def response(self, motion: FloatArray) -> ComplexArray:
-        """How the high pass weakens and turns each point's beats, ``(point, 1, ramp)``."""
+        """Complex response of the high pass at each point's beats, ``(point, 1, ramp)``."""
         beats = self.beats(motion[:, 0], motion[:, 1])
         if self.high_pass is None:
             return np.ones((len(motion), 1, beats.shape[1]), dtype=np.complex128)
         return np.asarray(self.high_pass.response(beats)[:, None])
 
-    def turned_back(self, motion: FloatArray) -> ComplexArray:
-        """Takes back how the high pass turns up- and down-beats against each other.
+    def high_pass_correction(self, motion: FloatArray) -> ComplexArray:
+        """Phasors that remove the high pass's phase, ``(point, 1, ramp)``.
 
-        ``(point, 1, ramp)``, of points of any ``motion`` ``(point, 3)``.
+        It has opposite signs on up- and down-ramps. ``motion`` is ``(point, 3)``.
         """
         if self.high_pass is None:
             return self.response(motion)

@@ -1,4 +1,4 @@
-"""The IF signal of a moving point: its phase on a ramp, its amplitude there, and its removal."""
+"""The IF signal of a moving point: its phase and amplitude on every ramp, and its subtraction."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ def beat_phase(
 
     .. math:: \varphi(t) - \varphi(t-\tau) = f(t)\,\tau(t) - \tfrac12 b\,\tau(t)^2
 
-    in cycles, on each ramp a polynomial of second degree in t (the cubic that an acceleration
-    adds, b a t³/c, is left out: 1e-4 cycles at 10 m/s² and 1 ms). Last axis: value at the first
-    sample, cycles; slope there, Hz; curvature, Hz/s.
+    in cycles, on each ramp a polynomial of second degree in t (the cubic of an acceleration,
+    b a t³/c, is neglected: 1e-4 cycles at 10 m/s² and 1 ms). Last axis: value at the first sample,
+    cycles; slope there, Hz; curvature, Hz/s.
 
     Parameters
     ----------
@@ -48,8 +48,9 @@ def beat_phase(
     )
 
 
-NEAREST = 0.2
-"""Of the range at the start: nothing is taken to come nearer within a frame."""
+LEAST_RANGE_SHARE = 0.2
+"""Least range within a frame as a share of the range at its start. Chosen: a limit that keeps the
+range of unphysical trial motions positive."""
 
 
 def path_of(motion: FloatArray, elapsed: FloatArray) -> FloatArray:
@@ -57,10 +58,11 @@ def path_of(motion: FloatArray, elapsed: FloatArray) -> FloatArray:
 
     .. math:: R(t)^2 = R^2 + 2Rv\,\Delta + (v^2 + R a)\,\Delta^2
 
-    The range to what moves straight and steadily, its crossing speed squared being R a; and
-    within 3/2 v a Δ³/3R of :math:`R + v\Delta + \tfrac12 a\Delta^2` for what brakes ahead: 0.1 mm
-    at 5 m, 10 m/s, 8 m/s² after 24 ms. Near passers need it: at 4 m, 14 m/s inwards and as much
-    across, the third derivative turns the phase by a cycle within a frame of 48 ms.
+    This is exact for straight motion at constant velocity, whose speed across the line of sight is
+    :math:`\sqrt{Ra}`. For a body that brakes ahead it is within 3/2 v a Δ³/3R of
+    :math:`R + v\Delta + \tfrac12 a\Delta^2`: 0.1 mm at 5 m, 10 m/s, 8 m/s² after 24 ms. Bodies that
+    pass nearby need it: at 4 m, 14 m/s inwards and as much across, the third derivative changes the
+    phase by a cycle within a frame of 48 ms.
 
     Returns
     -------
@@ -70,13 +72,13 @@ def path_of(motion: FloatArray, elapsed: FloatArray) -> FloatArray:
     distance, rate, acceleration = (motion[:, i][ends] for i in range(3))
     bend = rate**2 + distance * acceleration
     square = distance**2 + (2.0 * distance * rate + bend * elapsed) * elapsed
-    now = np.sqrt(np.maximum(square, (NEAREST * distance) ** 2))
+    now = np.sqrt(np.maximum(square, (LEAST_RANGE_SHARE * distance) ** 2))
     rate_now = (distance * rate + bend * elapsed) / now
     return np.stack([now, rate_now, (bend - rate_now**2) / now])
 
 
 def path_slopes(motion: FloatArray, elapsed: FloatArray) -> FloatArray:
-    """Of the range by `path_of`, by R, v and a: ``(point, …, 3)``, with the axes of ``elapsed``."""
+    """Derivatives of the range of `path_of` by R, v and a: ``(point, …, 3)``, axes as above."""
     ends = (..., *(None,) * np.ndim(elapsed))
     distance, rate, acceleration = (motion[:, i][ends] for i in range(3))
     now = path_of(motion, elapsed)[0]
@@ -122,7 +124,7 @@ def beat_sensitivity(schedule: RampSchedule, times: SampleTimes, time: float) ->
 
 
 def hann_weights(present: BoolArray | FloatArray) -> FloatArray:
-    """Hann's window over every ramp, ``(ramp, fast)``, times how present each sample is, 0 … 1."""
+    """Hann's window over every ramp times the weight of each sample, 0 … 1: ``(ramp, fast)``."""
     length = np.max(np.where(present > 0, np.arange(present.shape[1]) + 1, 0), axis=1)
     n = np.arange(present.shape[1])
     window = np.sin(np.pi * (n + 0.5) / np.maximum(length, 1)[:, None]) ** 2
@@ -132,11 +134,11 @@ def hann_weights(present: BoolArray | FloatArray) -> FloatArray:
 def fit_amplitudes(
     samples: ComplexArray, weight: FloatArray, phases: FloatArray, rate: float
 ) -> tuple[ComplexArray, ComplexArray]:
-    r"""Amplitudes of several points at once, and what is left of the samples without them.
+    r"""Amplitudes of several points at once, and the residual of the samples without them.
 
-    On every ramp and channel the weighted least-squares solution of
-    :math:`y(t) = \sum_p a_p e^{j\varphi_p(t)}`: points that beat alike on one ramp share what is
-    there instead of each taking all of it.
+    On every ramp and channel they are the weighted least-squares solution of
+    :math:`y(t) = \sum_p a_p e^{j\varphi_p(t)}`: points with the same beat on one ramp share the
+    power there.
 
     Parameters
     ----------
@@ -156,17 +158,16 @@ def fit_amplitudes(
 def matched_amplitudes(
     samples: ComplexArray, weight: FloatArray, phases: FloatArray, rate: float
 ) -> ComplexArray:
-    """Amplitudes of points each on its own, as if the others were not there.
+    """Amplitude of every point as if it were alone: `fit_amplitudes` of single points.
 
-    What `fit_amplitudes` gives for a single point, at a fifth of the cost: nothing is taken out.
-    Parameters and the result's axes are the same.
+    It costs a fifth, as no residual is computed. Parameters and the result's axes are the same.
     """
     return _match(samples, weight, phases, rate)  # type: ignore[no-any-return]
 
 
-RIDGE = 1e-7
-"""Share of a point's own energy added to the normal equations: points closer than a resolution
-cell are told apart only as far as rounding allows, and a ramp without samples has a solution."""
+REGULARISATION = 1e-7
+"""Share of a point's own energy added to the normal equations: it bounds the amplitudes of points
+closer than a resolution cell, and gives a ramp without samples a solution. Chosen."""
 
 
 @njit(cache=True, nogil=True, parallel=True)
@@ -208,12 +209,12 @@ def _match(samples: Any, weight: Any, phases: Any, rate: float) -> Any:  # pragm
 def _normal_equations(  # pragma: no cover
     samples: Any, weight: Any, real: Any, imag: Any
 ) -> Any:
-    """Gram matrix and right-hand sides of one ramp; sums may be reordered, which is rounding."""
+    """Gram matrix and right-hand sides of one ramp; the order of sums changes rounding only."""
     points, fast = real.shape
     channels = samples.shape[0]
     gram = np.zeros((points, points), dtype=np.complex128)
     right = np.zeros((points, channels), dtype=np.complex128)
-    ridge = RIDGE * np.sum(weight) + 1e-300
+    ridge = REGULARISATION * np.sum(weight) + 1e-300
     for p in range(points):
         a = real[p] * weight
         b = imag[p] * weight
@@ -239,7 +240,7 @@ def _normal_equations(  # pragma: no cover
 def _residual_into(  # pragma: no cover
     residual: Any, samples: Any, weight: Any, amplitude: Any, real: Any, imag: Any
 ) -> None:
-    """What is left of one channel's samples on one ramp."""
+    """Residual of one channel's samples on one ramp."""
     for n in range(samples.size):
         if weight[n] > 0.0:
             left = samples[n]
@@ -266,10 +267,10 @@ def _replica_into(real: Any, imag: Any, phase: Any, rate: float) -> None:  # pra
 def beat_errors(  # pragma: no cover - compiled
     residual: Any, weight: Any, phase: Any, amplitude: Any, rate: float
 ) -> Any:
-    r"""By how much the residual says each point's beat is wrong: Hz, ``(point, ramp)``.
+    r"""Error of each point's beat by the residual: Hz, ``(point, ramp)``.
 
-    A beat that is off by δ leaves :math:`j2\pi\delta\,(t - \bar t)\,a\,e^{j\varphi}` behind;
-    δ is the weighted least-squares fit of that to the residual over all channels.
+    A beat with the error δ leaves the residual :math:`j2\pi\delta\,(t - \bar t)\,a\,e^{j\varphi}`;
+    δ is the weighted least-squares fit of that to the residual of all channels.
     Arguments as `fit_amplitudes` takes and gives.
     """
     points = phase.shape[0]
@@ -307,7 +308,7 @@ def beat_errors(  # pragma: no cover - compiled
 def replica(
     schedule: RampSchedule, times: SampleTimes, *, motion: FloatArray, time: float
 ) -> ComplexArray:
-    """Unit signal of a point (R, v, a), ``(ramp, fast)``: the slow, obvious twin of the kernels."""
+    """Unit signal of a point (R, v, a), ``(ramp, fast)``: slow reference of the kernels."""
     distance, rate, _ = path_of(np.asarray(motion)[None], times.time - time)[:, 0]
     delay = 2.0 * distance / (SPEED_OF_LIGHT + rate)
     frequency = schedule.start_frequency[:, None] + schedule.slope[:, None] * (

@@ -1,18 +1,18 @@
-r"""Points fitted in the frequency domain: a windowed beat is a few bins wide.
+r"""Points fitted in the frequency domain, where a windowed beat is a few bins wide.
 
-With Hann's window w a point of amplitude a, beat f and curvature b puts into the spectrum of a ramp
-of L samples
+With Hann's window w a point of amplitude a, beat f and curvature b contributes to the spectrum of a
+ramp of L samples
 
 .. math:: S(f_m) = a\,e^{j\varphi}\,g\,K(x, c), \qquad
           K(x, c) = \int w(u)\,e^{-j2\pi x u + j\pi c u^2}\,du
 
 where :math:`x = (f_m - f) L/f_s` counts resolution cells, :math:`c = b (L/f_s)^2` is the curvature
 in cycles over the ramp, φ the phase in the middle of the ramp, and :math:`g = L/\sqrt{\sum w^2}`
-makes white noise keep its power. K falls as :math:`1/\pi |x|^3`, so sums over a thousand
+keeps the power of white noise. K falls as :math:`1/\pi |x|^3`, so that sums over a thousand
 samples become sums over a dozen bins, two to a cell. Its dependence on c is the series
-:math:`\sum_q (j\pi c)^q/q!\,M_{2q}(x)` in the window's even moments, cut after q = 5: below −110 dB
-up to c = 1 (a car at 32 m/s, 1 GHz, 2 ms: 0.85). Ramps with blanked samples have moments of
-their own, and no short reach. The obvious twin in the time domain is
+:math:`\sum_q (j\pi c)^q/q!\,M_{2q}(x)` in the window's even moments, cut after q = 5: the error is
+below −110 dB up to c = 1 (a car at 32 m/s, 1 GHz, 2 ms: 0.85). Ramps with blanked samples have
+moments of their own, which do not fall with x. The reference in the time domain is
 `polychirp.receiver.signal_model.point_signal`.
 """
 
@@ -29,48 +29,48 @@ from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.model.if_frame import SampleTimes
 from polychirp.receiver.signal_model.point_signal import hann_weights
 
-MOMENTS = 6
-"""Terms of the series in the curvature."""
+NUM_MOMENTS = 6
+"""Number of terms of the series in the curvature: see above."""
 
-STEP = 16
-"""Points of a moment's table per resolution cell; cubic interpolation is good to −115 dB."""
+TABLE_POINTS_PER_CELL = 16
+"""Points of a moment's table per resolution cell: cubic interpolation has an error of −115 dB."""
 
-BINS = 2
+BINS_PER_CELL = 2
 """Bins of the spectra per resolution cell."""
 
-NEAR = 3.0
-"""Resolution cells to either side of a beat in which its amplitude and error are read."""
+FIT_REACH = 3.0
+"""Resolution cells to either side of a beat to which its amplitude and error are fitted. Chosen."""
 
-REACH = 9.0
-"""Cells beyond which two points do not share a normal equation: 1/(2π 9³) = −73 dB, and what is
-left of that goes out in the second pass."""
+COUPLING_REACH = 9.0
+"""Cells between two points beyond which their normal equations are not coupled: the kernel is
+1/(2π 9³) = −73 dB there, and the second pass removes the rest."""
 
-NEGLIGIBLE = 0.03
-"""Of the noise's rms: a point's skirt is taken out as far as it exceeds this."""
+REMOVAL_LIMIT = 0.03
+"""Share of the noise's rms down to which the side lobes of a point are subtracted. Chosen."""
 
-RIDGE = 1e-7
-"""Share of a point's own energy added to the normal equations, as in `point.fit_amplitudes`."""
+REGULARISATION = 1e-7
+"""Share of a point's own energy added to the normal equations, as in `fit_amplitudes`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Band:
-    """The bins of every ramp's spectrum in which points of a map can beat.
+    """The bins of every ramp's spectrum that hold the beats of a map's points.
 
-    Real and imaginary parts are kept apart, ``(part, …)``: compilers vectorise that.
+    Real and imaginary parts are separate, ``(part, …)``, so that compilers vectorise.
 
     Parameters
     ----------
     first : number of the first bin, ``(ramp,)``; may be negative
     num_bins : of every ramp
     rate : of the samples, 1/s
-    length : samples under the window, ``(ramp,)``; bins are ``rate/(BINS·length)`` apart
+    length : samples under the window, ``(ramp,)``; bins are ``rate/(BINS_PER_CELL·length)`` apart
     gain : L/√Σw², ``(ramp,)``
-    weight : the window over √Σw², zero where no sample is used, ``(ramp, fast)``
-    is_whole : no sample under the window is missing, ``(ramp,)``
+    weight : the window over √Σw², zero for samples that are not used, ``(ramp, fast)``
+    is_whole : true if no sample under the window is missing, ``(ramp,)``
     moments : M_2q of each kind of ramp, ``(table, part, phase, moment, place)`` from −``farthest``
         cells on; ``phase`` is the place between two bins
-    table : which of them a ramp has, ``(ramp,)``
-    farthest : cells
+    table : number of each ramp's table of moments, ``(ramp,)``
+    farthest : cells that the tables reach to either side
     """
 
     first: IntArray
@@ -87,15 +87,15 @@ class Band:
     @property
     def size(self) -> IntArray:
         """Length of each ramp's transform, ``(ramp,)``."""
-        return BINS * self.length
+        return BINS_PER_CELL * self.length
 
     @property
     def noise_gain(self) -> FloatArray:
-        """(Σw)²/Σw², ``(ramp,)``: what a point gains over the noise of a sample."""
+        """(Σw)²/Σw², ``(ramp,)``: gain of a point over the noise of a sample."""
         return np.asarray(np.sum(self.weight, axis=1) ** 2)
 
     def spectra(self, samples: ComplexArray) -> FloatArray:
-        """Spectra ``(part, ramp, channel, bin)`` of ``(channel, ramp, fast)``.
+        """Spectra ``(part, ramp, channel, bin)`` of samples ``(channel, ramp, fast)``.
 
         Their phase refers to the middle of each ramp's window; white noise keeps its power.
         """
@@ -104,15 +104,15 @@ class Band:
         for k in range(ramps):
             length = int(self.length[k])
             windowed = samples[:, k, :length] * self.weight[k, :length]
-            spectrum = np.fft.fft(windowed, BINS * length, axis=-1)
+            spectrum = np.fft.fft(windowed, BINS_PER_CELL * length, axis=-1)
             bins = self.first[k] + np.arange(self.num_bins)
-            turn = np.exp(1j * np.pi * bins * ((length - 1) / (BINS * length)))
-            shown = spectrum[:, bins % (BINS * length)] * turn
+            turn = np.exp(1j * np.pi * bins * ((length - 1) / (BINS_PER_CELL * length)))
+            shown = spectrum[:, bins % (BINS_PER_CELL * length)] * turn
             out[0, k], out[1, k] = shown.real, shown.imag
         return out
 
     def places(self, phases: FloatArray) -> FloatArray:
-        """Of points' `beat_phase`: phase in the middle, bin, curvature in cycles; same shape."""
+        """From `beat_phase`: phase in the middle, bin, curvature in cycles; same shape."""
         centre = 0.5 * (self.length - 1) / self.rate
         value, slope, bend = phases[..., 0], phases[..., 1], phases[..., 2]
         beat = slope + bend * centre
@@ -126,23 +126,23 @@ class Band:
         )
 
     def match(self, spectra: FloatArray, phases: FloatArray) -> ComplexArray:
-        """Amplitudes of points each on its own, ``(point, channel, ramp)``."""
+        """Amplitude of every point as if it were alone, ``(point, channel, ramp)``."""
         return np.asarray(_match(spectra, self.places(phases), *self._kernel()))
 
     def fit(
         self, spectra: FloatArray, phases: FloatArray, noise: FloatArray
     ) -> tuple[ComplexArray, FloatArray]:
-        r"""Amplitudes of several points at once, and what they leave of the spectra.
+        r"""Amplitudes of several points at once, and the residual of the spectra.
 
-        Every point p asks that what is left be orthogonal to its own kernel :math:`V_p` within
-        ``NEAR`` cells: :math:`\langle V_p, S - \sum_q a_q K_q\rangle = 0`. Exact where the
-        spectra are sums of points, whatever of a kernel lies outside.
+        For every point p the residual is orthogonal to its kernel :math:`V_p` within ``FIT_REACH``
+        cells: :math:`\langle V_p, S - \sum_q a_q K_q\rangle = 0`. This is exact for spectra that
+        are sums of points.
 
         Parameters
         ----------
         spectra : ``(part, ramp, channel, bin)``
         phases : `beat_phase`, ``(point, ramp, 3)``
-        noise : rms of the noise in a bin, ``(ramp,)``; skirts far below it are not removed
+        noise : rms of the noise in a bin, ``(ramp,)``; side lobes far below it are not removed
 
         Returns
         -------
@@ -158,23 +158,23 @@ class Band:
     def beat_errors(
         self, residual: FloatArray, phases: FloatArray, amplitude: ComplexArray
     ) -> FloatArray:
-        """By how much the residual says each point's beat is wrong: Hz, ``(point, ramp)``."""
+        """Error of each point's beat by the residual: Hz, ``(point, ramp)``."""
         above = np.sum((self.tilts(residual, phases) * amplitude.conj()).real, axis=1)
         strength = np.sum(np.abs(amplitude) ** 2, axis=1)
         return np.asarray(above / np.maximum(strength, 1e-300))
 
     def tilts(self, residual: FloatArray, phases: FloatArray) -> ComplexArray:
-        """Beat errors times amplitudes that the residual shows: ``(point, channel, ramp)``, Hz."""
+        """Beat errors times amplitudes, by the residual: ``(point, channel, ramp)``, Hz."""
         cells = _tilts(residual, self.places(phases), *self._kernel())
         return np.asarray(cells * (self.rate / self.length))
 
-    def without(
+    def subtract(
         self, spectra: FloatArray, phases: FloatArray, amplitude: ComplexArray
     ) -> FloatArray:
-        """Spectra that points of known amplitudes ``(point, channel, ramp)`` were taken out of."""
+        """Spectra without points of known amplitudes ``(point, channel, ramp)``."""
         out = spectra.copy()
         if len(phases):
-            _without(out, self.places(phases), amplitude, *self._kernel())
+            _subtract(out, self.places(phases), amplitude, *self._kernel())
         return out
 
     def _kernel(self) -> tuple[Any, ...]:
@@ -184,25 +184,25 @@ class Band:
 def band_of(
     presence: BoolArray | FloatArray, times: SampleTimes, *, lowest: FloatArray, highest: FloatArray
 ) -> Band:
-    """The band from beat ``lowest`` to ``highest``, Hz, ``(ramp,)``, with eight cells to spare.
+    """The band from beat ``lowest`` to ``highest``, Hz, ``(ramp,)``, with a margin of eight cells.
 
-    Windows end at a length that transforms like, a per cent shorter than the ramp at most, where
-    they have almost faded out anyway.
+    Windows have a length that is fast to transform, a per cent shorter than the ramp at most; the
+    window is almost zero there.
 
     Parameters
     ----------
-    presence : how far each sample counts, 0 … 1, ``(ramp, fast)``
+    presence : weight of each sample, 0 … 1, ``(ramp, fast)``
     """
     ticks = np.arange(presence.shape[1])
     last = np.max(np.where(presence > 0, ticks + 1, 0), axis=1)
     length = np.array([_smooth_below(int(n)) for n in last])
     weight = hann_weights(presence * (ticks < length[:, None]))
-    bins = BINS * length / times.rate
-    first = np.floor(lowest * bins).astype(np.int64) - 8 * BINS
-    num_bins = int(np.max(np.ceil(highest * bins).astype(np.int64) - first)) + 8 * BINS + 1
+    bins = BINS_PER_CELL * length / times.rate
+    first = np.floor(lowest * bins).astype(np.int64) - 8 * BINS_PER_CELL
+    num_bins = int(np.max(np.ceil(highest * bins).astype(np.int64) - first)) + 8 * BINS_PER_CELL + 1
     is_whole = np.sum(presence * (ticks < length[:, None]), axis=1) == length
     energy = np.maximum(np.sum(weight**2, axis=1), 1e-30)
-    farthest = -(-num_bins // BINS) + 4
+    farthest = -(-num_bins // BINS_PER_CELL) + 4
     broken = np.flatnonzero(~is_whole)
     tables = [_hann_moments(farthest)]
     tables += [_moments(weight[k, : length[k]], farthest) for k in broken]
@@ -238,20 +238,24 @@ def _smooth_below(length: int) -> int:
 
 @lru_cache(maxsize=8)
 def _hann_moments(farthest: int) -> FloatArray:
-    """Of a window so long that its number of samples does not matter: 1/(2π 1024³)."""
+    """Moments of a long window: the error of its finite number of samples is 1/(2π 1024³)."""
     u = (np.arange(2048) + 0.5) / 2048
     return _moments(np.sin(np.pi * u) ** 2, farthest)
 
 
 def _moments(weight: FloatArray, farthest: int) -> FloatArray:
-    """Transforms of w u^2q in the order of `Band.moments`, ``STEP`` points per cell."""
+    """Transforms of w u^2q as in `Band.moments`, ``TABLE_POINTS_PER_CELL`` points per cell."""
     length = weight.size
     u = (np.arange(length) - 0.5 * (length - 1)) / length
-    powers = u ** (2 * np.arange(MOMENTS)[:, None])
-    spectrum = np.fft.fft(weight * powers, STEP * length, axis=-1) / length
-    x = np.arange(-farthest * STEP, farthest * STEP)
-    shown = spectrum[:, x % (STEP * length)] * np.exp(1j * np.pi * x / STEP * (length - 1) / length)
-    parts = np.stack([shown.real, shown.imag]).reshape(2, MOMENTS, -1, STEP // BINS)
+    powers = u ** (2 * np.arange(NUM_MOMENTS)[:, None])
+    spectrum = np.fft.fft(weight * powers, TABLE_POINTS_PER_CELL * length, axis=-1) / length
+    x = np.arange(-farthest * TABLE_POINTS_PER_CELL, farthest * TABLE_POINTS_PER_CELL)
+    shown = spectrum[:, x % (TABLE_POINTS_PER_CELL * length)] * np.exp(
+        1j * np.pi * x / TABLE_POINTS_PER_CELL * (length - 1) / length
+    )
+    parts = np.stack([shown.real, shown.imag]).reshape(
+        2, NUM_MOMENTS, -1, TABLE_POINTS_PER_CELL // BINS_PER_CELL
+    )
     return np.ascontiguousarray(np.moveaxis(parts, 3, 1))
 
 
@@ -265,10 +269,14 @@ def _add_row(out: Any, factor: float, row: Any) -> None:  # pragma: no cover - c
 def _kernel_into(  # pragma: no cover - compiled
     out: Any, moments: Any, x: float, curvature: float, farthest: int, is_whole: bool
 ) -> None:
-    """K(x + i/BINS, curvature) for all places i of ``out``, ``(part, place)``."""
+    """K(x + i/BINS_PER_CELL, curvature) for all places i of ``out``, ``(part, place)``.
+
+    Lagrange's cubic over four table points; the moments are real where no sample is missing, so
+    that term q of the series is real or imaginary.
+    """
     out[:] = 0.0
     phases, terms, length = moments.shape[1:]
-    place = (x + farthest) * STEP
+    place = (x + farthest) * TABLE_POINTS_PER_CELL
     middle = int(np.floor(place))
     t = place - middle
     count = out.shape[1]
@@ -299,9 +307,9 @@ def _kernel_into(  # pragma: no cover - compiled
 
 @njit(cache=True, nogil=True)
 def _span(place: float, cells: float, bins: int) -> Any:  # pragma: no cover - compiled
-    """First bin and one past the last within ``cells`` of a place."""
-    low = max(0, int(np.ceil(place - cells * BINS)))
-    high = min(bins, int(np.floor(place + cells * BINS)) + 1)
+    """Numbers of the first bin, and after the last, within ``cells`` of a place."""
+    low = max(0, int(np.ceil(place - cells * BINS_PER_CELL)))
+    high = min(bins, int(np.floor(place + cells * BINS_PER_CELL)) + 1)
     return low, max(low, high)
 
 
@@ -325,9 +333,9 @@ def _match(  # pragma: no cover - compiled
     for p in range(places.shape[0]):
         for k in range(ramps):
             place = places[p, k]
-            low, high = _span(place[1], NEAR, bins)
+            low, high = _span(place[1], FIT_REACH, bins)
             own = values[:, : high - low]
-            start = (low - place[1]) / BINS
+            start = (low - place[1]) / BINS_PER_CELL
             _kernel_into(own, moments[table[k]], start, place[2], farthest, is_whole[k])
             energy = _inner(own, own).real + 1e-300
             turn = np.exp(-2j * np.pi * place[0]) / (gain[k] * energy)
@@ -355,19 +363,24 @@ def _fit(  # pragma: no cover - compiled
     wide = np.zeros((points, 2), dtype=np.int64)
     near = np.zeros((points, 2), dtype=np.int64)
     for k in range(ramps):
+        # every point's kernel as far as it couples with others, and the normal equations
         own = moments[table[k]]
-        reach = REACH + NEAR if is_whole[k] else 2.0 * farthest
+        reach = COUPLING_REACH + FIT_REACH if is_whole[k] else 2.0 * farthest
         for p in range(points):
-            near[p, 0], near[p, 1] = _span(places[p, k, 1], NEAR, bins)
-            _show(kernel, wide, p, reach, places[p, k], own, farthest, is_whole[k])
+            near[p, 0], near[p, 1] = _span(places[p, k, 1], FIT_REACH, bins)
+            _kernel_near(kernel, wide, p, reach, places[p, k], own, farthest, is_whole[k])
         gram = _gram(kernel, wide, near)
         found = np.linalg.solve(gram, _readings(kernel, near, residual[:, k]))
+        # kernels of strong points reach farther: all that exceeds the noise is subtracted
         for p in range(points):
-            above = np.abs(found[p]).max() / (2.0 * np.pi * NEGLIGIBLE * noise[k] + 1e-300)
-            skirt = min(above ** (1.0 / 3.0), 2.0 * farthest)
-            if skirt > reach:
-                _show(kernel, wide, p, skirt, places[p, k], own, farthest, is_whole[k])
+            above = np.abs(found[p]).max() / (2.0 * np.pi * REMOVAL_LIMIT * noise[k] + 1e-300)
+            removal_reach = min(above ** (1.0 / 3.0), 2.0 * farthest)
+            if removal_reach > reach:
+                _kernel_near(
+                    kernel, wide, p, removal_reach, places[p, k], own, farthest, is_whole[k]
+                )
         _remove(residual[:, k], kernel, wide, found)
+        # the second pass corrects for what lies beyond the reach of the first
         change = np.linalg.solve(gram, _readings(kernel, near, residual[:, k]))
         _remove(residual[:, k], kernel, wide, change)
         for p in range(points):
@@ -378,7 +391,7 @@ def _fit(  # pragma: no cover - compiled
 
 
 @njit(cache=True, nogil=True)
-def _show(  # pragma: no cover - compiled
+def _kernel_near(  # pragma: no cover - compiled
     kernel: Any,
     wide: Any,
     p: int,
@@ -388,10 +401,10 @@ def _show(  # pragma: no cover - compiled
     farthest: int,
     is_whole: bool,
 ) -> None:
-    """A point's kernel within so many cells of its beat."""
+    """Write a point's kernel within so many cells of its beat, and that range of bins."""
     low, high = _span(place[1], cells, kernel.shape[2])
     wide[p, 0], wide[p, 1] = low, high
-    start = (low - place[1]) / BINS
+    start = (low - place[1]) / BINS_PER_CELL
     _kernel_into(kernel[p, :, low:high], moments, start, place[2], farthest, is_whole)
 
 
@@ -404,7 +417,7 @@ def _gram(kernel: Any, wide: Any, near: Any) -> Any:  # pragma: no cover - compi
             low, high = max(near[p, 0], wide[q, 0]), min(near[p, 1], wide[q, 1])
             if low < high:
                 out[p, q] = _inner(kernel[p, :, low:high], kernel[q, :, low:high])
-        out[p, p] = out[p, p] * (1.0 + RIDGE) + 1e-300
+        out[p, p] = out[p, p] * (1.0 + REGULARISATION) + 1e-300
     return out
 
 
@@ -432,7 +445,7 @@ def _remove(spectrum: Any, kernel: Any, wide: Any, found: Any) -> None:  # pragm
 
 
 @njit(cache=True, nogil=True)
-def _without(  # pragma: no cover - compiled
+def _subtract(  # pragma: no cover - compiled
     spectra: Any,
     places: Any,
     amplitude: Any,
@@ -447,7 +460,7 @@ def _without(  # pragma: no cover - compiled
     for p in range(places.shape[0]):
         for k in range(ramps):
             place, own = places[p, k], moments[table[k]]
-            _kernel_into(kernel[0], own, -place[1] / BINS, place[2], farthest, is_whole[k])
+            _kernel_into(kernel[0], own, -place[1] / BINS_PER_CELL, place[2], farthest, is_whole[k])
             turn = np.exp(2j * np.pi * place[0]) * gain[k]
             _remove(spectra[:, k], kernel, wide, amplitude[p : p + 1, :, k] * turn)
 
@@ -456,22 +469,22 @@ def _without(  # pragma: no cover - compiled
 def _tilts(  # pragma: no cover - compiled
     residual: Any, places: Any, moments: Any, table: Any, farthest: int, gain: Any, is_whole: Any
 ) -> Any:
-    """In cells: the least-squares fit of the kernel's derivative to what is left near a beat."""
+    """Least-squares fit of the kernel's derivative to the residual near a beat, cells."""
     _, ramps, channels, bins = residual.shape
     points = places.shape[0]
     out = np.zeros((points, channels, ramps), dtype=np.complex128)
     ahead, behind = np.empty((2, bins)), np.empty((2, bins))
-    delta = 1.0 / STEP
+    delta = 1.0 / TABLE_POINTS_PER_CELL
     for p in range(points):
         for k in range(ramps):
             place = places[p, k]
-            low, high = _span(place[1], NEAR, bins)
-            start = (low - place[1]) / BINS
+            low, high = _span(place[1], FIT_REACH, bins)
+            start = (low - place[1]) / BINS_PER_CELL
             own, whole = moments[table[k]], is_whole[k]
             slope, other = behind[:, : high - low], ahead[:, : high - low]
             _kernel_into(slope, own, start - delta, place[2], farthest, whole)
             _kernel_into(other, own, start + delta, place[2], farthest, whole)
-            slope -= other  # a beat fitted δ cells too low leaves δ of it behind, over 2 delta
+            slope -= other  # a beat fitted δ cells too low leaves δ/(2 delta) of this as residual
             below = _inner(slope, slope).real
             if below > 0.0:
                 turn = np.exp(-2j * np.pi * place[0]) * 2.0 * delta / (gain[k] * below)

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.projections.polar import PolarAxes
 
 from polychirp.axes import FloatArray
-from polychirp.channel.rcs import CrossSections, near, running_median
+from polychirp.channel.rcs import CrossSections, is_within_window, running_median
 from polychirp.report.figures.drawing import BLUE, GREY, INK, Drawing, new_figure, styled
 from polychirp.units import to_db
 
@@ -40,7 +40,7 @@ def statistics(rcs: FloatArray, azimuth: FloatArray) -> dict[str, float]:
     level = {"mean": np.mean(rcs), "median": np.median(rcs)}
     turns = {"front": (0.0,), "side": (math.pi / 2, -math.pi / 2), "rear": (math.pi,)}
     for side, middles in turns.items():
-        inside = np.any([near(azimuth, middle, SECTOR) for middle in middles], axis=0)
+        inside = np.any([is_within_window(azimuth, middle, SECTOR) for middle in middles], axis=0)
         if np.any(inside):
             level[f"{side} median"] = np.median(rcs[inside])
     return {name: float(to_db(value)) for name, value in level.items()}

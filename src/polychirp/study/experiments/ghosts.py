@@ -27,7 +27,7 @@ from polychirp.scoring.closed_forms import (
     apparent_point,
     ghost_by_clock,
     ghost_by_start,
-    has_arm_in_map,
+    has_ridge_in_map,
     removing_slope_difference,
 )
 from polychirp.scoring.ghosts import Nature
@@ -97,7 +97,7 @@ class GhostRow:
     axis, value, waveform : of the case
     theory : probability that a direct ghost's apparent point is in the map, by the closed forms, in
         the mean over the streets drawn
-    theory_of_arms : that such a point or one of its arms is (`has_arm_in_map`)
+    theory_of_arms : that such a point or one of its arms is (`has_ridge_in_map`)
     direct : measured probability that a frame has a claim made by a direct path
     any_ghost : that it has a claim where nothing is
     ghosts : mean number of those
@@ -304,7 +304,7 @@ def expectation(case: Case, seed: int) -> Expectation:
     low, high, speed = receiver.least_range, receiver.greatest_range, receiver.greatest_speed
     coupling = ramps.ramp_duration * (ramps.start_frequency / ramps.bandwidth + 0.5)
     is_in_map = (distance >= low) & (distance <= high) & (np.abs(rate) <= speed)
-    has_arm = has_arm_in_map(
+    has_arm = has_ridge_in_map(
         distance=distance,
         range_rate=rate,
         coupling=coupling,

@@ -14,7 +14,7 @@ from polychirp.correlation.base import Correlation, correlate
 from polychirp.correlation.lobes import Lobes, lobes
 from polychirp.correlation.theory import expected
 from polychirp.errors import InputError
-from polychirp.model.baseband import Baseband, Progress, silent
+from polychirp.model.baseband import Baseband, Progress, no_progress
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.transceiver import Link, Transceiver
 from polychirp.radio.base import measured
@@ -406,7 +406,7 @@ def run_correlation(
     seed: int = 1,
     num_seeds: int = NUM_SEEDS,
     radio: Transceiver | None = None,
-    progress: Progress = silent,
+    progress: Progress = no_progress,
 ) -> CorrelationResults:
     """Every case: closed form, model at every SNR with intervals, and loop-back through SigMF.
 

@@ -14,7 +14,7 @@ from polychirp.correlation.ambiguity import Ambiguity, ambiguity
 from polychirp.correlation.base import Correlation
 from polychirp.correlation.theory import crossing_peak, disjoint_peak, expected
 from polychirp.errors import InputError, did_you_mean
-from polychirp.model.baseband import Baseband, Progress, silent
+from polychirp.model.baseband import Baseband, Progress, no_progress
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.transceiver import Transceiver
 from polychirp.radio.base import Radio, measured
@@ -261,7 +261,9 @@ def reference_for(
     return comparable(other, here)
 
 
-def ambiguity_of(pair: Pair, *, greatest_doppler: float, progress: Progress = silent) -> Ambiguity:
+def ambiguity_of(
+    pair: Pair, *, greatest_doppler: float, progress: Progress = no_progress
+) -> Ambiguity:
     """Ambiguity function of a pair around zero lag, the size of a picture."""
     reach = min(0.5 * NUM_DELAYS / pair.a.sample_rate, pair.b.duration)
     doppler = np.linspace(-greatest_doppler, greatest_doppler, NUM_DOPPLERS)

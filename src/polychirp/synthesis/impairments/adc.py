@@ -14,13 +14,13 @@ from polychirp.model.front_end import Digitiser, GainControl
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Digitised:
-    """What a digitiser makes of a frame.
+    """A frame as a digitiser reads it.
 
     Parameters
     ----------
     samples : V at its input, ``(channel, ramp, fast)``: the codes divided by the gain
-    gain : power ratio that each ramp was amplified by, ``(ramp,)``
-    is_overloaded : where I or Q was beyond full scale, ``(channel, ramp, fast)``
+    gain : power gain of the amplifier on each ramp, ``(ramp,)``
+    is_overloaded : true where I or Q was beyond full scale, ``(channel, ramp, fast)``
     """
 
     samples: Annotated[ComplexArray, Axes("channel", "ramp", "fast", dtype=np.complex128)]
@@ -32,7 +32,7 @@ class Digitised:
 
 
 def digitised(digitiser: Digitiser, samples: ComplexArray) -> Digitised:
-    """What ``samples``, V ``(channel, ramp, fast)``, are read as; zero stays zero.
+    """Reading of ``samples``, V ``(channel, ramp, fast)``; zero is read as zero.
 
     >>> digitised(Digitiser(full_scale=1.0, bits=2), np.array([[[0.3 - 2.0j]]])).samples
     array([[[0.5-1.j]]])
@@ -56,7 +56,7 @@ def gains(control: GainControl, full_scale: float, peaks: FloatArray) -> FloatAr
         float(np.max(peaks[max(0, k - control.num_ramps) : max(1, k)])) for k in range(peaks.size)
     ]
     room = full_scale / (control.back_off * np.maximum(np.square(former), 1e-300))
-    # a level that is a whole number of steps is not one too few by rounding
+    # rounding must not make a whole number of steps one too few
     steps = np.floor(np.log(room) / math.log(control.step) + 1e-9)
     wanted = np.exp(np.clip(steps * math.log(control.step), -690.0, 690.0))
     return np.clip(wanted, control.least, control.greatest)
@@ -76,6 +76,6 @@ def _read(digitiser: Digitiser, voltage: FloatArray, limit: float) -> FloatArray
 
 
 def _bent(voltage: FloatArray, limit: float, softness: float) -> FloatArray:
-    """Rapp's curve; by logarithms, since a hard one overflows."""
+    """Rapp's curve, computed by logarithms: powers of a hard limit would overflow."""
     ratio = np.log(np.maximum(np.abs(voltage) / limit, 1e-30))
     return np.asarray(voltage * np.exp(-0.5 / softness * np.logaddexp(0.0, 2 * softness * ratio)))

@@ -1,7 +1,7 @@
-"""From what leaves the IF filter to the samples, every maker's part on its own.
+"""From the IF filter's output to the samples, for each part of a frame by itself.
 
 Filters and I/Q imbalance are linear and act on each part. Offset, saturation and quantisation are
-not: what they add to the sum of all parts becomes a part of its own, the distortion.
+not: the error that they add to the sum of all parts is a part of its own, the distortion.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def linear_steps(radar: Radar, samples: ComplexArray, times: SampleTimes) -> Com
 
 
 def distortion(radar: Radar, linear: ComplexArray, times: SampleTimes) -> ComplexArray:
-    """What is read less what came, V ``(channel, ramp, fast)``, of the sum of all linear parts."""
+    """Reading less input, V ``(channel, ramp, fast)``, of the sum of all linear parts."""
     offset = radar.front_end.offset
     added = 0.0 if offset is None else np.where(times.is_sample, offset.voltage, 0.0)
     if radar.front_end.digitiser is None:
@@ -39,7 +39,7 @@ def distortion(radar: Radar, linear: ComplexArray, times: SampleTimes) -> Comple
 
 
 def reading(radar: Radar, parts: IfParts, times: SampleTimes) -> Digitised:
-    """How a frame was digitised: gains and overload, which its samples no longer show.
+    """Reading of a frame with its gains and overload, which the samples no longer show.
 
     Raises
     ------

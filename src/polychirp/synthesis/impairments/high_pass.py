@@ -1,15 +1,15 @@
 r"""An analog high-pass acting on samples, ramp by ramp.
 
-Its poles are kept exactly; the zeros are fitted so that the response is the analog one wherever
-the IF filter passes, or lets through, what is not aliased:
+The poles are those of the analog filter; the zeros are fitted so that the response is the analog
+one wherever the IF filter passes signals, or lets signals through that are not aliased:
 
 .. math:: \frac{\sum_d w_d z^{-d}}{\prod_i \left(1 - e^{-2\pi f_i/f_s} z^{-1}\right)}
           \approx \prod_i \frac{jf}{f_i + jf}, \qquad z = e^{j2\pi f/f_s}.
 
 (With a corner at a tenth of the sample rate, the bilinear transform is off by 3 % and 5°.) The fit
-looks a few samples ahead; they and all samples since the ramp's start are synthesised besides
-those that the converter keeps. What is aliased is weighted within a fifth or so only: two
-frequencies of the analog filter are one there.
+uses a few later samples; they and all samples since the ramp's start are synthesised besides those
+that the converter keeps. Aliased signals are weighted within a fifth or so only: two frequencies of
+the analog filter are one there.
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ from polychirp.model.if_frame import SampleTimes
 from polychirp.model.radar import Radar
 from polychirp.model.scene import Scene
 
-TOLERANCE: Final = 5e-3
-"""Largest deviation of the response from the analog one over that band; 1e-3 is usual."""
+RESPONSE_TOLERANCE: Final = 5e-3
+"""Largest deviation of the response from the analog one over that band; usual fits reach 1e-3."""
 
-_AHEAD: Final = 8
-_BEHIND: Final = 16
-"""Samples after and before its own that the fit may look at."""
+_SAMPLES_AHEAD: Final = 8
+_SAMPLES_BEHIND: Final = 16
+"""Samples after and before its own that the fit may use."""
 
 
 def with_lead(scene: Scene, victim: int) -> Scene:
-    """The scene in which the victim also samples what its high-pass needs to know.
+    """The scene in which the victim also takes the samples that its high-pass needs.
 
-    That is each ramp from its start, where the filter is at rest, to a little beyond the last
+    They cover each ramp from its start, where the filter is at rest, to a little beyond the last
     sample. Without a high-pass it is the scene itself.
     """
     radar = scene.radars[victim]
@@ -74,7 +74,7 @@ def high_passed(radar: Radar, samples: ComplexArray, times: SampleTimes) -> Comp
     out = np.zeros((*samples.shape[:-1], times.most_samples), dtype=np.complex128)
     weight = np.ones(samples.shape[-1])
     if before:
-        # of the step at the ramp's start, half a sample's share lies before its sample
+        # half a sample's share of the step at the ramp's start lies before its sample
         weight[0] = 0.5 + radar.converter.start * times.rate - before
     for place in np.ndindex(samples.shape[:-2]):
         y = lfilter(zeros, poles, samples[place] * weight, axis=-1)
@@ -84,7 +84,7 @@ def high_passed(radar: Radar, samples: ComplexArray, times: SampleTimes) -> Comp
 
 
 def refuse_unfollowed(radar: Radar) -> None:
-    """Raise what `high_passed` would raise, before any long computation."""
+    """Raise the errors of `high_passed` before any long computation."""
     if radar.front_end.high_pass is not None:
         _coefficients_of(radar, radar.front_end.high_pass)
 
@@ -99,7 +99,7 @@ def _coefficients_of(radar: Radar, high_pass: HighPass) -> tuple[FloatArray, Flo
 def coefficients(
     high_pass: HighPass, *, rate: float, band: float, ahead: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Numerator and denominator in powers of 1/z, right up to ``band``, ``ahead`` samples late.
+    """Numerator and denominator in powers of 1/z, valid to ``band`` Hz, ``ahead`` samples late.
 
     >>> zeros, poles = coefficients(HighPass(corners=(1e5,)), rate=1e6, band=3e5, ahead=10)
     >>> abs(float(np.sum(zeros))) < 1e-9  # nothing passes at 0 Hz
@@ -111,10 +111,10 @@ def coefficients(
     inside = turn <= 2.0 * np.pi * band / rate
     recursion = np.exp(-1j * np.outer(turn, np.arange(poles.size))) @ poles
     wanted = high_pass.response(turn * rate / (2.0 * np.pi))
-    # beyond the band a hint only, which keeps the weights small; 0 Hz counts most
+    # a low weight beyond the band keeps the coefficients small; 0 Hz counts most
     weight = np.where(inside, 1.0, 1e-3) / np.abs(recursion)
     weight[0] *= 1e3
-    wave = np.exp(-1j * np.outer(turn, np.arange(-ahead, _BEHIND + 1)))
+    wave = np.exp(-1j * np.outer(turn, np.arange(-ahead, _SAMPLES_BEHIND + 1)))
     matrix, target = wave * weight[:, None], wanted * recursion * weight
     zeros = np.linalg.lstsq(
         np.concatenate([matrix.real, matrix.imag]),
@@ -122,30 +122,29 @@ def coefficients(
         rcond=None,
     )[0]
     deviation = np.abs(wave @ zeros / recursion - wanted)[inside].max()
-    if deviation > TOLERANCE:
+    if deviation > RESPONSE_TOLERANCE:
         raise InputError(
             f"a high-pass at {max(high_pass.corners) / 1e3:.4g} kHz, sampled at {rate / 1e6:.4g} "
             f"MS/s and known {ahead} samples ahead, is off by {deviation:.1e} within "
             f"{band / 1e3:.4g} kHz; sample faster, or raise the converter's margin to "
-            f"{_AHEAD / rate * 1e6:.4g} µs"
+            f"{_SAMPLES_AHEAD / rate * 1e6:.4g} µs"
         )
     return np.asarray(zeros, dtype=np.float64), np.asarray(poles, dtype=np.float64)
 
 
 def _band(if_filter: IfFilter, rate: float) -> float:
-    """The pass band, and beyond it what nothing that the filter lets through is aliased to."""
+    """Hz, upper edge of the pass band, or higher where no signal is aliased to."""
     return max(if_filter.passband, min(if_filter.stopband, rate - if_filter.stopband))
 
 
 def _lead(radar: Radar) -> tuple[int, int]:
-    """Samples between the ramp's start and the first one, and how many after the last one.
+    """Numbers of samples between the ramp's start and the first one, and after the last one.
 
-    Those after the last one keep off the ramp's end, where the IF filter fades; but a few are
-    needed.
+    The latter avoid the ramp's end, where the IF filter fades; but a few are needed.
     """
     start, margin = radar.converter.start, radar.converter.margin
     room = np.array([start, margin, margin - 0.5 * radar.if_filter.support])
     before, most, clear = np.floor(room * radar.converter.sample_rate * (1 + 1e-12) + 1e-9).astype(
         int
     )
-    return int(before), int(min(most, np.clip(clear, 3, _AHEAD)))
+    return int(before), int(min(most, np.clip(clear, 3, _SAMPLES_AHEAD)))

@@ -1,21 +1,21 @@
-r"""Radars whose oscillators err: phase noise and ramp errors around any engine.
+r"""Radars with real oscillators: phase noise and ramp errors, added to any engine.
 
 With an error θ of each transmitter's phase, in cycles, the mixer's product of each path gains
 
 .. math:: e^{j2\pi\left[\theta_v(t) - \theta_i(t-\tau)\right]}
 
-before the IF filter. In a radar's own echo both are the same: what is left of phase noise is
+before the IF filter. In a radar's own echo both errors are the same: phase noise keeps
 :math:`4\sin^2(\pi\nu\tau)` of its spectrum at offset ν (range correlation; Budge and Burt 1993).
 
-Closed forms know straight chirps alone, so the inner engine is asked for the same signal at a
-higher rate behind a filter that is flat over all that the errors can bring into the band; the
-errors are multiplied in there, and the radar's own filter and rate follow. To the exact samples
-of straight chirps only the difference is added:
+Closed forms exist for straight chirps alone. The inner engine therefore makes the same signal at a
+higher rate, behind a filter that is flat over all frequencies that the errors can bring into the
+band; the errors are multiplied there, and the radar's own filter and rate follow. Only the
+difference is added to the exact samples of straight chirps:
 
 .. math:: y = y_0 + h * \left[y_w \left(e^{j2\pi[\theta_v - \theta_i]} - 1\right)\right] .
 
-Paths of different delay see different errors: θ is band-limited, so that a few nodes of delay,
-with each path shared among them by Lagrange's polynomials, are enough.
+Paths of different delay have different errors. As θ is band-limited, a few nodes of delay are
+enough, among which each path is shared by Lagrange's polynomials.
 """
 
 from __future__ import annotations
@@ -43,48 +43,51 @@ from polychirp.synthesis.links.links import links_of_all
 from polychirp.synthesis.links.thermal_noise import noise_density
 from polychirp.units import from_db
 
-OFFSETS: Final = 2.0
-"""Highest offset of phase noise that is followed as a wave, in stop bands of the IF filter."""
+HIGHEST_OFFSET_STOPBANDS: Final = 2.0
+"""Highest offset of phase noise that is computed as a wave, in stop bands of the IF filter."""
 
-TOLERANCE: Final = 1e-6
-"""Rad rms, by which an error of phase may be missed between the nodes of delay."""
+PHASE_TOLERANCE: Final = 1e-6
+"""Error of the phase between the nodes of delay, rad rms."""
 
-MOST_NODES: Final = 16
-"""Nodes of delay in a group; with half a cycle of the highest offset none needs more."""
+MOST_DELAY_NODES: Final = 16
+"""Nodes of delay in a group: enough for groups of half a cycle of the highest offset."""
 
-TRANSITION: Final = 2.5
-"""Of the wide filter, in stop bands of the victim's: so short that it seldom meets ramps' ends."""
+TRANSITION_STOPBANDS: Final = 2.5
+"""Transition band of the wide filter, in stop bands of the victim's.
 
-FLATNESS: Final = from_db(120.0)
+It makes the filter so short that its windows seldom contain ramps' ends."""
+
+WIDE_FILTER_ATTENUATION: Final = from_db(120.0)
 """Attenuation, and so ripple, of the wide filter."""
 
-INAUDIBLE: Final = 1e-6
+NEGLIGIBLE_FAR_NOISE: Final = 1e-6
 """Density of another radar's far noise that is left out, relative to the victim's thermal noise."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Oscillating:
-    r"""Any engine, with the oscillators of the scene's radars as they are.
+    r"""Any engine, with the oscillators of the scene's radars.
 
-    Without an oscillator that errs, the samples are the inner engine's, at no cost. Otherwise the
-    inner engine is also asked once per node of delay, at a rate of 8.5 stop bands. At the default
+    If both oscillators are ideal, the samples are the inner engine's, at no cost. Otherwise the
+    inner engine is also called once per node of delay, at a rate of 8.5 stop bands. At the default
     level of noise the result is right to 1e-6 of a full-scale sample, and to 2e-5 where windows
-    reach over the ends of ramps; what folds back into the band is of fourth order in the phase.
+    contain ends of ramps; the signals that fold back into the band are of fourth order in the
+    phase.
 
-    Limits. A path's delay decides its error of phase as it is at the snapshot's reference time,
-    at the array's centre: both must keep well within 1/ν at the highest offset ν, as a snapshot
-    a few ms old does. Only offsets up to two stop bands of the scene's widest IF filter are waves
-    that add in phase over paths and radars. What another radar's beat, further out, leaves in the
-    band at larger offsets is Gaussian noise of density
+    Limits. A path's error of phase is that of its delay at the snapshot's reference time and at the
+    array's centre: changes of the delay must stay well within 1/ν at the highest offset ν, as they
+    do for a snapshot a few ms old. Only offsets up to two stop bands of the scene's widest IF
+    filter are waves that add in phase over paths and radars. A beat of another radar further out
+    leaves Gaussian noise in the band, of density
 
     .. math:: P\,\left[L_v(f_{IF}) + L_i(f_{IF})\right] ,
 
-    at the beat of the strongest path; it reaches the array from where its paths come, and it is
-    independent from one victim to the next.
+    at the beat of the strongest path; it arrives from the directions of the paths, and is
+    independent between victims.
 
     Parameters
     ----------
-    inner : engine for straight chirps; it must make signals of the given paths alone
+    inner : engine for straight chirps; its signals must depend on the given paths alone
     streams : phase noise comes from ``streams["oscillator", name, …]``
 
     Examples
@@ -114,47 +117,55 @@ class Oscillating:
         pair = (scene.radars[victim], scene.radars[transmitter])
         if all(radar.oscillator.is_ideal for radar in pair):
             return samples
+        wide = Wide.of(scene, schedules[victim], victim, highest_offset(scene))
         paths = [_between(shot, victim, transmitter) for shot in snapshots]
-        highest = highest_offset(scene)
-        wide = Wide.of(scene, schedules[victim], victim, highest)
-        errors = [
-            phase_error(
-                scene.radars[radar],
-                schedules[radar],
-                highest_offset=highest,
-                streams=self.streams,
-            )
-            for radar in (victim, transmitter)
-        ]
-        time = wide.times.time
-        error = _turned(errors[0], time)
-
-        def deviation(
-            alone: Scene, shots: Sequence[PropagationPaths], delay: float
-        ) -> ComplexArray:
-            """What the errors add to signals of one delay, at the wide rate."""
-            signal = self.inner.contribution(
-                alone, schedules, shots, victim=victim, transmitter=transmitter
-            )
-            signal *= error * np.conj(_turned(errors[1], time - delay)) - 1.0
-            return signal
-
-        added = np.zeros((*samples.shape[:2], *time.shape), dtype=np.complex128)
-        if any(shot.num_paths for shot in paths):
-            shortest = float(min(schedules[r].duration.min() for r in (victim, transmitter)))
-            for delay, shots in shared(paths, pair[1], highest=highest, shortest=shortest):
-                added[:LEAKAGE_PART] += deviation(wide.scene, shots, delay)
-            if victim != transmitter:
-                added += self._far(wide, schedules, paths, victim, transmitter, highest)
-        if len(samples) > LEAKAGE_PART:
-            nothing = [shot.select(np.zeros(0, dtype=np.int64)) for shot in paths]
-            for radar, delay in one_way_each(pair[0]):
-                alone = wide.heard_by(radar, victim)
-                added[LEAKAGE_PART] += deviation(alone, nothing, delay)[LEAKAGE_PART]
+        added = self._added(wide, schedules, paths, victim, transmitter, num_parts=len(samples))
         for part, signal in enumerate(added):
             if signal.any():
                 samples[part] += wide.narrowed(signal)
         return samples
+
+    def _added(
+        self,
+        wide: Wide,
+        schedules: Sequence[RampSchedule],
+        paths: Sequence[PropagationPaths],
+        victim: int,
+        transmitter: int,
+        *,
+        num_parts: int,
+    ) -> ComplexArray:
+        """Signal that the errors add, ``(part, channel, ramp, fast)`` at the wide rate."""
+        radar, other = wide.scene.radars[victim], wide.scene.radars[transmitter]
+        highest, time = wide.highest_offset, wide.times.time
+        own_error, sent_error = (
+            phase_error(r, schedules[n], highest_offset=highest, streams=self.streams)
+            for r, n in ((radar, victim), (other, transmitter))
+        )
+        turned = _turned(own_error, time)
+
+        def deviation(
+            alone: Scene, shots: Sequence[PropagationPaths], delay: float
+        ) -> ComplexArray:
+            """Signal that the errors add to signals of one delay."""
+            signal = self.inner.contribution(
+                alone, schedules, shots, victim=victim, transmitter=transmitter
+            )
+            signal *= turned * np.conj(_turned(sent_error, time - delay)) - 1.0
+            return signal
+
+        added = np.zeros((num_parts, radar.array.num_channels, *time.shape), dtype=np.complex128)
+        if any(shot.num_paths for shot in paths):
+            shortest = float(min(schedules[n].duration.min() for n in (victim, transmitter)))
+            for delay, shots in shared(paths, other, highest=highest, shortest=shortest):
+                added[:LEAKAGE_PART] += deviation(wide.scene, shots, delay)
+            if victim != transmitter:
+                added += self._far(wide, schedules, paths, victim, transmitter)
+        if num_parts > LEAKAGE_PART:
+            nothing = [shot.select(np.zeros(0, dtype=np.int64)) for shot in paths]
+            for alone, delay in wide.one_leakage_each(victim):
+                added[LEAKAGE_PART] += deviation(alone, nothing, delay)[LEAKAGE_PART]
+        return added
 
     def _far(
         self,
@@ -163,12 +174,11 @@ class Oscillating:
         paths: Sequence[PropagationPaths],
         victim: int,
         transmitter: int,
-        highest: float,
     ) -> ComplexArray:
-        """Noise at offsets beyond ``highest``, at the wide rate.
+        """Noise at offsets beyond the highest one, at the wide rate.
 
-        What noise another radar has at the victim's own frequency is mixed like the victim's own
-        ramp, sent from there.
+        The other radar's noise at the victim's own frequency is mixed as if that radar sent the
+        victim's ramp.
         """
         radar, other = wide.scene.radars[victim], wide.scene.radars[transmitter]
         own, sent = schedules[victim], schedules[transmitter]
@@ -181,15 +191,15 @@ class Oscillating:
         others, sends = _frequency(sent, time - float(delay))
         beat = np.abs(mine - others)
         level = _level(radar, beat) + _level(other, beat)
-        density = np.where(mixes & sends & (beat > highest), level, 0.0)
-        if density.max() * most**2 < INAUDIBLE * noise_density(radar):
+        density = np.where(mixes & sends & (beat > wide.highest_offset), level, 0.0)
+        if density.max() * most**2 < NEGLIGIBLE_FAR_NOISE * noise_density(radar):
             return np.zeros((), dtype=np.complex128)
-        # one code word stands for all: which elements send changes where the noise comes from
+        # one code word for all ramps: the elements in use change the direction of the noise alone
         weight = np.repeat(sent.transmit_weight[:1], own.num_ramps, axis=0)
         noisy = replace(own, transmit_weight=weight)
-        plans = [noisy if n == transmitter else plan for n, plan in enumerate(schedules)]
+        sent_instead = [noisy if n == transmitter else ramps for n, ramps in enumerate(schedules)]
         carrier = self.inner.contribution(
-            wide.scene, plans, paths, victim=victim, transmitter=transmitter
+            wide.scene, sent_instead, paths, victim=victim, transmitter=transmitter
         )
         generator = self.streams["oscillator", radar.name, "far", other.name]
         white = generator.standard_normal((*time.shape, 2)).view(np.complex128)[..., 0]
@@ -197,8 +207,8 @@ class Oscillating:
 
 
 def highest_offset(scene: Scene) -> float:
-    """Hz, to which phase noise is followed as a wave: the same for all radars of a scene."""
-    return OFFSETS * max(radar.if_filter.stopband for radar in scene.radars)
+    """Hz, up to which phase noise is computed as a wave: the same for all radars of a scene."""
+    return HIGHEST_OFFSET_STOPBANDS * max(radar.if_filter.stopband for radar in scene.radars)
 
 
 class _Early(Converter):
@@ -212,27 +222,29 @@ class _Early(Converter):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wide:
-    """A victim that samples so fast, behind so wide a filter, that errors of phase can follow.
+    """A victim with so high a sample rate and so wide a filter that errors of phase can be added.
 
     Every window of the victim's own filter lies within the samples: sample n of the victim is
     ``reach + n·factor`` of these.
 
     Parameters
     ----------
-    scene : with the victim's filter and converter exchanged, and deaf to its own leakage
-    times : when its converter samples
+    radar : the victim
+    own_times : when its converter samples
+    scene : with the victim's filter and converter exchanged, and without its leakage
+    highest_offset : Hz, up to which phase noise is computed as a wave
+    times : when the victim's converter in ``scene`` samples
     factor : wide samples to one of the victim's
     reach : wide samples in half the victim's filter
-    if_filter : the victim's own
-    own_times : when the victim's own converter samples
     """
 
+    radar: Radar
+    own_times: SampleTimes
     scene: Scene
+    highest_offset: float
     times: SampleTimes
     factor: int
     reach: int
-    if_filter: IfFilter
-    own_times: SampleTimes
 
     @classmethod
     def of(cls, scene: Scene, schedule: RampSchedule, victim: int, highest: float) -> Wide:
@@ -241,10 +253,10 @@ class Wide:
         edge, converter = radar.if_filter.stopband, radar.converter
         wide_filter = IfFilter(
             passband=highest + edge,
-            stopband=highest + (1.0 + TRANSITION) * edge,
-            attenuation=FLATNESS,
+            stopband=highest + (1.0 + TRANSITION_STOPBANDS) * edge,
+            attenuation=WIDE_FILTER_ATTENUATION,
         )
-        # what the errors smear beyond half the rate must not fold back into the band
+        # signals that the errors shift beyond half the rate must not fold back into the band
         most = wide_filter.stopband + highest + edge
         factor = math.ceil(most / converter.sample_rate)
         rate = factor * converter.sample_rate
@@ -256,46 +268,42 @@ class Wide:
         )
         wide = replace(radar, if_filter=wide_filter, converter=early, leakage=(), bumper=None)
         return cls(
+            radar=radar,
+            own_times=sample_times(schedule, converter),
             scene=_with_radar(scene, wide, victim),
+            highest_offset=highest,
             times=sample_times(schedule, early),
             factor=factor,
             reach=reach,
-            if_filter=radar.if_filter,
-            own_times=sample_times(schedule, converter),
         )
 
-    def heard_by(self, radar: Radar, victim: int) -> Scene:
-        """The scene with the leakage and the bumper of ``radar``."""
-        wide = self.scene.radars[victim]
-        return _with_radar(
-            self.scene, replace(wide, leakage=radar.leakage, bumper=radar.bumper), victim
-        )
+    def one_leakage_each(self, victim: int) -> Iterator[tuple[Scene, float]]:
+        """The scene with one leakage of the victim, or its bumper, at a time, and its delay, s.
+
+        These delays are so short that no two share a node: the noise that remains is in proportion
+        to the delay.
+        """
+        wide, bumper = self.scene.radars[victim], self.radar.bumper
+        for leak in self.radar.leakage:
+            yield _with_radar(self.scene, replace(wide, leakage=(leak,)), victim), leak.delay
+        if bumper is not None:
+            delay = 2.0 * bumper.distance / SPEED_OF_LIGHT
+            yield _with_radar(self.scene, replace(wide, bumper=bumper), victim), delay
 
     def narrowed(self, signal: ComplexArray) -> ComplexArray:
         """Behind the victim's own filter, ``(…, ramp, fast)``, at its own sample times."""
         from scipy.signal import upfirdn
 
         rate = self.times.rate
-        taps = self.if_filter.impulse_response(np.arange(-self.reach, self.reach + 1) / rate) / rate
-        # zeros after the taps make the first whole window end on a sample that is kept
+        grid = np.arange(-self.reach, self.reach + 1) / rate
+        taps = self.radar.if_filter.impulse_response(grid) / rate
+        # zeros before the taps make the first whole window end on a sample that is kept
         late = -2 * self.reach % self.factor
         taps = np.concatenate([np.zeros(late), taps])
         skipped = (2 * self.reach + late) // self.factor
         kept = slice(skipped, skipped + self.own_times.most_samples)
         filtered = upfirdn(taps, signal, down=self.factor, axis=-1)[..., kept]
         return np.asarray(np.where(self.own_times.is_sample, filtered, 0.0))
-
-
-def one_way_each(radar: Radar) -> Iterator[tuple[Radar, float]]:
-    """The radar with one way at a time on which it hears itself, and that way's delay, s.
-
-    They are so short that no two share a node of delay: what is left of the noise is in
-    proportion to the delay.
-    """
-    for leak in radar.leakage:
-        yield replace(radar, leakage=(leak,), bumper=None), leak.delay
-    if radar.bumper is not None:
-        yield replace(radar, leakage=()), 2.0 * radar.bumper.distance / SPEED_OF_LIGHT
 
 
 def _with_radar(scene: Scene, radar: Radar, number: int) -> Scene:
@@ -317,7 +325,7 @@ def shared(
     Parameters
     ----------
     snapshots : of one transmitter and receiver
-    sender : radar whose errors are looked up at the delays
+    sender : radar whose errors are taken at the delays
     highest : Hz, offset up to which it has phase noise
     shortest : s, ramp
     """
@@ -352,22 +360,22 @@ def _scaled(
 
 
 def _num_nodes(sender: Radar, half: float, highest: float, shortest: float) -> int:
-    """The fewest nodes over delays of ±half that miss less than the tolerance."""
-    for count in range(1, MOST_NODES):
-        if _missed(sender, half, count, highest, shortest) <= TOLERANCE:
+    """The fewest nodes over delays of ±half with an error below the tolerance."""
+    for count in range(1, MOST_DELAY_NODES):
+        if _error(sender, half, count, highest, shortest) <= PHASE_TOLERANCE:
             return count
-    return MOST_NODES
+    return MOST_DELAY_NODES
 
 
-def _missed(sender: Radar, half: float, count: int, highest: float, shortest: float) -> float:
-    """Rad rms. A wave of frequency f is missed by 2(πfa)^K/K!, Jacobi–Anger's next term."""
+def _error(sender: Radar, half: float, count: int, highest: float, shortest: float) -> float:
+    """Error, rad rms. That of a wave of frequency f is 2(πfa)^K/K!, Jacobi–Anger's next term."""
     total = 0.0
     scale = 2.0 * half**count / math.factorial(count)
     noise, ramp_error = sender.oscillator.phase_noise, sender.oscillator.ramp_error
     if noise is not None:
         f = np.geomspace(1e-3 * highest, highest, 200)
-        missed = scale * (np.pi * f) ** count
-        total += float(np.trapezoid(2.0 * noise.density(f) * missed**2, f))
+        error = scale * (np.pi * f) ** count
+        total += float(np.trapezoid(2.0 * noise.density(f) * error**2, f))
     if ramp_error is not None:
         total += (scale * (np.pi * ramp_error.bandwidth(shortest)) ** count) ** 2
     return math.sqrt(total)
@@ -385,7 +393,7 @@ def _turned(error: PhaseError | None, time: FloatArray) -> ComplexArray:
 
 
 def _frequency(schedule: RampSchedule, time: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """Hz, and whether anything is sent, at ``time``."""
+    """Hz at ``time``, and true where a ramp is sent."""
     ramp = np.maximum(np.searchsorted(schedule.start_time, time, side="right") - 1, 0)
     into = time - schedule.start_time[ramp]
     sends = (into >= 0.0) & (into < schedule.duration[ramp])

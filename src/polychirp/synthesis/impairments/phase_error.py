@@ -1,12 +1,12 @@
-r"""The error θ(t) of a transmitted phase over one frame, of which every victim hears the same.
+r"""The error θ(t) of a transmitted phase over one frame, the same for every victim.
 
 Phase noise is a sum of waves with independent Gaussian amplitudes,
 
 .. math:: 2\pi\,\theta(t) = 2\,\mathrm{Re} \sum_m c_m e^{j2\pi m t/P}, \qquad
           \mathrm{E}|c_m|^2 = L(m/P)/P ,
 
-up to a highest offset. The period P is twice the frame, so that its ends know nothing of each
-other; the lowest wave is that of offset 1/P.
+up to a highest offset. The period P is twice the frame, so that the frame's ends are independent;
+the lowest wave is that of offset 1/P.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from polychirp.model.ramp import RampSchedule
 from polychirp.rng import Streams
 
 PHASE_MARGIN: Final = 100e-6
-"""s, by which a record of noise reaches beyond the ramps on both sides."""
+"""s that a record of noise extends beyond the ramps on both sides; chosen longer than delays."""
 
 GRID_OVERSAMPLING: Final = 4
 """Grid points per Nyquist interval of the highest offset."""
 
 SPLINE_DEGREE: Final = 7
-"""With four grid points to Nyquist's one it is right to 2·7⁻⁸ of the highest offset's wave."""
+"""Degree of the splines: with `GRID_OVERSAMPLING` the error is 2·7⁻⁸ of the highest wave."""
 
 PhaseError = Callable[[FloatArray], FloatArray]
 """θ in cycles at times in s, of any shape."""
@@ -40,11 +40,11 @@ PhaseError = Callable[[FloatArray], FloatArray]
 def phase_error(
     radar: Radar, schedule: RampSchedule, *, highest_offset: float, streams: Streams
 ) -> PhaseError | None:
-    """What a radar's oscillator adds to the phase that ``schedule`` sends; None if it is ideal.
+    """Error that an oscillator adds to the phase of ``schedule``; None if it is ideal.
 
     Parameters
     ----------
-    highest_offset : Hz, to which phase noise is drawn
+    highest_offset : Hz, up to which phase noise is drawn
     streams : noise comes from ``streams["oscillator", name of the radar]``
     """
     oscillator = radar.oscillator
@@ -72,9 +72,9 @@ def noise_record(
 ) -> PhaseError:
     """Phase noise from ``begin`` to ``end``; the same arguments give the same noise.
 
-    Splines on a grid; a wave's coefficients are its samples over the spline's own response, so
-    that all that is wrong is the wave's images about the grid's rate. Before and behind its ends
-    the record stays what it is there: nothing is sent.
+    The record is a spline on a grid. A wave's coefficients are its samples over the spline's own
+    response, so that only the wave's images about the grid's rate are wrong. Beyond its ends, where
+    nothing is sent, the record is constant.
     """
     from scipy.fft import irfft, next_fast_len
 
@@ -111,13 +111,13 @@ def noise_waves(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RampPhase:
-    """The phase of a ramp error, going on from ramp to ramp without a jump."""
+    """The phase of a ramp error, continuous from ramp to ramp."""
 
     error: AnyRampError
     schedule: RampSchedule
 
     def __call__(self, time: FloatArray) -> FloatArray:
-        """θ, cycles, at times ``(…,)``; between ramps it waits."""
+        """θ, cycles, at times ``(…,)``; between ramps it is constant."""
         start, duration = self.schedule.start_time, self.schedule.duration
         whole = float(self.error.phase(np.ones(()))) * duration
         before = np.concatenate([[0.0], np.cumsum(whole)[:-1]])

@@ -1,4 +1,4 @@
-"""Splines on a uniform grid, compiled: SciPy's find every interval and recur every basis anew."""
+"""Splines on a uniform grid, compiled: SciPy searches every interval and repeats the recursion."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from functools import lru_cache
 import numpy as np
 
 from polychirp.axes import FloatArray
-from polychirp.synthesis.stretch.path_kernels import compiled
+from polychirp.synthesis.numba_support import compiled
 
 
 @lru_cache(maxsize=4)
 def basis(degree: int) -> FloatArray:
-    """What the coefficients are weighted with between two knots, ``(power, coefficient)``.
+    """Weights of the coefficients between two knots, ``(power, coefficient)``.
 
     >>> (5040 * basis(7)[0]).round().tolist()
     [1.0, 120.0, 1191.0, 2416.0, 1191.0, 120.0, 1.0, 0.0]
@@ -29,10 +29,10 @@ def basis(degree: int) -> FloatArray:
 def evaluate(
     out: FloatArray, place: FloatArray, coefficients: FloatArray, weight: FloatArray
 ) -> None:
-    """Splines at places between the first interval's beginning, 0, and the last's end.
+    """Fill in the spline at places from 0, the first interval's beginning, to the last's end.
 
-    Interval n is made of the coefficients from n on; ``weight`` is `basis`. Places beyond the ends
-    have the values there.
+    Interval n uses the coefficients from n on; ``weight`` is `basis`. Places beyond the ends get
+    the values there.
     """
     intervals = coefficients.size - weight.shape[1] + 1
     value = np.empty(weight.shape[1])

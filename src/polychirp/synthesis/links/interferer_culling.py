@@ -1,17 +1,19 @@
-r"""Radars out of hearing: a strict and cheap bound on what each puts into a victim's samples.
+r"""Inaudible radars: a strict and cheap bound on the interference of each in a victim's samples.
 
 A sample is :math:`\int h(s)\,e^{j\phi(s)} ds` over pieces on which both radars stay on one ramp.
 There the beat :math:`\dot\phi/2\pi` never comes nearer to zero than some f, and
-:math:`\ddot\phi = 2\pi\mu` is constant. Integrating by parts twice, with
-:math:`\omega = 2\pi f`, a path of amplitude 1 leaves no more than
+:math:`\ddot\phi = 2\pi\mu` is constant. After integration by parts, twice, with
+:math:`\omega = 2\pi f`, a sample of a path of amplitude 1 is at most
 
 .. math:: \sum_{ends} \left(\frac{|h|}{\omega} + \frac{|\dot h|}{\omega^2}
           + \frac{|h||\ddot\phi|}{\omega^3}\right) + \int\left(\frac{|\ddot h|}{\omega^2}
           + \frac{3|\dot h||\ddot\phi|}{\omega^3} + \frac{3|h|\ddot\phi^2}{\omega^4}\right) ds .
 
-Ends are those of the filter's support, where h is all but zero, and of ramps within it: the click
-of a transmitter that is switched on or off far out of band is what can be heard of it. No phases,
-kernels or links are computed: delays and amplitudes enter by their extremes and sums.
+Ends are those of the filter's support, where h is nearly zero, and of ramps within it: a
+transmitter far out of band is received only as a click, when it is switched on or off. Phases,
+kernels and links are not computed: delays and amplitudes enter by their extremes and sums.
+
+Interferers that are not *audible* by this bound are left out of the victim's samples.
 """
 
 from __future__ import annotations
@@ -36,42 +38,41 @@ from polychirp.synthesis.links.links import nearest_snapshots
 from polychirp.synthesis.links.thermal_noise import noise_density
 
 NEGLIGIBLE_SHARE: Final = 1e-2
-"""Of the rms of the victim's noise: what all radars out of hearing together stay below.
+"""Limit of the rms of all inaudible radars together, relative to the rms of the victim's noise.
 
-It raises the floor by 0.0004 dB. Less would keep far out-of-band neighbours for the clicks with
-which a model's ramps begin and end, which no real transmitter makes."""
+It raises the floor by 0.0004 dB. A smaller limit would keep radars far out of band for the clicks
+with which a model's ramps begin and end; no real transmitter makes these."""
 
+_ROWS_PER_BLOCK: Final = 1 << 16
+"""Victim's ramps times transmitters that are held at once: some 20 MB."""
 
-_ROWS: Final = 1 << 16
-"""Ramps of ours times transmitters, at once: some 20 MB."""
-
-_SENT: Final = ("start_time", "end_time", "start_frequency", "stop_frequency", "slope")
+_SENT_COLUMNS: Final = ("start_time", "end_time", "start_frequency", "stop_frequency", "slope")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Audience:
-    """Whom a victim hears.
+class AudibleRadars:
+    """The radars that a victim receives.
 
     Parameters
     ----------
-    heard : numbers of the radars, in the order they were given in
-    neglected : V, on the rms over all samples of any channel of all others together: the root of
-        the sum of their bounds' squares, as their oscillators' phases have nothing in common
+    numbers : of the radars, in the order in which they were given
+    neglected : V, bound on the rms of all others together, over all samples of any channel: the
+        root of the sum of their bounds' squares, as their oscillators' phases are independent
     """
 
-    heard: tuple[int, ...]
+    numbers: tuple[int, ...]
     neglected: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Loudness:
-    """Bounds on what radars put into a victim's samples.
+class InterferenceBounds:
+    """Bounds on the interference of radars in a victim's samples.
 
     Parameters
     ----------
     rms : V, over all samples of a channel, ``(radar,)``
-    closest : Hz, least magnitude of the beat while it can reach a sample, ``(radar,)``; ∞ where
-        nothing ever arrives
+    closest : Hz, least magnitude of the beat while it can reach a sample, ``(radar,)``; ∞ if no
+        signal arrives
     """
 
     rms: Annotated[FloatArray, Axes("radar")]
@@ -81,7 +82,7 @@ class Loudness:
         seal(self)
 
 
-def audience(
+def audible_radars(
     scene: Scene,
     schedules: Sequence[RampSchedule],
     snapshots: Sequence[PropagationPaths],
@@ -89,14 +90,16 @@ def audience(
     victim: int,
     interferers: Sequence[int],
     share: float = NEGLIGIBLE_SHARE,
-) -> Audience:
-    """All interferers but those that together stay below ``share`` of the victim's noise (rms).
+) -> AudibleRadars:
+    """All interferers but the weakest, which together stay below ``share`` of the noise's rms.
 
-    Quietest first; one whose beat comes into the IF filter's stop edge is always heard, and so is
-    one whose noise may, an oscillator that errs.
+    An interferer is always audible if its beat comes within the IF filter's stop edge, or if its
+    or the victim's oscillator is not ideal, since its noise may come there.
     """
     radar = scene.radars[victim]
-    loud = loudness(scene, schedules, snapshots, victim=victim, interferers=interferers)
+    bounds = interference_bounds(
+        scene, schedules, snapshots, victim=victim, interferers=interferers
+    )
     noise = math.sqrt(noise_density(radar) * radar.if_filter.noise_bandwidth)
     is_clean = np.array(
         [
@@ -105,51 +108,53 @@ def audience(
         ],
         dtype=bool,
     )
-    outside = np.flatnonzero((loud.closest > radar.if_filter.stopband) & is_clean)
-    order = outside[np.argsort(loud.rms[outside], kind="stable")]
-    together = np.sqrt(np.cumsum(loud.rms[order] ** 2))
+    outside = np.flatnonzero((bounds.closest > radar.if_filter.stopband) & is_clean)
+    order = outside[np.argsort(bounds.rms[outside], kind="stable")]
+    together = np.sqrt(np.cumsum(bounds.rms[order] ** 2))
     count = int(np.searchsorted(together, share * noise, side="right"))
     left_out = set(order[:count].tolist())
-    return Audience(
-        heard=tuple(number for n, number in enumerate(interferers) if n not in left_out),
+    return AudibleRadars(
+        numbers=tuple(number for n, number in enumerate(interferers) if n not in left_out),
         neglected=float(together[count - 1]) if count else 0.0,
     )
 
 
-def loudness(
+def interference_bounds(
     scene: Scene,
     schedules: Sequence[RampSchedule],
     snapshots: Sequence[PropagationPaths],
     *,
     victim: int,
     interferers: Sequence[int],
-) -> Loudness:
-    """The bounds for every one of ``interferers``; a radar without paths has 0 V."""
+) -> InterferenceBounds:
+    """The bounds of all ``interferers``; a radar without paths has 0 V."""
     radar, own = scene.radars[victim], schedules[victim]
-    ears = _Ears.of(radar, own)
+    band = _VictimBand.of(radar, own)
     chosen = nearest_snapshots(own, snapshots)
-    reach = _reach(scene, own, snapshots, chosen, victim)
+    extremes = _path_extremes(scene, own, snapshots, chosen, victim)
     number = np.asarray(interferers, dtype=np.int64)
-    loudest = reach.amplitude[:, number].max(axis=0, initial=0.0)
+    strongest = extremes.amplitude[:, number].max(axis=0, initial=0.0)
     rms, closest = np.zeros(number.size), np.full(number.size, math.inf)
-    step = max(1, _ROWS // own.num_ramps)
-    audible = np.flatnonzero(loudest > 0.0)
-    for begin in range(0, audible.size, step):
-        n = audible[begin : begin + step]
+    step = max(1, _ROWS_PER_BLOCK // own.num_ramps)
+    arriving = np.flatnonzero(strongest > 0.0)
+    for begin in range(0, arriving.size, step):
+        n = arriving[begin : begin + step]
         sent = [schedules[i] for i in number[n]]
-        response, closest[n] = ears.response(_Crowd.of(sent, reach, number[n]))
+        response, closest[n] = band.response(_Interferers.of(sent, extremes, number[n]))
         root_power = [
-            _root_power(scene, victim, i, plan.num_elements)
-            for i, plan in zip(number[n], sent, strict=True)
+            _root_power(scene, victim, i, schedule.num_elements)
+            for i, schedule in zip(number[n], sent, strict=True)
         ]
-        volts = reach.amplitude[chosen][:, number[n]].T * np.array(root_power)[:, None] * response
-        rms[n] = np.sqrt(np.sum(volts**2, axis=1) / ears.num_samples)
-    return Loudness(rms=rms, closest=closest)
+        volts = (
+            extremes.amplitude[chosen][:, number[n]].T * np.array(root_power)[:, None] * response
+        )
+        rms[n] = np.sqrt(np.sum(volts**2, axis=1) / band.num_samples)
+    return InterferenceBounds(rms=rms, closest=closest)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Reach:
-    """Of every transmitter: path amplitudes summed ``(snapshot, radar)``; delays and rates."""
+class _PathExtremes:
+    """Sums of path amplitudes ``(snapshot, radar)``; extremes of delays and rates ``(radar,)``."""
 
     amplitude: FloatArray
     earliest: FloatArray
@@ -157,15 +162,15 @@ class _Reach:
     rate: FloatArray
 
 
-def _reach(
+def _path_extremes(
     scene: Scene,
     own: RampSchedule,
     snapshots: Sequence[PropagationPaths],
     chosen: IntArray,
     victim: int,
-) -> _Reach:
+) -> _PathExtremes:
     count = len(scene.radars)
-    reach = _Reach(
+    extremes = _PathExtremes(
         np.zeros((len(snapshots), count)),
         np.full(count, math.inf),
         np.full(count, -math.inf),
@@ -184,13 +189,13 @@ def _reach(
         away = max(abs(first - paths.reference_time), abs(last - paths.reference_time))
         speed = np.abs(paths.delay_rate[here])
         slack = speed * away + 2.0 * aperture / SPEED_OF_LIGHT
-        reach.amplitude[number] = np.bincount(
+        extremes.amplitude[number] = np.bincount(
             sender, weights=_norm(paths.transfer[here]), minlength=count
         )
-        np.minimum.at(reach.earliest, sender, paths.delay[here] - slack)
-        np.maximum.at(reach.latest, sender, paths.delay[here] + slack)
-        np.maximum.at(reach.rate, sender, speed)
-    return reach
+        np.minimum.at(extremes.earliest, sender, paths.delay[here] - slack)
+        np.maximum.at(extremes.latest, sender, paths.delay[here] + slack)
+        np.maximum.at(extremes.rate, sender, speed)
+    return extremes
 
 
 def _norm(transfer: ComplexArray) -> FloatArray:
@@ -205,7 +210,7 @@ def _norm(transfer: ComplexArray) -> FloatArray:
 def _root_power(scene: Scene, victim: int, transmitter: int, num_elements: int) -> float:
     """V, of a path of amplitude 1 along the axes of both antennas, all elements in phase.
 
-    The victim's own errors of gain are not in it, as they scale its noise alike.
+    The victim's own errors of gain are left out, as they scale its noise by the same factor.
     """
     sender, receiver = scene.radars[transmitter], scene.radars[victim]
     elements = np.abs(sender.array.transmitter_response[:num_elements]).sum()
@@ -219,8 +224,8 @@ def _root_power(scene: Scene, victim: int, transmitter: int, num_elements: int) 
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Crowd:
-    """Transmitters side by side, their ramps end to end; what their paths do at most ``(n, 1)``."""
+class _Interferers:
+    """Schedules of n transmitters, and extremes of their paths' delays and rates ``(n, 1)``."""
 
     schedules: Sequence[RampSchedule]
     earliest: FloatArray
@@ -228,34 +233,36 @@ class _Crowd:
     rate: FloatArray
 
     @classmethod
-    def of(cls, schedules: Sequence[RampSchedule], reach: _Reach, number: IntArray) -> _Crowd:
+    def of(
+        cls, schedules: Sequence[RampSchedule], paths: _PathExtremes, number: IntArray
+    ) -> _Interferers:
         at = number[:, None]
-        return cls(schedules, reach.earliest[at], reach.latest[at], reach.rate[at])
+        return cls(schedules, paths.earliest[at], paths.latest[at], paths.rate[at])
 
     def ramps(self, name: str) -> FloatArray:
-        return np.concatenate([getattr(plan, name) for plan in self.schedules])
+        return np.concatenate([getattr(schedule, name) for schedule in self.schedules])
 
-    def met(self, begin: FloatArray, end: FloatArray) -> tuple[IntArray, IntArray]:
-        """First ramp, and number of them, that reach a receiver from begin to end ``(n, k)``."""
+    def arriving(self, begin: FloatArray, end: FloatArray) -> tuple[IntArray, IntArray]:
+        """First ramp and number of ramps that arrive between begin and end ``(n, k)``."""
         first = np.array(
             [
-                np.searchsorted(plan.end_time, early)
-                for plan, early in zip(self.schedules, begin - self.latest, strict=True)
+                np.searchsorted(schedule.end_time, early)
+                for schedule, early in zip(self.schedules, begin - self.latest, strict=True)
             ]
         )
         after = np.array(
             [
-                np.searchsorted(plan.start_time, late, side="right")
-                for plan, late in zip(self.schedules, end - self.earliest, strict=True)
+                np.searchsorted(schedule.start_time, late, side="right")
+                for schedule, late in zip(self.schedules, end - self.earliest, strict=True)
             ]
         )
-        size = np.array([plan.num_ramps for plan in self.schedules])
+        size = np.array([schedule.num_ramps for schedule in self.schedules])
         return first + (np.cumsum(size) - size)[:, None], np.maximum(after - first, 0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Ears:
-    """What of other transmitters can reach the victim's samples, ramp by ramp."""
+class _VictimBand:
+    """Times and frequencies at which signals reach the victim's samples, ramp by ramp."""
 
     own: RampSchedule
     times: SampleTimes
@@ -265,7 +272,7 @@ class _Ears:
     own_ends: IntArray
 
     @classmethod
-    def of(cls, radar: Radar, own: RampSchedule) -> _Ears:
+    def of(cls, radar: Radar, own: RampSchedule) -> _VictimBand:
         times = sample_times(own, radar.converter)
         half = 0.5 * radar.if_filter.support
         first = times.first - half
@@ -284,19 +291,19 @@ class _Ears:
     def num_samples(self) -> int:
         return int(self.times.num_samples.sum())
 
-    def response(self, crowd: _Crowd) -> tuple[FloatArray, FloatArray]:
+    def response(self, others: _Interferers) -> tuple[FloatArray, FloatArray]:
         """Root of the energy of each ramp's samples for a path of 1 V, and the closest beat."""
-        shape = (len(crowd.schedules), self.begin.size)
-        first, count = crowd.met(self.begin, self.end)
-        # one row for each meeting of a transmitter's ramp i with a ramp k of ours
+        shape = (len(others.schedules), self.begin.size)
+        first, count = others.arriving(self.begin, self.end)
+        # one row for each overlap of a transmitter's ramp i with a ramp k of the victim
         cell = np.repeat(np.arange(count.size), count.ravel())
         i = np.arange(cell.size) + np.repeat(
             first.ravel() - (np.cumsum(count) - count.ravel()), count.ravel()
         )
         n, k = np.divmod(cell, self.begin.size)
-        sent = {name: crowd.ramps(name)[i] for name in _SENT}
+        sent = {name: others.ramps(name)[i] for name in _SENT_COLUMNS}
         earliest, latest, rate = (
-            value[n, 0] for value in (crowd.earliest, crowd.latest, crowd.rate)
+            value[n, 0] for value in (others.earliest, others.latest, others.rate)
         )
         closest, bend = np.full(count.size, math.inf), np.zeros(count.size)
         np.minimum.at(closest, cell, self._beat(k, sent, earliest, latest, rate))
@@ -360,8 +367,8 @@ class _Norms:
             + 3.0 * turn**2 * self.integral[0] / omega**4
         )
         at_ends = self.peak[1] / omega**2 + self.peak[0] * turn / omega**3
-        heard_at_end = np.sqrt(np.minimum(num_samples, self.window))
-        clicks = ends * (self.click / omega + heard_at_end * at_ends)
+        samples_at_end = np.sqrt(np.minimum(num_samples, self.window))
+        clicks = ends * (self.click / omega + samples_at_end * at_ends)
         everywhere = np.sqrt(num_samples)
         return np.asarray(
             np.minimum(clicks + everywhere * (at_edges + inside), everywhere * self.integral[0])
@@ -371,7 +378,7 @@ class _Norms:
 @lru_cache(maxsize=32)
 def _norms(if_filter: IfFilter, rate: float) -> _Norms:
     support = if_filter.support
-    # two panels to a cycle: |h| has corners at its zeros, which cost the integrals under 1e-4
+    # two panels to a cycle: |h| has corners at its zeros, which change the integrals by under 1e-4
     node, weight = gauss_panels(8 * math.ceil(support * if_filter.stopband))
     value = np.abs(if_filter.derivatives(0.5 * support * node, 2))
     at_end = np.abs(if_filter.derivatives(np.array([0.5 * support]), 1))[:, 0]

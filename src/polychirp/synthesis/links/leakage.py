@@ -1,10 +1,11 @@
-"""What a radar hears of itself without any scene, as links: leakage, and a bumper's mirror."""
+"""Links of a radar to itself without any scene: leakage, and the reflection at a bumper."""
 
 from __future__ import annotations
 
 import math
 import warnings
 from collections.abc import Sequence
+from dataclasses import fields
 from typing import Final
 
 import numpy as np
@@ -19,7 +20,9 @@ from polychirp.model.scene import Scene
 from polychirp.synthesis.links.links import Links, links_of_all
 
 LEAKAGE_PART: Final = 2
-"""Its entry in the contribution of a radar to itself, after unmirrored and mirrored paths."""
+"""Number of the leakage's part in the contribution of a radar to itself.
+
+Parts 0 and 1 are unmirrored and mirrored paths."""
 
 
 def all_links(
@@ -30,12 +33,12 @@ def all_links(
     transmitter: int,
     num_elements: int = 1,
 ) -> list[Links]:
-    """The traced links of every snapshot, and for a radar's own signal what it hears besides."""
+    """The traced links of every snapshot, and for a radar's own signal its leakage and bumper."""
     traced = links_of_all(
         scene, snapshots, victim=victim, transmitter=transmitter, num_elements=num_elements
     )
     radar = scene.radars[victim]
-    if victim != transmitter or not radar.hears_itself:
+    if victim != transmitter or not radar.receives_itself:
         return traced
     return [
         joined(
@@ -63,18 +66,18 @@ def own_links(
 
     at delays :math:`\sqrt{4d^2 + y_m^2}/c`, exact for each element; amplitude and antenna gain
     are those along the axis, for all elements. The sheet is flat, large and square to the axis;
-    waves that go to and fro between it and the radar are not counted.
+    multiple reflections between it and the radar are neglected.
 
     Parameters
     ----------
     frequency : Hz, for the wavelength of Friis's law
-    num_elements : transmitting elements in use; each is heard alike
+    num_elements : transmitting elements in use; all of them leak alike
 
     Warns
     -----
     ModelWarning
-        The bumper is so near to antennas so large that Friis's law has more come back than was
-        sent: then what was sent comes back.
+        The bumper is so near to antennas so large that Friis's law returns more power than is
+        sent: then the power that is sent is taken.
     """
     power = radar.transmit_power * radar.transmit_gain * radar.receive_gain
     delay = [leak.delay for leak in radar.leakage]
@@ -100,25 +103,19 @@ def own_links(
 
 
 def joined(first: Links, second: Links) -> Links:
-    """Both links of one snapshot together."""
-    return Links(
-        reference_time=first.reference_time,
-        delay=np.concatenate([first.delay, second.delay]),
-        delay_rate=np.concatenate([first.delay_rate, second.delay_rate]),
-        transmit_element=np.concatenate([first.transmit_element, second.transmit_element]),
-        element_delay=np.concatenate([first.element_delay, second.element_delay]),
-        amplitude=np.concatenate([first.amplitude, second.amplitude]),
-        part=np.concatenate([first.part, second.part]),
-    )
+    """The links of both tables, of one snapshot."""
+    columns = [field.name for field in fields(Links) if field.name != "reference_time"]
+    both = {name: np.concatenate([getattr(first, name), getattr(second, name)]) for name in columns}
+    return Links(reference_time=first.reference_time, **both)
 
 
 def num_parts(radar: Radar, *, is_own: bool) -> int:
-    """Entries of a contribution: three for a radar that hears itself, else two."""
-    return LEAKAGE_PART + 1 if is_own and radar.hears_itself else LEAKAGE_PART
+    """Parts of a contribution: three for a radar that receives its own leakage, else two."""
+    return LEAKAGE_PART + 1 if is_own and radar.receives_itself else LEAKAGE_PART
 
 
 def _coupling(radar: Radar, bumper: Bumper, frequency: float) -> float:
-    """Share of the transmitted power that a perfect mirror would bring back to an element."""
+    """Share of the transmitted power that a perfect mirror would return to an element."""
     ahead = np.array([1.0, 0.0, 0.0])
     gain = float(radar.array.pattern.gain(ahead))
     coupling = (gain * SPEED_OF_LIGHT / (8.0 * math.pi * frequency * bumper.distance)) ** 2
@@ -133,7 +130,7 @@ def _coupling(radar: Radar, bumper: Bumper, frequency: float) -> float:
 
 
 def _detour(radar: Radar, bumper: Bumper) -> FloatArray:
-    """How much farther each element is from the transmitter's image than the centre, m."""
+    """Distance of each element from the transmitter's image, less that of the centre, m."""
     image = np.array([2.0 * bumper.distance, 0.0, 0.0])
     away = np.linalg.norm(radar.array.position - image, axis=1)
     return np.asarray(away - 2.0 * bumper.distance)

@@ -29,27 +29,27 @@ from polychirp.model.scene import Scene
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Links:
-    r"""What one transmitter's signal meets on its way to one victim, at one snapshot.
+    r"""Delays and amplitudes of one transmitter's signal at one victim, at one snapshot.
 
-    Every way of a wave is here once for each transmitting element that sends: as "path" p, which
-    has that element's place in its delay and its error in its amplitude. The victim's element m
+    Every propagation path appears once for each transmitting element in use, as "path" p: its delay
+    includes that element's position, and its amplitude that element's error. The victim's element m
     receives it, at time t of reception, as :math:`\sqrt{W}` times the unit signal that the element
     sent at :math:`t - \tau_p - \dot\tau_p (t - t_0) - \delta_{pm}`, times
 
     .. math:: a_p = \sqrt{P_t G_{ft} G_t}\;(j_r^T A_p\, j_t)\,\sqrt{G_r G_{fr}}.
 
     The weights of the schedule are not in the amplitude, since they change from ramp to ramp.
-    Both arrays are small against the ways: wave fronts are planes across them.
+    Both arrays are small against the paths' lengths: wave fronts are planes across them.
 
     Parameters
     ----------
     reference_time : s, :math:`t_0`
     delay, delay_rate : s and s/s, ``(path,)``
-    transmit_element : number of the element that sent it, ``(path,)``
-    element_delay : s, :math:`\delta_{pm}` of an element against the phase centre, negative for
-        one nearer to where the wave comes from, ``(path, channel)``
+    transmit_element : number of the transmitting element, ``(path,)``
+    element_delay : s, :math:`\delta_{pm}`, delay at an element less that at the phase centre,
+        ``(path, channel)``
     amplitude : V, :math:`a_p`, ``(path,)`` complex
-    part : which of the two parts of a contribution the path belongs to, ``(path,)``
+    part : number of the contribution's part that the path belongs to, ``(path,)``
     """
 
     reference_time: float
@@ -64,24 +64,19 @@ class Links:
         seal(self)
 
     def delay_at(self, time: float) -> FloatArray:
-        """s, ``(path, channel)``, of what is received at ``time``."""
+        """Delay of the signal that is received at ``time``, s, ``(path, channel)``."""
         centre = self.delay + self.delay_rate * (time - self.reference_time)
         return centre[:, None] + self.element_delay
 
 
 def links_between(
-    scene: Scene,
-    paths: PropagationPaths,
-    *,
-    victim: int,
-    transmitter: int,
-    num_elements: int = 1,
+    scene: Scene, paths: PropagationPaths, *, victim: int, transmitter: int, num_elements: int = 1
 ) -> Links:
     """The links of one snapshot from one transmitter to one victim.
 
     Parameters
     ----------
-    num_elements : of the transmitter's schedule: its array's elements from the first on
+    num_elements : elements that the transmitter's schedule drives, from the array's first on
 
     Raises
     ------
@@ -101,7 +96,7 @@ def links_of_all(
     transmitter: int,
     num_elements: int = 1,
 ) -> list[Links]:
-    """`links_between` of every snapshot, the same antennas before all of them."""
+    """`links_between` of every snapshot, with the same antennas."""
     sender, receiver = scene.radars[transmitter], scene.radars[victim]
     if num_elements > sender.array.num_transmitters:
         raise InputError(
@@ -164,14 +159,14 @@ def _links(
 
 
 def _lead(position: FloatArray, direction: FloatArray, turn: FloatArray) -> FloatArray:
-    """s, ``(path, element)`` by which a plane wave meets an element before the origin."""
+    """Lead of a plane wave at an element over the origin, s, ``(path, element)``."""
     return np.asarray(direction @ (position @ turn.T).T / SPEED_OF_LIGHT)
 
 
 def _field(pattern: ElementPattern, direction: FloatArray, turn: FloatArray) -> FloatArray:
     """Root of the gain times the polarisation in the world's (V, H) basis: ``(path, 2)``.
 
-    The antenna's own V and H lean with the radar: seen from the world they are turned about the
+    The antenna's own V and H are fixed to the radar: in the world they are turned about the
     direction of the wave. Without pitch and roll the two bases agree.
     """
     local = direction @ turn

@@ -1,1 +1,4 @@
-"""A model of a software-defined radio transceiver."""
+"""Software-defined radios: `transceiver` gives one radio's record of another's signal.
+
+Others may use `transceived`, `arriving_power` and `link_for`.
+"""

@@ -1,8 +1,8 @@
-r"""From the samples that one radio plays to those that another one records.
+r"""From the samples that one radio plays to those that another records.
 
-Between the converters the signal is sampled on a grid some times finer, wide enough for both
-carriers, centred on the receiver's. What is delayed inside the radios is taken out: a link without
-delay gives no lag.
+Between the converters the signal is sampled on a grid several times finer, wide enough for both
+carriers, centred on the receiver's. Delays inside the radios are removed: a link without delay
+gives no lag.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from polychirp.rng import Streams
 from polychirp.synthesis.impairments.adc import digitised
 from polychirp.synthesis.impairments.phase_error import noise_waves
 
-MARGIN: Final = 128
-"""Samples of silence kept around what is sent: filters ring there."""
+MARGIN_SAMPLES: Final = 128
+"""Samples of silence before and after the signal, in which filters ring."""
 
-MOST_POINTS: Final = 1 << 26
-"""Of the grid between the converters: 1 GB each time it is copied."""
+MOST_GRID_POINTS: Final = 1 << 26
+"""Points of the grid between the converters: 1 GB each time it is copied."""
 
 
 def transceived(
@@ -40,14 +40,14 @@ def transceived(
     receive_frequency: float,
     streams: Streams,
 ) -> Baseband:
-    """What ``receiver`` records, tuned to ``receive_frequency`` Hz, while ``signal`` is played.
+    """Record of ``receiver``, tuned to ``receive_frequency`` Hz, while ``signal`` is played.
 
-    Both start at once; the record is as long as what arrives, and a margin. Volts into 1 Ω at the
-    receiver's input, so that a record's power is watts there.
+    Both start together; the record is as long as the arriving signal and a margin. Its samples are
+    volts into 1 Ω at the receiver's input, so that a record's power is watts there.
 
     Parameters
     ----------
-    signal : to play, of magnitude 1 at most, at the transmitter's rate about its carrier
+    signal : samples to play, of magnitude 1 at most, at the transmitter's rate about its carrier
     streams : noise and phase noises come from ``streams["receiver", "noise"]``,
         ``streams.of("transmitter")`` and ``streams.of("receiver")``
 
@@ -81,13 +81,13 @@ def transceived(
 def arriving_power(signal: Baseband, *, transmitter: Transceiver, receiver: Transceiver) -> float:
     """W at the receiver's converter without attenuation or noise, mean over the signal's duration.
 
-    The receiver is tuned to the signal; what holding and filters take from it is taken.
+    The receiver is tuned to the signal; losses by holding and filters are included.
     """
-    quiet = replace(receiver, noise_figure=None, converter=None, phase_noise=None)
+    noiseless = replace(receiver, noise_figure=None, converter=None, phase_noise=None)
     arriving = transceived(
         signal,
         transmitter=replace(transmitter, phase_noise=None),
-        receiver=quiet,
+        receiver=noiseless,
         link=Link(attenuation=1.0),
         receive_frequency=signal.centre_frequency,
         streams=Streams(0),
@@ -132,15 +132,15 @@ def _check(
 
 
 def _factor(signal: Baseband, receiver: Transceiver, receive_frequency: float) -> int:
-    """Points of the grid per sample: for both bands and the first images of what is held."""
+    """Points of the grid per sample: for both bands and the first images of held samples."""
     rate = signal.sample_rate
     reach = abs(signal.centre_frequency - receive_frequency) + 1.5 * max(rate, receiver.sample_rate)
     factor = 1 << max(2, math.ceil(math.log2(2.0 * reach / rate)))
-    points = factor * (signal.num_samples + 2 * MARGIN)
-    if points > MOST_POINTS:
+    points = factor * (signal.num_samples + 2 * MARGIN_SAMPLES)
+    if points > MOST_GRID_POINTS:
         raise InputError(
             f"{signal.num_samples} samples need {points:.2g} points between the converters, more "
-            f"than {MOST_POINTS:.2g}; play a shorter signal or bring the carriers together"
+            f"than {MOST_GRID_POINTS:.2g}; play a shorter signal or bring the carriers together"
         )
     return factor
 
@@ -151,11 +151,11 @@ def _factor(signal: Baseband, receiver: Transceiver, receive_frequency: float) -
 def _sent(
     signal: Baseband, radio: Transceiver, factor: int, streams: Streams
 ) -> tuple[ComplexArray, float]:
-    """What leaves the transmitter about its own carrier, √W, and the time of its first point."""
+    """Transmitted signal about its own carrier, √W, and the time of its first point."""
     samples = signal.samples
     if radio.transmit_bits is not None:
         samples = _digitised(Digitiser(full_scale=1.0, bits=radio.transmit_bits), samples)
-    padded = np.pad(samples, MARGIN)
+    padded = np.pad(samples, MARGIN_SAMPLES)
     field = _reconstructed(padded, radio, factor)
     if radio.filter is not None:
         field = _filtered(field, radio, factor * radio.sample_rate)
@@ -166,9 +166,9 @@ def _sent(
         rate = factor * radio.sample_rate
         field *= np.exp(1j * _phase(radio.phase_noise, field.size, rate, streams.of("transmitter")))
     fast = 1.0 + radio.clock_offset
-    begin = (signal.start_time - MARGIN / radio.sample_rate) / fast
+    begin = (signal.start_time - MARGIN_SAMPLES / radio.sample_rate) / fast
     if radio.clock_offset != 0.0:
-        # played in 1/(1 + δ) of its time: the grid, being the receiver's, meets it elsewhere
+        # played in 1/(1 + δ) of its time, and therefore shifted on the grid, which keeps true time
         wave = Baseband(
             samples=field, sample_rate=factor * radio.sample_rate * fast, start_time=begin
         )
@@ -196,7 +196,7 @@ def _reconstructed(samples: ComplexArray, radio: Transceiver, factor: int) -> Co
 def _received(
     field: ComplexArray, rate: float, radio: Transceiver, streams: Streams
 ) -> ComplexArray:
-    """What reaches the receiver's converter, about its carrier."""
+    """Signal at the receiver's converter, about its carrier."""
     if radio.noise_figure is not None:
         density = BOLTZMANN * REFERENCE_TEMPERATURE * radio.noise_figure
         draws = streams["receiver", "noise"].standard_normal((field.size, 2))
@@ -209,7 +209,7 @@ def _received(
 
 
 def _recorded(field: Baseband, radio: Transceiver, receive_frequency: float) -> Baseband:
-    """What the converter reads at its own times, labelled with what the radio believes."""
+    """Readings of the converter at its own times, labelled with the radio's nominal values."""
     fast = 1.0 + radio.clock_offset
     rate = radio.sample_rate
     first = math.ceil(field.start_time * rate * fast - 1e-6)
@@ -227,7 +227,7 @@ def _recorded(field: Baseband, radio: Transceiver, receive_frequency: float) -> 
 
 
 def _at(field: Baseband, time: FloatArray) -> ComplexArray:
-    """The grid's own points where times fall on them, else between them."""
+    """The signal at some times: the grid's own points if all fall on them, else interpolated."""
     place = (time - field.start_time) * field.sample_rate
     near = np.rint(place)
     if np.all(np.abs(place - near) < 1e-6):
@@ -239,7 +239,7 @@ def _at(field: Baseband, time: FloatArray) -> ComplexArray:
 
 
 def _filtered(field: ComplexArray, radio: Transceiver, rate: float) -> ComplexArray:
-    """Behind the radio's filter; ideal at half its sample rate where it has none."""
+    """The signal behind the radio's filter, or an ideal one at half the sample rate."""
     from scipy.signal import oaconvolve
 
     if radio.filter is None:

@@ -1,4 +1,8 @@
-"""Compiled parts of `bundles`: what every path adds to the columns of a sum of tones."""
+"""Compiled parts of `ramp_overlaps` and `path_batches`: sums over many links of a pair of ramps.
+
+Arrays of complex numbers that BLAS multiplies have real and imaginary parts in turn on their last
+axis: ``2 × column``.
+"""
 
 from __future__ import annotations
 
@@ -8,147 +12,159 @@ from typing import Final
 import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
-from polychirp.synthesis.stretch.path_kernels import (
-    STEADY,
-    TAU,
-    Chirp,
-    Lines,
-    Pairs,
-    Ramps,
-    Taps,
-    add_chirp,
-    compiled,
-    derivative,
-    edge_gain,
-    end_series,
-    from_table,
-    inlined,
-    phase_of,
-    received,
-    sent_amplitude,
-    unit,
-    units,
+from polychirp.synthesis.numba_support import compiled, inlined, unit, units
+from polychirp.synthesis.stretch.chirp_kernels import STEADY_CHANGE, phase_of
+from polychirp.synthesis.stretch.filter_kernels import edge_gain, tabulated_gain
+from polychirp.synthesis.stretch.kernel_records import (
+    EXPANSION_TOLERANCE,
+    NUMBERS_PER_BLOCK,
+    BandLimits,
+    Batch,
+    BeatExpansion,
+    BeatRange,
+    LinkTable,
+    Overlap,
+    RampPair,
+    Response,
 )
+from polychirp.synthesis.stretch.path_kernels import received, sent_amplitude
 
-SMALL: Final = 0.5
+SMALL_ANGLE: Final = 0.5
 """rad, up to which Taylor's polynomials of sine and cosine are right to 1e-13."""
 
-MOST_POWERS: Final = 8
-"""Powers of the rates' distances from their mean that are made, the power 0 among them."""
+MOST_RATE_POWERS: Final = 8
+"""Powers of the rates' distances from their mean in an expansion, the power 0 among them."""
+
+# ── extremes of beats ─────────────────────────────────────────────────────────────────────────
 
 
 @compiled
-def spread(grid: FloatArray, frequency: FloatArray, weight: FloatArray, window: FloatArray) -> None:
-    """Spread tones over the grid's points nearest to them.
-
-    ``grid`` (point, 2 × column) and ``weight`` (path, 2 × column) hold real and imaginary parts in
-    turn; ``frequency`` is in cycles per sample; ``window`` is that of `tones`.
-    """
-    size, columns = grid.shape
-    degrees, width = window.shape
-    value = np.empty(width)
-    for p in range(frequency.size):
-        place = (frequency[p] - math.floor(frequency[p])) * size
-        first = math.ceil(place - 0.5 * width)
-        x = 2.0 * (first - (place - 0.5 * width)) - 1.0
-        value[:] = window[degrees - 1]
-        for power in range(degrees - 2, -1, -1):
-            for i in range(width):
-                value[i] = value[i] * x + window[power, i]
-        for i in range(width):
-            point = first + i
-            if point < 0:
-                point += size
-            elif point >= size:
-                point -= size
-            factor = value[i]
-            row, own = grid[point], weight[p]
-            for c in range(columns):
-                row[c] += factor * own[c]
-
-
-@compiled
-def summary(  # noqa: PLR0913, PLR0917 -- numba takes tables one by one
-    own: Ramps, k: int, sent: Ramps, i: int, lines: Lines, low: int, high: int, half: float,
-    from_time: float, until_time: float, passband: float, pulse: float,
-) -> FloatArray:  # fmt: skip
-    """What `overlaps` tells of the lines ``low:high`` and a pair of ramps.
-
-    Least and greatest rate, lowest and highest beat in magnitude, the earliest and the latest
-    beginning, the earliest and the latest end, power that comes into the band.
-    """
-    since = own.start[k] - lines.reference_time[lines.chosen[k]]
-    out = np.array(
-        [np.inf, -np.inf, np.inf, -np.inf, np.inf, -np.inf, np.inf, -np.inf, 0.0], dtype=np.float64
-    )
-    channels = lines.element_delay.shape[1]
-    f, g = sent.frequency[i], sent.slope[i]
-    ahead = own.start[k] - sent.start[i]
+def overlap_of(pair: RampPair, links: LinkTable, low: int, high: int, band: BandLimits) -> Overlap:
+    """Extremes of the chirps that the links ``low:high`` make of a pair of ramps."""
+    least_rate, greatest_rate, lowest, highest = np.inf, -np.inf, np.inf, -np.inf
+    first_begin, last_begin, first_end, last_end = np.inf, -np.inf, np.inf, -np.inf
+    power = 0.0
+    f, g = pair.sent_frequency, pair.sent_slope
     for p in range(low, high):
-        drift = lines.delay_rate[p]
+        # the chirp's rate, the same at all channels
+        drift = links.delay_rate[p]
         stretched = 1.0 - drift
         back = 1.0 / stretched
-        rate = own.slope[k] - stretched * stretched * g
-        out[0], out[1] = min(out[0], rate), max(out[1], rate)
-        base = (own.frequency[k] - f) + drift * f
+        rate = pair.slope - stretched * stretched * g
+        least_rate, greatest_rate = min(least_rate, rate), max(greatest_rate, rate)
+        base = (pair.frequency - f) + drift * f
         closest = np.inf
-        for m in range(channels):
-            into = ahead - (lines.delay[p] + drift * since + lines.element_delay[p, m])
+        for m in range(links.element_delay.shape[1]):
+            # when the overlap begins and ends at this channel
+            into = pair.ahead - (links.delay[p] + drift * pair.since + links.element_delay[p, m])
             begin = max(0.0, -into * back)
-            end = min(own.duration[k], (sent.duration[i] - into) * back)
-            out[4], out[5] = min(out[4], begin), max(out[5], begin)
-            out[6], out[7] = min(out[6], end), max(out[7], end)
+            end = min(pair.duration, (pair.sent_duration - into) * back)
+            first_begin, last_begin = min(first_begin, begin), max(last_begin, begin)
+            first_end, last_end = min(first_end, end), max(last_end, end)
             if end <= begin:
                 continue
+            # magnitudes of the beat while a window can meet the chirp
             beat = base - stretched * g * into
-            one, other = beat + rate * (begin - half), beat + rate * (end + half)
-            out[3] = max(out[3], abs(one), abs(other))
-            out[2] = min(out[2], 0.0 if one * other <= 0.0 else min(abs(one), abs(other)))
-            begin, end = max(begin, from_time), min(end, until_time)
+            one, other = beat + rate * (begin - band.half), beat + rate * (end + band.half)
+            highest = max(highest, abs(one), abs(other))
+            lowest = min(lowest, 0.0 if one * other <= 0.0 else min(abs(one), abs(other)))
+            # and while the converter samples
+            begin, end = max(begin, band.from_time), min(end, band.until_time)
             if end > begin:
                 one, other = beat + rate * begin, beat + rate * end
                 closest = min(closest, 0.0 if one * other <= 0.0 else min(abs(one), abs(other)))
-        if closest <= passband:
-            height = min(1.0, pulse * pulse / max(abs(rate), 1e-300))
-            a = sent_amplitude(sent, i, lines, p)
-            out[8] += height * (a.real * a.real + a.imag * a.imag)
-    return out
+        if closest <= band.passband:
+            height = min(1.0, band.peak * band.peak / max(abs(rate), 1e-300))
+            a = sent_amplitude(pair, links, p)
+            power += height * (a.real * a.real + a.imag * a.imag)
+    return Overlap(
+        pair.victim_ramp, pair.sent_ramp, least_rate, greatest_rate, lowest, highest,
+        first_begin, last_begin, first_end, last_end, power,
+    )  # fmt: skip
 
 
 @compiled
-def tune(
-    own: Ramps, k: int, sent: Ramps, i: int, lines: Lines, low: int, high: int, middle: float,
-    frequency: FloatArray,
-) -> FloatArray:  # fmt: skip
-    """Hz, of every line ``low:high`` the beat at the time ``middle``, mean of the channels'.
-
-    Gives the least and the greatest beat of any channel, and the greatest difference of a channel
-    from the line's mean.
-    """
-    since = own.start[k] - lines.reference_time[lines.chosen[k]]
-    out = np.array([np.inf, -np.inf, 0.0])
-    channels = lines.element_delay.shape[1]
-    f, g = sent.frequency[i], sent.slope[i]
-    for p in range(low, high):
-        drift = lines.delay_rate[p]
+def find_beats(batch: Batch, time: float, frequency: FloatArray) -> BeatRange:
+    """Fill in every link's beat at a time, the mean of its channels' extremes; give the range."""
+    pair, links = batch.pair, batch.links
+    least, greatest, apart = np.inf, -np.inf, 0.0
+    f, g = pair.sent_frequency, pair.sent_slope
+    for p in range(batch.low, batch.high):
+        # at the phase centre
+        drift = links.delay_rate[p]
         stretched = 1.0 - drift
-        rate = own.slope[k] - stretched * stretched * g
-        into = own.start[k] - sent.start[i] - (lines.delay[p] + drift * since)
-        beat = (own.frequency[k] - f) + drift * f - stretched * g * into + rate * middle
+        rate = pair.slope - stretched * stretched * g
+        into = pair.ahead - (links.delay[p] + drift * pair.since)
+        beat = (pair.frequency - f) + drift * f - stretched * g * into + rate * time
+        # at the channels
         early, late = np.inf, -np.inf
-        for m in range(channels):
-            shift = stretched * g * lines.element_delay[p, m]
+        for m in range(links.element_delay.shape[1]):
+            shift = stretched * g * links.element_delay[p, m]
             early, late = min(early, shift), max(late, shift)
-        frequency[p - low] = beat + 0.5 * (early + late)
-        out[0], out[1] = min(out[0], beat + early), max(out[1], beat + late)
-        out[2] = max(out[2], 0.5 * (late - early))
-    return out
+        frequency[p - batch.low] = beat + 0.5 * (early + late)
+        least, greatest = min(least, beat + early), max(greatest, beat + late)
+        apart = max(apart, 0.5 * (late - early))
+    return BeatRange(least, greatest, apart)
+
+
+# ── beats that change little ──────────────────────────────────────────────────────────────────
+
+
+@compiled
+def slow_weights(
+    out: FloatArray, batch: Batch, low: int, time: float, frequency: FloatArray, apart: float,
+    node: FloatArray,
+) -> None:  # fmt: skip
+    """Values of links at the times ``time + node``, over their tones, gain included.
+
+    The links are those from ``low`` on; ``frequency`` are their tones. No channel's beat is more
+    than ``apart`` from it. ``out`` is (link, 2 × channel × node).
+    """
+    pair, response, links, half = batch.pair, batch.response, batch.links, batch.taps.half
+    nodes = node.size
+    reach = np.abs(node).max()
+    angle, cosine, sine = np.empty(nodes), np.empty(nodes), np.empty(nodes)
+    real, imag = np.empty(nodes), np.empty(nodes)
+    gain = np.empty(4, dtype=np.complex128)
+    for p in range(out.shape[0]):
+        detune, span, is_cubic = complex(0.0, 0.0), 0.0, False
+        for m in range(links.element_delay.shape[1]):
+            chirp = received(pair, links, low + p, m)
+            beat, rate = chirp.beat + chirp.rate * time, chirp.rate
+            if m == 0:
+                # one cubic in the beat serves all channels and times of the link
+                detune = complex(0.0, math.pi * (rate - response.rate) * half**2)
+                span = max(abs(rate) * reach + apart, 1e-9)
+                is_cubic = 4.0 * span * half <= STEADY_CHANGE
+                if is_cubic:
+                    _cubic_gain(gain, response, frequency[p], span, detune)
+            # the phase beside the tone
+            off, bend = math.tau * (beat - frequency[p]), math.pi * (rate - response.rate)
+            for q in range(nodes):
+                angle[q] = node[q] * (off + bend * node[q])
+            _turn(angle, cosine, sine, reach * (abs(off) + abs(bend) * reach))
+            value = chirp.amplitude * unit(phase_of(chirp, time))
+            # the gain
+            if is_cubic:
+                scale, start = rate / span, (beat - frequency[p]) / span
+                _cubic_values(real, imag, gain, start, scale, node)
+            else:
+                for q in range(nodes):
+                    exact = tabulated_gain(response, beat + rate * node[q], detune)
+                    real[q], imag[q] = exact.real, exact.imag
+            # their product
+            row = out[p, 2 * m * nodes : 2 * (m + 1) * nodes]
+            for q in range(nodes):
+                x = real[q] * value.real - imag[q] * value.imag
+                y = real[q] * value.imag + imag[q] * value.real
+                row[2 * q] = x * cosine[q] - y * sine[q]
+                row[2 * q + 1] = x * sine[q] + y * cosine[q]
 
 
 @inlined
 def _turn(angle: FloatArray, cosine: FloatArray, sine: FloatArray, largest: float) -> None:
     """Cosines and sines of angles of at most ``largest``."""
-    if largest > SMALL:
+    if largest > SMALL_ANGLE:
         for q in range(angle.size):
             cosine[q], sine[q] = math.cos(angle[q]), math.sin(angle[q])
         return
@@ -163,98 +179,112 @@ def _turn(angle: FloatArray, cosine: FloatArray, sine: FloatArray, largest: floa
         )
 
 
-@compiled
-def slow_weights(  # noqa: PLR0913, PLR0917 -- numba takes tables one by one
-    out: FloatArray, own: Ramps, k: int, sent: Ramps, pairs: Pairs, pair: int, taps: Taps,
-    lines: Lines, low: int, middle: float, frequency: FloatArray, apart: float,
-    node: FloatArray,
-) -> None:  # fmt: skip
-    """Values at the times ``middle + node`` of what a line is beside its tone, gain included.
-
-    No channel's beat is more than ``apart`` from the line's. ``out`` is
-    (path, 2 × channel × node), real and imaginary parts in turn.
-    """
-    i = pairs.sent[k] + pair - pairs.start[k]
-    since = own.start[k] - lines.reference_time[lines.chosen[k]]
-    nodes, channels = node.size, lines.element_delay.shape[1]
-    reach = np.abs(node).max()
-    angle, cosine, sine = np.empty(nodes), np.empty(nodes), np.empty(nodes)
-    real, imag = np.empty(nodes), np.empty(nodes)
-    gain = np.empty(4, dtype=np.complex128)
-    for p in range(out.shape[0]):
-        line = low + p
-        drift = lines.delay_rate[line]
-        delay = lines.delay[line] + drift * since
-        detune, span, gentle = complex(0.0, 0.0), 0.0, False
-        for m in range(channels):
-            chirp = received(
-                own, k, sent, i, delay + lines.element_delay[line, m], drift,
-                sent_amplitude(sent, i, lines, line), 0.0,
-            )  # fmt: skip
-            beat, rate = chirp.beat + chirp.rate * middle, chirp.rate
-            if m == 0:
-                # one cubic in the beat serves all channels and times of the line
-                detune = complex(0.0, math.pi * (rate - pairs.rate[pair]) * taps.half**2)
-                span = max(abs(rate) * reach + apart, 1e-9)
-                gentle = 4.0 * span * taps.half <= STEADY
-                if gentle:
-                    _cubic_gain(gain, pairs, pair, frequency[p], span, detune)
-            off, bend = TAU * (beat - frequency[p]), math.pi * (rate - pairs.rate[pair])
-            for q in range(nodes):
-                angle[q] = node[q] * (off + bend * node[q])
-            _turn(angle, cosine, sine, reach * (abs(off) + abs(bend) * reach))
-            value = chirp.amplitude * unit(phase_of(chirp, middle))
-            if gentle:
-                scale, start = rate / span, (beat - frequency[p]) / span
-                for q in range(nodes):
-                    x = start + scale * node[q]
-                    real[q] = gain[0].real + x * (
-                        gain[1].real + x * (gain[2].real + x * gain[3].real)
-                    )
-                    imag[q] = gain[0].imag + x * (
-                        gain[1].imag + x * (gain[2].imag + x * gain[3].imag)
-                    )
-            else:
-                for q in range(nodes):
-                    exact = from_table(pairs, pair, beat + rate * node[q], detune)
-                    real[q], imag[q] = exact.real, exact.imag
-            row = out[p, 2 * m * nodes : 2 * (m + 1) * nodes]
-            for q in range(nodes):
-                x = real[q] * value.real - imag[q] * value.imag
-                y = real[q] * value.imag + imag[q] * value.real
-                row[2 * q] = x * cosine[q] - y * sine[q]
-                row[2 * q + 1] = x * sine[q] + y * cosine[q]
-
-
 _NODES: Final = np.cos(np.pi * (np.arange(4) + 0.5) / 4)
 _TO_POWERS: Final = np.ascontiguousarray(np.linalg.inv(_NODES[:, None] ** np.arange(4)))
+"""Chebyshev's nodes on [−1, 1], and the matrix from values there to a cubic's coefficients."""
 
 
 @inlined
 def _cubic_gain(
-    out: ComplexArray, pairs: Pairs, pair: int, centre: float, span: float, detune: complex
+    out: ComplexArray, response: Response, centre: float, span: float, detune: complex
 ) -> None:
     """Powers of (beat − centre)/span in the gain, from four of its values."""
     out[:] = 0.0
     for i in range(4):
-        value = from_table(pairs, pair, centre + span * _NODES[i], detune)
+        value = tabulated_gain(response, centre + span * _NODES[i], detune)
         for j in range(4):
             out[j] += _TO_POWERS[j, i] * value
 
 
 @inlined
-def _fill(
+def _cubic_values(
+    real: FloatArray, imag: FloatArray, gain: ComplexArray, start: float, scale: float,
+    node: FloatArray,
+) -> None:  # fmt: skip
+    """Values of the cubic at ``start + scale·node``."""
+    for q in range(node.size):
+        x = start + scale * node[q]
+        real[q] = gain[0].real + x * (gain[1].real + x * (gain[2].real + x * gain[3].real))
+        imag[q] = gain[0].imag + x * (gain[1].imag + x * (gain[2].imag + x * gain[3].imag))
+
+
+# ── beats that sweep through the band ─────────────────────────────────────────────────────────
+
+
+@compiled
+def crossing_samples(
+    out: ComplexArray, batch: Batch, beats: BeatExpansion, step: float, side: int, least: float
+) -> None:
+    """Fill in the batch's samples around the time ``beats.time``, ``(channel, sample)``.
+
+    They are sums over the links by `crossing_columns`, times `swept_terms`, times the chirp of the
+    mean rate and the middle beat.
+    """
+    channels, count = out.shape
+    gain, kept = swept_terms(batch, beats, step, count, side, least)
+    terms, powers = kept[0], np.count_nonzero(kept)
+    # sums over links, a block of them at a time
+    sums = np.zeros((channels, terms, 2 * powers))
+    block = max(64, NUMBERS_PER_BLOCK // terms)
+    for low in range(batch.low, batch.high, block):
+        links = min(block, batch.high - low)
+        term, value = np.empty((channels, terms, links)), np.empty((channels, links, 2 * powers))
+        crossing_columns(term, value, batch, low, beats.time, beats.centre, beats.width)
+        for m in range(channels):
+            sums[m] += np.dot(term[m], value[m])
+    # samples, of as many terms of every power as count
+    for m in range(channels):
+        for q in range(powers):
+            for r in range(kept[q]):
+                factor = complex(sums[m, r, 2 * q], sums[m, r, 2 * q + 1])
+                for n in range(count):
+                    out[m, n] += factor * gain[q, r, n]
+    first, rate = -(count // 2) * step, batch.response.rate
+    for n in range(count):
+        time = first + n * step
+        turned = unit((beats.centre + 0.5 * rate * time) * time)
+        for m in range(channels):
+            out[m, n] *= turned
+
+
+@compiled
+def crossing_columns(
+    term: FloatArray, value: FloatArray, batch: Batch, low: int, time: float, centre: float,
+    width: float,
+) -> None:  # fmt: skip
+    """Columns of the links from ``low`` on, at a time.
+
+    ``term`` (channel, term, link) are Chebyshev's polynomials of the beat's distance there from
+    ``centre``, in units of ``width``. ``value`` (channel, link, 2 × power) are the links' values
+    times powers of the distance of their rates from the pair's, in units of the pair's spread.
+    """
+    pair, links, mean_rate = batch.pair, batch.links, batch.response.rate
+    count = term.shape[2]
+    x, z, cycles = np.empty(count), np.empty(count), np.empty(count)
+    amplitude = np.empty(count, dtype=np.complex128)
+    scale = 1.0 / max(batch.response.spread, 1e-300)
+    for m in range(term.shape[0]):
+        for p in range(count):
+            chirp = received(pair, links, low + p, m)
+            amplitude[p] = chirp.amplitude
+            cycles[p] = phase_of(chirp, time)
+            x[p] = (chirp.beat + chirp.rate * time - centre) / width
+            z[p] = (chirp.rate - mean_rate) * scale
+        fill_columns(term[m], value[m], x, z, amplitude, cycles)
+
+
+@inlined
+def fill_columns(
     term: FloatArray, value: FloatArray, x: FloatArray, z: FloatArray, amplitude: ComplexArray,
     cycles: FloatArray,
 ) -> None:  # fmt: skip
-    """Chebyshev's polynomials of x, ``(term, path)``, and values times powers of z.
+    """Chebyshev's polynomials of x, ``(term, link)``, and values times powers of z.
 
-    A value is ``amplitude`` turned by ``cycles``; ``value`` is (path, 2 × power), real and
-    imaginary parts in turn.
+    A value is ``amplitude`` turned by ``cycles``; ``value`` is (link, 2 × power).
     """
     count = x.size
     real, imag = np.empty(count), np.empty(count)
-    units(cycles, real, imag, count)
+    units(cycles, real, imag)
     for p in range(count):
         a = amplitude[p] * complex(real[p], imag[p])
         for q in range(value.shape[1] // 2):
@@ -268,49 +298,60 @@ def _fill(
 
 
 @compiled
-def crossing_columns(  # noqa: PLR0913, PLR0917 -- numba takes tables one by one
-    term: FloatArray, value: FloatArray, own: Ramps, k: int, sent: Ramps, pairs: Pairs, pair: int,
-    lines: Lines, low: int, middle: float, centre: float, width: float,
-) -> None:  # fmt: skip
-    """What the lines from ``low`` on are at the time ``middle``.
+def swept_terms(
+    batch: Batch, beats: BeatExpansion, step: float, count: int, side: int, least: float
+) -> tuple[ComplexArray, IntArray]:
+    """Chebyshev's coefficients by the beat of `_swept_gain`, for powers of the rate's distance.
 
-    ``term`` (channel, term, path) are Chebyshev's polynomials of the beat's distance there from
-    ``centre``, in units of ``width``. ``value`` (channel, path, 2 × power) are the lines' values
-    times powers of the distance of their rates from the pair's, in units of the pair's spread.
+    ``(power, term, sample)``, and how many terms count of every power: those that are left out are
+    together below `EXPANSION_TOLERANCE` of the largest, or below ``least``. A rate off by δ is a
+    factor exp(jπδt²) before the filter, and t² is a second derivative by the beat.
     """
-    i = pairs.sent[k] + pair - pairs.start[k]
-    since = own.start[k] - lines.reference_time[lines.chosen[k]]
-    count = term.shape[2]
-    x, z, cycles = np.empty(count), np.empty(count), np.empty(count)
-    amplitude = np.empty(count, dtype=np.complex128)
-    scale = 1.0 / max(pairs.spread[pair], 1e-300)
-    for m in range(term.shape[0]):
-        for p in range(count):
-            line = low + p
-            drift = lines.delay_rate[line]
-            delay = lines.delay[line] + drift * since + lines.element_delay[line, m]
-            amplitude[p] = sent_amplitude(sent, i, lines, line)
-            chirp = received(own, k, sent, i, delay, drift, amplitude[p], 0.0)
-            cycles[p] = phase_of(chirp, middle)
-            x[p] = (chirp.beat + chirp.rate * middle - centre) / width
-            z[p] = (chirp.rate - pairs.rate[pair]) * scale
-        _fill(term[m], value[m], x, z, amplitude, cycles)
+    most = beats.node.size
+    gain = np.empty((most, count), dtype=np.complex128)
+    _swept_gain(gain, batch, beats.centre, beats.width * beats.node, step, side)
+    out = np.empty((MOST_RATE_POWERS, most, count), dtype=np.complex128)
+    kept = np.zeros(MOST_RATE_POWERS, dtype=np.int64)
+    np.dot(beats.to_terms, gain.view(np.float64), out[0].view(np.float64))
+    enough = -1.0
+    per_power = -0.5j * batch.response.spread / (math.tau * beats.width**2)
+    for power in range(MOST_RATE_POWERS):
+        # the largest square of every term, over the samples
+        largest = np.zeros(most)
+        for r in range(most):
+            for n in range(count):
+                value = out[power, r, n]
+                largest[r] = max(largest[r], value.real * value.real + value.imag * value.imag)
+        if enough < 0.0:
+            enough = max(EXPANSION_TOLERANCE * math.sqrt(largest.max()), least)
+        # leave out the last terms, as long as their sum allows
+        beyond, term = 0.0, most
+        while term > 0 and beyond + math.sqrt(largest[term - 1]) <= enough:
+            term -= 1
+            beyond += math.sqrt(largest[term])
+        kept[power] = max(term, 2) if power == 0 else term
+        if kept[power] == 0 or power == MOST_RATE_POWERS - 1:
+            break
+        second_derivative(out[power + 1], out[power], per_power / (power + 1))
+    return out, kept
 
 
 @compiled
-def swept(
-    out: ComplexArray, pairs: Pairs, pair: int, taps: Taps, centre: float, off: FloatArray,
-    first: float, step: float, only: int,
-) -> None:  # fmt: skip
+def _swept_gain(
+    out: ComplexArray, batch: Batch, centre: float, off: FloatArray, step: float, side: int
+) -> None:
     """G of chirps of the pair's mean rate times their turning, ``(beat, sample)``.
 
-    Beats are ``centre + off`` at time 0, the samples' times ``first + n·step``. Near the band G
-    is tabulated; elsewhere it is what the two edges of the filter's window give. ``only`` is the
-    one edge that counts, 1 or −1, and 0 for both.
+    Beats are ``centre + off`` at the middle sample, from where time counts. Near the band G is
+    tabulated; elsewhere it is the sum of the two edges of the filter's window. ``side`` is the one
+    edge that counts, 1 or −1, and 0 for both.
     """
-    rate, half = pairs.rate[pair], taps.half
-    near = pairs.far[pair] + half * abs(rate)
-    has_table = pairs.end[pair] > pairs.begin[pair]
+    response, taps = batch.response, batch.taps
+    rate, half = response.rate, taps.half
+    first = -(out.shape[1] // 2) * step
+    has_table, near = response.envelope.size > 0, response.far + half * abs(rate)
+    last = taps.taylor.shape[0] - 1
+    # the chirp at both edges of the window, over its value in the middle
     bends = np.empty((2, out.shape[1]), dtype=np.complex128)
     for n in range(out.shape[1]):
         f = centre + rate * (first + n * step)
@@ -321,62 +362,22 @@ def swept(
         lean = unit(half * off[b])
         for n in range(out.shape[1]):
             f = centre + rate * (first + n * step) + off[b]
-            if only == 0 and has_table and abs(f) <= near:
-                gain = from_table(pairs, pair, f, 0.0j)
+            if side == 0 and has_table and abs(f) <= near:
+                gain = tabulated_gain(response, f, 0.0j)
             else:
                 gain = 0.0j
-                if only >= 0:
-                    last = taps.taylor.shape[0] - 1
+                if side >= 0:
                     value = edge_gain(taps, last, f - rate * half, rate)
                     gain += bends[1, n] * lean.conjugate() * value
-                if only <= 0:
+                if side <= 0:
                     value = edge_gain(taps, 0, f + rate * half, rate)
                     gain -= bends[0, n] * lean * value
             out[b, n] = turn * gain
             turn *= turning
 
 
-@compiled
-def swept_terms(  # noqa: PLR0913, PLR0917 -- numba takes tables one by one
-    pairs: Pairs, pair: int, taps: Taps, centre: float, width: float, node: FloatArray,
-    to_terms: FloatArray, first: float, step: float, count: int, only: int, tolerance: float,
-    least: float,
-) -> tuple[ComplexArray, IntArray]:  # fmt: skip
-    """Chebyshev's coefficients by the beat of `swept`, and what rates off the pair's add.
-
-    ``(power, term, sample)``, and how many terms count of every power: those that are left out are
-    together below ``tolerance`` of the largest, or below ``least``. A rate off by δ is a
-    factor exp(jπδt²) before the filter, and t² is a second derivative by the beat.
-    """
-    most = node.size
-    gain = np.empty((most, count), dtype=np.complex128)
-    swept(gain, pairs, pair, taps, centre, width * node, first, step, only)
-    out = np.empty((MOST_POWERS, most, count), dtype=np.complex128)
-    kept = np.zeros(MOST_POWERS, dtype=np.int64)
-    np.dot(to_terms, gain.view(np.float64), out[0].view(np.float64))
-    enough = -1.0
-    per_power = -0.5j * pairs.spread[pair] / (TAU * width**2)
-    for power in range(MOST_POWERS):
-        beyond, term = 0.0, most
-        largest = np.zeros(most)
-        for r in range(most):
-            for n in range(count):
-                value = out[power, r, n]
-                largest[r] = max(largest[r], value.real * value.real + value.imag * value.imag)
-        if enough < 0.0:
-            enough = max(tolerance * math.sqrt(largest.max()), least)
-        while term > 0 and beyond + math.sqrt(largest[term - 1]) <= enough:
-            term -= 1
-            beyond += math.sqrt(largest[term])
-        kept[power] = max(term, 2) if power == 0 else term
-        if kept[power] == 0 or power == MOST_POWERS - 1:
-            break
-        _bend(out[power + 1], out[power], per_power / (power + 1))
-    return out, kept
-
-
 @inlined
-def _bend(out: ComplexArray, term: ComplexArray, factor: complex) -> None:
+def second_derivative(out: ComplexArray, term: ComplexArray, factor: complex) -> None:
     """Chebyshev's coefficients of a second derivative, times a factor, ``(term, sample)``.
 
     A derivative's are d_(r−1) = d_(r+1) + 2 r c_r, half of it for d_0 (the usual recurrence).
@@ -384,189 +385,17 @@ def _bend(out: ComplexArray, term: ComplexArray, factor: complex) -> None:
     most, count = term.shape
     first = np.zeros((most + 1, count), dtype=np.complex128)
     second = np.zeros((most + 1, count), dtype=np.complex128)
-    for r in range(most - 1, 0, -1):
-        for n in range(count):
-            first[r - 1, n] = first[r + 1, n] + 2.0 * r * term[r, n]
-    for n in range(count):
-        first[0, n] *= 0.5
-    for r in range(most - 1, 0, -1):
-        for n in range(count):
-            second[r - 1, n] = second[r + 1, n] + 2.0 * r * first[r, n]
-    for n in range(count):
-        second[0, n] *= 0.5
+    _derivative(first, term)
+    _derivative(second, first)
     for r in range(most):
         for n in range(count):
             out[r, n] = factor * second[r, n]
 
 
-@compiled
-def crossing_samples(  # noqa: PLR0913, PLR0917 -- numba takes tables one by one
-    out: ComplexArray, own: Ramps, k: int, sent: Ramps, pairs: Pairs, pair: int, taps: Taps,
-    lines: Lines, low: int, high: int, middle: float, centre: float, width: float,
-    node: FloatArray, to_terms: FloatArray, step: float, only: int, tolerance: float,
-    least: float, held: int,
-) -> None:  # fmt: skip
-    """Add what the lines ``low:high`` are at the samples about ``middle``, ``(channel, sample)``.
-
-    Their sums with `crossing_columns`, of ``held`` paths times terms at once, times
-    `swept_terms`, and the chirp that lies in the middle.
-    """
-    channels, count = out.shape
-    first = -(count // 2) * step
-    gain, kept = swept_terms(
-        pairs, pair, taps, centre, width, node, to_terms, first, step, count, only, tolerance,
-        least,
-    )  # fmt: skip
-    terms, powers = kept[0], np.count_nonzero(kept)
-    sums = np.zeros((channels, terms, 2 * powers))
-    block = max(64, held // terms)
-    for begin in range(low, high, block):
-        paths = min(block, high - begin)
-        term, value = np.empty((channels, terms, paths)), np.empty((channels, paths, 2 * powers))
-        crossing_columns(
-            term, value, own, k, sent, pairs, pair, lines, begin, middle, centre, width
-        )
-        for m in range(channels):
-            sums[m] += np.dot(term[m], value[m])
-    for m in range(channels):
-        for q in range(powers):
-            for r in range(kept[q]):
-                factor = complex(sums[m, r, 2 * q], sums[m, r, 2 * q + 1])
-                for n in range(count):
-                    out[m, n] += factor * gain[q, r, n]
-    for n in range(count):
-        time = first + n * step
-        turned = unit((centre + 0.5 * pairs.rate[pair] * time) * time)
-        for m in range(channels):
-            out[m, n] *= turned
-
-
-@compiled
-def corner_columns(  # noqa: PLR0913, PLR0917 -- numba takes tables one by one
-    term: FloatArray, value: FloatArray, own: Ramps, k: int, sent: Ramps, i: int, lines: Lines,
-    low: int, side: int, centre: float, width: float, beat: float, beat_width: float,
-) -> None:  # fmt: skip
-    """What the lines from ``low`` on are at their corners.
-
-    Corners are beginnings for side −1, endings for side 1. ``term`` (channel, term, path) are
-    Chebyshev's polynomials of the corner's distance from ``centre``, in units of ``width``;
-    ``value`` (channel, path, 2 × power) values times powers of the beat's distance there from
-    ``beat``, in units of ``beat_width``.
-    """
-    since = own.start[k] - lines.reference_time[lines.chosen[k]]
-    count = term.shape[2]
-    x, z, cycles = np.empty(count), np.empty(count), np.empty(count)
-    amplitude = np.empty(count, dtype=np.complex128)
-    for m in range(term.shape[0]):
-        for p in range(count):
-            line = low + p
-            drift = lines.delay_rate[line]
-            delay = lines.delay[line] + drift * since + lines.element_delay[line, m]
-            amplitude[p] = sent_amplitude(sent, i, lines, line)
-            chirp = received(own, k, sent, i, delay, drift, amplitude[p], 0.0)
-            corner = chirp.end if side > 0 else chirp.begin
-            cycles[p] = phase_of(chirp, corner)
-            x[p] = (corner - centre) / width
-            z[p] = (chirp.beat + chirp.rate * corner - beat) / beat_width
-        _fill(term[m], value[m], x, z, amplitude, cycles)
-
-
-@compiled
-def cut_sums(  # noqa: PLR0913, PLR0917 -- numba takes tables one by one
-    out: ComplexArray, own: Ramps, k: int, sent: Ramps, i: int, half: float, lines: Lines,
-    low: int, high: int, side: int, time: float, corner_gain: ComplexArray,
-    edge_gain: ComplexArray, scale: FloatArray,
-) -> None:  # fmt: skip
-    """Add to every channel the sample at ``time``, whose window has some of the lines' corners.
-
-    A line gives what is at its corner or at the edge of the window, whichever is further in, and
-    at the other edge. ``corner_gain`` (power, power) is in the beat's and the time's distances
-    from ``scale[0]`` and ``scale[2]`` in units of ``scale[1]`` and ``scale[3]``; ``edge_gain`` in
-    the beat's from ``scale[4]`` in units of ``scale[5]``.
-    """
-    since = own.start[k] - lines.reference_time[lines.chosen[k]]
-    count = high - low
-    x, z, y = np.empty(count), np.empty(count), np.empty(count)
-    here, there, real, imag = np.empty(count), np.empty(count), np.empty(count), np.empty(count)
-    amplitude = np.empty(count, dtype=np.complex128)
-    far = time - side * half
-    for m in range(out.size):
-        for p in range(count):
-            line = low + p
-            drift = lines.delay_rate[line]
-            delay = lines.delay[line] + drift * since + lines.element_delay[line, m]
-            a = -side * sent_amplitude(sent, i, lines, line)
-            chirp = received(own, k, sent, i, delay, drift, a, 0.0)
-            if side > 0:
-                corner = min(chirp.end, time + half)
-                is_met = corner > far
-            else:
-                corner = max(chirp.begin, time - half)
-                is_met = corner < far
-            amplitude[p] = a if is_met else 0.0j
-            here[p], there[p] = phase_of(chirp, corner), phase_of(chirp, far)
-            z[p] = (chirp.beat + chirp.rate * corner - scale[0]) / scale[1]
-            x[p] = (time - corner - scale[2]) / scale[3]
-            y[p] = (chirp.beat + chirp.rate * far - scale[4]) / scale[5]
-        units(here, real, imag, count)
-        for p in range(count):
-            gain = 0.0j
-            for e in range(corner_gain.shape[0] - 1, -1, -1):
-                inner = corner_gain[e, corner_gain.shape[1] - 1]
-                for q in range(corner_gain.shape[1] - 2, -1, -1):
-                    inner = inner * x[p] + corner_gain[e, q]
-                gain = gain * z[p] + inner
-            out[m] += amplitude[p] * complex(real[p], imag[p]) * gain
-        units(there, real, imag, count)
-        for p in range(count):
-            gain = edge_gain[edge_gain.size - 1]
-            for e in range(edge_gain.size - 2, -1, -1):
-                gain = gain * y[p] + edge_gain[e]
-            out[m] -= amplitude[p] * complex(real[p], imag[p]) * gain
-
-
-@compiled
-def alike(  # noqa: PLR0913, PLR0917 -- numba takes tables one by one
-    real: FloatArray, imag: FloatArray, own: Ramps, k: int, sent: Ramps, pairs: Pairs, pair: int,
-    taps: Taps, middle: float, beat: FloatArray, rate: FloatArray, first: float, step: float,
-    is_own: tuple[bool, bool],
-) -> None:  # fmt: skip
-    """Samples of lines that have given beats and rates, and no phase, at the time ``middle``.
-
-    ``real`` and ``imag`` are (rate, beat, sample). Which beginning and ending a line has follows
-    from its rate and beat; ``is_own`` tells whether they are those of the victim's ramp.
-    """
-    i = pairs.sent[k] + pair - pairs.start[k]
-    f, g = sent.frequency[i], sent.slope[i]
-    for j in range(rate.size):
-        stretched = math.sqrt((own.slope[k] - rate[j]) / g)
-        for b in range(beat.size):
-            start = beat[b] - rate[j] * middle
-            into = (own.frequency[k] - stretched * f - start) / (stretched * g)
-            begin, end = -into / stretched, (sent.duration[i] - into) / stretched
-            turns = middle * (start + 0.5 * rate[j] * middle)
-            chirp = Chirp(
-                1.0 + 0.0j, 0.0, -turns, start, rate[j], 0.0 if is_own[0] else begin,
-                own.duration[k] if is_own[1] else end,
-            )  # fmt: skip
-            add_chirp(real[j, b], imag[j, b], pairs, taps, pair, chirp, first, step)
-
-
-@compiled
-def end_weights(taps: Taps, beat: FloatArray, rate: float) -> ComplexArray:
-    """Weights of h and its derivatives at an end, ``(beat, order)``."""
-    out = np.zeros((beat.size, taps.bessel.shape[0]), dtype=np.complex128)
-    for n in range(beat.size):
-        end_series(taps, beat[n], rate, out[n])
-    return out
-
-
-@compiled
-def derivatives(taps: Taps, time: FloatArray, orders: int) -> FloatArray:
-    """The impulse response and its derivatives at times within its support, ``(order, time)``."""
-    out = np.empty((orders, time.size))
-    for n in range(time.size):
-        s = min(max(time[n], -taps.half), taps.half)
-        for j in range(orders):
-            out[j, n] = derivative(taps, s, j)
-    return out
+@inlined
+def _derivative(out: ComplexArray, term: ComplexArray) -> None:
+    for r in range(out.shape[0] - 2, 0, -1):
+        for n in range(out.shape[1]):
+            out[r - 1, n] = out[r + 1, n] + 2.0 * r * term[r, n]
+    for n in range(out.shape[1]):
+        out[0, n] *= 0.5

@@ -1,11 +1,11 @@
-r"""What an IF filter makes of a chirp.
+r"""Response of an IF filter to a chirp.
 
-A chirp of beat f and rate μ at the sample's instant leaves the filter as itself times
+A chirp of beat f and rate μ at the sample's instant leaves the filter multiplied by
 
 .. math:: G(f; \mu) = \int h(s)\, e^{-j2\pi f s + j\pi\mu s^2}\, ds,
 
 which for μ = 0 is the frequency response. Where a chirp is cut, and far out of band, the integral
-is made of what happens at its ends; for that h and its derivatives are tabulated.
+depends on its ends alone; for these h and its derivatives are tabulated.
 """
 
 from __future__ import annotations
@@ -19,19 +19,23 @@ import numpy as np
 
 from polychirp.axes import Axes, ComplexArray, FloatArray, IntArray, seal
 from polychirp.model.if_filter import IfFilter
+from polychirp.synthesis.stretch.kernel_records import NUM_END_TERMS, NUM_TAYLOR_TERMS
 from polychirp.synthesis.stretch.nufft import correction, grid_of, window_at
 
-OVERSAMPLING: Final = 10
-"""Entries of a response's table per 1/S of frequency: between them it is right to 5e-10."""
+ENTRIES_PER_BEAT: Final = 10
+"""Entries of a response's table per 1/S of beat: interpolation between them is right to 5e-10."""
 
-STRIDE: Final = 128
-"""Entries of a table are a multiple of this, four less: tables of one size share much."""
+TABLE_SIZE_STEP: Final = 128
+"""Tables have a multiple of this many beats above zero: tables of one size share their nodes."""
 
-NUM_TERMS: Final = 6
-"""Terms of the end-point series."""
+MOST_TABLE_ORDERS: Final = 12
+"""Orders in the rate that a table has at most."""
 
-TAYLOR_ORDER: Final = 6
-"""Terms by which a tabulated derivative is continued between its nodes."""
+PANEL_NODES: Final = 64
+"""Gauss nodes in a panel of the integral."""
+
+PANEL_CYCLES: Final = 24.0
+"""Cycles in a panel at most: with `PANEL_NODES` the integral is right to 1e-12."""
 
 
 def far_beat(if_filter: IfFilter, rate: float) -> float:
@@ -68,7 +72,7 @@ class ResponseTable:
 
 def step_of(if_filter: IfFilter) -> float:
     """Hz between the entries of a table."""
-    return 1.0 / (OVERSAMPLING * if_filter.support)
+    return 1.0 / (ENTRIES_PER_BEAT * if_filter.support)
 
 
 def response_table(
@@ -80,28 +84,28 @@ def response_table(
     from polychirp.synthesis.stretch.chirp_response_kernels import spread_chirp, take_table
 
     step = step_of(if_filter)
-    last = STRIDE * math.ceil((highest / step + 6.0) / STRIDE)
+    last = TABLE_SIZE_STEP * math.ceil((highest / step + 6.0) / TABLE_SIZE_STEP)
     fastest = last * step + 0.5 * abs(rate) * if_filter.support
-    plan = _plan(if_filter, last, _num_panels(if_filter, fastest), num_orders)
-    grid = np.zeros((num_orders, plan.size), dtype=np.complex128)
-    spread_chirp(grid, rate, plan.half_square, plan.weight, plan.first, plan.window)
+    nodes = _integral_nodes(if_filter, last, _num_panels(if_filter, fastest), num_orders)
+    grid = np.zeros((num_orders, nodes.size), dtype=np.complex128)
+    spread_chirp(grid, rate, nodes.half_square, nodes.weight, nodes.first, nodes.window)
     wave = ifft(grid, axis=1, norm="forward", overwrite_x=True, workers=1)
     moment, envelope = np.empty((last + 4, num_orders), dtype=np.complex128), np.empty(last + 4)
-    take_table(moment, envelope, wave, plan.correction)
+    take_table(moment, envelope, wave, nodes.correction)
     return ResponseTable(rate=rate, moment=moment, envelope=envelope)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Plan:
-    """What tables of one size share: a sum of tones (`tones`) over the nodes of the integral.
+class _IntegralNodes:
+    """The parts that tables of one size share: a sum of tones (`nufft`) over the integral's nodes.
 
     Parameters
     ----------
     size : points of the grid
     half_square : s²/2, ``(node,)``
-    weight : of the integrals, turned to the beat in the middle, ``(order, node)``
-    first, window : points over which a node is spread, ``(node,)`` and ``(node, tap)``
-    correction : takes the window off every beat, ``(beat,)``
+    weight : weights of the integrals, turned to the beat in the middle, ``(order, node)``
+    first, window : first point that a node is spread over, ``(node,)``, and window ``(node, tap)``
+    correction : factor of every beat that undoes the window, ``(beat,)``
     """
 
     size: int
@@ -113,14 +117,14 @@ class _Plan:
 
 
 @lru_cache(maxsize=64)
-def _plan(if_filter: IfFilter, last: int, panels: int, num_orders: int) -> _Plan:
+def _integral_nodes(if_filter: IfFilter, last: int, panels: int, num_orders: int) -> _IntegralNodes:
     count, step = last + 4, step_of(if_filter)
     s, weighted = _panelled_taps(if_filter, panels, num_orders)
     size, beta = grid_of(count, 2.0)
     first, window = window_at(-s * step * size, beta)
     # the sum of tones counts its samples from the middle one
     turned = np.exp(-2j * np.pi * s * (count // 2 - 4) * step)
-    return _Plan(
+    return _IntegralNodes(
         size=size,
         half_square=0.5 * s**2,
         weight=np.ascontiguousarray(weighted.T * turned),
@@ -131,25 +135,17 @@ def _plan(if_filter: IfFilter, last: int, panels: int, num_orders: int) -> _Plan
 
 
 def _num_panels(if_filter: IfFilter, fastest: float) -> int:
-    """Panels of the support, for integrals of what beats to ``fastest``: a multiple of four."""
-    panels = math.ceil(if_filter.support * (fastest + if_filter.stopband) / _CYCLES)
+    """Panels of the support for waves of up to ``fastest`` Hz: a multiple of four."""
+    panels = math.ceil(if_filter.support * (fastest + if_filter.stopband) / PANEL_CYCLES)
     return 4 * (panels // 4 + 1)
-
-
-_NODES: Final = 64
-_CYCLES: Final = 24.0
-"""That so many nodes in a panel integrate to 1e-12."""
 
 
 @lru_cache(maxsize=64)
 def _panelled_taps(
     if_filter: IfFilter, panels: int, num_orders: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Nodes in time, and what stands there in an integral, ``(node, order)``.
-
-    That is h times powers of time, over order!, and the weights.
-    """
-    inner, weight = np.polynomial.legendre.leggauss(_NODES)
+    """Nodes in s, and weights there: h times powers of time over order!, ``(node, order)``."""
+    inner, weight = np.polynomial.legendre.leggauss(PANEL_NODES)
     centre = (2.0 * np.arange(panels) + 1.0) / panels - 1.0
     nodes = (centre[:, None] + inner / panels).ravel()
     time = 0.5 * if_filter.support * nodes
@@ -161,7 +157,7 @@ def _panelled_taps(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TapTable:
-    """h and its derivatives, to be continued by Taylor's series.
+    """Derivatives of h at nodes, which Taylor's series continues between them.
 
     Parameters
     ----------
@@ -178,9 +174,9 @@ class TapTable:
 
 @lru_cache(maxsize=32)
 def tap_table(if_filter: IfFilter) -> TapTable:
-    """Nodes so close that `TAYLOR_ORDER` terms more than the end-point series needs are exact."""
+    """The table, with nodes so close that `NUM_TAYLOR_TERMS` terms continue every derivative."""
     support = if_filter.support
-    most = NUM_TERMS + TAYLOR_ORDER
+    most = NUM_END_TERMS + NUM_TAYLOR_TERMS
     intervals = max(512, math.ceil(support * 20.0 * math.pi * if_filter.stopband))
     time = (np.arange(intervals + 1) / intervals - 0.5) * support
     factor = np.array([math.factorial(j) for j in range(most)])
@@ -208,17 +204,13 @@ def num_orders(if_filter: IfFilter, spread: float) -> int:
     """Orders by which rates within ``spread`` Hz/s of the table's are right to 1e-9."""
     turn = math.pi * spread * (0.5 * if_filter.support) ** 2
     order = 1
-    while turn**order * _moments(if_filter)[order] > 1e-9 and order < MOST_ORDERS:
+    while turn**order * _moments(if_filter)[order] > 1e-9 and order < MOST_TABLE_ORDERS:
         order += 1
     return order
-
-
-MOST_ORDERS: Final = 12
-"""Of a table."""
 
 
 @lru_cache(maxsize=32)
 def _moments(if_filter: IfFilter) -> FloatArray:
     """The integrals of |h| times even powers of time in S/2, over order!, ``(order,)``."""
-    _, weighted = _panelled_taps(if_filter, _num_panels(if_filter, 0.0), MOST_ORDERS + 1)
+    _, weighted = _panelled_taps(if_filter, _num_panels(if_filter, 0.0), MOST_TABLE_ORDERS + 1)
     return np.asarray(np.abs(weighted).sum(axis=0))

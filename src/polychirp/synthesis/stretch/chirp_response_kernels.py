@@ -1,4 +1,4 @@
-"""Compiled parts of `chirp_response`: a chirp on the filter's nodes, and tables of what is left."""
+"""Compiled parts of `chirp_response`: a chirp on the nodes of the integral, and its table."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
-from polychirp.synthesis.stretch.nufft import WIDTH
-from polychirp.synthesis.stretch.path_kernels import compiled, units
+from polychirp.synthesis.numba_support import compiled, units
+from polychirp.synthesis.stretch.nufft import WINDOW_WIDTH
 
 
 @compiled
@@ -18,22 +18,23 @@ def spread_chirp(
 ) -> None:  # fmt: skip
     """Spread the nodes' ``weight`` (order, node) times a chirp over ``grid`` (order, point).
 
-    ``half_square`` is s²/2 of each node; ``window`` (node, `WIDTH`) is at the points from
+    ``half_square`` is s²/2 of each node; ``window`` (node, `WINDOW_WIDTH`) is at the points from
     ``first`` on. Points below zero are at the grid's end.
     """
     orders, count = weight.shape
     lowest = first.min()
-    points = first.max() - lowest + WIDTH
+    points = first.max() - lowest + WINDOW_WIDTH
     real, imag = np.zeros((orders, points)), np.zeros((orders, points))
     cycles, x, y = np.empty(count), np.empty(count), np.empty(count)
     for p in range(count):
         cycles[p] = rate * half_square[p]
-    units(cycles, x, y, count)
+    units(cycles, x, y)
+    # real and imaginary parts apart, so that the compiler can use vector instructions
     for j in range(orders):
         for p in range(count):
             w = weight[j, p] * complex(x[p], y[p])
             low = first[p] - lowest
-            for i in range(WIDTH):
+            for i in range(WINDOW_WIDTH):
                 real[j, low + i] += window[p, i] * w.real
                 imag[j, low + i] += window[p, i] * w.imag
         for n in range(points):
@@ -44,9 +45,9 @@ def spread_chirp(
 def take_table(
     moment: ComplexArray, envelope: FloatArray, wave: ComplexArray, correction: FloatArray
 ) -> None:
-    """Take ``moment`` (beat, order) and ``envelope`` (beat,) from ``wave`` (order, point).
+    """Fill in ``moment`` (beat, order) and ``envelope`` (beat,) from ``wave`` (order, point).
 
-    The wave begins with the beat in the middle; what is before it is at the wave's end.
+    The wave begins with the beat in the middle; the beats before it are at the wave's end.
     """
     count, orders = moment.shape
     size, middle = wave.shape[1], count // 2
@@ -54,6 +55,7 @@ def take_table(
         place = n - middle if n >= middle else n - middle + size
         for j in range(orders):
             moment[n, j] = correction[n] * wave[j, place]
+    # the largest magnitude from each beat on
     largest = 0.0
     for n in range(count - 1, -1, -1):
         value = moment[n, 0]

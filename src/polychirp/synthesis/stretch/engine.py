@@ -25,42 +25,43 @@ from polychirp.spec import Spec
 from polychirp.synthesis.links.leakage import all_links, num_parts
 from polychirp.synthesis.links.links import nearest_snapshots
 from polychirp.synthesis.links.thermal_noise import noise_density
+from polychirp.synthesis.stretch.kernel_records import Tables
 from polychirp.synthesis.stretch.kernel_tables import (
-    Tables,
-    lines_of,
-    pairs_of,
+    link_table,
+    pair_table,
     ramps_of,
     taps_of,
     window_of,
     with_limits,
 )
-from polychirp.synthesis.stretch.nufft import tones_of
-from polychirp.synthesis.stretch.path_batches import bundled
+from polychirp.synthesis.stretch.nufft import MakeTones, tones_of
+from polychirp.synthesis.stretch.path_batches import FEWEST_LINKS, batch_of, batched_samples
 from polychirp.synthesis.stretch.ramp_edges import corner_runs
 from polychirp.synthesis.stretch.ramp_overlaps import all_overlaps, strongest_sample
-from polychirp.synthesis.stretch.work_units import Visit, columns_of, gaps, visits_of
+from polychirp.synthesis.stretch.work_units import WorkUnit, gaps, work_table, work_units_of
 
-NEGLIGIBLE: Final = 3e-7
-"""What may be left out of a contribution, relative to the rms of what its paths bring into the band
-where that is most, and so to about its strongest sample."""
+NEGLIGIBLE_IN_BAND: Final = 3e-7
+"""Limit of the part of a contribution that is left out, relative to its strongest samples.
 
-INAUDIBLE: Final = 1e-3
-"""The same, relative to the rms of the victim's noise, where nothing comes into the band."""
+Their rms is estimated from the largest power that its paths bring into the band."""
+
+NEGLIGIBLE_OUT_OF_BAND: Final = 1e-3
+"""The same, relative to the rms of the victim's noise, if no path comes into the band."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stretch(Spec):
     """Closed-form synthesis at the converter's rate.
 
-    What it leaves out is 3e-7 of the rms of what the paths bring into the band, or, where nothing
-    comes into it, one thousandth of the victim's thermal noise; all else is right to 1e-8.
+    It leaves out weak signals, together up to 3e-7 of the strongest samples or, if no path comes
+    into the band, up to one thousandth of the victim's thermal noise. All else is right to 1e-8.
 
     Parameters
     ----------
-    backend : what sums many paths. "auto" chooses, by what it costs, compiled kernels path by path
-        or bundles of paths on compiled Fourier transforms; "kernels" is path by path alone;
-        "numpy" and "cupy" are bundles by matrix products of these array libraries, wherever they
-        cost less operations than path by path
+    backend : how many paths are summed. "auto" takes whichever costs less: compiled kernels path
+        by path, or batches of paths on compiled Fourier transforms; "kernels" is path by path
+        alone; "numpy" and "cupy" make batches by matrix products of these array libraries,
+        wherever they cost fewer operations than path by path
     """
 
     backend: Literal["auto", "kernels", "numpy", "cupy"] = "auto"
@@ -78,51 +79,50 @@ class Stretch(Spec):
         radar = scene.radars[victim]
         own, sent = schedules[victim], schedules[transmitter]
         links = all_links(
-            scene,
-            snapshots,
-            victim=victim,
-            transmitter=transmitter,
-            num_elements=sent.num_elements,
+            scene, snapshots, victim=victim, transmitter=transmitter, num_elements=sent.num_elements
         )
         times = sample_times(own, radar.converter)
         parts = num_parts(radar, is_own=victim == transmitter)
         shape = (parts, radar.array.num_channels, own.num_ramps, times.most_samples)
         samples = np.zeros(shape, dtype=np.complex128)
-        lines = lines_of(links, nearest_snapshots(own, snapshots))
+        table = link_table(links, nearest_snapshots(own, snapshots))
         ramps = ramps_of(own), ramps_of(sent)
-        overlaps = all_overlaps(radar, own, sent, ramps, lines)
+        overlaps = all_overlaps(radar, own, sent, ramps, table)
         if overlaps:
-            floor = NEGLIGIBLE * strongest_sample(overlaps)
+            floor = NEGLIGIBLE_IN_BAND * strongest_sample(overlaps)
             if floor == 0.0:
                 noise = noise_density(radar) * radar.if_filter.noise_bandwidth
-                floor = INAUDIBLE * math.sqrt(noise)
-            lines = with_limits(lines, floor)
+                floor = NEGLIGIBLE_OUT_OF_BAND * math.sqrt(noise)
+            table = with_limits(table, floor)
             window, taps = window_of(own, times), taps_of(radar.if_filter)
-            visits = visits_of(radar.if_filter, ramps[0], window, lines, taps, overlaps, floor)
-            visited = {visit.pair for visit in visits}
-            pairs = pairs_of(radar.if_filter, own.num_ramps, overlaps, visited)
-            tables = Tables(
-                own=ramps[0], sent=ramps[1], window=window, lines=lines, pairs=pairs, taps=taps
-            )
-            self._add(samples, tables, visits)
+            units = work_units_of(radar.if_filter, ramps[0], window, table, taps, overlaps, floor)
+            used = {unit.pair for unit in units}
+            pairs = pair_table(radar.if_filter, own.num_ramps, overlaps, used)
+            self._add(samples, Tables(*ramps, window, table, pairs, taps), units)
         return samples
 
-    def _add(self, samples: ComplexArray, tables: Tables, visits: Sequence[Visit]) -> None:
-        """Add what the visits make: where it pays in bundles, the rest line by line."""
-        from polychirp.synthesis.stretch import path_kernels
+    def _add(self, samples: ComplexArray, tables: Tables, units: Sequence[WorkUnit]) -> None:
+        """Add all units: in batches where these cost less, the rest link by link."""
+        from polychirp.synthesis.stretch.path_kernels import add_contribution
 
         make_tones = tones_of(self.backend)
         rest = []
-        for visit in visits:
-            runs = None if self.backend == "kernels" else bundled(visit, tables, make_tones)
+        for unit in units:
+            runs = self._runs(unit, tables, make_tones)
             if runs is None:
-                rest.append((visit, visit.met))
+                rest.append((unit, unit.met))
                 continue
-            runs += corner_runs(visit, tables)
             for run, made in runs:
-                samples[visit.part, :, visit.row, run] += made
-            rest += gaps(visit, [visit.whole, *(run for run, _ in runs)])
-        path_kernels.add_contribution(
-            samples, tables.own, tables.sent, tables.window, tables.lines, tables.pairs,
-            tables.taps, columns_of(rest),
-        )  # fmt: skip
+                samples[unit.part, :, unit.row, run] += made
+            rest += gaps(unit, [unit.whole, *(run for run, _ in runs)])
+        add_contribution(samples, tables, work_table(rest))
+
+    def _runs(
+        self, unit: WorkUnit, tables: Tables, make_tones: MakeTones
+    ) -> list[tuple[slice, ComplexArray]] | None:
+        """Runs of samples of a batch, with the edges of ramps; None where it costs more."""
+        if self.backend == "kernels" or unit.num_links < FEWEST_LINKS:
+            return None
+        batch = batch_of(unit, tables)
+        runs = batched_samples(unit, batch, make_tones)
+        return None if runs is None else runs + corner_runs(unit, batch)

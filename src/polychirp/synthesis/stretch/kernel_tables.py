@@ -1,12 +1,11 @@
-"""Tables that the kernels work with: ramps, samples, links, responses of the filter."""
+"""Tables that the kernels read: ramps, samples, links, pairs of ramps, the filter's responses."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence, Set
-from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -16,7 +15,6 @@ from polychirp.model.if_frame import SampleTimes
 from polychirp.model.ramp import RampSchedule
 from polychirp.synthesis.links.links import Links
 from polychirp.synthesis.stretch.chirp_response import (
-    NUM_TERMS,
     ResponseTable,
     bessel_coefficients,
     far_beat,
@@ -25,60 +23,51 @@ from polychirp.synthesis.stretch.chirp_response import (
     step_of,
     tap_table,
 )
-from polychirp.synthesis.stretch.ramp_overlaps import Overlap
+from polychirp.synthesis.stretch.kernel_records import (
+    NUM_END_TERMS,
+    LinkTable,
+    Overlap,
+    PairTable,
+    Ramps,
+    Taps,
+    Window,
+)
 
-if TYPE_CHECKING:
-    from polychirp.synthesis.stretch.path_kernels import Lines, Pairs, Ramps, Taps, Window
+SLOW_RATE_TURN: Final = 1e-4
+"""rad, π·rate·S²/4 up to which a response is tabulated about the rate zero.
 
-SLOW: Final = 1e-4
-"""π·rate·S²/4 up to which a response is tabulated about the rate zero."""
+Chosen: a radar's own echoes and pairs of nearly equal slopes then share one table.
+"""
 
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Tables:
-    """What the kernels work with."""
-
-    own: Ramps
-    sent: Ramps
-    window: Window
-    lines: Lines
-    pairs: Pairs
-    taps: Taps
+NUM_GAUSS_NODES: Final = 32
+"""Nodes in a panel of `chirp_kernels.quadrature`."""
 
 
 def ramps_of(schedule: RampSchedule) -> Ramps:
-    """A schedule's columns."""
-    from polychirp.synthesis.stretch.path_kernels import Ramps
-
+    """Columns of a schedule, copied: numba would compile again for arrays that are read-only."""
     return Ramps(
-        start=schedule.start_time,
-        duration=schedule.duration,
-        frequency=schedule.start_frequency,
-        slope=schedule.slope,
-        phase=schedule.start_phase,
-        # the mixer conjugates what is received
+        start=np.array(schedule.start_time),
+        duration=np.array(schedule.duration),
+        frequency=np.array(schedule.start_frequency),
+        slope=np.array(schedule.slope),
+        phase=np.array(schedule.start_phase),
+        # the mixer conjugates the received signal
         weight=np.ascontiguousarray(np.conj(schedule.transmit_weight)),
     )
 
 
 def window_of(own: RampSchedule, times: SampleTimes) -> Window:
     """The victim's samples."""
-    from polychirp.synthesis.stretch.path_kernels import Window
-
     return Window(
-        first=times.first - own.start_time,
-        num_samples=times.num_samples,
-        step=1.0 / times.rate,
+        first=times.first - own.start_time, num_samples=times.num_samples, step=1.0 / times.rate
     )
 
 
-def lines_of(links: Sequence[Links], chosen: IntArray) -> Lines:
+def link_table(links: Sequence[Links], snapshot: IntArray) -> LinkTable:
     """All links: those of a snapshot by part, the strong ones first, and then by delay.
 
-    Strong are those with more than ten times the mean power; what is weak may be left out earlier.
+    Strong are those with more than ten times the mean power; weak ones may be left out earlier.
     """
-    from polychirp.synthesis.stretch.path_kernels import Lines
-
     is_weak = []
     for link in links:
         power = np.abs(link.amplitude) ** 2
@@ -91,10 +80,10 @@ def lines_of(links: Sequence[Links], chosen: IntArray) -> Lines:
         parts = [getattr(link, name)[some] for link, some in zip(links, order, strict=True)]
         return np.concatenate(parts)
 
-    return Lines(
+    return LinkTable(
         start=np.cumsum([0, *(link.delay.size for link in links)]).astype(np.int64),
         reference_time=np.array([link.reference_time for link in links]),
-        chosen=chosen,
+        snapshot=snapshot,
         delay=column("delay"),
         delay_rate=column("delay_rate"),
         element_delay=column("element_delay"),
@@ -106,47 +95,46 @@ def lines_of(links: Sequence[Links], chosen: IntArray) -> Lines:
     )
 
 
-def with_limits(lines: Lines, floor: float) -> Lines:
-    """Gains below which a path may be left out, for every line.
+def with_limits(links: LinkTable, floor: float) -> LinkTable:
+    """The links, each with the gain below which it may be left out.
 
-    Strong paths share half the floor in proportion to their amplitudes, so that it holds for
+    Strong links share half the floor in proportion to their amplitudes, so that it holds for
     their sum in phase. The many weak ones have unrelated phases and share the rest by powers.
-    A path may leave out two ends in a sample.
+    A link may leave out two ends in a sample.
     """
-    limit = np.zeros(lines.delay.size)
-    for low, high in pairwise(lines.start):
-        strength = np.maximum(np.abs(lines.amplitude[low:high]), 1e-300)
+    limit = np.zeros(links.delay.size)
+    for low, high in pairwise(links.start):
+        strength = np.maximum(np.abs(links.amplitude[low:high]), 1e-300)
         if strength.size:
             share = np.maximum(1.0 / strength.sum(), 1.0 / (math.sqrt(strength.size) * strength))
             limit[low:high] = 0.25 * floor * share
-    return lines._replace(limit=limit)
+    return links._replace(limit=limit)
 
 
-def pairs_of(
-    if_filter: IfFilter, num_ramps: int, overlaps: Sequence[Overlap], visited: Set[int]
-) -> Pairs:
-    """All pairs; those that are ``visited`` near the band have tables of the filter's response.
+def pair_table(
+    if_filter: IfFilter, num_ramps: int, overlaps: Sequence[Overlap], used: Set[int]
+) -> PairTable:
+    """All pairs; those ``used`` that come near the band have tables of the filter's response.
 
-    Own echoes and others of nearly no rate share the table of rate zero.
+    Pairs of nearly no rate, such as those of own echoes, share the table of rate zero.
     """
-    from polychirp.synthesis.stretch.path_kernels import Pairs
-
     victims = np.array([overlap.victim_ramp for overlap in overlaps], dtype=np.int64)
     start = np.searchsorted(victims, np.arange(num_ramps + 1)).astype(np.int64)
     sent = np.zeros(num_ramps, dtype=np.int64)
     sent[victims[::-1]] = [overlap.sent_ramp for overlap in reversed(overlaps)]
-    rate, spread = np.array([_about(if_filter, overlap) for overlap in overlaps]).T
+    rate, spread = np.array([_rate_range(if_filter, overlap) for overlap in overlaps]).T
     steepest = np.array([overlap.steepest for overlap in overlaps])
     far = np.array([far_beat(if_filter, slope) for slope in steepest])
     # a window that meets beats below `far` is at most this far from the band
     near = far + 0.5 * if_filter.support * steepest
     highest = np.minimum(near, [overlap.highest for overlap in overlaps])
-    wanted = [k for k in visited if overlaps[k].lowest <= near[k]]
+    wanted = [k for k in used if overlaps[k].lowest <= near[k]]
     orders = num_orders(if_filter, max((float(spread[k]) for k in wanted), default=0.0))
     place: dict[float, tuple[int, int]] = {}
     tables: list[ResponseTable] = []
     span = np.zeros((len(overlaps), 2), dtype=np.int64)
     size = 0
+    # the highest beats first, so that a table serves all pairs of its rate
     for k in sorted(wanted, key=lambda k: (-highest[k], k)):
         if rate[k] not in place:
             table = response_table(
@@ -156,7 +144,7 @@ def pairs_of(
             size += table.envelope.size
             tables.append(table)
         span[k] = place[rate[k]]
-    return Pairs(
+    return PairTable(
         start=start,
         sent=sent,
         begin=span[:, 0].copy(),
@@ -170,19 +158,17 @@ def pairs_of(
     )
 
 
-def _about(if_filter: IfFilter, overlap: Overlap) -> tuple[float, float]:
-    """Hz/s, a rate and how far the lines' are from it; zero where that makes no difference."""
-    if math.pi * overlap.steepest * (0.5 * if_filter.support) ** 2 < SLOW:
+def _rate_range(if_filter: IfFilter, overlap: Overlap) -> tuple[float, float]:
+    """Hz/s, a rate and how far the links' rates are from it; zero where that changes nothing."""
+    if math.pi * overlap.steepest * (0.5 * if_filter.support) ** 2 < SLOW_RATE_TURN:
         return 0.0, overlap.steepest
     return overlap.centre, overlap.spread
 
 
 def taps_of(if_filter: IfFilter) -> Taps:
     """The filter's impulse response."""
-    from polychirp.synthesis.stretch.path_kernels import NODES, Taps
-
     table = tap_table(if_filter)
-    node, weight = np.polynomial.legendre.leggauss(NODES)
+    node, weight = np.polynomial.legendre.leggauss(NUM_GAUSS_NODES)
     return Taps(
         half=0.5 * if_filter.support,
         stopband=if_filter.stopband,
@@ -190,7 +176,7 @@ def taps_of(if_filter: IfFilter) -> Taps:
         taylor=table.taylor,
         peak=float(np.abs(table.taylor[:, 0]).max()),
         edge=float(abs(table.taylor[0, 0])),
-        bessel=bessel_coefficients(NUM_TERMS),
+        bessel=bessel_coefficients(NUM_END_TERMS),
         node=0.5 * (node + 1.0),
         weight=0.5 * weight,
     )

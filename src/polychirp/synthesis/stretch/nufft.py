@@ -1,13 +1,14 @@
-r"""Sums of many tones on a uniform grid of samples: the inner operation of `bundles`.
+r"""Sums of many tones on a uniform grid of samples: the inner operation of `path_batches`.
 
 .. math:: y_c[n] = \sum_p w_{pc}\, e^{j2\pi\nu_p (n - \lfloor N/2 \rfloor)}, \quad 0 \le n < N
 
-Two implementations with one interface. `GriddedTones` (compiled) is a non-uniform fast Fourier
-transform of type 1 (Dutt and Rokhlin 1993) behind Kaiser and Bessel's window (Fessler and Sutton
-2003): its cost is P + N log N. Its own because a library's takes the window anew for every column:
-FINUFFT 2.5 needs 36 ns per path and column and 0.27 ms per call, this some 7 ns and none, and a
-pair of ramps has some fifty columns. `BlockTones` is made of matrix products alone, for any array
-library with the functions of the Python array API: it is what runs on a GPU.
+Two implementations share one interface. `GriddedTones` (compiled) is a non-uniform fast Fourier
+transform of type 1 (Dutt and Rokhlin 1993) with the window of Kaiser and Bessel (Fessler and Sutton
+2003): its cost is P + N log N. A library was not used because it computes the window again for
+every column: FINUFFT 2.5 needs 36 ns per path and column and 0.27 ms per call, this needs some 7 ns
+and no fixed time, and a pair of ramps has some fifty columns. `BlockTones` consists of matrix
+products alone and works with any array library that has the functions of the Python array API, so
+that it also runs on a GPU.
 """
 
 from __future__ import annotations
@@ -23,17 +24,17 @@ import numpy as np
 from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.errors import InputError
 
-WIDTH: Final = 12
+WINDOW_WIDTH: Final = 12
 """Grid points that a tone is spread over."""
 
-DENSITY: Final = 1.7
-"""Grid points per sample, at least: with these the result is right to 1e-9, with 2 to 1e-10."""
+GRID_DENSITY: Final = 1.7
+"""Grid points per sample, at least: with 1.7 the result is right to 1e-9, with 2 to 1e-10."""
 
-DEGREE: Final = 13
-"""Of the polynomials that stand for the window between two grid points."""
+WINDOW_DEGREE: Final = 13
+"""Degree of the polynomials that replace the window between two grid points."""
 
-BLOCK: Final = 1 << 21
-"""Numbers that `BlockTones` holds at once."""
+NUMBERS_PER_BLOCK: Final = 1 << 21
+"""Complex numbers that `BlockTones` holds at once: 32 MiB."""
 
 
 class Tones(Protocol):
@@ -44,16 +45,16 @@ class Tones(Protocol):
         ...
 
     def sums(self) -> ComplexArray:
-        """All that was added, ``(sample, column)``."""
+        """The sum so far, ``(sample, column)``."""
         ...
 
 
 MakeTones = Callable[[int, int], Tones]
-"""From numbers of samples and columns to a running sum."""
+"""Function of the numbers of samples and columns that gives an empty running sum."""
 
 
 class GriddedTones:
-    """A sum of tones by spreading every tone over `WIDTH` points of one spectrum.
+    """A sum of tones, each of which is spread over `WINDOW_WIDTH` points of one spectrum.
 
     >>> tones = GriddedTones(64, 1)
     >>> tones.add(np.array([0.1, -0.37]), np.array([[1.0], [2j]]))
@@ -65,12 +66,12 @@ class GriddedTones:
 
     def __init__(self, count: int, columns: int) -> None:
         self.count = count
-        size, self.beta = grid_of(count, DENSITY)
+        size, self.beta = grid_of(count, GRID_DENSITY)
         self.grid = np.zeros((size, columns), dtype=np.complex128)
 
     def add(self, frequency: FloatArray, weight: ComplexArray) -> None:
         """See `Tones.add`."""
-        from polychirp.synthesis.stretch.batch_kernels import spread
+        from polychirp.synthesis.stretch.nufft_kernels import spread
 
         numbers = np.ascontiguousarray(weight, dtype=np.complex128).view(np.float64)
         spread(self.grid.view(np.float64), frequency, numbers, _window_polynomials(self.beta))
@@ -87,7 +88,7 @@ class GriddedTones:
 
 
 class BlockTones:
-    """A sum of tones by matrix products: with n = a·B + b a tone is a product of two.
+    """A sum of tones by matrix products: with n = a·B + b a tone is a product of two factors.
 
     Parameters
     ----------
@@ -107,15 +108,15 @@ class BlockTones:
         self.total = xp.zeros((columns, self.outer, self.inner), dtype=xp.complex128)
 
     def add(self, frequency: FloatArray, weight: ComplexArray) -> None:
-        """See `Tones.add`; NumPy's arrays are carried to the library's device."""
+        """See `Tones.add`; NumPy's arrays are copied to the library's device."""
         paths, columns = weight.shape
-        step = max(1, BLOCK // (columns * self.outer + self.inner))
+        step = max(1, NUMBERS_PER_BLOCK // (columns * self.outer + self.inner))
         for first in range(0, paths, step):
             part = slice(first, first + step)
             self._add(self.xp.asarray(frequency[part]), self.xp.asarray(weight[part].T))
 
     def _add(self, frequency: Any, weight: Any) -> None:
-        """One block: ``frequency`` (path,) and ``weight`` (column, path) of the library's own."""
+        """Add a block: ``frequency`` (path,) and ``weight`` (column, path) of the library."""
         xp = self.xp
         outer = xp.arange(self.outer, dtype=xp.float64) * self.inner - self.count // 2
         inner = xp.arange(self.inner, dtype=xp.float64)
@@ -124,14 +125,14 @@ class BlockTones:
         self.total = self.total + (weight[:, None, :] * coarse[None, :, :]) @ fine
 
     def sums(self) -> ComplexArray:
-        """See `Tones.sums`; NumPy's array."""
+        """See `Tones.sums`; the array is NumPy's."""
         flat = self.xp.reshape(self.total, (self.total.shape[0], -1))
         host = flat.get() if hasattr(flat, "get") else np.asarray(flat)
         return np.asarray(host[:, : self.count].T)
 
 
 def tones_of(backend: str) -> MakeTones:
-    """What makes sums of tones: "numpy" and "cupy" by blocks, else compiled.
+    """Maker of sums of tones: "numpy" and "cupy" by blocks, any other name compiled.
 
     Raises
     ------
@@ -159,43 +160,44 @@ def _turned(xp: Any, cycles: Any) -> Any:
 
 
 def grid_of(count: int, density: float) -> tuple[int, float]:
-    """Points of a grid with ``density`` of them per sample, and the shape of the window there."""
+    """Size of a grid with ``density`` points per sample, and the window's shape β for it."""
     from scipy.fft import next_fast_len
 
-    beta = math.pi * math.sqrt((WIDTH * (1.0 - 0.5 / density)) ** 2 - 0.8)
-    return next_fast_len(max(math.ceil(density * count), 2 * WIDTH)), beta
+    beta = math.pi * math.sqrt((WINDOW_WIDTH * (1.0 - 0.5 / density)) ** 2 - 0.8)
+    return next_fast_len(max(math.ceil(density * count), 2 * WINDOW_WIDTH)), beta
 
 
 def window_at(place: FloatArray, beta: float) -> tuple[IntArray, FloatArray]:
-    """The first of the points around each place, and the window there, ``(place, tap)``."""
-    edge = place - 0.5 * WIDTH
+    """The first grid point that the window around each place meets, and its values at all taps."""
+    edge = place - 0.5 * WINDOW_WIDTH
     first = np.ceil(edge)
     x = 2.0 * (first - edge) - 1.0
-    powers = x[:, None] ** np.arange(DEGREE + 1)
+    powers = x[:, None] ** np.arange(WINDOW_DEGREE + 1)
     return first.astype(np.int64), powers @ _window_polynomials(beta)
 
 
 @lru_cache(maxsize=4)
 def _window_polynomials(beta: float) -> FloatArray:
-    """Coefficients of the window about every tap, ``(power, tap)``.
+    """Coefficients of the window at every tap, ``(power, tap)``.
 
-    For a tone that lies ``x`` in [0, 1) beyond the first tap's place less half a width, the taps
-    are at i + x − WIDTH/2; powers are of 2x − 1.
+    Tap i lies i + x − WINDOW_WIDTH/2 from the tone, with x in [0, 1); powers are of 2x − 1.
     """
-    place = np.cos(np.pi * (np.arange(DEGREE + 1) + 0.5) / (DEGREE + 1))
-    off = 0.5 * (place[:, None] + 1.0) + np.arange(WIDTH) - 0.5 * WIDTH
-    inside = np.maximum(1.0 - (2.0 * off / WIDTH) ** 2, 0.0)
+    place = np.cos(np.pi * (np.arange(WINDOW_DEGREE + 1) + 0.5) / (WINDOW_DEGREE + 1))
+    off = 0.5 * (place[:, None] + 1.0) + np.arange(WINDOW_WIDTH) - 0.5 * WINDOW_WIDTH
+    inside = np.maximum(1.0 - (2.0 * off / WINDOW_WIDTH) ** 2, 0.0)
     values = np.i0(beta * np.sqrt(inside)) / np.i0(beta)
-    return np.ascontiguousarray(np.linalg.solve(place[:, None] ** np.arange(DEGREE + 1), values))
+    return np.ascontiguousarray(
+        np.linalg.solve(place[:, None] ** np.arange(WINDOW_DEGREE + 1), values)
+    )
 
 
 @lru_cache(maxsize=128)
 def correction(count: int, size: int, beta: float) -> FloatArray:
-    """What takes the window off every sample again."""
+    """Factor of every sample that undoes the window."""
     return 1.0 / _window_spectrum((np.arange(count) - count // 2) / size, beta)
 
 
 def _window_spectrum(frequency: FloatArray, beta: float) -> FloatArray:
-    """The window's Fourier transform, at cycles per grid point."""
-    root = np.sqrt(beta**2 - (np.pi * WIDTH * frequency) ** 2)
-    return np.asarray(WIDTH * np.sinh(root) / (root * np.i0(beta)))
+    """Fourier transform of the window, at cycles per grid point."""
+    root = np.sqrt(beta**2 - (np.pi * WINDOW_WIDTH * frequency) ** 2)
+    return np.asarray(WINDOW_WIDTH * np.sinh(root) / (root * np.i0(beta)))

@@ -1,20 +1,20 @@
-r"""Many paths at once: beats that are alike share quadratic phase, gain and Fourier transform.
+r"""Many links at once: similar beats share the quadratic phase, the gain and a Fourier transform.
 
-For one pair of ramps, path p and channel m give the beat :math:`f_{pm}` at a time near the middle
+For one pair of ramps, link p and channel m give the beat :math:`f_{pm}` at a time near the middle
 of the samples, from where t counts, and the rate :math:`\mu_p`. With one frequency
 :math:`\nu_p` for all channels and the mean rate :math:`\bar\mu`,
 
 .. math:: y_m(t) = e^{j\pi\bar\mu t^2} \sum_p e^{j2\pi\nu_p t}\; c_{pm}
     e^{j2\pi(f_{pm}-\nu_p)t + j\pi(\mu_p-\bar\mu)t^2}\, G(f_{pm} + \mu_p t; \mu_p)
 
-What follows :math:`e^{j2\pi\nu_p t}` changes little: it is a polynomial of low degree in t, given
-by its values at a few Chebyshev nodes, which are the weights of as many columns of a sum of tones
-(`tones`). Where the beats sweep through the band, G does not change little. There, in zones of few
-samples,
+The factors behind :math:`e^{j2\pi\nu_p t}` change little: their product is a polynomial of low
+degree in t, given by its values at a few Chebyshev nodes, which are the weights of as many columns
+of a sum of tones (`nufft`). Where the beats sweep through the band, G does not change little.
+There, in zones of few samples,
 
 .. math:: e^{j2\pi d t}\, G(\bar f + \bar\mu t + d; \bar\mu) = \sum_r g_r(t)\, T_r(d/w)
 
-in Chebyshev's polynomials of the beat's distance d from the middle beat: paths are summed before
+in Chebyshev's polynomials of the beat's distance d from the middle beat: links are summed before
 samples are made. A rate that is off the mean by δ is a factor :math:`e^{j\pi\delta t^2}` in front
 of the filter; its powers are second derivatives by d, so that the same :math:`g_r` give them too,
 each with sums of its own, weighted with powers of δ.
@@ -25,226 +25,191 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray
+from polychirp.synthesis.stretch.kernel_records import (
+    EXPANSION_TOLERANCE,
+    Batch,
+    BeatExpansion,
+    Response,
+    Tables,
+    ramp_pair,
+    response_of,
+)
 from polychirp.synthesis.stretch.nufft import GriddedTones, MakeTones
+from polychirp.synthesis.stretch.work_units import WorkUnit
 
-if TYPE_CHECKING:
-    from polychirp.synthesis.stretch.kernel_tables import Tables
-    from polychirp.synthesis.stretch.work_units import Visit
+MOST_TIME_NODES: Final = 24
+"""Nodes in time; with more, sums of tones are not used."""
 
-TOLERANCE: Final = 3e-9
-"""Of every expansion, relative to the greatest that it stands for."""
-
-MOST_NODES: Final = 24
-"""Nodes in time; a pair of ramps that needs more is added path by path."""
-
-MOST_ORDERS: Final = 6
-"""Powers of the rates' distances from their mean."""
-
-PATHS: Final = 1 << 15
-"""Paths times terms of one channel that are held at once."""
+MOST_RATE_ORDERS: Final = 6
+"""Powers of the rates' distances from their mean; with more, expansions in the beat are not used.
+"""
 
 MOST_DETUNING: Final = 5e-4
-"""π(μ − μ̄)S²/4: half its square, times the taps' fourth moment in units of (S/2)⁴ (1e-2 and less),
-is what the linear change of G with the rate leaves out."""
+"""rad, π(μ − μ̄)S²/4 up to which G changes linearly with the rate.
 
-WEIGHTS: Final = 1 << 16
-"""Weights, complex numbers, that are held at once."""
+The error is half its square, times the taps' fourth moment in units of (S/2)⁴ (1e-2 and less)."""
 
-FEWEST: Final = 24
-"""Paths, below which nothing is tried."""
+WEIGHTS_PER_BLOCK: Final = 1 << 16
+"""Complex weights that are held at once: 1 MiB."""
 
-ZONES: Final = (16, 32, 64, 128, 256)
-"""Samples that share an expansion in the beat: the cheapest is taken."""
+FEWEST_LINKS: Final = 24
+"""Links of a unit, below which it is always added link by link. Chosen: a batch has fixed costs."""
 
-PER_SAMPLE: Final = (2e-9, 1.2e-8)
-"""s per path, channel and sample, path by path: within the band and crossing it (Zen 4)."""
+ZONE_SIZES: Final = (16, 32, 64, 128, 256)
+"""Samples that share an expansion in the beat: the cheapest of these is taken."""
 
-PER_CORNER: Final = 1.5e-6
-"""S per path, channel and corner of a ramp that windows meet, path by path (Zen 4)."""
+SECONDS_PER_SAMPLE: Final = (2e-9, 1.2e-8)
+"""s per link, channel and sample, link by link: within the band and crossing it (on Zen 4)."""
 
-TAU: Final = 2.0 * math.pi
+SECONDS_PER_CORNER: Final = 1.5e-6
+"""s per link, channel and corner of a ramp that windows meet, link by link (on Zen 4)."""
 
 
-def bundled(
-    visit: Visit, tables: Tables, make_tones: MakeTones = GriddedTones
+def batch_of(unit: WorkUnit, tables: Tables) -> Batch:
+    """The unit as kernels of many links take it."""
+    pair = ramp_pair(tables.own, unit.ramp, tables.sent, unit.sent, tables.links)
+    response = response_of(tables.pairs, unit.pair)
+    return Batch(pair, response, tables.taps, tables.links, unit.low, unit.high)
+
+
+def batched_samples(
+    unit: WorkUnit, batch: Batch, make_tones: MakeTones = GriddedTones
 ) -> list[tuple[slice, ComplexArray]] | None:
-    """Samples that the lines make together: runs of them, and ``(channel, sample)`` of each.
+    """Samples that the links make together: runs of them, and ``(channel, sample)`` of each.
 
-    Every window of ``visit.whole`` lies within every line's chirp. What is left out is below
-    ``visit.limit`` times the root of the lines' power. None where path by path is cheaper.
+    Every window of ``unit.whole`` lies within every link's chirp. The error is below
+    ``unit.limit`` times the root of the links' power. None where link by link is cheaper.
     """
-    spread = float(tables.pairs.spread[visit.pair])
-    if visit.num_lines < FEWEST or math.pi * spread * tables.taps.half**2 > MOST_DETUNING:
+    if math.pi * batch.response.spread * batch.taps.half**2 > MOST_DETUNING:
         return None
-    tuned = tune(visit, tables, (visit.whole.start + visit.whole.stop) // 2)
-    part = _in_reach(visit, tables, tuned)
+    beats = beats_at(unit, batch, (unit.whole.start + unit.whole.stop) // 2)
+    part = _in_reach(unit, batch, beats)
     count = part.stop - part.start
     if not count:
         return []
-    slow = _slow(visit, tables, tuned, part)
-    crossing = _crossing(visit, tables, tuned, part)
-    cuts = sum(run.stop > run.start for run in (visit.cut_by_begin, visit.cut_by_end))
-    each = PER_SAMPLE[slow.nodes > MOST_NODES] * count + PER_CORNER * cuts
-    if visit.num_lines * slow.channels * each < min(slow.cost, crossing.cost):
+    nodes = _num_time_nodes(unit, batch, beats, part)
+    slow_cost = _slow_cost(unit, batch, nodes, count)
+    crossing_cost, zone = _cheapest_zone(unit, batch, beats, part)
+    cuts = sum(run.stop > run.start for run in (unit.cut_by_begin, unit.cut_by_end))
+    each = SECONDS_PER_SAMPLE[nodes > MOST_TIME_NODES] * count + SECONDS_PER_CORNER * cuts
+    if unit.num_links * num_channels(batch) * each < min(slow_cost, crossing_cost):
         return None
-    if slow.cost <= crossing.cost:
-        return [(part, slow.samples(make_tones))]
-    zones = range(part.start, part.stop, crossing.zone)
-    runs = [slice(low, min(low + crossing.zone, part.stop)) for low in zones]
-    return [(run, crossing.samples(run)) for run in runs]
+    if slow_cost <= crossing_cost:
+        return [(part, _slow_samples(unit, batch, part, nodes, make_tones))]
+    zones = range(part.start, part.stop, zone)
+    runs = [slice(low, min(low + zone, part.stop)) for low in zones]
+    return [(run, swept_samples(unit, batch, beats, run)) for run in runs]
+
+
+def num_channels(batch: Batch) -> int:
+    """Channels of the victim."""
+    return int(batch.links.element_delay.shape[1])
 
 
 # ── beats that change little ──────────────────────────────────────────────────────────────────
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Slow:
-    """Sums of tones with ``nodes`` in time; more than `MOST_NODES` where it does not converge."""
-
-    visit: Visit
-    tables: Tables
-    tuned: Tuning
-    count: int
-    channels: int
-    nodes: int
-
-    @property
-    def cost(self) -> float:
-        """S of CPU time, about (measured on Zen 4)."""
-        if self.nodes > MOST_NODES:
-            return math.inf
-        columns = self.channels * self.nodes
-        return 2e-4 + columns * (20e-9 * self.count + 4e-9 * self.visit.num_lines)
-
-    def samples(self, make_tones: MakeTones) -> ComplexArray:
-        from polychirp.synthesis.stretch.batch_kernels import slow_weights
-
-        visit, t, tuned = self.visit, self.tables, self.tuned
-        columns = self.channels * self.nodes
-        node, basis = _time_basis(self.count, self.nodes, visit.step)
-        tones = make_tones(self.count, columns)
-        block = max(16, WEIGHTS // columns)
-        for low in range(visit.low, visit.high, block):
-            some = slice(low - visit.low, min(low + block, visit.high) - visit.low)
-            frequency = tuned.frequency[some]
-            weight = np.empty((frequency.size, columns), dtype=np.complex128)
-            slow_weights(
-                weight.view(np.float64), t.own, visit.ramp, t.sent, t.pairs, visit.pair, t.taps,
-                t.lines, low, tuned.middle, frequency, tuned.apart, node,
-            )  # fmt: skip
-            tones.add(frequency * visit.step, weight)
-        wave = tones.sums().reshape(self.count, self.channels, self.nodes)
-        return _joined(wave, basis, t.pairs.rate[visit.pair], visit.step)
-
-
-def _slow(visit: Visit, tables: Tables, tuned: Tuning, part: slice) -> _Slow:
+def _num_time_nodes(unit: WorkUnit, batch: Batch, beats: Beats, part: slice) -> int:
+    """Nodes in time; more than `MOST_TIME_NODES` where the expansion does not converge."""
     count = part.stop - part.start
-    middle = part.start + count // 2
-    tuned = tuned.at(visit.first + middle * visit.step)
-    time = half_time(count, visit.step)
-    fastest = abs(tuned.rate) + tuned.spread
-    turn = TAU * time * (tuned.apart + tables.taps.half * fastest)
-    nodes = MOST_NODES + 1
-    is_in_table = _in_table(tables, visit.pair, abs(tuned.centre) + tuned.width + fastest * time)
-    if turn < MOST_NODES and is_in_table:
-        tuned = tune(visit, tables, middle)
-        nodes = num_nodes(turn, math.pi * tuned.spread * time**2)
-    channels = tables.lines.element_delay.shape[1]
-    return _Slow(
-        visit=visit, tables=tables, tuned=tuned, count=count, channels=channels, nodes=nodes
-    )
+    beats = beats.at(unit.first + (part.start + count // 2) * unit.step)
+    time = half_time(count, unit.step)
+    fastest = abs(beats.rate) + beats.spread
+    turn = math.tau * time * (beats.apart + batch.taps.half * fastest)
+    is_in_table = _in_table(batch.response, abs(beats.centre) + beats.width + fastest * time)
+    if turn >= MOST_TIME_NODES or not is_in_table:
+        return MOST_TIME_NODES + 1
+    return num_nodes(turn, math.pi * beats.spread * time**2)
+
+
+def _slow_cost(unit: WorkUnit, batch: Batch, nodes: int, count: int) -> float:
+    """CPU time of sums of tones, s (about, measured on Zen 4)."""
+    if nodes > MOST_TIME_NODES:
+        return math.inf
+    return 2e-4 + num_channels(batch) * nodes * (20e-9 * count + 4e-9 * unit.num_links)
+
+
+def _slow_samples(
+    unit: WorkUnit, batch: Batch, part: slice, nodes: int, make_tones: MakeTones
+) -> ComplexArray:
+    """Samples by sums of tones, ``(channel, sample)``."""
+    from polychirp.synthesis.stretch.batch_kernels import slow_weights
+
+    count, channels = part.stop - part.start, num_channels(batch)
+    columns = channels * nodes
+    beats = beats_at(unit, batch, part.start + count // 2)
+    node, basis = _time_basis(count, nodes, unit.step)
+    tones = make_tones(count, columns)
+    block = max(16, WEIGHTS_PER_BLOCK // columns)
+    for low in range(unit.low, unit.high, block):
+        some = slice(low - unit.low, min(low + block, unit.high) - unit.low)
+        frequency = beats.frequency[some]
+        weight = np.empty((frequency.size, columns), dtype=np.complex128)
+        numbers = weight.view(np.float64)
+        slow_weights(numbers, batch, low, beats.time, frequency, beats.apart, node)
+        tones.add(frequency * unit.step, weight)
+    wave = tones.sums().reshape(count, channels, nodes)
+    return _joined(wave, basis, batch.response.rate, unit.step)
 
 
 # ── beats that sweep ──────────────────────────────────────────────────────────────────────────
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Crossing:
-    """Zones of ``zone`` samples, each with ``terms`` in the beat and ``orders`` in the rate.
-
-    ``side`` is the edge of the filter's window that is within the chirps, 1 for the upper one, −1
-    for the lower; 0 is both.
-    """
-
-    visit: Visit
-    tables: Tables
-    tuned: Tuning
-    count: int
-    zone: int
-    terms: int
-    orders: int
-    side: int = 0
-
-    @property
-    def cost(self) -> float:
-        """S of CPU time, about (measured on Zen 4)."""
-        if self.orders > MOST_ORDERS:
-            return math.inf
-        zones = -(-self.count // self.zone)
-        channels = self.tables.lines.element_delay.shape[1]
-        per_line = channels * (8e-9 + 2e-10 * self.terms * (1 + self.orders))
-        per_zone = 8e-5 + self.visit.num_lines * per_line + 6e-8 * self.terms * self.zone
-        return float(zones * per_zone)
-
-    def samples(self, run: slice) -> ComplexArray:
-        """Those of one run, ``(channel, sample)``."""
-        from polychirp.synthesis.stretch.batch_kernels import crossing_samples
-
-        visit, t = self.visit, self.tables
-        count = run.stop - run.start
-        tuned = self.tuned.at(visit.first + (run.start + count // 2) * visit.step)
-        # in a narrower range, derivatives by the beat would lose digits
-        reach = t.taps.half + half_time(count, visit.step)
-        tuned.width = max(tuned.width, 1.0 / (TAU * reach))
-        node, to_terms = cosines(num_terms(t.taps.half + count // 2 * visit.step, tuned.width))
-        out = np.zeros((t.lines.element_delay.shape[1], count), dtype=np.complex128)
-        crossing_samples(
-            out, t.own, visit.ramp, t.sent, t.pairs, visit.pair, t.taps, t.lines, visit.low,
-            visit.high, tuned.middle, tuned.centre, tuned.width, node, to_terms, visit.step,
-            self.side, TOLERANCE, 0.05 * visit.limit, PATHS,
-        )  # fmt: skip
-        return out
-
-
-def _crossing(visit: Visit, tables: Tables, tuned: Tuning, part: slice) -> Crossing:
-    """The zones that cost least."""
+def _cheapest_zone(unit: WorkUnit, batch: Batch, beats: Beats, part: slice) -> tuple[float, int]:
+    """CPU time, s (about, measured on Zen 4), and samples of the zones that cost least."""
+    count, spread = part.stop - part.start, batch.response.spread
+    width = beats.at(unit.first + part.start * unit.step).width
     choices = []
-    for zone in sorted({min(zone, part.stop - part.start) for zone in ZONES}):
-        time = tables.taps.half + half_time(zone, visit.step)
-        width = tuned.at(visit.first + part.start * visit.step).width
-        choices.append(
-            Crossing(
-                visit=visit,
-                tables=tables,
-                tuned=tuned,
-                count=part.stop - part.start,
-                zone=zone,
-                terms=num_terms(time, width),
-                orders=num_orders(math.pi * float(tables.pairs.spread[visit.pair]) * time**2),
-            )
-        )
-    return min(choices, key=lambda choice: choice.cost)
+    for zone in sorted({min(zone, count) for zone in ZONE_SIZES}):
+        time = batch.taps.half + half_time(zone, unit.step)
+        terms, orders = num_terms(time, width), num_orders(math.pi * spread * time**2)
+        per_link = num_channels(batch) * (8e-9 + 2e-10 * terms * (1 + orders))
+        per_zone = 8e-5 + unit.num_links * per_link + 6e-8 * terms * zone
+        cost = -(-count // zone) * per_zone if orders <= MOST_RATE_ORDERS else math.inf
+        choices.append((cost, zone))
+    return min(choices)
+
+
+def swept_samples(
+    unit: WorkUnit, batch: Batch, beats: Beats, run: slice, *, side: int = 0
+) -> ComplexArray:
+    """Samples of one run by an expansion in the beat, ``(channel, sample)``.
+
+    ``side`` is the edge of the filter's window that lies within the chirps, 1 for the upper one,
+    −1 for the lower; 0 is both.
+    """
+    from polychirp.synthesis.stretch.batch_kernels import crossing_samples
+
+    count, half = run.stop - run.start, batch.taps.half
+    beats = beats.at(unit.first + (run.start + count // 2) * unit.step)
+    # in a narrower range, derivatives by the beat would lose digits
+    width = max(beats.width, 1.0 / (math.tau * (half + half_time(count, unit.step))))
+    terms = num_terms(half + count // 2 * unit.step, width)
+    expansion = BeatExpansion(beats.time, beats.centre, width, *chebyshev(terms))
+    out = np.zeros((num_channels(batch), count), dtype=np.complex128)
+    crossing_samples(out, batch, expansion, unit.step, side, 0.05 * unit.limit)
+    return out
 
 
 def num_orders(bend: float) -> int:
-    """Orders for exp(ju), |u| up to ``bend``: the first one left out is below `TOLERANCE`.
+    """Orders for exp(ju), |u| up to ``bend``: the first one left out is below the tolerance.
 
     >>> num_orders(0.0), num_orders(1e-3)
     (1, 3)
     """
     order, size = 1, bend
-    while size > TOLERANCE and order <= MOST_ORDERS:
+    while size > EXPANSION_TOLERANCE and order <= MOST_RATE_ORDERS:
         order += 1
         size *= bend / order
     return order
 
 
-# ── what both have in common ──────────────────────────────────────────────────────────────────
+# ── common to both ────────────────────────────────────────────────────────────────────────────
 
 
 def _joined(wave: ComplexArray, basis: FloatArray, rate: float, step: float) -> ComplexArray:
@@ -256,19 +221,19 @@ def _joined(wave: ComplexArray, basis: FloatArray, rate: float, step: float) -> 
 
 
 def half_time(count: int, step: float) -> float:
-    """S, that ``count`` samples reach to each side of their middle, and a little more."""
+    """Time, s, that ``count`` samples extend to each side of their middle, and a little more."""
     return 0.5 * (count + 1) * step
 
 
-@dataclass(slots=True, kw_only=True, eq=False)
-class Tuning:
-    """Beats at the time ``middle``: of every line, and Hz around their middle.
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Beats:
+    """Beats of a unit's links, Hz, at the time ``time``: within ``width`` of ``centre``.
 
-    ``apart`` is the most that a channel's differs from its line's; ``rate`` and ``spread`` are
-    those of the pair.
+    ``frequency`` has every link's; a channel's beat differs from it by ``apart`` at most. ``rate``
+    and ``spread`` are those of the pair of ramps.
     """
 
-    middle: float
+    time: float
     frequency: FloatArray
     centre: float
     width: float
@@ -276,11 +241,11 @@ class Tuning:
     rate: float
     spread: float
 
-    def at(self, time: float) -> Tuning:
-        """At another time, with the lines' frequencies as they are."""
-        later = time - self.middle
-        return Tuning(
-            middle=time,
+    def at(self, time: float) -> Beats:
+        """Beats at another time, but with the links' frequencies as they are."""
+        later = time - self.time
+        return Beats(
+            time=time,
             frequency=self.frequency,
             centre=self.centre + self.rate * later,
             width=self.width + self.spread * abs(later),
@@ -290,57 +255,53 @@ class Tuning:
         )
 
 
-def tune(visit: Visit, tables: Tables, sample: int) -> Tuning:
-    """Beats of the visit's lines at one sample of its row."""
-    from polychirp.synthesis.stretch.batch_kernels import tune
+def beats_at(unit: WorkUnit, batch: Batch, sample: int) -> Beats:
+    """Beats of the unit's links at one sample of its row."""
+    from polychirp.synthesis.stretch.batch_kernels import find_beats
 
-    middle = visit.first + sample * visit.step
-    frequency = np.empty(visit.num_lines)
-    least, greatest, apart = tune(
-        tables.own, visit.ramp, tables.sent, visit.sent, tables.lines, visit.low, visit.high,
-        middle, frequency,
-    ).tolist()  # fmt: skip
-    return Tuning(
-        middle=middle,
+    time = unit.first + sample * unit.step
+    frequency = np.empty(unit.num_links)
+    found = find_beats(batch, time, frequency)
+    return Beats(
+        time=time,
         frequency=frequency,
-        centre=0.5 * (least + greatest),
-        width=max(0.5 * (greatest - least), 1e-3),
-        apart=apart,
-        rate=float(tables.pairs.rate[visit.pair]),
-        spread=float(tables.pairs.spread[visit.pair]),
+        centre=0.5 * (found.least + found.greatest),
+        width=max(0.5 * (found.greatest - found.least), 1e-3),
+        apart=found.apart,
+        rate=batch.response.rate,
+        spread=batch.response.spread,
     )
 
 
-def _in_reach(visit: Visit, tables: Tables, tuned: Tuning) -> slice:
-    """Samples at which the gain of some line may be above the limit, counted in the row."""
-    time = visit.first - tuned.middle + visit.step * np.arange(visit.whole.start, visit.whole.stop)
-    far = np.abs(tuned.centre + tuned.rate * time) - tuned.width - tuned.spread * np.abs(time)
-    near = np.flatnonzero(far <= _reach(tables, visit.pair, visit.limit))
+def _in_reach(unit: WorkUnit, batch: Batch, beats: Beats) -> slice:
+    """Samples at which the gain of some link may be above the limit, counted in the row."""
+    time = unit.first - beats.time + unit.step * np.arange(unit.whole.start, unit.whole.stop)
+    far = np.abs(beats.centre + beats.rate * time) - beats.width - beats.spread * np.abs(time)
+    near = np.flatnonzero(far <= _reach(batch, unit.limit))
     if not near.size:
         return slice(0, 0)
-    return slice(visit.whole.start + int(near[0]), visit.whole.start + int(near[-1]) + 1)
+    return slice(unit.whole.start + int(near[0]), unit.whole.start + int(near[-1]) + 1)
 
 
-def _reach(tables: Tables, pair: int, limit: float) -> float:
-    """Hz, the beat from which on nothing is above ``limit``."""
-    pairs, taps = tables.pairs, tables.taps
-    begin, end = int(pairs.begin[pair]), int(pairs.end[pair])
-    if end > begin and pairs.envelope[end - 1] < limit:
+def _reach(batch: Batch, limit: float) -> float:
+    """Hz, the beat from which on no gain is above ``limit``."""
+    response, taps = batch.response, batch.taps
+    if response.envelope.size and response.envelope[-1] < limit:
         # the envelope falls
-        first = int(np.searchsorted(-pairs.envelope[begin:end], -limit, side="right"))
-        return max(first - 4, 0) * pairs.step
-    edge = 2.0 * taps.edge / (TAU * limit) if limit > 0.0 else math.inf
-    return max(edge, float(pairs.far[pair])) + taps.half * abs(float(pairs.rate[pair]))
+        first = int(np.searchsorted(-response.envelope, -limit, side="right"))
+        return max(first - 4, 0) * response.step
+    edge = 2.0 * taps.edge / (math.tau * limit) if limit > 0.0 else math.inf
+    return max(edge, response.far) + taps.half * abs(response.rate)
 
 
-def _in_table(tables: Tables, pair: int, beat: float) -> bool:
-    size = int(tables.pairs.end[pair] - tables.pairs.begin[pair])
-    return size > 0 and beat <= (size - 10) * tables.pairs.step
+def _in_table(response: Response, beat: float) -> bool:
+    size = response.envelope.size
+    return size > 0 and beat <= (size - 10) * response.step
 
 
 @lru_cache(maxsize=64)
-def cosines(count: int) -> tuple[FloatArray, FloatArray]:
-    """Chebyshev's nodes, and what makes coefficients of values at them."""
+def chebyshev(count: int) -> tuple[FloatArray, FloatArray]:
+    """Chebyshev's nodes, and the matrix from values at them to coefficients."""
     angle = np.pi * (np.arange(count) + 0.5) / count
     to_terms = (2.0 / count) * np.cos(np.arange(count)[:, None] * angle)
     to_terms[0] *= 0.5
@@ -349,25 +310,25 @@ def cosines(count: int) -> tuple[FloatArray, FloatArray]:
 
 @lru_cache(maxsize=256)
 def num_nodes(turn: float, bend: float) -> int:
-    """Nodes for exp(j(a u + b u²)) over |u| ≤ 1: what is beyond them is below `TOLERANCE`.
+    """Nodes for exp(j(a u + b u²)) over |u| ≤ 1: terms beyond them are below the tolerance.
 
     >>> num_nodes(0.0, 0.0), num_nodes(0.01, 0.4)
     (2, 13)
     """
-    node, to_terms = cosines(2 * MOST_NODES)
+    node, to_terms = chebyshev(2 * MOST_TIME_NODES)
     size = np.abs(to_terms @ np.exp(1j * node * (turn + bend * node)))
     beyond = np.cumsum(size[::-1])[::-1]
-    return max(2, int(np.count_nonzero(beyond > 0.5 * TOLERANCE)))
+    return max(2, int(np.count_nonzero(beyond > 0.5 * EXPANSION_TOLERANCE)))
 
 
 def num_terms(half: float, width: float) -> int:
-    """Terms for what turns by ``half`` s times the beat, within ``width`` Hz."""
-    return math.ceil(TAU * half * width) + 16
+    """Terms for a phase of ``half`` s times the beat, within ``width`` Hz."""
+    return math.ceil(math.tau * half * width) + 16
 
 
 def _time_basis(count: int, nodes: int, step: float) -> tuple[FloatArray, FloatArray]:
     """Nodes in s about the middle sample, and their polynomials there, ``(sample, node)``."""
-    node, to_terms = cosines(nodes)
+    node, to_terms = chebyshev(nodes)
     time = half_time(count, step)
     place = (np.arange(count) - count // 2) * (step / time)
     return node * time, np.polynomial.chebyshev.chebvander(place, nodes - 1) @ to_terms

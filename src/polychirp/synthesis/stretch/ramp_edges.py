@@ -1,108 +1,105 @@
-r"""Windows that a beginning or an ending of a ramp cuts, for many paths at once.
+r"""Samples whose windows contain the beginning or the ending of a ramp, for many links at once.
 
-Where all beats are far out of band, a sample is what the corner makes and what the one edge of the
-filter's window does that lies within the chirps. The corner of path p at :math:`t_p` makes
-:math:`\\sum_j w_{pj}\\, h^{(j)}(t - t_p)` (`kernels.end_series`). Corners of one pair of ramps
-are much closer to each other than h changes, so that each derivative is a polynomial in
-:math:`t_p`: moments are summed over paths before samples are made. A sample whose window has some
-of the corners is summed path by path with the same polynomials. Near the band, lines are
-interpolated between others whose samples are made one by one.
+Where all beats are far out of band, a sample is the sum of the corner's contribution and of that of
+the one edge of the filter's window that lies within the chirps. The corner of link p at :math:`t_p`
+contributes :math:`\sum_j w_{pj}\, h^{(j)}(t - t_p)` (`filter_kernels.end_series`). Corners of one
+pair of ramps are much closer to each other than h changes, so that each derivative is a polynomial
+in :math:`t_p`: moments are summed over links before samples are made. A sample whose window has
+some of the corners is summed link by link with the same polynomials. Near the band, links are
+interpolated between reference chirps whose samples are made one by one.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache, partial
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
-from polychirp.synthesis.stretch.chirp_response import NUM_TERMS
+from polychirp.axes import ComplexArray, FloatArray
+from polychirp.synthesis.stretch.kernel_records import (
+    EXPANSION_TOLERANCE,
+    NUM_END_TERMS,
+    NUMBERS_PER_BLOCK,
+    Batch,
+    CornerRange,
+    CutExpansion,
+    Samples,
+)
 from polychirp.synthesis.stretch.path_batches import (
-    FEWEST,
-    PATHS,
-    TAU,
-    TOLERANCE,
-    Crossing,
-    Tuning,
-    cosines,
+    Beats,
+    beats_at,
+    chebyshev,
     half_time,
+    num_channels,
     num_nodes,
     num_terms,
-    tune,
+    swept_samples,
 )
+from polychirp.synthesis.stretch.work_units import WorkUnit
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
+MOST_BEAT_POWERS: Final = 8
+"""Powers of a corner's beat; if more are needed, corners are not expanded."""
 
-    from polychirp.axes import ComplexArray, FloatArray
-    from polychirp.synthesis.stretch.kernel_tables import Tables
-    from polychirp.synthesis.stretch.work_units import Visit
+MOST_REFERENCE_RATES: Final = 16
+"""Rates of reference chirps; if more are needed, links are added one by one."""
 
-
-MOST_POWERS: Final = 8
-"""Powers of a corner's beat."""
-
-
-MOST_RATES: Final = 16
-"""Rates between which lines are interpolated; with more, path by path."""
-
-ALIKE: Final = 3.0
-"""What one of the lines costs between which others are interpolated, in units of one of these."""
+REFERENCE_COST: Final = 3.0
+"""Cost of a reference chirp, in units of the cost of a link that is added by itself."""
 
 
-def corner_runs(visit: Visit, tables: Tables) -> list[tuple[slice, ComplexArray]]:
-    """Runs of samples, and ``(channel, sample)`` of each, whose windows lines' corners cut.
+def corner_runs(unit: WorkUnit, batch: Batch) -> list[tuple[slice, ComplexArray]]:
+    """Runs of samples whose windows contain links' corners, and ``(channel, sample)`` of each.
 
     Where no sample is without a corner, only far out of band.
     """
-    if visit.num_lines < FEWEST:
-        return []
-    if visit.whole.stop <= visit.whole.start:
-        return _short(visit, tables)
+    if unit.whole.stop <= unit.whole.start:
+        return _short(unit, batch)
     found = []
-    for side, run, around, between in _cuts(visit):
+    for side, run, around, between in _cuts(unit):
         if run.stop > run.start:
-            cut = _cut(visit, tables, side, around, between)
+            cut = _cut(unit, batch, side, around, between)
             if cut is None:
-                found += _near(visit, tables, side, run)
+                found += _near(unit, batch, side, run)
             else:
                 found += cut.runs(run, around)
     return found
 
 
-def _cuts(visit: Visit) -> tuple[tuple[int, slice, slice, tuple[float, float]], ...]:
+def _cuts(unit: WorkUnit) -> tuple[tuple[int, slice, slice, tuple[float, float]], ...]:
     """Beginnings (−1) and endings (1): samples with all of them, with any, and s between them."""
-    overlap, whole = visit.overlap, visit.whole
+    overlap, whole = unit.overlap, unit.whole
     begins = overlap.first_begin, overlap.last_begin
     ends = overlap.first_end, overlap.last_end
     return (
-        (-1, visit.cut_by_begin, slice(visit.met.start, whole.start), begins),
-        (1, visit.cut_by_end, slice(whole.stop, visit.met.stop), ends),
+        (-1, unit.cut_by_begin, slice(unit.met.start, whole.start), begins),
+        (1, unit.cut_by_end, slice(whole.stop, unit.met.stop), ends),
     )
 
 
-def _short(visit: Visit, tables: Tables) -> list[tuple[slice, ComplexArray]]:
-    """The same where every sample's window meets a corner, or two.
+def _short(unit: WorkUnit, batch: Batch) -> list[tuple[slice, ComplexArray]]:
+    """The same where every sample's window contains a corner, or two.
 
-    Samples whose windows have both corners of every line have nothing else.
+    Samples whose windows contain both corners of every link have no edges.
     """
-    begins, ends, met = visit.cut_by_begin, visit.cut_by_end, visit.met
-    overlap, half = visit.overlap, tables.taps.half
+    begins, ends, met = unit.cut_by_begin, unit.cut_by_end, unit.met
+    overlap, half = unit.overlap, batch.taps.half
     if overlap.first_end <= overlap.last_begin:
         return []
     # windows before `free` have no ending in them, those from `late` on no beginning
-    free = math.floor((overlap.first_end - half - visit.first) / visit.step)
-    late = math.ceil((overlap.last_begin + half - visit.first) / visit.step)
+    free = math.floor((overlap.first_end - half - unit.first) / unit.step)
+    late = math.ceil((overlap.last_begin + half - unit.first) / unit.step)
     free, late = (min(max(n, met.start), met.stop) for n in (free, late))
     both = slice(max(begins.start, ends.start), min(begins.stop, ends.stop))
     early = slice(begins.start, min(begins.stop, free))
     behind = slice(max(ends.start, late), ends.stop)
     before, after = slice(met.start, min(late, free)), slice(max(late, free), met.stop)
-    (_, _, _, first), (_, _, _, last) = _cuts(visit)
-    begin = _cut(visit, tables, -1, slice(met.start, late), first)
-    end = _cut(visit, tables, 1, slice(min(free, late), met.stop), last)
+    (_, _, _, first), (_, _, _, last) = _cuts(unit)
+    begin = _cut(unit, batch, -1, slice(met.start, late), first)
+    end = _cut(unit, batch, 1, slice(min(free, late), met.stop), last)
     found = []
     if both.stop > both.start and begin is not None and end is not None:
         found.append((both, begin.corners(both) + end.corners(both)))
@@ -113,172 +110,207 @@ def _short(visit: Visit, tables: Tables) -> list[tuple[slice, ComplexArray]]:
     return found
 
 
+# ── corners far out of band ───────────────────────────────────────────────────────────────────
+
+
 def _cut(
-    visit: Visit, tables: Tables, side: int, around: slice, between: tuple[float, float]
+    unit: WorkUnit, batch: Batch, side: int, around: slice, between: tuple[float, float]
 ) -> _Cut | None:
-    """The cut, unless some window meets a line where its beat is near the band."""
-    tuned = tune(visit, tables, (around.start + around.stop) // 2)
-    time = tables.taps.half + half_time(around.stop - around.start, visit.step)
-    slide = (abs(tuned.rate) + tuned.spread) * time
-    if abs(tuned.centre) - tuned.width - slide <= float(tables.pairs.far[visit.pair]):
+    """The cut, unless some window meets a link where its beat is near the band."""
+    beats = beats_at(unit, batch, (around.start + around.stop) // 2)
+    time = batch.taps.half + half_time(around.stop - around.start, unit.step)
+    slide = (abs(beats.rate) + beats.spread) * time
+    if abs(beats.centre) - beats.width - slide <= batch.response.far:
         return None
-    centre = 0.5 * (between[0] + between[1])
-    width = max(0.5 * (between[1] - between[0]), 1e-12)
-    corner = tuned.at(centre)
-    corner.width += width * (abs(tuned.rate) + tuned.spread)
-    if _num_powers(corner) > MOST_POWERS:
+    corner = beats.at(0.5 * (between[0] + between[1]))
+    time_width = max(0.5 * (between[1] - between[0]), 1e-12)
+    beat_width = corner.width + time_width * (abs(beats.rate) + beats.spread)
+    corners = CornerRange(side, corner.time, time_width, corner.centre, beat_width)
+    if _num_powers(corners.beat, corners.beat_width) > MOST_BEAT_POWERS:
         return None
-    return _Cut(visit=visit, tables=tables, side=side, tuned=tuned, corner=corner, width=width)
+    return _Cut(unit=unit, batch=batch, beats=beats, at=corners)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Cut:
-    """Beginnings (side −1) or endings (1) of lines: ``width`` s around the time of ``corner``.
+    """Corners of links in the range ``at``; ``beats`` are near the middle of the samples."""
 
-    ``corner`` is how beats are there, ``tuned`` near the middle of the samples.
-    """
-
-    visit: Visit
-    tables: Tables
-    side: int
-    tuned: Tuning
-    corner: Tuning
-    width: float
+    unit: WorkUnit
+    batch: Batch
+    beats: Beats
+    at: CornerRange
 
     def runs(self, run: slice, around: slice) -> list[tuple[slice, ComplexArray]]:
         """The samples ``around``: those of ``run`` have all the corners, the others some."""
+        edges = swept_samples(self.unit, self.batch, self.beats, run, side=self.at.side)
         some = [*range(around.start, run.start), *range(run.stop, around.stop)]
         return [
-            (run, self.corners(run) + self.edges(run)),
+            (run, self.corners(run) + edges),
             *((slice(n, n + 1), self.partly(n)) for n in some),
         ]
 
-    def edges(self, run: slice) -> ComplexArray:
-        """What one edge of the filter's window makes."""
-        count = run.stop - run.start
-        crossing = Crossing(
-            visit=self.visit, tables=self.tables, tuned=self.tuned, count=count, zone=count,
-            terms=0, orders=0, side=self.side,
-        )  # fmt: skip
-        return crossing.samples(run)
-
     def corners(self, run: slice) -> ComplexArray:
-        """What the corners make where windows have all of them."""
-        from polychirp.synthesis.stretch.batch_kernels import corner_columns, derivatives
+        """Contribution of the corners where windows contain all of them."""
+        from polychirp.synthesis.stretch.filter_kernels import derivatives
+        from polychirp.synthesis.stretch.ramp_edge_kernels import corner_columns
 
-        visit, t, corner = self.visit, self.tables, self.corner
-        gain = _powers(t, corner)
-        terms = num_nodes(2.0 * TAU * t.taps.stopband * self.width, 0.0)
-        node, to_terms = cosines(terms)
-        columns = partial(
-            corner_columns, own=t.own, k=visit.ramp, sent=t.sent, i=visit.sent, lines=t.lines,
-            side=self.side, centre=corner.middle, width=self.width, beat=corner.centre,
-            beat_width=corner.width,
-        )  # fmt: skip
-        sums = _sums_of(visit, t, columns, terms, len(gain))
-        time = visit.first + np.arange(run.start, run.stop) * visit.step
-        off = time[:, None] - corner.middle - self.width * node
-        shape = derivatives(t.taps, off.ravel(), NUM_TERMS).reshape(NUM_TERMS, time.size, terms)
-        weighted = -self.side * np.einsum("mre,ej->mjr", sums, gain)
+        unit, taps, at = self.unit, self.batch.taps, self.at
+        gain = self._powers(at.beat, at.beat_width)
+        terms = num_nodes(2.0 * math.tau * taps.stopband * at.time_width, 0.0)
+        node, to_terms = chebyshev(terms)
+        columns = partial(corner_columns, batch=self.batch, corners=at)
+        sums = _sums_of(self.batch, columns, terms, len(gain))
+        time = unit.first + np.arange(run.start, run.stop) * unit.step
+        off = time[:, None] - at.time - at.time_width * node
+        shape = derivatives(taps, off.ravel(), NUM_END_TERMS)
+        shape = shape.reshape(NUM_END_TERMS, time.size, terms)
+        weighted = -at.side * np.einsum("mre,ej->mjr", sums, gain)
         return np.asarray(np.einsum("mjr,jnr->mn", weighted, shape @ to_terms.T))
 
     def partly(self, sample: int) -> ComplexArray:
         """One sample whose window has some of the corners, ``(channel, 1)``."""
-        from polychirp.synthesis.stretch.batch_kernels import cut_sums, derivatives
+        from polychirp.synthesis.stretch.filter_kernels import derivatives
+        from polychirp.synthesis.stretch.ramp_edge_kernels import cut_sums
 
-        visit, t, corner, half = self.visit, self.tables, self.corner, self.tables.taps.half
-        time = visit.first + sample * visit.step
-        edge = self.tuned.at(time - self.side * half)
-        latest = min(time - corner.middle + self.width, half)
-        earliest = max(time - corner.middle - self.width, -half)
+        unit, taps, at, half = self.unit, self.batch.taps, self.at, self.batch.taps.half
+        time = unit.first + sample * unit.step
+        edge = self.beats.at(time - at.side * half)
+        # s from corners to the sample, as far as the window contains them
+        latest = min(time - at.time + at.time_width, half)
+        earliest = max(time - at.time - at.time_width, -half)
         middle, width = 0.5 * (latest + earliest), max(0.5 * (latest - earliest), 1e-12)
-        node, _ = cosines(num_nodes(2.0 * TAU * t.taps.stopband * width, 0.0))
-        shape = derivatives(t.taps, middle + width * node, NUM_TERMS) @ _to_powers(node.size).T
-        other = derivatives(t.taps, np.array([self.side * half]), NUM_TERMS)[:, 0]
-        out = np.zeros(t.lines.element_delay.shape[1], dtype=np.complex128)
-        scale = np.array([corner.centre, corner.width, middle, width, edge.centre, edge.width])
-        cut_sums(
-            out, t.own, visit.ramp, t.sent, visit.sent, half, t.lines, visit.low, visit.high,
-            self.side, time, _powers(t, corner) @ shape,
-            _powers(t, edge) @ other, scale,
-        )  # fmt: skip
+        node, _ = chebyshev(num_nodes(2.0 * math.tau * taps.stopband * width, 0.0))
+        shape = derivatives(taps, middle + width * node, NUM_END_TERMS) @ _to_powers(node.size).T
+        other = derivatives(taps, np.array([at.side * half]), NUM_END_TERMS)[:, 0]
+        expansion = CutExpansion(
+            corner_gain=self._powers(at.beat, at.beat_width) @ shape,
+            edge_gain=self._powers(edge.centre, edge.width) @ other,
+            beat=at.beat,
+            beat_width=at.beat_width,
+            delay=middle,
+            delay_width=width,
+            edge_beat=edge.centre,
+            edge_width=edge.width,
+        )
+        out = np.zeros(num_channels(self.batch), dtype=np.complex128)
+        cut_sums(out, self.batch, at.side, time, expansion)
         return out[:, None]
 
+    def _powers(self, beat: float, width: float) -> ComplexArray:
+        """Weights of the derivatives of h, ``(power of the beat's distance, order)``."""
+        from polychirp.synthesis.stretch.filter_kernels import end_weights
 
-def _near(visit: Visit, tables: Tables, side: int, run: slice) -> list[tuple[slice, ComplexArray]]:
-    """The run where the corners are near the band, interpolated between lines that are alike.
+        node, _ = chebyshev(_num_powers(beat, width))
+        weights = end_weights(self.batch.taps, beat + width * node, self.beats.rate)
+        return np.asarray(_to_powers(node.size) @ weights)
 
-    A line's samples depend on nothing but its phase, beat and rate: where a beginning or an ending
-    is that of the transmitted ramp, beat and rate tell when it is. Samples are left out whose
-    windows do not have the corners of all combinations of the lines' beats and rates.
+
+def _num_powers(beat: float, width: float) -> int:
+    """Powers of a beat's distance from ``beat`` that 1/beat needs, within ``width``."""
+    lean, count = 0.5 * width / abs(beat), 1
+    while 2.0 * lean**count > EXPANSION_TOLERANCE and count <= MOST_BEAT_POWERS:
+        count += 1
+    return count
+
+
+# ── corners near the band ─────────────────────────────────────────────────────────────────────
+
+
+def _near(unit: WorkUnit, batch: Batch, side: int, run: slice) -> list[tuple[slice, ComplexArray]]:
+    """The run where the corners are near the band, interpolated between reference chirps.
+
+    A link's samples depend on its phase, beat and rate alone: where a beginning or an ending is
+    that of the transmitted ramp, beat and rate determine its time. Samples are left out whose
+    windows do not contain the corners of all combinations of the links' beats and rates.
     """
-    from polychirp.synthesis.stretch.batch_kernels import alike, crossing_columns
+    from polychirp.synthesis.stretch.batch_kernels import crossing_columns
+    from polychirp.synthesis.stretch.ramp_edge_kernels import reference_samples
 
-    t, overlap, half = tables, visit.overlap, tables.taps.half
-    duration, slope = t.own.duration[visit.ramp], abs(t.sent.slope[visit.sent])
-    is_own = overlap.last_begin == 0.0, overlap.first_end == duration
-    is_mixed = overlap.first_begin == 0.0, overlap.last_end == duration
+    pair, half, overlap = batch.pair, batch.taps.half, unit.overlap
+    is_own = overlap.last_begin == 0.0, overlap.first_end == pair.duration
+    is_mixed = overlap.first_begin == 0.0, overlap.last_end == pair.duration
     cut = 0 if side < 0 else 1
-    if slope == 0.0 or (is_mixed[cut] and not is_own[cut]):
+    if pair.sent_slope == 0.0 or (is_mixed[cut] and not is_own[cut]):
         return []
-    tuned = tune(visit, t, (run.start + run.stop) // 2)
-    # how much later a corner is by the greatest distance of the beat, and of the rate
-    later, later_by_rate, fast = 0.0, 0.0, 0.0
+    beats = beats_at(unit, batch, (run.start + run.stop) // 2)
+    shift = _Shift() if is_own[cut] else _shift_of(batch, beats)
     if not is_own[cut]:
-        later = tuned.width / slope
-        later_by_rate = 0.5 * tuned.spread * t.sent.frequency[visit.sent] / slope**2
-        fast = float(t.pairs.far[visit.pair]) + t.taps.stopband
-        between = (overlap.first_begin, overlap.last_begin) if cut == 0 else (
-            overlap.first_end, overlap.last_end)  # fmt: skip
-        first = between[1] + 2.0 * (later + later_by_rate) - half - visit.first
-        last = between[0] - 2.0 * (later + later_by_rate) + half - visit.first
-        run = slice(
-            max(run.start, math.ceil(first / visit.step)),
-            min(run.stop, math.floor(last / visit.step) + 1),
-        )
+        run = _with_all_corners(unit, half, _cuts(unit)[cut][3], run, shift)
     count = run.stop - run.start
     if count <= 0:
         return []
-    tuned = tuned.at(visit.first + (run.start + count // 2) * visit.step)
-    reach = half + half_time(count, visit.step)
-    terms = num_terms(1.0, tuned.width * reach + fast * later) + 4
-    powers = num_nodes(TAU * fast * later_by_rate, math.pi * tuned.spread * reach**2) + 2
-    lines = visit.num_lines * t.lines.element_delay.shape[1]
+    beats = beats.at(unit.first + (run.start + count // 2) * unit.step)
+    reach = half + half_time(count, unit.step)
+    terms = num_terms(1.0, beats.width * reach + shift.fastest * shift.by_beat) + 4
+    bend = math.pi * beats.spread * reach**2
+    powers = num_nodes(math.tau * shift.fastest * shift.by_rate, bend) + 2
     # sums are over powers of the rate's distance: many of them lose digits
-    if powers > MOST_RATES or terms * powers * ALIKE > lines:
+    most = unit.num_links * num_channels(batch)
+    if powers > MOST_REFERENCE_RATES or terms * powers * REFERENCE_COST > most:
         return []
-    node, to_terms = cosines(terms)
-    rates = tuned.rate + tuned.spread * cosines(powers)[0]
+    node, to_terms = chebyshev(terms)
+    rates = beats.rate + beats.spread * chebyshev(powers)[0]
     real, imag = np.zeros((2, powers, terms, count))
-    alike(
-        real, imag, t.own, visit.ramp, t.sent, t.pairs, visit.pair, t.taps, tuned.middle,
-        tuned.centre + tuned.width * node, rates, visit.first + run.start * visit.step,
-        visit.step, is_own,
-    )  # fmt: skip
+    samples = Samples(real, imag, unit.first + run.start * unit.step, unit.step)
+    beat = beats.centre + beats.width * node
+    reference_samples(samples, batch, beats.time, beat, rates, is_own)
     gain = np.einsum(
         "ej,jin,ri->ern", _to_powers(powers), real + 1j * imag, to_terms, optimize=True
     )
     columns = partial(
-        crossing_columns, own=t.own, k=visit.ramp, sent=t.sent, pairs=t.pairs, pair=visit.pair,
-        lines=t.lines, middle=tuned.middle, centre=tuned.centre, width=tuned.width,
-    )  # fmt: skip
-    sums = _sums_of(visit, t, columns, terms, powers)
+        crossing_columns, batch=batch, time=beats.time, centre=beats.centre, width=beats.width
+    )
+    sums = _sums_of(batch, columns, terms, powers)
     return [(run, np.einsum("mre,ern->mn", sums, gain))]
 
 
-def _sums_of(
-    visit: Visit, tables: Tables, columns: Callable[..., None], terms: int, powers: int
-) -> ComplexArray:
-    """Sums over the visit's lines of terms times values, ``(channel, term, power)``.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Shift:
+    """Shift of a corner, s, by the greatest distance of the beat, and of the rate.
 
-    ``columns`` fills in ``term`` (channel, term, path) and ``value`` (channel, path, 2 × power) of
-    the lines from ``low`` on.
+    ``fastest`` is the largest beat, Hz, at which a corner counts as near the band.
     """
-    channels = tables.lines.element_delay.shape[1]
+
+    by_beat: float = 0.0
+    by_rate: float = 0.0
+    fastest: float = 0.0
+
+
+def _shift_of(batch: Batch, beats: Beats) -> _Shift:
+    slope = abs(batch.pair.sent_slope)
+    return _Shift(
+        by_beat=beats.width / slope,
+        by_rate=0.5 * beats.spread * batch.pair.sent_frequency / slope**2,
+        fastest=batch.response.far + batch.taps.stopband,
+    )
+
+
+def _with_all_corners(
+    unit: WorkUnit, half: float, between: tuple[float, float], run: slice, shift: _Shift
+) -> slice:
+    """The samples of a run whose windows contain all corners, wherever these are shifted to."""
+    first = between[1] + 2.0 * (shift.by_beat + shift.by_rate) - half - unit.first
+    last = between[0] - 2.0 * (shift.by_beat + shift.by_rate) + half - unit.first
+    return slice(
+        max(run.start, math.ceil(first / unit.step)),
+        min(run.stop, math.floor(last / unit.step) + 1),
+    )
+
+
+# ── common to both ────────────────────────────────────────────────────────────────────────────
+
+
+def _sums_of(batch: Batch, columns: Callable[..., None], terms: int, powers: int) -> ComplexArray:
+    """Sums over the batch's links of terms times values, ``(channel, term, power)``.
+
+    ``columns`` fills in ``term`` (channel, term, link) and ``value`` (channel, link, 2 × power) of
+    the links from ``low`` on.
+    """
+    channels = num_channels(batch)
     total = np.zeros((channels, terms, 2 * powers))
-    block = max(64, PATHS // terms)
-    for low in range(visit.low, visit.high, block):
-        count = min(block, visit.high - low)
+    block = max(64, NUMBERS_PER_BLOCK // terms)
+    for low in range(batch.low, batch.high, block):
+        count = min(block, batch.high - low)
         term = np.empty((channels, terms, count))
         value = np.empty((channels, count, 2 * powers))
         columns(term=term, value=value, low=low)
@@ -286,24 +318,7 @@ def _sums_of(
     return total.view(np.complex128)
 
 
-def _num_powers(tuned: Tuning) -> int:
-    """Powers of the beat's distance that 1/beat needs."""
-    lean, count = 0.5 * tuned.width / abs(tuned.centre), 1
-    while 2.0 * lean**count > TOLERANCE and count <= MOST_POWERS:
-        count += 1
-    return count
-
-
-def _powers(tables: Tables, tuned: Tuning) -> ComplexArray:
-    """Weights of the impulse response's derivatives, ``(power of the beat's distance, order)``."""
-    from polychirp.synthesis.stretch.batch_kernels import end_weights
-
-    node, _ = cosines(_num_powers(tuned))
-    beat = tuned.centre + tuned.width * node
-    return np.asarray(_to_powers(node.size) @ end_weights(tables.taps, beat, tuned.rate))
-
-
 @lru_cache(maxsize=64)
 def _to_powers(count: int) -> FloatArray:
-    """From values at Chebyshev's nodes to coefficients of powers."""
-    return np.asarray(np.linalg.inv(cosines(count)[0][:, None] ** np.arange(count)))
+    """Matrix from values at Chebyshev's nodes to coefficients of powers."""
+    return np.asarray(np.linalg.inv(chebyshev(count)[0][:, None] ** np.arange(count)))

@@ -1,118 +1,74 @@
-"""Which ramps of a victim and a transmitter meet, when, and at which beats."""
+"""Ramps of a victim and a transmitter that overlap: when, and at which beats."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from polychirp.model.if_filter import IfFilter
 from polychirp.model.radar import Radar
 from polychirp.model.ramp import RampSchedule
-
-if TYPE_CHECKING:
-    from polychirp.synthesis.stretch.path_kernels import Lines, Ramps
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Overlap:
-    """A ramp of the victim and one that arrives, on some path, while it lasts.
-
-    Parameters
-    ----------
-    victim_ramp, sent_ramp : numbers of the ramps
-    least_rate, greatest_rate : Hz/s, of the beat on any path
-    lowest, highest : Hz, magnitudes between which the beat stays, on every path, during the
-        overlap and half a filter's support around it; ∞ and −∞ without an overlap
-    first_begin, last_begin, first_end, last_end : s from the start of the victim's ramp, when
-        the overlap begins and ends on the paths
-    power : W, that all paths together bring into the band, at the strongest
-    """
-
-    victim_ramp: int
-    sent_ramp: int
-    least_rate: float
-    greatest_rate: float
-    lowest: float
-    highest: float
-    first_begin: float
-    last_begin: float
-    first_end: float
-    last_end: float
-    power: float
-
-    @property
-    def centre(self) -> float:
-        """Hz/s, half-way between the extreme rates."""
-        return 0.5 * (self.least_rate + self.greatest_rate)
-
-    @property
-    def spread(self) -> float:
-        """Hz/s, of the extreme rates from the centre."""
-        return 0.5 * (self.greatest_rate - self.least_rate)
-
-    @property
-    def steepest(self) -> float:
-        """Hz/s, the greatest magnitude of a rate."""
-        return max(abs(self.least_rate), abs(self.greatest_rate))
+from polychirp.synthesis.stretch.kernel_records import (
+    BandLimits,
+    LinkTable,
+    Overlap,
+    Ramps,
+    ramp_pair,
+)
 
 
 def all_overlaps(
-    radar: Radar, own: RampSchedule, sent: RampSchedule, ramps: tuple[Ramps, Ramps], lines: Lines
+    radar: Radar,
+    own: RampSchedule,
+    sent: RampSchedule,
+    ramps: tuple[Ramps, Ramps],
+    links: LinkTable,
 ) -> list[Overlap]:
     """Every overlap, in order of the victim's and then of the transmitted ramps.
 
     ``ramps`` are the two schedules as the kernels take them.
 
-    A steady beat passes unchanged, a fast crossing leaves the pulse h(0)/√|μ| of the filter: such
-    are the heights in `Overlap.power`.
+    A steady beat passes unchanged, and a fast crossing leaves the pulse h(0)/√|μ| of the filter:
+    `Overlap.power` has these heights.
     """
-    from polychirp.synthesis.stretch import batch_kernels
+    from polychirp.synthesis.stretch.batch_kernels import overlap_of
 
-    half, pulse = 0.5 * radar.if_filter.support, peak(radar.if_filter)
+    half, peak = 0.5 * radar.if_filter.support, _peak(radar.if_filter)
     found = []
     for k in range(own.num_ramps):
-        shot = lines.chosen[k]
-        low, high = int(lines.start[shot]), int(lines.start[shot + 1])
-        for i in _sent_during(own, sent, lines, k):
-            told = batch_kernels.summary(
-                ramps[0], k, ramps[1], i, lines, low, high, half,
-                radar.converter.start, float(own.duration[k]) - radar.converter.margin,
-                radar.if_filter.passband, pulse,
-            )  # fmt: skip
-            found.append(Overlap(**dict(zip(_TOLD, told.tolist(), strict=True)),
-                                 victim_ramp=k, sent_ramp=i))  # fmt: skip
+        snapshot = links.snapshot[k]
+        low, high = int(links.start[snapshot]), int(links.start[snapshot + 1])
+        until = float(own.duration[k]) - radar.converter.margin
+        band = BandLimits(
+            half, float(radar.converter.start), until, float(radar.if_filter.passband), peak
+        )
+        for i in _sent_during(own, sent, links, k):
+            pair = ramp_pair(ramps[0], k, ramps[1], i, links)
+            found.append(overlap_of(pair, links, low, high, band))
     return found
 
 
-_TOLD = (
-    "least_rate", "greatest_rate", "lowest", "highest",
-    "first_begin", "last_begin", "first_end", "last_end", "power",
-)  # fmt: skip
-
-
-def peak(if_filter: IfFilter) -> float:
+def _peak(if_filter: IfFilter) -> float:
     """1/s, the impulse response at its middle."""
     return float(if_filter.impulse_response(np.zeros(1))[0])
 
 
 def strongest_sample(overlaps: Sequence[Overlap]) -> float:
-    """V, about the rms of the samples where the paths' power is greatest in the band."""
+    """V, about the rms of the samples in which the paths bring most power into the band."""
     return math.sqrt(max((overlap.power for overlap in overlaps), default=0.0))
 
 
-def _sent_during(own: RampSchedule, sent: RampSchedule, lines: Lines, k: int) -> range:
+def _sent_during(own: RampSchedule, sent: RampSchedule, links: LinkTable, k: int) -> range:
     """Transmitted ramps that arrive, on some path, while ramp k of the victim lasts."""
-    shot = lines.chosen[k]
-    part = slice(int(lines.start[shot]), int(lines.start[shot + 1]))
+    snapshot = links.snapshot[k]
+    part = slice(int(links.start[snapshot]), int(links.start[snapshot + 1]))
     if part.start == part.stop:
         return range(0)
     begin, end = float(own.start_time[k]), float(own.end_time[k])
-    then = lines.reference_time[shot]
-    delay, drift, beside = lines.delay[part], lines.delay_rate[part], lines.element_delay[part]
+    then = links.reference_time[snapshot]
+    delay, drift, beside = links.delay[part], links.delay_rate[part], links.element_delay[part]
     latest = float(np.max(delay + drift * (begin - then))) + float(beside.max())
     earliest = float(np.min(delay + drift * (end - then))) + float(beside.min())
     return range(

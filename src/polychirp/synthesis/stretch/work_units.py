@@ -1,4 +1,4 @@
-"""Where pairs of ramps are seen in rows of samples: the units of work of the engine."""
+"""Work units of the engine: a row of samples, a pair of ramps and a run of links."""
 
 from __future__ import annotations
 
@@ -6,35 +6,38 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
 
-from polychirp.axes import IntArray
 from polychirp.model.if_filter import IfFilter
 from polychirp.synthesis.stretch.chirp_response import far_beat
-from polychirp.synthesis.stretch.ramp_overlaps import Overlap
-
-if TYPE_CHECKING:
-    from polychirp.synthesis.stretch.path_kernels import Lines, Ramps, Taps, Visits, Window
+from polychirp.synthesis.stretch.kernel_records import (
+    LinkTable,
+    Overlap,
+    Ramps,
+    Taps,
+    Window,
+    WorkTable,
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Visit:
-    """A pair of ramps as seen by a row of samples, and a run of lines.
+class WorkUnit:
+    """A pair of ramps that windows of a row of samples meet, and a run of links.
 
     Parameters
     ----------
     row, ramp, sent : the row of samples, the victim's ramp and the transmitted one
-    pair, overlap : number of the pair, and what is known of it
-    part : of the contribution, that of all the lines
-    low, high : lines ``low`` to before ``high``
+    pair, overlap : number of the pair, and its overlap
+    part : part of the contribution that all the links belong to
+    low, high : the links are ``low:high``
     limit : gain below which all of them together need not be added
     first, step : s, the first sample in the time of ``ramp``, and between samples
-    met : samples whose windows meet some line's chirp
-    whole : samples whose windows are within every line's chirp
+    met : samples whose windows meet some link's chirp
+    whole : samples whose windows are within every link's chirp
     cut_by_begin, cut_by_end : samples whose windows have the beginning, or the ending, of every
-        line's chirp in them
+        link's chirp in them
     """
 
     row: int
@@ -54,20 +57,20 @@ class Visit:
     cut_by_end: slice
 
     @property
-    def num_lines(self) -> int:
-        """Number of lines."""
+    def num_links(self) -> int:
+        """Number of links."""
         return self.high - self.low
 
 
-def visits_of(
-    if_filter: IfFilter, own: Ramps, window: Window, lines: Lines, taps: Taps,
+def work_units_of(
+    if_filter: IfFilter, own: Ramps, window: Window, links: LinkTable, taps: Taps,
     overlaps: Sequence[Overlap], floor: float,
-) -> list[Visit]:  # fmt: skip
-    """All visits that bring something above the lines' limits, in order of rows and ramps."""
+) -> list[WorkUnit]:  # fmt: skip
+    """All units with gains that may be above the links' limits, in order of rows and ramps."""
     half = taps.half
     victims = [overlap.victim_ramp for overlap in overlaps]
     start = np.searchsorted(victims, np.arange(own.start.size + 1))
-    runs = [_runs(lines, shot, floor) for shot in range(lines.start.size - 1)]
+    runs = [_runs(links, snapshot, floor) for snapshot in range(links.start.size - 1)]
     last = window.first + (window.num_samples - 1) * window.step
     end = own.start + own.duration
     low = np.searchsorted(end, own.start + window.first - half)
@@ -83,9 +86,9 @@ def visits_of(
                     continue
                 begins = grid.between(overlap.last_begin - half, overlap.first_begin + half)
                 ends = grid.between(overlap.last_end - half, overlap.first_end + half)
-                most = _most(taps, far_beat(if_filter, overlap.steepest), grid, overlap)
+                gain = _largest_gain(taps, far_beat(if_filter, overlap.steepest), grid, overlap)
                 found += [
-                    Visit(
+                    WorkUnit(
                         row=row, ramp=ramp, sent=overlap.sent_ramp, pair=pair,
                         overlap=overlap, part=run.part,
                         low=run.low, high=run.high, limit=run.limit, first=first,
@@ -93,44 +96,34 @@ def visits_of(
                         met=grid.around(overlap.first_begin - half, overlap.last_end + half),
                         whole=grid.between(overlap.last_begin + half, overlap.first_end - half),
                     )
-                    for run in runs[int(lines.chosen[ramp])]
-                    if most >= run.least
+                    for run in runs[int(links.snapshot[ramp])]
+                    if gain >= run.least
                 ]  # fmt: skip
     return found
 
 
-def columns_of(visits: Sequence[tuple[Visit, slice]]) -> Visits:
-    """Some visits, each at some samples, as the kernels take them."""
-    from polychirp.synthesis.stretch.path_kernels import Visits
-
-    def column(values: Sequence[int]) -> IntArray:
-        return np.array(values, dtype=np.int64)
-
-    return Visits(
-        part=column([v.part for v, _ in visits]),
-        row=column([v.row for v, _ in visits]),
-        ramp=column([v.ramp for v, _ in visits]),
-        pair=column([v.pair for v, _ in visits]),
-        low=column([v.low for v, _ in visits]),
-        high=column([v.high for v, _ in visits]),
-        begin=column([some.start for _, some in visits]),
-        end=column([some.stop for _, some in visits]),
-    )
+def work_table(units: Sequence[tuple[WorkUnit, slice]]) -> WorkTable:
+    """Columns of some units, each at some of its samples."""
+    rows = [
+        (unit.part, unit.row, unit.ramp, unit.pair, unit.low, unit.high, some.start, some.stop)
+        for unit, some in units
+    ]
+    return WorkTable(*np.array(rows, dtype=np.int64).reshape(-1, 8).T.copy())
 
 
-def gaps(visit: Visit, done: Sequence[slice]) -> list[tuple[Visit, slice]]:
-    """The visit at those of its samples that are in none of ``done``.
+def gaps(unit: WorkUnit, done: Sequence[slice]) -> list[tuple[WorkUnit, slice]]:
+    """The unit at those of its samples that are in none of ``done``.
 
     >>> from types import SimpleNamespace
     >>> [some for _, some in gaps(SimpleNamespace(met=slice(2, 9)), [slice(4, 6), slice(8, 9)])]
     [slice(2, 4, None), slice(6, 8, None)]
     """
-    found, place = [], visit.met.start
-    for run in sorted(done, key=lambda run: run.start):
+    found, place = [], unit.met.start
+    for run in [*sorted(done, key=lambda run: run.start), slice(unit.met.stop, unit.met.stop)]:
         if run.start > place:
-            found.append((visit, slice(place, run.start)))
+            found.append((unit, slice(place, run.start)))
         place = max(place, run.stop)
-    return [*found, *([(visit, slice(place, visit.met.stop))] if visit.met.stop > place else [])]
+    return found
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -142,11 +135,11 @@ class _Grid:
     count: int
 
     def between(self, begin: float, end: float) -> slice:
-        """Those from ``begin`` to before ``end``, s; rounding is on the side of fewer."""
+        """Samples from ``begin`` to before ``end``, s; rounding leaves some out."""
         return self._rounded(begin, end, 1e-9)
 
     def around(self, begin: float, end: float) -> slice:
-        """The same with rounding on the side of more."""
+        """The same, where rounding takes more in."""
         return self._rounded(begin, end, -1e-9)
 
     def _rounded(self, begin: float, end: float, margin: float) -> slice:
@@ -156,9 +149,8 @@ class _Grid:
         return slice(low, min(max(high, low), self.count))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Run:
-    """Lines of a snapshot that are of one part and all weak or all strong."""
+class _Run(NamedTuple):
+    """Links of a snapshot that are of one part and all weak or all strong."""
 
     part: int
     low: int
@@ -167,25 +159,18 @@ class _Run:
     limit: float
 
 
-def _runs(lines: Lines, shot: int, floor: float) -> list[_Run]:
-    """Runs of a snapshot's lines."""
-    low, high = int(lines.start[shot]), int(lines.start[shot + 1])
-    kind = 2 * lines.part[low:high] + lines.is_weak[low:high]
-    kinds = np.arange(2 * int(lines.part.max(initial=0)) + 3)
+def _runs(links: LinkTable, snapshot: int, floor: float) -> list[_Run]:
+    """Runs of a snapshot's links."""
+    low, high = int(links.start[snapshot]), int(links.start[snapshot + 1])
+    kind = 2 * links.part[low:high] + links.is_weak[low:high]
+    kinds = np.arange(2 * int(links.part.max(initial=0)) + 3)
     borders = low + np.searchsorted(kind, kinds)
     found = []
     for number, (a, b) in enumerate(pairwise(borders.tolist())):
         if b > a:
-            root = math.sqrt(float(np.sum(np.abs(lines.amplitude[a:b]) ** 2)))
-            found.append(
-                _Run(
-                    part=number // 2,
-                    low=a,
-                    high=b,
-                    least=float(lines.limit[a:b].min()),
-                    limit=0.25 * floor / max(root, 1e-300),
-                )
-            )
+            root = math.sqrt(float(np.sum(np.abs(links.amplitude[a:b]) ** 2)))
+            least = float(links.limit[a:b].min())
+            found.append(_Run(number // 2, a, b, least, 0.25 * floor / max(root, 1e-300)))
     return found
 
 
@@ -195,11 +180,11 @@ def _is_met(grid: _Grid, overlap: Overlap, half: float) -> bool:
     return overlap.highest >= 0.0 and begins < last and grid.first < ends
 
 
-def _most(taps: Taps, far: float, grid: _Grid, overlap: Overlap) -> float:
-    """The largest gain that a line can have: ∞ near the band, else that of four ends.
+def _largest_gain(taps: Taps, far: float, grid: _Grid, overlap: Overlap) -> float:
+    """The largest gain that a link can have: ∞ near the band, else that of four ends.
 
-    An end far out of band leaves h/2πf, and half as much again in the terms that follow; h is that
-    at the edges of its support unless a chirp begins or ends in a sample's window.
+    An end far out of band leaves h/2πf, and half as much again in the terms that follow. h is
+    taken at the edges of its support unless a chirp begins or ends in a sample's window.
     """
     if overlap.lowest < far:
         return math.inf

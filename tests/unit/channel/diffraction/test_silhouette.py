@@ -1,9 +1,9 @@
-"""What a silhouette is does not depend on how it is looked for."""
+"""The silhouette does not depend on the order in which obstacles are searched."""
 
 import numpy as np
 import pytest
 
-from polychirp.channel.diffraction.paths import _frame, _obstacles
+from polychirp.channel.diffraction.paths import obstacles_of, rotation_to
 from polychirp.channel.diffraction.silhouette import blocked_intervals
 from polychirp.channel.materials.library import material_table
 from polychirp.channel.scene.world import world_of
@@ -15,7 +15,7 @@ LENGTH = 20.0
 
 
 def in_the_way():
-    """Two balls and a box between radars at 0 and 20 m, of which each hides some of the others."""
+    """Two balls and a box between radars at 0 and 20 m; each hides a part of the others."""
     shapes = {
         "near ball": (sphere(0.4, 0.05), Pose(x=2.0, y=0.1, z=0.05)),
         "box": (box((0.6, 0.7, 0.5), 0.1), Pose(x=11.0, y=-0.2, z=0.1)),
@@ -32,9 +32,9 @@ def in_the_way():
 def intervals_of(world, bodies):
     """Ends of all blocked intervals, m of excess, one half-plane after the other."""
     start, end = world.scene.radar_position
-    frame = _frame((end - start) / LENGTH)
+    rotation = rotation_to((end - start) / LENGTH)
     none = np.zeros(0, dtype=np.int64)
-    obstacles = _obstacles(world, frame, start, np.array(bodies), none)
+    obstacles = obstacles_of(world, rotation, start, np.array(bodies), none)
     found = blocked_intervals(obstacles, LENGTH, 0.5, 1e-8)
     ends = [edge[:count, :, 0] for edge, count in zip(found.edge, found.filled, strict=True)]
     return found.filled, np.concatenate(ends)

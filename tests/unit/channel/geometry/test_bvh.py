@@ -50,7 +50,7 @@ def test_a_ray_that_ends_on_a_triangle_is_free():
 
 
 def test_rays_along_an_axis_and_through_flat_boxes_are_found():
-    """A direction with zeros, and a mesh without extent along it."""
+    """Directions with zeros meet boxes without extent along them."""
     caster = Caster(box((1, 1, 1), 0.5))
     for axis in range(3):
         start, way = np.full((1, 3), 0.1), np.zeros((1, 3))
@@ -59,7 +59,7 @@ def test_rays_along_an_axis_and_through_flat_boxes_are_found():
 
 
 def test_a_ray_crosses_a_closed_body_as_often_in_as_out():
-    """Parity: from far away, hits one behind the other are even in number."""
+    """From far away, the number of successive hits is even."""
     caster = Caster(sphere(1.0, 0.3))
     origins, directions = rays(50, seed=5)
     directions = -origins + 0.5 * directions

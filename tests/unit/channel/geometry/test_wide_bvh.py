@@ -4,7 +4,15 @@ import numpy as np
 import pytest
 
 from polychirp.channel.geometry.bvh import closest_by_trying_all, grow_tree
-from polychirp.channel.geometry.wide_bvh import CLOSEST, OPAQUE, SHEET, bundles_of, nearest_hit
+from polychirp.channel.geometry.wide_bvh import (
+    EITHER_KIND,
+    OPAQUE_KIND,
+    SHEET_KIND,
+    Bundles,
+    SearchRay,
+    bundles_of,
+    nearest_hit,
+)
 
 
 def _rays_and_triangles(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -16,16 +24,21 @@ def _rays_and_triangles(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return triangles, random.uniform(-2, 2, (400, 3)), directions
 
 
-def _nearest(parts, origins, directions, *, span=(0.0, np.inf), wanted=CLOSEST, begin=(0, 0)):
-    """Distances, and numbers of the triangles of ``parts``: opaque ones, and sheets."""
+def _nearest(parts, origins, directions, *, span=(0.0, np.inf), wanted=EITHER_KIND, begin=(0, 0)):
+    """Distances, and numbers of the triangles of ``parts``: opaque ones, then sheets."""
     trees = tuple(grow_tree(part) for part in parts)
-    media = tuple(np.full(len(part), -kind) for kind, part in enumerate(parts))
-    found = bundles_of(trees, media)
-    bundle = np.concatenate([np.zeros((begin[0], 64), dtype=np.float32), found.bundle])
-    triangle = np.concatenate([np.zeros((begin[1], 10)), found.triangle])
-    room = np.empty(found.room, dtype=np.float32)
+    media = tuple(np.zeros(len(part), dtype=np.int64) for part in parts)
+    found = bundles_of(trees, media, (OPAQUE_KIND, SHEET_KIND)[: len(parts)])
+    bundles = Bundles(
+        np.concatenate([np.zeros((begin[0], 64), dtype=np.float32), found.bundle]),
+        np.concatenate([np.zeros((begin[1], 11)), found.triangle]),
+        found.stack_size,
+    )
+    stack = np.empty(found.stack_size, dtype=np.float32)
     hits = [
-        nearest_hit(bundle, triangle, begin, tuple(o), tuple(d), span, float(-o @ d), wanted, room)
+        nearest_hit(
+            bundles, begin, SearchRay(tuple(o), tuple(d), span, float(-o @ d)), wanted, stack
+        )
         for o, d in zip(origins, directions, strict=True)
     ]
     distance, number = (np.array(values) for values in zip(*hits, strict=True))
@@ -36,7 +49,7 @@ def _nearest(parts, origins, directions, *, span=(0.0, np.inf), wanted=CLOSEST, 
 
 @pytest.mark.parametrize("begin", [(0, 0), (3, 7)])
 def test_near_boxes_first_finds_what_trying_all_triangles_finds(begin) -> None:
-    """Wherever in a table the tree begins."""
+    """The hits are the same wherever in a table the tree begins."""
     triangles, origins, directions = _rays_and_triangles(1)
     distance, face = _nearest([triangles], origins, directions, begin=begin)
     length, expected = closest_by_trying_all(triangles, origins, directions)
@@ -95,7 +108,7 @@ def test_two_trees_are_one_and_either_kind_can_be_asked_for() -> None:
     is_hit = np.isfinite(whole)
     np.testing.assert_allclose(both, whole, rtol=1e-9)
     np.testing.assert_array_equal(face[is_hit], expected[is_hit])
-    for wanted, part in zip((OPAQUE, SHEET), parts, strict=True):
+    for wanted, part in zip((OPAQUE_KIND, SHEET_KIND), parts, strict=True):
         some, _ = _nearest(parts, origins, directions, wanted=wanted)
         alone, _ = closest_by_trying_all(part, origins, directions)
         np.testing.assert_array_equal(np.isfinite(some), np.isfinite(alone))

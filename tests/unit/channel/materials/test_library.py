@@ -5,8 +5,13 @@ import re
 import pytest
 
 from polychirp.channel.materials.fresnel import power_through
-from polychirp.channel.materials.library import check_materials, known_materials, material_table
-from polychirp.channel.tracers.composite import Composite, NamedMaterial
+from polychirp.channel.materials.library import (
+    NamedMaterial,
+    check_materials,
+    known_materials,
+    material_table,
+)
+from polychirp.channel.tracers.composite import Composite
 from polychirp.errors import InputError, ModelWarning
 from polychirp.frames import Pose
 from polychirp.model.scene import Actor

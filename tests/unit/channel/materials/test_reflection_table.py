@@ -1,11 +1,11 @@
-"""Ready-made reflection coefficients, against those computed for every angle."""
+"""Tabulated reflection coefficients against those computed for every angle."""
 
 import numpy as np
 import pytest
 
-from polychirp.channel.materials.fresnel import media, smooth_reflection
+from polychirp.channel.materials.fresnel import media_of, smooth_reflection
 from polychirp.channel.materials.library import known_materials
-from polychirp.channel.materials.reflection_table import looked_up, reflection_table
+from polychirp.channel.materials.reflection_table import reflection_table, tabulated_reflection
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.material import Material
 
@@ -25,14 +25,14 @@ LIMITS = {"metal": 0.0, "glass": 5e-6, "concrete": 3e-7, "steel": 3e-5, "thick":
 
 @pytest.mark.parametrize(("name", "limit"), LIMITS.items())
 def test_the_table_gives_what_the_formula_gives(name, limit):
-    """To a share of Γ that depends on how fast it changes with the angle."""
+    """The error depends on how fast Γ changes with the angle."""
     names = tuple(MATERIALS)
     table = reflection_table(tuple(MATERIALS.values()), FREQUENCY)
-    exact = media(names, MATERIALS, FREQUENCY)
+    exact = media_of(names, MATERIALS, FREQUENCY)
     medium = names.index(name)
     worst = 0.0
     for cosine in np.random.default_rng(1).uniform(0.0, 1.0, 2000) ** 3:
-        found = looked_up(table, medium, cosine)
+        found = tabulated_reflection(table, medium, cosine)
         expected = smooth_reflection(exact, medium, cosine, WAVENUMBER)
         worst = max(worst, np.max(np.abs(np.subtract(found, expected))))
     assert worst <= limit
@@ -40,10 +40,12 @@ def test_the_table_gives_what_the_formula_gives(name, limit):
 
 def test_the_table_has_the_ends_of_the_range():
     table = reflection_table(tuple(MATERIALS.values()), FREQUENCY)
-    exact = media(tuple(MATERIALS), MATERIALS, FREQUENCY)
+    exact = media_of(tuple(MATERIALS), MATERIALS, FREQUENCY)
     for cosine in (0.0, 1.0):
         np.testing.assert_allclose(
-            looked_up(table, 2, cosine), smooth_reflection(exact, 2, cosine, WAVENUMBER), atol=1e-9
+            tabulated_reflection(table, 2, cosine),
+            smooth_reflection(exact, 2, cosine, WAVENUMBER),
+            atol=1e-9,
         )
 
 

@@ -39,7 +39,7 @@ def hidden(obstacles, end, spared=NOBODY):
 
 
 def enters_by_steps(row, start, end):
-    """Whether one of 20 000 points on the way is in the box."""
+    """True if one of 20 000 points on the way is in the box."""
     points = start + np.linspace(0, 1, 20_001)[:, None] * (end - start)
     local = (points - row.position) @ row.rotation
     return bool(np.any(np.all((local > row.low) & (local < row.high), axis=-1)))
@@ -83,7 +83,7 @@ def test_the_search_near_a_radar_finds_what_trying_all_finds():
         rows = np.flatnonzero((obstacles.boxes.actor != 0) & (obstacles.boxes.actor != 3))
         count = len(rows)
         start_rows, end_rows = np.tile(start, (count, 1)), np.tile(end, (count, 1))
-        behind = np.any(crosses(obstacles.boxes.of(rows), start_rows, end_rows))
+        behind = np.any(crosses(obstacles.boxes.select(rows), start_rows, end_rows))
         own = crosses(obstacles.own, start[None], end[None])[0]
         t = (12 - start[1]) / (end[1] - start[1])
         meet = start + t * (end - start)

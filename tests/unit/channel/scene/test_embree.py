@@ -1,4 +1,4 @@
-"""Embree and the own tree answer alike."""
+"""Embree and the tree of boxes find the same hits and shadows."""
 
 from dataclasses import replace
 

@@ -170,7 +170,7 @@ def test_roughness_takes_from_a_mirror_what_the_angle_says():
     """A way that turns by 90° meets its mirror at 45°: ρ = exp(−2 (k σ cos 45°)²) = exp(−(kσ)²)."""
     k = 2 * np.pi * 79e9 / 299792458.0
     ways = np.array([[[1.0, 0, 0], [0, 1.0, 0]]])
-    kept = sionna._smoothness(np.array([[3e-4]]), ways, 79e9)
+    kept = sionna._roughness_factor(np.array([[3e-4]]), ways, 79e9)
     assert kept[0] == pytest.approx(np.exp(-((k * 3e-4) ** 2)), rel=1e-12)
 
 

@@ -1,4 +1,4 @@
-"""The paper's own receiver, with what it can and what it cannot."""
+"""The paper's own receiver, its abilities and its limits."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ def nearest(found, distance):
     return int(np.argmin(np.abs(found.range - distance)))
 
 
-def test_one_strong_target_has_its_range_rate_and_bearing():
+def test_one_strong_target_has_its_range_rate_and_azimuth():
     """Eqs 9 and 10: half a cell of range is 0.08 m, half a Doppler cell 0.6 m/s."""
     point = HandPoint(range=9.0, range_rate=-6.0, azimuth=0.3, power=1e4)
     found = PaperReceiver().detect(frame_of(RAMPS, [point]))
@@ -26,8 +26,8 @@ def test_one_strong_target_has_its_range_rate_and_bearing():
     assert found.azimuth[first] == pytest.approx(0.3, abs=0.02)
 
 
-def test_the_mean_as_threshold_claims_noise():
-    """Half of the noise stands above its mean: dozens of claims where there is nothing."""
+def test_with_the_mean_as_threshold_noise_is_detected():
+    """Half of the noise stands above its mean: dozens of false detections."""
     frame = frame_of(RAMPS, [])
     assert PaperReceiver().detect(frame).num_detections > 20
     assert Receiver().detect(frame).num_detections == 0

@@ -80,7 +80,7 @@ def test_a_peak_at_the_edge_of_the_range_axis_stays_there(column: int):
     np.testing.assert_allclose([rate[0], distance[0], peak[0]], [2.0, column, 9.0])
 
 
-def test_one_channel_has_no_bearing():
+def test_one_channel_has_no_azimuth():
     silent = frame(num_ramps=32, num_channels=1)
     random = np.random.default_rng(1)
     samples = 10 + random.normal(size=silent.samples.shape)

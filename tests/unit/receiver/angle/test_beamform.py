@@ -11,7 +11,7 @@ ARRAY = AntennaArray()
 
 
 def wave(azimuth, frequency=79e9):
-    """Beats of a wave from ``azimuth``: an element nearer to it hears it earlier."""
+    """Beats of a wave from ``azimuth``: an element nearer to it receives it earlier."""
     advance = ARRAY.position[:, 1] * np.sin(azimuth) / SPEED_OF_LIGHT
     return np.exp(-2j * np.pi * frequency * advance)[:, None, None]
 

@@ -48,7 +48,7 @@ def test_compiled_counting_is_counting_in_numpy(window: CfarWindow):
 
 @pytest.mark.parametrize("window", WINDOWS)
 def test_counting_finds_what_sorting_finds(window: CfarWindow):
-    """The twin of the ordered-statistic detector: sort every cell's training cells."""
+    """Slow reference of the ordered-statistic detector: sort every cell's training cells."""
     power = noise(16, 18)
     expected = []
     for i in range(16):

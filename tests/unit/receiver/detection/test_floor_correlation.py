@@ -1,4 +1,4 @@
-"""How far a floor follows the map that it is read from."""
+"""Correlation of the floor with the map from which it is estimated."""
 
 import numpy as np
 import pytest
@@ -32,17 +32,17 @@ def test_a_floors_variance_and_covariance_are_those_of_drawn_maps():
     products = []
     for seed in range(150):
         search = _Search(Receiver(), frame_of(ramps, [], seed=seed))
-        search.map.draw(search.spectra, np.zeros((0, ramps.num_ramps)))
+        search.map.update(search.spectra, np.zeros((0, ramps.num_ramps)))
         floor = search.map.floor()
         cell = search.map.statistic - log_mean_of_noise()
         apart = floor - np.median(floor)
         products.append([np.mean(cell * apart), np.mean(apart**2)])
     unit = np.pi**2 / 6.0 / ramps.num_ramps
     found = np.mean(products, axis=0) / unit
-    assert found == pytest.approx(search.map.following(), abs=0.005)
+    assert found == pytest.approx(search.map.floor_correlation(), abs=0.005)
 
 
-def test_a_threshold_above_a_floor_that_follows_is_that_of_normal_noise():
+def test_a_threshold_above_a_correlated_floor_is_that_of_normal_noise():
     """400 000 cells S and floors C S + ε: as many cross as stated, within 4 sigma and 1 %."""
     draw = np.random.default_rng(4)
     ramps, probability, covariance, variance = 16, 3e-3, 0.05, 0.04

@@ -28,7 +28,7 @@ def spectra_of(frame):
     return log_spectra(frame.samples, weight, spectrum_size(frame.times))
 
 
-def test_the_fast_map_equals_its_twin():
+def test_the_fast_map_equals_its_reference():
     logs = spectra_of(frame_of(RAMPS, [HandPoint(range=2.0)]))
     fast = log_range_rate_map(logs, RAMPS, TIMES, GRID)
     slow = log_range_rate_map_by_loops(logs, RAMPS, TIMES, GRID)

@@ -26,20 +26,20 @@ def ramps():
 
 @pytest.mark.parametrize("solve", [range_and_rate_from_beats, range_and_rate_from_beats_twin])
 def test_range_and_rate_follow_the_beats_of_most_ramps(solve):
-    """Two ramps of sixteen have their peak elsewhere and are given no say."""
+    """Two ramps of sixteen have their peak elsewhere and get no weight."""
     logs, place, slope = ramps()
     guess, beam = np.array([[7.0, 3.0]]), np.array([1])
-    found = solve(logs, guess, beam, place[None], slope, reach=2, resolution=2.0)
+    found = solve(logs, guess, beam=beam, place=place[None], slope=slope, reach=2, resolution=2.0)
     assert found[0] == pytest.approx([7.03, 2.8], abs=1e-3)
 
 
-def test_the_compiled_solution_is_its_twins():
+def test_the_compiled_solution_is_its_references():
     logs, place, slope = ramps()
     guess, beam = np.array([[7.0, 3.0], [7.0, 3.0]]), np.array([1, 0])
     places = np.stack([place, place + 3.0])
-    options = {"reach": 2, "resolution": 2.0}
-    fast = range_and_rate_from_beats(logs, guess, beam, places, slope, **options)
-    slow = range_and_rate_from_beats_twin(logs, guess, beam, places, slope, **options)
+    options = {"beam": beam, "place": places, "slope": slope, "reach": 2, "resolution": 2.0}
+    fast = range_and_rate_from_beats(logs, guess, **options)
+    slow = range_and_rate_from_beats_twin(logs, guess, **options)
     assert fast == pytest.approx(slow, abs=1e-6)
 
 
@@ -47,5 +47,7 @@ def test_a_fit_that_runs_away_leaves_the_guess():
     logs, place, slope = ramps()
     guess, beam = np.array([[7.0, 3.0]]), np.array([1])
     far = place + slope @ [0.05, 1.3]  # the beats are 1.5 m/s off
-    found = range_and_rate_from_beats(logs, guess, beam, far[None], slope, reach=4, resolution=2.0)
+    found = range_and_rate_from_beats(
+        logs, guess, beam=beam, place=far[None], slope=slope, reach=4, resolution=2.0
+    )
     assert found.tolist() == guess.tolist()

@@ -8,16 +8,16 @@ from polychirp.model.if_frame import sample_times
 from polychirp.model.radar import Converter
 from polychirp.receiver.chain import Receiver
 from polychirp.receiver.estimation.coherence_test import (
-    CHANCE,
-    FALSE_REJECTIONS,
+    CHANCE_COHERENCE_PROBABILITY,
+    FALSE_REJECTION_PROBABILITY,
+    HIGHEST_HALF_THRESHOLD,
     LEAST_COHERENCE,
-    MOST_OF_A_HALF,
+    aligned,
     coherence,
     coherence_of_halves,
-    is_on_both_halves,
+    half_threshold,
+    is_on_both_slopes,
     least_coherence,
-    least_of_half,
-    straightened,
 )
 from polychirp.receiver.signal_model.point_signal import replica
 from polychirp.rng import Streams
@@ -55,7 +55,7 @@ def test_noise_does_not_cohere():
     assert coherence(noise, FREQUENCY, MIDDLE).max() < LEAST_COHERENCE
 
 
-def test_an_echo_whose_phase_jumps_from_ramp_to_ramp_is_not_claimed():
+def test_an_echo_whose_phase_jumps_from_ramp_to_ramp_is_not_detected():
     """Strong on every ramp, but no body moves like that."""
     frame = frame_of(RAMPS, [])
     times = sample_times(RAMPS, Converter())
@@ -72,13 +72,13 @@ HEARD = np.ones(RAMPS.num_ramps)
 
 
 def halves(amplitude, present=HEARD, slope=RAMPS.slope):
-    straight = straightened(amplitude, FREQUENCY, MIDDLE)[1]
+    straight = aligned(amplitude, FREQUENCY, MIDDLE)[1]
     return coherence_of_halves(straight, slope=slope, present=present)
 
 
 def is_whole(amplitude, present=HEARD, slope=RAMPS.slope):
-    straight = straightened(amplitude, FREQUENCY, MIDDLE)[1]
-    return is_on_both_halves(straight, slope=slope, present=present)
+    straight = aligned(amplitude, FREQUENCY, MIDDLE)[1]
+    return is_on_both_slopes(straight, slope=slope, present=present)
 
 
 def noise_like(amplitude, seed, power=1.0):
@@ -97,11 +97,11 @@ def test_a_point_coheres_on_both_halves_as_on_the_whole(rate, acceleration):
 
 def test_an_arm_coheres_by_a_half_and_is_not_on_the_other():
     """In phase on all up-ramps, noise 20 dB below on the others."""
-    arm = np.where(UP, turned(0.05, 4.0), 0.0) + noise_like(turned(0.0, 0.0), 1, 0.01)
-    assert coherence(arm, FREQUENCY, MIDDLE)[0] == pytest.approx(0.5, rel=0.1)
-    assert coherence(arm, FREQUENCY, MIDDLE)[0] > LEAST_COHERENCE
-    assert halves(arm)[0] == pytest.approx([2.0, 0.0], abs=0.4)
-    assert not is_whole(arm)[0]
+    ridge = np.where(UP, turned(0.05, 4.0), 0.0) + noise_like(turned(0.0, 0.0), 1, 0.01)
+    assert coherence(ridge, FREQUENCY, MIDDLE)[0] == pytest.approx(0.5, rel=0.1)
+    assert coherence(ridge, FREQUENCY, MIDDLE)[0] > LEAST_COHERENCE
+    assert halves(ridge)[0] == pytest.approx([2.0, 0.0], abs=0.4)
+    assert not is_whole(ridge)[0]
 
 
 def test_ramps_of_one_direction_have_no_second_half():
@@ -122,25 +122,25 @@ def test_a_half_that_mitigation_left_out_is_not_asked_for():
 def test_noise_takes_a_weak_point_for_an_arm_as_seldom_as_stated(sweeps):
     """Of the least coherence, on all channels alike, before corrections: 2 · 10⁵ draws of a half.
 
-    With 8 ramps of a half and more, what is asked is `MOST_OF_A_HALF`, and it is rarer.
+    With 8 ramps of a half and more, what is asked is `HIGHEST_HALF_THRESHOLD`, and it is rarer.
     """
     signal = np.sqrt(LEAST_COHERENCE / (1.0 - LEAST_COHERENCE))
     draw = np.random.default_rng(sweeps)
     shape = (200_000, 4, 2)
     mean = signal + np.sqrt(0.5 / sweeps) * draw.normal(size=shape) @ [1.0, 1j]
     share = np.sum(np.abs(mean) ** 2, axis=1) / (4.0 * (signal**2 + 1.0))
-    least = least_of_half(num_ramps=sweeps, channels=4)
-    expected = 0.5 * FALSE_REJECTIONS
+    least = half_threshold(num_ramps=sweeps, channels=4)
+    expected = 0.5 * FALSE_REJECTION_PROBABILITY
     found = np.mean(share < least)
-    assert least <= MOST_OF_A_HALF
+    assert least <= HIGHEST_HALF_THRESHOLD
     assert found <= expected + 3.0 * np.sqrt(expected / len(share))
-    if least < MOST_OF_A_HALF:
+    if least < HIGHEST_HALF_THRESHOLD:
         assert found == pytest.approx(expected, abs=3.0 * np.sqrt(expected / len(share)))
 
 
 @pytest.mark.parametrize("sweeps", [4, 8, 16])
 def test_points_that_pass_for_coherent_pass_both_halves(sweeps):
-    """Of 4000 in noise, of any coherence that is claimed, no more than stated are refused."""
+    """Of 4000 in noise, of any coherence above the threshold, no more than stated are refused."""
     ramps = Triangular(bandwidth=1e9, ramp_duration=1e-3).schedule(
         num_sweeps=sweeps, streams=Streams(1)
     )
@@ -149,12 +149,12 @@ def test_points_that_pass_for_coherent_pass_both_halves(sweeps):
     shape = (4000, 4, ramps.num_ramps)
     level = 10.0 ** draw.uniform(-0.2, 1.0, size=(4000, 1, 1))
     noisy = np.sqrt(level) + np.sqrt(0.5) * (draw.normal(size=(*shape, 2)) @ [1.0, 1j])
-    share, straight = straightened(noisy, ramps.centre_frequency, middle)
-    is_claimed = share >= LEAST_COHERENCE
-    is_kept = is_on_both_halves(straight, slope=ramps.slope, present=np.ones(ramps.num_ramps))
-    lost = np.sum(is_claimed & ~is_kept)
-    assert lost <= FALSE_REJECTIONS * np.sum(is_claimed) + 3.0 * np.sqrt(
-        FALSE_REJECTIONS * np.sum(is_claimed)
+    share, straight = aligned(noisy, ramps.centre_frequency, middle)
+    is_accepted = share >= LEAST_COHERENCE
+    is_kept = is_on_both_slopes(straight, slope=ramps.slope, present=np.ones(ramps.num_ramps))
+    lost = np.sum(is_accepted & ~is_kept)
+    assert lost <= FALSE_REJECTION_PROBABILITY * np.sum(is_accepted) + 3.0 * np.sqrt(
+        FALSE_REJECTION_PROBABILITY * np.sum(is_accepted)
     )
 
 
@@ -165,8 +165,8 @@ BEYOND = [
 
 
 @pytest.mark.parametrize("beyond", BEYOND)
-def test_what_lies_beyond_the_map_is_not_claimed_in_it(beyond):
-    """Too fast, or too far: its arms cross the map 60 dB above what is asked there."""
+def test_a_target_beyond_the_map_is_not_detected_in_it(beyond):
+    """Too fast, or too far: its cross-pairing ridges cross the map 60 dB above the threshold."""
     target = HandPoint(range=9.0, range_rate=3.0, power=1.0)
     found = Receiver().detect(frame_of(RAMPS, [beyond, target]))
     assert found.range == pytest.approx([9.0], abs=5e-3)
@@ -183,8 +183,8 @@ def test_bursts_from_one_direction_seldom_cohere_by_chance():
     drawn = np.random.default_rng(4).standard_normal((20_000, 1, 16, 2)).view(np.complex128)
     found = coherence(np.repeat(drawn[..., 0], 4, axis=1), frequency, ramps)
     asked = least_coherence(frequency, ramps)
-    assert np.mean(found >= asked) <= CHANCE
-    assert np.mean(found >= LEAST_COHERENCE) > 10 * CHANCE
+    assert np.mean(found >= asked) <= CHANCE_COHERENCE_PROBABILITY
+    assert np.mean(found >= LEAST_COHERENCE) > 10 * CHANCE_COHERENCE_PROBABILITY
 
 
 def test_of_many_ramps_no_more_is_asked():

@@ -18,11 +18,18 @@ POINT = {"motion": np.array([9.0, -17.0, 2.0]), "azimuth": 0.4, "snr": 2.0, "tim
 
 
 @pytest.mark.parametrize(
-    ("knows_acceleration", "turning"), [(True, 0.0), (False, 0.0), (True, 0.5), (False, np.inf)]
+    ("is_acceleration_known", "sine_rate_deviation"),
+    [(True, 0.0), (False, 0.0), (True, 0.5), (False, np.inf)],
 )
-def test_fishers_information_is_that_of_differences_over_all_samples(knows_acceleration, turning):
+def test_fishers_information_is_that_of_differences_over_all_samples(
+    is_acceleration_known, sine_rate_deviation
+):
     """Central differences of a phase of 5e6 turns: to 1e-4."""
-    options = {**POINT, "knows_acceleration": knows_acceleration, "turning": turning}
+    options = {
+        **POINT,
+        "is_acceleration_known": is_acceleration_known,
+        "sine_rate_deviation": sine_rate_deviation,
+    }
     fast = cramer_rao_bound(RAMPS, TIMES, ARRAY, **options)
     slow = cramer_rao_bound_twin(RAMPS, TIMES, ARRAY, **options)
     for name in ("range", "range_rate", "azimuth"):
@@ -37,7 +44,7 @@ def test_the_azimuth_of_what_does_not_turn_has_the_bound_of_an_array():
     aperture = np.sum((along - along.mean()) ** 2)
     expected = 1.0 / np.sqrt(2 * 2.0 * count * aperture) * wavelength / (2 * np.pi * np.cos(0.4))
     steady = {**POINT, "motion": np.array([9.0, -17.0, 0.0])}
-    bound = cramer_rao_bound(RAMPS, TIMES, ARRAY, **steady, turning=0.0)
+    bound = cramer_rao_bound(RAMPS, TIMES, ARRAY, **steady, sine_rate_deviation=0.0)
     assert bound.azimuth == pytest.approx(expected, rel=1e-6)
 
 
@@ -52,11 +59,17 @@ def test_the_azimuth_at_the_start_of_what_turns_has_twice_the_bound():
     )
     times = sample_times(ramps, Converter())
     still = {**POINT, "motion": np.array([9.0, 0.0, 0.0]), "azimuth": 0.0}
-    mean = cramer_rao_bound(ramps, times, ARRAY, **still, turning=0.0).azimuth
+    mean = cramer_rao_bound(ramps, times, ARRAY, **still, sine_rate_deviation=0.0).azimuth
     span = float(ramps.end_time[-1] - ramps.start_time[0])
-    for turning in (2.0 * mean / span, 5.0 * mean / span, np.inf):
-        found = cramer_rao_bound(ramps, times, ARRAY, **still, turning=turning).azimuth
-        known = 1.0 if np.isinf(turning) else turning**2 / (turning**2 + 12.0 * (mean / span) ** 2)
+    for sine_rate_deviation in (2.0 * mean / span, 5.0 * mean / span, np.inf):
+        found = cramer_rao_bound(
+            ramps, times, ARRAY, **still, sine_rate_deviation=sine_rate_deviation
+        ).azimuth
+        known = (
+            1.0
+            if np.isinf(sine_rate_deviation)
+            else sine_rate_deviation**2 / (sine_rate_deviation**2 + 12.0 * (mean / span) ** 2)
+        )
         assert found == pytest.approx(mean * np.sqrt(1.0 + 3.0 * known), rel=0.02)
 
 
@@ -72,7 +85,7 @@ def test_range_and_rate_have_the_bound_of_a_sweep_and_of_a_frame():
     times = sample_times(ramps, Converter())
     middle = 0.5 * (times.first[0] + times.first[-1] + times.num_samples[0] / times.rate)
     still = {**POINT, "motion": np.array([9.0, 0.0, 0.0]), "snr": 1.0, "time": float(middle)}
-    bound = cramer_rao_bound(ramps, times, ARRAY, knows_acceleration=True, **still)
+    bound = cramer_rao_bound(ramps, times, ARRAY, is_acceleration_known=True, **still)
     count = float(times.num_samples[0])
     beat = times.rate * np.sqrt(6.0 / (4 * 128 * count**3)) / (2.0 * np.pi)
     assert bound.range == pytest.approx(

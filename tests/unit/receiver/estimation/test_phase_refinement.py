@@ -9,6 +9,7 @@ from polychirp.receiver.estimation.phase_refinement import (
     coherent_steps,
     read_points,
 )
+from polychirp.receiver.signal_model.frame_model import FrameModel
 from polychirp.receiver.signal_model.point_signal import beat_phase, beat_sensitivity, replica
 from polychirp.rng import Streams
 from polychirp.waveform import DiverseTriangular
@@ -31,18 +32,12 @@ def readings_of(frame, motion, amplitude=None):
 
 
 def steps_of(frame, motion, noise=1e-6):
-    return coherent_steps(
-        readings_of(frame, motion),
-        RAMPS,
-        frame.times,
-        motion=motion,
-        time=0.0,
-        noise=noise,
-    )
+    readings = readings_of(frame, motion)
+    return coherent_steps(readings, FrameModel.of(frame), motion=motion, noise=noise)
 
 
 def test_readings_are_the_means_of_samples_turned_back():
-    """By the twin of the kernel: `replica`, sample by sample."""
+    """By the reference of the kernel: `replica`, sample by sample."""
     frame = frame_of(RAMPS, [POINT], seed=1)
     motion = TRUE * [1.0, 1.0, 0.0]
     found = readings_of(frame, motion)
@@ -92,7 +87,7 @@ def test_what_has_no_single_phase_history_is_left_alone():
     assert is_one.tolist() == [False]
 
 
-def test_beats_tell_a_rate_from_its_alias_down_to_some_noise():
+def test_beats_separate_a_rate_from_its_alias_down_to_some_noise():
     """The rate's deviation by beats alone, against λ/(2 · interval) of the longest ramps.
 
     A beat's is √6 f_s/(2π √(SNR M N³)); rates follow by λ/2 and the mean of 32 ramps, of up- and

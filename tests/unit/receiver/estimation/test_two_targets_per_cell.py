@@ -41,10 +41,10 @@ def schedule(family):
 
 @pytest.mark.parametrize("family", FAMILIES, ids=["equal", "diverse"])
 @pytest.mark.parametrize("case", PLACES)
-def test_two_points_in_one_cell_are_both_found_with_their_own_bearings(case, family):
+def test_two_points_in_one_cell_are_both_found_with_their_own_azimuths(case, family):
     """25 dB over the noise of a sample; a beam of four channels is 26° wide.
 
-    What residues are claimed besides are 30 dB weaker.
+    Residues that are detected as well are 30 dB weaker.
     """
     points = pair(case)
     found = Receiver().detect(frame_of(schedule(family), points))
@@ -86,7 +86,7 @@ def test_what_a_pair_hid_is_found_once_it_is_gone():
     assert found.azimuth[n] == pytest.approx(third.azimuth, abs=np.radians(0.3))
 
 
-def histories(*motions, loudness=(1.0, 1.0), seed=0):
+def histories(*motions, amplitudes=(1.0, 1.0), seed=0):
     """Amplitudes of points at rates and accelerations about the middle, ``(channel, ramp)``."""
     draw = np.random.default_rng(seed)
     elapsed = np.cumsum(draw.uniform(1e-3, 2e-3, 32))
@@ -95,7 +95,7 @@ def histories(*motions, loudness=(1.0, 1.0), seed=0):
     way = [rate * elapsed + 0.5 * bend * elapsed**2 for rate, bend in motions]
     return elapsed, sum(
         size * a * np.exp(4j * np.pi * 77e9 / 299792458.0 * w)
-        for size, a, w in zip(loudness, wave, way, strict=False)
+        for size, a, w in zip(amplitudes, wave, way, strict=False)
     )
 
 
@@ -103,7 +103,7 @@ def tried(elapsed):
     return _histories(np.full(32, 77e9), elapsed)
 
 
-def test_two_histories_are_told_apart_by_a_tenth_of_a_metre_per_second():
+def test_two_histories_a_tenth_of_a_metre_per_second_apart_are_separated():
     elapsed, amplitude = histories((0.06, 0.0), (-0.05, 2.0))
     assert coherence(amplitude[None], np.full(32, 77e9), elapsed)[0] < 0.8
     corrections, turns = tried(elapsed)
@@ -113,24 +113,24 @@ def test_two_histories_are_told_apart_by_a_tenth_of_a_metre_per_second():
 
 
 @pytest.mark.parametrize(
-    ("motions", "loudness"),
+    ("motions", "amplitudes"),
     [([(0.06, 1.0)], (1.0, 0.0)), ([(0.06, 0.0), (-0.3, 2.0)], (1.0, 0.3))],
     ids=["one", "one and a tenth of its power"],
 )
-def test_what_one_history_explains_is_not_two(motions, loudness):
-    elapsed, amplitude = histories(*motions, loudness=loudness)
+def test_what_one_history_explains_is_not_two(motions, amplitudes):
+    elapsed, amplitude = histories(*motions, amplitudes=amplitudes)
     assert two_histories(amplitude, tried(elapsed)[1]) is None
 
 
-def test_noise_and_crossing_arms_are_not_two():
+def test_noise_and_crossing_ridges_are_not_two():
     """The up-beat of one echo with the down-beat of another: each history on half of the ramps."""
     elapsed, one = histories((0.1, 0.0))
     _, other = histories((-0.6, 0.0), seed=0)
-    arms = np.where(np.arange(32) % 2, one, other)
+    ridges = np.where(np.arange(32) % 2, one, other)
     draw = np.random.default_rng(5)
     noise = draw.normal(size=(4, 32)) + 1j * draw.normal(size=(4, 32))
     _, turns = tried(elapsed)
-    assert two_histories(arms, turns) is None
+    assert two_histories(ridges, turns) is None
     assert two_histories(noise, turns) is None
 
 

@@ -25,7 +25,7 @@ MOTION = np.array([[9.0, -17.0, 6.0], [21.0, 30.0, 0.0]])
 
 
 def test_a_point_is_taken_out_completely():
-    """Kernel (recurrence) and twin (phase evaluated anew at every sample) are one signal.
+    """Kernel (recurrence) and reference (phase evaluated at every sample) are one signal.
 
     Not quite with acceleration: the kernel leaves out the cubic of a ramp, b a t³/c cycles, here
     6e11 · 6 · (1 ms)³ / 3e8 = 1e-5 turns in its middle half.

@@ -68,9 +68,9 @@ def test_points_of_known_amplitudes_are_taken_out_as_from_samples(present):
         frame.samples * present, hann_weights(present), phases, TIMES.rate
     )
     spectra = own.spectra(frame.samples * present)
-    left = own.without(spectra, phases, amplitude)
+    left = own.subtract(spectra, phases, amplitude)
     assert np.abs(left).max() < 1e-5 * np.abs(spectra).max()
-    again = own.without(left, phases, -amplitude)
+    again = own.subtract(left, phases, -amplitude)
     assert np.abs(again - spectra).max() < 1e-12 * np.abs(spectra).max()
 
 
@@ -102,7 +102,7 @@ def test_a_wrong_beat_is_read_off_the_residual_as_over_samples():
     assert errors == pytest.approx(twin, rel=0.03)
 
 
-def test_skirts_below_the_noise_are_left_where_they_are():
+def test_side_lobes_below_the_noise_are_not_removed():
     """A tenth of the noise's rms at most, and much less work."""
     frame = frame_of(RAMPS, POINTS[:1], noise=0.0)
     own = band(TIMES.is_sample)

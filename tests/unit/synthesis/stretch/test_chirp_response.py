@@ -1,10 +1,10 @@
-"""The filter's answer to a chirp, against direct integration."""
+"""The filter's response to a chirp, against direct integration."""
 
 import numpy as np
 import pytest
 
 from polychirp.model.if_filter import IfFilter, gauss_panels
-from polychirp.synthesis.stretch import path_kernels
+from polychirp.synthesis.stretch import chirp_kernels, filter_kernels
 from polychirp.synthesis.stretch.chirp_response import (
     bessel_coefficients,
     far_beat,
@@ -12,6 +12,7 @@ from polychirp.synthesis.stretch.chirp_response import (
     response_table,
     step_of,
 )
+from polychirp.synthesis.stretch.kernel_records import Response
 from polychirp.synthesis.stretch.kernel_tables import taps_of
 from polychirp.units import from_db
 
@@ -34,21 +35,17 @@ def test_the_table_holds_the_integral_at_any_beat_and_nearby_rate(if_filter, rat
     highest = far_beat(if_filter, rate)
     orders = num_orders(if_filter, detuned - rate)
     table = response_table(if_filter, rate=rate, highest=highest, num_orders=orders)
-    pairs = path_kernels.Pairs(
-        start=np.array([0]),
-        sent=np.array([0]),
-        begin=np.array([0]),
-        end=np.array([table.envelope.size]),
-        rate=np.array([rate]),
-        spread=np.zeros(1),
-        far=np.array([highest]),
+    response = Response(
+        rate=rate,
+        spread=0.0,
+        far=highest,
         step=step_of(if_filter),
         moment=table.moment,
         envelope=table.envelope,
     )
     detune = 1j * np.pi * (detuned - rate) * (0.5 * if_filter.support) ** 2
     for beat in np.linspace(-1.0, 1.0, 23) * highest:
-        gain = path_kernels.from_table(pairs, 0, beat, detune)
+        gain = filter_kernels.tabulated_gain(response, beat, detune)
         assert gain == pytest.approx(integral(if_filter, beat, detuned), abs=1e-9)
 
 
@@ -70,9 +67,9 @@ def test_a_cut_window_far_out_of_band_is_the_sum_of_its_ends(if_filter, rate, en
 
     def series(s):
         weight = np.empty(taps.bessel.shape[0], dtype=np.complex128)
-        count = path_kernels.end_series(taps, beat - rate * s, rate, weight)
-        value = weight[0] * path_kernels._tap(taps, s)
-        value += sum(weight[j] * path_kernels.derivative(taps, s, j) for j in range(1, count))
+        count = filter_kernels.end_series(taps, beat - rate * s, rate, weight)
+        value = weight[0] * filter_kernels.tap(taps, s)
+        value += sum(weight[j] * filter_kernels.derivative(taps, s, j) for j in range(1, count))
         return value * np.exp(2j * np.pi * s * (0.5 * rate * s - beat))
 
     expected = integral(if_filter, beat, rate, high=end)
@@ -106,5 +103,5 @@ def test_panels_of_a_cut_window_integrate_beats_up_to_the_far_ones(if_filter, ra
     taps = taps_of(if_filter)
     low, high = (end * taps.half for end in part)
     for beat in np.linspace(-1.0, 1.0, 9) * far_beat(if_filter, rate):
-        found = path_kernels._quadrature(taps, low, high, beat, rate)
+        found = chirp_kernels.quadrature(taps, low, high, beat, rate)
         assert found == pytest.approx(integral(if_filter, beat, rate, *part), abs=1e-11)

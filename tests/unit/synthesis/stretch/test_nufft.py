@@ -5,7 +5,7 @@ import pytest
 
 from polychirp.errors import InputError
 from polychirp.synthesis.stretch.nufft import (
-    WIDTH,
+    WINDOW_WIDTH,
     BlockTones,
     GriddedTones,
     grid_of,
@@ -56,7 +56,7 @@ def test_a_sum_by_blocks_is_the_sum_of_its_tones_in_any_array_library(count, lib
 
 def test_blocks_hold_no_more_than_their_memory_allows(monkeypatch):
     """With room for a few numbers the paths are taken one by one, to the same sum."""
-    monkeypatch.setattr("polychirp.synthesis.stretch.nufft.BLOCK", 1)
+    monkeypatch.setattr("polychirp.synthesis.stretch.nufft.NUMBERS_PER_BLOCK", 1)
     random = np.random.default_rng(4)
     some = tones(random, 7)
     blocks = BlockTones(20, 3, np)
@@ -78,8 +78,10 @@ def test_the_window_about_a_place_is_kaiser_and_bessels():
     size, beta = grid_of(50, 2.0)
     place = np.array([-3.2, 0.0, 7.5, 41.999])
     first, window = window_at(place, beta)
-    off = first[:, None] + np.arange(WIDTH) - place[:, None]
-    expected = np.i0(beta * np.sqrt(np.maximum(1.0 - (2.0 * off / WIDTH) ** 2, 0.0))) / np.i0(beta)
+    off = first[:, None] + np.arange(WINDOW_WIDTH) - place[:, None]
+    expected = np.i0(
+        beta * np.sqrt(np.maximum(1.0 - (2.0 * off / WINDOW_WIDTH) ** 2, 0.0))
+    ) / np.i0(beta)
     assert size >= 100
-    assert np.abs(off).max() <= 0.5 * WIDTH
+    assert np.abs(off).max() <= 0.5 * WINDOW_WIDTH
     assert window == pytest.approx(expected, abs=1e-9)

@@ -1,22 +1,22 @@
-"""Bearings of what turns within a frame."""
+"""Azimuths that change within a frame."""
 
 import numpy as np
 import pytest
 
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.receiver.chain import Receiver
-from polychirp.receiver.estimation.bearing_rate import (
-    brought_to_start,
-    courses,
+from polychirp.receiver.estimation.azimuth_rate import (
+    ramp_weights,
+    sine_basis,
     sines_and_rates,
-    trust,
+    snapshots_at_start,
 )
 from polychirp.receiver.signal_model.point_signal import path_of, path_slopes
 from polychirp.rng import Streams
 from polychirp.waveform import DiverseTriangular, Triangular
 from tests.support.points import HandPoint, frame_of
 
-ALONG = 0.5 * SPEED_OF_LIGHT / 79e9 * (np.arange(4) - 1.5)
+CHANNEL_Y = 0.5 * SPEED_OF_LIGHT / 79e9 * (np.arange(4) - 1.5)
 ELAPSED = 1.5e-3 * np.arange(32)
 FREQUENCY = 79e9 + 1e8 * np.sin(np.arange(32.0))
 
@@ -39,7 +39,7 @@ def motion_of(place, velocity):
 
 
 def snapshots_of(sine, amplitude=1.0):
-    cycles = FREQUENCY / SPEED_OF_LIGHT * sine * ALONG[:, None]
+    cycles = FREQUENCY / SPEED_OF_LIGHT * sine * CHANNEL_Y[:, None]
     return amplitude * np.exp(-2j * np.pi * cycles)[None]
 
 
@@ -47,7 +47,7 @@ def found_of(snapshots):
     return sines_and_rates(
         snapshots,
         motion=motion_of(PLACE, VELOCITY),
-        along=ALONG,
+        channel_y=CHANNEL_Y,
         frequency=FREQUENCY,
         elapsed=ELAPSED,
     )[0]
@@ -72,35 +72,35 @@ def test_slopes_of_a_path_are_its_differences():
         )
 
 
-def test_the_sine_of_what_moves_straight_takes_the_course_of_geometry():
+def test_the_sine_of_a_straight_path_is_that_of_geometry():
     sine = straight(PLACE, VELOCITY)[2]
-    steady, turned = courses(motion_of(PLACE, VELOCITY), ELAPSED)[:, 0]
+    steady, turned = sine_basis(motion_of(PLACE, VELOCITY), ELAPSED)[:, 0]
     rate = (VELOCITY[1] - sine[0] * motion_of(PLACE, VELOCITY)[0, 1]) / 5.0
     assert sine[0] * steady + rate * turned == pytest.approx(sine, abs=1e-12)
 
 
-def test_a_bearing_and_its_rate_are_found_at_the_start():
+def test_an_azimuth_and_its_rate_are_found_at_the_start():
     """Nothing but the prior's pull is left, which vanishes with the noise."""
     sine = straight(PLACE, VELOCITY)[2]
     rate = (VELOCITY[1] - sine[0] * motion_of(PLACE, VELOCITY)[0, 1]) / 5.0
     assert found_of(snapshots_of(sine)) == pytest.approx([sine[0], rate], abs=1e-6)
 
 
-def test_brought_to_the_start_all_ramps_are_alike():
+def test_snapshots_at_the_start_are_equal_on_all_ramps():
     sine = straight(PLACE, VELOCITY)[2]
-    still = brought_to_start(
+    still = snapshots_at_start(
         snapshots_of(sine),
         motion=motion_of(PLACE, VELOCITY),
-        along=ALONG,
+        channel_y=CHANNEL_Y,
         frequency=FREQUENCY,
         elapsed=ELAPSED,
     )
-    phase = -2.0 * np.pi * np.mean(FREQUENCY) / SPEED_OF_LIGHT * sine[0] * ALONG
+    phase = -2.0 * np.pi * np.mean(FREQUENCY) / SPEED_OF_LIGHT * sine[0] * CHANNEL_Y
     assert still[0] == pytest.approx(np.tile(np.exp(1j * phase)[:, None], 32), abs=1e-5)
 
 
-def test_ramps_that_hear_something_else_count_little():
-    """A third of the ramps hear a second wave, ten times louder, from the other side."""
+def test_ramps_with_another_wave_count_little():
+    """A third of the ramps have a second wave, of ten times the amplitude, from the other side."""
     sine = straight(PLACE, VELOCITY)[2]
     draw = np.random.default_rng(1)
     noise = draw.normal(size=(2, 4, 32))
@@ -109,12 +109,12 @@ def test_ramps_that_hear_something_else_count_little():
     assert found_of(snapshots)[0] == pytest.approx(sine[0], abs=0.02)
 
 
-def test_even_noise_is_trusted():
+def test_ramps_of_even_noise_have_full_weight():
     draw = np.random.default_rng(2)
     left = draw.gamma(3.0, size=(2000, 32))  # of four channels: three complex ones
-    assert np.mean(trust(left) < 1.0) < 0.01
+    assert np.mean(ramp_weights(left) < 1.0) < 0.01
     left[:, 5] = 1e6
-    assert np.all(trust(left)[:, 5] < 1e-4)
+    assert np.all(ramp_weights(left)[:, 5] < 1e-4)
 
 
 @pytest.mark.parametrize("angle", ["root-music", "bartlett", "capon"])
@@ -124,14 +124,14 @@ def test_the_receiver_gives_the_azimuth_at_the_frames_start(angle):
         num_sweeps=16, streams=Streams(2)
     )
     point = HandPoint(
-        range=7.0, range_rate=-14.0, acceleration=28.0, azimuth=0.7, turning=1.5, power=1e4
+        range=7.0, range_rate=-14.0, acceleration=28.0, azimuth=0.7, sine_rate=1.5, power=1e4
     )
     found = Receiver(angle=angle).detect(frame_of(ramps, [point], seed=3))
     assert found.num_detections == 1
     assert np.degrees(found.azimuth[0] - point.azimuth) == pytest.approx(0.0, abs=0.01)
 
 
-def test_what_passes_near_is_claimed():
+def test_a_target_that_passes_nearby_is_detected():
     """At 3.7 m with 14 m/s inwards and across: 51 m/s², beyond what beats alone are read with."""
     ramps = DiverseTriangular().schedule(num_sweeps=16, streams=Streams(2))
     point = HandPoint(range=3.74, range_rate=-14.0, acceleration=51.0, azimuth=0.77, power=1e3)

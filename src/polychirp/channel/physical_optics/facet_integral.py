@@ -1,0 +1,100 @@
+r"""Integral of :math:`e^{-jp}` over a triangle, for a phase p that is linear on it."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+from numba import njit
+
+from polychirp.axes import ComplexArray, FloatArray
+
+ONE_TERM_SPAN: Final = 2.0
+"""rad: if the phases at a facet's corners differ by less, its integral is one term (chosen: small
+enough that one path length describes the facet, large enough that terms do not cancel)."""
+
+TWO_TERMS_GAP: Final = 0.5
+"""rad: if two of a facet's phases differ by less, both corners share one term (chosen likewise)."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def phasor(phase: float) -> complex:
+    """e^{−jφ} to 1e-11 for |φ| up to 1e6, three times as fast as the library's sine and cosine.
+
+    The function has no branches and no divisions, so that the processor can compute several
+    phases at a time.
+    """
+    turns = math.floor(phase * (2.0 / math.pi) + 0.5)
+    # π/2 in two parts, of which the first has 21 trailing zeros
+    x = (phase - turns * 1.5707963267341256) - turns * 6.077100506506192e-11
+    y = x * x
+    sine = 1.0 - y * (1 / 72) * (1.0 - y * (1 / 110))
+    sine = x * (1.0 - y * (1 / 6) * (1.0 - y * (1 / 20) * (1.0 - y * (1 / 42) * sine)))
+    cosine = 1.0 - y * (1 / 56) * (1.0 - y * (1 / 90) * (1.0 - y * (1 / 132)))
+    cosine = 1.0 - y * (1 / 2) * (1.0 - y * (1 / 12) * (1.0 - y * (1 / 30) * cosine))
+    quadrant = int(turns)
+    is_odd, is_back = (quadrant & 1) != 0, (quadrant & 2) != 0
+    real, imaginary = (-sine, -cosine) if is_odd else (cosine, -sine)
+    return complex(-real, -imaginary) if is_back else complex(real, imaginary)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+def _divided_difference(a: float, b: float) -> complex:
+    """Divided difference of e^{−jp} between two phases, without cancellation."""
+    half = 0.5 * (a - b)
+    ratio = -phasor(half).imag / half if abs(half) > 1e-8 else 1.0
+    turned = phasor(0.5 * (a + b))
+    return complex(ratio * turned.imag, -ratio * turned.real)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+def facet_integral(low: float, middle: float, high: float) -> complex:
+    r"""Mean of e^{−jp} over a triangle, from the phases at its corners in rising order.
+
+    :math:`-2` times the second divided difference of e^{−jp}: Gordon's sum
+    :math:`-2\sum_i e^{-jp_i}/\prod_{m\ne i}(p_i-p_m)`, which would cancel for equal phases.
+    """
+    spread = high - low
+    if spread < 1e-3:
+        x, y = middle - low, spread
+        return phasor(low) * complex(1.0 - (x * x + y * y + x * y) / 12.0, -(x + y) / 3.0)
+    difference = _divided_difference(low, middle) - _divided_difference(middle, high)
+    return difference * (2.0 / spread)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+def facet_terms(phases: tuple[float, float, float], weight: ComplexArray, place: FloatArray) -> int:
+    """Number of terms, one to three, into which the integral is split.
+
+    ``weight`` ``(3,)`` and ``place`` ``(3, corner)``, the terms' barycentric coordinates, are
+    filled. Each corner has a term of its own; but if the phases of two corners are so near each
+    other that their terms would nearly cancel, one term half-way replaces both, and if all three
+    are, one term at the centroid replaces them.
+    """
+    p, q, r = phases
+    lo, hi = min(p, q, r), max(p, q, r)
+    mid = p + q + r - lo - hi
+    if hi - lo < ONE_TERM_SPAN:
+        weight[0] = facet_integral(lo, mid, hi)
+        place[0] = 1.0 / 3.0
+        return 1
+    if min(mid - lo, hi - mid) >= TWO_TERMS_GAP:
+        # one division for all: dividing complex numbers is slow
+        scale = 2.0 / ((p - q) * (q - r) * (r - p))
+        weight[0] = phasor(p) * (scale * (q - r))
+        weight[1] = phasor(q) * (scale * (r - p))
+        weight[2] = phasor(r) * (scale * (p - q))
+        for i in range(3):
+            for j in range(3):
+                place[i, j] = 1.0 if i == j else 0.0
+        return 3
+    # the corner whose phase is far from the other two keeps its own term
+    lone = hi if mid - lo < hi - mid else lo
+    for i in range(3):
+        is_lone = phases[i] == lone
+        place[0, i] = 1.0 if is_lone else 0.0
+        place[1, i] = 0.0 if is_lone else 0.5
+    near, far = (lo, mid) if lone == hi else (mid, hi)
+    weight[0] = phasor(lone) * (-2.0 / ((lone - near) * (lone - far)))
+    weight[1] = facet_integral(lo, mid, hi) - weight[0]
+    return 2

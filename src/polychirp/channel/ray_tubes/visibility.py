@@ -1,0 +1,199 @@
+"""Legs from receivers to hits: which are free, and what sheets and leaves take from the wave."""
+
+from __future__ import annotations
+
+import math
+from typing import Final, NamedTuple
+
+import numpy as np
+from numba import njit, prange
+
+from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
+from polychirp.channel.geometry.vectors import Vector, dot, vector
+from polychirp.channel.geometry.wide_bvh import OPAQUE_KIND, SHEET_KIND
+from polychirp.channel.materials.fresnel import Media
+from polychirp.channel.physical_optics.kernels import SHADOW_RAY_LIFT
+from polychirp.channel.physical_optics.views import View
+from polychirp.channel.ray_tubes.fields import ahead
+from polychirp.channel.ray_tubes.intersections import Notes, Space, is_hit, is_in_reach
+from polychirp.channel.ray_tubes.radiation import Hits
+from polychirp.channel.scene.blockers import Blockers, crosses_plate
+from polychirp.channel.scene.transmission import Leg, Wave, transmission_matrix
+from polychirp.channel.scene.world import RADAR_CLEARANCE
+
+HITS_PER_CHUNK: Final = 64
+"""Hits that one thread tests before the next chunk (chosen)."""
+
+HITS_PER_SHADOW_TEST: Final = 512
+"""Hits that are tested for shadow before the power of the rest is compared again (chosen)."""
+
+BODIES, PLATES, PANES, VEILED = 0, 1, 2, 3
+"""Kinds in `Obstacles`, in the order of `View.near`: all bodies; opaque plates; sheets among
+plates; bodies with sheets or leaves."""
+
+
+class Obstacles(NamedTuple):
+    """Bodies and plates that may block or weaken the legs between one receiver and every body.
+
+    Those of kind k on the leg to body b are ``number[start[k, b]:start[k, b + 1]]``.
+    """
+
+    number: IntArray
+    start: IntArray
+
+
+def obstacles_of(views: list[View]) -> Obstacles:
+    """Obstacles of the receiver whose ``views`` by all bodies are given, in the bodies' order."""
+    lists = [view.near[kind] for kind in (BODIES, PLATES, PANES, VEILED) for view in views]
+    ends = np.cumsum([len(numbers) for numbers in lists]).reshape(4, -1)
+    start = np.column_stack([np.concatenate([[0], ends[:-1, -1]]), ends])
+    return Obstacles(np.concatenate(lists), start)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _obstacles(table: Obstacles, kind: int, body: int) -> IntArray:
+    """Obstacles of one kind on the leg to a body."""
+    return table.number[table.start[kind, body] : table.start[kind, body + 1]]
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _lifted(hit: np.void) -> Vector:
+    """A point just before the surface that a tube meets."""
+    return ahead(vector(hit["point"]), vector(hit["normal"]), SHADOW_RAY_LIFT)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _heading(start: Vector, end: Vector) -> tuple[Vector, float]:
+    """Unit vector and length of a leg, m; the length is 1e-12 m at least."""
+    way = (end[0] - start[0], end[1] - start[1], end[2] - start[2])
+    length = max(math.sqrt(dot(way, way)), 1e-12)
+    return (way[0] / length, way[1] / length, way[2] / length), length
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _is_hidden(
+    space: Space, bodies: IntArray, plates: IntArray, start: Vector, end: Vector, notes: Notes
+) -> bool:
+    """True if a body or a plate blocks a leg from a radar to a point, as `occlusion.is_blocked`."""
+    direction, length = _heading(start, end)
+    span, way = (RADAR_CLEARANCE, length), (end[0] - start[0], end[1] - start[1], end[2] - start[2])
+    if length <= RADAR_CLEARANCE:
+        return False
+    for p in plates:
+        if crosses_plate(space.plate, p, start, way, RADAR_CLEARANCE / length):
+            return True
+    for b in bodies:  # noqa: SIM110 (compiled code knows no generators)
+        if is_hit(space, b, start, direction, span, OPAQUE_KIND, notes):
+            return True
+    return False
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _find_veils(
+    space: Space, bodies: IntArray, start: Vector, end: Vector, notes: Notes, found: IntArray
+) -> int:
+    """Fill ``found`` with the bodies that veil the leg from a radar to a point; return their count.
+
+    These are, in their order, bodies with sheets on the leg, and those with leaves near it.
+    """
+    direction, length = _heading(start, end)
+    span, size = (RADAR_CLEARANCE, length), 0
+    for b in bodies:
+        body = space.body[b]
+        if (body["has_leaves"] and is_in_reach(body, start, direction, span)) or is_hit(
+            space, b, start, direction, span, SHEET_KIND, notes
+        ):
+            found[size] = b
+            size += 1
+    return size
+
+
+@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
+def is_visible(
+    space: Space, obstacles: Obstacles, hits: Hits, sink: FloatArray, which: IntArray
+) -> BoolArray:
+    """Mask of the hits ``which``: true if nothing opaque is between a hit and the receiver."""
+    start = vector(sink)
+    out = np.empty(which.size, dtype=np.bool_)
+    for chunk in prange((which.size + HITS_PER_CHUNK - 1) // HITS_PER_CHUNK):
+        notes = np.empty(space.room, dtype=np.float32)
+        begin = chunk * HITS_PER_CHUNK
+        for i in range(begin, min(begin + HITS_PER_CHUNK, which.size)):
+            hit = hits[which[i]]
+            bodies = _obstacles(obstacles, BODIES, hit["body"])
+            plates = _obstacles(obstacles, PLATES, hit["body"])
+            out[i] = not _is_hidden(space, bodies, plates, start, _lifted(hit), notes)
+    return out
+
+
+@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
+def last_legs(
+    space: Space,
+    faces: Blockers,
+    media: Media,
+    obstacles: Obstacles,
+    hits: Hits,
+    sink: FloatArray,
+    upwards: FloatArray,
+    wavenumber: float,
+) -> ComplexArray:
+    """Transmission of sheets and leaves from a receiver to hits, ``(hit, 2, 2)``."""
+    start = vector(sink)
+    out = np.zeros((hits.size, 2, 2), dtype=np.complex128)
+    for chunk in prange((hits.size + HITS_PER_CHUNK - 1) // HITS_PER_CHUNK):
+        notes = np.empty(space.room, dtype=np.float32)
+        veils = np.empty(space.body.size, dtype=np.int64)
+        begin = chunk * HITS_PER_CHUNK
+        for i in range(begin, min(begin + HITS_PER_CHUNK, hits.size)):
+            body, end = hits[i]["body"], _lifted(hits[i])
+            out[i, 0, 0] = out[i, 1, 1] = 1.0
+            bodies, plates = _obstacles(obstacles, VEILED, body), _obstacles(obstacles, PANES, body)
+            there = veils[: _find_veils(space, bodies, start, end, notes, veils)]
+            if there.size + plates.size > 0:
+                leg, wave = Leg(start, end), Wave(upwards, wavenumber)
+                transmission_matrix(faces, media, wave, there, plates, leg, RADAR_CLEARANCE, out[i])
+    return out
+
+
+class HitPowers(NamedTuple):
+    """Some of many hits by ``number``, with the ``power`` that they may bring to a receiver."""
+
+    number: IntArray
+    power: FloatArray
+
+
+class StopRule(NamedTuple):
+    """Limits below which the weaker hits are not tested for shadow.
+
+    They apply if the sum of their powers is below ``share`` of that of the visible hits, or below
+    ``floor``; or if the power of their amplitudes, summed in phase, is below ``floor_in_phase``.
+    """
+
+    share: float
+    floor: float = 0.0
+    floor_in_phase: float = 0.0
+
+
+def visible_hits(
+    space: Space,
+    obstacles: Obstacles,
+    hits: Hits,
+    sink: FloatArray,
+    some: HitPowers,
+    stop: StopRule,
+) -> HitPowers:
+    """The hits among ``some`` that a receiver sees, strongest first, until ``stop`` applies."""
+    order = np.argsort(-some.power, kind="stable")
+    number, power = some.number[order], some.power[order]
+    rest = np.cumsum(power[::-1])[::-1]
+    in_phase = np.cumsum(np.sqrt(power)[::-1])[::-1] ** 2
+    is_seen, total = np.zeros(len(order), dtype=np.bool_), 0.0
+    for begin in range(0, len(order), HITS_PER_SHADOW_TEST):
+        if rest[begin] < max(stop.share * total, stop.floor):
+            break
+        if in_phase[begin] < stop.floor_in_phase:
+            break
+        part = slice(begin, begin + HITS_PER_SHADOW_TEST)
+        is_seen[part] = is_visible(space, obstacles, hits, sink, number[part])
+        total += float(np.sum(power[part][is_seen[part]]))
+    return HitPowers(number[is_seen], power[is_seen])

@@ -1,0 +1,63 @@
+"""Compilation of kernels by numba, and complex numbers of magnitude 1.
+
+Importing numba takes a second: only modules of kernels import this one, and other modules import
+those inside the functions that call them.
+
+No kernel uses fast arithmetic, not even fused multiplications and additions: a kernel is compiled
+into each of its callers, and which operations are fused would depend on which of these copies runs,
+so that the run that compiles them would differ from all later ones.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Final, TypeVar, cast
+
+from numba import njit
+
+from polychirp.axes import FloatArray
+
+F = TypeVar("F", bound=Callable[..., object])
+
+
+def compiled(function: F) -> F:
+    """A kernel, compiled on first use and stored beside its source; it frees Python's lock."""
+    return cast("F", njit(cache=True, nogil=True)(function))
+
+
+def inlined(function: F) -> F:
+    """A kernel compiled into its callers: a call would count references to arrays in records."""
+    return cast("F", njit(cache=True, nogil=True, forceinline=True)(function))
+
+
+@inlined
+def unit(cycles: float) -> complex:
+    """The number of magnitude 1 with that phase."""
+    angle = 2.0 * math.pi * (cycles - math.floor(cycles))
+    return complex(math.cos(angle), math.sin(angle))
+
+
+@inlined
+def units(cycles: FloatArray, real: FloatArray, imag: FloatArray) -> None:
+    """Numbers of magnitude 1 with those phases, without branches: the loop can be vectorised.
+
+    Sine and cosine of half the angle, which is π/2 at most, by Taylor's series, then doubled.
+    """
+    for c in range(cycles.size):
+        # adding and subtracting 1.5·2⁵² rounds to the nearest integer
+        x = math.pi * (cycles[c] - ((cycles[c] + _TO_INTEGER) - _TO_INTEGER))
+        y = x * x
+        cosine, sine = _COSINE[_NUM_TERMS - 1], _SINE[_NUM_TERMS - 1]
+        for i in range(_NUM_TERMS - 2, -1, -1):
+            cosine = cosine * y + _COSINE[i]
+            sine = sine * y + _SINE[i]
+        sine *= x
+        real[c] = 1.0 - 2.0 * sine * sine
+        imag[c] = 2.0 * sine * cosine
+
+
+_NUM_TERMS: Final = 11
+_TO_INTEGER: Final = 1.5 * 2.0**52
+_COSINE: Final = tuple((-1.0) ** i / math.factorial(2 * i) for i in range(_NUM_TERMS))
+_SINE: Final = tuple((-1.0) ** i / math.factorial(2 * i + 1) for i in range(_NUM_TERMS))

@@ -1,0 +1,328 @@
+"""Records that the kernels take, and the constants that tables and kernels share.
+
+All times are in s, frequencies and beats in Hz, rates and slopes in Hz/s, phases in cycles. The
+time of a pair of ramps is zero where the victim's ramp starts. Records are named tuples of arrays
+and scalars because numba compiles these. Nothing here imports numba.
+"""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
+
+NUM_END_TERMS: Final = 6
+"""Terms of the end-point series (`filter_kernels.end_series`)."""
+
+NUM_TAYLOR_TERMS: Final = 6
+"""Terms by which a tabulated derivative of h is continued between its nodes."""
+
+EXPANSION_TOLERANCE: Final = 3e-9
+"""Error of every expansion over many links, relative to the largest value that it stands for."""
+
+NUMBERS_PER_BLOCK: Final = 1 << 15
+"""Links times terms of one channel that are held at once: 256 KiB, chosen to stay in a cache."""
+
+
+# ── tables of one contribution ────────────────────────────────────────────────────────────────
+
+
+class Ramps(NamedTuple):
+    """Columns of a schedule, ``(ramp,)``; times count from an origin that both schedules share.
+
+    ``weight`` is the conjugate of each transmitting element's weight, ``(ramp, element)``.
+    """
+
+    start: FloatArray
+    duration: FloatArray
+    frequency: FloatArray
+    slope: FloatArray
+    phase: FloatArray
+    weight: ComplexArray
+
+
+class Window(NamedTuple):
+    """The victim's samples, ``(ramp,)``: the first from the ramp's start, their number, 1/rate."""
+
+    first: FloatArray
+    num_samples: IntArray
+    step: float
+
+
+class LinkTable(NamedTuple):
+    """Links of all snapshots, ``(link,)``: those of snapshot i are ``start[i]:start[i + 1]``.
+
+    A link is a path from one transmitting element. ``limit`` is the gain below which it need not be
+    added. The links of a snapshot are in order of ``part``, ``is_weak`` and delay.
+    ``snapshot`` is the one that each of the victim's ramps uses.
+    """
+
+    start: IntArray
+    reference_time: FloatArray
+    snapshot: IntArray
+    delay: FloatArray
+    delay_rate: FloatArray
+    element_delay: FloatArray
+    amplitude: ComplexArray
+    limit: FloatArray
+    part: IntArray
+    element: IntArray
+    is_weak: BoolArray
+
+
+class PairTable(NamedTuple):
+    """Pairs of a victim's and a transmitted ramp: those of ramp k are ``start[k]:start[k + 1]``.
+
+    They are with the transmitted ramps ``sent[k]`` and following. A pair's table of G is the
+    entries ``begin:end`` of ``moment`` and ``envelope`` (`ResponseTable`). The links' rates are
+    within ``spread`` of ``rate``. Above the beat ``far`` the end-point series holds.
+    """
+
+    start: IntArray
+    sent: IntArray
+    begin: IntArray
+    end: IntArray
+    rate: FloatArray
+    spread: FloatArray
+    far: FloatArray
+    step: float
+    moment: ComplexArray
+    envelope: FloatArray
+
+
+class Taps(NamedTuple):
+    """The impulse response h, up to ``half`` = S/2 on both sides.
+
+    ``taylor`` has its derivatives over order!, ``(node, order)``, at nodes ``step`` apart from
+    −S/2 on; ``peak`` is the largest magnitude of h, ``edge`` the one at ±S/2. ``bessel`` are the
+    coefficients of the end-point series; ``node`` and ``weight`` are Gauss's rule on [0, 1].
+    """
+
+    half: float
+    stopband: float
+    step: float
+    taylor: FloatArray
+    peak: float
+    edge: float
+    bessel: FloatArray
+    node: FloatArray
+    weight: FloatArray
+
+
+class Tables(NamedTuple):
+    """All tables of one contribution: both schedules, samples, links, pairs of ramps, filter."""
+
+    own: Ramps
+    sent: Ramps
+    window: Window
+    links: LinkTable
+    pairs: PairTable
+    taps: Taps
+
+
+class WorkTable(NamedTuple):
+    """Work units (`WorkUnit`) as columns, ``(unit,)``: samples ``begin:end`` of ``row``."""
+
+    part: IntArray
+    row: IntArray
+    ramp: IntArray
+    pair: IntArray
+    low: IntArray
+    high: IntArray
+    begin: IntArray
+    end: IntArray
+
+
+# ── one pair of ramps ─────────────────────────────────────────────────────────────────────────
+
+
+class RampPair(NamedTuple):
+    """A ramp of the victim and a transmitted one.
+
+    ``since`` is from the links' reference time, and ``ahead`` from the transmitted ramp's start,
+    to the start of the victim's ramp. ``weight`` is `Ramps.weight` of the transmitted ramp.
+    """
+
+    victim_ramp: int
+    sent_ramp: int
+    since: float
+    ahead: float
+    duration: float
+    frequency: float
+    slope: float
+    phase: float
+    sent_duration: float
+    sent_frequency: float
+    sent_slope: float
+    sent_phase: float
+    weight: ComplexArray
+
+
+def ramp_pair(own: Ramps, k: int, sent: Ramps, i: int, links: LinkTable) -> RampPair:
+    """The pair of the victim's ramp k and the transmitted ramp i."""
+    return RampPair(
+        k, i,
+        float(own.start[k] - links.reference_time[links.snapshot[k]]),
+        float(own.start[k] - sent.start[i]),
+        float(own.duration[k]), float(own.frequency[k]), float(own.slope[k]), float(own.phase[k]),
+        float(sent.duration[i]), float(sent.frequency[i]), float(sent.slope[i]),
+        float(sent.phase[i]), sent.weight[i],
+    )  # fmt: skip
+
+
+class Overlap(NamedTuple):
+    """A ramp of the victim and one that arrives, on some path, while it lasts.
+
+    Rates of the beat are between ``least_rate`` and ``greatest_rate``, and its magnitudes between
+    ``lowest`` and ``highest`` on every path, during the overlap and half a filter's support around
+    it; ∞ and −∞ without an overlap. From the start of the victim's ramp, the overlap begins
+    between ``first_begin`` and ``last_begin`` and ends between ``first_end`` and ``last_end``.
+    ``power`` in W is the largest that all paths together bring into the band.
+    """
+
+    victim_ramp: int
+    sent_ramp: int
+    least_rate: float
+    greatest_rate: float
+    lowest: float
+    highest: float
+    first_begin: float
+    last_begin: float
+    first_end: float
+    last_end: float
+    power: float
+
+    @property
+    def centre(self) -> float:
+        """Hz/s, half-way between the extreme rates."""
+        return 0.5 * (self.least_rate + self.greatest_rate)
+
+    @property
+    def spread(self) -> float:
+        """Hz/s, of the extreme rates from the centre."""
+        return 0.5 * (self.greatest_rate - self.least_rate)
+
+    @property
+    def steepest(self) -> float:
+        """Hz/s, the greatest magnitude of a rate."""
+        return max(abs(self.least_rate), abs(self.greatest_rate))
+
+
+class Response(NamedTuple):
+    """The entries of one pair in `PairTable`; ``moment`` and ``envelope`` may be empty."""
+
+    rate: float
+    spread: float
+    far: float
+    step: float
+    moment: ComplexArray
+    envelope: FloatArray
+
+
+def response_of(pairs: PairTable, pair: int) -> Response:
+    """The response of the filter to one pair of ramps."""
+    entries = slice(pairs.begin[pair], pairs.end[pair])
+    return Response(
+        float(pairs.rate[pair]), float(pairs.spread[pair]), float(pairs.far[pair]), pairs.step,
+        pairs.moment[entries], pairs.envelope[entries],
+    )  # fmt: skip
+
+
+class Chirp(NamedTuple):
+    """A piece of a chirp: exp(j2π(φ + f t + ½ μ t²)) times ``amplitude`` from begin to end.
+
+    A gain below ``limit`` need not be added.
+    """
+
+    amplitude: complex
+    limit: float
+    phase: float
+    beat: float
+    rate: float
+    begin: float
+    end: float
+
+
+class Samples(NamedTuple):
+    """Samples at the times ``first + n·step``, real and imaginary parts apart."""
+
+    real: FloatArray
+    imag: FloatArray
+    first: float
+    step: float
+
+
+# ── many links of one pair of ramps ───────────────────────────────────────────────────────────
+
+
+class Batch(NamedTuple):
+    """The links ``low:high``, a pair of ramps, and the response of the filter to it."""
+
+    pair: RampPair
+    response: Response
+    taps: Taps
+    links: LinkTable
+    low: int
+    high: int
+
+
+class BandLimits(NamedTuple):
+    """Half the filter's support, when the converter samples, the pass band's edge, h(0)."""
+
+    half: float
+    from_time: float
+    until_time: float
+    passband: float
+    peak: float
+
+
+class BeatRange(NamedTuple):
+    """Beats of any channel, and how much a channel's differs at most from its link's mean."""
+
+    least: float
+    greatest: float
+    apart: float
+
+
+class BeatExpansion(NamedTuple):
+    """A polynomial in the beat at the time ``time``, within ``width`` of ``centre``.
+
+    ``node`` are Chebyshev's nodes; ``to_terms`` makes coefficients of values at them.
+    """
+
+    time: float
+    centre: float
+    width: float
+    node: FloatArray
+    to_terms: FloatArray
+
+
+class CornerRange(NamedTuple):
+    """Times of corners within ``time_width`` of ``time``, beats within ``beat_width`` of ``beat``.
+
+    ``side`` is −1 where corners are beginnings of chirps, and 1 where they are endings.
+    """
+
+    side: int
+    time: float
+    time_width: float
+    beat: float
+    beat_width: float
+
+
+class CutExpansion(NamedTuple):
+    """Polynomials of a sample whose window a corner may cut.
+
+    ``corner_gain`` (power, power) is in the distances of the beat at the corner from ``beat`` and
+    of the sample from the corner, from ``delay``; ``edge_gain`` is in the beat at the far edge of
+    the window from ``edge_beat``. Distances are in units of the widths.
+    """
+
+    corner_gain: ComplexArray
+    edge_gain: ComplexArray
+    beat: float
+    beat_width: float
+    delay: float
+    delay_width: float
+    edge_beat: float
+    edge_width: float

@@ -1,0 +1,127 @@
+"""Compiled parts of `ramp_edges`: corners of many links, and samples whose windows they cut."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from polychirp.axes import ComplexArray, FloatArray
+from polychirp.synthesis.numba_support import compiled, inlined, units
+from polychirp.synthesis.stretch.batch_kernels import fill_columns
+from polychirp.synthesis.stretch.chirp_kernels import add_chirp, phase_of
+from polychirp.synthesis.stretch.kernel_records import (
+    Batch,
+    Chirp,
+    CornerRange,
+    CutExpansion,
+    Samples,
+)
+from polychirp.synthesis.stretch.path_kernels import received
+
+
+@compiled
+def corner_columns(
+    term: FloatArray, value: FloatArray, batch: Batch, low: int, corners: CornerRange
+) -> None:
+    """Columns of the links from ``low`` on, at their corners.
+
+    ``term`` (channel, term, link) are Chebyshev's polynomials of the corner's distance from
+    ``corners.time``; ``value`` (channel, link, 2 × power) are values times powers of the beat's
+    distance there from ``corners.beat``; both distances are in units of the widths.
+    """
+    pair, links, count = batch.pair, batch.links, term.shape[2]
+    x, z, cycles = np.empty(count), np.empty(count), np.empty(count)
+    amplitude = np.empty(count, dtype=np.complex128)
+    for m in range(term.shape[0]):
+        for p in range(count):
+            chirp = received(pair, links, low + p, m)
+            corner = chirp.end if corners.side > 0 else chirp.begin
+            amplitude[p] = chirp.amplitude
+            cycles[p] = phase_of(chirp, corner)
+            x[p] = (corner - corners.time) / corners.time_width
+            z[p] = (chirp.beat + chirp.rate * corner - corners.beat) / corners.beat_width
+        fill_columns(term[m], value[m], x, z, amplitude, cycles)
+
+
+@compiled
+def cut_sums(
+    out: ComplexArray, batch: Batch, side: int, time: float, expansion: CutExpansion
+) -> None:
+    """Add to every channel the sample at ``time``, whose window has some of the links' corners.
+
+    A link adds the value at its corner or at the edge of the window, whichever is further in, and
+    the value at the other edge. ``side`` is that of `CornerRange`.
+    """
+    pair, links, half, count = batch.pair, batch.links, batch.taps.half, batch.high - batch.low
+    corner_gain, edge_gain = expansion.corner_gain, expansion.edge_gain
+    x, z, y = np.empty(count), np.empty(count), np.empty(count)
+    here, there, real, imag = np.empty(count), np.empty(count), np.empty(count), np.empty(count)
+    amplitude = np.empty(count, dtype=np.complex128)
+    far = time - side * half
+    for m in range(out.size):
+        # where each link's integral begins and ends; beats and phases there
+        for p in range(count):
+            chirp = received(pair, links, batch.low + p, m)
+            if side > 0:
+                corner = min(chirp.end, time + half)
+                is_met = corner > far
+            else:
+                corner = max(chirp.begin, time - half)
+                is_met = corner < far
+            amplitude[p] = -side * chirp.amplitude if is_met else 0.0j
+            here[p], there[p] = phase_of(chirp, corner), phase_of(chirp, far)
+            z[p] = (chirp.beat + chirp.rate * corner - expansion.beat) / expansion.beat_width
+            x[p] = (time - corner - expansion.delay) / expansion.delay_width
+            y[p] = (chirp.beat + chirp.rate * far - expansion.edge_beat) / expansion.edge_width
+        units(here, real, imag)
+        for p in range(count):
+            gain = _polynomial_of_two(corner_gain, z[p], x[p])
+            out[m] += amplitude[p] * complex(real[p], imag[p]) * gain
+        units(there, real, imag)
+        for p in range(count):
+            gain = edge_gain[edge_gain.size - 1]
+            for e in range(edge_gain.size - 2, -1, -1):
+                gain = gain * y[p] + edge_gain[e]
+            out[m] -= amplitude[p] * complex(real[p], imag[p]) * gain
+
+
+@inlined
+def _polynomial_of_two(coefficient: ComplexArray, z: float, x: float) -> complex:
+    """Horner's rule for coefficients ``(power of z, power of x)``."""
+    powers = coefficient.shape[1]
+    value = 0.0j
+    for e in range(coefficient.shape[0] - 1, -1, -1):
+        inner = coefficient[e, powers - 1]
+        for q in range(powers - 2, -1, -1):
+            inner = inner * x + coefficient[e, q]
+        value = value * z + inner
+    return value
+
+
+@compiled
+def reference_samples(
+    samples: Samples, batch: Batch, time: float, beat: FloatArray, rate: FloatArray,
+    is_own: tuple[bool, bool],
+) -> None:  # fmt: skip
+    """Samples of chirps of amplitude 1 that have given beats and rates, and phase 0, at a time.
+
+    The samples are (rate, beat, sample). ``is_own`` are true if all chirps begin, or end, with the
+    victim's ramp; else they do so with the transmitted ramp, at a time that follows from beat and
+    rate.
+    """
+    pair = batch.pair
+    f, g = pair.sent_frequency, pair.sent_slope
+    for j in range(rate.size):
+        stretched = math.sqrt((pair.slope - rate[j]) / g)
+        for b in range(beat.size):
+            start = beat[b] - rate[j] * time
+            into = (pair.frequency - stretched * f - start) / (stretched * g)
+            begin, end = -into / stretched, (pair.sent_duration - into) / stretched
+            turns = time * (start + 0.5 * rate[j] * time)
+            chirp = Chirp(
+                1.0 + 0.0j, 0.0, -turns, start, rate[j], 0.0 if is_own[0] else begin,
+                pair.duration if is_own[1] else end,
+            )  # fmt: skip
+            row = Samples(samples.real[j, b], samples.imag[j, b], samples.first, samples.step)
+            add_chirp(row, batch.response, batch.taps, chirp)
