@@ -12,7 +12,7 @@ GLOSSARY = ROOT / "docs" / "reference" / "glossary.md"
 PLACES = {
     "src": (".py", ".toml", ".html"),
     "docs": (".md",),
-    "tools": (".py", ".toml"),
+    "tools": (".py",),
     "bench": (".py",),
     "studies": (".toml",),
 }

@@ -41,7 +41,7 @@ from tools.pages.statistics_table import statistics_table
 from tools.pages.validation import Comparison, read_comparisons
 
 RECORD: Final = "comparisons.json"
-"""What ``pytest --record`` leaves in the folder of the pages."""
+"""File that ``pytest --record`` writes in the folder of the pages."""
 
 INDEX: Final = "README.md"
 
