@@ -1,4 +1,4 @@
-"""How the sedan's echo converges with its mesh: the data and the figure of docs/validation.
+"""Convergence of the sedan's echo with its mesh: data and figure of docs/validation.
 
     python bench/convergence.py docs/images
 

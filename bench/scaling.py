@@ -1,4 +1,4 @@
-"""How a snapshot's cost grows with vehicles, radars and facets: data and figure of the docs.
+"""CPU time of a snapshot over vehicles, radars and facets: data and figure of the docs.
 
     NUMBA_NUM_THREADS=1 python bench/scaling.py docs/images
 

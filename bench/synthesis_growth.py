@@ -1,4 +1,4 @@
-"""How a frame's cost grows with paths and radars: data and figure of the docs.
+"""CPU time of a frame over paths and radars: data and figure of the docs.
 
     OMP_NUM_THREADS=1 python bench/synthesis_growth.py docs/images [most paths]
 

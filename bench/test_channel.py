@@ -19,7 +19,7 @@ CAR = (4.5, 1.8, 1.4)
 
 
 def seconds(work):
-    """Of the fastest of three calls."""
+    """Duration of the fastest of three calls, s."""
     times = []
     for _ in range(3):
         start = time.perf_counter()
@@ -29,7 +29,7 @@ def seconds(work):
 
 
 def record_ratio(benchmark, fast, slow, share):
-    """How many times longer the twin takes, of whose work only a ``share`` was done."""
+    """Record the time of the slow reference, run for a ``share``, over that of the kernel."""
     benchmark.extra_info["twin_over_kernel"] = slow / share / fast
 
 

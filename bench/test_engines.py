@@ -27,7 +27,7 @@ def street():
 
 
 def seconds(tracer, scene, start):
-    """Of all cores, for the cheapest of three snapshots; and the last one's paths."""
+    """CPU time of the fastest of three snapshots, s, and the paths of the last one."""
     times = []
     for number in range(3):
         now = scene.at((start + number) * 1e-3)

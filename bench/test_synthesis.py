@@ -58,7 +58,7 @@ def best_of(function, repeats=3):
 
 
 def naive_echoes(scene, plans, snapshots):
-    """What a NumPy simulator does: a complex exponential per path, element and sample."""
+    """Echoes by NumPy: a complex exponential per path, element and sample, without a filter."""
     paths = snapshots[0].select(snapshots[0].transmitter == 0)
     plan, radar = plans[0], scene.radars[0]
     times = sample_times(plan, radar.converter)

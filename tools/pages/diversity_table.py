@@ -1,7 +1,7 @@
-"""Suppression of interference by families of waveforms, as a table for docs/validation.
+"""Table for docs/validation of the suppression by each family of waveforms.
 
-``python -m tools.pages.diversity_table FILE`` simulates random pairs of radars of every family and
-stores the remaining interference as JSON, which ``bench/diversity.py`` plots.
+``python -m tools.pages.diversity_table FILE`` draws pairs of radars of every family of
+waveforms and stores their mutual interference as JSON; ``bench/diversity.py`` draws the figure.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Probability of ghosts, beside the closed forms, as a table for docs/validation.
+"""Table for docs/validation of the probability of ghosts, measured and by closed forms.
 
-``python -m tools.pages.ghost_table FILE`` runs some thousand short trials on all cores and stores
-the results as JSON, which ``bench/ghosts.py`` plots.
+``python -m tools.pages.ghost_table FILE`` runs some thousand short trials on all cores and
+stores their results as JSON; ``bench/ghosts.py`` draws the figure.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ _HEAD: Final = (
     "varied",
     "waveform",
     "its point in the map, closed form",
-    "or an arm of it",
+    "or a cross-pairing ridge of it",
     "P(direct ghost), measured",
     "95 % interval",
     "due",
     "lost",
     "extra",
-    "of those, arms",
+    "of those, on ridges",
     "P(any ghost)",
     "ghosts in a frame",
     "targets found",

@@ -1,6 +1,6 @@
-"""Effects of impairments on ghosts and floor in scenario C, as a table for docs/validation.
+"""Table for docs/validation of the effect of impairments on ghosts and floor in scenario C.
 
-``python -m tools.pages.impairment_table FILE`` runs the scenario with each impairment and stores
+``python -m tools.pages.impairment_table FILE`` runs the scenario with each of them and stores
 the results as JSON.
 """
 

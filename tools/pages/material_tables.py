@@ -114,7 +114,7 @@ def _roughness_doubt(name: str, low: float, high: float, reason: str) -> Doubt:
 
 
 def doubts() -> tuple[Doubt, ...]:
-    """Assumed constants of the materials of the paper's street.
+    """Assumptions on the materials of the paper's street.
 
     >>> [doubt.material for doubt in doubts()][:2]
     ['rubber', 'brick']
@@ -166,10 +166,10 @@ def _constants(row: Material) -> str:
 
 
 def sensitivity() -> str:
-    """Change of reflections when an assumed constant changes within its plausible range.
+    """Table of the change of reflections when an assumed constant changes within its range.
 
-    The table shows |Γ| and, in brackets, the change of the reflected power in dB. An albedo is a
-    share of scattered power, so that the diffuse echo changes by the ratio.
+    The table holds |Γ| and, in brackets, the change in dB of mirror images and echoes. An albedo
+    is a share of scattered power: its diffuse echo changes by the ratio.
     """
     head = ("assumed", "value", "0°", "45°, s", "45°, p", "80°, s", "80°, p")
     rows: list[tuple[str, ...]] = []
@@ -201,7 +201,7 @@ def _amplitude(value: float) -> str:
 
 
 def _change(value: float, reference: float) -> str:
-    """Change in dB; empty if a value is below `LEAST_REFLECTION`."""
+    """Change in dB as text; empty if there is no reflection."""
     if min(value, reference) < LEAST_REFLECTION:
         return ""
     return f" ({_signed(float(to_db(value**2 / reference**2)))} dB)"

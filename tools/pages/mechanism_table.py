@@ -1,4 +1,4 @@
-"""Share of each mechanism in the power on the paper's street, as a table for docs/validation.
+"""Table for docs/validation of the power that each mechanism adds in the paper's street.
 
 ``python -m tools.pages.mechanism_table FILE`` traces the street with all mechanisms and without
 each of them, and stores the powers as JSON.

@@ -1,7 +1,7 @@
-"""Effects of mitigation on scenarios C and B, as a table for docs/validation.
+"""Table for docs/validation of the effect of mitigation in scenarios C and B.
 
-``python -m tools.pages.mitigation_table FILE`` runs both with every method and stores the results
-as JSON.
+``python -m tools.pages.mitigation_table FILE`` runs both with every method and stores the
+results as JSON.
 """
 
 from __future__ import annotations
