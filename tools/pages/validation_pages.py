@@ -43,6 +43,9 @@ RECORD: Final = "comparisons.json"
 
 INDEX: Final = "README.md"
 
+CLOSE_LEVELS: Final = 0.1
+"""Difference in dB up to which two levels count as close in the table of agreement."""
+
 STAMPS: Final = "stamps.json"
 """File that holds when each record was measured and with which code."""
 
@@ -99,6 +102,29 @@ def index_table(titles: Mapping[str, str], rows: Sequence[Comparison]) -> str:
         quantities = "; ".join(dict.fromkeys(row.quantity for row in mine))
         body.append((f"[{titles[name]}]({name}.md)", str(len(mine)), quantities))
     return table(("page", "comparisons", "of"), body)
+
+
+def agreement_table(titles: Mapping[str, str], rows: Sequence[Comparison]) -> str:
+    """Number of rows in dB of every page, and of those that differ by at most 0.1 dB.
+
+    >>> row = Comparison(page="p", case="disc", quantity="RCS, dBsm", expected=20.48,
+    ...     measured=20.5, tolerance=0.3, source="theory")
+    >>> print(agreement_table({"p": "Page"}, [row]))
+    | page | rows in dB | of these within 0.1 dB |
+    |---|---:|---:|
+    | [Page](p.md) | 1 | 1 |
+    | all pages | 1 | 1 |
+    """
+    levels = [row for row in rows if "dB" in row.quantity]
+    close = [row for row in levels if abs(row.measured - row.expected) <= CLOSE_LEVELS]
+    body = []
+    for name in sorted(titles):
+        found = sum(row.page == name for row in levels)
+        if found:
+            near = sum(row.page == name for row in close)
+            body.append((f"[{titles[name]}]({name}.md)", str(found), str(near)))
+    body.append(("all pages", str(len(levels)), str(len(close))))
+    return table(("page", "rows in dB", "of these within 0.1 dB"), body)
 
 
 def stamp_table(folder: Path) -> str:
@@ -176,6 +202,7 @@ def rendered(folder: Path) -> dict[str, str]:
         if name != INDEX
     }
     common = {
+        "agreement": agreement_table(titles, rows),
         "index": index_table(titles, rows),
         "paper-materials": paper_materials(),
         "sensitivity": sensitivity(),

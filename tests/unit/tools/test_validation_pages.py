@@ -84,7 +84,7 @@ def test_a_case_compared_twice_is_refused(folder):
 def test_a_block_that_nobody_makes_is_refused(folder):
     marks = "<!-- generated: poem -->\n<!-- end of poem -->\n"
     (folder / "bodies.md").write_text(marks, encoding="utf-8")
-    with pytest.raises(InputError, match="no generated block 'poem'; there are comparisons"):
+    with pytest.raises(InputError, match="no generated block 'poem'; there are agreement"):
         rendered(folder)
 
 
