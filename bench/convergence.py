@@ -14,7 +14,7 @@ import numpy as np
 
 from polychirp.channel.rcs import cross_sections
 from polychirp.channel.tracers.composite import Composite
-from polychirp.report.figures.convergence import Fineness, convergence_picture
+from polychirp.report.figures.convergence import MeshError, convergence_picture
 from polychirp.traffic.vehicle import vehicle_mesh
 from polychirp.units import to_db
 
@@ -47,7 +47,7 @@ def convergence(azimuth):
         level, facets = levels(max_edge, coarseness, azimuth)
         error = np.abs(level - reference)
         rows.append(
-            Fineness(
+            MeshError(
                 max_edge=max_edge,
                 coarseness=coarseness,
                 facets=facets,

@@ -27,7 +27,7 @@ TABLE_MATERIALS: Final = (
     "wood",
     "leaf",
 )
-"""Material names that need no translation: those of the paper's table 1."""
+"""Names of materials that need no mapping: those of the paper's table 1."""
 
 _COLOUR: Final = {
     "metal": (140, 155, 190, 255),
@@ -104,7 +104,7 @@ def load_mesh(
 
 
 def save_glb(mesh: Mesh, path: str | Path) -> None:
-    """Write a mesh as GLB, y up as glTF demands; parts become nodes, materials keep their names.
+    """Write a mesh as GLB, y up as in glTF; parts become nodes, materials keep their names.
 
     A part of several materials becomes one node for each; vertices are single precision.
 
