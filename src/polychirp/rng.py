@@ -7,6 +7,8 @@ from hashlib import blake2b
 
 import numpy as np
 
+from polychirp.errors import InputError
+
 
 def _number(name: str | int) -> int:
     return int.from_bytes(blake2b(repr(name).encode(), digest_size=8).digest(), "little")
@@ -38,6 +40,8 @@ class Streams:
 
     def __getitem__(self, names: str | int | tuple[str | int, ...]) -> np.random.Generator:
         """A fresh generator for ``names``: the same names give the same numbers."""
+        if self.seed < 0:
+            raise InputError(f"seed: is {self.seed}; use 0 or more")
         tail = names if isinstance(names, tuple) else (names,)
         entropy = [self.seed, *(_number(name) for name in (*self.path, *tail))]
         return np.random.Generator(np.random.Philox(np.random.SeedSequence(entropy)))

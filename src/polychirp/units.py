@@ -1,8 +1,9 @@
-"""Units at the edge: text such as ``"79 GHz"`` becomes an SI number, and back.
+"""Units of study files: text such as ``"79 GHz"`` becomes an SI number.
 
-A field declared ``duration: Seconds`` says its unit once. The same annotation documents the
-field, reads it from a study file, and writes it into the JSON schema. Inside polychirp a number
-is SI, linear and in radians; this module is the only door.
+A field declared ``duration: Seconds`` states its unit once. The same annotation documents the
+field, reads it from a study file, bounds it, and describes it in the JSON schema. All numbers
+inside polychirp are SI, linear and in radians; they are converted only here and in
+`config.quantity`, which writes them.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ def from_db(level: float) -> float:
 
 
 def to_db(ratio: ArrayLike) -> NDArray[np.float64]:
-    """Level in dB of a power ratio; the floor of a zero is −400 dB, not minus infinity.
+    """Level in dB of a power ratio; at least −400 dB, so that zero has a level as well.
 
     >>> float(to_db(1000.0))
     30.0
@@ -91,12 +92,42 @@ _EXAMPLE: Final = {
     "ppm/s": "0.1 ppm/s",
 }
 
+_PLAUSIBLE: Final[Mapping[str, tuple[str, str]]] = {
+    "Hz": ("-1000 GHz", "1000 GHz"),
+    "S/s": ("-1000 GS/s", "1000 GS/s"),
+    "Hz/s": ("-1e6 MHz/us", "1e6 MHz/us"),
+    "s": ("-1000 s", "1000 s"),
+    "m": ("-1000 km", "1000 km"),
+    "m/s": ("-300 m/s", "300 m/s"),
+    "rad": ("-3600 deg", "3600 deg"),
+    "W": ("0 W", "90 dBm"),
+    "dB": ("-300 dB", "300 dB"),
+    "m^2": ("0 m^2", "100 dBsm"),
+    "ppm": ("-1e6 ppm", "1e6 ppm"),
+    "S/m": ("0 S/m", "1e9 S/m"),
+    "dB/m": ("0 dB/m", "1e6 dB/m"),
+    "dBc/Hz": ("-300 dBc/Hz", "100 dBc/Hz"),
+    "ppm/s": ("-1e6 ppm/s", "1e6 ppm/s"),
+}
+"""Least and greatest plausible value of each quantity. They are chosen wide, so that they refuse
+mistakes of the unit and numbers that overflow, but no unusual radar. A field may have narrower
+bounds (`Unit`)."""
+
 _QUANTITY: Final = re.compile(r"^\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S.*?)\s*$")
+
+_LONGEST: Final = 100
+"""Characters of a quantity's text; longer text is refused without a search for a quantity."""
 
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """The unit of a field, and the reader of its text.
+    """The unit of a field, the reader of its text, and the bounds of its plausible values.
+
+    Parameters
+    ----------
+    symbol : of the SI unit
+    least, greatest : bounds as a study file writes them; where none is given, those that are
+        plausible for any field of this unit
 
     Examples
     --------
@@ -106,26 +137,57 @@ class Unit:
     Traceback (most recent call last):
         ...
     polychirp.errors.InputError: '79 ms' is not a value in Hz; write it like '79 GHz'
+    >>> Unit("m", least="0 m", greatest="100 m").read("3 km")
+    Traceback (most recent call last):
+        ...
+    polychirp.errors.InputError: '3 km' is outside of 0 m to 100 m; give a value between them
     """
 
     symbol: str
+    least: str = ""
+    greatest: str = ""
 
     @property
     def example(self) -> str:
         """A value as a study file writes it."""
         return _EXAMPLE[self.symbol]
 
+    @property
+    def bounds(self) -> tuple[str, str]:
+        """Least and greatest plausible value, as a study file writes them."""
+        least, greatest = _PLAUSIBLE[self.symbol]
+        return self.least or least, self.greatest or greatest
+
     def read(self, text: object) -> float:
-        """SI value of ``text``; raises `InputError` for a bare number or another dimension."""
+        """SI value of ``text``.
+
+        Raises
+        ------
+        InputError
+            The text is a bare number, has another dimension, or lies outside of the bounds.
+        """
+        value = self.parse(text)
+        least, greatest = self.bounds
+        if not self.parse(least) <= value <= self.parse(greatest):
+            raise InputError(
+                f"'{text}' is outside of {least} to {greatest}; give a value between them"
+            )
+        return value
+
+    def parse(self, text: object) -> float:
+        """SI value of ``text``, plausible or not; raises `InputError` as `read` does otherwise."""
         if isinstance(text, bool) or not isinstance(text, str):
-            raise InputError(f"{text!r} needs a unit; write it like '{self.example}'")
-        match = _QUANTITY.match(text)
+            raise InputError(f"{_short(repr(text))} needs a unit; write it like '{self.example}'")
+        match = _QUANTITY.match(text) if len(text) <= _LONGEST else None
         reader = _READERS[self.symbol].get(match[2]) if match else None
         if match is None or reader is None:
             raise InputError(
-                f"'{text}' is not a value in {self.symbol}; write it like '{self.example}'"
+                f"'{_short(text)}' is not a value in {self.symbol}; write it like '{self.example}'"
             )
-        value = reader(float(match[1]))
+        try:
+            value = reader(float(match[1]))
+        except OverflowError:  # levels are powers of ten
+            value = math.inf
         if not math.isfinite(value):
             raise InputError(f"'{text}' is too large to be a number")
         return value
@@ -139,9 +201,64 @@ class Unit:
         }
 
     def __get_pydantic_json_schema__(self, core: Any, handler: Any) -> dict[str, Any]:
-        """What an editor needs to know of the field."""
+        """Unit, bounds and an example for editors; JSON schema cannot compare text itself."""
         del core, handler
-        return {"type": "string", "x-unit": self.symbol, "examples": [self.example]}
+        least, greatest = self.bounds
+        return {
+            "type": "string",
+            "x-unit": self.symbol,
+            "x-minimum": least,
+            "x-maximum": greatest,
+            "examples": [self.example],
+        }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Between:
+    """Bounds of a plain number that has no unit, such as a count.
+
+    Examples
+    --------
+    >>> Between(greatest=10).checked(11)
+    Traceback (most recent call last):
+        ...
+    polychirp.errors.InputError: 11 is too large; use at most 10
+    """
+
+    least: float = -math.inf
+    greatest: float
+
+    def checked(self, value: float) -> float:
+        """The value itself; raises `InputError` where it lies outside of the bounds."""
+        if value > self.greatest:
+            raise InputError(f"{_written(value)} is too large; use at most {self.greatest}")
+        if not value >= self.least:
+            raise InputError(f"{_written(value)} is too small; use at least {self.least}")
+        return value
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> dict[str, Any]:
+        """Check the number once it is one (pydantic's hook, a plain dictionary)."""
+        return {
+            "type": "function-after",
+            "function": {"type": "no-info", "function": self.checked},
+            "schema": handler(source),
+        }
+
+    def __get_pydantic_json_schema__(self, core: Any, handler: Any) -> dict[str, Any]:
+        """The number's own schema with its bounds."""
+        least = {} if math.isinf(self.least) else {"minimum": self.least}
+        return {**handler(core), **least, "maximum": self.greatest}
+
+
+def _written(value: float) -> str:
+    """A number as text; Python refuses to write integers of thousands of digits."""
+    if isinstance(value, int) and value.bit_length() > 128:
+        return f"a number of {value.bit_length()} bits"
+    return f"{value}"
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= 40 else f"{text[:37]}…"
 
 
 Hertz = Annotated[float, Unit("Hz")]
@@ -153,14 +270,14 @@ MetresPerSecond = Annotated[float, Unit("m/s")]
 Radians = Annotated[float, Unit("rad")]
 Watts = Annotated[float, Unit("W")]
 Ratio = Annotated[float, Unit("dB")]
-"""A linear power ratio, written in dB at the edge."""
+"""A linear power ratio; study files write it in dB."""
 SquareMetres = Annotated[float, Unit("m^2")]
 Fraction = Annotated[float, Unit("ppm")]
-"""A small relative deviation, written in ppm at the edge."""
+"""A small relative deviation; study files write it in ppm."""
 SiemensPerMetre = Annotated[float, Unit("S/m")]
 PerMetre = Annotated[float, Unit("dB/m")]
-"""Rate at which power fades, α in e^{−αx}; written in dB/m at the edge."""
+"""Attenuation of power, α in e^{−αx}; study files write it in dB/m."""
 PerHertz = Annotated[float, Unit("dBc/Hz")]
-"""Noise in a band of 1 Hz relative to its carrier, 1/Hz; written in dBc/Hz at the edge."""
+"""Noise in a band of 1 Hz relative to its carrier, 1/Hz; study files write it in dBc/Hz."""
 FractionPerSecond = Annotated[float, Unit("ppm/s")]
-"""Growth of a small relative deviation, 1/s; written in ppm/s at the edge."""
+"""Growth of a small relative deviation, 1/s; study files write it in ppm/s."""

@@ -6,8 +6,6 @@ import sys
 import time
 from pathlib import Path
 
-import pytest
-
 SOURCE = Path(__file__).parents[2] / "src" / "polychirp"
 HEAVY = {"matplotlib", "numba", "pydantic", "rich", "scipy", "trimesh", "zarr"}
 PATIENCE = 0.5
@@ -38,6 +36,5 @@ def test_importing_the_package_loads_no_heavy_library():
     assert loaded & HEAVY == set()
 
 
-@pytest.mark.skipif(not (SOURCE / "cli" / "app.py").exists(), reason="there is no command line yet")
 def test_the_command_line_explains_itself_at_once():
     assert shortest_time("-m", "polychirp", "--help") < PATIENCE

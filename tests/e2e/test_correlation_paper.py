@@ -15,7 +15,7 @@ from polychirp.report.figures.correlation import slope_product
 from polychirp.study.section_v.cases import correlation_cases, run_correlation
 from polychirp.units import to_db
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.claims]
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from polychirp.report.verdict import verdicts
 from polychirp.study.paper.scenarios import TARGETS, paper_cases, run_paper
 from polychirp.units import to_db
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.claims]
 
 CELL = 0.19
 """m, range resolution of 800 MHz."""

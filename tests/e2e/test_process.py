@@ -1,6 +1,7 @@
 """``polychirp process``: a point written as a capture, a real capture, and captures that fail."""
 
 import csv
+import errno
 import json
 import os
 from pathlib import Path
@@ -207,3 +208,26 @@ def test_the_real_capture_is_processed_from_the_command_line(
     assert "cells of 0.0488 m to 5.62 m" in text
     assert "8 (2 transmitters in turns × 4 receivers)" in text
     assert (tmp_path / "range_rate_0000.png").stat().st_size > 50_000
+
+
+def test_a_dollar_in_the_name_of_a_recording_is_no_formula(raw: Path):
+    odd = raw.with_name("$x^{$.bin")
+    odd.write_bytes(raw.read_bytes())
+    parameters = ["--params", str(raw.with_suffix(".toml"))]
+    options = ["--frames", "0", "--out", str(raw.parent / "results")]
+    assert main(["process", str(odd), *parameters, *options]) == 0
+
+
+def test_results_that_cannot_be_written_are_one_sentence(raw: Path, capsys, monkeypatch):
+    assert main(["process", str(raw), "--out", str(raw)]) == 2
+    assert "is a file; name a folder" in capsys.readouterr().err
+
+    def full(path, *_):
+        raise OSError(errno.ENOSPC, "No space left on device", str(path))
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    out = raw.parent / "results"
+    assert main(["process", str(raw), "--out", str(out)]) == 4
+    said = capsys.readouterr().err
+    assert f"'{out}/range_rate_0000.png': No space left on device" in said
+    assert said.count("\n") == 1

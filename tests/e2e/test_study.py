@@ -201,8 +201,9 @@ def test_the_command_prints_tables_for_people_and_json_for_machines(file, alone,
     arguments = ["study", str(file), "--out", str(alone)]
     assert main(arguments) == 0
     shown = capsys.readouterr()
-    assert shown.out == ""
-    for word in ("waveform", "conventional", "Pd", "P(ghost)", "range, m", "0 new trials", STORE):
+    for word in ("waveform", "conventional", "Pd", "P(ghost)", "range, m"):
+        assert word in shown.out
+    for word in ("0 new trials", STORE):
         assert word in shown.err
     assert main([*arguments, "--json"]) == 0
     summary = json.loads(capsys.readouterr().out)

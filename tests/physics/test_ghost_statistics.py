@@ -23,6 +23,7 @@ class Here:
             yield attempt(studies, task)
 
 
+@pytest.mark.claims
 @pytest.mark.slow
 def test_the_mean_of_what_is_drawn_is_the_closed_form():
     """Over 100 streets with starts within 0.2 µs, and with clocks within 0.5 ppm."""
@@ -40,6 +41,7 @@ def test_a_diverse_radar_and_a_slope_far_off_are_expected_to_make_none():
     assert expectation(case("slope", 1e-4), 1).in_map == 1.0
 
 
+@pytest.mark.claims
 @pytest.mark.slow
 def test_ghosts_are_as_frequent_as_the_closed_form_says():
     """Every expected ghost is detected, and no other."""
@@ -51,6 +53,7 @@ def test_ghosts_are_as_frequent_as_the_closed_form_says():
     assert row.predicted == pytest.approx(60 * row.theory, abs=3 * np.sqrt(60 * 0.25))
 
 
+@pytest.mark.claims
 @pytest.mark.slow
 @pytest.mark.parametrize(("axis", "spread", "trial"), [("clock", 0.3e-6, 5), ("start", 0.2e-6, 14)])
 def test_a_ghost_beyond_the_map_leaves_nothing_in_it(axis, spread, trial):
@@ -67,6 +70,7 @@ def test_a_ghost_beyond_the_map_leaves_nothing_in_it(axis, spread, trial):
 _KINDS = ("conventional", "diverse")
 
 
+@pytest.mark.claims
 @pytest.mark.slow
 def test_diverse_radars_make_no_ghost_where_conventional_ones_make_all_that_are_due():
     pair = [replace(case("start", 0.02e-6, kind), num_trials=15) for kind in _KINDS]

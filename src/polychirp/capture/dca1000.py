@@ -27,8 +27,8 @@ from polychirp.capture.parameters import CaptureParameters, Device
 from polychirp.capture.recording import Recording, frames_needed, way_out
 from polychirp.errors import InputError
 
-LANES: Final = 4
-"""Of the xWR14xx, used or not."""
+NUM_LANES: Final = 4
+"""Number of lanes of the xWR14xx; lanes without a receiver hold zeros."""
 
 Words = NDArray[np.int16]
 
@@ -43,13 +43,13 @@ def open_raw(
 
     Parameters
     ----------
-    frames : those that will be asked for; where they are given, others may be missing
+    frames : numbers of the frames that will be read; if they are given, others may be missing
 
     Raises
     ------
     InputError
         The parameters name no device; the file is not there, or was cut off before the last frame
-        that is needed; says how many bytes are missing and which frames and ramps are whole.
+        that is needed. The message says how many bytes are missing and what is whole.
     """
     path = Path(path)
     device = parameters.device
@@ -59,6 +59,10 @@ def open_raw(
         size = path.stat().st_size
     except FileNotFoundError:
         raise InputError(f"there is no recording '{path}'") from None
+    except OSError as error:
+        raise InputError(f"'{path}' cannot be read: {error.strerror}") from None
+    if not path.is_file():
+        raise InputError(f"'{path}' is not a file; name the raw file itself")
     per_ramp = 2 * _words_per_ramp(parameters, device)
     per_frame = per_ramp * parameters.num_ramps
     whole, rest = divmod(size, per_frame)
@@ -102,7 +106,7 @@ def unpack(words: Words, parameters: CaptureParameters, *, device: Device) -> Co
     receivers, ramps = parameters.num_receivers, parameters.num_ramps
     parts = 2 if parameters.sampling == "complex" else 1
     if device == "xwr14xx":
-        table = words.reshape(ramps, parameters.num_samples, parts, LANES)
+        table = words.reshape(ramps, parameters.num_samples, parts, NUM_LANES)
         table = table.transpose(3, 0, 1, 2)[:receivers]
     elif parts == 2:
         # (ramp, receiver, pair of samples, I or Q, sample of the pair)
@@ -132,7 +136,7 @@ def pack_real(words: Words, device: Device) -> Words:
 
 def _on_four_lanes(words: Words) -> Words:
     receivers, ramps, samples, parts = words.shape
-    lanes = np.zeros((ramps, samples, parts, LANES), dtype="<i2")
+    lanes = np.zeros((ramps, samples, parts, NUM_LANES), dtype="<i2")
     lanes[..., :receivers] = words.transpose(1, 2, 3, 0)
     return lanes.reshape(-1)
 
@@ -147,10 +151,10 @@ def _as_words(samples: ComplexArray) -> Words:
 
 def _words_per_ramp(parameters: CaptureParameters, device: Device) -> int:
     parts = 2 if parameters.sampling == "complex" else 1
-    receivers = LANES if device == "xwr14xx" else parameters.num_receivers
-    if parameters.num_receivers > LANES:
+    receivers = NUM_LANES if device == "xwr14xx" else parameters.num_receivers
+    if parameters.num_receivers > NUM_LANES:
         raise InputError(
-            f"num_receivers: a DCA1000 file has at most {LANES}, not {parameters.num_receivers}"
+            f"num_receivers: a DCA1000 file has at most {NUM_LANES}, not {parameters.num_receivers}"
         )
     if parts == 2 and device != "xwr14xx" and parameters.num_samples % 2:
         raise InputError("num_samples: must be even, for two lanes carry samples in pairs")

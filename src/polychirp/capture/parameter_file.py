@@ -1,4 +1,4 @@
-"""The TOML file beside a recording: read with the place of every problem, written as a template."""
+"""Reader and template of the TOML file that describes a recording."""
 
 from __future__ import annotations
 
@@ -7,11 +7,12 @@ from collections.abc import Iterator
 from dataclasses import MISSING, fields
 from pathlib import Path
 from types import UnionType
-from typing import Any, Final, Literal, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Final, Literal, Union, get_args, get_origin, get_type_hints
 
+from polychirp.bounded_text import text_of, toml_tables
 from polychirp.capture.parameters import CaptureParameters
 from polychirp.errors import InputError, did_you_mean
-from polychirp.units import Unit
+from polychirp.units import Between, Unit
 
 TEMPLATE: Final = """\
 # What polychirp must know of a recording; the file stands beside it under the same name.
@@ -49,7 +50,7 @@ num_receivers = 4
 #axes = ["frame", "ramp", "receiver", "fast"]
 #stored_as = "signed"           # "unsigned" where int16 samples were saved as if uint16
 """
-"""A parameter file to start from."""
+"""Text of a parameter file to start from."""
 
 
 def read_parameters(path: Path | str) -> CaptureParameters:
@@ -63,7 +64,7 @@ def read_parameters(path: Path | str) -> CaptureParameters:
     """
     path = Path(path)
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
+        data = toml_tables(text_of(path))
     except FileNotFoundError:
         raise InputError(
             f"there is no parameter file '{path}'; 'polychirp process --describe' writes one to "
@@ -75,6 +76,8 @@ def read_parameters(path: Path | str) -> CaptureParameters:
         raise InputError(f"{path.name}: is not text in UTF-8; it must be a TOML file") from None
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{path.name}: is not TOML: {error}") from None
+    except InputError as error:
+        raise InputError(f"{path.name}: {error}") from None
     return parameters_from(data, name=path.name)
 
 
@@ -124,19 +127,26 @@ def _missing(hints: dict[str, Any], data: dict[str, Any]) -> Iterator[str]:
 
 
 def _read(hint: Any, value: object) -> Any:
-    """A value of the file as the type of its field; raises `InputError` where it is none."""
+    """Value of a field as its type; raises `InputError` if the file's value does not fit."""
     unit = _unit(hint)
     if unit is not None:
         return unit.read(value)
     kind = next(member for member in _members(hint) if member is not type(None))
+    if get_origin(kind) is Annotated:
+        plain, *notes = get_args(kind)
+        number = _read_plain(plain, value)
+        for note in notes:
+            if isinstance(note, Between) and isinstance(number, int | float):
+                note.checked(number)
+        return number
     if get_origin(kind) is tuple:
         if not isinstance(value, list):
-            raise InputError(f"must be a list in square brackets, not {value!r}")
+            raise InputError(f"must be a list in square brackets, not {_shown(value)}")
         return tuple(_read(get_args(kind)[0], entry) for entry in value)
     if get_origin(kind) is Literal:
-        if value not in get_args(kind):
+        if not isinstance(value, str) or value not in get_args(kind):
             hint_text = did_you_mean(str(value), get_args(kind))
-            raise InputError(f"{value!r} is not one of its values; {hint_text}")
+            raise InputError(f"{_shown(value)} is not one of its values; {hint_text}")
         return value
     return _read_plain(kind, value)
 
@@ -144,12 +154,17 @@ def _read(hint: Any, value: object) -> Any:
 def _read_plain(kind: Any, value: object) -> object:
     is_number = isinstance(value, int | float) and not isinstance(value, bool)
     if kind is bool and not isinstance(value, bool):
-        raise InputError(f"must be true or false, not {value!r}")
+        raise InputError(f"must be true or false, not {_shown(value)}")
     if kind is int and not (is_number and isinstance(value, int)):
-        raise InputError(f"must be a whole number, not {value!r}")
+        raise InputError(f"must be a whole number, not {_shown(value)}")
     if kind is float and not is_number:
-        raise InputError(f"must be a number, not {value!r}")
+        raise InputError(f"must be a number, not {_shown(value)}")
     return value
+
+
+def _shown(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 40 else f"{text[:37]}…"
 
 
 def _members(hint: Any) -> tuple[Any, ...]:
@@ -157,7 +172,7 @@ def _members(hint: Any) -> tuple[Any, ...]:
 
 
 def _unit(hint: Any) -> Unit | None:
-    """The unit that a field's type names, if any."""
+    """Unit in a field's type; None if it has none."""
     for member in _members(hint):
         for note in getattr(member, "__metadata__", ()):
             if isinstance(note, Unit):

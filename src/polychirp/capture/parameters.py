@@ -1,9 +1,10 @@
-"""`CaptureParameters` — what must be known of a recording beside its samples."""
+"""`CaptureParameters`: ramps, converter, antennas and file layout of a recording."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Annotated, Final, Literal
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from polychirp.model.antenna import ISOTROPIC, AntennaArray
 from polychirp.model.if_frame import SampleTimes
 from polychirp.model.ramp import RampSchedule
 from polychirp.spec import Spec
-from polychirp.units import Hertz, HertzPerSecond, Metres, SamplesPerSecond, Seconds
+from polychirp.units import Between, Hertz, HertzPerSecond, Metres, SamplesPerSecond, Seconds
 
 AxisName = Literal["frame", "sweep", "transmitter", "receiver", "channel", "ramp", "fast"]
 Sampling = Literal["complex", "real"]
@@ -22,11 +23,14 @@ Storage = Literal["signed", "unsigned"]
 Side = Literal["right", "left"]
 Device = Literal["xwr14xx", "xwr16xx", "xwr18xx", "xwr68xx"]
 
-COMBINED: Final = {"ramp": ("sweep", "transmitter"), "channel": ("transmitter", "receiver")}
-"""An axis that runs over two, the second one faster."""
+COMBINED_AXES: Final = {"ramp": ("sweep", "transmitter"), "channel": ("transmitter", "receiver")}
+"""Axes that combine two others, of which the second runs faster."""
+
+LARGEST_FRAME: Final = 4 << 30
+"""Greatest number of bytes of the samples of a frame; chosen."""
 
 _USABLE_SHARE: Final = {"complex": 0.9, "real": 0.45}
-"""Of the sample rate: what the decimation filters of TI's converters let through."""
+"""Pass band of the decimation filters of TI's converters, as a share of the sample rate."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,14 +45,14 @@ class CaptureParameters(Spec):
     start_frequency : Hz, at the beginning of the rise
     slope : Hz/s, positive
     idle_time, ramp_end_time, adc_start : s
-    num_ramps : in a frame, those of all transmitters together
+    num_ramps : number of ramps in a frame, those of all transmitters together
     sample_rate : 1/s
-    num_samples : of a ramp
-    sampling : whether a sample is complex, or its real part only
+    num_samples : number of samples of a ramp
+    sampling : "complex", or "real" if only the real part was stored
     highest_beat : Hz, edge of the converter's pass band; 0.9 of the sample rate (0.45 for real
         samples) where it is not given
-    num_transmitters : that take turns, ramp by ramp
-    num_receivers : recorded at once
+    num_transmitters : number of transmitters; they take turns, ramp by ramp
+    num_receivers : number of receivers, which are recorded together
     spacing : m, of the receiving elements; half a wavelength where it is not given. Transmitters
         are a whole receiving array apart, so that together they make one longer array
     first_receiver : side on which receiver 0 sits, seen along the radar's line of sight
@@ -57,8 +61,8 @@ class CaptureParameters(Spec):
     full_scale : stored value that fills the converter
     conjugate : take the complex conjugate, for recordings whose targets beat at negative
         frequencies (or whose I and Q are swapped)
-    device : of TI, whose lanes wrote a raw file; needed for ``.bin`` only
-    num_frames : that the recording should have; not checked where it is not given
+    device : device of TI whose lanes wrote a raw file; needed for ``.bin`` only
+    num_frames : number of frames that the recording should have; not checked where it is absent
     """
 
     start_frequency: Hertz
@@ -66,26 +70,28 @@ class CaptureParameters(Spec):
     idle_time: Seconds
     ramp_end_time: Seconds
     adc_start: Seconds
-    num_ramps: int
+    num_ramps: Annotated[int, Between(greatest=1_000_000)]
     sample_rate: SamplesPerSecond
-    num_samples: int
+    num_samples: Annotated[int, Between(greatest=10_000_000)]
     sampling: Sampling = "complex"
     highest_beat: Hertz | None = None
-    num_transmitters: int = 1
-    num_receivers: int = 1
+    num_transmitters: Annotated[int, Between(greatest=1024)] = 1
+    num_receivers: Annotated[int, Between(greatest=1024)] = 1
     spacing: Metres | None = None
     first_receiver: Side = "right"
     axes: tuple[AxisName, ...] = ("frame", "ramp", "receiver", "fast")
     stored_as: Storage = "signed"
-    full_scale: float = 32768.0
+    full_scale: Annotated[float, Between(least=0.0, greatest=1e30)] = 32768.0
     conjugate: bool = False
     device: Device | None = None
-    num_frames: int | None = None
+    num_frames: Annotated[int, Between(greatest=2**53)] | None = None
 
     def __post_init__(self) -> None:
         for name in ("start_frequency", "slope", "ramp_end_time", "sample_rate", "full_scale"):
             if not getattr(self, name) > 0:
                 raise InputError(f"{name}: must be positive")
+        if not math.isfinite(self.full_scale):
+            raise InputError("full_scale: must be finite")
         for name in ("idle_time", "adc_start"):
             if getattr(self, name) < 0:
                 raise InputError(f"{name}: cannot be negative")
@@ -109,6 +115,13 @@ class CaptureParameters(Spec):
                 f"num_ramps: {self.num_ramps} ramps cannot be shared out evenly among "
                 f"{self.num_transmitters} transmitters"
             )
+        size = 16 * self.num_ramps * self.num_samples * self.num_receivers
+        if size > LARGEST_FRAME:
+            raise InputError(
+                f"num_samples: a frame of {self.num_ramps} ramps, {self.num_samples} samples and "
+                f"{self.num_receivers} receivers takes {size / 2**30:.3g} GB of memory, more than "
+                f"{LARGEST_FRAME >> 30} GB; divide it into shorter frames"
+            )
         if self.sampling == "real" and self.conjugate:
             raise InputError("conjugate: has no effect on real samples; leave it out")
         last = self.adc_start + (self.num_samples - 1) / self.sample_rate
@@ -120,7 +133,7 @@ class CaptureParameters(Spec):
             )
 
     def _check_axes(self) -> None:
-        single = [part for name in self.axes for part in COMBINED.get(name, (name,))]
+        single = [part for name in self.axes for part in COMBINED_AXES.get(name, (name,))]
         missing = {"sweep", "fast"} - set(single)
         missing |= {"transmitter"} - set(single) if self.num_transmitters > 1 else set()
         missing |= {"receiver"} - set(single) if self.num_receivers > 1 else set()
@@ -133,7 +146,7 @@ class CaptureParameters(Spec):
         if twice:
             raise InputError(f"axes: '{twice[0]}' is there twice; name each axis once")
 
-    # ── what follows ──────────────────────────────────────────────────────────
+    # ── derived ────────────────────────────────────────────────────────────────
 
     @property
     def lengths(self) -> dict[str, int]:
@@ -149,41 +162,41 @@ class CaptureParameters(Spec):
 
     @property
     def usable_beat(self) -> float:
-        """Hz, edge of the pass band."""
+        """Edge of the pass band, Hz."""
         if self.highest_beat is not None:
             return self.highest_beat
         return _USABLE_SHARE[self.sampling] * self.sample_rate
 
     @property
     def repetition_interval(self) -> float:
-        """s, from ramp to ramp."""
+        """Time from the start of a ramp to that of the next one, s."""
         return self.idle_time + self.ramp_end_time
 
     @property
     def middle_frequency(self) -> float:
-        """Hz, transmitted in the middle of the sampling window."""
+        """Frequency that is transmitted in the middle of the sampling window, Hz."""
         middle = self.adc_start + 0.5 * (self.num_samples - 1) / self.sample_rate
         return self.start_frequency + self.slope * middle
 
     @property
     def range_resolution(self) -> float:
-        """m, c/2B with the sampled bandwidth B: cell of the map."""
+        """Cell of the map in range, m: c/2B with the sampled bandwidth B."""
         return SPEED_OF_LIGHT / (2.0 * self.slope * self.num_samples / self.sample_rate)
 
     @property
     def greatest_range(self) -> float:
-        """m, at which an echo reaches the edge of the pass band."""
+        """Range whose echo beats at the edge of the pass band, m."""
         return self.usable_beat * SPEED_OF_LIGHT / (2.0 * self.slope)
 
     @property
     def speed_span(self) -> float:
-        """m/s between aliases, λ/2T with T from a transmitter's ramp to its next one."""
+        """Range rate between aliases, m/s: λ/2T, T from a transmitter's ramp to its next one."""
         wavelength = SPEED_OF_LIGHT / self.middle_frequency
         return wavelength / (2.0 * self.repetition_interval * self.num_transmitters)
 
     @property
     def speed_resolution(self) -> float:
-        """m/s: cell of the map."""
+        """Cell of the map in range rate, m/s."""
         return self.speed_span / self.lengths["sweep"]
 
     @property
@@ -196,7 +209,7 @@ class CaptureParameters(Spec):
 
     @property
     def schedule(self) -> RampSchedule:
-        """What was transmitted in a frame, from the beginning of its first rise."""
+        """Ramps of a frame; time 0 is the beginning of its first rise."""
         ramp = np.arange(self.num_ramps)
         start: FloatArray = ramp * np.float64(self.repetition_interval)
         return RampSchedule(
@@ -210,7 +223,7 @@ class CaptureParameters(Spec):
 
     @property
     def times(self) -> SampleTimes:
-        """When a frame was sampled."""
+        """Sample times of a frame."""
         return SampleTimes(
             first=self.schedule.start_time + self.adc_start,
             num_samples=np.full(self.num_ramps, self.num_samples),

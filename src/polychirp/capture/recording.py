@@ -1,19 +1,25 @@
-"""`Recording` — frames of stored samples with their parameters, read one by one."""
+"""`Recording`: frames of stored samples with their parameters, read one by one."""
 
 from __future__ import annotations
 
+import math
+import os
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from polychirp.axes import ComplexArray
-from polychirp.capture.parameters import COMBINED, CaptureParameters
+from polychirp.capture.parameters import COMBINED_AXES, CaptureParameters
+from polychirp.capture.zarr_file import ZarrArray
 from polychirp.errors import InputError
 from polychirp.model.if_frame import IfFrame
+
+LARGEST_SAMPLE: Final = 1e100
+"""Greatest plausible sample in parts of full scale; squares of spectra stay finite below it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -22,10 +28,10 @@ class Recording:
 
     Parameters
     ----------
-    name : of the file, for messages
-    parameters : what is known of it
-    num_frames : that are there
-    read : samples ``(receiver, ramp, fast)`` of a frame as they were stored
+    name : name of the file, for messages
+    parameters : ramps, converter, antennas and file layout
+    num_frames : number of frames in the file
+    read : function from a frame's number to its samples ``(receiver, ramp, fast)`` as stored
     """
 
     name: str
@@ -42,14 +48,16 @@ class Recording:
         Raises
         ------
         InputError
-            There is no such frame.
+            There is no such frame, or a sample of it is NaN, infinite or too large.
         """
         if not 0 <= number < self.num_frames:
             raise InputError(
                 f"{self.name}: there is no frame {number}; it has frames 0 to {self.num_frames - 1}"
             )
         parameters = self.parameters
-        samples = np.asarray(self.read(number) / parameters.full_scale, dtype=np.complex128)
+        with np.errstate(all="ignore"):
+            samples = np.asarray(self.read(number) / parameters.full_scale, dtype=np.complex128)
+        self._refuse_bad_samples(samples, number)
         if parameters.sampling == "real":
             samples = 2.0 * samples.real.astype(np.complex128)
         if parameters.conjugate:
@@ -63,9 +71,21 @@ class Recording:
             array=parameters.array,
         )
 
+    def _refuse_bad_samples(self, samples: ComplexArray, number: int) -> None:
+        is_good = np.abs(samples.real) < LARGEST_SAMPLE
+        is_good &= np.abs(samples.imag) < LARGEST_SAMPLE  # false for NaN as well
+        if np.all(is_good):
+            return
+        receiver, ramp, fast = (int(n) for n in np.argwhere(~is_good)[0])
+        raise InputError(
+            f"{self.name}: frame {number} has {np.sum(~is_good)} samples that are not plausible "
+            f"numbers, the first at receiver {receiver}, ramp {ramp}, sample {fast}; record it "
+            "again, correct full_scale, or process other frames with --frames"
+        )
+
 
 def from_array(
-    array: NDArray[Any],
+    array: NDArray[Any] | ZarrArray,
     parameters: CaptureParameters,
     *,
     name: str,
@@ -75,8 +95,8 @@ def from_array(
 
     Parameters
     ----------
-    array : of NumPy, or what behaves like one, as a Zarr array
-    frames : those that will be asked for; where they are given, others may be missing
+    array : array of NumPy or of Zarr
+    frames : numbers of the frames that will be read; if they are given, others may be missing
 
     Raises
     ------
@@ -94,7 +114,7 @@ def from_array(
             for axis, length in zip(axes, expected, strict=True)
         )
         raise InputError(
-            f"{name}: the array has shape {array.shape}, but its parameters say ({told}); "
+            f"{name}: the array has shape {_shown(array.shape)}, but its parameters say ({told}); "
             "correct axes or the numbers of ramps, samples, transmitters and receivers"
         )
     num_frames = array.shape[axes.index("frame")] if "frame" in axes else 1
@@ -113,14 +133,16 @@ def from_array(
 
 
 def frames_needed(there: int, parameters: CaptureParameters, frames: Iterable[int] | None) -> int:
-    """How many frames must be there: to the last one asked for, or all there should be."""
+    """Number of frames that must be there: up to the last one asked for, or all of them."""
+    if isinstance(frames, range):  # not walked, for it may have any length
+        return max(frames[0], frames[-1]) + 1 if frames else 0
     if frames is not None:
         return max(frames, default=-1) + 1
     return parameters.num_frames or max(1, there)
 
 
 def way_out(whole: int, mistake: str) -> str:
-    """End of a sentence: how to process the frames that are whole, and what may be wrong."""
+    """End of a message: how to process the frames that are whole, and what may be wrong."""
     if whole == 0:
         return f"; record it again, or correct {mistake}"
     frames, option = (
@@ -146,7 +168,7 @@ def _signed(array: NDArray[Any]) -> ComplexArray:
 def _ordered(array: NDArray[Any], parameters: CaptureParameters) -> ComplexArray:
     """Samples ``(receiver, ramp, fast)`` of an array of one frame with ``parameters.axes``."""
     lengths = {**parameters.lengths, "frame": 1}
-    single = [part for name in parameters.axes for part in COMBINED.get(name, (name,))]
+    single = [part for name in parameters.axes for part in COMBINED_AXES.get(name, (name,))]
     split = array.reshape([lengths[name] for name in single])
     for name in ("frame", "transmitter", "receiver"):
         if name not in single:
@@ -158,6 +180,23 @@ def _ordered(array: NDArray[Any], parameters: CaptureParameters) -> ComplexArray
         ),
         dtype=np.complex128,
     )
+
+
+def _numpy_header(file: BinaryIO) -> tuple[tuple[int, ...], np.dtype[Any]]:
+    """Shape and data type of a ``.npy`` file; raises all that a wrong header may raise."""
+    version = np.lib.format.read_magic(file)
+    read = np.lib.format.read_array_header_1_0
+    if version != (1, 0):
+        read = np.lib.format.read_array_header_2_0
+    shape, _, dtype = read(file)
+    if not all(isinstance(n, int) and not isinstance(n, bool) and n >= 0 for n in shape):
+        raise ValueError(shape)
+    return shape, dtype
+
+
+def _shown(value: object) -> str:
+    text = str(value)
+    return text if len(text) <= 60 else f"{text[:57]}…"
 
 
 def open_numpy(
@@ -173,26 +212,23 @@ def open_numpy(
     path = Path(path)
     try:
         with path.open("rb") as file:
-            version = np.lib.format.read_magic(file)
-            read_header = (
-                np.lib.format.read_array_header_1_0
-                if version == (1, 0)
-                else np.lib.format.read_array_header_2_0
-            )
-            shape, _, dtype = read_header(file)
+            shape, dtype = _numpy_header(file)
             begin = file.tell()
+            size = os.fstat(file.fileno()).st_size
     except FileNotFoundError:
         raise InputError(f"there is no recording '{path}'") from None
     except OSError as error:
         raise InputError(f"'{path}' cannot be read: {error.strerror}") from None
-    except ValueError:
+    except Exception:  # the header is a Python literal, whose readers have errors of their own
         raise InputError(f"{path.name}: is not a NumPy file; save one with numpy.save") from None
     if dtype.kind not in "iufc":
-        raise InputError(f"{path.name}: holds {dtype}, not numbers")
-    missing = begin + int(np.prod(shape)) * dtype.itemsize - path.stat().st_size
+        raise InputError(f"{path.name}: holds {_shown(dtype)}, not numbers")
+    if not shape or min(shape) < 1:
+        raise InputError(f"{path.name}: has the shape {shape}, so it holds no frame; save it again")
+    missing = begin + math.prod(shape) * dtype.itemsize - size
     if missing > 0:
         raise InputError(
-            f"{path.name}: is {missing} bytes short of the {shape} numbers it announces; "
+            f"{path.name}: is {missing} bytes short of the {_shown(shape)} numbers it announces; "
             "copy or save it again"
         )
     array = np.load(path, mmap_mode="r", allow_pickle=False)

@@ -1,22 +1,21 @@
 r"""SigMF recordings: complex samples in ``NAME.sigmf-data``, JSON in ``NAME.sigmf-meta``.
 
-After the Signal Metadata Format 1.2. What radars need and the format does not know is in the
-namespace ``polychirp:``, declared as an optional extension: other readers may ignore it.
+They follow the Signal Metadata Format 1.2. Fields that radars need and the format lacks have the
+namespace ``polychirp:``, declared as an optional extension, which other readers may ignore.
 
 ========================== ==================================================================
 ``polychirp:schedule``     the ramps that were played: equally long lists, in SI
-``polychirp:num_samples``  that were written: tells a file that was cut off
-``polychirp:start_time``   s, of the first sample, on the clock of the schedule
+``polychirp:num_samples``  number of samples written, by which a cut file is recognised
+``polychirp:start_time``   time of the first sample on the clock of the schedule, s
 ========================== ==================================================================
 
-Integers are read as parts of full scale, 1 being 2¹⁵ for 16 bits, and written so again:
-what is read and written has the same bytes.
+Integers are read as parts of full scale, 2¹⁵ for 16 bits, and written in the same way, so that a
+recording that is read and written has the same bytes.
 """
 
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from hashlib import sha512
@@ -27,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from polychirp.axes import ComplexArray
+from polychirp.bounded_text import json_value, text_of
 from polychirp.errors import InputError
 from polychirp.model.baseband import Baseband, Progress, no_progress
 from polychirp.model.ramp import RampSchedule
@@ -34,9 +34,9 @@ from polychirp.model.ramp import RampSchedule
 META: Final = ".sigmf-meta"
 DATA: Final = ".sigmf-data"
 
-VERSION: Final = "1.2.0"
+SIGMF_VERSION: Final = "1.2.0"
 
-EXTENSION: Final = {"name": "polychirp", "version": "0.1.0", "optional": True}
+SIGMF_EXTENSION: Final = {"name": "polychirp", "version": "0.1.0", "optional": True}
 
 Written = Literal["ci16_le", "cf32_le"]
 
@@ -54,7 +54,7 @@ FORMATS: Final[Mapping[str, tuple[str, float, float]]] = {
     "ci8": ("i1", 0.0, 2.0**7),
     "cu8": ("u1", 2.0**7, 2.0**7),
 }
-"""Element type, what stands for zero and what for full scale, of every type that is read."""
+"""Every data type that is read: element type, stored value of zero, and of full scale."""
 
 RAMP_FIELDS: Final = (
     "start_time",
@@ -65,8 +65,24 @@ RAMP_FIELDS: Final = (
     "sweep",
 )
 
-BLOCK: Final = 1 << 24
-"""Bytes that are hashed or checked at once."""
+LEAST_RATE: Final = 1.0
+GREATEST_RATE: Final = 1e12
+"""Bounds of plausible sample rates, 1/s."""
+
+GREATEST_FREQUENCY: Final = 1e12
+"""Greatest magnitude of a carrier frequency, Hz."""
+
+GREATEST_TIME: Final = 1e12
+"""Greatest magnitude of a start time, s; seconds since 1970 are below it."""
+
+GREATEST_OF_RAMP: Final = 1e18
+"""Greatest magnitude of any number in a schedule, in SI: a slope of 1 GHz in 1 ns."""
+
+MOST_SAMPLES: Final = 1 << 29
+"""Greatest number of samples that are read into memory at once; they take 8 GB."""
+
+HASHED_AT_ONCE: Final = 1 << 24
+"""Bytes that are hashed at once."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -75,15 +91,15 @@ class SigmfRecording:
 
     Parameters
     ----------
-    name : of the recording, for messages
-    path : of the data
+    name : name of the recording, for messages
+    path : path of the data
     datatype : one of `FORMATS`
     sample_rate : 1/s
     centre_frequency : Hz; zero where the file names none
-    num_samples : in the file
-    start_time : s, of the first sample
-    schedule : ramps that were played, where the file names them
-    metadata : all of the JSON, by its names
+    num_samples : number of samples in the file
+    start_time : time of the first sample, s
+    schedule : ramps that were played; None where the file names none
+    metadata : content of the JSON file
     """
 
     name: str
@@ -102,7 +118,7 @@ class SigmfRecording:
         Raises
         ------
         InputError
-            Samples that are no numbers, which come of a wrong datatype.
+            Samples are NaN or too large, as happens with a wrong datatype.
         """
         kind, zero, full = FORMATS[self.datatype]
         width = np.dtype(kind).itemsize
@@ -119,7 +135,18 @@ class SigmfRecording:
         return values.view(np.complex128)
 
     def signal(self) -> Baseband:
-        """All samples, in memory."""
+        """All samples, in memory.
+
+        Raises
+        ------
+        InputError
+            There are too many, or some are no numbers.
+        """
+        if self.num_samples > MOST_SAMPLES:
+            raise InputError(
+                f"{self.name}: has {self.num_samples} samples, too many to be held in memory; cut "
+                f"out at most {MOST_SAMPLES}, or use --search, which reads it piece by piece"
+            )
         return Baseband(
             samples=self.read(0, self.num_samples),
             sample_rate=self.sample_rate,
@@ -148,12 +175,17 @@ def open_sigmf(path: Path | str) -> SigmfRecording:
     metadata = _json(meta)
     fields, capture = _global(metadata, meta.name), _capture(metadata, meta.name)
     datatype = _datatype(fields, meta.name)
-    rate = _number(fields, "core:sample_rate", meta.name)
-    if not rate > 0:
-        raise InputError(f"{meta.name}: core:sample_rate is {rate:g}; give the samples per second")
+    rate = _number(fields, "core:sample_rate", meta.name, greatest=GREATEST_RATE)
+    if not LEAST_RATE <= rate <= GREATEST_RATE:
+        raise InputError(
+            f"{meta.name}: core:sample_rate is {rate:g}; give the samples per second, from "
+            f"{LEAST_RATE:g} to {GREATEST_RATE:g}"
+        )
     count = _count(data, datatype, fields)
     schedule = _schedule(fields, meta.name)
-    centre = _number(capture, "core:frequency", meta.name, otherwise=0.0)
+    centre = _number(
+        capture, "core:frequency", meta.name, greatest=GREATEST_FREQUENCY, otherwise=0.0
+    )
     _check_band(schedule, rate, centre, meta.name)
     return SigmfRecording(
         name=data.name,
@@ -162,14 +194,16 @@ def open_sigmf(path: Path | str) -> SigmfRecording:
         sample_rate=rate,
         centre_frequency=centre,
         num_samples=count,
-        start_time=_number(fields, "polychirp:start_time", meta.name, otherwise=0.0),
+        start_time=_number(
+            fields, "polychirp:start_time", meta.name, greatest=GREATEST_TIME, otherwise=0.0
+        ),
         schedule=schedule,
         metadata=metadata,
     )
 
 
 def check_sha512(recording: SigmfRecording, *, progress: Progress = no_progress) -> None:
-    """Refuse data that are not those that the metadata were written for, where they say so.
+    """Refuse samples whose SHA-512 is not the one in their metadata, if they have one.
 
     Raises
     ------
@@ -190,7 +224,7 @@ def check_sha512(recording: SigmfRecording, *, progress: Progress = no_progress)
 def _hash(path: Path, progress: Progress = no_progress) -> str:
     size, done, hashed = path.stat().st_size, 0, sha512()
     with path.open("rb") as file:
-        while block := file.read(BLOCK):
+        while block := file.read(HASHED_AT_ONCE):
             progress("SHA-512", done, size)
             hashed.update(block)
             done += len(block)
@@ -200,13 +234,15 @@ def _hash(path: Path, progress: Progress = no_progress) -> str:
 
 def _json(path: Path) -> dict[str, Any]:
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        found = json_value(text_of(path))
     except FileNotFoundError:
         raise InputError(f"there is no recording '{path}'") from None
     except OSError as error:
         raise InputError(f"'{path}' cannot be read: {error.strerror}") from None
     except (UnicodeDecodeError, json.JSONDecodeError) as error:
         raise InputError(f"{path.name}: is not JSON ({error}); SigMF metadata are") from None
+    except InputError as error:
+        raise InputError(f"{path.name}: {error}") from None
     if not isinstance(found, dict):
         raise InputError(f"{path.name}: is not an object with 'global' and 'captures', as SigMF is")
     return found
@@ -218,7 +254,8 @@ def _global(metadata: Mapping[str, Any], name: str) -> dict[str, Any]:
         raise InputError(f"{name}: has no object 'global'; SigMF metadata have one")
     if fields.get("core:num_channels", 1) != 1:
         raise InputError(
-            f"{name}: has {fields['core:num_channels']} channels; split them into recordings"
+            f"{name}: has {_shown(fields['core:num_channels'])} channels; split them into "
+            "recordings"
         )
     return fields
 
@@ -229,7 +266,7 @@ def _capture(metadata: Mapping[str, Any], name: str) -> dict[str, Any]:
         raise InputError(f"{name}: has no list 'captures'; SigMF metadata have one")
     if any(one.get("core:header_bytes") for one in captures):
         raise InputError(f"{name}: has headers between samples, which are not read; remove them")
-    if len({one.get("core:frequency") for one in captures}) > 1:
+    if any(one.get("core:frequency") != captures[0].get("core:frequency") for one in captures):
         raise InputError(f"{name}: was retuned while recording; split it where it was")
     return captures[0] if captures else {}
 
@@ -238,32 +275,55 @@ def _datatype(fields: Mapping[str, Any], name: str) -> str:
     told = fields.get("core:datatype")
     if told is None:
         raise InputError(f"{name}: core:datatype is missing; give it, as in 'cf32_le'")
-    if told not in FORMATS:
+    if not isinstance(told, str) or told not in FORMATS:
         why = "is real, but I and Q are needed" if str(told).startswith("r") else "is unknown"
-        raise InputError(f"{name}: core:datatype '{told}' {why}; known are {', '.join(FORMATS)}")
+        raise InputError(
+            f"{name}: core:datatype {_shown(told)} {why}; known are {', '.join(FORMATS)}"
+        )
     return str(told)
 
 
 def _number(
-    fields: Mapping[str, Any], key: str, name: str, *, otherwise: float | None = None
+    fields: Mapping[str, Any],
+    key: str,
+    name: str,
+    *,
+    greatest: float,
+    otherwise: float | None = None,
 ) -> float:
     value = fields.get(key, otherwise)
     if value is None:
         raise InputError(f"{name}: {key} is missing; give it")
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise InputError(f"{name}: {key} is {value!r}; it must be a number")
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    if not (is_number and abs(value) <= greatest):  # false for NaN as well
+        raise InputError(
+            f"{name}: {key} is {_shown(value)}; it must be a number of at most {greatest:g}"
+        )
     return float(value)
 
 
+def _shown(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 40 else f"{text[:37]}…"
+
+
 def _count(data: Path, datatype: str, fields: Mapping[str, Any]) -> int:
-    """Samples in the data file, which must be whole and as many as were written."""
+    """Number of samples in the data file; it must be whole and the number that was written."""
     try:
         size = data.stat().st_size
     except FileNotFoundError:
         raise InputError(f"there are no samples '{data}' beside their metadata") from None
+    except OSError as error:
+        raise InputError(f"'{data}' cannot be read: {error.strerror}") from None
+    if not data.is_file():
+        raise InputError(f"'{data}' is not a file; samples stand in a file beside their metadata")
     width = 2 * np.dtype(FORMATS[datatype][0]).itemsize
     count, rest = divmod(size, width)
     told = fields.get("polychirp:num_samples")
+    if told is not None and (not isinstance(told, int) or isinstance(told, bool) or told < 1):
+        raise InputError(
+            f"{data.name}: polychirp:num_samples is {_shown(told)}; it must be a count of samples"
+        )
     if told is not None and count < told:
         raise InputError(
             f"{data.name}: was cut off: {count} of {told} samples are there; copy it again, or "
@@ -283,17 +343,25 @@ def _schedule(fields: Mapping[str, Any], name: str) -> RampSchedule | None:
     if told is None:
         return None
     try:
-        return RampSchedule(**{field: np.array(told[field]) for field in RAMP_FIELDS})
+        return RampSchedule(**{field: _bounded(told[field]) for field in RAMP_FIELDS})
     except InputError as error:
         raise InputError(f"{name}: polychirp:schedule: {error}") from None
-    except (KeyError, TypeError, ValueError):
+    except (KeyError, TypeError, ValueError, IndexError):
         raise InputError(
             f"{name}: polychirp:schedule needs lists of numbers {', '.join(RAMP_FIELDS)}"
         ) from None
 
 
+def _bounded(values: Any) -> NDArray[Any]:
+    """An array of a list of plain numbers; raises `ValueError` where it is none."""
+    is_list = isinstance(values, list) and all(type(one) in (int, float) for one in values)
+    if not is_list or not all(abs(one) <= GREATEST_OF_RAMP for one in values):
+        raise ValueError(values)
+    return np.array(values)
+
+
 def _check_band(schedule: RampSchedule | None, rate: float, centre: float, name: str) -> None:
-    """Refuse ramps that cannot have been in the samples that they are said to be in."""
+    """Refuse a schedule all of whose ramps lie outside of the recorded band."""
     if schedule is None or centre == 0.0:
         return
     middle = schedule.centre_frequency
@@ -315,15 +383,15 @@ def write_sigmf(
     schedule: RampSchedule | None = None,
     description: str = "",
 ) -> Path:
-    """Write a signal; gives the path of its metadata, ``NAME.sigmf-meta``.
+    """Write a signal and return the path of its metadata, ``NAME.sigmf-meta``.
 
-    Equal signals give equal bytes: no time of day is kept.
+    Equal signals give equal bytes, because no time of day is stored.
 
     Parameters
     ----------
-    path : with either suffix, or none
+    path : path with either suffix, or with none
     datatype : 16-bit integers hold magnitudes of I and Q below 1
-    schedule : what was played
+    schedule : ramps that were played
 
     Raises
     ------
@@ -339,12 +407,12 @@ def write_sigmf(
     fields: dict[str, Any] = {
         "core:datatype": datatype,
         "core:sample_rate": signal.sample_rate,
-        "core:version": VERSION,
+        "core:version": SIGMF_VERSION,
         "core:num_channels": 1,
         "core:sha512": _hash(data),
         "core:recorder": "polychirp",
         "core:description": description,
-        "core:extensions": [EXTENSION],
+        "core:extensions": [SIGMF_EXTENSION],
         "polychirp:num_samples": signal.num_samples,
         "polychirp:start_time": signal.start_time,
     }

@@ -31,6 +31,9 @@ from polychirp.model.scene import Actor, Scene
 if TYPE_CHECKING:
     from polychirp.channel.tracers.composite import Composite
 
+MOST_ASPECTS: Final = 1_000_000
+"""Greatest number of aspects of one call; around a body they are 0.0004 degrees apart."""
+
 ASPECTS_PER_SCENE: Final = 16
 """Aspects in one scene. Chosen: each lit facet of each aspect takes about 200 bytes."""
 
@@ -88,7 +91,8 @@ def cross_sections(
     Raises
     ------
     InputError
-        The mesh has no faces, or the radar would be inside the sphere around it.
+        The mesh has no faces, there are too many aspects, or the radar would be inside the
+        sphere around it.
 
     Examples
     --------
@@ -102,6 +106,10 @@ def cross_sections(
     >>> to_db(found.rcs[:, 0, 0]).round(0)
     array([-15., -15.])
     """
+    if azimuth.size > MOST_ASPECTS:
+        raise InputError(
+            f"{azimuth.size} aspects are more than {MOST_ASPECTS}; use a longer step of azimuth"
+        )
     centre, radius = sphere_around(mesh)
     if distance <= radius:
         raise InputError(
@@ -131,6 +139,28 @@ def cross_sections(
         elevation=elevation,
         centre=(float(centre[0]), float(centre[1]), float(centre[2])),
     )
+
+
+def num_aspects(step: float) -> int:
+    """Number of aspects around a body that are about ``step`` (rad) apart.
+
+    Raises
+    ------
+    InputError
+        There are more than `MOST_ASPECTS`.
+
+    Examples
+    --------
+    >>> num_aspects(np.radians(0.5))
+    720
+    """
+    count = 2.0 * np.pi / step
+    if count > MOST_ASPECTS:
+        raise InputError(
+            f"a step of {np.degrees(step):.3g} deg gives {count:.3g} aspects, more than "
+            f"{MOST_ASPECTS}; use a longer one"
+        )
+    return max(1, round(count))
 
 
 def _echoes(tracer: Composite, mesh: Mesh, places: FloatArray) -> ComplexArray:

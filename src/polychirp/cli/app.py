@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import argparse
+import io
 import os
+import signal
 import sys
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from importlib import import_module
-from importlib.util import find_spec
 from typing import Final, NoReturn
 
-from polychirp.errors import InputError, ModelWarning, PolychirpError
+from polychirp.cli.terminal import command_name, say
+from polychirp.errors import InputError, ModelWarning, PolychirpError, RunError
 
 VERBS: Final = (
     "init",
@@ -23,25 +25,29 @@ VERBS: Final = (
     "rcs",
     "correlate",
     "paper",
-    "view",
+    "warm-up",
 )
-"""In the order of the help; a verb without a module is not offered."""
+"""Commands, in the order of the help; each has a module in this folder."""
 
 _STOPPED: Final = 130
-"""What a shell calls a program that was interrupted."""
+"""Exit code after Ctrl-C, as of a program that signal 2 ended."""
+
+_TERMINATED: Final = 143
+"""Exit code after SIGTERM, signal 15."""
 
 _EPILOG: Final = """\
 start with:
-  polychirp init study.toml     write a study with comments
-  polychirp check study.toml    see what its radars resolve
-  polychirp run study.toml      run it
+  {name} init study.toml     write a study with comments
+  {name} check study.toml    see what its radars resolve
+  {name} run study.toml      run it once
+  {name} study study.toml    run many trials of it
 
 exit codes: 0 done, 2 bad input, 3 refused by physics or engine, 4 failed while running
 """
 
 
 class Parser(argparse.ArgumentParser):
-    """Refuses arguments with one sentence, like everything else."""
+    """Parser whose complaint about wrong arguments is one sentence, as all errors are."""
 
     def error(self, message: str) -> NoReturn:
         """Raise `InputError`, which `main` prints."""
@@ -49,7 +55,7 @@ class Parser(argparse.ArgumentParser):
 
 
 class Version(argparse.Action):
-    """Prints the version and ends; looks it up only when it is asked for."""
+    """Option that prints the version and ends; the version is looked up only then."""
 
     def __call__(self, parser: argparse.ArgumentParser, *unused: object) -> NoReturn:
         """Print and end."""
@@ -60,49 +66,117 @@ class Version(argparse.Action):
         parser.exit()
 
 
+class Terminated(KeyboardInterrupt):
+    """SIGTERM, which ends a command in the same order as Ctrl-C."""
+
+
 def build_parser() -> argparse.ArgumentParser:
     """The parser of all verbs; each verb's module adds its own part."""
+    name = command_name()
     parser = Parser(
-        prog="polychirp",
+        prog=name,
         description="Simulate mutual interference between FMCW automotive radars.",
-        epilog=_EPILOG,
+        epilog=_EPILOG.format(name=name),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action=Version, nargs=0, help="print the version")
     subparsers = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=Parser)
     for verb in VERBS:
-        name = f"polychirp.cli.{verb}"
-        if find_spec(name) is not None:
-            module = import_module(name)
-            module.add_parser(subparsers)
-            subparsers.choices[verb].set_defaults(command=module.run)
+        module = import_module(f"polychirp.cli.{verb.replace('-', '_')}")
+        module.add_parser(subparsers)
+        kept = getattr(module, "KEPT", "nothing unfinished was kept")
+        subparsers.choices[verb].set_defaults(command=module.run, kept=kept)
     return parser
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command; give its exit code.
+    """Run one command and return its exit code.
 
-    Errors that polychirp raises on purpose become one sentence on stderr; all others keep their
-    traceback, for they are faults of polychirp.
+    Errors that polychirp raises on purpose, and those of the system (a full disk, too little
+    memory), become one sentence on stderr. All other errors are faults of polychirp and keep their
+    traceback.
     """
     # matrices are small here; set before NumPy is imported, whose threads would wait for work on
     # the cores that the kernels use
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")  # a file name need not be valid text
+    arguments = argparse.Namespace()
     try:
-        with _warnings_as_notes():
+        with _warnings_as_notes(), _sigterm_as_interrupt():
             arguments = build_parser().parse_args(argv)
             command: Callable[[argparse.Namespace], int] = arguments.command
-            return command(arguments)
-    except PolychirpError as error:
-        print(f"polychirp: {error}", file=sys.stderr)
-        return error.exit_code
+            code = command(arguments)
+            sys.stdout.flush()
+            return code
     except BrokenPipeError:
-        # the reader of a pipe (`| head`) has seen enough; keep the interpreter from complaining
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        # the reader of a pipe (`| head`) has seen enough
+        _give_up_stdout()
         return 0
-    except KeyboardInterrupt:
-        print("polychirp: stopped before the end; nothing unfinished was kept", file=sys.stderr)
-        return _STOPPED
+    except KeyboardInterrupt as stop:
+        say(f"polychirp: stopped before the end; {getattr(arguments, 'kept', 'nothing was kept')}")
+        return _TERMINATED if isinstance(stop, Terminated) else _STOPPED
+    except (PolychirpError, OSError, MemoryError, RecursionError, OverflowError) as error:
+        explained = _explained(error)
+        say(f"polychirp: {explained}")
+        return explained.exit_code
+
+
+def _explained(error: BaseException) -> PolychirpError:
+    """The error as one that polychirp raises on purpose, whose text is a sentence."""
+    match error:
+        case PolychirpError():
+            return error
+        case OSError():
+            _give_up_stdout_if_full()
+            place = f"'{error.filename}': " if error.filename else ""
+            return RunError(
+                f"{place}{error.strerror or error}; see that the path exists, that you may use it, "
+                "and that its disk has room"
+            )
+        case MemoryError():
+            size = f" ({error})" if str(error) else ""
+            return RunError(
+                f"there is not enough memory{size}; fewer radars, sweeps, channels or workers need "
+                "less"
+            )
+        case RecursionError():
+            return InputError("the input is nested too deeply; write it with fewer levels")
+    return InputError(f"a number is too large to compute with ({error}); use a smaller one")
+
+
+def _give_up_stdout_if_full() -> None:
+    try:
+        sys.stdout.flush()
+    except OSError:
+        _give_up_stdout()
+
+
+def _give_up_stdout() -> None:
+    """Keep the interpreter from writing at its end what cannot be written."""
+    try:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except (OSError, ValueError):
+        return
+
+
+@contextmanager
+def _sigterm_as_interrupt() -> Iterator[None]:
+    """Raise `Terminated` on SIGTERM, so that what Ctrl-C tidies up is tidied up then too."""
+
+    def stop(*unused: object) -> NoReturn:
+        del unused
+        raise Terminated
+
+    try:
+        before = signal.signal(signal.SIGTERM, stop)
+    except ValueError:  # only the main thread may
+        yield
+        return
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 @contextmanager
@@ -115,7 +189,7 @@ def _warnings_as_notes() -> Iterator[None]:
             usual(message, category, *place)  # type: ignore[arg-type]
         elif str(message) not in seen:
             seen.add(str(message))
-            print(f"note: {message}", file=sys.stderr)
+            say(f"note: {message}")
 
     with warnings.catch_warnings():
         usual = warnings.showwarning

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
+import shlex
 from typing import TYPE_CHECKING, Any
+
+from polychirp.cli.terminal import command_name, say, tables
 
 if TYPE_CHECKING:
     from polychirp.study.check import Derived, DerivedRadar
 
 
 def add_study_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add what every verb takes that reads a study."""
+    """Add the arguments that all verbs share which read a study."""
     parser.add_argument("study", metavar="STUDY", help="a study file (TOML)")
     parser.add_argument(
         "--set",
@@ -27,7 +29,7 @@ def add_study_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def all_overrides(arguments: argparse.Namespace) -> list[str]:
-    """Changes to the study, the seed last."""
+    """Changes to the study that the arguments ask for, the seed last."""
     seed = [] if arguments.seed is None else [f"seed={arguments.seed}"]
     return [*arguments.overrides, *seed]
 
@@ -56,11 +58,17 @@ def run(arguments: argparse.Namespace) -> int:
         print(json.dumps({"study": study.name, "seed": study.seed, **asdict(derived)}, indent=2))
     else:
         _print_tables(study.name, derived)
+        say(f"next: {next_command('run', arguments)}")
     return 0
 
 
+def next_command(verb: str, arguments: argparse.Namespace) -> str:
+    """The command that does ``verb`` to the same study with the same changes, for a shell."""
+    changes = [word for change in all_overrides(arguments) for word in ("--set", change)]
+    return shlex.join([command_name(), verb, arguments.study, *changes])
+
+
 def _print_tables(name: str, derived: Derived) -> None:
-    from rich.console import Console
     from rich.table import Table
 
     table = Table(title=f"{name}: what its radars resolve", title_justify="left")
@@ -70,29 +78,35 @@ def _print_tables(name: str, derived: Derived) -> None:
     columns = [_rows(radar, derived.victims) for radar in derived.radars]
     for label in columns[0]:
         table.add_row(label, *(column[label] for column in columns))
-    console = Console(file=sys.stderr)
+    console = tables()
     console.print(table)
     console.print(
-        f"{len(derived.victims)} frame(s) of {len(derived.radars)} radar(s), "
-        f"{derived.num_snapshots} snapshots of the scene, "
-        f"{derived.memory / 1e6:.3g} MB of samples and parts,\n"
-        f"about {derived.cost:.2g} s on one core (a rough guess: see study.check.Derived)",
-        highlight=False,
+        f"Frames are computed for {_counted(len(derived.victims), 'radar')} of "
+        f"{len(derived.radars)}; the scene is traced {_counted(derived.num_snapshots, 'time')}; "
+        f"samples and their parts take {derived.memory / 1e6:.3g} MB.\n"
+        f"A run takes roughly {derived.cost:.2g} s on one core; the first run also compiles its "
+        "kernels, which takes minutes.",
     )
+
+
+def _counted(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 def _rows(radar: DerivedRadar, victims: tuple[str, ...]) -> dict[str, str]:
     return {
         "range resolution": _span(radar.range_resolution, 1e2, "cm"),
         "speed resolution": f"{3.6 * radar.speed_resolution:.3g} km/h",
-        "unambiguous speed (equal sweeps)": f"±{3.6 * radar.unambiguous_speed:.3g} km/h",
+        "unambiguous speed, by Doppler": f"±{3.6 * radar.unambiguous_speed:.3g} km/h"
+        if radar.has_equal_sweeps
+        else "no limit: sweeps differ",
         "greatest range (IF pass band)": f"{radar.greatest_range:.3g} m",
         "beat band": _span(radar.beat_band, 1e-3, "kHz"),
         "ramp": _span(radar.ramp_duration, 1e3, "ms"),
         "frame": f"{1e3 * radar.frame_duration:.4g} ms, {radar.num_ramps} ramps",
         "samples per ramp": _span(radar.samples_per_ramp, 1, ""),
         "samples per frame and channel": str(radar.samples_per_frame),
-        "memory": f"{radar.memory / 1e6:.3g} MB" if radar.name in victims else "(no victim)",
+        "memory": f"{radar.memory / 1e6:.3g} MB" if radar.name in victims else "– (no victim)",
     }
 
 

@@ -1,15 +1,14 @@
-"""``polychirp correlate`` — how alike two waveforms or recordings are."""
+"""``polychirp correlate`` — auto- and cross-correlation of waveforms and recordings."""
 
 from __future__ import annotations
 
 import argparse
 import json
 import math
-import sys
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from polychirp.cli.terminal import figure_text, printable, say, tables, usable_file, usable_folder
 from polychirp.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
@@ -44,7 +43,7 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument("b", metavar="B", nargs="?", help="the reference (default: A)")
     common = parser.add_argument_group("what is compared")
     common.add_argument("--rate", metavar="R", help="common sample rate, as in '130 MS/s'")
-    common.add_argument("--sweeps", metavar="N", type=int, default=1, help="of waveforms (1)")
+    common.add_argument("--sweeps", metavar="N", type=int, default=1, help="of a waveform (1)")
     common.add_argument(
         "--baseband", action="store_true", help="take carriers away: compare basebands"
     )
@@ -62,7 +61,7 @@ def add_parser(subparsers: Any) -> None:
     out.add_argument("--figure", metavar="FILE", help="picture; with 'paper', a folder of them")
     out.add_argument("--csv", metavar="FILE", help="the picture's data; with 'paper', the table")
     out.add_argument("--ambiguity", metavar="FILE", help="picture over delay and Doppler shift")
-    out.add_argument("--doppler", metavar="F", default="1 MHz", help="its reach (1 MHz)")
+    out.add_argument("--doppler", metavar="F", default="1 MHz", help="greatest shift in it (1 MHz)")
     out.add_argument("--save", metavar="DIR", help="write A and B as SigMF recordings")
     out.add_argument("--json", action="store_true", help="print JSON in SI units on stdout")
 
@@ -80,14 +79,15 @@ def _add_bench(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="you may transmit in A's band, or a cable with an attenuator joins the connectors",
     )
-    bench.add_argument("--seed", type=int, default=1, help="of all random draws (1)")
-    bench.add_argument("--draws", metavar="N", type=int, default=12, help="with 'paper' (12)")
+    bench.add_argument("--seed", type=int, default=1, help="seed of all random draws (1)")
+    bench.add_argument("--draws", metavar="N", type=int, default=12, help="draws with 'paper' (12)")
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Read, correlate, print, write."""
     if arguments.seed < 0:
         raise InputError(f"--seed: {arguments.seed} is negative; use 0 or more")
+    _refuse_unwritable(arguments)
     if arguments.a == "paper":
         return _paper(arguments)
     if arguments.search:
@@ -115,6 +115,18 @@ def run(arguments: argparse.Namespace) -> int:
     _write(arguments, pair, measured, theory)
     _show(arguments, pair, rows, found)
     return 0
+
+
+def _refuse_unwritable(arguments: argparse.Namespace) -> None:
+    """Refuse, before the work, places where results cannot be written."""
+    is_paper = arguments.a == "paper"
+    if arguments.figure and is_paper:
+        usable_folder(arguments.figure, option="--figure")
+    for name in ("csv", "ambiguity") if is_paper else ("figure", "csv", "ambiguity"):
+        if getattr(arguments, name):
+            usable_file(getattr(arguments, name), option=f"--{name}")
+    if arguments.save:
+        usable_folder(arguments.save, option="--save")
 
 
 # ── in ────────────────────────────────────────────────────────────────────────
@@ -159,18 +171,28 @@ def _operand(text: str, arguments: argparse.Namespace) -> Operand:
 
         return from_study(load_study(path), radar, num_sweeps=arguments.sweeps)
     if text.endswith(".toml"):
-        raise InputError(f"'{text}' has many radars; name one, as in '{text}:front'")
+        raise InputError(_which_radar(text))
     raise InputError(
         f"'{text}' is neither a recording (NAME{META}), nor a radar (STUDY.toml:RADAR), nor a "
         f"named waveform; {did_you_mean(text, ('paper', *NAMED))}"
     )
 
 
+def _which_radar(path: str) -> str:
+    """The sentence about a study that is named without one of its radars."""
+    from polychirp.config.load import load_study
+
+    names = [radar.name for radar in load_study(path).radars] if Path(path).exists() else []
+    one = names[0] if names else "front"
+    others = f"; it has {', '.join(names)}" if names else ""
+    return f"'{path}' is a whole study; name one of its radars, as in '{path}:{one}'{others}"
+
+
 # ── bench ─────────────────────────────────────────────────────────────────────
 
 
 def _on_the_bench(arguments: argparse.Namespace, pair: Pair) -> Pair:
-    """A through the model or through a radio, where that is asked for."""
+    """The pair with A passed through the model or a radio, where that is asked for."""
     from polychirp.study.section_v.operands import through_model, through_radio
 
     snr = _read(arguments, "snr", "dB")
@@ -207,11 +229,11 @@ def _radio(arguments: argparse.Namespace) -> Radio:
 def _write(
     arguments: argparse.Namespace, pair: Pair, measured: Correlation, theory: Correlation | None
 ) -> None:
-    """Figure, data and recordings, as far as they are asked for."""
+    """Write figure, data and recordings, as far as they are asked for."""
     if arguments.figure or arguments.csv:
         from polychirp.report.figures.correlation import pair_picture
 
-        drawing = pair_picture(measured, theory, title=pair.title)
+        drawing = pair_picture(measured, theory, title=figure_text(pair.title))
         if arguments.figure:
             _store(arguments.figure, drawing.png())
         if arguments.csv:
@@ -224,15 +246,12 @@ def _write(
         folder = Path(arguments.save)
         for name, signal, plan in (("a", pair.a, pair.a_plan), ("b", pair.b, pair.b_plan)):
             told = write_sigmf(folder / name, signal, schedule=plan, description=pair.title)
-            print(f"stored {told}", file=sys.stderr)
+            say(f"stored {told}")
 
 
 def _store(name: str, content: bytes) -> None:
-    path = Path(name)
-    if not path.parent.is_dir():
-        raise InputError(f"there is no folder '{path.parent}' for '{path.name}'; make it first")
-    path.write_bytes(content)
-    print(f"stored {path}", file=sys.stderr)
+    Path(name).write_bytes(content)
+    say(f"stored {name}")
 
 
 def _ambiguity(arguments: argparse.Namespace, pair: Pair) -> bytes:
@@ -243,17 +262,19 @@ def _ambiguity(arguments: argparse.Namespace, pair: Pair) -> bytes:
     doppler = _read(arguments, "doppler", "Hz") or 0.0
     with progress_bar("ambiguity") as show:
         found = ambiguity_of(pair, greatest_doppler=doppler, progress=show)
-    return ambiguity_picture(found, title=pair.title).png()
+    return ambiguity_picture(found, title=figure_text(pair.title)).png()
 
 
 def _show(
     arguments: argparse.Namespace, pair: Pair, rows: dict[str, Lobes], found: dict[str, float]
 ) -> None:
     if arguments.json:
+        from dataclasses import asdict
+
         values = {name: _finite(asdict(row)) for name, row in rows.items()}
         print(json.dumps({"title": pair.title, **found, **values}, indent=1, allow_nan=False))
         return
-    print(pair.title)
+    print(printable(pair.title))
     for name, value in found.items():
         shown = f"{_fixed(value * 1e9, 3)} ns" if name == "delay" else f"{_fixed(value, 1)} Hz"
         print(f"  {name} taken away: {shown}")
@@ -274,7 +295,7 @@ def _db(ratio: float) -> str:
 
 
 def _fixed(value: float, digits: int) -> str:
-    """So many digits after the point, and no minus before a zero."""
+    """The value with ``digits`` digits after the point, and no minus before a zero."""
     return f"{round(value, digits) + 0.0:.{digits}f}"
 
 
@@ -306,7 +327,7 @@ def _search(arguments: argparse.Namespace) -> int:
         print(json.dumps(record, indent=1))
         return 0
     seconds = a.recording.num_samples / a.recording.sample_rate
-    print(f"{b.name} in {a.name}, {seconds:.6g} s: found {found.peak.size} times")
+    print(printable(f"{b.name} in {a.name}, {seconds:.6g} s: found {found.peak.size} times"))
     for time, value in list(zip(found.lag, found.peak, strict=True))[:20]:
         print(f"  {time * 1e6:>14.4f} us   {value:.4f}")
     if found.peak.size > 20:
@@ -323,7 +344,7 @@ def _paper(arguments: argparse.Namespace) -> int:
         results = run_correlation(seed=arguments.seed, num_seeds=arguments.draws, progress=show)
     if arguments.figure:
         write_correlation(results, Path(arguments.figure))
-        print(f"stored in {arguments.figure}", file=sys.stderr)
+        say(f"stored in {arguments.figure}")
     if arguments.csv:
         _store(arguments.csv, correlation_csv(results).encode())
     if arguments.json:
@@ -334,11 +355,9 @@ def _paper(arguments: argparse.Namespace) -> int:
 
 
 def _print_tables(results: Any) -> None:
-    from rich.console import Console
-
     from polychirp.report.correlation import correlation_table, shape_table
 
-    console = Console(width=None if sys.stdout.isatty() else 150)
+    console = tables()
     console.print(correlation_table(results))
     console.print(shape_table(results))
     for note in results.notes:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import sys
+import shlex
 from pathlib import Path
 from typing import Any
 
+from polychirp.cli.terminal import command_name, say
 from polychirp.errors import InputError, RunError
 
 
@@ -33,7 +34,7 @@ def run(arguments: argparse.Namespace) -> int:
         path.write_text(template(), encoding="utf-8")
     except OSError as error:
         raise RunError(f"'{path}' cannot be written: {error.strerror}") from error
-    print(f"wrote {path}; next: polychirp check {path}", file=sys.stderr)
+    say(f"wrote {path}; next: {shlex.join([command_name(), 'check', str(path)])}")
     return 0
 
 

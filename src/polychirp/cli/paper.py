@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import argparse
-import shutil
-import sys
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from polychirp.cli.progress import progress_bar
+from polychirp.cli.terminal import say, tables, usable_folder
 from polychirp.errors import InputError
 
 if TYPE_CHECKING:
     from polychirp.study.paper.results import StatisticsRow
+
+KEPT: Final = "files that were written stay in the folder, and the same command begins again"
+"""Part of the message after an interrupt."""
+
+MARK: Final = "written-by-polychirp-paper.txt"
+"""Name of the file that marks a folder of statistics as this command's own."""
 
 
 def add_parser(subparsers: Any) -> None:
@@ -33,7 +37,7 @@ def add_parser(subparsers: Any) -> None:
         default="out/paper",
         help="folder of the results (default: %(default)s)",
     )
-    parser.add_argument("--seed", type=int, default=1, help="of all random draws (default: 1)")
+    parser.add_argument("--seed", type=int, default=1, help="seed of all random draws (default: 1)")
     parser.add_argument("--json", action="store_true", help="print results.json instead of tables")
 
 
@@ -41,15 +45,18 @@ def run(arguments: argparse.Namespace) -> int:
     """Run, write, print."""
     if arguments.seed < 0:
         raise InputError(f"--seed: {arguments.seed} is negative; use 0 or more")
-    folder = Path(arguments.out)
-    for parent in (folder, *folder.parents):
-        if parent.exists() and not parent.is_dir():
-            raise InputError(f"--out: '{parent}' is a file; name a folder")
-    from polychirp.report.paper import write_paper
-    from polychirp.study.paper.scenarios import run_paper
+    folder = usable_folder(arguments.out)
+    _refuse_other_statistics(folder / "statistics")
+    from dataclasses import replace
 
-    started = time.perf_counter()
+    from polychirp.study.kernel_parts import OF_PAPER, compile_parts
+
     with progress_bar("paper") as progress:
+        compile_parts(OF_PAPER, progress=progress)
+        from polychirp.report.paper import write_paper
+        from polychirp.study.paper.scenarios import run_paper
+
+        started = time.perf_counter()
         results = run_paper(seed=arguments.seed, progress=progress)
         statistics = _statistics(folder / "statistics", seed=arguments.seed, progress=progress)
         results = replace(results, statistics=statistics, wall_time_s=time.perf_counter() - started)
@@ -58,18 +65,33 @@ def run(arguments: argparse.Namespace) -> int:
         print((folder / "results.json").read_text(encoding="utf-8"), end="")
         return 0
     _print_tables(results)
-    print(f"\n{results.wall_time_s:.0f} s; open {page}", file=sys.stderr)
+    say(f"\n{results.wall_time_s:.0f} s; open {page}")
     return 0
+
+
+def _refuse_other_statistics(folder: Path) -> None:
+    """Refuse, before the run, to write over a folder that this command did not write."""
+    if folder.is_dir() and any(folder.iterdir()) and not (folder / MARK).exists():
+        raise InputError(
+            f"--out: '{folder}' holds files that polychirp paper did not write; name another "
+            "folder, or move it away"
+        )
 
 
 def _statistics(
     folder: Path, *, seed: int, progress: Callable[[str, int, int], None]
 ) -> tuple[StatisticsRow, ...]:
-    """Figures 12 and 13 from few trials, drawn anew; all that they found stays in ``folder``."""
+    """Figures 12 and 13 from few trials, run again each time; their results stay in ``folder``."""
     from polychirp.study.monte_carlo.executor import LocalWorkers, num_cores
+    from polychirp.study.monte_carlo.run import LOG
     from polychirp.study.paper.statistics import TRIALS, run_statistics, statistics_plan
 
-    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / MARK).write_text(
+        "polychirp paper writes this folder, and replaces its files at every run.\n",
+        encoding="utf-8",
+    )
+    (folder / LOG).unlink(missing_ok=True)
     return run_statistics(
         statistics_plan(trials=TRIALS, seed=seed),
         folder=folder,
@@ -79,14 +101,12 @@ def _statistics(
 
 
 def _print_tables(results: Any) -> None:
-    from rich.console import Console
-
     from polychirp.report.statistics import findings
     from polychirp.report.tables import claims_table, statistics_table, variants_table
 
-    console = Console(width=None if sys.stdout.isatty() else 140)
+    console = tables()
     console.print(claims_table(results))
     console.print(variants_table(results.rows))
     console.print(statistics_table(results.statistics))
     for finding in findings(results.statistics):
-        console.print(f"- {finding}", highlight=False)
+        console.print(f"- {finding}")

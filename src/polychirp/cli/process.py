@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import csv
 import json
-import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
+from polychirp.cli.terminal import figure_text, say, usable_folder
 from polychirp.errors import InputError
 
 if TYPE_CHECKING:
@@ -18,9 +17,14 @@ if TYPE_CHECKING:
     from polychirp.model.if_frame import IfFrame
     from polychirp.receiver.alternatives.sawtooth_receiver import SawtoothReceiver
 
+_LONGEST_RANGE = 30
+"""Characters of a range of frames; longer numbers count no frames."""
+KEPT: Final = "maps and pictures of finished frames stay in the folder"
+"""Part of the message after an interrupt."""
+
 _NO_TRUTH = (
     "A recording has no ground truth: nothing here says which detections are right. Echoes at rest "
-    "are not removed; channels are not calibrated, so bearings carry the board's phase errors."
+    "are not removed; channels are not calibrated, so azimuths carry the board's phase errors."
 )
 
 
@@ -68,7 +72,7 @@ def run(arguments: argparse.Namespace) -> int:
     chosen = _frames(arguments.frames)
     recording = _open(path, parameters, chosen)
     numbers = range(recording.num_frames) if chosen is None else chosen
-    folder = Path(arguments.out or Path("out") / path.stem)
+    folder = usable_folder(arguments.out or Path("out") / path.stem)
     folder.mkdir(parents=True, exist_ok=True)
     frames = [_process(recording, receiver, number, folder) for number in numbers]
     record = {
@@ -87,7 +91,7 @@ def run(arguments: argparse.Namespace) -> int:
         for frame in frames:
             _print_frame(frame)
         print(_NO_TRUTH)
-        print(f"stored in {folder}", file=sys.stderr)
+        say(f"stored in {folder}")
     return 0
 
 
@@ -97,6 +101,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _open(path: Path, parameters: CaptureParameters, chosen: range | None) -> Recording:
     from polychirp.capture.dca1000 import open_raw
     from polychirp.capture.recording import from_array, open_numpy
+    from polychirp.capture.zarr_file import open_zarr
 
     match path.suffix:
         case ".bin":
@@ -104,7 +109,7 @@ def _open(path: Path, parameters: CaptureParameters, chosen: range | None) -> Re
         case ".npy":
             recording = open_numpy(path, parameters, frames=chosen)
         case ".zarr":
-            recording = from_array(_zarr_array(path), parameters, name=path.name, frames=chosen)
+            recording = from_array(open_zarr(path), parameters, name=path.name, frames=chosen)
         case other:
             raise InputError(
                 f"'{path}' ends in '{other}'; a recording is a .npy, a .zarr or a .bin"
@@ -112,24 +117,14 @@ def _open(path: Path, parameters: CaptureParameters, chosen: range | None) -> Re
     return recording
 
 
-def _zarr_array(path: Path) -> Any:
-    import zarr
-    from zarr.errors import BaseZarrError
-
-    if not path.exists():
-        raise InputError(f"there is no recording '{path}'")
-    try:
-        return zarr.open_array(path, mode="r")
-    except (BaseZarrError, OSError, ValueError) as error:
-        raise InputError(f"{path.name}: cannot be read as one Zarr array: {error}") from None
-
-
 def _frames(text: str | None) -> range | None:
     """Frames that ``--frames`` names; None for all."""
     if text is None:
         return None
     first, _, last = text.partition("-")
-    if not (first.isdecimal() and (last.isdecimal() or not last) and text[-1] != "-"):
+    if len(text) > _LONGEST_RANGE or not (
+        first.isdecimal() and (last.isdecimal() or not last) and text[-1] != "-"
+    ):
         raise InputError(f"--frames: '{text}' is not a frame or a range of them; write 3 or 0-3")
     frames = range(int(first), int(last or first) + 1)
     if not frames:
@@ -164,7 +159,7 @@ def _process(
     drawing = range_rate_picture(
         map_,
         found,
-        title=f"{recording.name}, frame {number}",
+        title=figure_text(f"{recording.name}, frame {number}"),
         note=f"{found.num_detections} detections at a false-alarm probability of "
         f"{receiver.false_alarm_probability:g} per cell: some {expected:.2g} of noise alone. "
         "No ground truth. Echoes at rest not removed. Channels not calibrated.",
@@ -247,15 +242,17 @@ def _print_frame(frame: dict[str, Any]) -> None:
     for row in rows:
         azimuth = row["azimuth_rad"]
         rate = round(row["range_rate_m_per_s"], 2) + 0.0  # no −0.00
-        bearing = "      –" if azimuth is None else f"{degrees(azimuth):+6.1f}°"
+        shown = "      –" if azimuth is None else f"{degrees(azimuth):+6.1f}°"
         print(
-            f"{row['range_m']:6.2f} m  {rate:+7.2f} m/s   {bearing}"
+            f"{row['range_m']:6.2f} m  {rate:+7.2f} m/s   {shown}"
             f"  {10 * log10(row['snr']):4.0f} dB  {10 * log10(row['power_full_scale']):5.0f} dBFS"
         )
     print()
 
 
 def _write_detections(path: Path, frames: list[dict[str, Any]]) -> None:
+    import csv
+
     keys = ["range_m", "range_rate_m_per_s", "azimuth_rad", "snr", "power_full_scale"]
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, ["frame", *keys], lineterminator="\n")

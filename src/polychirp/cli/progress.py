@@ -1,4 +1,4 @@
-"""The progress bar of long commands: on stderr, and gone when they end."""
+"""Progress of long commands on stderr: a bar on a terminal, removed at the end; else lines."""
 
 from __future__ import annotations
 
@@ -8,47 +8,107 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final
 
+from polychirp.cli.terminal import printable, say
+
 if TYPE_CHECKING:
     from polychirp.study.trial import Progress
 
 _LINE_INTERVAL: Final = 60.0
 """s between lines where there is no terminal."""
 
+_LEAST_TIME: Final = 5.0
+"""s of one kind of work before its end is estimated; chosen, as are the next two."""
+
+_LEAST_SHARE: Final = 0.1
+"""Share of the steps that must be done before the end is estimated."""
+
+_STEADY: Final = 2.0
+"""Greatest ratio of the times that the two halves of the steps so far took per step. The first
+steps may wait for kernels to be compiled, which says nothing of the others."""
+
+
+class TimeLeft:
+    """Estimates the end of one kind of work from steps that were done at a steady rate."""
+
+    def __init__(self, began: float) -> None:
+        self._steps: list[tuple[int, float]] = [(0, began)]
+
+    def update(self, done: int, total: int, now: float) -> float | None:
+        """Seconds left when ``done`` of ``total`` steps are done; None where nobody can know."""
+        first, began = self._steps[0]
+        if done > self._steps[-1][0]:
+            self._steps.append((done, now))
+        if now - began < _LEAST_TIME or done < max(2, _LEAST_SHARE * total) or done >= total:
+            return None
+        middle, when = min(self._steps, key=lambda step: abs(2 * step[0] - done))
+        last, end = self._steps[-1]
+        if not first < middle < last:
+            return None
+        early, late = (when - began) / (middle - first), (end - when) / (last - middle)
+        if max(early, late) > _STEADY * min(early, late):
+            return None
+        return max(0.0, late * (total - done) - (now - end))
+
+
+def _in_words(seconds: float | None) -> str:
+    if seconds is None:
+        return ""
+    if seconds < 90.0:
+        return f"about {max(5, 5 * round(seconds / 5)):.0f} s left"
+    return f"about {seconds / 60:.0f} min left"
+
 
 @contextmanager
 def progress_bar(name: str) -> Iterator[Progress]:
-    """A bar with the time it has taken; without a terminal, lines now and then."""
+    """Callback that shows what is done, how far it is, and the time left where that is known."""
+    name = printable(name)
     if not sys.stderr.isatty():
         yield _lines(name)
         return
     from rich.console import Console
-    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
     from rich.progress import Progress as Bar
 
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Bar(*columns, TimeRemainingColumn(), console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(name)
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        TimeElapsedColumn(),
+        TextColumn("{task.fields[left]}", markup=False),
+    )
+    with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(name, left="")
+        kind, left = "", TimeLeft(time.monotonic())
 
         def show(what: str, done: int, total: int) -> None:
-            bar.update(task, description=f"{name}: {what}", completed=done, total=total)
+            nonlocal kind, left
+            now = time.monotonic()
+            if what != kind:
+                kind, left = what, TimeLeft(now)
+            bar.update(
+                task,
+                description=f"{name}: {printable(what)}",
+                completed=done,
+                total=total,
+                left=_in_words(left.update(done, total, now)),
+            )
 
         yield show
 
 
 def _lines(name: str) -> Progress:
-    """A line at the start and the end of every kind of work, and one in a minute."""
-    kind, began, shown = "", 0.0, 0.0
+    """Callback that prints a line at start and end of each kind of work, and one each minute."""
+    kind, left, shown = "", TimeLeft(0.0), 0.0
 
     def show(what: str, done: int, total: int) -> None:
-        nonlocal kind, began, shown
+        nonlocal kind, left, shown
         now = time.monotonic()
         if what != kind:
-            kind, began, shown = what, now, now
+            kind, left, shown = what, TimeLeft(now), now
+        estimate = _in_words(left.update(done, total, now))
         if done in (0, total):
-            print(f"{name}: {what} {done}/{total}", file=sys.stderr)
+            say(f"{name}: {what} {done}/{total}")
         elif now >= shown + _LINE_INTERVAL:
             shown = now
-            left = (now - began) * (total - done) / done / 60
-            print(f"{name}: {what} {done}/{total}, {left:.0f} min left", file=sys.stderr)
+            say(f"{name}: {what} {done}/{total}{', ' if estimate else ''}{estimate}")
 
     return show

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import argparse
 import math
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from polychirp.errors import InputError
+from polychirp.cli.terminal import figure_text, printable, say, usable_folder
+from polychirp.errors import InputError, no_such
 
 if TYPE_CHECKING:
     from polychirp.channel.rcs import CrossSections
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 BODIES: Final = ("sedan", "hatchback", "van", "truck")
 SUFFIXES: Final = (".glb", ".obj", ".stl")
 
-LARGEST: Final = 100.0
-"""m, above which a body's size is taken for a mistake of units."""
+LARGEST_BODY: Final = 100.0
+"""m; chosen: a larger body is taken for a mistake of units."""
 
-SMALLEST: Final = 0.02
-"""m, five wavelengths: below it physical optics says nothing."""
+SMALLEST_BODY: Final = 0.02
+"""m, five wavelengths: physical optics is not valid for smaller bodies."""
 
 
 def add_parser(subparsers: Any) -> None:
@@ -74,9 +74,10 @@ def run(arguments: argparse.Namespace) -> int:
     """Trace, print, plot."""
     import numpy as np
 
-    from polychirp.channel.rcs import cross_sections, far_distance
+    from polychirp.channel.rcs import cross_sections, far_distance, num_aspects
     from polychirp.channel.tracers.composite import Composite
     from polychirp.cli.progress import progress_bar
+    from polychirp.study.kernel_parts import compile_parts, parts_of_rcs
 
     step, window = _positive(arguments, "step", "rad"), _positive(arguments, "smooth", "rad")
     if not step <= math.radians(45.0):
@@ -88,11 +89,13 @@ def run(arguments: argparse.Namespace) -> int:
         frequency=_positive(arguments, "frequency", "Hz"), max_bounces=arguments.bounces
     )
     distance = _positive(arguments, "range", "m")
+    folder = usable_folder(arguments.out or Path("out") / f"rcs-{Path(arguments.mesh).stem}")
     mesh = _mesh(arguments)
     if arguments.far:
         distance = far_distance(mesh, tracer.frequency)
-    count = max(1, round(2 * math.pi / step))
+    count = num_aspects(step)
     with progress_bar("rcs") as show:
+        compile_parts(parts_of_rcs(max_bounces=tracer.max_bounces), progress=show)
         found = cross_sections(
             mesh,
             np.asarray((np.arange(count) - count // 2) * (2 * math.pi / count), dtype=np.float64),
@@ -103,7 +106,7 @@ def run(arguments: argparse.Namespace) -> int:
         )
     if not np.any(found.rcs):
         raise InputError(f"'{arguments.mesh}' has no echo; turn its faces outwards")
-    _report(arguments, mesh, found, window)
+    _report(arguments, mesh, found, window, folder)
     return 0
 
 
@@ -131,9 +134,13 @@ def _mesh(arguments: argparse.Namespace) -> Mesh:
     """The body, of a sensible size, cut to the edges asked for."""
     from dataclasses import replace
 
+    from polychirp.channel.materials.library import known_materials
     from polychirp.traffic.surface import subdivided
     from polychirp.traffic.vehicle import vehicle_mesh
 
+    known = known_materials()
+    if arguments.material is not None and arguments.material not in known:
+        raise InputError(f"--material: {no_such('material', arguments.material, known)}")
     longest = _positive(arguments, "max_edge", "m")
     if arguments.mesh in BODIES:
         mesh = vehicle_mesh(arguments.mesh, max_edge=longest)
@@ -164,13 +171,18 @@ def _from_file(arguments: argparse.Namespace) -> Mesh:
         scale = float(arguments.scale)
     except ValueError:
         raise InputError(f"--scale: '{arguments.scale}' is not a number; try 0.001") from None
-    mesh = load_mesh(
-        path,
-        materials={known: known for known in known_materials()},
-        default_material=arguments.material,
-        scale=scale,
-        up_axis=arguments.up or ("z" if is_stl else "y"),
-    )
+    try:
+        mesh = load_mesh(
+            path,
+            materials={known: known for known in known_materials()},
+            default_material=arguments.material,
+            scale=scale,
+            up_axis=arguments.up or ("z" if is_stl else "y"),
+        )
+    except InputError as error:
+        if arguments.material is None and "material" in str(error):
+            raise InputError(f"{error}; or say --material metal for all of it") from None
+        raise
     if arguments.material is None:
         return mesh
     return replace(mesh, materials=(arguments.material,) * len(mesh.materials))
@@ -180,9 +192,9 @@ def _check_size(name: str, mesh: Mesh) -> None:
     """Refuse what is metres taken for millimetres, or the reverse."""
     corners = mesh.corners.reshape(-1, 3)
     size = float((corners.max(axis=0) - corners.min(axis=0)).max())
-    if size > LARGEST:
+    if size > LARGEST_BODY:
         raise InputError(f"'{name}' is {size:.4g} m large; if it is in mm, say --scale 0.001")
-    if size < SMALLEST:
+    if size < SMALLEST_BODY:
         raise InputError(
             f"'{name}' is {1e3 * size:.3g} mm large, too small for physical optics; "
             "say --scale with the metres per unit of the file"
@@ -192,7 +204,9 @@ def _check_size(name: str, mesh: Mesh) -> None:
 # ── out ───────────────────────────────────────────────────────────────────────
 
 
-def _report(arguments: argparse.Namespace, mesh: Mesh, found: CrossSections, window: float) -> None:
+def _report(
+    arguments: argparse.Namespace, mesh: Mesh, found: CrossSections, window: float, folder: Path
+) -> None:
     """Print the table; write picture and data."""
     from polychirp.report.figures.rcs import of_polarisation, rcs_picture, statistics
 
@@ -209,16 +223,15 @@ def _report(arguments: argparse.Namespace, mesh: Mesh, found: CrossSections, win
         found,
         polarisation=arguments.polarisation,
         window=window,
-        title=f"{name} {place}",
+        title=figure_text(f"{name} {place}"),
         note=note,
     )
-    folder = Path(arguments.out or Path("out") / f"rcs-{name}")
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "rcs.png").write_bytes(drawing.png())
     (folder / "rcs.csv").write_text(drawing.csv(), encoding="utf-8")
-    print(f"{name} {place}: {arguments.polarisation}, dBsm")
+    print(printable(f"{name} {place}: {arguments.polarisation}, dBsm"))
     shown = of_polarisation(found, arguments.polarisation)
     for what, value in statistics(shown, found.azimuth).items():
         print(f"  {what:<14}{value:7.1f}")
     print(note)
-    print(f"stored in {folder}", file=sys.stderr)
+    say(f"stored in {folder}")

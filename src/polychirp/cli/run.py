@@ -5,13 +5,13 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from polychirp.cli.check import add_study_arguments, all_overrides
+from polychirp.cli.check import add_study_arguments, all_overrides, next_command
 from polychirp.cli.progress import progress_bar
+from polychirp.cli.terminal import decibels, say, tables, usable_folder
 from polychirp.errors import InputError
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Check, run, store, print."""
-    from polychirp.config.load import load_study
+    from polychirp.config.load import MONTE_CARLO, load_study, read_toml
     from polychirp.study.check import check
     from polychirp.study.provenance import provenance
     from polychirp.study.store import save_run
@@ -43,9 +43,9 @@ def run(arguments: argparse.Namespace) -> int:
     study = load_study(arguments.study, overrides=all_overrides(arguments))
     check(study)
     origin = provenance(study)
-    folder = Path(arguments.out or Path("out") / f"{study.name}-{origin.study_hash[:8]}")
-    path = folder / "run.zarr"
-    _need_room(path, study_hash=origin.study_hash, force=arguments.force)
+    folder = arguments.out or Path("out") / f"{study.name}-{origin.study_hash[:8]}"
+    path = usable_folder(folder) / "run.zarr"
+    _refuse_other_results(path, study_hash=origin.study_hash, force=arguments.force)
     # kernels are loaded only now that nothing is left to refuse
     from polychirp.study.trial import run_trial
 
@@ -56,22 +56,20 @@ def run(arguments: argparse.Namespace) -> int:
         print(json.dumps(_summary(study.name, study.seed, path, trial), indent=2))
     else:
         _print_table(trial)
-        print(f"stored in {path}", file=sys.stderr)
+        say(f"stored in {path}")
+        if MONTE_CARLO in read_toml(Path(arguments.study)):
+            say(f"next: {next_command('study', arguments)}")
     return 0
 
 
-def _need_room(path: Path, *, study_hash: str, force: bool) -> None:
+def _refuse_other_results(path: Path, *, study_hash: str, force: bool) -> None:
     """Refuse, before the run, to write over what is not this study's own result."""
     from polychirp.study.store import stored_hash
 
-    folder = path.parent
-    for parent in (folder, *folder.parents):
-        if parent.exists() and not parent.is_dir():
-            raise InputError(f"--out: '{parent}' is a file; name a folder")
     if path.exists() and stored_hash(path) != study_hash and not force:
         raise InputError(
-            f"'{folder}' holds the results of another study; choose another folder with --out, "
-            "or --force replaces them"
+            f"'{path.parent}' holds the results of another study; choose another folder with "
+            "--out, or --force replaces them"
         )
 
 
@@ -94,7 +92,7 @@ def _summary(name: str, seed: int, path: Path, trial: Trial) -> dict[str, Any]:
 
 
 def _counts(victim: Victim) -> dict[str, int]:
-    """Targets that are there, seen by line of sight and found; claims that are no target."""
+    """Numbers of targets, of those found and missed, and of detections that are no target."""
     score = victim.score
     return {
         "targets": len(victim.truth.name),
@@ -111,12 +109,9 @@ def _targets(victim: Victim, *, found: bool) -> list[str]:
 
 
 def _print_table(trial: Trial) -> None:
-    from rich.console import Console
     from rich.table import Table
 
-    from polychirp.units import to_db
-
-    counts = Table(title="what each radar claims", title_justify="left")
+    counts = Table(title="detections of each radar", title_justify="left")
     errors = Table(title="targets found", title_justify="left")
     counts.add_column("radar")
     for column in ("targets", "found", "missed", "ghosts", "other echoes", "floor rise"):
@@ -126,18 +121,18 @@ def _print_table(trial: Trial) -> None:
     for column in ("range", "its error", "speed error", "azimuth error"):
         errors.add_column(column, justify="right")
     for victim in trial.victims:
-        rise = f"{float(to_db(victim.score.floor_rise)):.1f} dB"
+        rise = decibels(victim.score.floor_rise)
         counts.add_row(victim.name, *(str(count) for count in _counts(victim).values()), rise)
         for row in _error_rows(victim):
             errors.add_row(victim.name, *row)
-    console = Console(file=sys.stderr)
+    console = tables()
     console.print(counts)
     if errors.row_count:
         console.print(errors)
 
 
 def _error_rows(victim: Victim) -> Iterator[tuple[str, ...]]:
-    """Name, true range, and errors in people's units, of every target found."""
+    """Name, true range, and errors of every target found, as text with units."""
     truth, score = victim.truth, victim.score
     for number, name in enumerate(truth.name):
         if score.is_detected[number]:

@@ -5,14 +5,14 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import sys
 from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from polychirp.cli.check import add_study_arguments, all_overrides
 from polychirp.cli.progress import progress_bar
+from polychirp.cli.terminal import decibels, say, tables, usable_folder
 from polychirp.errors import InputError, RunError
 
 if TYPE_CHECKING:
@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     from polychirp.study.monte_carlo.summary import Summary
     from polychirp.study.monte_carlo.tasks import Executor
 
-_STOPPED = 130
+KEPT: Final = "finished trials are kept, and the same command goes on"
+"""Part of the message after an interrupt."""
 
 
 def add_parser(subparsers: Any) -> None:
@@ -39,7 +40,7 @@ def add_parser(subparsers: Any) -> None:
     )
     add_study_arguments(parser)
     parser.add_argument(
-        "--out", metavar="DIR", help="folder of the results (default: out/NAME-HASH)"
+        "--out", metavar="DIR", help="folder of the results (default: out/NAME-HASH-trials)"
     )
     parser.add_argument("--force", action="store_true", help="throw away the trials in that folder")
     parser.add_argument(
@@ -66,24 +67,18 @@ def run(arguments: argparse.Namespace) -> int:
     name = plan.points[0].study.name
     with progress_bar(name) as progress:
         check_plan(plan, progress=progress)
-    folder = Path(arguments.out or Path("out") / f"{name}-{plan.origin.study_hash[:8]}")
-    _need_room(folder)
-    try:
-        with progress_bar(name) as progress:
-            finished = run_plan(
-                plan,
-                folder=folder,
-                executor=executor,
-                progress=progress,
-                anew=arguments.force,
-            )
-    except KeyboardInterrupt:
-        print(
-            "polychirp: stopped before the end; finished trials are kept, and the same command "
-            "goes on",
-            file=sys.stderr,
+    folder = usable_folder(
+        arguments.out or Path("out") / f"{name}-{plan.origin.study_hash[:8]}-trials"
+    )
+    _refuse_other_files(folder)
+    with progress_bar(name) as progress:
+        finished = run_plan(
+            plan,
+            folder=folder,
+            executor=executor,
+            progress=progress,
+            anew=arguments.force,
         )
-        return _STOPPED
     if arguments.json:
         print(json.dumps(_summary(name, plan, folder, finished), indent=2))
     else:
@@ -96,23 +91,24 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _executor(arguments: argparse.Namespace) -> Executor:
     from polychirp.study.monte_carlo.dask_executor import DaskWorkers
-    from polychirp.study.monte_carlo.executor import LocalWorkers, num_cores
+    from polychirp.study.monte_carlo.executor import WORKERS_PER_CORE, LocalWorkers, num_cores
 
     count = num_cores() if arguments.workers is None else arguments.workers
     if count < 1:
         raise InputError(f"--workers: {count} workers do nothing; use 1 or more")
+    most = WORKERS_PER_CORE * num_cores()
+    if count > most and arguments.cluster in (None, "local"):
+        say(f"note: --workers {count}: at most {WORKERS_PER_CORE} start for each core, here {most}")
+        count = most
     if arguments.cluster is not None:
         return DaskWorkers(cluster=arguments.cluster, count=count)
     return LocalWorkers(count=count)
 
 
-def _need_room(folder: Path) -> None:
-    """Refuse what is no folder of trials."""
+def _refuse_other_files(folder: Path) -> None:
+    """Refuse a folder with files that are not those of trials."""
     from polychirp.study.monte_carlo.run import LOG
 
-    for parent in (folder, *folder.parents):
-        if parent.exists() and not parent.is_dir():
-            raise InputError(f"--out: '{parent}' is a file; name a folder")
     if folder.exists() and any(folder.iterdir()) and not (folder / LOG).exists():
         raise InputError(f"--out: '{folder}' holds something else; name another folder")
 
@@ -138,23 +134,18 @@ def _summary(name: str, plan: Plan, folder: Path, finished: Finished) -> dict[st
 
 
 def _print_tables(name: str, plan: Plan, results: Results) -> None:
-    from rich.console import Console
-
     from polychirp.study.monte_carlo.summary import summaries
 
     rows = summaries(results)
     rates = sorted({point.study.receiver.false_alarm_probability for point in plan.points})
     axes = [axis.name for axis in plan.axes]
-    # a file or a pipe has no width of its own
-    width = None if sys.stderr.isatty() else 120
-    console = Console(file=sys.stderr, width=width)
-    console.print(_table(f"{name}: claims, with 95 % intervals", axes, rows, _claims))
+    console = tables()
+    console.print(_table(f"{name}: detections, with 95 % intervals", axes, rows, _detections))
     console.print(_table("errors of targets found, rms", axes, rows, _errors))
     console.print(
-        "A trial counts as one draw, however many targets it has. Ghosts and false claims (ghosts "
-        "that nothing explains) are means per frame, at a false-alarm probability per cell of "
-        f"{', '.join(f'{rate:g}' for rate in rates)}.",
-        highlight=False,
+        "A trial counts as one draw, however many targets it has. Ghosts and false detections "
+        "(ghosts that nothing explains) are means per frame, at a false-alarm probability per cell "
+        f"of {', '.join(f'{rate:g}' for rate in rates)}.",
     )
 
 
@@ -173,20 +164,18 @@ def _table(
     return table
 
 
-def _claims(row: Summary) -> dict[str, str]:
+def _detections(row: Summary) -> dict[str, str]:
     return {
         "trials": str(row.num_trials),
         "Pd": _shown(row.detection, digits=3),
         "P(ghost)": _shown(row.ghost, digits=3),
         "ghosts": _shown(row.ghosts),
-        "false claims": _shown(row.false_claims),
+        "false detections": _shown(row.false_claims),
     }
 
 
 def _errors(row: Summary) -> dict[str, str]:
-    from polychirp.units import to_db
-
-    rise = "–" if math.isnan(row.floor_rise) else f"{float(to_db(row.floor_rise)):.1f} dB"
+    rise = "–" if math.isnan(row.floor_rise) else decibels(row.floor_rise)
     return {
         "range, m": _shown(row.range_rmse),
         "speed, km/h": _shown(row.range_rate_rmse, scale=3.6),
@@ -196,7 +185,7 @@ def _errors(row: Summary) -> dict[str, str]:
 
 
 def _shown(estimate: Estimate, *, scale: float = 1.0, digits: int = 2) -> str:
-    """An estimate with its limits below it, as 0.812 and 0.774–0.845."""
+    """The estimate with its limits on the next line, as 0.812 and 0.774–0.845."""
     if math.isnan(estimate.value):
         return "–"
     value, low, high = (scale * v for v in (estimate.value, estimate.low, estimate.high))
@@ -205,7 +194,7 @@ def _shown(estimate: Estimate, *, scale: float = 1.0, digits: int = 2) -> str:
 
 
 def _short(value: float, digits: int) -> str:
-    """So many digits after the point, more where a value is small."""
+    """The value with ``digits`` digits after the point, or two digits where it is small."""
     if value == 0.0 or abs(value) >= 10.0**-digits * 10:
         return f"{value:.{digits}f}"
     return f"{value:.2g}"
@@ -213,7 +202,4 @@ def _short(value: float, digits: int) -> str:
 
 def _print_files(folder: Path, finished: Finished) -> None:
     parquet = "" if find_spec("pyarrow") else " (no Parquet: pyarrow is not installed)"
-    print(
-        f"{finished.num_new} new trials; stored in {folder}: {', '.join(finished.files)}{parquet}",
-        file=sys.stderr,
-    )
+    say(f"{finished.num_new} new trials; stored in {folder}: {', '.join(finished.files)}{parquet}")

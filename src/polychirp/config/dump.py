@@ -1,4 +1,4 @@
-"""From a spec to TOML that reads back as the same spec."""
+"""Writer of specs as TOML that reads back as the same spec."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from polychirp.units import Unit
 
 
 def dump_study(study: Study) -> str:
-    """A study as TOML text, leaving out what has its default.
+    """TOML text of a study, without values that equal their defaults.
 
     Raises
     ------
@@ -28,7 +28,7 @@ def dump_study(study: Study) -> str:
 
 
 def dump(spec: Any) -> str:
-    """A spec as TOML text, leaving out what has its default.
+    """TOML text of a spec, without values that equal their defaults.
 
     >>> from polychirp.waveform import DiverseTriangular
     >>> print(dump(DiverseTriangular(ramp_duration=(1e-3, 1.2e-3))))

@@ -1,4 +1,4 @@
-"""From a study file to a `Study`: every problem of the file in one message."""
+"""Reader of study files: a `Study`, or every problem of the file in one message."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from typing import Any, Final, TypeVar, cast
 
 from pydantic import TypeAdapter, ValidationError
 
+from polychirp.bounded_text import text_of, toml_tables
 from polychirp.config.override import apply_override
 from polychirp.config.problems import Place, problems
 from polychirp.errors import InputError
@@ -23,7 +24,7 @@ from polychirp.study.spec import Study
 S = TypeVar("S", bound=Spec)
 
 MONTE_CARLO: Final = "monte_carlo"
-"""The table of a study file that makes it one of many trials."""
+"""Key of the table that makes a study file one of many trials."""
 
 
 def load_study(path: Path | str, *, overrides: Iterable[str] = ()) -> Study:
@@ -31,8 +32,8 @@ def load_study(path: Path | str, *, overrides: Iterable[str] = ()) -> Study:
 
     The ``overrides``, each like ``radars.0.start_time=1 ms``, change the file as it is written;
     then keys of ``[defaults.radar]`` go into every ``[[radars]]`` that does not give them itself.
-    Mesh files are looked for beside the study file. A table ``[monte_carlo]`` is left aside; see
-    `config.monte_carlo`.
+    Paths of mesh files are relative to the study file. A table ``[monte_carlo]`` is not read here;
+    see `config.monte_carlo`.
 
     Raises
     ------
@@ -51,7 +52,7 @@ def load_study(path: Path | str, *, overrides: Iterable[str] = ()) -> Study:
 
 @contextmanager
 def naming_the_file(path: Path) -> Iterator[None]:
-    """Say of which file an `InputError` speaks."""
+    """Put the name of the file in front of the message of an `InputError`."""
     try:
         yield
     except InputError as error:
@@ -65,7 +66,7 @@ def study_of_tables(data: dict[str, Any], *, folder: Path) -> Study:
 
 
 def _with_meshes_from(folder: Path, study: Study) -> Study:
-    """Mesh files are named relative to the study file."""
+    """The study with the paths of its mesh files, which are relative to ``folder``."""
     vehicles = tuple(
         vehicle if vehicle.mesh is None else replace(vehicle, mesh=str(folder / vehicle.mesh))
         for vehicle in study.street.vehicles
@@ -74,9 +75,9 @@ def _with_meshes_from(folder: Path, study: Study) -> Study:
 
 
 def read_toml(path: Path) -> dict[str, Any]:
-    """Tables of a TOML file; raises `InputError` with the line where it is none."""
+    """Tables of a TOML file; raises `InputError` with the line that is not TOML."""
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return toml_tables(text_of(path))
     except FileNotFoundError:
         raise InputError(
             f"there is no file '{path}'; 'polychirp init {path}' writes one to start from"
@@ -91,6 +92,8 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise InputError(
             f"this study cannot be read: {path}\n  {_with_its_place_first(str(error))}"
         ) from None
+    except InputError as error:
+        raise InputError(f"this study cannot be read: {path}\n  {error}") from None
 
 
 def with_defaults(data: dict[str, Any]) -> dict[str, Any]:
@@ -123,7 +126,7 @@ def with_defaults(data: dict[str, Any]) -> dict[str, Any]:
 
 
 def _as_written(place: Place, data: dict[str, Any]) -> Place:
-    """Where in the file a problem stands that was found after defaults were merged."""
+    """Place in the file of a problem that was found after defaults were merged."""
     if len(place) < 3 or place[0] != "radars" or not isinstance(place[1], int):
         return place
     own, shared = data["radars"][place[1]], data.get("defaults", {}).get("radar", {})
@@ -152,7 +155,7 @@ def build(spec: type[S], data: object, *, where: Callable[[Place], Place] = tupl
 
     Parameters
     ----------
-    where : from the place of a problem in ``data`` to its place in the file
+    where : function from the place of a problem in ``data`` to its place in the file
 
     Raises
     ------
@@ -181,7 +184,7 @@ def _reader(spec: Any) -> TypeAdapter[Any]:
 
 
 def _listed(found: Iterable[tuple[Place, str]]) -> str:
-    """One line for each problem, in their order, none twice."""
+    """One line for each problem, in their order, without repetitions."""
     lines = []
     for place, sentence in found:
         path = ".".join(str(part) for part in place)

@@ -1,4 +1,4 @@
-"""From a study file with a table ``[monte_carlo]`` to a `Plan`: every point as a study."""
+"""Reader of study files with a table ``[monte_carlo]``: a `Plan` with a study for each point."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import shlex
 from collections.abc import Iterable, Sequence
 from copy import deepcopy
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from polychirp.config.dump import inline
 from polychirp.config.load import (
@@ -26,6 +26,9 @@ from polychirp.study.monte_carlo.grid import (
 )
 from polychirp.study.monte_carlo.plan import Plan, Point, complaints
 from polychirp.study.provenance import provenance
+
+MOST_TRIALS: Final = 10_000_000
+"""Greatest number of trials of a study over its whole grid; chosen."""
 
 Changes = list[tuple[str, Any]]
 
@@ -55,6 +58,12 @@ def load_plan(path: Path | str, *, overrides: Iterable[str] = ()) -> Plan:
         table = build(MonteCarlo, data.pop(MONTE_CARLO), where=lambda place: (MONTE_CARLO, *place))
         base = study_of_tables(data, folder=path.parent)
         axes = axes_of_grid(table)
+        num_trials = len(combinations(axes)) * table.trials
+        if num_trials > MOST_TRIALS:
+            raise InputError(
+                f"{MONTE_CARLO}.trials: {table.trials} at every point are {num_trials} trials, "
+                f"more than {MOST_TRIALS}; use fewer trials or points"
+            )
         kept = [change for change in overrides if not change.startswith(f"{MONTE_CARLO}.")]
         return Plan(
             axes=axes,
@@ -103,6 +112,6 @@ def _changed(data: dict[str, Any], changes: Changes) -> dict[str, Any]:
 
 
 def _command(path: Path, changes: Iterable[str]) -> str:
-    """The command that runs one point, but for its seed."""
+    """Command line that runs one point; its seed is to be added."""
     options = [word for change in changes for word in ("--set", change)]
     return shlex.join(["polychirp", "run", str(path), *options])

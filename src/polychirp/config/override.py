@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import tomllib
 from copy import deepcopy
-from typing import Any
+from typing import Any, Final
 
-from polychirp.errors import InputError
+from polychirp.bounded_text import MOST_LEVELS, toml_tables
+from polychirp.errors import InputError, did_you_mean
+
+LONGEST_PATH: Final = 1000
+"""Greatest number of characters in a path; paths to keys of a study are far shorter."""
 
 
 def apply_override(data: dict[str, Any], change: str) -> None:
-    """Set one value of a study's tables, in place: ``path=value``, see `set_value`.
+    """Set one value of a study's tables, in place, as ``path=value`` says; see `set_value`.
 
     The value is TOML where it can be read so, and text otherwise, because shells take quotes
     away.
@@ -34,7 +38,9 @@ def apply_override(data: dict[str, Any], change: str) -> None:
 
 
 def set_value(data: dict[str, Any], path: str, value: Any) -> None:
-    """Set one value of a study's tables, in place; ``*`` in the path stands for every entry.
+    """Set one value of a study's tables, in place.
+
+    Entries of a list go by their number, counted from 0, or by their name; ``*`` stands for all.
 
     Tables on the way are made where they are missing; entries of lists are not.
 
@@ -50,10 +56,18 @@ def set_value(data: dict[str, Any], path: str, value: Any) -> None:
     >>> [radar["start_time"] for radar in data["radars"]]
     ['1 ms', '1 ms']
     """
-    keys = [key.strip() for key in path.split(".")]
-    if not all(keys):
-        raise InputError(f"'{path}' is no path; write it like 'radars.0.start_time'")
-    _set(data, keys, value, place=[])
+    _set(data, _keys(path), value, place=[])
+
+
+def _keys(path: str) -> list[str]:
+    """Keys of a dotted path."""
+    keys = [key.strip() for key in path.split(".", MOST_LEVELS)]
+    # such as '²', a digit in which no number is written
+    is_odd = any(key.isdigit() and not key.isdecimal() for key in keys)
+    if not all(keys) or is_odd or len(keys) > MOST_LEVELS or len(path) > LONGEST_PATH:
+        shown = path if len(path) <= 40 else f"{path[:37]}…"
+        raise InputError(f"'{shown}' is no path; write it like 'radars.0.start_time'")
+    return keys
 
 
 def _set(here: Any, keys: list[str], value: Any, *, place: list[str]) -> None:
@@ -71,13 +85,13 @@ def _set(here: Any, keys: list[str], value: Any, *, place: list[str]) -> None:
 
 
 def read_value(text: str) -> Any:
-    """The value that ``text`` means.
+    """Value of ``text``: TOML if it can be read as such, else the text itself.
 
     >>> read_value("3"), read_value("79 GHz"), read_value('["1 ms", "2 ms"]')
     (3, '79 GHz', ['1 ms', '2 ms'])
     """
     try:
-        table = tomllib.loads(f"value = {text}")
+        table = toml_tables(f"value = {text}")
     except tomllib.TOMLDecodeError:
         return text.strip()
     return table["value"] if table.keys() == {"value"} else text.strip()
@@ -101,9 +115,15 @@ def _assign(here: Any, key: str, value: Any, *, place: list[str]) -> None:
 
 
 def _index(entries: list[Any], key: str, *, place: list[str]) -> int:
-    if not key.isdigit() or int(key) >= len(entries):
-        raise InputError(
-            f"{'.'.join(place)} does not exist; {'.'.join(place[:-1])} has {len(entries)} "
-            "entries, counted from 0"
-        )
-    return int(key)
+    """Number of the entry that ``key`` means: itself, or the entry of that name."""
+    if key.isdigit() and int(key) < len(entries):
+        return int(key)
+    names = [str(entry.get("name", "")) for entry in entries if isinstance(entry, dict)]
+    if names.count(key) == 1 and len(names) == len(entries):
+        return names.index(key)
+    known = [name for name in names if name]
+    named = f": {', '.join(known)}; {did_you_mean(key, known)}" if known else ""
+    raise InputError(
+        f"{'.'.join(place)} does not exist; {'.'.join(place[:-1])} has {len(entries)} entries, "
+        f"counted from 0{named}"
+    )

@@ -1,4 +1,4 @@
-"""What pydantic finds wrong, as sentences for people: where it is, what is wrong, what works."""
+"""Sentences for the problems that pydantic finds: place, what is wrong, what would work."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def problems(errors: Iterable[Mapping[str, Any]], *, spec: type) -> list[tuple[P
 
 
 def _locate(loc: Sequence[str | int], spec: type) -> tuple[Place, Any]:
-    """The keys a person wrote on the way to ``loc``, and the type that owns its last one.
+    """Keys of the file on the way to ``loc``, and the type that owns the last of them.
 
     Pydantic's location also holds the kinds of unions, which are no keys.
     """
@@ -42,7 +42,7 @@ def _locate(loc: Sequence[str | int], spec: type) -> tuple[Place, Any]:
 
 
 def _members(hint: Any) -> list[Any]:
-    """Members of a union, itself otherwise; without None and annotations."""
+    """Members of a union without None and annotations; another type is its only member."""
     if get_origin(hint) is Annotated:
         return _members(get_args(hint)[0])
     if get_origin(hint) in (Union, UnionType):
@@ -56,7 +56,7 @@ def _members(hint: Any) -> list[Any]:
 
 
 def _kind(member: Any) -> str:
-    """The kind by which a file chooses a spec; empty where it has none."""
+    """Kind by which a file chooses a spec; empty if the spec has none."""
     if not is_dataclass(member):
         return ""
     hint = get_type_hints(member).get("kind")
@@ -64,7 +64,7 @@ def _kind(member: Any) -> str:
 
 
 def _below(hint: Any, part: str | int) -> Any:
-    """Type of the field or entry ``part`` of a type; None where it has none."""
+    """Type of the field or entry ``part`` of a type; None if there is no such field."""
     for member in _members(hint):
         if isinstance(part, int) and get_origin(member) is tuple:
             entries = get_args(member)
@@ -81,7 +81,7 @@ def _keys(hint: Any) -> list[str]:
 
 
 def _shown(value: object) -> str:
-    """A value as it may stand in a sentence."""
+    """Short text of a value, for a sentence."""
     text = str(value).lower() if isinstance(value, bool) else repr(value)
     return text if len(text) <= 40 else f"{text[:37]}…"
 

@@ -1,4 +1,4 @@
-"""Numbers as a study file writes them: the shortest text that reads back as the same number."""
+"""Writer of quantities: the shortest text that reads back as the same number."""
 
 from __future__ import annotations
 
@@ -31,17 +31,17 @@ _SPELLINGS: Final[dict[str, dict[str, Callable[[float], float]]]] = {
     "dBc/Hz": {"dBc/Hz": _level},
     "ppm/s": {"ppm/s": lambda v: v * 1e6},
 }
-"""Units that people use, beside the symbol itself, and how SI becomes them."""
+"""Customary units of each quantity besides its symbol, with the conversion from SI."""
 
 _NEVER_BARE: Final = {"dB", "dB/m", "dBc/Hz", "ppm", "ppm/s", "W"}
-"""Symbols that no spelling uses as they are: these quantities are written as levels and ppm."""
+"""Symbols without a spelling of their own: their quantities are written as levels or in ppm."""
 
 
 def write_quantity(value: float, unit: Unit) -> str:
     """Text of an SI value, the shortest in a unit that people use.
 
-    It reads back as exactly ``value`` wherever some text does; levels in dB cannot name every
-    number, there the last of 16 digits may differ.
+    It reads back as exactly ``value`` if there is such a text. Levels in dB do not represent every
+    number; then the last of 16 digits may differ. Bounds of the unit are not checked.
 
     Raises
     ------
@@ -57,17 +57,17 @@ def write_quantity(value: float, unit: Unit) -> str:
     """
     if not math.isfinite(value):
         raise InputError(f"{value} cannot be written as a value in {unit.symbol}")
-    exact = [text for text in _spellings(value, unit) if unit.read(text) == value]
+    exact = [text for text in _spellings(value, unit) if unit.parse(text) == value]
     if exact:
         return min(exact, key=_effort)
-    close = min(_spellings(value, unit), key=lambda text: abs(unit.read(text) - value))
-    if not math.isclose(unit.read(close), value, rel_tol=1e-12):
+    close = min(_spellings(value, unit), key=lambda text: abs(unit.parse(text) - value))
+    if not math.isclose(unit.parse(close), value, rel_tol=1e-12):
         raise InputError(f"{value:g} cannot be written as a value in {unit.symbol}")
     return close
 
 
 def _spellings(value: float, unit: Unit) -> Iterator[str]:
-    """Candidate texts; the symbol itself first, so that it wins where lengths are equal."""
+    """Candidate texts; the SI unit comes first, so that it is taken among equally short ones."""
     scales = dict(_SPELLINGS[unit.symbol])
     if unit.symbol not in _NEVER_BARE:
         scales = {unit.symbol: float, **scales}
@@ -78,11 +78,11 @@ def _spellings(value: float, unit: Unit) -> Iterator[str]:
 
 
 def _effort(text: str) -> int:
-    """Length, a digit more below one: 800 MHz reads easier than 0.8 GHz."""
+    """Length of a text, one more below 1, because 800 MHz reads easier than 0.8 GHz."""
     return len(text) + text.lstrip("-").startswith("0.")
 
 
 def _plain(number: str) -> str:
-    """Without an exponent where that is as short: 1e+02 becomes 100."""
+    """The number without an exponent if it is a small whole number: 1e+02 becomes 100."""
     value = float(number)
     return str(int(value)) if value == int(value) and abs(value) < 1e4 else number

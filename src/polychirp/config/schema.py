@@ -1,4 +1,4 @@
-"""JSON schema of study files, made from the dataclasses: editors complete and check with it."""
+"""JSON schema of study files, made from the dataclasses, with which editors complete and check."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ DIALECT: Final = "https://json-schema.org/draft/2020-12/schema"
 def study_schema() -> dict[str, Any]:
     """The schema of a study file, as JSON data.
 
-    It describes the text of the file: quantities are strings with ``x-unit`` and ``examples``,
-    unions are chosen by ``kind``. No key of a radar is required, because ``[defaults.radar]``
-    may give it; the reader sees to that.
+    It describes the text of the file: quantities are strings with ``x-unit``, ``x-minimum``,
+    ``x-maximum`` and ``examples``, and ``kind`` chooses a member of a union. No key of a radar is
+    required, because ``[defaults.radar]`` may give it; the reader checks that.
     """
     schema = TypeAdapter(Study).json_schema()
     definitions: dict[str, Any] = schema["$defs"]
@@ -68,7 +68,7 @@ def _specs(hint: Any, seen: frozenset[type] = frozenset()) -> Iterator[type]:
 
 
 def _describe(described: dict[str, Any], spec: type) -> None:
-    """Say what a spec and its fields are, in the words and units of a study file."""
+    """Add descriptions and defaults of a spec and its fields in the units of a study file."""
     described["description"] = cleandoc(spec.__doc__ or "").partition("\n")[0]
     texts, hints = parameter_texts(spec), get_type_hints(spec, include_extras=True)
     for field in fields(spec):
@@ -83,7 +83,7 @@ def _describe(described: dict[str, Any], spec: type) -> None:
 
 
 def parameter_texts(spec: type) -> dict[str, str]:
-    """What the docstrings of a spec and its bases say of each parameter, on one line.
+    """Text of each parameter in the docstrings of a spec and its bases, on one line.
 
     >>> from polychirp.waveform import Triangular
     >>> parameter_texts(Triangular)["idle"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from polychirp.errors import InputError
 from polychirp.frames import direction_angles
 from polychirp.rng import Streams
 from polychirp.spec import Spec
-from polychirp.units import Metres, Radians, Ratio, from_db
+from polychirp.units import Between, Metres, Radians, Ratio, from_db
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -99,10 +99,10 @@ class AntennaArray(Spec):
     (array([-1.,  1.]), array([-2.,  2.]))
     """
 
-    num_channels: int = 4
+    num_channels: Annotated[int, Between(greatest=1024)] = 4
     spacing: Metres = 0.5 * SPEED_OF_LIGHT / 79e9
     pattern: ElementPattern = field(default_factory=ElementPattern)
-    num_transmitters: int = 1
+    num_transmitters: Annotated[int, Between(greatest=1024)] = 1
     transmit_spacing: Metres | None = None
     channel_gains: tuple[Ratio, ...] = ()
     channel_phases: tuple[Radians, ...] = ()

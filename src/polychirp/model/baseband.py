@@ -20,6 +20,9 @@ KERNEL_HALF_LENGTH: Final = 6
 KERNEL_KAISER_BETA: Final = 12.27
 """Kaiser's β of the interpolation's window, for 120 dB."""
 
+MOST_RESAMPLED: Final = 1 << 26
+"""Samples of a signal at another rate; they take 1 GB, and several times as much meanwhile."""
+
 Progress = Callable[[str, int, int], None]
 """Callback with the name of a task, the number of its steps done, and their total."""
 
@@ -126,9 +129,21 @@ class Baseband:
         return replace(self, samples=turned, centre_frequency=centre_frequency)
 
     def resampled(self, sample_rate: float) -> Baseband:
-        """The same signal at another rate; for a lower one its band is limited first."""
+        """The same signal at another rate; for a lower one its band is limited first.
+
+        Raises
+        ------
+        InputError
+            There would be more than `MOST_RESAMPLED` samples.
+        """
         if sample_rate == self.sample_rate:
             return self
+        if self.duration * sample_rate > MOST_RESAMPLED:
+            raise InputError(
+                f"{self.duration:.4g} s at {sample_rate / 1e6:.4g} MS/s are "
+                f"{self.duration * sample_rate:.3g} samples, more than {MOST_RESAMPLED}; use a "
+                "lower rate or a shorter signal"
+            )
         source = self
         if sample_rate < self.sample_rate:
             source = replace(self, samples=_limited(self, 0.5 * sample_rate))

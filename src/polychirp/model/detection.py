@@ -14,7 +14,8 @@ class Detections:
     Parameters
     ----------
     time : s, to which range and azimuth refer
-    range : m; range_rate : m/s, positive = away; azimuth : rad, positive left
+    range : m; range_rate : m/s, positive = away; azimuth : rad, positive left; NaN where a
+        single channel tells none
     power : W at the converter, of one channel, the detection's amplitude squared
     snr : ratio of the detection statistic to its local floor
     """

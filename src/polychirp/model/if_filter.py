@@ -5,13 +5,18 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Annotated, Final
 
 import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray
 from polychirp.errors import InputError
 from polychirp.spec import Spec
-from polychirp.units import Hertz, Ratio, from_db
+from polychirp.units import Hertz, Ratio, Unit, from_db
+
+LONGEST_RESPONSE: Final = 1e4
+"""Length of the impulse response in periods of the stop edge, above which a filter is refused;
+chosen: tables of the filter grow with it, and the paper's filter has 10."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,7 +37,7 @@ class IfFilter(Spec):
     attenuation : power ratio in the stop band, e.g. 90 dB
     """
 
-    passband: Hertz = 0.3e6
+    passband: Annotated[float, Unit("Hz", least="1 Hz")] = 0.3e6
     stopband: Hertz = 0.7e6
     attenuation: Ratio = from_db(90.0)
 
@@ -41,6 +46,11 @@ class IfFilter(Spec):
             raise InputError("an IF filter's pass band must be positive and below its stop band")
         if not self.attenuation >= from_db(21.0):
             raise InputError("an IF filter needs at least 21 dB of attenuation")
+        if self.support * self.stopband > LONGEST_RESPONSE:
+            raise InputError(
+                f"an IF filter that falls within {self.stopband - self.passband:.3g} Hz rings for "
+                f"{self.support:.3g} s; let its stop band begin further above its pass band"
+            )
 
     @property
     def support(self) -> float:

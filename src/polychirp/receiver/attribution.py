@@ -55,7 +55,7 @@ def part_amplitudes(
         [detections.range, detections.range_rate, np.zeros(detections.num_detections)], axis=-1
     )
     phases = beat_phase(frame.schedule, frame.times, motion=motion, time=detections.time)
-    weights = _steering(frame, np.sin(detections.azimuth))
+    weights = _steering(frame, np.sin(np.nan_to_num(detections.azimuth)))
     stacked = cleaned.repair(parts.samples).reshape(-1, *weight.shape)  # parts and channels
     amplitude = matched_amplitudes(stacked, weight, phases, frame.times.rate)
     by_part = amplitude.reshape(len(motion), *parts.samples.shape[:3])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Annotated, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame
+from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.angle.beamform import orthogonal_sines, steering
 from polychirp.receiver.angle.doa import bartlett, capon, root_music
 from polychirp.receiver.clustering import Body, merged
@@ -42,7 +43,7 @@ from polychirp.receiver.signal_model.frame_model import FrameModel
 from polychirp.receiver.signal_model.point_signal import beat_sensitivity
 from polychirp.receiver.signal_model.spectral_fit import BINS_PER_CELL, Band, band_of
 from polychirp.spec import Spec
-from polychirp.units import Metres, MetresPerSecond, Ratio, from_db
+from polychirp.units import Between, Metres, MetresPerSecond, Ratio, from_db
 
 AZIMUTH_ESTIMATORS: Final = {"root-music": root_music, "bartlett": bartlett, "capon": capon}
 
@@ -99,13 +100,13 @@ class Receiver(Spec):
     least_range: Metres = 0.5
     greatest_range: Metres = 30.0
     greatest_speed: MetresPerSecond = 32.0
-    most_detections: int = 150
+    most_detections: Annotated[int, Between(greatest=100_000)] = 150
     angle: Literal["root-music", "bartlett", "capon"] = "root-music"
     grouping: Body | None = None
 
     def __post_init__(self) -> None:
-        if not 0 < self.false_alarm_probability < 0.1:
-            raise InputError("a receiver's false-alarm probability must lie between 0 and 0.1")
+        if not 1e-12 <= self.false_alarm_probability < 0.1:
+            raise InputError("a receiver's false-alarm probability must lie between 1e-12 and 0.1")
         if not 0 < self.least_range < self.greatest_range:
             raise InputError("a receiver's least range must be positive and below its greatest")
         if not (self.greatest_speed > 0 and self.most_detections > 0):
@@ -455,10 +456,12 @@ class _Search:
         distance, rate = self.motion[:, 0], self.motion[:, 1]
         kept = reject_sidelobes(self.frame, distance=distance, range_rate=rate, power=power)
         kept = kept[is_detection[kept]]
-        sines = AZIMUTH_ESTIMATORS[self.receiver.angle](
-            snapshots[kept],
-            spacing=self.frame.array.spacing * self.frequency / SPEED_OF_LIGHT,
-        )
+        sines = np.full(len(kept), np.nan)  # of a single channel
+        if self.frame.array.num_channels > 1:
+            sines = AZIMUTH_ESTIMATORS[self.receiver.angle](
+                snapshots[kept],
+                spacing=self.frame.array.spacing * self.frequency / SPEED_OF_LIGHT,
+            )
         return Detections(
             time=self.model.time,
             range=distance[kept],
@@ -471,12 +474,30 @@ class _Search:
 
 def search_grid(receiver: Receiver, frame: IfFrame, time: float) -> Grid:
     """Axes of the map: steps of half a range cell and a third of a Doppler cell miss no peak."""
-    cell = SPEED_OF_LIGHT / (2.0 * float(np.max(frame.schedule.bandwidth)))
     wavelength = SPEED_OF_LIGHT / float(np.max(frame.schedule.centre_frequency))
     step = wavelength / (6.0 * float(np.max(frame.schedule.duration)))
     count = int(np.ceil(receiver.greatest_speed / step))
     return Grid(
-        range=np.arange(receiver.least_range, receiver.greatest_range, 0.5 * cell),
+        range=range_axis(receiver, frame.schedule),
         range_rate=step * np.arange(-count, count + 1, dtype=np.float64),
         time=time,
     )
+
+
+def range_axis(receiver: Receiver, schedule: RampSchedule) -> FloatArray:
+    """Range axis of the map, m.
+
+    Raises
+    ------
+    InputError
+        The receiver's limits leave no range cell between them.
+    """
+    cell = SPEED_OF_LIGHT / (2.0 * float(np.max(schedule.bandwidth)))
+    distance = np.arange(receiver.least_range, receiver.greatest_range, 0.5 * cell)
+    if distance.size < 2:
+        raise InputError(
+            f"the receiver's map reaches from {receiver.least_range:g} m to "
+            f"{receiver.greatest_range:g} m, less than half a range cell of {cell:.3g} m; lower "
+            "its least range or raise its greatest range"
+        )
+    return distance

@@ -104,6 +104,8 @@ def _detection(detections: Detections, members: IntArray, body: Body) -> tuple[f
     power, rate = detections.power[members], detections.range_rate[members]
     if body.place == "mean":
         weight = power / power.sum()
+        if np.any(np.isnan(azimuth)):  # a single channel tells no azimuth
+            return float(weight @ distance), float(weight @ rate), float("nan")
         place = weight @ (distance * np.exp(1j * azimuth))
         return float(np.abs(place)), float(weight @ rate), float(np.angle(place))
     n = int(np.argmin(distance) if body.place == "nearest" else np.argmax(power))
@@ -111,7 +113,8 @@ def _detection(detections: Detections, members: IntArray, body: Body) -> tuple[f
 
 
 def _distances(detections: Detections) -> FloatArray:
-    place = detections.range * np.exp(1j * detections.azimuth)
+    # a single channel tells no azimuth: ranges alone then decide
+    place = detections.range * np.exp(1j * np.nan_to_num(detections.azimuth))
     return np.asarray(np.abs(place[:, None] - place))
 
 

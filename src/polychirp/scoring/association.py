@@ -16,7 +16,10 @@ from polychirp.units import Metres, MetresPerSecond, Radians
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Gate(Spec):
-    """Largest errors with which a detection belongs to a target."""
+    """Largest errors with which a detection still belongs to a target.
+
+    An azimuth that is not known (NaN, from a single channel) is within any gate.
+    """
 
     range: Metres = 0.4
     range_rate: MetresPerSecond = 1.0
@@ -66,6 +69,9 @@ def _inside(detections: Detections, truth: Truth, gate: Gate) -> BoolArray:
     return (
         within(detections.range, truth.range, gate.range)
         & within(detections.range_rate, truth.range_rate, gate.range_rate)
-        & within(detections.azimuth, truth.azimuth, gate.azimuth)
+        & (
+            within(detections.azimuth, truth.azimuth, gate.azimuth)
+            | np.isnan(detections.azimuth)[None, :]
+        )
         & truth.is_visible[:, None]
     )

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 
@@ -14,11 +15,22 @@ from polychirp.channel.scene.ground_truth import refuse_radar_inside_body
 from polychirp.channel.tracers.composite import Composite
 from polychirp.channel.tracers.sionna import SionnaRt
 from polychirp.constants import SPEED_OF_LIGHT
-from polychirp.errors import InputError, ModelWarning, PhysicsError, did_you_mean
+from polychirp.errors import (
+    CapabilityError,
+    InputError,
+    ModelWarning,
+    PhysicsError,
+    did_you_mean,
+)
 from polychirp.model.if_frame import SampleTimes, parts_of, sample_times
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
+from polychirp.receiver.chain import Receiver
+from polychirp.receiver.mimo import code_blocks
+from polychirp.receiver.mitigation.bursts import BurstDetector
+from polychirp.receiver.signal_model.point_signal import beat_sensitivity
 from polychirp.study.random_draw import drawn
+from polychirp.study.size import refuse_too_large
 from polychirp.study.spec import (
     Study,
     StudyRadar,
@@ -35,6 +47,19 @@ from polychirp.synthesis.impairments.high_pass import refuse_unfollowed
 Limits = tuple[float, float]
 """Least and greatest value over the ramps of a frame."""
 
+FARTHEST_SPEED: Final = 0.8
+"""m/s, the limit of `receiver.estimation.beat_refinement`: beats do not correct a point whose speed
+is farther than this from that of its cell in the range-rate map."""
+
+MOST_DOPPLER_CELLS: Final = 150
+"""Speed cell of the beats (`_beat_speed_cell`) in Doppler cells of the frame, above which
+`check` warns. A point was found at all of eight speeds with 128 triangular ramps of 0.5 or 1 ms
+(128 cells), and at five of them with sawtooths of 1 GHz (277 cells)."""
+
+GREATEST_GUARD: Final = 0.1
+"""Guard of a mitigation as a share of the shortest ramp, above which `check` warns; chosen: each
+burst then takes more than a fifth of a ramp."""
+
 _BYTES_OF_A_SAMPLE = 16
 _SECONDS_OF_A_TRACE = 0.08
 _SECONDS_OF_A_SAMPLE = 1e-6
@@ -50,8 +75,10 @@ class DerivedRadar:
     name : of the radar
     range_resolution : m, :math:`c/2B` over the ramps
     speed_resolution : m/s, :math:`\lambda/2T_{frame}`
-    unambiguous_speed : m/s, :math:`\lambda/4T_{sweep}`, either way, for a transform over equal
-        sweeps; sweeps of different length lift this ambiguity
+    unambiguous_speed : m/s, :math:`\lambda/4NT_{sweep}`, either way, for a transform over equal
+        sweeps; N is the number of sweeps after which the code of the transmitting elements repeats
+        (1 without a code), since each element is told apart once in so many sweeps
+    has_equal_sweeps : True if all sweeps are equal; different sweeps lift this ambiguity
     greatest_range : m, whose beat on the steepest ramp is still in the filter's pass band
     beat_band : Hz, from 0 m to the receiver's greatest range on the steepest ramp
     ramp_duration : s
@@ -66,6 +93,7 @@ class DerivedRadar:
     range_resolution: Limits
     speed_resolution: float
     unambiguous_speed: float
+    has_equal_sweeps: bool
     greatest_range: float
     beat_band: Limits
     ramp_duration: Limits
@@ -109,17 +137,21 @@ def check(study: Study) -> Derived:
     ------
     InputError
         Names do not agree, a ramp is too short for its converter, a radar sits inside a body…;
-        every problem is listed with its place.
+        every problem is listed with its place. Or the study needs too much memory (`size`).
     PhysicsError
         A receiver asks for ranges whose beats its radar cannot sample.
+    CapabilityError
+        The elements of a victim's array cannot be told apart.
 
     Warns
     -----
     ModelWarning
-        The tracer gives targets no echo, or a material is used outside its band.
+        The tracer gives targets no echo, a material is used outside its band, ramps are too short
+        for the receiver's range-rate map or for the guard of its mitigation.
     """
     try:
-        study = drawn(study)
+        if study.seed >= 0:  # others are refused below
+            study = drawn(study)
     except InputError as error:
         raise InputError(f"this study cannot run: {study.name}\n  traffic: {error}") from None
     problems = list(_problems(study))
@@ -127,6 +159,7 @@ def check(study: Study) -> Derived:
         lines = "\n".join(f"  {place}: {sentence}" for place, sentence in problems)
         raise InputError(f"this study cannot run: {study.name}\n{lines}")
     plans = schedules(study)
+    refuse_too_large(study, plans)
     radars = tuple(
         _derived(radar, plan, greatest_range=study.receiver.greatest_range)
         for radar, plan in zip(study.radars, plans, strict=True)
@@ -134,7 +167,10 @@ def check(study: Study) -> Derived:
     for number, (radar, derived) in enumerate(zip(study.radars, radars, strict=True)):
         _need_audible(radar, derived, number=number, study=study)
         refuse_unfollowed(radar)
+    for number in victim_indices(study):
+        _need_decodable(plans[number], number=number)
     _warn_of_silent_targets(study)
+    _warn_of_receiver(study, plans)
     victims = [radars[i] for i in victim_indices(study)]
     frames = [plans[i] for i in victim_indices(study)]
     snapshots = int(refresh_times(frames, study.refresh_interval).size)
@@ -167,6 +203,82 @@ def _warn_of_silent_targets(study: Study) -> None:
             ModelWarning,
             stacklevel=3,
         )
+
+
+def _warn_of_receiver(study: Study, plans: Sequence[RampSchedule]) -> None:
+    """Warn of victims whose ramps do not suit the receiver or its mitigation."""
+    for number in victim_indices(study):
+        radar, plan = study.radars[number], plans[number]
+        reason = _too_coarse(plan, sample_times(plan, radar.converter), study.receiver)
+        if reason:
+            warnings.warn(
+                f"the range-rate map of the receiver is too coarse for '{radar.name}': {reason}, "
+                "or process the chirps as a recording ('polychirp process')",
+                ModelWarning,
+                stacklevel=3,
+            )
+        mitigation = study.receiver.mitigation
+        shortest = float(plan.duration.min())
+        if isinstance(mitigation, BurstDetector) and mitigation.guard > GREATEST_GUARD * shortest:
+            warnings.warn(
+                f"the guard of the mitigation '{mitigation.kind}' is {1e6 * mitigation.guard:.3g} "
+                f"µs, and the shortest ramp of '{radar.name}' lasts {1e6 * shortest:.3g} µs, so "
+                "that each burst takes much of a ramp; set receiver.mitigation.guard to "
+                f"'{1e6 * GREATEST_GUARD * shortest:.2g} us' or less",
+                ModelWarning,
+                stacklevel=3,
+            )
+
+
+def _too_coarse(plan: RampSchedule, times: SampleTimes, receiver: Receiver) -> str:
+    """The reason why the receiver misses targets on these ramps, and what would work; else ""."""
+    resolved = _doppler_cell(plan)
+    wavelength = SPEED_OF_LIGHT / float(np.max(plan.centre_frequency))
+    step = wavelength / (6.0 * float(np.max(plan.duration)))
+    # phases correct a speed by up to four Doppler cells
+    reach = max(FARTHEST_SPEED, 4.0 * resolved)
+    by_beats = _beat_speed_cell(plan, times)
+    has_both = bool(np.any(plan.slope > 0) and np.any(plan.slope < 0))
+    if has_both and 0.5 * step > reach:
+        rows = 2 * int(np.ceil(receiver.greatest_speed / step)) + 1
+        return (
+            f"it has {rows} cells of speed where the frame resolves "
+            f"{2.0 * receiver.greatest_speed / resolved:.0f}, and misses targets whose speed is "
+            f"more than {_kmh(reach)} from a multiple of {_kmh(step)}; use ramps of "
+            f"{1e3 * wavelength / (12.0 * FARTHEST_SPEED):.1f} ms or more"
+        )
+    if by_beats > MOST_DOPPLER_CELLS * resolved:
+        return (
+            f"by their beats its ramps tell speeds {_kmh(by_beats)} apart, the frame "
+            f"{_kmh(resolved)}, and targets are missed or have a wrong speed; use "
+            f"{'fewer sweeps' if has_both else 'ramps that rise and fall'}"
+        )
+    return ""
+
+
+def _kmh(speed: float) -> str:
+    """The speed to two digits in km/h."""
+    return f"{float(f'{3.6 * speed:.2g}'):g} km/h"
+
+
+def _doppler_cell(plan: RampSchedule) -> float:
+    """Speed that turns an echo's phase by one cycle over the frame, m/s."""
+    wavelength = SPEED_OF_LIGHT / float(np.mean(plan.centre_frequency))
+    return wavelength / (2.0 * float(plan.end_time[-1] - plan.start_time[0]))
+
+
+def _beat_speed_cell(plan: RampSchedule, times: SampleTimes) -> float:
+    r"""Change of speed that moves beats by a resolution cell of a ramp, rms over the ramps, m/s.
+
+    The range is free to change with it, so that only what differs from a change of range counts.
+    On ramps that rise and fall this is :math:`\lambda/2T_{ramp}`. Ramps of one direction tell
+    speeds apart only by range migration: :math:`\sqrt{12}\,c/(2BT_{frame})`.
+    """
+    sensitivity = beat_sensitivity(plan, times, float(plan.start_time[0]))
+    in_cells = sensitivity * (times.num_samples / times.rate)[:, None]
+    by_range, by_speed = in_cells[:, 0], in_cells[:, 1]
+    apart = by_speed - by_range * (by_range @ by_speed) / (by_range @ by_range)
+    return 1.0 / max(float(np.sqrt(np.mean(apart**2))), 1e-300)
 
 
 def _problems(study: Study) -> Iterator[tuple[str, str]]:
@@ -286,8 +398,11 @@ def _derived(radar: StudyRadar, plan: RampSchedule, *, greatest_range: float) ->
     return DerivedRadar(
         name=radar.name,
         range_resolution=(float(resolution.min()), float(resolution.max())),
-        speed_resolution=wavelength / (2.0 * frame_duration),
-        unambiguous_speed=wavelength * num_sweeps / (4.0 * frame_duration),
+        speed_resolution=_doppler_cell(plan),
+        unambiguous_speed=wavelength
+        * num_sweeps
+        / (4.0 * frame_duration * _code_length(plan, num_sweeps)),
+        has_equal_sweeps=_has_equal_sweeps(plan, num_sweeps),
         greatest_range=SPEED_OF_LIGHT * radar.if_filter.passband / (2.0 * steepest),
         beat_band=(0.0, 2.0 * steepest * greatest_range / SPEED_OF_LIGHT),
         ramp_duration=(float(plan.duration.min()), float(plan.duration.max())),
@@ -299,10 +414,44 @@ def _derived(radar: StudyRadar, plan: RampSchedule, *, greatest_range: float) ->
     )
 
 
+def _code_length(plan: RampSchedule, num_sweeps: int) -> int:
+    """Number of sweeps after which the weights of the transmitting elements repeat."""
+    weight = plan.transmit_weight[:: plan.num_ramps // num_sweeps]
+    lengths = range(1, len(weight))
+    return next((n for n in lengths if np.allclose(weight[n:], weight[:-n])), len(weight))
+
+
+def _has_equal_sweeps(plan: RampSchedule, num_sweeps: int) -> bool:
+    """True if all sweeps have the same ramps, at equal intervals."""
+    if plan.num_ramps % num_sweeps:
+        return False
+    starts = plan.start_time.reshape(num_sweeps, -1)
+    interval = np.diff(starts, axis=0)
+    return all(
+        np.allclose(values, values[:1], rtol=1e-6, atol=0.0)
+        for values in (
+            interval,
+            *(
+                each.reshape(num_sweeps, -1)
+                for each in (plan.duration, plan.slope, plan.start_frequency)
+            ),
+        )
+    )
+
+
 def _memory(times: SampleTimes, radar: StudyRadar) -> int:
     """Bytes of samples and parts, padding included."""
     padded = radar.array.num_channels * times.num_samples.size * times.most_samples
     return padded * (1 + len(parts_of(radar))) * _BYTES_OF_A_SAMPLE
+
+
+def _need_decodable(plan: RampSchedule, *, number: int) -> None:
+    """Refuse a victim whose transmitting elements its receiver cannot tell apart."""
+    if plan.num_elements > 1:
+        try:
+            code_blocks(plan)
+        except CapabilityError as error:
+            raise CapabilityError(f"radars.{number}.coding: {error}") from None
 
 
 def _need_audible(radar: StudyRadar, derived: DerivedRadar, *, number: int, study: Study) -> None:

@@ -13,7 +13,7 @@ from polychirp.channel.point_vehicles.tracer import PointVehicles
 from polychirp.channel.tracers.composite import Composite
 from polychirp.channel.tracers.free_space import FreeSpace
 from polychirp.channel.tracers.sionna import SionnaRt
-from polychirp.errors import InputError
+from polychirp.errors import InputError, no_such
 from polychirp.model.antenna import ArrayErrors
 from polychirp.model.radar import Radar
 from polychirp.model.ramp import RampSchedule
@@ -23,11 +23,14 @@ from polychirp.rng import Streams
 from polychirp.spec import ByKind, Spec
 from polychirp.study.traffic import StudyTraffic
 from polychirp.traffic.street import Street
-from polychirp.units import Fraction, FractionPerSecond, Seconds
+from polychirp.units import Between, Fraction, FractionPerSecond, Seconds
 from polychirp.waveform import AnyCoding, AnyWaveform, coded
 
 GREATEST_DRIFT: Final = 10e-6
 """1/s; it bends a ramp of 1 GHz and 1 ms by 0.005 cycles, which `as_clocked` leaves out."""
+
+MOST_SNAPSHOTS: Final = 20_000
+"""Greatest number of times at which a scene is traced for one trial; chosen."""
 
 AnyTracer = Annotated[Composite | FreeSpace | PointVehicles | SionnaRt, ByKind()]
 
@@ -105,8 +108,8 @@ class Study(Spec):
     """
 
     name: str
-    seed: int = 1
-    num_sweeps: int = 16
+    seed: Annotated[int, Between(greatest=2**63 - 1)] = 1
+    num_sweeps: Annotated[int, Between(greatest=1_000_000)] = 16
     street: Street
     radars: tuple[StudyRadar, ...]
     traffic: StudyTraffic | None = None
@@ -159,8 +162,18 @@ def as_built(study: Study, radar: StudyRadar) -> StudyRadar:
 
 
 def victim_indices(study: Study) -> tuple[int, ...]:
-    """Numbers of the radars whose frames are computed, in the order of the radars."""
-    wanted = study.victims or tuple(radar.name for radar in study.radars)
+    """Numbers of the radars whose frames are computed, in the order of the radars.
+
+    Raises
+    ------
+    InputError
+        A victim is no radar of the study.
+    """
+    names = [radar.name for radar in study.radars]
+    wanted = study.victims or tuple(names)
+    for name in wanted:
+        if name not in names:
+            raise InputError(f"victims: {no_such('radar', name, names)}")
     return tuple(i for i, radar in enumerate(study.radars) if radar.name in wanted)
 
 
@@ -180,8 +193,19 @@ def refresh_times(plans: Sequence[RampSchedule], refresh_interval: float) -> Flo
     """When the scene is traced, s: the middles of equal parts of the frames of ``plans``.
 
     No part is longer than ``refresh_interval``.
+
+    Raises
+    ------
+    InputError
+        There are more than `MOST_SNAPSHOTS` parts.
     """
     first = min(float(plan.start_time[0]) for plan in plans)
     last = max(float(plan.end_time[-1]) for plan in plans)
-    count = max(1, int(np.ceil((last - first) / refresh_interval * (1 - 1e-12))))
+    wanted = (last - first) / refresh_interval
+    if not wanted <= MOST_SNAPSHOTS:
+        raise InputError(
+            f"refresh_interval: every {refresh_interval:g} s is {wanted:.3g} times in a frame, "
+            f"more than {MOST_SNAPSHOTS}; use a longer one, or shorter frames that start together"
+        )
+    count = max(1, int(np.ceil(wanted * (1 - 1e-12))))
     return first + (np.arange(count) + 0.5) * (last - first) / count

@@ -23,13 +23,14 @@ import shutil
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Protocol, cast
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from polychirp.axes import axes_of
-from polychirp.errors import InputError, RunError
+from polychirp.capture.zarr_file import ZarrArray, group_attributes
+from polychirp.errors import InputError, RunError, no_such
 from polychirp.model.antenna import AntennaArray, ElementPattern
 from polychirp.model.detection import Detections
 from polychirp.model.front_end import HighPass
@@ -70,6 +71,15 @@ UNITS: Final[Mapping[type, Mapping[str, str]]] = {
     Truth: {"range": "m", "range_rate": "m/s", "azimuth": "rad", "point": "m", "is_visible": "1"},
 }
 """Unit of every stored array."""
+
+_FOLDERS: Final[Mapping[type, str]] = {
+    SampleTimes: "times",
+    RampSchedule: "schedule",
+    Detections: "detections",
+    Truth: "truth",
+    Score: "score",
+}
+"""Group of every noun in the group of its victim."""
 
 _AXIS_NAMES: Final = {"3": "xyz"}
 
@@ -122,13 +132,17 @@ class StoredRun:
     victims: tuple[StoredVictim, ...]
 
     def victim(self, name: str) -> StoredVictim:
-        """The radar called ``name``."""
+        """The result of the radar called ``name``.
+
+        Raises
+        ------
+        InputError
+            The run has no such radar; the message names those that it has.
+        """
         for victim in self.victims:
             if victim.name == name:
                 return victim
-        raise InputError(
-            f"this run has no radar '{name}'; it has {', '.join(v.name for v in self.victims)}"
-        )
+        raise InputError(no_such("radar", name, [victim.name for victim in self.victims]))
 
 
 def save_run(path: Path | str, *, victims: Iterable[VictimResult], provenance: Provenance) -> None:
@@ -152,6 +166,8 @@ def save_run(path: Path | str, *, victims: Iterable[VictimResult], provenance: P
         unfinished.rename(path)
     except OSError as error:
         raise RunError(f"'{path}' cannot be written: {error.strerror or error}") from error
+    finally:
+        shutil.rmtree(unfinished, ignore_errors=True)
 
 
 def _write(path: Path, *, victims: tuple[VictimResult, ...], provenance: Provenance) -> None:
@@ -162,6 +178,7 @@ def _write(path: Path, *, victims: tuple[VictimResult, ...], provenance: Provena
         {
             "format": FORMAT,
             "format_version": FORMAT_VERSION,
+            "has_all_chunks": True,
             "provenance": asdict(provenance),
             "victims": [victim.name for victim in victims],
         }
@@ -217,6 +234,8 @@ def _write_array(group: Group, name: str, values: NDArray[Any], *, noun: type, f
         compressors=BloscCodec(cname="lz4", shuffle="bitshuffle", typesize=stored.dtype.itemsize),
         dimension_names=[_AXIS_NAMES.get(axis, axis) for axis in axes_of(noun)[field]],
         attributes={"units": UNITS[noun][field]},
+        # a chunk of zeros is stored too, so that a missing one is seen
+        config={"write_empty_chunks": True},
     )
     if stored.size:
         array[...] = stored
@@ -230,17 +249,13 @@ def load_run(path: Path | str) -> StoredRun:
     InputError
         There is no complete run at ``path``, or another version of polychirp wrote it.
     """
-    import zarr
-    from zarr.errors import NodeNotFoundError
-
     path = Path(path)
     try:
-        root = zarr.open_group(store=path, mode="r", zarr_format=3)
-    except (FileNotFoundError, NodeNotFoundError, NotADirectoryError):
+        attributes = group_attributes(path)
+    except (FileNotFoundError, NotADirectoryError):
         raise InputError(
             f"there is no run in '{path}'; name the folder that ends in .zarr"
         ) from None
-    attributes = dict(root.attrs)
     if attributes.get("format") != FORMAT:
         raise InputError(f"'{path}' is not a run of polychirp; it has no such format mark")
     if attributes.get("format_version") != FORMAT_VERSION:
@@ -249,70 +264,62 @@ def load_run(path: Path | str) -> StoredRun:
             f"reads version {FORMAT_VERSION}, so run the study again"
         )
     try:
-        count = len(cast("list[str]", attributes["victims"]))
+        is_whole = bool(attributes.get("has_all_chunks", False))
         return StoredRun(
-            provenance=Provenance(**cast("dict[str, Any]", attributes["provenance"])),
-            victims=tuple(_read_victim(_group(root, f"victim-{i}")) for i in range(count)),
+            provenance=Provenance(**attributes["provenance"]),
+            victims=tuple(
+                _read_victim(path / f"victim-{i}", is_whole)
+                for i in range(len(attributes["victims"]))
+            ),
         )
-    except (KeyError, TypeError, FileNotFoundError, NodeNotFoundError) as error:
+    except (OSError, KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
         raise InputError(
             f"the run in '{path}' is damaged ({error}); run the study again"
         ) from error
 
 
-def _read_victim(group: Group) -> StoredVictim:
-    array = str(group.attrs["array"])
-    corners: Any = group.attrs["high_pass"]
+def _read_victim(folder: Path, is_whole: bool) -> StoredVictim:
+    attributes = group_attributes(folder)
+    corners = attributes["high_pass"]
+
+    def noun(kind: Any) -> Any:
+        return _read_noun(kind, folder / _FOLDERS[kind], is_whole)
+
     frame = IfFrame(
-        samples=_values(group, "samples"),
-        times=_read_noun(SampleTimes, _group(group, "times")),
-        schedule=_read_noun(RampSchedule, _group(group, "schedule")),
-        array=_array_from(array),
+        samples=ZarrArray(folder / "samples", has_all_chunks=is_whole).whole(),
+        times=noun(SampleTimes),
+        schedule=noun(RampSchedule),
+        array=_array_from(str(attributes["array"])),
         high_pass=HighPass(corners=tuple(corners)) if corners else None,
     )
     return StoredVictim(
-        name=str(group.attrs["name"]),
+        name=str(attributes["name"]),
         frame=frame,
-        parts=_read_parts(group),
-        detections=_read_noun(Detections, _group(group, "detections")),
-        truth=_read_noun(Truth, _group(group, "truth")),
-        score=_read_noun(Score, _group(group, "score")),
+        parts=_read_parts(folder / "parts", is_whole),
+        detections=noun(Detections),
+        truth=noun(Truth),
+        score=noun(Score),
     )
 
 
-def _read_parts(group: Group) -> IfParts:
-    attributes = cast("dict[str, Any]", dict(group["parts"].attrs))
+def _read_parts(folder: Path, is_whole: bool) -> IfParts:
+    array = ZarrArray(folder, has_all_chunks=is_whole)
     return IfParts(
-        samples=_values(group, "parts"),
-        names=tuple(attributes["part"]),
-        neglected=attributes["neglected"],
+        samples=array.whole(),
+        names=tuple(array.metadata.attributes["part"]),
+        neglected=array.metadata.attributes["neglected"],
     )
 
 
-def _read_noun(noun: Any, group: Group) -> Any:
+def _read_noun(noun: Any, folder: Path, is_whole: bool) -> Any:
     attributes = {
         name: tuple(value) if isinstance(value, list) else value
-        for name, value in group.attrs.items()
+        for name, value in group_attributes(folder).items()
     }
-    return noun(**attributes, **{field: _values(group, field) for field in axes_of(noun)})
-
-
-def _group(parent: Group, name: str) -> Group:
-    from zarr import Group as ZarrGroup
-
-    node = parent[name]
-    if not isinstance(node, ZarrGroup):
-        raise TypeError(f"{name} is no group")
-    return node
-
-
-def _values(group: Group, name: str) -> NDArray[Any]:
-    from zarr import Array
-
-    node = group[name]
-    if not isinstance(node, Array):
-        raise TypeError(f"{name} is no array")
-    return np.asarray(node[...])
+    arrays = {
+        field: ZarrArray(folder / field, has_all_chunks=is_whole).whole() for field in axes_of(noun)
+    }
+    return noun(**attributes, **arrays)
 
 
 def _array_attributes(array: AntennaArray) -> str:

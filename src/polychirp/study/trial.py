@@ -9,6 +9,7 @@ from functools import partial
 from polychirp.channel.base import RayTracer
 from polychirp.channel.scene.ground_truth import truth
 from polychirp.channel.tracers.path_interpolation import interpolate_paths
+from polychirp.errors import InputError, no_such
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame, IfParts
 from polychirp.model.paths import PropagationPaths
@@ -26,7 +27,9 @@ from polychirp.receiver.mimo import (
 )
 from polychirp.rng import Streams
 from polychirp.scoring.compare import compare
+from polychirp.study.kernel_parts import compile_parts, parts_of
 from polychirp.study.random_draw import drawn
+from polychirp.study.size import refuse_too_large
 from polychirp.study.spec import (
     Study,
     refresh_times,
@@ -70,8 +73,17 @@ class Trial:
     victims: tuple[Victim, ...]
 
     def victim(self, name: str) -> Victim:
-        """What the radar called ``name`` saw."""
-        return next(v for v in self.victims if v.name == name)
+        """The result of the radar called ``name``.
+
+        Raises
+        ------
+        InputError
+            The trial has no such victim; the message names those that it has.
+        """
+        for victim in self.victims:
+            if victim.name == name:
+                return victim
+        raise InputError(no_such("victim", name, [victim.name for victim in self.victims]))
 
 
 def run_trial(study: Study, *, progress: Progress = silent) -> Trial:
@@ -79,8 +91,10 @@ def run_trial(study: Study, *, progress: Progress = silent) -> Trial:
     study = drawn(study)
     scene = scene_of(study)
     plans = schedules(study)
+    refuse_too_large(study, plans)
     for number in victim_indices(study):
         code_blocks(plans[number])  # a code that cannot be told apart is refused before the work
+    compile_parts(parts_of(study), progress=progress)
     snapshots = trace_frame(
         study.tracer,
         scene,

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import logging
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
-from polychirp.axes import FloatArray
+from polychirp.axes import FloatArray, IntArray
 from polychirp.errors import InputError
 from polychirp.model.mesh import Mesh
+from polychirp.traffic.mesh_check import NoOtherFiles, checked_content, plausible_scale
 from polychirp.traffic.surface import subdivided
 
 if TYPE_CHECKING:
@@ -28,6 +32,9 @@ TABLE_MATERIALS: Final = (
     "leaf",
 )
 """Names of materials that need no mapping: those of the paper's table 1."""
+
+FARTHEST_VERTEX: Final = 1e6
+"""Largest coordinate of a vertex, m; chosen: beyond it, edges of a centimetre lose digits."""
 
 _COLOUR: Final = {
     "metal": (140, 155, 190, 255),
@@ -61,24 +68,35 @@ def load_mesh(
     Raises
     ------
     InputError
-        The file is missing, cannot be read or has no triangles, or a material is not mapped.
+        The file is missing, cannot be read, refers to other files, has no triangles or corners
+        that are no numbers, or a material is not mapped.
     """
     import trimesh
 
     file = Path(path)
-    if not file.is_file():
-        raise InputError(f"there is no mesh file '{file}'; give the path of a GLB, OBJ or STL file")
-    if not scale > 0:
-        raise InputError("the scale of a mesh file must be positive")
+    plausible_scale(scale)
+    content = checked_content(file)
+    other_files: Any = NoOtherFiles(file.name, content)
     try:
-        scene = trimesh.load_scene(file, process=False)
+        with np.errstate(all="ignore"), _quiet():
+            scene = trimesh.load_scene(
+                BytesIO(content),
+                file_type=file.suffix[1:].lower(),
+                resolver=other_files,
+                process=False,
+            )
+            pieces = [
+                (part, _material_name(geometry), geometry)
+                for part, geometry in _placed(scene, trimesh)
+                if len(geometry.faces)
+            ]
+    except ImportError:  # of a reader that is tried when the right one fails
+        raise InputError(
+            f"'{file}' cannot be read as a mesh; it is damaged, or not what its name says"
+        ) from None
     except Exception as error:  # trimesh raises whatever its parsers raise
-        raise InputError(f"'{file}' cannot be read as a mesh: {error}") from error
-    pieces = [
-        (part, _material_name(geometry), geometry)
-        for part, geometry in _placed(scene, trimesh)
-        if len(geometry.faces)
-    ]
+        reason = str(error).partition("\n")[0][:200]
+        raise InputError(f"'{file}' cannot be read as a mesh: {reason}") from error
     if not pieces:
         raise InputError(f"'{file}' holds no triangles; export the body as a mesh")
     known = {name: name for name in TABLE_MATERIALS} | dict(materials or {})
@@ -90,8 +108,14 @@ def load_mesh(
             f"'{file}' uses the material '{unknown[0]}', which is not mapped; "
             f"map it to one of {', '.join(TABLE_MATERIALS)}"
         )
-    mesh = _joined([(part, known[name], geometry) for part, name, geometry in pieces])
+    try:
+        mesh = _joined([(part, known[name], geometry) for part, name, geometry in pieces])
+    except (InputError, ValueError, TypeError):  # faces of vertices that are not there
+        raise InputError(
+            f"'{file}' cannot be read as a mesh: a face has a vertex that is not there"
+        ) from None
     vertex = scale * (mesh.vertex if up_axis == "z" else _from_y_up(mesh.vertex))
+    _check_vertices(file, vertex, mesh.face)
     mesh = Mesh(
         vertex=vertex,
         face=mesh.face,
@@ -101,6 +125,32 @@ def load_mesh(
         parts=mesh.parts,
     )
     return mesh if math.isinf(max_edge) else subdivided(mesh, max_edge)
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep trimesh from printing tracebacks of what it then does without."""
+    log = logging.getLogger("trimesh")
+    before = log.level
+    log.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        log.setLevel(before)
+
+
+def _check_vertices(file: Path, vertex: FloatArray, face: IntArray) -> None:
+    """Refuse vertices that are no plausible places, and triangles all of which are lines."""
+    is_bad = ~np.all(np.abs(vertex[face]) <= FARTHEST_VERTEX, axis=(1, 2))  # NaN as well
+    if np.any(is_bad):
+        raise InputError(
+            f"'{file}' has {np.sum(is_bad)} triangles with corners that are not numbers or beyond "
+            f"{FARTHEST_VERTEX / 1e3:g} km, the first is number {int(np.argmax(is_bad))}; export "
+            "it again, or give the metres per unit of the file as its scale"
+        )
+    a, b, c = np.moveaxis(vertex[face], 1, 0)
+    if not np.any(np.cross(b - a, c - a)):
+        raise InputError(f"'{file}' has no triangle with an area; export the body as a mesh")
 
 
 def save_glb(mesh: Mesh, path: str | Path) -> None:

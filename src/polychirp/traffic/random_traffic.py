@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Final, Literal
+from typing import Annotated, Final, Literal
 
 import numpy as np
 
@@ -23,9 +23,9 @@ from polychirp.traffic.placing import (
     is_seen,
     nearest_point,
 )
-from polychirp.traffic.street import Point, Street, Vehicle
+from polychirp.traffic.street import Coarseness, FacetEdge, Point, Street, Vehicle
 from polychirp.traffic.vehicle import vehicle_size
-from polychirp.units import Metres, MetresPerSecond, SquareMetres, from_db
+from polychirp.units import Between, Metres, MetresPerSecond, SquareMetres, from_db
 
 LEAST_DRAWN: Final = 10
 """Least number of targets that are drawn; a street with fewer is a part of that street."""
@@ -99,15 +99,15 @@ class RandomTraffic(Spec):
     """
 
     seen_from: str
-    num_targets: int = 5
-    num_carriers: int = 0
+    num_targets: Annotated[int, Between(greatest=1000)] = 5
+    num_carriers: Annotated[int, Between(greatest=1000)] = 0
     reach: Metres = 28.0
     gap: Metres = 1.5
     shape: Literal["vehicles", "points"] = "vehicles"
     rcs: SquareMetres = from_db(10.0)
     lanes: tuple[Lane, ...] = URBAN
-    max_edge: Metres = 0.05
-    coarseness: float = 1.0
+    max_edge: FacetEdge = 0.05
+    coarseness: Coarseness = 1.0
 
     def __post_init__(self) -> None:
         if self.num_targets < 0 or self.num_carriers < 0:
@@ -172,6 +172,15 @@ class RandomTraffic(Spec):
         """Places of all carriers, and of ten or more targets where there is room for them."""
         taken = [_bounds(vehicle) for vehicle in street.vehicles]
         wanted = max(self.num_targets, LEAST_DRAWN)
+        shortest = min(vehicle_size(body)[0] for body in BODIES)
+        # carriers reach twice as far; more than these cannot be there, wherever they are drawn
+        room = len(self.lanes) * (2 + 2 * self.reach / (shortest + self.gap))
+        if self.num_carriers + self.num_targets > room:
+            raise InputError(
+                f"there is no room for {self.num_targets} targets within {self.reach:g} m and "
+                f"{self.num_carriers} carriers on {len(self.lanes)} lanes; ask for fewer, for more "
+                "lanes, a longer reach or smaller gaps"
+            )
         best: list[Place] = []
         for number in range(_STREETS):
             places = self._street_of(streams["traffic", number], taken, eye, wanted)

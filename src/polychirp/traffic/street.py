@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import combinations
-from typing import Final, Literal
+from typing import Annotated, Final, Literal
 
 import numpy as np
 
@@ -22,10 +22,19 @@ from polychirp.traffic import roadside
 from polychirp.traffic.mesh_file import load_mesh
 from polychirp.traffic.shapes import Body
 from polychirp.traffic.vehicle import vehicle_mesh, vehicle_size
-from polychirp.units import Metres, MetresPerSecond, Radians, SquareMetres
+from polychirp.units import Between, Metres, MetresPerSecond, Radians, SquareMetres, Unit
 
 GREATEST_FACET_EDGE: Final = 0.5
 """Greatest edge of facets on flats of built-in bodies, m: beyond it they lose their arches."""
+
+FacetEdge = Annotated[float, Unit("m", least="0 m", greatest="1 km")]
+"""Longest edge of a facet, m."""
+
+Coarseness = Annotated[float, Between(least=0.0, greatest=1000.0)]
+"""Factor on the edges of facets on curves."""
+
+Extent = Annotated[float, Unit("m", least="0 m", greatest="10 km")]
+"""Length, width or height of a road or a building, m."""
 
 Footprint = tuple[str, FloatArray]
 """A name for messages, and corners ``(4, xy)``, m."""
@@ -56,8 +65,8 @@ class Vehicle(Spec):
     y: Metres
     heading: Radians = 0.0
     speed: MetresPerSecond = 0.0
-    max_edge: Metres = 0.05
-    coarseness: float = 1.0
+    max_edge: FacetEdge = 0.05
+    coarseness: Coarseness = 1.0
 
     def __post_init__(self) -> None:
         if not (self.max_edge > 0 and self.coarseness > 0 and self.scale > 0):
@@ -125,12 +134,12 @@ class Building(Spec):
     name: str
     x: Metres
     y: Metres
-    length: Metres
-    width: Metres
-    height: Metres
+    length: Extent
+    width: Extent
+    height: Extent
     material: str = "brick"
     heading: Radians = 0.0
-    num_windows: int = 0
+    num_windows: Annotated[int, Between(greatest=1000)] = 0
 
     def actor(self) -> Actor:
         """The building's walls, roof and windows."""
@@ -160,8 +169,8 @@ class Tree(Spec):
     name: str
     x: Metres
     y: Metres
-    height: Metres
-    crown_radius: Metres
+    height: Annotated[float, Unit("m", least="0 m", greatest="100 m")]
+    crown_radius: Annotated[float, Unit("m", least="0 m", greatest="50 m")]
 
     def actor(self) -> Actor:
         """Trunk and crown."""
@@ -174,8 +183,8 @@ class Tree(Spec):
 class Road(Spec):
     """A level road along x, its middle at (x, y)."""
 
-    length: Metres
-    width: Metres
+    length: Extent
+    width: Extent
     material: str = "asphalt"
     x: Metres = 0.0
     y: Metres = 0.0

@@ -19,6 +19,16 @@ WAVELENGTH: Final = SPEED_OF_LIGHT / 79e9
 """Wavelength for which vehicles are meshed, m."""
 
 
+FINEST_EDGE: Final = 5e-3
+"""Least edge limit of the flats of a built-in body, m; chosen: facets are counted in millions."""
+
+FINEST_CURVES: Final = 0.1
+"""Least factor on the edge limit of the curves of a built-in body, chosen for the same reason."""
+
+MOST_FACES: Final = 3_000_000
+"""Greatest number of faces of a mesh; chosen: cutting a mesh to it takes seconds."""
+
+
 def edge_limit(radius: float, distance: float = math.inf) -> float:
     r"""Longest edge, m, that facets may have on a surface of ``radius`` seen from ``distance``.
 
@@ -56,6 +66,12 @@ class Fineness:
     def __post_init__(self) -> None:
         if not (self.max_edge > 0 and self.coarseness > 0):
             raise InputError("a mesh needs a positive max_edge and a positive coarseness")
+        if self.max_edge < FINEST_EDGE or self.coarseness < FINEST_CURVES:
+            raise InputError(
+                f"with a max_edge of {self.max_edge:g} m and a coarseness of {self.coarseness:g} a "
+                f"body has too many facets; use at least {1e3 * FINEST_EDGE:g} mm and "
+                f"{2 * FINEST_CURVES:g}"
+            )
 
     def edge(self, radius: float = math.inf) -> float:
         """Longest edge, m, along a direction in which the surface has ``radius`` (m)."""
@@ -190,11 +206,14 @@ def subdivided(mesh: Mesh, max_edge: float) -> Mesh:
     """
     if not max_edge > 0:
         raise InputError("a mesh needs a positive max_edge")
+    _refuse_too_many(_least_faces(mesh, max_edge), max_edge)
     vertex, face = mesh.vertex, mesh.face
     owner = np.arange(mesh.num_faces)
     while True:
         ends = np.sort(face[:, [[0, 1], [1, 2], [2, 0]]], axis=-1).reshape(-1, 2)
-        edge, of_face = np.unique(ends, axis=0, return_inverse=True)
+        # one number for both ends: pairs take many times as long to sort
+        both, of_face = np.unique(ends[:, 0] * len(vertex) + ends[:, 1], return_inverse=True)
+        edge = np.stack(np.divmod(both, len(vertex)), axis=-1)
         of_face = of_face.reshape(-1, 3)
         is_long = np.linalg.norm(vertex[edge[:, 0]] - vertex[edge[:, 1]], axis=1) > max_edge
         if not is_long.any():
@@ -203,6 +222,7 @@ def subdivided(mesh: Mesh, max_edge: float) -> Mesh:
         vertex = np.concatenate([vertex, vertex[edge[is_long]].mean(axis=1)])
         face, kept = _split(face, middle[of_face])
         owner = owner[kept]
+        _refuse_too_many(len(face), max_edge)
     return Mesh(
         vertex=vertex,
         face=face,
@@ -211,6 +231,24 @@ def subdivided(mesh: Mesh, max_edge: float) -> Mesh:
         materials=mesh.materials,
         parts=mesh.parts,
     )
+
+
+def _least_faces(mesh: Mesh, max_edge: float) -> float:
+    """Number of faces that the area needs at least if no edge is longer than ``max_edge`` (m)."""
+    a, b, c = mesh.corners[:, 0], mesh.corners[:, 1], mesh.corners[:, 2]
+    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    edges = np.linalg.norm(np.stack([b - a, c - b, a - c]), axis=-1)
+    # the largest triangle with such edges is equilateral; a long edge needs a face for each piece
+    by_area = float(np.sum(area)) / max_edge / max_edge / 0.4331
+    return max(by_area, float(np.max(edges, initial=0.0)) / max_edge)
+
+
+def _refuse_too_many(num_faces: float, max_edge: float) -> None:
+    if num_faces > MOST_FACES:
+        raise InputError(
+            f"with edges of at most {max_edge:g} m the mesh has {num_faces:.3g} faces, more than "
+            f"{MOST_FACES:.0e}; use a longer max_edge"
+        )
 
 
 def _split(face: IntArray, middle: IntArray) -> tuple[IntArray, IntArray]:

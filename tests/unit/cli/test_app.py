@@ -1,9 +1,13 @@
 """The command line's manners: one sentence, the right exit code, notes once, tracebacks kept."""
 
 import argparse
+import errno
 import json
+import os
+import signal
 import subprocess
 import sys
+import time
 import warnings
 from pathlib import Path
 
@@ -20,7 +24,7 @@ from polychirp.errors import (
 
 
 def command_that(monkeypatch: pytest.MonkeyPatch, action) -> None:
-    """Make ``polychirp`` do ``action`` whatever it is asked."""
+    """Make ``polychirp`` do ``action`` whatever its arguments are."""
 
     parser = argparse.ArgumentParser()
     parser.set_defaults(command=action)
@@ -44,6 +48,80 @@ def test_an_error_raised_on_purpose_is_one_sentence_and_its_exit_code(
     command_that(monkeypatch, raising(error("the wall is in the way; move it")))
     assert app.main([]) == code
     assert capsys.readouterr().err == "polychirp: the wall is in the way; move it\n"
+
+
+def full_disk() -> OSError:
+    return OSError(errno.ENOSPC, "No space left on device", "results.csv")
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "sentence"),
+    [
+        (full_disk(), 4, "'results.csv': No space left on device; see that the path exists"),
+        (PermissionError(errno.EACCES, "Permission denied", "/x"), 4, "'/x': Permission denied"),
+        (
+            MemoryError("Unable to allocate 3 TiB"),
+            4,
+            "not enough memory (Unable to allocate 3 TiB)",
+        ),
+        (RecursionError(), 2, "nested too deeply"),
+        (OverflowError("too large"), 2, "a number is too large to compute with (too large)"),
+    ],
+    ids=["full disk", "permission", "memory", "recursion", "overflow"],
+)
+def test_what_the_system_refuses_is_one_sentence(monkeypatch, capsys, error, code, sentence):
+    command_that(monkeypatch, raising(error))
+    assert app.main([]) == code
+    said = capsys.readouterr().err
+    assert said.startswith("polychirp: ")
+    assert sentence in said
+    assert said.count("\n") == 1
+
+
+def test_sigterm_ends_as_an_interrupt_does_and_says_what_is_kept(monkeypatch, capsys):
+    def action(arguments: argparse.Namespace) -> int:
+        os.kill(os.getpid(), signal.SIGTERM)
+        time.sleep(10)
+        return 0
+
+    command_that(monkeypatch, action)
+    before = signal.getsignal(signal.SIGTERM)
+    assert app.main([]) == 143
+    assert capsys.readouterr().err.startswith("polychirp: stopped before the end; ")
+    assert signal.getsignal(signal.SIGTERM) is before
+
+
+def test_a_study_says_that_finished_trials_are_kept():
+    arguments = app.build_parser().parse_args(["study", "a.toml"])
+    assert arguments.kept == "finished trials are kept, and the same command goes on"
+
+
+def test_messages_hold_no_codes_of_a_terminal(monkeypatch, capsys):
+    command_that(monkeypatch, raising(InputError("there is no '\x1b[31mred'")))
+    assert app.main([]) == 2
+    assert capsys.readouterr().err == "polychirp: there is no '[31mred'\n"
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no full device")
+def test_a_full_disk_under_stdout_is_one_sentence():
+    program = "import sys; from polychirp.cli.app import main; sys.exit(main())"
+    with Path("/dev/full").open("w") as full:
+        ended = subprocess.run(
+            [sys.executable, "-c", program, "process", "--describe"],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    assert ended.returncode == 4
+    assert ended.stderr.startswith("polychirp: No space left on device")
+    assert ended.stderr.count("\n") == 1
+
+
+def test_the_script_that_was_called_is_named_in_what_it_suggests(monkeypatch, capsys, tmp_path):
+    monkeypatch.setenv("POLYCHIRP_NAME", "./run")
+    assert app.main(["init", str(tmp_path / "a b.toml")]) == 0
+    assert capsys.readouterr().err.endswith(f"next: ./run check '{tmp_path}/a b.toml'\n")
 
 
 def test_a_fault_of_polychirp_keeps_its_traceback(monkeypatch):

@@ -11,6 +11,7 @@ import pytest
 
 from polychirp.capture.sigmf import open_sigmf, write_sigmf
 from polychirp.cli.app import main
+from polychirp.cli.init import template
 from polychirp.model.baseband import Baseband
 from polychirp.study.section_v.operands import NAMED, named
 from polychirp.waveform.playing import played
@@ -129,7 +130,9 @@ def test_pictures_data_and_recordings_are_written(tmp_path, capsys):
         (["walk.npy"], "'walk.npy' is neither a recording (NAME.sigmf-meta), nor a radar"),
         (["paper100"], "did you mean 'paper-100'?"),
         (["none.sigmf-meta"], "there is no recording 'none.sigmf-meta'"),
-        (["study.toml"], "'study.toml' has many radars; name one, as in 'study.toml:front'"),
+        (["study.toml"], "'study.toml' is a whole study; name one of its radars"),
+        (["quick.toml"], "as in 'quick.toml:front'; it has front, other"),
+        (["quick.toml:frnt"], "no radar 'frnt'; there are 'front', 'other'; did you mean 'front'?"),
         (["paper-100", "--rate", "130"], "--rate: '130' is not a value in S/s"),
         (["paper-100", "--rate", "50 MS/s"], "needs 100 MS/s, not 50"),
         (["paper-100", "--snr", "ten"], "--snr: 'ten' is not a value in dB"),
@@ -138,12 +141,16 @@ def test_pictures_data_and_recordings_are_written(tmp_path, capsys):
         (["paper-100", "--search"], "--search needs B"),
         (["paper-100", "paper-100", "--search"], "--search looks into a recording"),
         (["paper-100", "--seed", "-1"], "--seed: -1 is negative"),
-        (["paper-100", "--figure", "no/such/f.png"], "there is no folder"),
+        (["paper-100", "--figure", "no/such/f.png"], "--figure: there is no folder"),
+        (["paper-100", "--csv", "."], "--csv: '.' is a folder; name a file"),
+        (["paper-100", "--save", "quick.toml"], "--save: 'quick.toml' is a file; name a folder"),
+        (["paper", "--figure", "quick.toml"], "--figure: 'quick.toml' is a file; name a folder"),
         (["paper", "--draws", "1"], "an interval needs two draws or more"),
     ],
 )
 def test_a_mistake_is_one_sentence(arguments, sentence, capsys, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
+    Path("quick.toml").write_text(template(), encoding="utf-8")
     assert main(["correlate", *arguments]) == 2
     (said,) = last_words(capsys)
     assert sentence in said

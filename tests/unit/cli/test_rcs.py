@@ -2,9 +2,11 @@
 
 import csv
 import struct
+from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 
 from polychirp.cli.app import main
 from polychirp.testing.shapes import mesh_of, plate, sphere
@@ -84,7 +86,8 @@ def test_files_may_be_y_up_or_z_up(tmp_path, capsys):
         (["sedan", "--step", "0 deg"], "--step: use a value above zero"),
         (["sedan", "--step", "90 deg"], "--step: use at most 45 deg"),
         (["sedan", "--elevation", "100 deg"], "--elevation: use -90 deg to 90 deg"),
-        (["sedan", "--material", "gold"], "there is no material 'gold'; the known ones are"),
+        (["sedan", "--material", "metl"], "no material 'metl'; there are 'metal', 'glass'"),
+        (["sedan", "--material", "metl"], "did you mean 'metal'?"),
         (["sedan", "--range", "9 m", "--far"], "not allowed with argument"),
     ],
 )
@@ -122,3 +125,26 @@ def test_a_body_turned_inside_out_is_refused(tmp_path, capsys):
     assert main(["rcs", path, "--material", "metal", "--step", "45 deg"]) == 2
     (said,) = last_words(capsys)
     assert "has no echo; turn its faces outwards" in said
+
+
+def test_a_glb_file_without_materials_is_refused_with_the_option_that_helps(tmp_path, capsys):
+    path = tmp_path / "box.glb"
+    trimesh.Scene([trimesh.creation.box((0.1, 0.1, 0.1))]).export(path)
+    assert main(["rcs", str(path)]) == 2
+    (said,) = last_words(capsys)
+    assert "say --material metal" in said
+
+
+def test_a_dollar_in_a_name_is_no_formula(square, tmp_path, capsys):
+    """The picture has the name as its title."""
+    path = tmp_path / "$x^{$.stl"
+    path.write_bytes(Path(square).read_bytes())
+    options = ["--scale", "0.001", "--material", "metal", "--step", "45 deg"]
+    assert main(["rcs", str(path), *options, "-o", str(tmp_path / "out")]) == 0
+    assert "$x^{$" in capsys.readouterr().out
+
+
+def test_a_folder_that_is_a_file_is_refused_before_the_work(square, capsys):
+    assert main(["rcs", square, "--material", "metal", "-o", square]) == 2
+    (said,) = last_words(capsys)
+    assert "is a file; name a folder" in said

@@ -1,7 +1,9 @@
 """``run`` checks, runs, stores, and says what was found; the trial itself is a stand-in here."""
 
+import errno
 import json
 import sys
+import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -15,6 +17,7 @@ from polychirp.model.detection import Detections
 from polychirp.model.if_frame import PARTS, IfFrame, IfParts, sample_times
 from polychirp.model.score import Score
 from polychirp.model.truth import Truth
+from polychirp.study import store
 from polychirp.study.spec import schedules, target_names, victim_indices
 from polychirp.study.store import load_run
 
@@ -94,9 +97,8 @@ def test_a_run_is_stored_and_told(trial, capsys):
     shown = capsys.readouterr()
     (path,) = Path("out").glob("quickstart-*/run.zarr")
     assert str(path) in shown.err
-    assert "front" in shown.err
-    assert "10.0 dB" in shown.err
-    assert shown.out == ""
+    assert "front" in shown.out
+    assert "10.0 dB" in shown.out
     assert [victim.name for victim in load_run(path).victims] == ["front"]
 
 
@@ -166,12 +168,136 @@ def test_check_prints_json_in_si(trial, capsys):
 
 def test_check_prints_a_table_for_people(trial, capsys):
     assert main(["check", str(QUICKSTART)]) == 0
-    shown = capsys.readouterr()
-    assert shown.out == ""
-    assert "range resolution" in shown.err
+    assert "range resolution" in capsys.readouterr().out
 
 
 def test_init_writes_the_shipped_quickstart(trial):
     assert main(["init", "study.toml"]) == 0
     assert Path("study.toml").read_bytes() == QUICKSTART.read_bytes()
     assert main(["check", "study.toml"]) == 0
+
+
+TDM = (
+    *(
+        "--set",
+        'radars.*.waveform={ kind = "triangular", bandwidth = "1 GHz", ramp_duration = "1 ms" }',
+    ),
+    *("--set", "radars.*.array.num_transmitters=3"),
+    *("--set", "radars.*.coding.kind=time-division"),
+)
+
+
+def test_elements_that_take_turns_divide_the_unambiguous_speed(trial, capsys):
+    """λ/4NT: 79.5 GHz, triangles of 2 ms, three elements in turns."""
+    speeds = []
+    for options in (TDM, TDM[:2]):
+        assert main(["check", str(QUICKSTART), "--set", "num_sweeps=6", "--json", *options]) == 0
+        derived = json.loads(capsys.readouterr().out)
+        speeds.append(derived["radars"][0]["unambiguous_speed"])
+    assert speeds[1] == pytest.approx(299792458 / 79.5e9 / (4 * 2e-3))
+    assert speeds[0] == pytest.approx(speeds[1] / 3)
+
+
+def test_codes_that_cannot_be_decoded_are_refused_by_the_check(trial, capsys):
+    assert main(["check", str(QUICKSTART), "--set", "num_sweeps=8", *TDM]) == 3
+    assert "radars.0.coding: the codes of 3 transmitting elements" in capsys.readouterr().err
+
+
+def test_sweeps_that_differ_have_no_unambiguous_speed(trial, capsys):
+    assert main(["check", str(QUICKSTART)]) == 0
+    assert "no limit: sweeps differ" in capsys.readouterr().out
+    assert main(["check", str(QUICKSTART), *TDM[:2]]) == 0
+    assert "no limit" not in capsys.readouterr().out
+
+
+def test_check_suggests_the_run_with_the_same_changes(trial, capsys, monkeypatch):
+    monkeypatch.setenv("POLYCHIRP_NAME", "./run")
+    assert main(["check", str(QUICKSTART), "--set", "radars.1.start_time=1 ms"]) == 0
+    suggested = capsys.readouterr().err.splitlines()[-1]
+    assert suggested == f"next: ./run run {QUICKSTART} --set 'radars.1.start_time=1 ms'"
+
+
+def test_the_run_suggests_a_study_where_the_file_has_a_grid(trial, capsys, tmp_path):
+    text = QUICKSTART.read_text(encoding="utf-8")
+    path = tmp_path / "one.toml"
+    path.write_text(text[: text.index("[monte_carlo]")], encoding="utf-8")
+    for file, is_suggested in ((QUICKSTART, True), (path, False)):
+        assert main(["run", str(file)]) == 0
+        assert (f"next: polychirp study {file}" in capsys.readouterr().err) is is_suggested
+
+
+NAMED = ("[/x]", "[red]x", "a\x1b[31mb")
+
+
+@pytest.mark.parametrize("name", NAMED)
+def test_names_are_shown_as_they_are_written(trial, capsys, name):
+    """Neither markup nor the codes of a terminal in a name do anything."""
+    options = ["--set", f"radars.0.name={name}", "--set", f"victims=[{json.dumps(name)}]"]
+    study = ["--set", f"name={name.replace('/', '')}"]
+    for verb in ("check", "run"):
+        assert main([verb, str(QUICKSTART), *options, *study]) == 0
+        shown = capsys.readouterr()
+        assert name.replace("\x1b", "") in shown.out
+        assert "\x1b" not in shown.out + shown.err
+
+
+def test_radars_are_changed_by_name_and_a_wrong_name_is_told(trial, capsys):
+    assert main(quick("--set", "radars.other.start_time=1 ms")) == 0
+    assert trial.runs[0].radars[1].start_time == 1e-3
+    assert main(quick("--set", "radars.othr.start_time=1 ms")) == 2
+    assert "0: front, other; did you mean 'other'?" in capsys.readouterr().err
+
+
+def test_an_interrupt_while_storing_leaves_no_half_of_a_run(trial, capsys, monkeypatch):
+    def interrupted(path, **content):
+        path.mkdir(parents=True)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(store, "_write", interrupted)
+    assert main(quick("--out", "here")) == 130
+    assert "nothing unfinished was kept" in capsys.readouterr().err
+    assert list(Path("here").iterdir()) == []
+
+
+SAWTOOTH = '{ kind = "sawtooth", bandwidth = "1 GHz", ramp_duration = "1 ms" }'
+SHORT = '{ kind = "triangular", bandwidth = "200 MHz", ramp_duration = "100 us" }'
+
+
+@pytest.mark.parametrize(
+    ("waveform", "num_sweeps", "reason", "remedy"),
+    [
+        # √12·c/2BT of 16 ms, and λ/2T
+        (SAWTOOTH, 16, "tell speeds 120 km/h apart, the frame 0.42 km/h", "ramps that rise and"),
+        # λ/2T of 6.4 ms is 0.295 m/s, four of them 4.3 km/h; λ/6T of 0.1 ms is 22.7 km/h
+        (SHORT, 32, "13 cells of speed where the frame resolves 216", "ramps of 0.4 ms or more"),
+        (SHORT, 32, "more than 4.3 km/h from a multiple of 23 km/h", "'polychirp process'"),
+    ],
+    ids=["one direction", "short ramps", "short ramps, what is missed"],
+)
+def test_a_receiver_too_coarse_for_its_ramps_is_warned_of_once(
+    trial, capsys, waveform, num_sweeps, reason, remedy
+):
+    changes = [f"radars.*.waveform={waveform}", f"num_sweeps={num_sweeps}"]
+    options = [word for change in changes for word in ("--set", change)]
+    for verb in ("check", "run"):
+        assert main([verb, str(QUICKSTART), *options]) == 0
+        notes = [line for line in capsys.readouterr().err.splitlines() if "too coarse" in line]
+        assert len(notes) == 1
+        assert reason in notes[0]
+        assert remedy in notes[0]
+
+
+def test_a_guard_that_takes_much_of_a_ramp_is_warned_of(trial, capsys):
+    assert main(["check", str(QUICKSTART), "--set", "receiver.mitigation.guard=200 us"]) == 0
+    assert "the guard of the mitigation 'blanking' is 200 µs" in capsys.readouterr().err
+
+
+def full_disk(**_):
+    raise OSError(errno.ENOSPC, "No space left on device")
+
+
+def test_a_folder_that_cannot_be_written_is_refused_before_the_run(trial, capsys, monkeypatch):
+    monkeypatch.setattr(tempfile, "TemporaryFile", full_disk)
+    assert main(quick("--out", "here")) == 4
+    assert trial.runs == []
+    assert capsys.readouterr().err.count("\n") == 1

@@ -17,6 +17,7 @@ from polychirp.study.monte_carlo.plan import check_plan
 from polychirp.study.spec import schedules
 from polychirp.study.trial import silent
 from tests.support.small_study import SMALL_GRID, SMALL_STUDY
+from tests.support.snippets import pasted
 
 ROOT = Path(__file__).parents[3]
 
@@ -58,7 +59,7 @@ def test_the_grid_of_the_guide_is_one_of_the_quickstart(tmp_path):
     table, *_ = re.findall(r"```toml\n(.*?)```", guide, flags=re.DOTALL)
     path = tmp_path / "study.toml"
     quickstart = (ROOT / "studies/quickstart.toml").read_text(encoding="utf-8")
-    path.write_text(quickstart + table, encoding="utf-8")
+    path.write_text(pasted(quickstart, table), encoding="utf-8")
     plan = load_plan(path)
     assert [axis.name for axis in plan.axes] == ["clock_offset", "waveform"]
     kinds = [[radar.waveform.kind for radar in point.study.radars] for point in plan.points]
@@ -219,3 +220,14 @@ def test_a_cluster_without_dask_says_what_to_install(file, monkeypatch, capsys):
     monkeypatch.setattr("polychirp.study.monte_carlo.dask_executor.find_spec", lambda _: None)
     assert main(["study", str(file), "--cluster", "local"]) == 3
     assert "pip install polychirp[cluster]" in capsys.readouterr().err
+
+
+def test_entries_of_a_list_go_by_number_or_by_name():
+    data = {"radars": [{"name": "front"}, {"name": "1"}, {"name": "rear"}]}
+    apply_override(data, "radars.rear.start_time=1 ms")
+    apply_override(data, "radars.1.start_time=2 ms")
+    assert [radar.get("start_time") for radar in data["radars"]] == [None, "2 ms", "1 ms"]
+    with pytest.raises(InputError, match=r"counted from 0: front, 1, rear; did you mean 'rear'\?"):
+        apply_override(data, "radars.raer.start_time=1 ms")
+    with pytest.raises(InputError, match=r"radars has 3 entries, counted from 0: front, 1, rear;"):
+        apply_override(data, "radars.3.start_time=1 ms")

@@ -45,7 +45,7 @@ def test_an_entry_of_a_list_can_be_replaced():
         ("=3", "changes nothing"),
         ("a..b=3", "changes nothing"),
         ("radars.2.name=x", "radars.2 does not exist; radars has 1 entries"),
-        ("radars.front.name=x", "radars.front does not exist"),
+        ("radars.frnt.name=x", "radars.frnt does not exist"),
         ("radars.1=x", "radars.1 does not exist"),
         ("seed.x=1", "seed is a value; it has no 'x'"),
         ("seed.x.y=1", "seed is a value; it has no 'x'"),

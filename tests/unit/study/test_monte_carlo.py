@@ -4,6 +4,7 @@ Trials are made up here, by an executor that runs nothing and forgets the order 
 """
 
 import csv
+import errno
 import json
 import shutil
 import sys
@@ -18,7 +19,9 @@ import pytest
 from polychirp.config.monte_carlo import load_plan
 from polychirp.errors import InputError, ModelWarning, RunError
 from polychirp.scoring.statistics import proportion
-from polychirp.study.monte_carlo.executor import LocalWorkers
+from polychirp.study.monte_carlo import executor, tables
+from polychirp.study.monte_carlo.dask_executor import DaskWorkers
+from polychirp.study.monte_carlo.executor import WORKERS_PER_CORE, LocalWorkers
 from polychirp.study.monte_carlo.records import (
     NATURES,
     TrialRecord,
@@ -406,3 +409,100 @@ def test_without_a_grid_there_is_one_point(tmp_path):
 def test_a_folder_without_results_is_refused(tmp_path):
     with pytest.raises(InputError, match="there are no results in"):
         load_results(tmp_path / "nothing.zarr")
+
+
+def full_disk(*unused, **unused_too):
+    raise OSError(errno.ENOSPC, "No space left on device")
+
+
+def test_a_table_is_replaced_as_a_whole_or_not_at_all(plan, tmp_path, monkeypatch):
+    finish(plan, tmp_path, MadeUp(order=1))
+    before = files(tmp_path)
+    with monkeypatch.context() as patch:
+        patch.setattr(tables.csv, "writer", full_disk)
+        with pytest.raises(RunError, match=r"summary\.csv' cannot be written: No space left.*kept"):
+            finish(plan, tmp_path, MadeUp(order=1))
+    assert files(tmp_path) == before
+    finish(plan, tmp_path, MadeUp(order=1))
+
+
+class FullFile:
+    """A file whose disk is full: what is written cannot be flushed, nor the file closed."""
+
+    def __init__(self, file):
+        self._file, self.is_full = file, False
+
+    def __getattr__(self, name):
+        return getattr(self._file, name)
+
+    def __iter__(self):
+        return iter(self._file)
+
+    def flush(self):
+        if self.is_full:
+            full_disk()
+        self._file.flush()
+
+    def close(self):
+        self._file.close()
+        if self.is_full:
+            full_disk()
+
+
+def test_a_full_disk_is_one_error_of_the_log(tmp_path, monkeypatch):
+    """Closing the file fails again, and must not hide the reason."""
+    made = []
+
+    def opened(path, *mode):
+        made.append(FullFile(open(path, *mode)))  # noqa: PTH123, SIM115
+        return made[-1]
+
+    monkeypatch.setattr(Path, "open", opened)
+    record = TrialRecord(study_hash="a", trial=0, seed=1, victims=(made_up(0, 1),))
+
+    def keep_one():
+        with trial_log(tmp_path / LOG, made_with=HEADER) as log:
+            made[0].is_full = True
+            log.append(record)
+
+    with pytest.raises(RunError, match="a finished trial cannot be kept: No space left"):
+        keep_one()
+    assert made[0]._file.closed
+
+
+def test_text_of_a_table_is_never_a_formula(plan, tmp_path):
+    """Numbers stay numbers; the label '-10 dBsm' is text."""
+    finish(plan, tmp_path, MadeUp(order=1))
+    with (tmp_path / "victims.csv").open(encoding="utf-8") as file:
+        assert {row["rcs"] for row in csv.DictReader(file)} == {"'-10 dBsm", "10 dBsm"}
+    with (tmp_path / "targets.csv").open(encoding="utf-8") as file:
+        rates = {float(row["range_rate_m_per_s"]) for row in csv.DictReader(file)}
+    assert rates == {0.0, -1.0}
+
+
+@pytest.mark.parametrize(("asked", "trials"), [(100_000, 3), (100_000, 60), (2, 60)])
+def test_no_more_workers_start_than_trials_or_than_cores_can_use(plan, monkeypatch, asked, trials):
+    started = []
+
+    class Pool:
+        def __init__(self, _, tasks, *, count):
+            started.append((count, len(list(tasks))))
+
+        def outcomes(self):
+            return iter(())
+
+        def kill(self):
+            pass
+
+    monkeypatch.setattr(executor, "_Pool", Pool)
+    monkeypatch.setattr(executor, "num_cores", lambda: 2)
+    tasks = iter([Task(point=0, trial=n, seed=n) for n in range(trials)])
+    list(LocalWorkers(count=asked).run([plan.points[0].study], tasks))
+    assert started == [(min(asked, trials, 2 * WORKERS_PER_CORE), trials)]
+
+
+@pytest.mark.parametrize("place", ["http://x", "tcp://", "tcp://head", "tcp://head:x", "ftp://a:1"])
+def test_an_address_that_is_none_of_dasks_is_one_sentence(place):
+    pytest.importorskip("distributed")
+    with pytest.raises(InputError, match=r"--cluster: there is no .* like tcp://10\.0\.0\.1:8786"):
+        DaskWorkers(cluster=place, count=1)

@@ -204,8 +204,19 @@ def test_a_damaged_run_is_refused(stored):
         load_run(stored)
 
 
+def test_a_lost_chunk_is_not_read_as_zeros(stored):
+    chunks = [path for path in stored.rglob("c/**/*") if path.is_file()]
+    assert chunks
+    for lost in chunks[::10]:
+        content = lost.read_bytes()
+        lost.unlink()
+        with pytest.raises(InputError, match=r"damaged \(.*chunk c/.* is missing"):
+            load_run(stored)
+        lost.write_bytes(content)
+
+
 def test_a_radar_that_is_not_stored_is_refused(stored):
-    with pytest.raises(InputError, match="no radar 'side'; it has front, rear"):
+    with pytest.raises(InputError, match="no radar 'side'; there are 'front', 'rear'"):
         load_run(stored).victim("side")
 
 

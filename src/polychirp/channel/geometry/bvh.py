@@ -182,7 +182,8 @@ def _grow_tree(
             end.append(stop)
             parent.append(node)
     # a subtree ends where its last descendant does
-    skip[:num] = np.arange(1, num + 1)
+    for node in range(num):
+        skip[node] = node + 1
     for node in range(num - 1, 0, -1):
         skip[owner[node]] = max(skip[owner[node]], skip[node])
     return box[:num], skip[:num], first[:num], count[:num], order

@@ -282,7 +282,8 @@ class Obstacles:
         start = self.place[radar]
         spheres = np.column_stack([self.boxes.centre, self.boxes.radius])
         spares = np.stack([self.carrier[radar], spared], axis=-1)
-        rays = _Rays(start, np.ascontiguousarray(end), radar, spares)
+        # copies that can be written: sealed and sliced arrays would be types of their own
+        rays = _Rays(start, np.array(end, order="C"), np.array(radar), spares)
         hidden = _blocked(rays, self.boxes, spheres, self.near_box, self.plates, self.near_plate)
         return np.asarray(hidden | crosses(self.own.select(radar), start, end))
 

@@ -24,7 +24,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import Distribution, PackageNotFoundError, distribution
 from pathlib import Path
-from typing import Any, Final, Literal, NamedTuple
+from typing import Annotated, Any, Final, Literal, NamedTuple
 
 import numpy as np
 
@@ -37,7 +37,7 @@ from polychirp.model.material import Material
 from polychirp.model.paths import Bounce, PropagationPaths
 from polychirp.model.scene import Scene
 from polychirp.spec import Spec
-from polychirp.units import Hertz, Ratio, from_db
+from polychirp.units import Between, Hertz, Ratio, from_db
 
 OLDEST_LLVM: Final = 17
 """Oldest major version of LLVM that works. Dr.Jit refuses 14; code compiled with 15 and 16 aborts
@@ -229,7 +229,7 @@ class SionnaRt(Spec):
     frequency: Hertz = 79e9
     dynamic_range: Ratio = from_db(60.0)
     max_depth: int = 3
-    num_samples: int = 1_000_000
+    num_samples: Annotated[int, Between(greatest=1_000_000_000)] = 1_000_000
     diffraction: bool = False
     seed: int = 1
     materials: tuple[NamedMaterial, ...] = ()

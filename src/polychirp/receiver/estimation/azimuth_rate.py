@@ -100,6 +100,8 @@ def sines_and_rates(
     power = np.sum(np.abs(snapshots) ** 2, axis=1)
     prior = (motion[:, 0] / TYPICAL_CROSSING_SPEED) ** 2
     found = np.zeros((len(motion), 2))
+    if channels == 1:
+        return found  # one channel tells no azimuth
     found[:, 0] = _mean_sines(snapshots, centred[1] - centred[0], float(np.mean(wavenumber)))
     for _ in range(4):
         turned = snapshots * _phasors(np.einsum("pi,ipk->pk", found, basis), centred, wavenumber)

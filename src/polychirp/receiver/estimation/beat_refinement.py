@@ -105,7 +105,7 @@ def _from_beats(  # pragma: no cover - compiled
                 predicted = place[n, k] + slope[k, 0] * distance + slope[k, 1] * rate
                 error[k] = _peak_near(logs[k, :, beam[n]], predicted, reach) - predicted
                 size[k] = abs(error[k])
-            spread = max(1.5 * np.median(size), 0.01 * resolution)
+            spread = max(1.5 * _median(size), 0.01 * resolution)
             aa, ab, bb, ay, by = 0.0, 0.0, 0.0, 0.0, 0.0
             for k in range(ramps):
                 weight = max(0.0, 1.0 - (error[k] / (4.0 * spread)) ** 2) ** 2
@@ -122,6 +122,21 @@ def _from_beats(  # pragma: no cover - compiled
             out[n, 0] += distance
             out[n, 1] += rate
     return out
+
+
+@njit(cache=True, nogil=True)
+def _median(values: Any) -> float:  # pragma: no cover - compiled
+    """The median of a few values, which are sorted in place: numba's takes seconds to compile."""
+    for n in range(1, values.size):
+        value, place = values[n], n
+        while place > 0 and values[place - 1] > value:
+            values[place] = values[place - 1]
+            place -= 1
+        values[place] = value
+    half = values.size // 2
+    if values.size % 2 == 1:
+        return float(values[half])
+    return float((values[half - 1] + values[half]) / 2)
 
 
 @njit(cache=True, nogil=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from polychirp.model.if_frame import IfFrame
 from polychirp.receiver.mitigation.base import Mitigated
 from polychirp.receiver.mitigation.bursts import BurstDetector
 from polychirp.receiver.mitigation.prediction import covariance_model
+from polychirp.units import Between
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,7 +41,7 @@ class Autoregression(BurstDetector):
     """
 
     kind: Literal["autoregression"] = "autoregression"
-    order: int = 64
+    order: Annotated[int, Between(greatest=1024)] = 64
     longest_gap: float = 1.0
 
     def __post_init__(self) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from polychirp.errors import InputError
 from polychirp.model.if_frame import IfFrame
 from polychirp.receiver.mitigation.prediction import prediction_error, rms
 from polychirp.spec import Spec
-from polychirp.units import Seconds
+from polychirp.units import Between, Seconds
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,7 +37,7 @@ class BurstDetector(Spec):
 
     factor: float = 3.0
     guard: Seconds = 8e-6
-    whitening: int = 8
+    whitening: Annotated[int, Between(greatest=1024)] = 8
 
     def __post_init__(self) -> None:
         if not self.factor > 1.0:
@@ -54,7 +55,8 @@ class BurstDetector(Spec):
             for k, length in enumerate(frame.times.num_samples):
                 error[k, :length] = prediction_error(frame.samples[:, k, :length], self.whitening)
             above |= self._stands_out(error, frame.times.is_sample)
-        reach = round(self.guard * frame.times.rate)
+        # beyond the whole ramp there is nothing left to hit
+        reach = round(min(self.guard * frame.times.rate, above.shape[1]))
         count = np.cumsum(np.pad(above, ((0, 0), (reach + 1, reach))), axis=-1)
         near = count[:, 2 * reach + 1 :] - count[:, : -2 * reach - 1] > 0
         return np.asarray(near & frame.times.is_sample)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from polychirp.model.if_frame import IfFrame
 from polychirp.receiver.mitigation.base import Mitigated
 from polychirp.receiver.mitigation.bursts import BurstDetector
 from polychirp.receiver.mitigation.prediction import rms
-from polychirp.units import Ratio, from_db
+from polychirp.units import Between, Ratio, from_db
 
 LEAST_LINE_FACTOR = 3.0
 """Multiple of the spectrum's median amplitude below which a line may be noise and is not used.
@@ -42,7 +42,7 @@ class Imat(BurstDetector):
     """
 
     kind: Literal["imat"] = "imat"
-    iterations: int = 10
+    iterations: Annotated[int, Between(greatest=1000)] = 10
     depth: Ratio = from_db(60.0)
 
     def __post_init__(self) -> None:

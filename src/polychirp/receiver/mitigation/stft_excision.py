@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from polychirp.model.if_frame import IfFrame
 from polychirp.receiver.detection.cfar import ordered_statistic_factor
 from polychirp.receiver.mitigation.base import Mitigated
 from polychirp.spec import Spec
+from polychirp.units import Between
 
 if TYPE_CHECKING:
     from scipy.signal import ShortTimeFFT
@@ -53,7 +54,7 @@ class StftExcision(Spec):
     """
 
     kind: Literal["stft-excision"] = "stft-excision"
-    window: int = 32
+    window: Annotated[int, Between(greatest=65_536)] = 32
     false_alarm_probability: float = 1e-6
     cells: Literal["zeroed", "levelled"] = "zeroed"
 

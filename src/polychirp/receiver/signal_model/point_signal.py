@@ -162,7 +162,9 @@ def matched_amplitudes(
 
     It costs a fifth, as no residual is computed. Parameters and the result's axes are the same.
     """
-    return _match(samples, weight, phases, rate)  # type: ignore[no-any-return]
+    sealed = samples.view()  # one type for the compiler, whether they can be written or not
+    sealed.flags.writeable = False
+    return _match(sealed, weight, phases, rate)  # type: ignore[no-any-return]
 
 
 REGULARISATION = 1e-7
@@ -184,7 +186,9 @@ def _fit(samples: Any, weight: Any, phases: Any, rate: float) -> Any:  # pragma:
             _replica_into(real[p], imag[p], phases[p, k], rate)
         gram, right = _normal_equations(samples[:, k], weight[k], real, imag)
         solution = np.linalg.solve(gram, right)
-        amplitude[:, :, k] = solution
+        for p in range(points):
+            for m in range(channels):
+                amplitude[p, m, k] = solution[p, m]
         for m in range(channels):
             _residual_into(residual[m, k], samples[m, k], weight[k], solution[:, m], real, imag)
     return amplitude, residual
@@ -201,7 +205,9 @@ def _match(samples: Any, weight: Any, phases: Any, rate: float) -> Any:  # pragm
         for p in range(phases.shape[0]):
             _replica_into(real[0], imag[0], phases[p, k], rate)
             gram, right = _normal_equations(samples[:, k], weight[k], real, imag)
-            amplitude[p, :, k] = right[0] / gram[0, 0]
+            matched = right[0] / gram[0, 0]
+            for m in range(channels):
+                amplitude[p, m, k] = matched[m]
     return amplitude
 
 

@@ -8,9 +8,9 @@ import subprocess
 from collections import deque
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
-from itertools import islice
+from itertools import chain, islice
 from tempfile import NamedTemporaryFile
 from typing import Any, Final
 
@@ -23,6 +23,9 @@ _BATCH_DURATION: Final = 0.5
 
 _MEMORY: Final = "4 GB"
 """Of a SLURM job, where dask-jobqueue is not configured otherwise."""
+
+_PROTOCOLS: Final = ("tcp", "tls", "ucx", "ws", "wss")
+"""Protocols that an address of a Dask scheduler may begin with."""
 
 _AHEAD: Final = 2
 """Batches for every worker, so that none waits for the next."""
@@ -39,7 +42,7 @@ class DaskWorkers:
     ----------
     cluster : "local"; "slurm", jobs of one core, with queue, account, time and memory as
         dask-jobqueue is configured; or the address of a scheduler
-    count : of workers to start, or to wait for at an address
+    count : number of workers to start; no more start than there are trials
     """
 
     cluster: str
@@ -48,7 +51,7 @@ class DaskWorkers:
     def __post_init__(self) -> None:
         if self.count < 1:
             raise InputError(f"{self.count} workers do nothing; use 1 or more")
-        if self.cluster not in ("local", "slurm") and "://" not in self.cluster:
+        if self.cluster not in ("local", "slurm") and not _is_address(self.cluster):
             raise InputError(
                 f"--cluster: there is no '{self.cluster}'; use local, slurm, or the address of a "
                 "Dask scheduler, like tcp://10.0.0.1:8786"
@@ -77,14 +80,25 @@ class DaskWorkers:
         """
         from distributed import Client
 
+        first = list(islice(tasks, self.count))
+        if not first:
+            return
         with ExitStack() as stack:
             stack.enter_context(_own_environment())
             try:
-                client = stack.enter_context(Client(_address(self, stack), timeout=30))
+                address = _address(replace(self, count=len(first)), stack)
+                client = stack.enter_context(Client(address, timeout=30))
                 client.wait_for_workers(1, timeout=self._patience)
-            except (OSError, TimeoutError) as error:
+            except (OSError, TimeoutError, ValueError) as error:
                 raise RunError(f"the cluster '{self.cluster}' cannot be used: {error}") from error
-            yield from _Batches(client, studies, tasks).outcomes()
+            yield from _Batches(client, studies, chain(first, tasks)).outcomes()
+
+
+def _is_address(text: str) -> bool:
+    """True for ``PROTOCOL://HOST:PORT`` with a protocol that Dask's schedulers speak."""
+    protocol, _, place = text.partition("://")
+    host, _, port = place.rpartition(":")
+    return protocol in _PROTOCOLS and bool(host) and port.isdecimal() and int(port) < 2**16
 
 
 @contextmanager

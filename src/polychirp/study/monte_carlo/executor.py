@@ -10,7 +10,7 @@ from collections import Counter, deque
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from itertools import groupby
+from itertools import chain, groupby, islice
 from pathlib import Path
 from queue import SimpleQueue
 from threading import Thread
@@ -30,6 +30,10 @@ def num_cores() -> int:
 _SHORT: Final = 1.0
 """s: a worker at trials as short as this has its next one waiting."""
 
+WORKERS_PER_CORE: Final = 4
+"""Most processes that are started for each core. Each takes some 600 MB and one thread, so that
+more than one for each core gains nothing; chosen so that small machines may have a few more."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LocalWorkers:
@@ -42,7 +46,8 @@ class LocalWorkers:
 
     Parameters
     ----------
-    count : of processes
+    count : of processes; fewer start if there are fewer trials, or if they were more than
+        `WORKERS_PER_CORE` for each core
     """
 
     count: int
@@ -61,7 +66,8 @@ class LocalWorkers:
         RunError
             A worker cannot be started.
         """
-        pool = _Pool(studies, tasks, count=self.count)
+        first = list(islice(tasks, min(self.count, WORKERS_PER_CORE * num_cores())))
+        pool = _Pool(studies, chain(first, tasks), count=len(first))
         try:
             yield from pool.outcomes()
         finally:

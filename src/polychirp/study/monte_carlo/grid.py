@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import product
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
 import numpy as np
 
 from polychirp.errors import InputError
 from polychirp.spec import Spec
+from polychirp.units import Between
 
 Label = str | int | float
 """What stands for one value of an axis in tables and coordinates."""
 
 OWN_AXES: Final = ("trial", "victim", "target", "nature")
 """Axes that results have besides the grid's."""
+
+MOST_POINTS: Final = 10_000
+"""Greatest number of points of a grid; chosen: all are read and checked before the first runs."""
 
 _FIXED: Final = {
     "seed": "every trial gets its own; say how many with trials",
@@ -77,7 +82,7 @@ class MonteCarlo(Spec):
     ('start_time', ('0 s', '1 us'))
     """
 
-    trials: int
+    trials: Annotated[int, Between(greatest=1_000_000)]
     stop_half_width: float | None = None
     grid: dict[str, tuple[Any, ...]] = field(default_factory=dict)
     axes: tuple[NamedAxis, ...] = ()
@@ -175,7 +180,18 @@ def _label(value: Any) -> Label:
 
 
 def combinations(axes: Sequence[Axis]) -> list[tuple[int, ...]]:
-    """Numbers of the values of each point, the last axis fastest."""
+    """Numbers of the values of each point, the last axis fastest.
+
+    Raises
+    ------
+    InputError
+        There are too many points.
+    """
+    count = math.prod(len(axis.labels) for axis in axes)
+    if count > MOST_POINTS:
+        raise InputError(
+            f"the grid has {count:.3g} points, more than {MOST_POINTS}; give its axes fewer values"
+        )
     return list(product(*(range(len(axis.labels)) for axis in axes)))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
-from polychirp.errors import InputError, PhysicsError
+from polychirp.errors import CapabilityError, InputError, PhysicsError
 from polychirp.study.check import check
 from polychirp.study.monte_carlo.grid import Axis, Label, trial_seed
 from polychirp.study.provenance import Provenance
@@ -102,8 +102,8 @@ def check_plan(plan: Plan, *, progress: Callable[[str, int, int], None]) -> None
         progress("checking", number, len(plan.points))
         try:
             check(point.trial(0))
-        except (InputError, PhysicsError) as error:
-            refused_by_physics &= isinstance(error, PhysicsError)
+        except (InputError, PhysicsError, CapabilityError) as error:
+            refused_by_physics &= not isinstance(error, InputError)
             lines = str(error).splitlines()
             found.append((plan.where(point), [line.strip() for line in lines[1:] or lines]))
     progress("checking", len(plan.points), len(plan.points))

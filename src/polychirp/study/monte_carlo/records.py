@@ -6,7 +6,7 @@ import json
 import os
 import time
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, Final
@@ -180,23 +180,36 @@ def trial_log(
     RunError
         It cannot be written.
     """
-    try:
+    with _write_errors(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         file = path.open("a+b")
-    except OSError as error:
-        raise RunError(f"'{path}' cannot be written: {error.strerror or error}") from error
-    with file:
+    try:
         _lock(file, path)
-        if anew:
-            file.truncate(0)
-        _go_to_end(file)
+        with _write_errors(path):
+            if anew:
+                file.truncate(0)
+            _go_to_end(file)
         if file.tell() == 0:
             file.write(_line(made_with))
         else:
             _need_same_makers(path, made_with)
         yield TrialLog(file)
-        file.flush()
-        os.fsync(file.fileno())
+        with _write_errors(path):
+            file.flush()
+            os.fsync(file.fileno())
+    finally:
+        # closing writes again what could not be written, and what it raises would hide the reason
+        with suppress(OSError):
+            file.close()
+
+
+@contextmanager
+def _write_errors(path: Path) -> Iterator[None]:
+    """Raise `RunError` where the file cannot be written."""
+    try:
+        yield
+    except OSError as error:
+        raise RunError(f"'{path}' cannot be written: {error.strerror or error}") from error
 
 
 def _go_to_end(file: IO[bytes]) -> None:

@@ -196,7 +196,12 @@ def save_results(path: Path, results: Results, *, plan: Plan) -> None:
         shutil.rmtree(path, ignore_errors=True)
         unfinished.rename(path)
     except OSError as error:
-        raise RunError(f"'{path}' cannot be written: {error.strerror or error}") from error
+        raise RunError(
+            f"'{path}' cannot be written: {error.strerror or error}; finished trials are kept, and "
+            "the same command goes on"
+        ) from error
+    finally:
+        shutil.rmtree(unfinished, ignore_errors=True)
 
 
 def _write(path: Path, results: Results, plan: Plan) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from polychirp.errors import ModelWarning, RunError
+from polychirp.study.kernel_parts import compile_parts, parts_of_all
 from polychirp.study.monte_carlo.grid import trial_seed
 from polychirp.study.monte_carlo.plan import Plan
 from polychirp.study.monte_carlo.records import TrialLog, TrialRecord, read_records, trial_log
@@ -127,6 +128,7 @@ class _Run:
         progress(what, 0, total - kept)
         if kept < total:
             studies = [point.study for point in self._plan.points]
+            compile_parts(parts_of_all(studies), progress=progress)
             with closing(executor.run(studies, self._tasks())) as outcomes:
                 for outcome in outcomes:
                     self._take(outcome)

@@ -126,8 +126,15 @@ def _counts(results: Results, point: int, victim: int) -> _Counts:
         seen=np.sum(~np.isnan(detected), axis=1).astype(np.float64),
         ghosts=claims[:, _IS_GHOST].sum(axis=1),
         unexplained=claims[:, _UNEXPLAINED],
-        squares={name: np.nansum(values**2, axis=1) for name, values in errors.items()},
+        squares={name: _sum_of_squares(values) for name, values in errors.items()},
     )
+
+
+def _sum_of_squares(errors: FloatArray) -> FloatArray:
+    """Sum of squares over what was found, ``(trial,)``; NaN where no error is known at all."""
+    if np.all(np.isnan(errors)):
+        return np.full(len(errors), np.nan)
+    return np.asarray(np.nansum(errors**2, axis=1))
 
 
 def summaries(results: Results) -> list[Summary]:

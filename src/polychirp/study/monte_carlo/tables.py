@@ -5,14 +5,17 @@ from __future__ import annotations
 import csv
 import json
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import asdict, fields
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
+from polychirp.errors import RunError
 from polychirp.scoring.statistics import Estimate
 from polychirp.study.monte_carlo.grid import Label
 from polychirp.study.monte_carlo.records import NATURES
@@ -33,7 +36,13 @@ def save_tables(folder: Path, results: Results) -> list[str]:
 
     ``summary`` has a row for each point and radar, ``differences`` one for each pair of points
     that differ on one axis, ``victims`` one for each radar of each trial, ``targets`` one for each
-    target of those. ``provenance.json`` says where they come from.
+    target of those. ``provenance.json`` says where they come from. Each file is complete or is not
+    replaced.
+
+    Raises
+    ------
+    RunError
+        A table cannot be written.
     """
     tables: dict[str, list[Row]] = {
         "summary": [summary_row(row, results) for row in summaries(results)],
@@ -42,15 +51,32 @@ def save_tables(folder: Path, results: Results) -> list[str]:
         "targets": list(_target_rows(results)),
     }
     origin = json.dumps(asdict(results.origin), indent=2, ensure_ascii=False, sort_keys=True)
-    (folder / "provenance.json").write_text(f"{origin}\n", encoding="utf-8")
-    names = ["provenance.json"]
+    writers: dict[str, Callable[[Path], None]] = {
+        "provenance.json": partial(_write_text, text=f"{origin}\n")
+    }
     for name, rows in tables.items():
-        _write_csv(folder / f"{name}.csv", rows)
-        names.append(f"{name}.csv")
+        writers[f"{name}.csv"] = partial(_write_csv, rows=rows)
         if find_spec("pyarrow") is not None:
-            _write_parquet(folder / f"{name}.parquet", rows, provenance=origin)
-            names.append(f"{name}.parquet")
-    return names
+            writers[f"{name}.parquet"] = partial(_write_parquet, rows=rows, provenance=origin)
+    for name, write in writers.items():
+        _write_whole(folder / name, write)
+    return list(writers)
+
+
+def _write_whole(path: Path, write: Callable[[Path], None]) -> None:
+    """Write a file beside its place, then move it there."""
+    unfinished = path.with_name(f"{path.name}.unfinished")
+    try:
+        write(unfinished)
+        unfinished.replace(path)
+    except OSError as error:
+        raise RunError(
+            f"'{path}' cannot be written: {error.strerror or error}; finished trials are kept, and "
+            "the same command goes on"
+        ) from error
+    finally:
+        with suppress(OSError):
+            unfinished.unlink(missing_ok=True)
 
 
 def summary_row(summary: Summary, results: Results) -> Row:
@@ -140,14 +166,29 @@ def _target_rows(results: Results) -> Iterator[Row]:
                 }
 
 
-def _write_csv(path: Path, rows: list[Row]) -> None:
+def _write_text(path: Path, *, text: str) -> None:
+    path.write_text(text, encoding="utf-8")
+
+
+def _write_csv(path: Path, *, rows: list[Row]) -> None:
     with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, list(rows[0]) if rows else [], lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
+        writer = csv.writer(file, lineterminator="\n")
+        if rows:
+            writer.writerow(rows[0])
+        writer.writerows([safe_cell(value) for value in row.values()] for row in rows)
 
 
-def _write_parquet(path: Path, rows: list[Row], *, provenance: str) -> None:
+def safe_cell(value: Label | None) -> Label | None:
+    """A cell that no spreadsheet takes for a formula: such text gets an apostrophe before it.
+
+    >>> safe_cell("=1+1"), safe_cell("front"), safe_cell(-1.5)
+    ("'=1+1", 'front', -1.5)
+    """
+    is_formula = isinstance(value, str) and value.startswith(("=", "+", "-", "@", "\t", "\r"))
+    return f"'{value}" if is_formula else value
+
+
+def _write_parquet(path: Path, *, rows: list[Row], provenance: str) -> None:
     import pyarrow as pa
     from pyarrow import parquet
 

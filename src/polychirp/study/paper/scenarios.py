@@ -25,6 +25,7 @@ from polychirp.receiver.detection.threshold import mean_threshold
 from polychirp.receiver.mitigation.blanking import Blanking
 from polychirp.rng import Streams
 from polychirp.scoring.association import Gate, associate
+from polychirp.study.kernel_parts import OF_PAPER, compile_parts
 from polychirp.study.paper.results import (
     Antenna,
     GhostKind,
@@ -212,6 +213,7 @@ def with_consistent_antennas(scene: Scene) -> Scene:
 
 def run_paper(*, seed: int = 1, progress: Progress = silent) -> PaperResults:
     """Run every case of the paper on one street: the same paths and noise for all."""
+    compile_parts(OF_PAPER, progress=progress)
     started = time.perf_counter()
     studies = {
         (waveform, synchronous): paper_study(waveform, synchronous=synchronous, seed=seed)

@@ -13,7 +13,7 @@ from polychirp.correlation.alignment import aligned, at_baseband, comparable
 from polychirp.correlation.ambiguity import Ambiguity, ambiguity
 from polychirp.correlation.base import Correlation
 from polychirp.correlation.theory import crossing_peak, disjoint_peak, expected
-from polychirp.errors import InputError, did_you_mean
+from polychirp.errors import InputError, no_such
 from polychirp.model.baseband import Baseband, Progress, no_progress
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.transceiver import Transceiver
@@ -139,7 +139,7 @@ def from_study(study: Study, radar: str, *, num_sweeps: int) -> Operand:
             plan = schedule_of(replace(study, num_sweeps=num_sweeps), one)
             return Operand(name=radar, schedule=_from_zero(plan))
     known = [one.name for one in study.radars]
-    raise InputError(f"the study has no radar '{radar}'; {did_you_mean(radar, known)}")
+    raise InputError(f"the study: {no_such('radar', radar, known)}")
 
 
 def _from_zero(plan: RampSchedule) -> RampSchedule:

@@ -40,7 +40,8 @@ def evaluate(
         at = min(max(place[p], 0.0), float(intervals))
         n = min(int(at), intervals - 1)
         x = at - n
-        value[:] = weight[weight.shape[0] - 1]
+        for i in range(value.size):
+            value[i] = weight[weight.shape[0] - 1, i]
         for power in range(weight.shape[0] - 2, -1, -1):
             for i in range(value.size):
                 value[i] = value[i] * x + weight[power, i]

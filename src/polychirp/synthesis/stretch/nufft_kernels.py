@@ -26,7 +26,8 @@ def spread(grid: FloatArray, frequency: FloatArray, weight: FloatArray, window: 
         place = (frequency[p] - math.floor(frequency[p])) * size
         first = math.ceil(place - 0.5 * width)
         x = 2.0 * (first - (place - 0.5 * width)) - 1.0
-        value[:] = window[degrees - 1]
+        for i in range(width):
+            value[i] = window[degrees - 1, i]
         for power in range(degrees - 2, -1, -1):
             for i in range(width):
                 value[i] = value[i] * x + window[power, i]

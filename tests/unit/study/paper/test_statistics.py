@@ -49,6 +49,7 @@ def test_vehicles_are_traced() -> None:
     assert check(study).targets == (drawn(study).targets,)
 
 
+@pytest.mark.claims
 @pytest.mark.slow
 def test_few_trials_give_every_curve_with_its_limits(tmp_path: Path) -> None:
     rows = run_statistics(

@@ -1,0 +1,106 @@
+"""Text files of strangers, read with bounds on their size, their depth and their numbers."""
+
+from __future__ import annotations
+
+import json
+import re
+import tomllib
+from pathlib import Path
+from typing import Any, Final, TypeVar
+
+from polychirp.errors import InputError
+
+Value = TypeVar("Value")
+
+MOST_BYTES: Final = 16 << 20
+"""Greatest size of a TOML or JSON file, chosen; a vehicle in a study takes some 150 bytes."""
+
+MOST_LEVELS: Final = 32
+"""Greatest depth of tables and lists within each other, chosen; a study needs about 8."""
+
+_KEY: Final = r"""(?:[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')"""
+
+_LONG_KEY: Final = re.compile(
+    rf"(?<![A-Za-z0-9_-]){_KEY}(?:[ \t]*+\.[ \t]*+{_KEY}){{{MOST_LEVELS},}}"
+)
+"""A dotted key of more than `MOST_LEVELS` parts, on which the TOML reader spends its time."""
+
+
+def text_of(path: Path) -> str:
+    """Text of a file in UTF-8.
+
+    Raises
+    ------
+    InputError
+        The file is too large.
+    OSError, UnicodeDecodeError
+        As of `pathlib.Path.read_text`.
+    """
+    with path.open("rb") as file:
+        content = file.read(MOST_BYTES + 1)
+    if len(content) > MOST_BYTES:
+        raise InputError(
+            f"'{path}' is larger than {MOST_BYTES >> 20} MB; it is not a file of this kind"
+        )
+    return content.decode("utf-8")
+
+
+def toml_tables(text: str) -> dict[str, Any]:
+    """Tables of TOML text.
+
+    Raises
+    ------
+    InputError
+        Tables or lists are nested too deeply, or an integer has thousands of digits.
+    tomllib.TOMLDecodeError
+        The text is not TOML.
+    """
+    if _LONG_KEY.search(text):
+        raise _too_deep()
+    try:
+        return _shallow(tomllib.loads(text))
+    except tomllib.TOMLDecodeError:
+        raise
+    except RecursionError:
+        raise _too_deep() from None
+    except ValueError:  # of integers only, whose digits Python bounds
+        raise InputError("an integer has thousands of digits; write a smaller one") from None
+
+
+def json_value(text: str) -> Any:
+    """Value of JSON text.
+
+    Raises
+    ------
+    InputError
+        Lists or objects are nested too deeply, or an integer has thousands of digits.
+    json.JSONDecodeError
+        The text is not JSON.
+    """
+    try:
+        return _shallow(json.loads(text))
+    except json.JSONDecodeError:
+        raise
+    except RecursionError:
+        raise _too_deep() from None
+    except ValueError:
+        raise InputError("an integer has thousands of digits; write a smaller one") from None
+
+
+def _shallow(value: Value) -> Value:
+    """The value itself, unless it is nested too deeply."""
+    level: list[Any] = [value]
+    for _ in range(MOST_LEVELS + 1):
+        level = [
+            child
+            for one in level
+            if isinstance(one, dict | list)
+            for child in (one.values() if isinstance(one, dict) else one)
+        ]
+        if not level:
+            return value
+    raise _too_deep()
+
+
+def _too_deep() -> InputError:
+    return InputError(f"tables and lists are nested more than {MOST_LEVELS} levels deep; nest less")

@@ -1,0 +1,527 @@
+"""Numba kernels compiled ahead, in parallel, into the cache on disk.
+
+A program that compiles kernels one after another on their first use is slow when it runs for the
+first time, and its results can differ in the last digits from those of later runs, since callees
+that were compiled just now are inlined differently from those that were read from the cache. Here
+worker processes compile first, and the program itself only loads.
+
+Kernels are compiled in parts: a worker calls the Python functions of a part once, on small data.
+Numba finds by itself which kernels and types they need. A stamp beside the cache says which parts
+are there, so that a later start costs some milliseconds.
+"""
+
+from __future__ import annotations
+
+import ast
+import atexit
+import hashlib
+import json
+import os
+import platform
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+from queue import SimpleQueue
+from threading import Thread
+from typing import IO, Any, Final, cast
+
+PACKAGE: Final = Path(__file__).parent
+"""Folder of the sources whose kernels are compiled."""
+
+ANNOUNCED: Final = 5.0
+"""Seconds of compilation above which it is announced on stderr."""
+
+MOST_WORKERS: Final = 8
+"""Worker processes: each takes up to 1 GB, and there are few parts."""
+
+Progress = Callable[[str, int, int], None]
+"""Function that is given the kind of work, the steps done, and the number of steps."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Part:
+    """Kernels that one worker compiles in one go.
+
+    Parameters
+    ----------
+    name : argument of the worker
+    duration : s of one core that the compilation takes, roughly
+    kernels : number of specialisations that are compiled, roughly
+    """
+
+    name: str
+    duration: float
+    kernels: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Compiled:
+    """Outcome of `compile_ahead`.
+
+    Parameters
+    ----------
+    folder : folder of the stamp, and of the cache if it is one folder
+    parts : names of the parts that were compiled; empty if all were there
+    kernels : names of the compiled kernels, once per specialisation
+    duration : s
+    failures : one sentence per worker that ended early
+    """
+
+    folder: Path
+    parts: tuple[str, ...] = ()
+    kernels: tuple[str, ...] = ()
+    duration: float = 0.0
+    failures: tuple[str, ...] = ()
+
+
+def is_enabled() -> bool:
+    """False if numba is told not to compile (``NUMBA_DISABLE_JIT``)."""
+    return os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
+
+
+def num_cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
+
+
+# ── the folder ────────────────────────────────────────────────────────────────
+
+
+@cache
+def cache_folder() -> Path:
+    """Folder of the stamp: the first of numba's cache folders that can be written.
+
+    If none can be written, kernels go into a temporary folder that is deleted at the end, since
+    numba refuses to define kernels that it cannot keep. A note on stderr says so. Call this
+    function before kernels are imported.
+    """
+    given = os.environ.get("NUMBA_CACHE_DIR")
+    if given and not _is_writable(Path(given)):
+        _note(f"NUMBA_CACHE_DIR={given} cannot be written; kernels are kept elsewhere")
+    for candidate in _candidates():
+        if _is_writable(candidate):
+            return candidate
+    tried = ", ".join(map(str, _candidates()))
+    folder = Path(tempfile.mkdtemp(prefix="polychirp-kernels-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    os.environ["NUMBA_CACHE_DIR"] = str(folder)
+    if "numba" in sys.modules:
+        sys.modules["numba"].config.CACHE_DIR = str(folder)
+    _note(
+        f"no cache folder can be written ({tried}); kernels are compiled anew by every command; "
+        "NUMBA_CACHE_DIR=FOLDER names a folder to keep them in"
+    )
+    return folder
+
+
+def _is_writable(folder: Path) -> bool:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=folder).close()
+    except OSError:
+        return False
+    return True
+
+
+def _candidates() -> Iterator[Path]:
+    """Numba's folders in its order; the user's is for sources where nothing can be written."""
+    given = os.environ.get("NUMBA_CACHE_DIR")
+    if given:
+        yield Path(given)
+    yield PACKAGE / "__pycache__"
+    from numba.misc.appdirs import AppDirs  # slow, so late
+
+    yield Path(AppDirs(appname="numba", appauthor=False).user_cache_dir)  # type: ignore[no-untyped-call]
+
+
+def _note(text: str) -> None:
+    _say(f"note: {text}")
+
+
+def _say(line: str) -> None:
+    sys.stderr.write(f"{line}\n")
+    sys.stderr.flush()
+
+
+# ── the stamp ─────────────────────────────────────────────────────────────────
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stamp:
+    """Record of what is in the cache.
+
+    Parameters
+    ----------
+    sources : hash of the names, sizes and times of all sources
+    modules : hash of the content of every module with kernels, and of what it takes from others
+    parts : cache files of every part that was compiled, each with the module of its kernel
+    """
+
+    sources: str
+    modules: Mapping[str, str]
+    parts: Mapping[str, Mapping[str, str]]
+
+
+def stamp_path() -> Path:
+    """File of the stamp: one per place of the package, interpreter, compiler and processor."""
+    return cache_folder() / f"polychirp-{_machine()}.json"
+
+
+@cache
+def _machine() -> str:
+    import llvmlite.binding as llvm  # type: ignore[import-untyped]
+
+    options = {
+        name: value
+        for name, value in os.environ.items()
+        if name in ("NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_OPT", "NUMBA_BOUNDSCHECK")
+    }
+    key = [
+        str(PACKAGE),
+        platform.python_implementation(),
+        platform.python_version(),
+        version("numba"),
+        version("llvmlite"),
+        llvm.get_host_cpu_name(),
+        llvm.get_host_cpu_features().flatten(),
+        sorted(options.items()),
+    ]
+    return _hash(json.dumps(key))
+
+
+def _hash(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def source_hash() -> str:
+    """Hash of the names, sizes and times of all sources of the package."""
+    found = [(path, path.stat()) for path in PACKAGE.rglob("*.py")]
+    return _hash(repr(sorted((str(p), stat.st_size, stat.st_mtime_ns) for p, stat in found)))
+
+
+def read_stamp() -> Stamp | None:
+    """The stamp; None if there is none that can be read."""
+    try:
+        row = json.loads(stamp_path().read_text(encoding="utf-8"))
+        return Stamp(sources=row["sources"], modules=row["modules"], parts=row["parts"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def _write_stamp(stamp: Stamp) -> None:
+    path = stamp_path()
+    row = {"sources": stamp.sources, "modules": stamp.modules, "parts": stamp.parts}
+    with suppress(OSError):  # without a stamp the next start looks again
+        fresh = path.with_suffix(f".{os.getpid()}")
+        fresh.write_text(json.dumps(row, indent=1), encoding="utf-8")
+        fresh.replace(path)
+
+
+def missing(names: Sequence[str]) -> tuple[str, ...]:
+    """Those of the parts of these names that are not in the cache."""
+    stamp = read_stamp()
+    if stamp is None or stamp.sources != source_hash():
+        return tuple(names)
+    return tuple(name for name in names if not _is_there(stamp.parts.get(name)))
+
+
+def _is_there(files: Mapping[str, str] | None) -> bool:
+    return files is not None and all(map(os.path.exists, files))
+
+
+def _current_stamp() -> Stamp:
+    """The stamp, without what changed sources made wrong; its cache files are deleted.
+
+    Numba looks at the file of a kernel alone. It does not notice a change of a function or a
+    constant that the kernel takes from another file.
+    """
+    sources, modules = source_hash(), kernel_modules()
+    stamp = read_stamp()
+    if stamp is None:
+        return Stamp(sources=sources, modules=modules, parts={})
+    changed = {name for name in stamp.modules if stamp.modules[name] != modules.get(name)}
+    if changed or len(modules) != len(stamp.modules):
+        for files in stamp.parts.values():
+            for path, module in files.items():
+                if module in changed:
+                    Path(path).unlink(missing_ok=True)
+        return Stamp(sources=sources, modules=modules, parts={})
+    current = Stamp(sources=sources, modules=modules, parts=stamp.parts)
+    if stamp.sources != sources:
+        _write_stamp(current)
+    return current
+
+
+def kernel_modules() -> dict[str, str]:
+    """Hash of every module with kernels and of the modules that they take kernels or numbers from.
+
+    Names in capitals are numbers, which numba compiles into the kernels.
+    """
+    texts = {}
+    for path in PACKAGE.rglob("*.py"):
+        inner = path.relative_to(PACKAGE.parent).with_suffix("").parts
+        texts[".".join(inner)] = path.read_text(encoding="utf-8")
+    has_kernels = {name for name, text in texts.items() if _DECORATED.search(text)}
+    own = {name: _hash(text) for name, text in texts.items()}
+    taken = {
+        name: {
+            module
+            for module, symbols in _imports(texts[name])
+            if module in has_kernels or (module in texts and any(map(str.isupper, symbols)))
+        }
+        for name in has_kernels
+    }
+    return {name: _hash("".join(own[n] for n in sorted(_reach(name, taken)))) for name in taken}
+
+
+_DECORATED: Final = re.compile(r"^@(njit|compiled|inlined)\b", re.MULTILINE)
+"""Decorators of kernels in the sources."""
+
+
+def _imports(text: str) -> Iterator[tuple[str, list[str]]]:
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            yield node.module, [alias.name for alias in node.names]
+
+
+def _reach(name: str, taken: Mapping[str, set[str]]) -> set[str]:
+    """The module, and those that it takes something from, and so on."""
+    reached, ahead = {name}, [name]
+    while ahead:
+        new = taken.get(ahead.pop(), set()) - reached
+        reached |= new
+        ahead += new
+    return reached
+
+
+# ── the program that needs kernels ────────────────────────────────────────────
+
+
+def compile_ahead(
+    parts: Sequence[Part],
+    *,
+    worker: str,
+    progress: Progress | None = None,
+    announce: bool = True,
+) -> Compiled:
+    """Compile those parts that the cache does not have, in worker processes.
+
+    Workers take the parts in their order: those that others build upon should come first. Programs
+    that want the same kernels at the same time wait for each other. If a worker fails, a
+    note says so, and its kernels are compiled where they are needed.
+
+    Parameters
+    ----------
+    worker : module to be run as ``python -m``, which calls `serve`
+    progress : is given the number of kernels done
+    announce : one line on stderr before a compilation of more than `ANNOUNCED` seconds
+    """
+    names = [part.name for part in parts]
+    if not (is_enabled() and missing(names)):
+        return Compiled(folder=cache_folder())
+    waiting = "polychirp: another program compiles the kernels; waiting for it" if announce else ""
+    with _locked(stamp_path().with_suffix(".lock"), say=waiting):
+        start = time.perf_counter()
+        stamp = _current_stamp()
+        wanted = [part for part in parts if not _is_there(stamp.parts.get(part.name))]
+        if not wanted:
+            return Compiled(folder=cache_folder())
+        total = sum(part.kernels for part in wanted)
+        if announce:
+            _announce(wanted, total)
+        kernels: list[str] = []
+        show = progress or (lambda *_: None)
+        show("compiling kernels", 0, total)
+        done, failures = {}, []
+        for kind, value in _run(wanted, worker):
+            if kind == "kernel":
+                kernels.append(value)
+                show("compiling kernels", min(len(kernels), total - 1), total)
+            elif kind == "part":
+                done[value["name"]] = value["files"]
+            else:
+                failures.append(value)
+        show("compiling kernels", total, total)
+        for failure in failures:
+            _note(f"{failure}; the kernels are compiled where they are needed")
+        _write_stamp(
+            Stamp(sources=stamp.sources, modules=stamp.modules, parts={**stamp.parts, **done})
+        )
+        return Compiled(
+            folder=cache_folder(),
+            parts=tuple(done),
+            kernels=tuple(kernels),
+            duration=time.perf_counter() - start,
+            failures=tuple(failures),
+        )
+
+
+def _announce(parts: Sequence[Part], total: int) -> None:
+    work = sum(part.duration for part in parts)
+    share = max(part.duration for part in parts)
+    duration = max(work / min(num_cores(), len(parts), MOST_WORKERS), share)
+    if duration > ANNOUNCED:
+        _say(f"polychirp: compiling {total} kernels, once; about {duration:.0f} s")
+
+
+def _run(parts: Sequence[Part], worker: str) -> Iterator[tuple[str, Any]]:
+    """What workers report: a kernel, a part with its cache files, or a failure."""
+    count = min(num_cores(), len(parts), MOST_WORKERS)
+    ahead = deque(part.name for part in parts)
+    news: SimpleQueue[tuple[_Worker, str]] = SimpleQueue()
+    locks = tempfile.mkdtemp(prefix="polychirp-locks-")
+    workers = [_Worker(worker, locks, news) for _ in range(count)]
+    try:
+        busy = set(workers)
+        for one in workers:
+            one.give(ahead)
+        while busy:
+            one, line = news.get()
+            if not line:
+                busy.discard(one)
+                if one.at is not None:
+                    yield "failure", f"a worker ended while it compiled '{one.at}'"
+                continue
+            row = json.loads(line)
+            if "kernel" in row:
+                yield "kernel", row["kernel"]
+                continue
+            if "failure" in row:
+                yield "failure", f"'{one.at}' could not be compiled ahead: {row['failure']}"
+            # a part that failed is not tried again before the sources change
+            yield "part", {"name": one.at, "files": row["files"]}
+            one.give(ahead)
+    finally:
+        for one in workers:
+            one.kill()
+        shutil.rmtree(locks, ignore_errors=True)
+
+
+class _Worker:
+    """A process that compiles one part after another."""
+
+    def __init__(self, module: str, locks: str, news: SimpleQueue[tuple[_Worker, str]]) -> None:
+        self.at: str | None = None
+        paths = [str(PACKAGE.parent), *filter(None, [os.environ.get("PYTHONPATH")])]
+        threads = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+        self._process = subprocess.Popen(
+            [sys.executable, "-P", "-m", module, locks],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            env={
+                **os.environ,
+                **dict.fromkeys(threads, "1"),
+                "PYTHONPATH": os.pathsep.join(paths),
+            },
+        )
+        Thread(target=self._read, args=(news,), daemon=True).start()
+
+    def give(self, ahead: deque[str]) -> None:
+        """Give the worker its next part, or end it."""
+        self.at = ahead.popleft() if ahead else None
+        pipe = cast("IO[str]", self._process.stdin)
+        with suppress(OSError):  # the thread that reads notices that the worker died
+            if self.at is None:
+                pipe.close()
+            else:
+                print(self.at, file=pipe, flush=True)
+
+    def kill(self) -> None:
+        self._process.kill()
+        self._process.wait()
+
+    def _read(self, news: SimpleQueue[tuple[_Worker, str]]) -> None:
+        with cast("IO[str]", self._process.stdout) as pipe:
+            for line in pipe:
+                news.put((self, line))
+        news.put((self, ""))
+
+
+# ── the worker ────────────────────────────────────────────────────────────────
+
+
+def serve(parts: Mapping[str, Callable[[], None]]) -> None:
+    """Be a worker: names of parts come in on stdin, JSON lines go out on stdout."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the program that started it decides
+    with os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8") as out:
+        # what a library prints must not get among the reports
+        os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
+
+        def tell(**row: Any) -> None:
+            print(json.dumps(row), file=out, flush=True)
+
+        files: dict[str, str] = {}
+        _compile_each_once(Path(sys.argv[1]), files, lambda name: tell(kernel=name))
+        for line in sys.stdin:
+            files.clear()
+            try:
+                parts[line.strip()]()
+            except Exception as error:  # the other parts are compiled nevertheless
+                tell(failure=f"{type(error).__name__}: {error}".splitlines()[0], files=files)
+            else:
+                tell(files=files)
+
+
+def _compile_each_once(locks: Path, files: dict[str, str], tell: Callable[[str], None]) -> None:
+    """Make numba wait while another worker compiles the same kernel, and then load it."""
+    from numba.core.caching import NullCache
+    from numba.core.dispatcher import Dispatcher
+
+    original = Dispatcher.compile
+
+    def compile_once(self: Any, signature: Any) -> Any:
+        cache = self._cache
+        if isinstance(cache, NullCache):
+            return original(self, signature)
+        module, kernel = self.py_func.__module__, self.py_func.__qualname__
+        index = str(Path(cache.cache_path) / cache._cache_file._index_name)
+        with _locked(locks / _hash(index)):
+            before = sum(self._cache_misses.values())
+            entry = original(self, signature)
+            if sum(self._cache_misses.values()) > before:
+                tell(f"{module}.{kernel}")
+        files[index] = module
+        return entry
+
+    Dispatcher.compile = compile_once  # type: ignore[method-assign, assignment]
+
+
+_HELD: Final[dict[Path, int]] = {}
+"""Locks that this process holds, and how many times each."""
+
+
+@contextmanager
+def _locked(path: Path, *, say: str = "") -> Iterator[None]:
+    """Hold a lock file, and say something if that takes waiting.
+
+    Nothing is locked on systems without ``fcntl``.
+    """
+    if path in _HELD or sys.platform == "win32":
+        yield
+        return
+    import fcntl
+
+    with path.open("w") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            if say:
+                _say(say)
+            fcntl.flock(file, fcntl.LOCK_EX)
+        _HELD[path] = 1
+        try:
+            yield
+        finally:
+            del _HELD[path]

@@ -1,0 +1,101 @@
+"""Parts of the kernels that studies need, and their compilation before a study runs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from functools import cache
+from typing import TYPE_CHECKING, Final
+
+from polychirp.kernel_cache import Compiled, Part, Progress, cache_folder, compile_ahead
+
+if TYPE_CHECKING:
+    from polychirp.study.spec import Study
+
+WORKER: Final = "polychirp.study.warm_up"
+"""Module that compiles the parts."""
+
+PARTS: Final = {
+    part.name: part
+    for part in (
+        Part(name="receiver", duration=30.0, kernels=23),
+        Part(name="visibility", duration=30.0, kernels=22),
+        Part(name="bounces", duration=60.0, kernels=35),
+        Part(name="facets", duration=55.0, kernels=34),
+        Part(name="synthesis", duration=22.0, kernels=30),
+        Part(name="bundles", duration=20.0, kernels=17),
+        Part(name="edges", duration=28.0, kernels=20),
+        Part(name="attribution", duration=6.0, kernels=2),
+        Part(name="profiles", duration=4.0, kernels=2),
+        Part(name="point vehicles", duration=9.0, kernels=5),
+    )
+}
+"""All parts, in the order in which they are compiled: bounces and facets need what visibility has.
+Durations are estimates from runs on a busy machine, numbers are counted; only the announcement and
+the progress use them."""
+
+OF_PAPER: Final = tuple(name for name in PARTS if name != "point vehicles")
+"""Parts that the paper's scenarios need."""
+
+FEWEST_BUNDLED: Final = 20
+"""Points and radars of a free space from which on paths may be synthesised in bundles: the engine
+begins at 24 paths."""
+
+_ANY_TRIAL: Final = ("receiver", "visibility", "synthesis", "attribution")
+_STREET: Final = ("bounces", "facets", "bundles", "edges")
+_OF_TRACER: Final = {
+    "free-space": (),
+    "point-vehicles": ("point vehicles", "bundles"),
+    "sionna": ("bundles",),
+}
+"""Parts for a tracer's paths; those of all mechanisms for a tracer that is not listed."""
+
+
+def parts_of(study: Study) -> tuple[str, ...]:
+    """Names of the parts that a trial of this study needs.
+
+    >>> from polychirp.study.paper.scenarios import paper_study
+    >>> parts_of(paper_study("diverse"))
+    ('receiver', 'visibility', 'bounces', 'facets', 'synthesis', 'bundles', 'edges', 'attribution')
+    """
+    names = [*_ANY_TRIAL, *_OF_TRACER.get(study.tracer.kind, _STREET)]
+    if len(study.street.points) + len(study.radars) >= FEWEST_BUNDLED:
+        names.append("bundles")
+    return _ordered(names)
+
+
+def parts_of_rcs(*, max_bounces: int) -> tuple[str, ...]:
+    """Names of the parts that the radar cross section of a mesh needs."""
+    return _ordered(("visibility", "facets", *(["bounces"] if max_bounces > 1 else [])))
+
+
+def parts_of_all(studies: Iterable[Study]) -> tuple[str, ...]:
+    """Names of the parts that any of these studies needs."""
+    return _ordered([name for study in studies for name in parts_of(study)])
+
+
+def _ordered(names: Sequence[str]) -> tuple[str, ...]:
+    return tuple(name for name in PARTS if name in names)
+
+
+def compile_parts(names: Sequence[str], *, progress: Progress | None = None) -> Compiled:
+    """Compile what the cache does not have of these parts; `compile_ahead` says how.
+
+    The cache is looked at once for each set of names in a process.
+    """
+    key = tuple(names)
+    if key in _known():
+        return Compiled(folder=cache_folder())
+    done = compile_ahead([PARTS[name] for name in names], worker=WORKER, progress=progress)
+    _known().add(key)
+    return done
+
+
+def compile_all(*, progress: Progress | None = None) -> Compiled:
+    """Compile what the cache does not have of all parts."""
+    return compile_parts(tuple(PARTS), progress=progress)
+
+
+@cache
+def _known() -> set[tuple[str, ...]]:
+    """Sets of parts that this process found, or made."""
+    return set()

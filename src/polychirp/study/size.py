@@ -1,0 +1,119 @@
+"""Memory that a study needs, estimated before any of it is taken."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.errors import InputError
+from polychirp.model.if_frame import SampleTimes, parts_of, sample_times
+from polychirp.model.ramp import RampSchedule
+from polychirp.receiver.chain import Receiver, range_axis
+from polychirp.receiver.estimation.coherence_test import GREATEST_ACCELERATION
+from polychirp.study.spec import Study, StudyRadar, victim_indices
+
+MOST_MEMORY: Final = 32 << 30
+"""Greatest number of bytes of one frame with its receiver, and of all frames together; chosen."""
+
+_SAMPLE: Final = 16
+"""Bytes of a complex sample."""
+
+_SPECTRA: Final = 10
+"""Size of the spectra that the receiver holds, in sizes of a frame's samples: an estimate, from
+the two copies (as recorded, and less the points found) with several bins for each sample."""
+
+_CELL: Final = 24
+"""Bytes of a cell of the range-rate map, all beams together, besides its statistic."""
+
+_RATES_TRIED: Final = 25
+"""Corrections of range rate that the test of coherence tries (`coherence_test`)."""
+
+
+def refuse_too_large(study: Study, plans: Sequence[RampSchedule]) -> None:
+    """Refuse a study whose frames, maps or tables do not fit into `MOST_MEMORY`, or are empty.
+
+    Parameters
+    ----------
+    plans : schedules of all radars
+
+    Raises
+    ------
+    InputError
+        The message says which radar needs how much, and what needs less.
+    """
+    total = 0.0
+    for number in victim_indices(study):
+        radar, plan = study.radars[number], plans[number]
+        parts = _parts(study.receiver, radar, plan)
+        total += parts["frame"]
+        what, size = max(parts.items(), key=lambda item: item[1])
+        if sum(parts.values()) > MOST_MEMORY:
+            raise InputError(
+                f"radars.{number}: the {_NAMES[what]} of '{radar.name}' takes "
+                f"{_shown(size)} of memory, more than {_shown(MOST_MEMORY)}; {_WAYS_OUT[what]}"
+            )
+        try:
+            range_axis(study.receiver, plan)
+        except InputError as error:
+            raise InputError(f"radars.{number}: {error}") from None
+    if total > MOST_MEMORY:
+        raise InputError(
+            f"victims: their frames take {_shown(total)} of memory, more than "
+            f"{_shown(MOST_MEMORY)}; name fewer victims, or use fewer sweeps or channels"
+        )
+
+
+_NAMES: Final = {
+    "frame": "frame",
+    "map": "range-rate map",
+    "accelerations": "table of accelerations",
+}
+
+_WAYS_OUT: Final = {
+    "frame": "use fewer sweeps or channels, shorter ramps or a slower converter",
+    "map": "lower receiver.greatest_speed or receiver.greatest_range, or use fewer channels",
+    "accelerations": "use fewer sweeps or shorter ones",
+}
+
+
+def _parts(receiver: Receiver, radar: StudyRadar, plan: RampSchedule) -> dict[str, float]:
+    """Bytes of what grows with the numbers of a study, by its name in `_NAMES`."""
+    times = sample_times(plan, radar.converter)
+    elements = plan.num_elements
+    return {
+        "frame": frame_memory(times, radar),
+        "map": map_memory(receiver, plan, num_beams=radar.array.num_channels * elements),
+        "accelerations": acceleration_memory(plan),
+    }
+
+
+def frame_memory(times: SampleTimes, radar: StudyRadar) -> float:
+    """Bytes of a frame's samples, padding included, of their parts and their spectra."""
+    padded = float(radar.array.num_channels) * times.num_samples.size * times.most_samples
+    return padded * (1 + len(parts_of(radar)) + _SPECTRA) * _SAMPLE
+
+
+def map_memory(receiver: Receiver, plan: RampSchedule, *, num_beams: int) -> float:
+    """Bytes of the receiver's range-rate map, whose cells are those of `chain.search_grid`."""
+    cell = 0.5 * SPEED_OF_LIGHT / (2.0 * float(np.max(plan.bandwidth)))
+    wavelength = SPEED_OF_LIGHT / float(np.max(plan.centre_frequency))
+    step = wavelength / (6.0 * float(np.max(plan.duration)))
+    ranges = (receiver.greatest_range - receiver.least_range) / cell + 1.0
+    rates = 2.0 * receiver.greatest_speed / step + 3.0
+    return ranges * rates * (_CELL + 8.0 * num_beams)
+
+
+def acceleration_memory(plan: RampSchedule) -> float:
+    """Bytes of the corrections of range rate and acceleration that the test of coherence tries."""
+    span = float(plan.end_time[-1] - plan.start_time[0])
+    wavelength = SPEED_OF_LIGHT / float(np.mean(plan.centre_frequency))
+    step = wavelength / (1.5 * span**2)
+    return _RATES_TRIED * (2.0 * GREATEST_ACCELERATION / step + 3.0) * plan.num_ramps * 8.0
+
+
+def _shown(size: float) -> str:
+    return f"{size / 2**30:.3g} GB" if math.isfinite(size) else "too much"

@@ -1,0 +1,249 @@
+"""Worker that compiles kernels: it calls the functions of each part once, on small data.
+
+A part is a piece of a real trial, so that numba meets the types that trials have. Nothing here
+lists kernels; a kernel that a stage calls from now on is compiled with the part of its stage.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import cache
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from polychirp.kernel_cache import serve
+
+if TYPE_CHECKING:
+    from polychirp.channel.base import Part as Mechanism
+    from polychirp.channel.scene.world import World
+    from polychirp.model.if_frame import IfFrame, IfParts
+    from polychirp.model.ramp import RampSchedule
+    from polychirp.model.scene import Scene
+    from polychirp.study.spec import Study
+
+NUM_SWEEPS: Final = 4
+"""Triangles in a frame: the receiver needs some ramps to find points."""
+
+NUM_POINTS: Final = 400
+"""Point scatterers: as many paths are synthesised in bundles, not one by one."""
+
+
+@cache
+def _study() -> Study:
+    from polychirp.study.paper.scenarios import paper_study
+
+    study = paper_study("diverse", radars=("vehicle-2", "vehicle-4"))
+    return replace(study, num_sweeps=NUM_SWEEPS)
+
+
+@cache
+def _street() -> Scene:
+    from polychirp.study.spec import scene_of
+
+    return scene_of(_study())
+
+
+# ── the receiver ──────────────────────────────────────────────────────────────
+
+
+def receiver() -> None:
+    """Compile kernels that find points, with points in noise."""
+    from polychirp.receiver.chain import Receiver
+
+    Receiver().detect(_frame())
+
+
+def attribution() -> None:
+    """Compile kernels that say what a detection is."""
+    from polychirp.model.detection import Detections
+    from polychirp.receiver.attribution import floor_rise, part_powers
+    from polychirp.receiver.chain import Receiver
+
+    frame, chain, parts = _frame(), Receiver(), _parts()
+    one, time = np.ones(1), float(frame.schedule.start_time[0])
+    found = Detections(
+        time=time, range=6.0 * one, range_rate=0.0 * one, azimuth=0.0 * one, power=one, snr=one
+    )
+    part_powers(chain, frame, parts, found)
+    floor_rise(chain, frame, parts)
+
+
+def profiles() -> None:
+    """Compile kernels of the map over range, of the paper's receiver and of that of recordings."""
+    from polychirp.model.radar import Converter
+    from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
+    from polychirp.receiver.alternatives.sawtooth_receiver import SawtoothReceiver
+    from polychirp.receiver.attribution import range_response
+    from polychirp.receiver.chain import Receiver
+    from polychirp.rng import Streams
+    from polychirp.waveform import Sawtooth
+
+    range_response(Receiver(), _frame(), _parts())
+    PaperReceiver().detect(_frame())
+    waveform = Sawtooth(bandwidth=1e9, ramp_duration=1e-3)
+    frame = _frame_of_points(waveform.schedule(num_sweeps=16, streams=Streams(seed=1)))
+    SawtoothReceiver(highest_beat=0.4 * Converter().sample_rate).detect(frame)
+
+
+def _parts() -> IfParts:
+    """The frame of points as an echo alone."""
+    from polychirp.model.if_frame import IfParts
+
+    echo = _frame().samples
+    return IfParts(
+        samples=np.stack([echo, *[np.zeros_like(echo)] * 4]),
+        names=("echo", "multipath", "direct", "indirect", "noise"),
+    )
+
+
+@cache
+def _frame() -> IfFrame:
+    from polychirp.study.spec import schedules
+
+    return _frame_of_points(schedules(_study())[0])
+
+
+def _frame_of_points(schedule: RampSchedule) -> IfFrame:
+    """Echoes of which two share a cell, one accelerates and one is weak, in noise."""
+    from polychirp.model.antenna import AntennaArray
+    from polychirp.model.if_frame import IfFrame, sample_times
+    from polychirp.model.radar import Converter
+    from polychirp.receiver.signal_model.point_signal import replica
+
+    points = (
+        # m, m/s, m/s², amplitude over that of the noise
+        (6.0, 0.0, 0.0, 30.0),
+        (9.0, -4.0, 0.0, 10.0),
+        (9.04, -4.3, 0.0, 9.0),
+        (13.0, 6.0, 12.0, 20.0),
+        (20.0, 2.0, 0.0, 0.5),
+    )
+    array, times = AntennaArray(), sample_times(schedule, Converter())
+    draw = np.random.default_rng(1)
+    shape = (array.num_channels, schedule.num_ramps, times.most_samples)
+    samples = np.sqrt(0.5) * (draw.normal(size=shape) + 1j * draw.normal(size=shape))
+    start = float(schedule.start_time[0])
+    for *motion, amplitude in points:
+        signal = replica(schedule, times, motion=np.array(motion), time=start)
+        phases = np.exp(-2j * np.pi * draw.random(array.num_channels))
+        samples += amplitude * phases[:, None, None] * signal
+    return IfFrame(samples=samples * times.is_sample, times=times, schedule=schedule, array=array)
+
+
+# ── the synthesis ─────────────────────────────────────────────────────────────
+
+
+def synthesis() -> None:
+    """Compile kernels of the stretch engine that take path by path, and of oscillators that err."""
+    from polychirp.model.oscillator import PhaseNoise
+    from polychirp.rng import Streams
+    from polychirp.synthesis.impairments.phase_error import noise_record
+
+    _synthesize(_street())
+    phase = noise_record(
+        PhaseNoise(), begin=0.0, end=1e-4, highest_offset=1e6, streams=Streams(seed=1)
+    )
+    phase(np.zeros((1, 2)))
+
+
+def bundles() -> None:
+    """Compile kernels of the stretch engine that take many paths together."""
+    _synthesize(_cloud_of_points())
+
+
+def _synthesize(scene: Scene) -> None:
+    """Give a radar its own echo and the other's signal, with the paper's two waveforms."""
+    from polychirp.channel.tracers.free_space import FreeSpace
+    from polychirp.study.paper.scenarios import WAVEFORMS
+    from polychirp.study.spec import schedules
+    from polychirp.synthesis.stretch.engine import Stretch
+
+    paths = FreeSpace().trace(scene)
+    for waveform in (WAVEFORMS["conventional"], WAVEFORMS["diverse"]):
+        radars = tuple(replace(radar, waveform=waveform) for radar in _study().radars)
+        plans = schedules(replace(_study(), num_sweeps=1, radars=radars))
+        for transmitter in (0, 1):
+            Stretch().contribution(scene, plans, [paths], victim=0, transmitter=transmitter)
+
+
+def _cloud_of_points() -> Scene:
+    from polychirp.model.scene import Actor, PointScatterer
+
+    scene = _street()
+    place = np.random.default_rng(1).uniform([30.0, -3.0, 0.5], [34.0, 3.0, 3.0], (NUM_POINTS, 3))
+    points = tuple(PointScatterer(position=tuple(row), rcs=1.0) for row in place.tolist())
+    cloud = Actor(name="cloud", kind="object", velocity=(-8.0, 0.0, 0.0), points=points)
+    return replace(scene, actors=(*scene.actors, cloud))
+
+
+# ── the channel ───────────────────────────────────────────────────────────────
+
+
+def visibility() -> None:
+    """Compile kernels of bodies' trees, of occlusion and of transmission."""
+    from polychirp.channel.scene.ground_truth import truth
+
+    truth(_street(), 0, ("vehicle-4", "target-2"))
+
+
+@cache
+def _world() -> World:
+    from polychirp.channel.tracers.composite import Composite
+
+    return Composite().prepare(_street())
+
+
+def _trace(is_wanted: Callable[[Mechanism], bool]) -> None:
+    """Trace the mechanisms that are wanted, between all radars of the street."""
+    from polychirp.channel.base import all_pairs
+    from polychirp.channel.tracers.composite import Composite
+
+    world = _world()
+    pairs = all_pairs(world.scene)
+    strongest = np.zeros((len(world.scene.radars), len(world.scene.radars)))
+    for mechanism in Composite(diffuse=True).parts(world):
+        if is_wanted(mechanism):
+            mechanism.trace(world, pairs, strongest)
+
+
+def edges() -> None:
+    """Compile kernels of the direct path, of edges, of mirrors and of rough planes."""
+    _trace(lambda part: not part.name.startswith(("facets", "mirrored", "bounces")))
+
+
+def facets() -> None:
+    """Compile kernels of physical optics."""
+    bodies = ("vehicle-4", "target-2")
+    _trace(lambda part: part.name.endswith(bodies) and not part.name.startswith("bounces"))
+
+
+def bounces() -> None:
+    """Compile kernels of ray tubes."""
+    _trace(lambda part: part.name == "bounces from vehicle-4")
+
+
+def point_vehicles() -> None:
+    """Compile kernels of vehicles as points."""
+    from polychirp.channel.point_vehicles.tracer import PointVehicles
+
+    PointVehicles().trace(_street())
+
+
+PARTS: Final[Mapping[str, Callable[[], None]]] = {
+    "receiver": receiver,
+    "visibility": visibility,
+    "bounces": bounces,
+    "facets": facets,
+    "synthesis": synthesis,
+    "bundles": bundles,
+    "edges": edges,
+    "attribution": attribution,
+    "profiles": profiles,
+    "point vehicles": point_vehicles,
+}
+"""Functions of the parts, by the names of `kernel_parts.PARTS`."""
+
+if __name__ == "__main__":
+    serve(PARTS)
