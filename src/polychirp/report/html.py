@@ -20,12 +20,7 @@ from polychirp.report.correlation import (
     shape_rows,
 )
 from polychirp.report.errata import ERRATA
-from polychirp.report.statistics import (
-    STATISTICS_HEAD,
-    STATISTICS_NOTE,
-    findings,
-    statistics_rows,
-)
+from polychirp.report.statistics import STATISTICS_HEAD, STATISTICS_NOTE, findings, statistics_rows
 from polychirp.report.verdict import Verdict, counted, interference_ghosts, verdicts
 from polychirp.report.words import (
     MITIGATION_WORDS,
@@ -92,9 +87,7 @@ def page(results: PaperResults, pictures: Mapping[str, bytes]) -> str:
         | {figure_name(v.claim): f"Paper: {v.claim.text}. Here: {_outcome(v)}." for v in answers}
     )
     environment = jinja2.Environment(
-        loader=jinja2.FunctionLoader(_read),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
+        loader=jinja2.FunctionLoader(_read), autoescape=True, undefined=jinja2.StrictUndefined
     )
     return environment.get_template("page.html").render(
         title=PAGE_TITLE,

@@ -61,10 +61,7 @@ def _verdict(claim: PaperClaim, row: PaperRow | None) -> Verdict:
 
 
 def _differences(claim: PaperClaim, row: PaperRow) -> tuple[str, ...]:
-    return (
-        *_missing_targets(claim, row),
-        *_different_ghosts(claim, interference_ghosts(row)),
-    )
+    return (*_missing_targets(claim, row), *_different_ghosts(claim, interference_ghosts(row)))
 
 
 def _missing_targets(claim: PaperClaim, row: PaperRow) -> list[str]:

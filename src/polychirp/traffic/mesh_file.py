@@ -6,6 +6,7 @@ import logging
 import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
@@ -21,16 +22,7 @@ from polychirp.traffic.surface import subdivided
 if TYPE_CHECKING:
     import trimesh
 
-TABLE_MATERIALS: Final = (
-    "metal",
-    "glass",
-    "rubber",
-    "plastic",
-    "asphalt",
-    "brick",
-    "wood",
-    "leaf",
-)
+TABLE_MATERIALS: Final = ("metal", "glass", "rubber", "plastic", "asphalt", "brick", "wood", "leaf")
 """Names of materials that need no mapping: those of the paper's table 1."""
 
 FARTHEST_VERTEX: Final = 1e6
@@ -116,14 +108,7 @@ def load_mesh(
         ) from None
     vertex = scale * (mesh.vertex if up_axis == "z" else _from_y_up(mesh.vertex))
     _check_vertices(file, vertex, mesh.face)
-    mesh = Mesh(
-        vertex=vertex,
-        face=mesh.face,
-        material=mesh.material,
-        part=mesh.part,
-        materials=mesh.materials,
-        parts=mesh.parts,
-    )
+    mesh = replace(mesh, vertex=vertex)
     return mesh if math.isinf(max_edge) else subdivided(mesh, max_edge)
 
 

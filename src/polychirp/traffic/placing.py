@@ -41,12 +41,7 @@ class Place(NamedTuple):
     def rectangle(self) -> Rectangle:
         """Rectangle that the vehicle covers, without mirrors."""
         length, width = vehicle_size(self.body)
-        return (
-            self.x - length / 2,
-            self.x + length / 2,
-            self.y - width / 2,
-            self.y + width / 2,
-        )
+        return (self.x - length / 2, self.x + length / 2, self.y - width / 2, self.y + width / 2)
 
 
 def nearest_point(eye: Eye, box: Rectangle) -> Eye:

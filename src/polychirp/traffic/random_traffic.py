@@ -149,9 +149,7 @@ class RandomTraffic(Spec):
         if self.shape == "points":
             points = tuple(self._point(name, place, eye) for name, place in named)
             return replace(
-                street,
-                vehicles=(*street.vehicles, *vehicles),
-                points=(*street.points, *points),
+                street, vehicles=(*street.vehicles, *vehicles), points=(*street.points, *points)
             )
         vehicles += [self._vehicle(name, place) for name, place in named]
         return replace(street, vehicles=(*street.vehicles, *vehicles))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
 from typing import Final
@@ -223,14 +223,8 @@ def subdivided(mesh: Mesh, max_edge: float) -> Mesh:
         face, kept = _split(face, middle[of_face])
         owner = owner[kept]
         _refuse_too_many(len(face), max_edge)
-    return Mesh(
-        vertex=vertex,
-        face=face,
-        material=mesh.material[owner],
-        part=mesh.part[owner],
-        materials=mesh.materials,
-        parts=mesh.parts,
-    )
+    material, part = mesh.material[owner], mesh.part[owner]
+    return replace(mesh, vertex=vertex, face=face, material=material, part=part)
 
 
 def _least_faces(mesh: Mesh, max_edge: float) -> float:

@@ -29,7 +29,7 @@ WHEEL_COARSENESS = 2.0
 FLOOR_INSET = 0.3
 """Distance from the outline inwards to the flat floor, m: room for a wheel."""
 
-SKIN_GAP = 0.008
+BUMPER_GAP = 0.008
 """Distance of the bumpers' plastic from the metal beside it, m."""
 
 
@@ -94,7 +94,7 @@ def _outline(shape: Shape, front: End, rear: End, margin: float = 0.0) -> Outlin
     return Outline(
         front=front,
         rear=rear,
-        half_width=shape.width / 2 - SKIN_GAP + margin,
+        half_width=shape.width / 2 - BUMPER_GAP + margin,
         widest=shape.widest,
         side=shape.side + margin,
     )
@@ -155,10 +155,10 @@ def _front_bumper(builder: SurfaceBuilder, fine: Fineness, shape: Shape) -> None
     """Add the plastic nose: a skin before the metal that continues over the edge of the bonnet."""
 
     def deck(x: FloatArray, y: FloatArray) -> FloatArray:
-        return shape.deck_height(x, y) + SKIN_GAP
+        return shape.deck_height(x, y) + BUMPER_GAP
 
     skin = Shell(
-        outline=_outline(shape, shape.skin_front, shape.skin_rear, SKIN_GAP),
+        outline=_outline(shape, shape.skin_front, shape.skin_rear, BUMPER_GAP),
         front=shape.skin_front_profile,
         side=shape.flank,
         rear=shape.rear,
@@ -184,7 +184,7 @@ def _rear_bumper(builder: SurfaceBuilder, fine: Fineness, shape: Shape, metal: S
         return np.full(np.broadcast_shapes(x.shape, y.shape), shape.rear_bumper_top)
 
     skin = Shell(
-        outline=_outline(shape, shape.skin_front, shape.skin_rear, SKIN_GAP),
+        outline=_outline(shape, shape.skin_front, shape.skin_rear, BUMPER_GAP),
         front=shape.front,
         side=shape.flank,
         rear=shape.skin_rear_profile,
@@ -304,11 +304,7 @@ def _circle(fine: Fineness, x: float, z: float, ring: Ring) -> FloatArray:
     count = max(12, fine.steps(length, ring.radius))
     turn = np.arange(count) * 2 * math.pi / count - math.pi / 2  # the first one is the lowest
     return np.column_stack(
-        [
-            x + ring.radius * np.cos(turn),
-            np.full(count, ring.y),
-            z + ring.radius * np.sin(turn),
-        ]
+        [x + ring.radius * np.cos(turn), np.full(count, ring.y), z + ring.radius * np.sin(turn)]
     )
 
 

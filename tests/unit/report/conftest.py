@@ -10,13 +10,7 @@ from polychirp.model.mesh import Mesh, Plate
 from polychirp.model.radar import Radar
 from polychirp.model.ramp import RampSchedule, continuous_phase
 from polychirp.model.scene import Actor, Scene
-from polychirp.study.paper.results import (
-    GhostRow,
-    PaperResults,
-    PaperRow,
-    TargetRow,
-    paper_claims,
-)
+from polychirp.study.paper.results import GhostRow, PaperResults, PaperRow, TargetRow, paper_claims
 
 FLOOR = -95.0
 TARGETS = {

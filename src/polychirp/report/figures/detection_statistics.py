@@ -95,10 +95,7 @@ def _legend(all_axes: Sequence[Axes]) -> None:
     median = Line2D([], [], marker="_", markersize=9, color=GREY, linestyle="")
     all_axes[-1].axis("off")
     all_axes[-1].legend(
-        [*handles, median, star],
-        [*labels, "medians", "the paper"],
-        loc="center",
-        fontsize=8.5,
+        [*handles, median, star], [*labels, "medians", "the paper"], loc="center", fontsize=8.5
     )
     all_axes[1].axhline(0.0, color=GREY, linewidth=0.5)
 

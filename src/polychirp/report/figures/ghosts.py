@@ -54,12 +54,7 @@ def ghost_picture(record: Sequence[Mapping[str, Any]]) -> Drawing:
 
 
 def _points(
-    axes: Axes,
-    rows: Sequence[Mapping[str, Any]],
-    scale: float,
-    colour: str,
-    mark: str,
-    label: str,
+    axes: Axes, rows: Sequence[Mapping[str, Any]], scale: float, colour: str, mark: str, label: str
 ) -> None:
     values = [scale * row["value"] for row in rows]
     middle = [row["direct"]["value"] for row in rows]
