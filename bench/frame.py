@@ -52,7 +52,7 @@ def frames():
 
 
 def errors():
-    """Wrong power over all times and the band, as the antennas' elements weigh it."""
+    """Power of the error over all times and the band, weighted by the antennas' elements."""
     study = paper_study("conventional")
     scene, tracer, plans = scene_of(study), study.tracer, schedules(study)
     followed = trace_frame(tracer, scene, plans, refresh_interval=study.refresh_interval)

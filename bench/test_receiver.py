@@ -1,4 +1,4 @@
-"""Time of one paper frame from samples to detections, of CFAR and of bearings.
+"""Time of one paper frame from samples to detections, of CFAR and of azimuths.
 
     OMP_NUM_THREADS=1 NUMBA_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 pytest bench/test_receiver.py
 
@@ -25,7 +25,7 @@ FAMILIES = {
 
 
 def ten_points():
-    """At 2.5 to 28 m, ±30 m/s, 30 dB between them."""
+    """Points at 2.5 to 28 m and ±30 m/s, with a power range of 30 dB."""
     draw = np.random.default_rng(0)
     return [
         HandPoint(

@@ -223,6 +223,19 @@ def test_a_body_throws_a_shadow_on_the_road(scene):
     assert brightness((-6.0, -0.6, 0.0)) < 0.7 * brightness((-6.0, -3.1, 0.0))
 
 
+def test_names_in_the_view_are_not_cut_off(scene):
+    """The second vehicle is near the right edge; its name moves to the left."""
+    size = (960, 540)
+    camera = Camera(position=(-20.0, 0.0, 4.0), target=(0.0, 13.0, 0.0))
+    drawing = street_view(
+        scene, camera=camera, size=size, caster=PatientCaster(np.zeros((0, 3, 3)))
+    )
+    drawing.png()
+    (label,) = drawing.figure.axes[0].texts
+    assert label.xy[0] > size[0] - 40.0
+    assert label.get_window_extent().x1 < drawing.figure.bbox.x1
+
+
 def test_the_view_names_the_vehicles_it_shows(scene):
     size = (64, 36)
     drawing = street_view(scene, size=size, caster=PatientCaster(surfaces(scene).corners))
