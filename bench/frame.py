@@ -68,7 +68,7 @@ def errors():
 
 
 def others(power):
-    """Of all other transmitters, ``(receiver,)``."""
+    """Interference of all other transmitters, ``(receiver,)``."""
     return power.sum(axis=0) - np.diagonal(power)
 
 

@@ -7,7 +7,7 @@ The modules in reading order; others may use the names beside them:
 - `shapes`: dimensions of the four bodies: `Body`.
 - `vehicle`: meshes of the bodies: `vehicle_mesh`, `vehicle_size`.
 - `mounting`: places of radars on bumpers: `bumper_mount`.
-- `mesh_file`: meshes from and to files: `load_mesh`, `save_glb`, `TABLE_MATERIALS`.
+- `mesh_check`, `mesh_file`: meshes from and to files: `load_mesh`, `save_glb`, `TABLE_MATERIALS`.
 - `roadside`: road, buildings and trees as actors.
 - `street`: what a study file may place: `Street`, `Vehicle`, `Building`, `Tree`, `Road`, `Point`.
 - `placing`, `random_traffic`: vehicles at random places: `RandomTraffic`, `Lane`.

@@ -28,7 +28,7 @@ TABLE_MATERIALS: Final = ("metal", "glass", "rubber", "plastic", "asphalt", "bri
 FARTHEST_VERTEX: Final = 1e6
 """Largest coordinate of a vertex, m; chosen: beyond it, edges of a centimetre lose digits."""
 
-_COLOUR: Final = {
+_MATERIAL_COLOUR: Final = {
     "metal": (140, 155, 190, 255),
     "glass": (90, 190, 215, 120),
     "rubber": (30, 30, 30, 255),
@@ -156,7 +156,7 @@ def save_glb(mesh: Mesh, path: str | Path) -> None:
     scene = trimesh.Scene()
     looks = {
         name: trimesh.visual.material.PBRMaterial(
-            name=name, baseColorFactor=_COLOUR.get(name, (160, 140, 110, 255))
+            name=name, baseColorFactor=_MATERIAL_COLOUR.get(name, (160, 140, 110, 255))
         )
         for name in mesh.materials
     }
@@ -171,12 +171,12 @@ def save_glb(mesh: Mesh, path: str | Path) -> None:
                 visual=trimesh.visual.TextureVisuals(material=looks[label]),
                 process=False,
             )
-            title = f"{name}{_SEPARATOR}{label}"
+            title = f"{name}{_NAME_SEPARATOR}{label}"
             scene.add_geometry(geometry, node_name=title, geom_name=title)
     Path(path).write_bytes(scene.export(file_type="glb"))
 
 
-_SEPARATOR: Final = "·"
+_NAME_SEPARATOR: Final = "·"
 
 
 def _placed(scene: trimesh.Scene, library: Any) -> list[tuple[str, Any]]:
@@ -188,7 +188,7 @@ def _placed(scene: trimesh.Scene, library: Any) -> list[tuple[str, Any]]:
         if isinstance(geometry, library.Trimesh):
             placed = geometry.copy()
             placed.apply_transform(transform)
-            found.append((str(node).partition(_SEPARATOR)[0], placed))
+            found.append((str(node).partition(_NAME_SEPARATOR)[0], placed))
     return found
 
 

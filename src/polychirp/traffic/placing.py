@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 from polychirp.traffic.shapes import Body
 from polychirp.traffic.vehicle import vehicle_size
 
-BODIES: Final[tuple[Body, ...]] = ("sedan", "hatchback", "van")
+RANDOM_BODIES: Final[tuple[Body, ...]] = ("sedan", "hatchback", "van")
 """Bodies of random vehicles, drawn with equal probability."""
 
 MAX_AZIMUTH: Final = math.radians(70.0)

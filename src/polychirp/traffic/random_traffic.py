@@ -12,8 +12,8 @@ from polychirp.errors import InputError
 from polychirp.rng import Streams
 from polychirp.spec import Spec
 from polychirp.traffic.placing import (
-    BODIES,
     MIN_DISTANCE,
+    RANDOM_BODIES,
     Eye,
     Place,
     Rectangle,
@@ -36,7 +36,7 @@ POINT_HEIGHT: Final = 0.5
 _PLACES_TRIED: Final = 100
 """Number of places that are tried for a vehicle before the street is drawn again; chosen."""
 
-_STREETS: Final = 300
+_STREETS_TRIED: Final = 300
 """Number of streets that are tried before the traffic is refused for lack of room; chosen."""
 
 
@@ -55,7 +55,7 @@ class Lane(Spec):
             )
 
 
-URBAN: Final = (
+URBAN_LANES: Final = (
     Lane(y=-1.75),
     Lane(y=1.75, oncoming=True),
     Lane(y=-5.0, speed=(0.0, 0.0)),
@@ -105,7 +105,7 @@ class RandomTraffic(Spec):
     gap: Metres = 1.5
     shape: Literal["vehicles", "points"] = "vehicles"
     rcs: SquareMetres = from_db(10.0)
-    lanes: tuple[Lane, ...] = URBAN
+    lanes: tuple[Lane, ...] = URBAN_LANES
     max_edge: FacetEdge = 0.05
     coarseness: Coarseness = 1.0
 
@@ -170,7 +170,7 @@ class RandomTraffic(Spec):
         """Places of all carriers, and of ten or more targets where there is room for them."""
         taken = [_bounds(vehicle) for vehicle in street.vehicles]
         wanted = max(self.num_targets, LEAST_DRAWN)
-        shortest = min(vehicle_size(body)[0] for body in BODIES)
+        shortest = min(vehicle_size(body)[0] for body in RANDOM_BODIES)
         # carriers reach twice as far; more than these cannot be there, wherever they are drawn
         room = len(self.lanes) * (2 + 2 * self.reach / (shortest + self.gap))
         if self.num_carriers + self.num_targets > room:
@@ -180,7 +180,7 @@ class RandomTraffic(Spec):
                 "lanes, a longer reach or smaller gaps"
             )
         best: list[Place] = []
-        for number in range(_STREETS):
+        for number in range(_STREETS_TRIED):
             places = self._street_of(streams["traffic", number], taken, eye, wanted)
             if len(places) == self.num_carriers + wanted:
                 return places
@@ -188,7 +188,7 @@ class RandomTraffic(Spec):
         if len(best) < self.num_carriers + self.num_targets:
             raise InputError(
                 f"there is no room for {self.num_targets} targets in sight within "
-                f"{self.reach:g} m and {self.num_carriers} carriers, in {_STREETS} streets drawn; "
+                f"{self.reach:g} m and {self.num_carriers} carriers, in {_STREETS_TRIED} streets; "
                 "ask for fewer, for more lanes, a longer reach or smaller gaps"
             )
         return best
@@ -222,7 +222,7 @@ class RandomTraffic(Spec):
 
     def _place(self, draw: np.random.Generator, eye: Eye, reach: float) -> Place:
         lane = self.lanes[int(draw.integers(len(self.lanes)))]
-        body = BODIES[int(draw.integers(len(BODIES)))]
+        body = RANDOM_BODIES[int(draw.integers(len(RANDOM_BODIES)))]
         return Place(
             body=body,
             x=float(draw.uniform(eye[0], eye[0] + reach + vehicle_size(body)[0])),

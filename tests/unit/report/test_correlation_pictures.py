@@ -63,7 +63,7 @@ def results():
 
 
 def test_a_curve_keeps_its_highest_points():
-    """However many lags a column of the picture has."""
+    """This holds for any number of lags in a column of the picture."""
     lag, height = curve(sinc(), (LAG[0], LAG[-1]))
     assert lag.size <= NUM_CURVE_BINS
     assert height.max() == pytest.approx(1.0)

@@ -106,7 +106,7 @@ def _draw_beam(axes: Axes, scene: Scene, number: int) -> None:
 
 
 def _draw_name(axes: Axes, actor: Actor, scene: Scene, lane_width: float) -> None:
-    """Write name and speed beside the lane; an arrow shows the way within 0.1 s."""
+    """Write name and speed beside the lane; an arrow shows the path within 0.1 s."""
     low, high = extent(actor)
     middle = 0.5 * (low + high)
     side = 1.0 if middle[1] >= 0 else -1.0
