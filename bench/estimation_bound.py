@@ -1,4 +1,4 @@
-"""Errors of the receiver beside the Cramér–Rao bound: data and figure of the docs.
+"""Errors of the receiver over the Cramér–Rao bound: data and figure of the docs.
 
     OMP_NUM_THREADS=1 python bench/estimation_bound.py docs/images [trials]
 

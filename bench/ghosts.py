@@ -1,4 +1,4 @@
-"""Figure of the probability of ghosts, from the record of docs/validation.
+"""Figure of the probability of ghosts, drawn from the record of docs/validation.
 
     python bench/ghosts.py docs/validation/ghosts.json docs/images
 

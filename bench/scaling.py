@@ -1,4 +1,4 @@
-"""Growth of a snapshot's cost with vehicles, radars and facets: data and figure of the docs.
+"""CPU time of a snapshot over vehicles, radars and facets: data and figure of the docs.
 
     NUMBA_NUM_THREADS=1 python bench/scaling.py docs/images
 
@@ -21,13 +21,13 @@ from polychirp.report.figures.growth import growth_picture
 from polychirp.traffic.vehicle import vehicle_mesh
 
 REACH = 100.0
-"""Greatest length of a path, m."""
+"""m: longer paths are not followed."""
 
 GAP = 12.0
-"""Distance from one car to the next in each of two lanes, m: dense town traffic."""
+"""m from bumper to bumper and a car's length, in each of two lanes: dense town traffic."""
 
 LONG = 10.0
-"""Duration of a snapshot beside which the preparation of meshes is negligible, s."""
+"""s: beside that, preparing meshes is nothing."""
 
 TRACERS = {
     "all mechanisms": Composite(max_length=REACH),
@@ -61,7 +61,7 @@ def street(num_vehicles, num_radars, max_edge=0.05):
 
 
 def seconds(tracer, scene):
-    """CPU time of a snapshot: the lesser of two after the first, or the first if it is long."""
+    """CPU time of a snapshot after the first, the lesser of two; of the first if that is long."""
     times = []
     for number in range(3):
         moment = scene.at(number * 1e-3)

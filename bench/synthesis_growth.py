@@ -1,4 +1,4 @@
-"""Growth of a frame's cost with paths and radars: data and figure of the docs.
+"""CPU time of a frame over paths and radars: data and figure of the docs.
 
     OMP_NUM_THREADS=1 python bench/synthesis_growth.py docs/images [most paths]
 
@@ -26,14 +26,14 @@ from polychirp.testing.paths import free_space_gain
 from polychirp.waveform import DiverseTriangular
 
 MOST = {"path by path": 3_000, "NumPy, no filter": 1_000, "by blocks": 3_000}
-"""Greatest number of paths with which each method is measured."""
+"""Paths up to which a way is measured."""
 
 
 SIZES = (10, 30, 100, 300, 1_000, 3_000, 10_000, 100_000, 1_000_000)
 
 
 def paths_to_first(random, count, transmitters, reference_time):
-    """``count`` paths from every transmitter: one direct, the others mostly 20 to 80 dB weaker."""
+    """From every transmitter ``count`` paths; the first is direct, most are 20 to 80 dB weaker."""
     total = count * len(transmitters)
     gain = 10 ** random.uniform(-4.0, -1.0, total)
     gain[::count] = 1.0
@@ -96,7 +96,7 @@ def naive_seconds(scene, plans, snapshots):
 
 
 def seconds(engine, some, transmitters):
-    """CPU time of a frame: the lesser of two, or of one frame if it takes long."""
+    """CPU time of a frame: the lesser of two, where one does not take long."""
     taken = []
     for _ in range(2):
         start = time.process_time()
@@ -128,7 +128,7 @@ def path_curves(transmitter, sizes):
 
 
 def radar_curves(sizes):
-    """Own echoes and all interference of the first radar; 300 paths from every other radar."""
+    """Own echoes and all interference of the first radar, from every other 300 paths."""
     lines = {"path by path": [], "chosen": []}
     for size in sizes:
         some = frame(size, 300, list(range(size)))

@@ -29,7 +29,7 @@ def seconds(work):
 
 
 def record_ratio(benchmark, fast, slow, share):
-    """Record the ratio of durations; the slow twin did only a ``share`` of its work."""
+    """Record the time of the slow reference, run for a ``share``, over that of the kernel."""
     benchmark.extra_info["twin_over_kernel"] = slow / share / fast
 
 
@@ -51,7 +51,7 @@ def test_facets_of_one_body(benchmark):
 
 @pytest.mark.parametrize("query", ["closest", "occluded"])
 def test_rays_at_a_sphere(benchmark, query):
-    """At least a million rays per second with 120 000 triangles."""
+    """A million rays a second and more, at 120 000 triangles."""
     corners = sphere(1.0, 16e-3)
     rng = np.random.default_rng(0)
     origins = rng.normal(size=(100_000, 3))
@@ -129,7 +129,7 @@ def street():
 
 @pytest.mark.parametrize("planes", [False, True], ids=["direct", "with mirrors"])
 def test_a_snapshot_of_a_street(benchmark, planes):
-    """4 × 4 radars; from the second snapshot on, when meshes have been prepared."""
+    """4 × 4 radars; of the second snapshot and after, when meshes have been prepared."""
     scene, tracer = street(), Composite(reflecting_planes=planes)
     tracer.trace(scene)
     times = iter(np.arange(1, 10_000) * 1e-3)

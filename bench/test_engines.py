@@ -18,7 +18,7 @@ except CapabilityError as missing:
 
 
 def street():
-    """The street of the channel's own benchmark."""
+    """That of the channel's own benchmark."""
     place = Path(__file__).with_name("test_channel.py")
     spec = importlib.util.spec_from_file_location("polychirp_bench_channel", place)
     module = importlib.util.module_from_spec(spec)
@@ -27,7 +27,7 @@ def street():
 
 
 def seconds(tracer, scene, start):
-    """CPU time of all cores for the fastest of three snapshots, and the paths of the last one."""
+    """CPU time of the fastest of three snapshots, s, and the paths of the last one."""
     times = []
     for number in range(3):
         now = scene.at((start + number) * 1e-3)
@@ -39,7 +39,7 @@ def seconds(tracer, scene, start):
 
 @pytest.mark.parametrize("depth", [1, 3])
 def test_a_snapshot_of_a_street_by_both_engines(benchmark, depth):
-    """4 × 4 radars; meshes prepared and kernels compiled before. The tasks are not equal:
+    """4 × 4 radars; meshes prepared and kernels compiled before. Not of equal worth:
 
     Composite gives the echoes of bodies by physical optics, single bounce with mirrors on each
     leg; Sionna their mirror images in flat triangles, with transmission, up to ``depth`` bounces.

@@ -54,7 +54,7 @@ def test_ordered_statistics_on_a_map(benchmark):
 
 
 @pytest.mark.benchmark(timer=time.process_time, min_rounds=20, warmup=True)
-def test_bearings_of_a_thousand_detections(benchmark):
+def test_azimuths_of_a_thousand_detections(benchmark):
     draw = np.random.default_rng(2)
     snapshots = draw.normal(size=(1000, 4, 32)) + 1j * draw.normal(size=(1000, 4, 32))
     benchmark(root_music, snapshots, spacing=0.5)

@@ -19,7 +19,7 @@ PATHS = 300
 
 @pytest.fixture(scope="module")
 def frame():
-    """Two radars with 300 paths from each to the first; one is direct and 20 dB stronger."""
+    """Two radars; from each 300 paths to the first, one of them direct and 20 dB stronger."""
     random = np.random.default_rng(1)
     array = AntennaArray(pattern=ISOTROPIC)
     scene = Scene(
@@ -58,7 +58,7 @@ def best_of(function, repeats=3):
 
 
 def naive_echoes(scene, plans, snapshots):
-    """NumPy simulation: a complex exponential per path, element and sample."""
+    """Echoes by NumPy: a complex exponential per path, element and sample, without a filter."""
     paths = snapshots[0].select(snapshots[0].transmitter == 0)
     plan, radar = plans[0], scene.radars[0]
     times = sample_times(plan, radar.converter)
@@ -101,7 +101,7 @@ def test_own_echoes_against_a_naive_sum_without_a_filter(benchmark, frame):
 
 @pytest.mark.parametrize("transmitter", [0, 1], ids=["own echoes", "interference"])
 def test_a_thousand_paths_at_once_against_path_by_path(benchmark, frame, transmitter):
-    """The frame's paths, repeated."""
+    """The frame's paths over and over."""
     scene, plans, snapshots = frame
     first = snapshots[0]
     chosen = first.select(np.flatnonzero(first.transmitter == transmitter))

@@ -1,6 +1,6 @@
-"""polychirp: mutual interference between FMCW automotive radars in ray-traced traffic.
+"""Simulator of mutual interference between FMCW automotive radars in ray-traced traffic.
 
-The public names load when they are first used, so that ``import polychirp`` costs nothing.
+The public names are imported when they are first used, so that ``import polychirp`` is fast.
 """
 
 from importlib import import_module
@@ -34,7 +34,7 @@ __all__ += ["paper_study", "run_paper", "run_trial"]
 
 
 def __getattr__(name: str) -> Any:
-    """Load a public name from its home."""
+    """Import a public name from its module."""
     if name not in _HOMES:
         raise AttributeError(f"module 'polychirp' has no attribute '{name}'")
     return getattr(import_module(_HOMES[name]), name)

@@ -1,4 +1,4 @@
-"""Axes travel with arrays: every array field of a noun names its axes, and `seal` checks them."""
+"""Axis names of arrays: every array field of a data type has them, and `seal` checks them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from polychirp.errors import InputError
 
 
 class Axes:
-    """Names of an array's axes and its element type; a digit is a fixed length."""
+    """Names of an array's axes, and its element type; an axis named by a digit has that length."""
 
     def __init__(self, *names: str, dtype: type = np.float64) -> None:
         self.names = names
@@ -50,7 +50,7 @@ def _array_fields(cls: type) -> tuple[tuple[str, Axes], ...]:
 
 
 def axes_of(cls: type) -> dict[str, tuple[str, ...]]:
-    """Axis names of every array field of a noun.
+    """Axis names of every array field of a data type.
 
     >>> from polychirp.model.ramp import RampSchedule
     >>> axes_of(RampSchedule)["slope"]
@@ -59,23 +59,23 @@ def axes_of(cls: type) -> dict[str, tuple[str, ...]]:
     return {name: axes.names for name, axes in _array_fields(cls)}
 
 
-def seal(noun: Any) -> None:
-    """Check that a noun's arrays agree in their axes, and make them read-only.
+def seal(instance: Any) -> None:
+    """Check that an instance's arrays agree in their axes, and make them read-only.
 
-    Called at the end of ``__post_init__``. Arrays are converted to the declared element type
-    without a copy where possible; the noun's own view of them cannot be written to.
+    A data type calls it at the end of ``__post_init__``. Arrays are converted to the declared
+    element type, without a copy if possible; the instance's own view of them cannot be written to.
 
     Raises
     ------
     InputError
-        An array has a wrong number of axes, or an axis two lengths.
+        An array has a wrong number of axes, or an axis has two lengths.
     """
     lengths: dict[str, tuple[int, str]] = {}
-    for name, axes in _array_fields(type(noun)):  # type: ignore[arg-type]
-        array: NDArray[Any] = np.asarray(getattr(noun, name), dtype=axes.dtype).view()
+    for name, axes in _array_fields(type(instance)):  # type: ignore[arg-type]
+        array: NDArray[Any] = np.asarray(getattr(instance, name), dtype=axes.dtype).view()
         if array.ndim != len(axes.names):
             raise InputError(
-                f"{type(noun).__name__}.{name} has {array.ndim} axes; it needs "
+                f"{type(instance).__name__}.{name} has {array.ndim} axes; it needs "
                 f"({', '.join(axes.names)})"
             )
         for axis, length in zip(axes.names, array.shape, strict=True):
@@ -84,8 +84,8 @@ def seal(noun: Any) -> None:
             )
             if length != expected:
                 raise InputError(
-                    f"{type(noun).__name__}.{name} has {length} along '{axis}', "
+                    f"{type(instance).__name__}.{name} has {length} along '{axis}', "
                     f"but {owner} has {expected}"
                 )
         array.flags.writeable = False
-        object.__setattr__(noun, name, array)
+        object.__setattr__(instance, name, array)

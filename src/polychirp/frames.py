@@ -13,9 +13,9 @@ from polychirp.units import Metres, Radians
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pose(Spec):
-    """Where a body is and how it is turned: yaw about z, then pitch about y, then roll about x.
+    """Position and orientation of a body: yaw about z, then pitch about y, then roll about x.
 
-    Positive pitch lifts the nose (a rotation by −pitch about y in the right-hand sense).
+    Positive pitch raises the nose (a rotation by −pitch about y in the right-hand sense).
     """
 
     x: Metres = 0.0
@@ -27,25 +27,25 @@ class Pose(Spec):
 
     @property
     def position(self) -> FloatArray:
-        """m, ``(xyz,)`` in the outer frame."""
+        """Position in the outer frame, m, ``(xyz,)``."""
         return np.array([self.x, self.y, self.z])
 
     @property
     def rotation(self) -> FloatArray:
-        """``(xyz, xyz)``: takes a vector of the inner frame to the outer one."""
+        """Matrix ``(xyz, xyz)`` that turns a vector of the inner frame into the outer frame."""
         return rotation(self.yaw, self.pitch, self.roll)
 
     def to_outer(self, points: FloatArray) -> FloatArray:
-        """Points ``(…, xyz)`` of the inner frame in the outer one."""
+        """Coordinates in the outer frame of points ``(…, xyz)`` of the inner frame."""
         return np.asarray(points @ self.rotation.T + self.position)
 
     def to_inner(self, points: FloatArray) -> FloatArray:
-        """Points ``(…, xyz)`` of the outer frame in the inner one."""
+        """Coordinates in the inner frame of points ``(…, xyz)`` of the outer frame."""
         return np.asarray((points - self.position) @ self.rotation)
 
 
 def rotation(yaw: float, pitch: float = 0.0, roll: float = 0.0) -> FloatArray:
-    """Matrix of a turn by yaw (left), pitch (nose up) and roll (right side down).
+    """Matrix of a rotation by yaw (left), pitch (nose up) and roll (right side down).
 
     >>> rotation(np.pi / 2).round(12) @ np.array([1.0, 0.0, 0.0])
     array([0., 1., 0.])
@@ -66,11 +66,11 @@ def direction_angles(direction: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def polarisation_basis(direction: FloatArray) -> FloatArray:
-    """Unit vectors (V, H) across outward directions ``(…, xyz)``: shape ``(…, 2, xyz)``.
+    """Unit vectors (V, H) perpendicular to outward directions ``(…, xyz)``: shape ``(…, 2, xyz)``.
 
-    H = z × d, normalised; V = d × H points up. Both ends of a path use the *outward* direction
-    (away from the antenna), so that the transfer matrix of the reversed path is the transpose.
-    A vertical direction takes H = y.
+    H = z × d, normalised; V = d × H, which points up. Both ends of a path use the *outward*
+    direction (away from the antenna), so that the transfer matrix of the reversed path is the
+    transpose. For a vertical direction H = y.
     """
     d = np.asarray(direction, dtype=np.float64)
     d = d / np.linalg.norm(d, axis=-1, keepdims=True)

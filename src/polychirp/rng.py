@@ -1,4 +1,4 @@
-"""Random streams found by name: adding a draw moves no other."""
+"""Random streams with names: an additional draw does not change the others."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ def _number(name: str | int) -> int:
 
 @dataclass(frozen=True, slots=True)
 class Streams:
-    """All randomness of one trial.
+    """All random numbers of one trial.
 
-    Two studies that differ in their waveform share traffic and noise, because each asks for its
-    own stream by name.
+    Two studies that differ in their waveform have the same traffic and noise, because each of these
+    uses a stream of its own, chosen by name.
 
     Examples
     --------
@@ -35,11 +35,11 @@ class Streams:
     path: tuple[str | int, ...] = ()
 
     def of(self, *names: str | int) -> Streams:
-        """The streams below ``names``."""
+        """Streams whose names begin with ``names``."""
         return Streams(self.seed, (*self.path, *names))
 
     def __getitem__(self, names: str | int | tuple[str | int, ...]) -> np.random.Generator:
-        """A fresh generator for ``names``: the same names give the same numbers."""
+        """New generator for ``names``; equal names give equal numbers."""
         if self.seed < 0:
             raise InputError(f"seed: is {self.seed}; use 0 or more")
         tail = names if isinstance(names, tuple) else (names,)

@@ -1,4 +1,4 @@
-"""`Spec`: a value that a study file can hold; `ByKind`: a choice among several specs."""
+"""`Spec`, a value that a study file can hold, and `ByKind`, a choice among several specs."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ from typing import Any, ClassVar, get_args, get_type_hints
 
 
 class Spec:
-    """A value that a study file can hold: frozen, comparable, refusing unknown keys."""
+    """A value that a study file can hold: frozen and comparable; it refuses unknown keys."""
 
     __slots__ = ()
     __pydantic_config__: ClassVar[dict[str, str]] = {"extra": "forbid"}
 
 
 class ByKind:
-    """Marks a union of specs of which a study file chooses one by its ``kind``.
+    """Mark of a union of specs of which a study file chooses one by its ``kind``.
 
-    Written ``Annotated[Sawtooth | Triangular, ByKind()]``; each member has a field
+    It is written ``Annotated[Sawtooth | Triangular, ByKind()]``; each member has a field
     ``kind: Literal["…"]``. Without the mark, a reader of files tries every member and reports
-    the faults of all of them.
+    the errors of all of them.
     """
 
     __slots__ = ()

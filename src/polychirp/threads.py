@@ -1,10 +1,9 @@
-"""Pieces of work in several threads, each of whose kernels has its share of the cores.
+"""Parallel pieces of work in threads, each with a share of the cores for its kernels.
 
-Kernels let go of the interpreter while they run, and what lies between them does not. So two
-pieces keep two cores busy, where one with its kernels in two threads keeps one and a half: small
-kernels hardly gain from a second thread, and wait for it. The threads that linear algebra keeps
-for itself do harm here: matrices are small, and while those threads wait for the next one they
-take the cores of others.
+Kernels release the interpreter while they run; the code between them does not. Two pieces therefore
+keep two cores busy, while one piece with its kernels in two threads keeps one and a half busy:
+small kernels hardly gain from a second thread, and wait for it. Linear algebra runs in one thread
+here, because its matrices are small, and its waiting threads would take the cores of other pieces.
 """
 
 from __future__ import annotations
@@ -15,15 +14,15 @@ from typing import Final, TypeVar
 
 Result = TypeVar("Result")
 
-MOST: Final = 4
-"""Pieces at a time: each has its tables in memory."""
+MOST_PIECES_AT_ONCE: Final = 4
+"""Greatest number of pieces that run at once (chosen, since each has its tables in memory)."""
 
 
 def side_by_side(pieces: Sequence[Callable[[], Result]]) -> Iterator[Result]:
-    """What ``pieces`` return, in their order, whichever is done first.
+    """Results of ``pieces``, in the order of the pieces.
 
-    Where numba has no threading layer that several threads may use at once (OpenMP or TBB), one
-    goes after another. The first piece to raise an error ends the others before they begin.
+    If numba has no threading layer that several threads may use at once (OpenMP or TBB), the pieces
+    run one after another. After an error no further piece begins.
 
     >>> list(side_by_side([lambda: 1, lambda: 2]))
     [1, 2]
@@ -32,7 +31,7 @@ def side_by_side(pieces: Sequence[Callable[[], Result]]) -> Iterator[Result]:
     from threadpoolctl import threadpool_limits
 
     cores = numba.get_num_threads()
-    at_a_time = min(cores, MOST, len(pieces))
+    at_a_time = min(cores, MOST_PIECES_AT_ONCE, len(pieces))
     if at_a_time <= 1 or not _may_be_shared():
         for piece in pieces:
             yield piece()
@@ -48,8 +47,8 @@ def side_by_side(pieces: Sequence[Callable[[], Result]]) -> Iterator[Result]:
 
 
 def _may_be_shared() -> bool:
-    """Whether kernels of several threads may run at once."""
+    """True if kernels of several threads may run at once."""
     import numba
 
-    numba.get_num_threads()  # which chooses the layer, where nothing has yet
+    numba.get_num_threads()  # chooses the threading layer, if none is chosen yet
     return bool(numba.threading_layer() != "workqueue")  # type: ignore[attr-defined]

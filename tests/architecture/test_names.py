@@ -1,4 +1,4 @@
-"""Inside, a number is SI, linear and in radians; and every public name says what it is."""
+"""Names inside polychirp carry no unit, and every public name has a docstring."""
 
 import ast
 from collections.abc import Iterator
@@ -8,7 +8,7 @@ import pytest
 
 SOURCE = Path(__file__).parents[2] / "src" / "polychirp"
 EDGE = {"cli", "config", "report", "study", "units"}
-"""Where people's units are allowed; `units` is the door between them and SI."""
+"""Packages in which dB, degrees and km/h are allowed; `units` converts between them and SI."""
 SUFFIXES = ("_db", "_dbi", "_dbm", "_dbsm", "_deg", "_ghz", "_kmh", "_mhz")
 
 MODULES = sorted(SOURCE.rglob("*.py"))

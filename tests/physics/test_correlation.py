@@ -9,11 +9,11 @@ from polychirp.correlation.ambiguity import ambiguity
 from polychirp.correlation.base import correlate, plain_correlate
 from polychirp.correlation.lobes import lobes
 from polychirp.correlation.theory import (
-    BOTH_ENDS,
+    BOTH_ENDS_OVERSHOOT,
     OVERSHOOT,
     SIDE_LOBE,
     SIDE_LOBE_ENERGY,
-    WIDTH,
+    SINC_WIDTH,
     crossing_peak,
     disjoint_peak,
     expected,
@@ -106,7 +106,7 @@ def test_a_ramp_has_the_lobes_of_a_sinc(bandwidth, duration, compare):
     row = {"page": "correlation", "case": case, "source": "sinc², large BT"}
     compare(
         quantity="width of the auto-correlation, ns",
-        expected=WIDTH / bandwidth * 1e9,
+        expected=SINC_WIDTH / bandwidth * 1e9,
         measured=found.width * 1e9,
         tolerance=0.005,
         **row,
@@ -192,7 +192,7 @@ def test_the_overshoots_are_those_of_cornus_spiral():
     spiral = np.cumsum(np.exp(0.5j * np.pi * (x[:-1] + 0.5 * x[1]) ** 2)) * x[1]
     one = np.abs(spiral + 0.5 + 0.5j) ** 2 / 2
     assert one.max() == pytest.approx(OVERSHOOT, abs=1e-5)
-    assert 2 * (np.abs(spiral) ** 2).max() == pytest.approx(BOTH_ENDS, abs=1e-5)
+    assert 2 * (np.abs(spiral) ** 2).max() == pytest.approx(BOTH_ENDS_OVERSHOOT, abs=1e-5)
 
 
 def test_opposite_slopes_overshoot_at_both_ends(compare):
@@ -251,7 +251,7 @@ def test_schedules_of_many_ramps_add_their_pairs_in_phase(waveform):
 
 def test_without_doppler_the_ambiguity_function_is_the_correlation(monkeypatch):
     """Also where the second signal is cut into many blocks."""
-    monkeypatch.setattr("polychirp.correlation.ambiguity.BLOCK", 64)
+    monkeypatch.setattr("polychirp.correlation.ambiguity.LEAST_BLOCK", 64)
     a, b = noise(700, 1), noise(500, 2)
     found = ambiguity(a, b, doppler=np.array([0.0]), greatest_lag=20e-6)
     whole = correlate(a, b).within(20e-6)
@@ -270,7 +270,7 @@ def test_lags_count_from_both_signals_start_times():
 
 
 def test_a_shifted_signal_peaks_at_its_doppler_and_delay(monkeypatch):
-    monkeypatch.setattr("polychirp.correlation.ambiguity.BLOCK", 100)
+    monkeypatch.setattr("polychirp.correlation.ambiguity.LEAST_BLOCK", 100)
     b = noise(1000, 3)
     turned = b.samples * np.exp(2j * np.pi * 2e3 * b.time)
     a = Baseband(samples=np.concatenate([np.zeros(7), turned]), sample_rate=1e6)

@@ -1,7 +1,7 @@
-"""Which diversity is enough, as a table for docs/validation.
+"""Table for docs/validation of the suppression by each family of waveforms.
 
 ``python -m tools.pages.diversity_table FILE`` draws pairs of radars of every family of
-waveforms and stores what they leave of each other as JSON; ``bench/diversity.py`` draws that.
+waveforms and stores their mutual interference as JSON; ``bench/diversity.py`` draws the figure.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from polychirp.units import to_db
 from tools.pages.markdown import table
 
 RECORD: Final = "diversity.json"
-"""What the table is made of, in the folder of the pages."""
+"""File with the numbers of the table, in the folder of the pages."""
 
 _HEAD: Final = (
     "both radars play",

@@ -1,7 +1,7 @@
-"""How often there is a ghost, beside the closed forms, as a table for docs/validation.
+"""Table for docs/validation of the probability of ghosts, measured and by closed forms.
 
 ``python -m tools.pages.ghost_table FILE`` runs some thousand short trials on all cores and
-stores what came out as JSON; ``bench/ghosts.py`` draws that.
+stores their results as JSON; ``bench/ghosts.py`` draws the figure.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ from polychirp.study.monte_carlo.executor import LocalWorkers
 from tools.pages.markdown import table
 
 RECORD: Final = "ghosts.json"
-"""What the table is made of, in the folder of the pages."""
+"""File with the numbers of the table, in the folder of the pages."""
 
 _HEAD: Final = (
     "varied",
     "waveform",
     "its point in the map, closed form",
-    "or an arm of it",
+    "or a cross-pairing ridge of it",
     "P(direct ghost), measured",
     "95 % interval",
     "due",
     "lost",
     "extra",
-    "of those, arms",
+    "of those, on ridges",
     "P(any ghost)",
     "ghosts in a frame",
     "targets found",

@@ -1,7 +1,7 @@
-"""What impairments do to ghosts and floor in scenario C, as a table for docs/validation.
+"""Table for docs/validation of the effect of impairments on ghosts and floor in scenario C.
 
 ``python -m tools.pages.impairment_table FILE`` runs the scenario with each of them and stores
-what came out as JSON.
+the results as JSON.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from polychirp.study.experiments.impairments import ImpairedRow, compare_impairm
 from tools.pages.markdown import table
 
 RECORD: Final = "impairments.json"
-"""What the table is made of, in the folder of the pages."""
+"""File with the numbers of the table, in the folder of the pages."""
 
 
 def impairment_table(folder: Path) -> str:

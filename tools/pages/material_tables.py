@@ -115,7 +115,7 @@ def _roughness_doubt(name: str, low: float, high: float, reason: str) -> Doubt:
 
 
 def doubts() -> tuple[Doubt, ...]:
-    """What is assumed of the materials that the paper's street is made of.
+    """Assumptions on the materials of the paper's street.
 
     >>> [doubt.material for doubt in doubts()][:2]
     ['rubber', 'brick']
@@ -167,10 +167,10 @@ def _constants(row: Material) -> str:
 
 
 def sensitivity() -> str:
-    """How far reflections move when an assumed constant moves within its plausible range.
+    """Table of the change of reflections when an assumed constant changes within its range.
 
-    |Γ| and, in brackets, the change in dB of whatever it mirrors or echoes. An albedo is a
-    share of scattered power: its diffuse echo moves by the ratio.
+    The table holds |Γ| and, in brackets, the change in dB of mirror images and echoes. An albedo
+    is a share of scattered power: its diffuse echo changes by the ratio.
     """
     head = ("assumed", "value", "0°", "45°, s", "45°, p", "80°, s", "80°, p")
     rows: list[tuple[str, ...]] = []
@@ -202,7 +202,7 @@ def _amplitude(value: float) -> str:
 
 
 def _change(value: float, reference: float) -> str:
-    """How much more or less, where there is anything."""
+    """Change in dB as text; empty if there is no reflection."""
     if min(value, reference) < NOTHING:
         return ""
     return f" ({_signed(float(to_db(value**2 / reference**2)))} dB)"

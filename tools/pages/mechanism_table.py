@@ -1,4 +1,4 @@
-"""What each mechanism adds in the paper's street, as a table for docs/validation.
+"""Table for docs/validation of the power that each mechanism adds in the paper's street.
 
 ``python -m tools.pages.mechanism_table FILE`` traces the street with everything and without
 each mechanism, and stores the powers as JSON.
@@ -21,7 +21,7 @@ from polychirp.units import to_db
 from tools.pages.markdown import table
 
 RECORD: Final = "mechanisms.json"
-"""What the table is made of, in the folder of the pages."""
+"""File with the numbers of the table, in the folder of the pages."""
 
 LEAST: Final = -60.0
 """dB, below which a share is not worth a number."""

@@ -1,7 +1,7 @@
-"""What mitigation makes of scenarios C and B, as a table for docs/validation.
+"""Table for docs/validation of the effect of mitigation in scenarios C and B.
 
-``python -m tools.pages.mitigation_table FILE`` runs both with every method and stores what
-came out as JSON.
+``python -m tools.pages.mitigation_table FILE`` runs both with every method and stores the
+results as JSON.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from polychirp.study.experiments.mitigations import MitigationRow, compare_paper
 from tools.pages.markdown import table
 
 RECORD: Final = "mitigation.json"
-"""What the table is made of, in the folder of the pages."""
+"""File with the numbers of the table, in the folder of the pages."""
 
 _COLUMNS: Final[Mapping[str, Callable[[Mapping[str, Any]], str]]] = {
     "SINR, dB": lambda row: f"{row['sinr_db']:.1f}",

@@ -20,7 +20,7 @@ from polychirp.study.paper.statistics import CURVES, Channel, run_statistics, st
 from tools.pages.markdown import table
 
 RECORD: Final = "statistics.json"
-"""What the table is made of, in the folder of the pages."""
+"""File with the numbers of the table, in the folder of the pages."""
 
 TRIALS: Final[dict[Channel, int]] = {"points": 30, "point-vehicles": 6, "vehicles": 4}
 

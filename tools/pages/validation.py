@@ -38,7 +38,7 @@ class Comparison:
 
     @property
     def is_met(self) -> bool:
-        """Whether the difference is within the tolerance; a measured NaN is not."""
+        """True if the difference is within the tolerance; false for a measured NaN."""
         return abs(self.measured - self.expected) <= self.tolerance
 
     def __str__(self) -> str:
@@ -58,5 +58,5 @@ def write_comparisons(rows: Sequence[Comparison], path: Path) -> None:
 
 
 def read_comparisons(path: Path) -> tuple[Comparison, ...]:
-    """What `write_comparisons` stored."""
+    """Comparisons that `write_comparisons` stored."""
     return tuple(Comparison(**row) for row in json.loads(path.read_text(encoding="utf-8")))

@@ -41,7 +41,7 @@ from tools.pages.statistics_table import statistics_table
 from tools.pages.validation import Comparison, read_comparisons
 
 RECORD: Final = "comparisons.json"
-"""What ``pytest --record`` leaves in the folder of the pages."""
+"""File that ``pytest --record`` writes in the folder of the pages."""
 
 INDEX: Final = "README.md"
 
@@ -104,7 +104,9 @@ def index_table(titles: Mapping[str, str], rows: Sequence[Comparison]) -> str:
 
 
 def stamp_table(folder: Path) -> str:
-    """Date and code of every record; `tools.renew` writes the stamps."""
+    """Table of the date and code of every record; `tools.renew` writes the stamps."""
+    if not (folder / STAMPS).exists():
+        return "No record has a stamp yet."
     stamps = json.loads((folder / STAMPS).read_text(encoding="utf-8"))
     body = [(name, row["date"], f"`{row['code']}`") for name, row in sorted(stamps.items())]
     return table(("record", "measured", "hash of the code"), body)
@@ -179,14 +181,13 @@ def rendered(folder: Path) -> dict[str, str]:
         "index": index_table(titles, rows),
         "paper-materials": paper_materials(),
         "sensitivity": sensitivity(),
+        "stamps": stamp_table(folder),
     }
     for name, record, made in _RECORDED:
         if (folder / record).exists():
             common[name] = made(folder)
     if (folder / SPEED).exists():
         common |= speed_tables(folder)
-    if (folder / STAMPS).exists():
-        common["stamps"] = stamp_table(folder)
     pages = {}
     for name, text in texts.items():
         mine = [row for row in rows if row.page == Path(name).stem]

@@ -1,1 +1,6 @@
-"""How alike signals are: correlation, ambiguity, their lobes, and what theory expects of chirps."""
+"""Correlation of signals: at baseband, over delay and Doppler, its lobes, and theory for chirps.
+
+`base` defines the correlation of two signals, `lobes` measures its peak, `ambiguity` adds Doppler
+shifts, `alignment` finds a reference in a short recording, `search` in a long one, and `theory` has
+the closed forms for ramps.
+"""

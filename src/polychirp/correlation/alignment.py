@@ -1,4 +1,4 @@
-"""A recording brought to its reference: in rate, in carrier, in time, in frequency."""
+"""Alignment of a recording with its reference: sample rate, carrier, delay, frequency offset."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from polychirp.correlation.lobes import lobes
 from polychirp.errors import InputError
 from polychirp.model.baseband import Baseband
 
-FINE: Final = 8
-"""Lags per sample in which the peak is looked for."""
+PEAK_OVERSAMPLING: Final = 8
+"""Lags per sample at which the peak is searched (chosen: accuracy of the delay against time)."""
 
 MOST_SHIFTS: Final = 20_001
-"""Doppler shifts that are tried at most."""
+"""Greatest number of Doppler shifts that are tried (chosen: it limits the time of a search)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Aligned:
-    """A recording brought to its reference.
+    """A recording aligned with its reference.
 
     Parameters
     ----------
-    signal : as long as the reference, at its rate and carrier
-    delay : s, that was taken away
-    frequency_offset : Hz, that was taken away
+    signal : the recording, with the length, sample rate and carrier of the reference
+    delay : s, delay that was removed
+    frequency_offset : Hz, offset that was removed
     """
 
     signal: Baseband
@@ -37,7 +37,7 @@ class Aligned:
 
 
 def comparable(signal: Baseband, reference: Baseband) -> Baseband:
-    """The same radio signal at the reference's rate and carrier.
+    """The radio signal at the reference's sample rate and carrier.
 
     Raises
     ------
@@ -61,16 +61,16 @@ def comparable(signal: Baseband, reference: Baseband) -> Baseband:
 
 
 def at_baseband(signal: Baseband) -> Baseband:
-    """The same samples with no carrier named: for comparing basebands."""
+    """The same samples without a carrier, so that basebands can be compared."""
     return replace(signal, centre_frequency=0.0)
 
 
 def aligned(signal: Baseband, reference: Baseband, *, greatest_offset: float = 0.0) -> Aligned:
-    """Find the reference in a recording, and take delay and frequency offset away.
+    """Find the reference in a recording, and remove its delay and frequency offset.
 
-    With ``greatest_offset``, the peak of the ambiguity function is looked for up to ± so many Hz.
-    A single ramp hardly tells an offset f from a delay −f/slope: its ridge falls by only
-    f/bandwidth. A triangle does.
+    The peak of the ambiguity function is searched up to ± ``greatest_offset`` Hz. For a single ramp
+    an offset f is nearly equivalent to a delay of −f/slope: along this ridge the peak falls by only
+    f/bandwidth. A triangle separates the two.
 
     Raises
     ------
@@ -87,7 +87,7 @@ def aligned(signal: Baseband, reference: Baseband, *, greatest_offset: float = 0
     """
     offset = _offset(signal, reference, greatest_offset) if greatest_offset > 0 else 0.0
     turned = _turned(signal, reference, offset)
-    place = lobes(correlate(turned, reference, oversampling=FINE)).lag
+    place = lobes(correlate(turned, reference, oversampling=PEAK_OVERSAMPLING)).lag
     return Aligned(
         signal=replace(reference, samples=turned.at(reference.time + place)),
         delay=place,
@@ -103,7 +103,7 @@ def _turned(signal: Baseband, reference: Baseband, offset: float) -> Baseband:
 
 
 def _offset(signal: Baseband, reference: Baseband, greatest: float) -> float:
-    """Hz, of the ambiguity function's peak: a grid of half a cell, then a parabola."""
+    """Doppler shift of the ambiguity function's peak, Hz, on half a cell and by a parabola."""
     step = 0.5 / reference.duration
     count = int(np.ceil(greatest / step))
     if 2 * count + 1 > MOST_SHIFTS:

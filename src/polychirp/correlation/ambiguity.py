@@ -1,4 +1,4 @@
-r"""The ambiguity function: correlation over delay and Doppler shift, in bounded memory.
+r"""Ambiguity function: correlation over delay and Doppler shift, in bounded memory.
 
 .. math:: \chi(\tau, \nu) =
           \frac{\int a(t+\tau)\,\overline{b(t)}\,e^{-j2\pi\nu t}\,dt}{\sqrt{E_a E_b}}
@@ -19,11 +19,11 @@ from polychirp.correlation.base import need_comparable
 from polychirp.errors import InputError
 from polychirp.model.baseband import Baseband, Progress, no_progress
 
-BLOCK: Final = 1 << 16
-"""Least samples of b that are transformed at once."""
+LEAST_BLOCK: Final = 1 << 16
+"""Least number of samples of b that are transformed at once (chosen: memory against time)."""
 
 MOST_CELLS: Final = 1 << 26
-"""Of one ambiguity function: 1 GB."""
+"""Greatest number of cells of one ambiguity function: 1 GB."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -33,8 +33,8 @@ class Ambiguity:
     Parameters
     ----------
     amplitude : ``(doppler, lag)``
-    doppler : Hz, ``(doppler,)``, by which the first signal is higher
-    lag : s, ``(lag,)``, by which it is later
+    doppler : Hz, ``(doppler,)``; positive where the first signal is higher in frequency
+    lag : s, ``(lag,)``; positive where the first signal is later
     """
 
     amplitude: Annotated[ComplexArray, Axes("doppler", "lag", dtype=np.complex128)]
@@ -55,14 +55,15 @@ def ambiguity(
 ) -> Ambiguity:
     """Ambiguity function at Doppler shifts in Hz and lags of up to ± ``greatest_lag`` s.
 
-    The second signal is taken in blocks; each is transformed once for every Doppler shift, with
-    what of the first one is within reach. Besides the result, memory holds a block of a few times
-    the lags, whatever the signals' length.
+    The second signal is divided into blocks. Each block is transformed once for every Doppler
+    shift, and multiplied with the transform of the samples of the first signal within its lags.
+    Besides the result, memory holds a block of a few times the lags, for signals of any length.
 
     Raises
     ------
     InputError
-        As `correlation.base.correlate`, or the result has more than `MOST_CELLS`.
+        The signals cannot be correlated (`correlation.base.correlate`), or the result has more
+        than `MOST_CELLS`.
 
     Examples
     --------
@@ -82,7 +83,7 @@ def ambiguity(
             f"{doppler.size} Doppler shifts and {2 * reach + 1} lags are too many for memory; "
             f"keep their product below {MOST_CELLS:.2g}"
         )
-    length = min(max(BLOCK, 4 * reach), b.num_samples)
+    length = min(max(LEAST_BLOCK, 4 * reach), b.num_samples)
     size = next_fast_len(length + 2 * reach)
     out = np.zeros((doppler.size, 2 * reach + 1), dtype=np.complex128)
     firsts = range(0, b.num_samples, length)

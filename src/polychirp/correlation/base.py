@@ -1,9 +1,9 @@
-r"""`Correlation` of two signals by Fourier transforms, and the same by its definition.
+r"""Correlation of two signals by Fourier transforms, and by its definition as a slow reference.
 
 .. math:: R(\tau) = \frac{\int a(t+\tau)\,\overline{b(t)}\,dt}{\sqrt{E_a E_b}}
 
-All correlations are on this one scale: that of a signal with itself has a peak of 1, and none
-exceeds 1 (Cauchy and Schwarz).
+All correlations have this scale: the correlation of a signal with itself has a peak of 1, and no
+correlation exceeds 1 (Cauchy and Schwarz).
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class Correlation:
     Parameters
     ----------
     amplitude : ``(lag,)``
-    lag : s, ``(lag,)``, growing; positive where the first signal is the later one
+    lag : s, ``(lag,)``, growing; positive where the first signal is later
     """
 
     amplitude: Annotated[ComplexArray, Axes("lag", dtype=np.complex128)]
@@ -39,16 +39,16 @@ class Correlation:
 
     @property
     def spacing(self) -> float:
-        """s, from lag to lag."""
+        """Distance of neighbouring lags, s."""
         return float(self.lag[-1] - self.lag[0]) / (self.lag.size - 1)
 
     @property
     def power(self) -> FloatArray:
-        """|R|², ``(lag,)``."""
+        """Power |R|², ``(lag,)``."""
         return np.asarray(self.amplitude.real**2 + self.amplitude.imag**2)
 
     def within(self, greatest_lag: float) -> Correlation:
-        """The part with lags of up to ± ``greatest_lag`` s."""
+        """Part of the correlation with lags of up to ± ``greatest_lag`` s."""
         inside = np.abs(self.lag) <= greatest_lag * (1 + 1e-12)
         return Correlation(amplitude=self.amplitude[inside], lag=self.lag[inside])
 
@@ -70,10 +70,10 @@ def need_comparable(a: Baseband, b: Baseband) -> None:
 
 
 def correlate(a: Baseband, b: Baseband, *, oversampling: int = 1) -> Correlation:
-    """Correlation of two signals at every lag at which they overlap.
+    """Correlation of two signals at every lag at which they overlap, by three Fourier transforms.
 
-    Three Fourier transforms. With ``oversampling``, lags are as many times closer: a transform of
-    zeros put between the halves of the spectrum, exact for what was sampled.
+    With ``oversampling``, lags are as many times closer: zeros are inserted between the halves of
+    the spectrum, which interpolates band-limited samples exactly.
 
     Raises
     ------
@@ -112,7 +112,7 @@ def correlate(a: Baseband, b: Baseband, *, oversampling: int = 1) -> Correlation
 
 
 def plain_correlate(a: Baseband, b: Baseband) -> Correlation:
-    """The same by its definition, lag by lag: slow and obvious."""
+    """Correlation by its definition, lag by lag: slow, as a reference for `correlate`."""
     need_comparable(a, b)
     lags = range(1 - b.num_samples, a.num_samples)
     sums = [

@@ -12,13 +12,13 @@ from polychirp.correlation.base import Correlation
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Lobes:
-    """What a correlation looks like.
+    """Peak, width and side lobes of a correlation.
 
     Parameters
     ----------
     peak : amplitude |R| of the highest lobe, between lags by a parabola
-    lag : s, where it is
-    width : s, between its sides at half its power; infinite where the lags end before
+    lag : s, place of the peak
+    width : s, full width at half the peak's power; infinite if the lags end before
     peak_side_lobe : ratio, power of the highest other lobe to the peak's
     integrated_side_lobe : ratio, energy outside the highest lobe's nulls to that inside
     median : ratio, median power over all lags to the peak's
@@ -35,8 +35,8 @@ class Lobes:
 def lobes(correlation: Correlation) -> Lobes:
     """Measure a correlation; lags should be closer than a quarter of 1/bandwidth.
 
-    The main lobe reaches to the first minimum on each side of the highest lag. Of a correlation
-    of unlike signals, which is a plateau with ripples, width and side lobes say little.
+    The main lobe reaches to the first minimum on each side of the highest lag. The correlation of
+    different signals is a plateau with ripples, so that its width and side lobes say little.
 
     Examples
     --------
@@ -64,7 +64,7 @@ def lobes(correlation: Correlation) -> Lobes:
 
 
 def _parabola(power: FloatArray, top: int) -> tuple[float, float]:
-    """Height of the peak, and its place in steps from ``top``."""
+    """Height of the peak by a parabola, and its place in steps from ``top``."""
     if not 0 < top < power.size - 1:
         return float(power[top]), 0.0
     left, middle, right = (float(value) for value in power[top - 1 : top + 2])
@@ -76,13 +76,13 @@ def _parabola(power: FloatArray, top: int) -> tuple[float, float]:
 
 
 def _null(side: FloatArray) -> int:
-    """Steps from the peak to the first minimum."""
+    """Number of steps from the peak to the first minimum."""
     rises = np.flatnonzero(np.diff(side) > 0)
     return int(rises[0]) if rises.size else side.size - 1
 
 
 def _half(side: FloatArray, peak: float, place: float) -> float:
-    """Steps from the peak to half its power, by Bessel's formula on four lags."""
+    """Number of steps from the peak to half its power, by Bessel's formula on four lags."""
     below = np.flatnonzero(side < 0.5 * peak)
     if not below.size:
         return float("inf")

@@ -1,9 +1,9 @@
-r"""A short reference in a long recording: overlap and save, block by block.
+r"""Search for a short reference in a long recording, block by block (overlap and save).
 
 .. math:: \rho(\tau) = \frac{|\int a(t+\tau)\,\bar b(t)\,dt|}{\sqrt{E_b\,E_a(\tau)}}
 
-with :math:`E_a(\tau)` the recording's energy under the reference: 1 where the recording is the
-reference and nothing else, whatever came before and comes after.
+with :math:`E_a(\tau)` the recording's energy under the reference. :math:`\rho` is 1 where the
+recording is the reference and nothing else, independent of samples before and after.
 """
 
 from __future__ import annotations
@@ -22,20 +22,20 @@ PerPeak = Annotated[FloatArray, Axes("peak")]
 PerBin = Annotated[FloatArray, Axes("bin")]
 
 NUM_BINS: Final = 2000
-"""Of the envelope: more than a picture has columns."""
+"""Number of bins of the envelope: more than a picture has columns."""
 
 LEAST_BLOCK: Final = 1 << 20
-"""Samples that are read at once, at least."""
+"""Least number of samples that are read at once (chosen: memory against time)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Found:
-    """Where a reference is in a recording.
+    """Places of a reference in a recording.
 
     Parameters
     ----------
     peak : ρ of every lobe above the threshold, ``(peak,)``
-    lag : s from the recording's first sample to the reference's, ``(peak,)``, growing
+    lag : s, from the recording's first sample to that of the reference, ``(peak,)``, growing
     envelope : greatest ρ of every bin, ``(bin,)``
     bin_start : s, ``(bin,)``
     """
@@ -57,15 +57,15 @@ def search(
     block: int = LEAST_BLOCK,
     progress: Progress = no_progress,
 ) -> Found:
-    """Look for ``reference`` at every sample of ``recording`` at which all of it fits.
+    """Search for ``reference`` at every sample of ``recording`` at which it fits completely.
 
-    Memory holds one block of the recording and its transforms, whatever its length.
-    Of lobes closer than half the reference's length the highest is kept.
+    Memory holds one block of the recording and its transforms, for recordings of any length. Among
+    lobes closer than half the reference's length only the highest is kept.
 
     Parameters
     ----------
     threshold : least ρ of a peak
-    block : samples to read at once; four times the reference where that is more
+    block : samples to read at once; four times the reference if that is more
 
     Raises
     ------
@@ -128,7 +128,7 @@ def _check(recording: SampleSource, reference: Baseband) -> None:
 def _heights(
     piece: ComplexArray, spectrum: ComplexArray, size: int, length: int, energy: float
 ) -> FloatArray:
-    """ρ at every sample of a piece at which the whole reference fits."""
+    """Values of ρ at every sample of a piece at which the whole reference fits."""
     from scipy.fft import fft, ifft
 
     count = piece.size - length + 1
@@ -140,9 +140,9 @@ def _heights(
     under = running[length:] - running[:count]
     # below 1e-12 of the piece's own energy a difference of sums is rounding
     floor = 1e-12 * running[-1]
-    heard = under > floor
+    has_energy = under > floor
     out = np.zeros(count)
-    out[heard] = values[heard] / np.sqrt(energy * under[heard])
+    out[has_energy] = values[has_energy] / np.sqrt(energy * under[has_energy])
     return out
 
 
@@ -156,7 +156,7 @@ def _into_bins(envelope: FloatArray, height: FloatArray, first: int, width: int)
 def _keep(
     peaks: list[tuple[int, float]], height: FloatArray, first: int, threshold: float, apart: int
 ) -> None:
-    """Add the lobes of a block; one that is near the former one replaces it if it is higher."""
+    """Add the lobes of a block; a lobe near the previous one replaces it if it is higher."""
     for n in np.flatnonzero(height >= threshold):
         place, value = first + int(n), float(height[n])
         if not peaks or place - peaks[-1][0] > apart:

@@ -1,8 +1,8 @@
-r"""What theory expects of chirps: their correlation in closed form, and its laws.
+r"""Correlation of ramps in closed form, and laws for its peaks.
 
-On the overlap of two ramps the product of one and the other's conjugate is a chirp again, with the
-difference of their slopes; its integral is a difference of Fresnel integrals (Cook and Bernfeld,
-Radar Signals, 1967, chapter 6), and where the slopes are equal a sinc.
+On the overlap of two ramps, the product of one with the conjugate of the other is a chirp whose
+slope is the difference of their slopes. Its integral is a difference of Fresnel integrals (Cook and
+Bernfeld, Radar Signals, 1967, chapter 6), or a sinc if the slopes are equal.
 """
 
 from __future__ import annotations
@@ -16,30 +16,32 @@ from polychirp.axes import ComplexArray, FloatArray
 from polychirp.correlation.base import Correlation
 from polychirp.model.ramp import RampSchedule
 
-WIDTH: Final = 0.885893
-"""Width of sinc² at half its height."""
+SINC_WIDTH: Final = 0.885893
+"""Full width of sinc² at half its height."""
 
 SIDE_LOBE: Final = 0.0471904
-"""Power of sinc's first side lobe, −13.26 dB."""
+"""Power of the first side lobe of a sinc, −13.26 dB."""
 
 SIDE_LOBE_ENERGY: Final = 0.107541
-"""Energy of sinc² outside its main lobe over that inside, −9.68 dB."""
+"""Energy of sinc² outside its main lobe over the energy inside, −9.68 dB."""
 
 OVERSHOOT: Final = 1.370437
-"""Greatest |∫₋∞ˣ exp(jπu²/2) du|²/2, +1.37 dB: the first crest behind a shadow's edge."""
+"""Maximum of |∫₋∞ˣ exp(jπu²/2) du|²/2, +1.37 dB: overshoot by one end of the overlap."""
 
-BOTH_ENDS: Final = 1.801416
-"""Greatest 2|∫₀ˣ exp(jπu²/2) du|², +2.56 dB: two edges at once."""
+BOTH_ENDS_OVERSHOOT: Final = 1.801416
+"""Maximum of 2|∫₀ˣ exp(jπu²/2) du|², +2.56 dB: overshoot by both ends at once."""
 
-EQUAL: Final = 1e-4
-"""Cycles by which a chirp must bend to be none: below, it is off by π/12 of them."""
+NEGLIGIBLE_CURVATURE: Final = 1e-4
+"""Slope times squared width, |μ|w², below which a chirp is treated as a tone. The relative error is
+at most π/12 of this value."""
 
 
 def expected(a: RampSchedule, b: RampSchedule, lag: FloatArray) -> Correlation:
     """Correlation of what two schedules play, in closed form, at ``lag`` s ``(lag,)``, growing.
 
-    Of continuous signals: what sampling folds is not in it. Its cost is ramps of one times ramps
-    of the other times lags. The phase is that of signals about zero frequency.
+    It holds for continuous signals, without aliasing by sampling. The time is proportional to the
+    number of ramps of one schedule times that of the other times the lags. The phase is that of
+    signals about zero frequency.
 
     Examples
     --------
@@ -52,7 +54,7 @@ def expected(a: RampSchedule, b: RampSchedule, lag: FloatArray) -> Correlation:
     total = np.zeros(lag.shape, dtype=np.complex128)
     for k in range(a.num_ramps):
         for n in range(b.num_ramps):
-            # later than b's end less a's start they have passed each other
+            # at other lags the two ramps do not overlap
             first = np.searchsorted(lag, a.start_time[k] - b.end_time[n])
             last = np.searchsorted(lag, a.end_time[k] - b.start_time[n])
             if first < last:
@@ -62,7 +64,7 @@ def expected(a: RampSchedule, b: RampSchedule, lag: FloatArray) -> Correlation:
 
 
 def _pair(a: RampSchedule, k: int, b: RampSchedule, n: int, lag: FloatArray) -> ComplexArray:
-    """∫ a(t + τ) b̄(t) dt of ramp k of one and ramp n of the other, s."""
+    """Integral ∫ a(t + τ) b̄(t) dt for ramp k of one schedule and ramp n of the other, s."""
     begin = np.maximum(a.start_time[k] - lag, b.start_time[n])
     end = np.minimum(a.end_time[k] - lag, b.end_time[n])
     width = np.maximum(end - begin, 0.0)
@@ -77,11 +79,11 @@ def _pair(a: RampSchedule, k: int, b: RampSchedule, n: int, lag: FloatArray) -> 
 
 
 def _chirp(beat: FloatArray, bend: float, width: FloatArray) -> ComplexArray:
-    """∫ exp(j2π(fu + μu²/2)) du over |u| ≤ w/2, s."""
+    """Integral ∫ exp(j2π(fu + μu²/2)) du over |u| ≤ w/2, s."""
     from scipy.special import fresnel
 
     out = (width * np.sinc(beat * width)).astype(np.complex128)
-    bent = abs(bend) * width**2 > EQUAL
+    bent = abs(bend) * width**2 > NEGLIGIBLE_CURVATURE
     if not np.any(bent):
         return out
     scale = math.sqrt(2.0 * abs(bend))
@@ -99,25 +101,26 @@ def crossing_peak(a_slope: float, b_slope: float, a_duration: float, b_duration:
 
     .. math:: \max_\tau |R|^2 \approx \frac{C}{|\beta_a - \beta_b|\,T_a T_b}
 
-    By stationary phase, times the overshoot where the crossing is one Fresnel zone from an end of
-    the overlap: C = `OVERSHOOT`, 1.37 dB. For ramps of equal time T it is
-    −10 log₁₀(\|ΔB\| T) + 1.4 dB. Where slopes are opposite, the crossing is in the middle of the
-    overlap at every lag, both ends overshoot at once, and C = `BOTH_ENDS`, 2.56 dB. It needs
-    \|Δβ\|T_a T_b of some tens; for less, no whole zone fits, see `expected`.
+    The law follows from stationary phase. C is the overshoot where the crossing is one Fresnel zone
+    from an end of the overlap: `OVERSHOOT`, 1.37 dB. For ramps of equal time T the peak is
+    −10 log₁₀(\|ΔB\| T) + 1.4 dB. If slopes are opposite, the crossing is in the middle of the
+    overlap at every lag, both ends overshoot at once, and C is `BOTH_ENDS_OVERSHOOT`, 2.56 dB. The
+    law needs \|Δβ\|T_a T_b of some tens; below, no whole zone fits into the overlap (use
+    `expected`).
 
     >>> round(10 * math.log10(crossing_peak(1.2e12, 1e12, 1e-4, 1e-4)), 1)
     -31.6
     """
-    overshoot = BOTH_ENDS if math.isclose(a_slope, -b_slope) else OVERSHOOT
+    overshoot = BOTH_ENDS_OVERSHOOT if math.isclose(a_slope, -b_slope) else OVERSHOOT
     return overshoot / (abs(a_slope - b_slope) * a_duration * b_duration)
 
 
 def disjoint_peak(gap: float, a_duration: float, b_duration: float) -> float:
-    r"""Bound of the power of any lobe of two ramps whose bands are ``gap`` Hz apart, as a ratio.
+    r"""Greatest power of the lobes of two ramps whose bands are ``gap`` Hz apart, a ratio.
 
     .. math:: |R| \le \frac{1}{\pi\,\Delta f \sqrt{T_a T_b}}
 
-    The beat is never slower than Δf, so that the integral is what its two ends leave, each
+    The beat is never lower than Δf, so that only the two ends contribute to the integral, each by
     1/2πΔf at most.
 
     >>> round(10 * math.log10(disjoint_peak(140e6, 1e-4, 1e-4)), 1)

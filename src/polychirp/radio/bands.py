@@ -1,11 +1,11 @@
-"""What a lab must know of a band before it transmits there; no legal advice."""
+"""Services that use radio bands, for warnings before a transmission; no legal advice."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from typing import Final
 
-BANDS: Final = (
+SERVICE_BANDS: Final = (
     (108e6, 137e6, "aeronautical navigation and radio, on which lives depend"),
     (328.6e6, 335.4e6, "instrument landing, on which lives depend"),
     (694e6, 960e6, "mobile networks"),
@@ -20,14 +20,15 @@ BANDS: Final = (
     (4200e6, 4400e6, "radio altimeters of aircraft, on which lives depend"),
     (76e9, 81e9, "automotive radar, for type-approved radars only"),
 )
-"""Lowest and highest frequency, Hz, and who is there, in most countries (ITU Radio Regulations)."""
+"""Lowest and highest frequency, Hz, and the service there in most countries (ITU Radio
+Regulations)."""
 
-FREE: Final = ((433.05e6, 434.79e6), (2400e6, 2483.5e6), (5725e6, 5875e6))
-"""Bands for industry, science and medicine, in which little power needs no licence."""
+LICENCE_FREE_BANDS: Final = ((433.05e6, 434.79e6), (2400e6, 2483.5e6), (5725e6, 5875e6))
+"""Bands for industry, science and medicine, Hz, in which low power needs no licence."""
 
 
 def band_warnings(low: float, high: float) -> Iterator[str]:
-    """One sentence for each service in ``low`` to ``high`` Hz; one in any case.
+    """Sentences about the services in ``low`` to ``high`` Hz, at least one.
 
     >>> list(band_warnings(3.95e9, 4.05e9))
     ['3.95 to 4.05 GHz is used by mobile networks and satellite downlinks']
@@ -37,10 +38,10 @@ def band_warnings(low: float, high: float) -> Iterator[str]:
     ['5 to 5.1 GHz needs a licence nearly everywhere']
     """
     name = f"{low / 1e9:g} to {high / 1e9:g} GHz"
-    users = [who for first, last, who in BANDS if low < last and high > first]
+    users = [who for first, last, who in SERVICE_BANDS if low < last and high > first]
     for who in users:
         yield f"{name} is used by {who}"
-    if any(first <= low and high <= last for first, last in FREE):
+    if any(first <= low and high <= last for first, last in LICENCE_FREE_BANDS):
         yield f"{name} is free for little power in most countries; look up how little"
     elif not users:
         yield f"{name} needs a licence nearly everywhere"

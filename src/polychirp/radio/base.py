@@ -1,4 +1,4 @@
-"""The seam of radios: play a signal over and over, record meanwhile, stop."""
+"""Interface of radios: a radio repeats a signal, records at the same time, and stops."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from polychirp.radio.bands import band_warnings
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Abilities:
-    """What a radio can do.
+    """Frequency and sample-rate limits of a radio.
 
     Parameters
     ----------
-    name : for messages
+    name : name of the radio in messages
     lowest_carrier, highest_carrier : Hz
-    highest_rate : 1/s
-    radiates : whether waves leave it, so that the law has a say
+    highest_rate : samples/s
+    radiates : true if it can transmit over the air, so that a licence may be needed
     """
 
     name: str
@@ -32,50 +32,50 @@ class Abilities:
 
 @runtime_checkable
 class Radio(Protocol):
-    """A radio that plays and records at once."""
+    """A radio that plays and records at the same time."""
 
     @property
     def abilities(self) -> Abilities:
-        """What it can do."""
+        """Limits of the radio."""
         ...
 
     def play(self, signal: Baseband) -> None:
-        """Begin to repeat ``signal``, of magnitude 1 at most, without a gap until `stop`."""
+        """Begin to repeat ``signal``, of magnitude 1 at most, without gaps until `stop`."""
         ...
 
     def record(self, *, num_samples: int, sample_rate: float, centre_frequency: float) -> Baseband:
-        """The next samples that are received, in parts of full scale."""
+        """The next received samples, relative to full scale."""
         ...
 
     def stop(self) -> None:
-        """End playing; harmless where nothing plays."""
+        """Stop playing; do nothing if nothing is played."""
         ...
 
 
 def measured(
     radio: Radio, signal: Baseband, *, repetitions: int = 2, i_hold_a_licence: bool = False
 ) -> Baseband:
-    """What a radio records while it plays ``signal``: ``repetitions`` periods and one more.
+    """Recording of a radio while it plays ``signal``, ``repetitions`` + 1 periods long.
 
-    The recording begins anywhere within a period, so the whole signal is in it ``repetitions``
-    times. The radio is silent afterwards, whatever happens.
+    The recording begins anywhere within a period, so that it contains the whole signal
+    ``repetitions`` times. The radio stops afterwards, also after an error.
 
     Parameters
     ----------
-    i_hold_a_licence : that you may transmit there, or that a cable with an attenuator joins the
-        radio's connectors; without it, nothing that radiates is played
+    i_hold_a_licence : states that you may transmit there, or that a cable with an attenuator joins
+        the radio's connectors; without it, no radio that radiates plays anything
 
     Raises
     ------
     InputError
-        The radio radiates and you have not said that you may; a sample is above magnitude 1.
+        The radio radiates and ``i_hold_a_licence`` is not set; or a sample is above magnitude 1.
     CapabilityError
-        The carrier or the rate is beyond the radio.
+        The carrier or the rate is outside of the radio's limits.
 
     Warns
     -----
     ModelWarning
-        Who uses the band.
+        The band is used by other services, which the warning names.
     """
     check(radio.abilities, signal)
     if repetitions < 1:
@@ -94,7 +94,7 @@ def measured(
 
 
 def check(abilities: Abilities, signal: Baseband) -> None:
-    """Refuse what a radio cannot play."""
+    """Refuse a signal that a radio cannot play."""
     if not (abilities.lowest_carrier <= signal.centre_frequency <= abilities.highest_carrier):
         raise CapabilityError(
             f"{abilities.name} tunes {abilities.lowest_carrier / 1e9:g} to "

@@ -1,4 +1,4 @@
-"""A radio without hardware: what is played comes back through a function of samples."""
+"""Radio without hardware: played samples are received again through a function."""
 
 from __future__ import annotations
 
@@ -13,28 +13,28 @@ from polychirp.radio.base import Abilities
 from polychirp.rng import Streams
 
 Channel = Callable[[Baseband], Baseband]
-"""From what is played to what is received, at the same rate."""
+"""Function from the played to the received signal, at the same sample rate."""
 
 
-def straight(signal: Baseband) -> Baseband:
-    """A cable that does nothing."""
+def ideal_cable(signal: Baseband) -> Baseband:
+    """The signal itself: a cable without loss."""
     return signal
 
 
 @dataclass(slots=True, kw_only=True)
 class LoopbackRadio:
-    """Plays in a loop, records from somewhere in it, as 16-bit integers, like a real one.
+    """A radio that receives its own signal, from a random instant on, as 16-bit integers.
 
     Parameters
     ----------
-    channel : between transmitter and receiver
-    seed : of the moment at which a recording begins
-    abilities : of the radio that it stands for
-    full_scale : V, that fills the recording's integers; the strongest I or Q of each recording,
-        with 3 dB to spare, where it is not given
+    channel : function between transmitter and receiver
+    seed : seed of the instant at which a recording begins
+    abilities : limits of the radio that it replaces
+    full_scale : V, amplitude at the recording's greatest integer; if it is not given, 3 dB above
+        the strongest I or Q of each recording
     """
 
-    channel: Channel = straight
+    channel: Channel = ideal_cable
     seed: int = 1
     abilities: Abilities = field(
         default_factory=lambda: Abilities(
@@ -61,10 +61,9 @@ class LoopbackRadio:
         begin = int(Streams(self.seed)["loop-back", "begin"].integers(period))
         count = -(-(begin + num_samples) // period) + 1
         played = replace(signal, samples=np.tile(signal.samples, count), start_time=0.0)
-        # the receiver hears the same frequencies about the carrier that it is tuned to
-        heard = self.channel(played).retuned(centre_frequency).resampled(sample_rate)
-        first = begin - round(heard.start_time * sample_rate)
-        piece = heard.samples[first : first + num_samples]
+        received = self.channel(played).retuned(centre_frequency).resampled(sample_rate)
+        first = begin - round(received.start_time * sample_rate)
+        piece = received.samples[first : first + num_samples]
         return Baseband(
             samples=self._integers(piece),
             sample_rate=sample_rate,

@@ -1,9 +1,9 @@
-"""Radios of Analog Devices (ADALM-Pluto and kin) by pyadi-iio.
+"""Adapter to radios of Analog Devices (ADALM-Pluto and similar ones) by pyadi-iio.
 
 ``pip install pyadi-iio 'pylibiio<1'``, and libiio 0.2x of the operating system. A Pluto has 12-bit
 converters, takes up to 61.44 MS/s, and streams a few MS/s over USB: a recording is one buffer. The
-adapter is exercised here without hardware, against a stand-in of pyadi-iio's own interface; it
-has not met a radio.
+adapter is tested without hardware, with a stand-in of pyadi-iio's interface; it has not been tested
+with a radio.
 """
 
 from __future__ import annotations
@@ -18,30 +18,31 @@ from polychirp.model.baseband import Baseband
 from polychirp.radio.base import Abilities
 
 SENT_SCALE: Final = 2.0**14
-"""Of what pyadi-iio is given: 16 bits, of which the converter takes the upper ones, with 6 dB to
-spare."""
+"""Integer of amplitude 1 in samples to pyadi-iio: 16 bits, of which the converter uses the upper
+12, with a margin of 6 dB."""
 
 READ_SCALE: Final = 2.0**11
-"""Of what it gives: 12 bits with their sign."""
+"""Integer of amplitude 1 in samples from pyadi-iio: 12 bits with their sign."""
 
-BUFFERS: Final = 4
-"""Received buffers that are thrown away: they were filled before the carrier was tuned."""
+STALE_BUFFERS: Final = 4
+"""Number of received buffers that are discarded, because they were filled before the carrier was
+tuned."""
 
 
 class PlutoRadio:
-    """A Pluto by its address.
+    """A Pluto at an address.
 
     Parameters
     ----------
     address : as in ``"ip:192.168.2.1"`` or ``"usb:"``
-    transmit_gain : dB, 0 is the strongest; −30 by default: two Plutos on a bench are near
+    transmit_gain : dB, 0 is the strongest; −30 by default, because two Plutos on a bench are near
     receive_gain : dB
-    module : in place of pyadi-iio, for tests
+    module : replacement of pyadi-iio in tests
 
     Raises
     ------
     CapabilityError
-        pyadi-iio is not installed, or no radio answers there.
+        pyadi-iio is not installed, or no radio answers at the address.
     """
 
     def __init__(
@@ -67,7 +68,7 @@ class PlutoRadio:
 
     @property
     def abilities(self) -> Abilities:
-        """See `Radio.abilities`; of a Pluto as it is sold."""
+        """See `Radio.abilities`; the limits are those of a Pluto as it is sold."""
         return Abilities(
             name=f"Pluto at '{self._address}'",
             lowest_carrier=325e6,
@@ -92,7 +93,7 @@ class PlutoRadio:
         device.rx_rf_bandwidth = round(sample_rate)
         device.rx_destroy_buffer()
         device.rx_buffer_size = num_samples
-        for _ in range(BUFFERS):
+        for _ in range(STALE_BUFFERS):
             device.rx()
         return Baseband(
             samples=np.asarray(device.rx(), dtype=np.complex128) / READ_SCALE,

@@ -1,9 +1,9 @@
-"""Radios that SoapySDR knows: a list of drivers longer than any we could write.
+"""Adapter to the radios that SoapySDR has drivers for.
 
 SoapySDR is not on the Python package index: it comes with the operating system (Debian:
 ``python3-soapysdr`` and a module for the radio), so the virtual environment needs
-``--system-site-packages``. The adapter is exercised here without hardware, against a stand-in of
-SoapySDR's own interface; it has not met a radio.
+``--system-site-packages``. The adapter is tested without hardware, with a stand-in of SoapySDR's
+interface; it has not been tested with a radio.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from polychirp.errors import CapabilityError, RunError
 from polychirp.model.baseband import Baseband
 from polychirp.radio.base import Abilities
 
-TIMEOUT: Final = 1_000_000
-"""µs for which the driver may keep us waiting."""
+DRIVER_TIMEOUT: Final = 1_000_000
+"""Time limit of one call of the driver, µs."""
 
-PATIENCE: Final = 10
-"""Times in a row that a driver may give nothing before we give up."""
+MOST_EMPTY_REPLIES: Final = 10
+"""Number of successive replies without samples after which a transfer fails."""
 
-SETTLING: Final = 0.05
-"""s of reception that is thrown away: tuning and gain control settle."""
+SETTLING_TIME: Final = 0.05
+"""Time of reception, s, that is discarded while tuning and gain control settle."""
 
 
 class SoapyRadio:
@@ -33,9 +33,9 @@ class SoapyRadio:
 
     Parameters
     ----------
-    arguments : that choose the device, as in ``"driver=lime"``
+    arguments : choice of the device, as in ``"driver=lime"``
     transmit_gain, receive_gain : in the driver's own decibels; the driver's default if absent
-    module : in place of SoapySDR, for tests
+    module : replacement of SoapySDR in tests
 
     Raises
     ------
@@ -69,7 +69,7 @@ class SoapyRadio:
 
     @property
     def abilities(self) -> Abilities:
-        """See `Radio.abilities`; what the driver says of the transmitter."""
+        """See `Radio.abilities`; the driver states the limits of the transmitter."""
         sends = self._soapy.SOAPY_SDR_TX
         carriers = self._device.getFrequencyRange(sends, 0)
         rates = self._device.getSampleRateRange(sends, 0)
@@ -100,7 +100,7 @@ class SoapyRadio:
         """
         stream = self._stream("rx", sample_rate, centre_frequency)
         try:
-            self._read(stream, int(SETTLING * sample_rate))
+            self._read(stream, int(SETTLING_TIME * sample_rate))
             samples = self._read(stream, num_samples)
         finally:
             self._close(stream)
@@ -120,7 +120,7 @@ class SoapyRadio:
         self._player.join()
         self._player = None
 
-    # ── between us and the driver ─────────────────────────────────────────────
+    # ── transfers to and from the driver ──────────────────────────────────────
 
     def _stream(self, which: str, rate: float, frequency: float) -> Any:
         soapy = self._soapy
@@ -130,10 +130,10 @@ class SoapyRadio:
         gain = self._gains[which]
         if gain is not None:
             self._device.setGain(direction, 0, gain)
-        told = float(self._device.getSampleRate(direction, 0))
-        if abs(told - rate) > 1e-6 * rate:
+        actual = float(self._device.getSampleRate(direction, 0))
+        if abs(actual - rate) > 1e-6 * rate:
             raise CapabilityError(
-                f"the radio plays {told / 1e6:g} MS/s where {rate / 1e6:g} were asked for; make "
+                f"the radio plays {actual / 1e6:g} MS/s where {rate / 1e6:g} were asked for; make "
                 "the signal at a rate that it has"
             )
         stream = self._device.setupStream(direction, soapy.SOAPY_SDR_CF32, [0])
@@ -145,16 +145,16 @@ class SoapyRadio:
         self._device.closeStream(stream)
 
     def _feed(self, stream: Any, samples: np.ndarray) -> None:
-        """Write the signal over and over, going on where the driver left off."""
+        """Write the signal repeatedly, from the first sample that the driver did not take yet."""
         place, refusals = 0, 0
         while not self._stopping.is_set():
             rest = samples[place:]
-            answer = self._device.writeStream(stream, [rest], rest.size, timeoutUs=TIMEOUT)
+            answer = self._device.writeStream(stream, [rest], rest.size, timeoutUs=DRIVER_TIMEOUT)
             if answer.ret > 0:
                 place, refusals = (place + answer.ret) % samples.size, 0
             else:
                 refusals += 1
-            if refusals > PATIENCE:
+            if refusals > MOST_EMPTY_REPLIES:
                 self._failure = f"the driver answers {answer.ret}"
                 break
         self._close(stream)
@@ -164,7 +164,7 @@ class SoapyRadio:
         place, refusals = 0, 0
         while place < count:
             answer = self._device.readStream(
-                stream, [out[place:]], count - place, timeoutUs=TIMEOUT
+                stream, [out[place:]], count - place, timeoutUs=DRIVER_TIMEOUT
             )
             if answer.ret == self._soapy.SOAPY_SDR_OVERFLOW:
                 raise RunError(
@@ -175,7 +175,7 @@ class SoapyRadio:
                 place, refusals = place + answer.ret, 0
             else:
                 refusals += 1
-            if refusals > PATIENCE:
+            if refusals > MOST_EMPTY_REPLIES:
                 raise RunError(f"the radio gives no samples (the driver answers {answer.ret})")
         return out
 

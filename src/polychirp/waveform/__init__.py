@@ -1,4 +1,8 @@
-"""What radars transmit: the waveform families a study file may name by their ``kind``."""
+"""Waveforms: what a radar transmits. A study file chooses a family by its ``kind``.
+
+`base` holds the interface, `sawtooth` and `triangular` the families, `coding` the codes of several
+transmitting elements, `design` sweep time and bandwidth, and `playing` samples for a radio.
+"""
 
 from __future__ import annotations
 

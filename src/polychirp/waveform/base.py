@@ -1,4 +1,4 @@
-"""The seam of waveform families: whatever the family, it becomes a `RampSchedule`."""
+"""Interface of waveform families: every waveform becomes a `RampSchedule`."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from polychirp.rng import Streams
 
 @runtime_checkable
 class Waveform(Protocol):
-    """A plan of what one radar transmits."""
+    """A rule that gives the schedule of one radar."""
 
     def schedule(self, *, num_sweeps: int, streams: Streams) -> RampSchedule:
         """Ramps of ``num_sweeps`` sweeps, the first starting at 0 s of the radar's own clock.
 
-        All randomness comes from ``streams``, which belongs to one radar: equal streams give
-        equal ramps, and a longer schedule begins with the shorter one.
+        All random numbers come from ``streams``, which belong to one radar. Equal streams give
+        equal ramps, and a longer schedule begins with the ramps of a shorter one.
 
         Raises
         ------
@@ -34,21 +34,21 @@ def need_sweeps(num_sweeps: int) -> None:
 
 
 def need_positive(owner: str, **values: float) -> None:
-    """Refuse a value that is not positive, by its name."""
+    """Refuse values that are not positive; the message contains the name."""
     for name, value in values.items():
         if not value > 0:
             raise InputError(f"{owner} needs a positive {name}, not {value:g}")
 
 
 def need_not_negative(owner: str, **values: float) -> None:
-    """Refuse a negative value, by its name."""
+    """Refuse negative values; the message contains the name."""
     for name, value in values.items():
         if not value >= 0:
             raise InputError(f"{owner} cannot have a negative {name}; use 0 or more")
 
 
 def need_limits(owner: str, **limits: tuple[float, float]) -> None:
-    """Refuse limits that are inverted or not positive, by their name."""
+    """Refuse limits that are inverted or not positive; the message contains the name."""
     for name, (lowest, highest) in limits.items():
         if not lowest > 0:
             raise InputError(f"{owner} needs a positive lower limit of {name}, not {lowest:g}")

@@ -1,11 +1,11 @@
-r"""How several transmitting elements share a radar's ramps (MIMO): what each sends, sweep by sweep.
+r"""Codes by which several transmitting elements share a radar's ramps (MIMO), sweep by sweep.
 
-All ramps of a sweep carry the same weights, so that the up- and the down-ramp of a triangle come
+All ramps of a sweep have the same weights, so that the up- and the down-ramp of a triangle come
 from the same elements. A weight of magnitude 1 is full power: each element has its own amplifier,
-and elements that send together do not share it.
+and elements that transmit together do not share it.
 
 A beat carries the conjugate of the weight, since the mixer gives
-:math:`y = s_{tx}\,\overline{s_{rx}}`. `polychirp.receiver.mimo` decodes.
+:math:`y = s_{tx}\,\overline{s_{rx}}`. `polychirp.receiver.mimo` decodes the samples.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ class Coding(Protocol):
     """A rule that gives every element a weight on every sweep."""
 
     def weights(self, sweep: IntArray, *, num_elements: int) -> ComplexArray:
-        """Weights ``(len(sweep), element)`` on the sweeps of these numbers.
+        """Weights ``(len(sweep), element)`` on the sweeps with these numbers.
 
         Raises
         ------
         InputError
-            The rule cannot tell so many elements apart.
+            The rule cannot separate so many elements.
         """
         ...
 

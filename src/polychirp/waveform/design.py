@@ -1,4 +1,4 @@
-"""Sweep time and bandwidth from what a radar shall resolve: equations (7) and (8) of the paper."""
+"""Sweep time and bandwidth for a range and a resolution: equations (7) and (8) of the paper."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ def sweep_time(*, slope_factor: float, greatest_range: Metres) -> Seconds:
 
     Equation (7) of the paper. With its :math:`\alpha` of 5 to 6 and its 30 m this is 1.0 to
     1.2 **µs**, while its table 2 lists 1 to 2 **ms**, which needs :math:`\alpha` of 5 000 to
-    10 000. The waveform families default to table 2: only its milliseconds resolve the speeds
-    that the paper claims.
+    10 000. The defaults of the waveform families are those of table 2, because only its
+    milliseconds resolve the speeds of the paper.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-r"""From a `RampSchedule` to the samples that a radio's converters play."""
+r"""Samples of a `RampSchedule`, for the converters of a radio."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from polychirp.model.baseband import Baseband
 from polychirp.model.ramp import RampSchedule
 
 MOST_SAMPLES = 200_000_000
-"""Of one signal: above it a rate or a duration is taken for a mistake."""
+"""Greatest number of samples of one signal; a larger one is taken for a wrong rate or duration."""
 
 
 def band_edges(schedule: RampSchedule) -> tuple[float, float]:
@@ -21,12 +21,12 @@ def band_edges(schedule: RampSchedule) -> tuple[float, float]:
 def played(
     schedule: RampSchedule, *, sample_rate: float, centre_frequency: float | None = None
 ) -> Baseband:
-    r"""What a schedule plays about a carrier, from its first ramp's start to its last one's end.
+    r"""Baseband samples of a schedule, from the start of its first ramp to the end of its last one.
 
     .. math:: s(t) = e^{j2\pi(\varphi(t) - f_c t)}
 
-    with φ of `RampSchedule`, zero between ramps. The carrier is the middle of the band where it
-    is not given. A sample in the instant in which a ramp ends is not sent.
+    with φ of `RampSchedule`; s is zero between ramps. The default carrier is the middle of the
+    band. A sample at the instant at which a ramp ends is zero.
 
     Raises
     ------
@@ -66,7 +66,7 @@ def _add(
     out: np.ndarray, schedule: RampSchedule, ramp: int, begin: float, rate: float, centre: float
 ) -> None:
     start = float(schedule.start_time[ramp])
-    # a thousandth of a sample is rounding
+    # differences below a thousandth of a sample are rounding errors
     first, last = (
         int(np.ceil((moment - begin) * rate - 1e-3))
         for moment in (start, float(schedule.end_time[ramp]))

@@ -1,4 +1,4 @@
-"""`Sawtooth` — equal ramps of one direction."""
+"""`Sawtooth`: equal ramps of one direction."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Sawtooth(Spec):
     bandwidth : Hz
     ramp_duration : s
     idle : s, silence between the end of a ramp and the start of the next
-    direction : whether the frequency rises or falls on a ramp
+    direction : direction of the frequency on a ramp, rising or falling
 
     Raises
     ------
@@ -56,7 +56,7 @@ class Sawtooth(Spec):
         need_not_negative("a sawtooth", idle=self.idle)
 
     def schedule(self, *, num_sweeps: int, streams: Streams) -> RampSchedule:
-        """Ramps of ``num_sweeps`` sweeps; nothing is drawn."""
+        """Ramps of ``num_sweeps`` sweeps, without random numbers."""
         del streams
         need_sweeps(num_sweeps)
         is_up = self.direction == "up"

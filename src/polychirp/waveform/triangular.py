@@ -1,4 +1,7 @@
-"""`Triangular`, and the two that draw its slopes: `DiverseTriangular`, `FixedTriangular`."""
+"""Triangular waveforms, with given slopes (`Triangular`) and with random ones.
+
+`DiverseTriangular` draws slopes at every sweep, and `FixedTriangular` once per radar.
+"""
 
 from __future__ import annotations
 
@@ -68,7 +71,7 @@ def triangles(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Triangular(Spec):
-    """Conventional triangular FMCW: every triangle the same, for every radar.
+    """Conventional triangular FMCW: all triangles are equal, for every radar.
 
     The defaults are the middle of the paper's table 2.
 
@@ -110,7 +113,7 @@ class Triangular(Spec):
         need_not_negative("a triangle", idle=self.idle)
 
     def schedule(self, *, num_sweeps: int, streams: Streams) -> RampSchedule:
-        """Ramps of ``num_sweeps`` triangles; nothing is drawn."""
+        """Ramps of ``num_sweeps`` triangles, without random numbers."""
         del streams
         need_sweeps(num_sweeps)
         return triangles(
@@ -124,18 +127,18 @@ class Triangular(Spec):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DiverseTriangular(Spec):
-    """The paper's proposal: ramp time and bandwidth drawn anew at every triangle.
+    """The paper's proposal: ramp time and bandwidth are drawn again at every triangle.
 
-    Every quantity has a stream of its own and is uniform between its limits, so that limiting
-    one diversity leaves the draws of the others as they are. The defaults are table 2.
+    Every quantity is uniform between its limits and has a random stream of its own, so that a
+    change of one limit does not change the draws of the others. The defaults are table 2.
 
     Parameters
     ----------
     start_frequency : Hz, lowest frequency a triangle can reach
-    start_frequency_spread : Hz, each triangle starts uniformly up to this much higher
+    start_frequency_spread : Hz, greatest random increase of a triangle's start frequency
     bandwidth, ramp_duration : Hz and s, lower and upper limit of the draws
     idle : s, silence between triangles
-    random_order : whether a coin decides at every triangle which ramp comes first; else up
+    random_order : if true, the first ramp of every triangle is up or down at random; else it is up
 
     Raises
     ------
@@ -186,8 +189,8 @@ class DiverseTriangular(Spec):
 class FixedTriangular(Spec):
     """One draw of ramp time and bandwidth per radar, the same at every triangle.
 
-    The honest comparator of `DiverseTriangular`: radars differ from each other, but none changes
-    from sweep to sweep. Limits as there.
+    It is the fair comparison for `DiverseTriangular`: radars differ from each other, but no radar
+    changes from sweep to sweep. The limits have the same meaning.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""A reference in a long recording, block by block."""
+"""Search for a reference in a long recording, block by block."""
 
 from dataclasses import dataclass
 
@@ -21,7 +21,7 @@ def signal(samples, rate=RATE):
 
 
 def plain(samples, reference):
-    """ρ by its definition, place by place."""
+    """Values of ρ by its definition, one for each place."""
     size = reference.size
     out = []
     for n in range(samples.size - size + 1):
@@ -39,7 +39,7 @@ def test_blocks_give_what_the_definition_gives(block):
     np.testing.assert_allclose(found.envelope, plain(samples, reference), atol=1e-12)
 
 
-def test_every_repetition_is_found_whatever_its_strength():
+def test_every_repetition_is_found_at_any_level():
     """ρ is 1 where the reference is alone, 40 dB weaker or not, and across blocks."""
     reference = noise(50, 2)
     samples = np.zeros(5000, dtype=complex)
@@ -51,7 +51,7 @@ def test_every_repetition_is_found_whatever_its_strength():
     np.testing.assert_allclose(found.peak, 1.0, atol=1e-6)
 
 
-def test_in_noise_a_peak_is_what_noise_leaves():
+def test_noise_lowers_a_peak_as_the_formula_says():
     """√(SNR/(1 + SNR)), with 2000 samples to ± 2 %."""
     reference = noise(2000, 2)
     samples = noise(20_000, 3)

@@ -29,7 +29,7 @@ def signal(count=500, *, carrier=CARRIER, rate=RATE):
 
 
 def place_of(record, sent):
-    """Where ``sent`` begins in a record, and the normalised correlation there."""
+    """Index at which ``sent`` begins in a record, and the normalised correlation there."""
     scores = np.abs(np.correlate(record.samples, sent.samples, mode="valid"))
     n = int(np.argmax(scores))
     piece = record.samples[n : n + sent.num_samples]
@@ -40,7 +40,7 @@ def place_of(record, sent):
 
 
 class FakeSoapyDevice:
-    """What SoapySDR.Device does: a transmitter whose samples the receiver hears, over and over."""
+    """Stand-in of SoapySDR.Device: the receiver receives the transmitted samples repeatedly."""
 
     def __init__(self, module):
         self.module = module
@@ -122,7 +122,7 @@ def fake_soapy(**fields):
 
 
 class FakePluto:
-    """What adi.Pluto does: attributes, a repeated buffer, integers of 12 bits."""
+    """Stand-in of adi.Pluto: attributes, a repeated buffer, integers of 12 bits."""
 
     def __init__(self):
         self.sent = None
@@ -177,21 +177,21 @@ def test_a_radio_records_what_it_plays_whole_from_anywhere(number):
     assert begin % sent.num_samples <= record.num_samples - sent.num_samples
 
 
-def test_nothing_radiates_without_a_word_about_the_licence():
+def test_nothing_radiates_without_a_statement_about_the_licence():
     adi, device = fake_adi()
     with pytest.raises(InputError, match=r"nothing was transmitted: .* say --i-hold-a-licence"):
         measured(PlutoRadio(module=adi), signal())
     assert "tx" not in device.calls
 
 
-def test_who_is_in_the_band_is_said_while_transmitting():
+def test_a_transmission_warns_of_other_services_in_the_band():
     adi, _ = fake_adi()
     radio = PlutoRadio(module=adi)
     with pytest.warns(ModelWarning, match=r"3.49 to 3.51 GHz is used by mobile networks"):
         measured(radio, signal(carrier=3.5e9), i_hold_a_licence=True)
 
 
-def test_a_loop_radiates_nothing_and_asks_nothing():
+def test_a_loop_back_radiates_nothing_and_needs_no_licence():
     measured(LoopbackRadio(), signal(carrier=79e9))
 
 
@@ -263,7 +263,7 @@ def test_soapy_tunes_both_ways_and_closes_its_streams():
 
 
 @pytest.mark.filterwarnings("ignore::polychirp.errors.ModelWarning")
-def test_a_driver_that_gives_nothing_is_given_up():
+def test_a_driver_without_samples_ends_with_an_error():
     soapy, _ = fake_soapy(is_silent=True)
     with pytest.raises(RunError, match="the radio gives no samples"):
         measured(SoapyRadio(module=soapy), signal(), i_hold_a_licence=True)
@@ -323,7 +323,7 @@ def test_a_missing_package_is_one_sentence(monkeypatch, name, make, sentence):
 
 
 @pytest.mark.filterwarnings("ignore::polychirp.errors.ModelWarning")
-def test_a_pluto_forgets_what_it_heard_before_it_was_tuned():
+def test_a_pluto_discards_samples_from_before_it_was_tuned():
     adi, device = fake_adi()
     measured(PlutoRadio(module=adi), signal(), i_hold_a_licence=True)
     assert device.calls == ["stop", "tx", "new", "rx", "rx", "rx", "rx", "rx", "stop"]
@@ -335,13 +335,13 @@ def test_a_pluto_forgets_what_it_heard_before_it_was_tuned():
 # ── the loop ──────────────────────────────────────────────────────────────────
 
 
-def test_a_loop_begins_somewhere_else_for_every_seed():
+def test_a_loop_back_begins_at_another_sample_for_every_seed():
     sent = signal()
     begins = {place_of(measured(LoopbackRadio(seed=n), sent), sent)[0] for n in range(5)}
     assert len(begins) > 3
 
 
-def test_a_loop_has_sixteen_bits():
+def test_a_loop_back_has_sixteen_bits():
     """Integers of 2⁻¹⁵, the strongest 3 dB below full scale."""
     record = measured(LoopbackRadio(), signal())
     words = record.samples.view(float) * 2**15
@@ -349,12 +349,12 @@ def test_a_loop_has_sixteen_bits():
     assert np.abs(words).max() == pytest.approx(2**14.5, rel=1e-3)
 
 
-def test_a_loop_that_plays_nothing_has_nothing_to_record():
+def test_a_loop_back_that_plays_nothing_has_nothing_to_record():
     with pytest.raises(RunError, match="plays nothing"):
         LoopbackRadio().record(num_samples=1, sample_rate=1.0, centre_frequency=0.0)
 
 
-def test_a_session_needs_a_repetition():
+def test_a_recording_needs_at_least_one_repetition():
     with pytest.raises(InputError, match="record one repetition or more"):
         measured(LoopbackRadio(), signal(), repetitions=0)
 

@@ -1,4 +1,4 @@
-"""What every code of transmitting elements keeps to, and what each of them is."""
+"""Codes of transmitting elements: rules that hold for every code, and the weights of each."""
 
 import numpy as np
 import pytest
@@ -41,7 +41,7 @@ def test_one_element_sends_as_it_does_without_a_code(coding):
     np.testing.assert_array_equal(coding.weights(SWEEPS, num_elements=1), np.ones((24, 1)))
 
 
-def test_both_ramps_of_a_triangle_are_sent_alike(coding):
+def test_both_ramps_of_a_triangle_have_the_same_weights(coding):
     ramps = Triangular().schedule(num_sweeps=12, streams=Streams(seed=1))
     weight = coded(ramps, coding, num_elements=3).transmit_weight
     np.testing.assert_array_equal(weight[::2], weight[1::2])

@@ -1,4 +1,4 @@
-"""Equations (7) and (8)."""
+"""Sweep time and bandwidth: equations (7) and (8) of the paper."""
 
 import pytest
 

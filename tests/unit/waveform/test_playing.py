@@ -1,4 +1,4 @@
-"""Schedules as samples."""
+"""Baseband samples of schedules."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ PLAN = TRIANGLES.schedule(num_sweeps=2, streams=Streams(seed=1))
 
 
 def test_the_frequency_of_samples_is_that_of_the_ramps():
-    """Phase steps of 1/520 µs; the instantaneous frequency in the middle between two samples."""
+    """A phase step within 1/520 µs gives the frequency in the middle between two samples."""
     signal = played(PLAN, sample_rate=520e6, centre_frequency=4e9)
     steps = np.angle(signal.samples[1:] * np.conj(signal.samples[:-1])) / (2 * np.pi) * 520e6
     middle = signal.time[:-1] + 0.5 / 520e6

@@ -1,4 +1,4 @@
-"""Triangles: which ramp comes first, what is drawn, what is refused."""
+"""Triangles: order of ramps, random draws, refused values."""
 
 import numpy as np
 import pytest
@@ -40,7 +40,7 @@ def test_idle_time_lies_between_triangles_and_not_inside():
 
 
 def test_draws_stay_within_their_limits_and_fill_them():
-    """Of 2 000 uniform draws, none within 1 % of a limit has a probability of 0.99^2000 < 1e-8."""
+    """The probability that none of 2 000 uniform draws is within 1 % of a limit is below 1e-8."""
     ramps = schedule(DiverseTriangular(), 2000)
     for values, lowest, highest in ((ramps.duration, 1e-3, 2e-3), (ramps.bandwidth, 8e8, 1e9)):
         margin = 0.01 * (highest - lowest)
@@ -60,7 +60,7 @@ def test_time_and_bandwidth_are_drawn_independently():
     assert np.abs(correlation).max() < 5 / np.sqrt(2000)
 
 
-def test_switching_one_diversity_on_moves_no_other_draw():
+def test_one_more_diversity_changes_no_other_draw():
     plain = schedule(DiverseTriangular())
     more = schedule(DiverseTriangular(start_frequency_spread=1e8, random_order=True))
     np.testing.assert_array_equal(plain.duration, more.duration)
@@ -75,8 +75,8 @@ def test_both_ramps_of_a_triangle_share_its_draw():
     np.testing.assert_allclose(ramps.stop_frequency[::2], ramps.start_frequency[1::2], rtol=1e-15)
 
 
-def test_random_order_tosses_a_fair_coin():
-    """400 tosses have a deviation of 10; five of them are certain enough."""
+def test_a_random_order_is_up_first_in_half_of_the_triangles():
+    """400 draws have a standard deviation of 10; the tolerance is five of them."""
     first = schedule(DiverseTriangular(random_order=True), 400).slope[::2]
     assert abs(np.count_nonzero(first > 0) - 200) < 50
 
@@ -93,7 +93,7 @@ def test_limits_that_meet_draw_nothing():
     np.testing.assert_allclose(np.abs(schedule(one).slope), 9e8 / 1.5e-3)
 
 
-def test_fixed_per_radar_is_diverse_that_never_draws_again():
+def test_fixed_per_radar_equals_the_first_draw_of_diverse():
     """Both draw from the same named streams, so the first triangle is shared."""
     fixed, diverse = schedule(FixedTriangular()), schedule(DiverseTriangular())
     np.testing.assert_array_equal(fixed.slope[:2], diverse.slope[:2])
@@ -102,7 +102,7 @@ def test_fixed_per_radar_is_diverse_that_never_draws_again():
 
 @pytest.mark.parametrize("family", [DiverseTriangular, FixedTriangular])
 @pytest.mark.parametrize("field", ["bandwidth", "ramp_duration"])
-def test_limits_the_wrong_way_round_are_refused_by_name(family, field):
+def test_limits_in_the_wrong_order_are_refused_by_name(family, field):
     with pytest.raises(InputError, match=f"{field}.*write the smaller one first"):
         family(**{field: (2e-3, 1e-3)})
     with pytest.raises(InputError, match=f"positive lower limit of {field}"):
