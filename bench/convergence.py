@@ -14,40 +14,40 @@ import numpy as np
 
 from polychirp.channel.rcs import cross_sections
 from polychirp.channel.tracers.composite import Composite
-from polychirp.report.figures.convergence import Fineness, convergence_picture
+from polychirp.report.figures.convergence import MeshError, convergence_picture
 from polychirp.traffic.vehicle import vehicle_mesh
 from polychirp.units import to_db
 
 REFERENCE = (0.012, 0.3)
-"""m, longest edge on flats; and coarseness."""
+"""Longest edge on flats (m) and coarseness of the reference mesh."""
 
 MESHES = (
     *((0.05, coarseness) for coarseness in (0.5, 0.7, 1.0, 1.5, 2.0, 3.0)),
     *((edge, 1.0) for edge in (0.02, 0.03, 0.1)),
     (0.02, 0.5),
 )
-"""Likewise, of what is compared."""
+"""Longest edge on flats (m) and coarseness of the compared meshes."""
 
 
 TRACER = Composite(max_bounces=1, diffuse=False)
 
 
 def levels(max_edge, coarseness, azimuth):
-    """dBsm of the sedan at 10 m, vertically polarised, and how many facets it has."""
+    """Vertically polarised RCS of the sedan at 10 m, dBsm, and its number of facets."""
     mesh = vehicle_mesh("sedan", max_edge=max_edge, coarseness=coarseness)
     found = cross_sections(mesh, azimuth, tracer=TRACER, distance=10.0, elevation=-0.022)
     return to_db(found.rcs[:, 0, 0]), mesh.num_faces
 
 
 def convergence(azimuth):
-    """Every mesh beside the reference, over the same azimuths (rad)."""
+    """Errors of all meshes relative to the reference, over the same azimuths (rad)."""
     reference, _ = levels(*REFERENCE, azimuth)
     rows = []
     for max_edge, coarseness in MESHES:
         level, facets = levels(max_edge, coarseness, azimuth)
         error = np.abs(level - reference)
         rows.append(
-            Fineness(
+            MeshError(
                 max_edge=max_edge,
                 coarseness=coarseness,
                 facets=facets,

@@ -1,4 +1,4 @@
-"""Suppression by diversity, drawn from the record of docs/validation.
+"""Figure of the suppression by diversity, from the record of docs/validation.
 
     python bench/diversity.py docs/validation/diversity.json docs/images
 

@@ -52,7 +52,7 @@ def frames():
 
 
 def errors():
-    """Wrong power over all times and the band, as the antennas' elements weigh it."""
+    """Power of the error over all times and the band, weighted by the antennas' elements."""
     study = paper_study("conventional")
     scene, tracer, plans = scene_of(study), study.tracer, schedules_of(study)
     followed = trace_frame(tracer, scene, plans, refresh_interval=study.refresh_interval)
@@ -68,7 +68,7 @@ def errors():
 
 
 def others(power):
-    """Of all other transmitters, ``(receiver,)``."""
+    """Interference of all other transmitters, ``(receiver,)``."""
     return power.sum(axis=0) - np.diagonal(power)
 
 

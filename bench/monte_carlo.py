@@ -95,12 +95,7 @@ def loop_rate(file: Path, *, loops: int, trials: int) -> float:
 def whole_run(plan: Plan, *, workers: int, folder: Path) -> float:
     """Seconds of a run from nothing to its tables."""
     start = time.perf_counter()
-    run_plan(
-        plan,
-        folder=folder,
-        executor=LocalWorkers(count=workers),
-        progress=lambda *_: None,
-    )
+    run_plan(plan, folder=folder, executor=LocalWorkers(count=workers), progress=lambda *_: None)
     return time.perf_counter() - start
 
 

@@ -1,4 +1,4 @@
-"""Rays on the own tree and on Embree: building, random rays, and rays that leave one point."""
+"""Rays with our own tree and with Embree: building, random rays, and rays from one point."""
 
 import numpy as np
 import pytest

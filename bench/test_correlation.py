@@ -23,12 +23,12 @@ def test_two_million_samples(benchmark):
 
 @pytest.mark.parametrize("route", [correlate, plain_correlate])
 def test_two_thousand_samples(benchmark, route):
-    """The fast route beside its slow twin."""
+    """The fast correlation beside its slow twin."""
     a, b = noise(2_000), noise(2_000)
     benchmark(route, a, b)
 
 
 def test_searching_ten_million_samples(benchmark):
-    """The paper's ramp, 13 000 samples, at every place of 77 ms."""
+    """The paper's ramp, 13 000 samples, at every position in 77 ms."""
     recording, reference = Memory(noise(10_000_000)), noise(13_000)
     benchmark.pedantic(search, args=(recording, reference), rounds=1)

@@ -18,7 +18,7 @@ ENDS = [(0.0, 0.0, 0.0), (10.0, 0.0, 0.0)]
 
 
 def test_a_plate_in_the_way(benchmark):
-    """Both ways of one pair, against Kirchhoff's integral over 20 000 facets, one way."""
+    """Both directions of one pair, against Kirchhoff's integral over 20 000 facets in one."""
     actor = Actor(name="plate", kind="object", pose=Pose(x=4.0), mesh=mesh_of(plate(0.4, 0.4)))
     scene = around([actor], ENDS)
     world, pairs = Composite().prepare(scene), all_pairs(scene)

@@ -1,4 +1,4 @@
-"""Speed of vehicles as points: it grows with vehicles and radars, not with their squares."""
+"""Cost of vehicles as points: it grows with vehicles and radars, not with their squares."""
 
 import time
 
@@ -15,7 +15,7 @@ from polychirp.traffic.vehicle import vehicle_mesh
 
 BODIES = ("sedan", "hatchback", "van", "truck")
 GAP = 25.0
-"""m from a vehicle to the next in its lane: 40 in a kilometre of lane, at 50 km/h."""
+"""Distance from a vehicle to the next in its lane, m: 40 in a kilometre, at 50 km/h."""
 REACH = 300.0
 
 
@@ -50,7 +50,7 @@ def road(num_vehicles, num_radars):
 
 
 def timed(benchmark, scene, tracer):
-    """A snapshot after the first, when what never changes is known."""
+    """Time a snapshot after the first, when all that never changes has been computed."""
     tracer.trace(scene)
     times = iter(np.arange(1, 100_000) * 1e-3)
     paths = benchmark(lambda: tracer.trace(scene.at(next(times))))
@@ -72,7 +72,7 @@ def test_growing_with_radars(benchmark, radars):
 
 @pytest.mark.parametrize("model", ["tables", "3gpp-one", "3gpp-five"])
 def test_beside_facets(benchmark, model):
-    """Eight vehicles and four radars: how many times longer the facets take."""
+    """Eight vehicles and four radars: ratio of the durations with facets and with points."""
     scene, tracer, facets = road(8, 4), PointVehicles(model=model), Composite()
     facets.trace(scene)
     timed(benchmark, scene, tracer)

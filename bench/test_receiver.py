@@ -25,7 +25,7 @@ FAMILIES = {
 
 
 def ten_points():
-    """At 2.5 to 28 m, ±30 m/s, 30 dB between them."""
+    """Points at 2.5 to 28 m and ±30 m/s, with a power range of 30 dB."""
     draw = np.random.default_rng(0)
     return [
         HandPoint(

@@ -73,6 +73,6 @@ def test_tubes_in_a_corner(benchmark):
     ends = np.array(place), np.array(place)
     start = time.perf_counter()
     multiple_bounces([body], *ends, 79e9, tube=0.1)
-    # a hundredth of the tubes, which the twin follows both ways round
+    # a hundredth of the tubes, which the twin follows in both directions
     slow = 0.5 * 100 * (time.perf_counter() - start)
     benchmark.extra_info["twin_over_kernel"] = slow / benchmark.stats.stats.min

@@ -18,11 +18,11 @@ CAR = vehicle_mesh("sedan")
 ALL = tuple(CAR.materials)
 
 SECTORS = {"all": (0.0, 181.0), "front": (0.0, 10.0), "side": (90.0, 10.0), "rear": (180.0, 10.0)}
-"""Middle and half width, in degrees."""
+"""Middle and half width of the sectors, degrees."""
 
 
 def relabelled(metal=(), taken_off=()):
-    """The sedan with some materials made metal, or taken off."""
+    """The sedan with some materials replaced by metal, or removed."""
     kept = ~np.isin(CAR.material, [CAR.materials.index(name) for name in taken_off])
     made = [CAR.materials.index("metal" if name in metal else name) for name in CAR.materials]
     return Mesh(
@@ -36,7 +36,7 @@ def relabelled(metal=(), taken_off=()):
 
 
 def row(name, mesh, *, distance=10.0, height=0.5, step=1.0):
-    """Print mean, median and greatest of every sector, dBsm; no height: in its middle's plane."""
+    """Print mean, median and greatest RCS of every sector; ``height`` None: at mid-height."""
     corners = mesh.corners.reshape(-1, 3)
     middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
     elevation = 0.0 if height is None else np.arcsin((height - middle[2]) / distance)

@@ -11,7 +11,7 @@ from polychirp.report.correlation import (
     shape_rows,
     write_correlation,
 )
-from polychirp.report.figures.correlation import bends
+from polychirp.report.figures.correlation import slope_product
 from polychirp.study.section_v.cases import correlation_cases, run_correlation
 from polychirp.units import to_db
 
@@ -60,7 +60,7 @@ def test_the_printed_measurement_is_frequency_division(results):
 def test_overlapping_bands_follow_the_law(results):
     """1.37 dB above stationary phase; the model's filters round the overshoot off."""
     for row in results.rows:
-        bend = bends(row)
+        bend = slope_product(row)
         if bend > 0.0 and row.case.name != "falling":
             law = 1.37 - float(to_db(bend))
             assert float(to_db(row.ideal.peak**2)) == pytest.approx(law, abs=0.2)

@@ -1,4 +1,4 @@
-"""How well a receiver measures an isolated point, against the Cramér–Rao bound."""
+"""Errors of a receiver with an isolated point, relative to the Cramér–Rao bound."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from polychirp.receiver.estimation.cramer_rao import cramer_rao_bound
 from tests.support.points import HandPoint, frame_of
 
 FAR_OFF = 5.0
-"""Bounds beyond which an error is none of a normal distribution, but of another peak."""
+"""Ratio to the bound above which an error comes from another peak, not from noise."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -25,7 +25,7 @@ class Estimation:
     ----------
     ratio : errors of range, range rate and azimuth over the bound of their trial, ``(found, 3)``
     bound : rms over all trials of that bound, ``(3,)``: m, m/s, rad
-    trials : how many there were
+    trials : number of trials
     """
 
     ratio: FloatArray
@@ -34,7 +34,7 @@ class Estimation:
 
     @property
     def efficiency(self) -> FloatArray:
-        """Rms error over the bound, ``(3,)``: 1 for a receiver that wastes nothing."""
+        """Rms error over the bound, ``(3,)``: 1 for an efficient receiver."""
         return np.asarray(np.sqrt(np.mean(self.ratio**2, axis=0)))
 
     @property
@@ -44,19 +44,19 @@ class Estimation:
 
     @property
     def outliers(self) -> float:
-        """Share of the found with any error beyond `FAR_OFF`: the threshold effect, where not 0."""
+        """Share of found points with any error beyond `FAR_OFF`: the threshold effect, if not 0."""
         return float(np.mean(np.any(np.abs(self.ratio) > FAR_OFF, axis=1)))
 
     @property
     def spread(self) -> float:
-        """Standard deviation of `efficiency` from so many normal errors: 1/√2n."""
+        """Standard deviation of `efficiency` with n normal errors: 1/√2n."""
         return float(1.0 / np.sqrt(2.0 * max(len(self.ratio), 1)))
 
 
 def estimate_points(
     receiver: Receiver, schedule: RampSchedule, *, snr: float, trials: int, seed: int = 0
 ) -> Estimation:
-    """Trials with one point anywhere at 4 … 26 m, ±25 m/s, ±3 m/s², ±50°, and a changing azimuth.
+    """Trials with one random point: 4 … 26 m, ±25 m/s, ±3 m/s², ±50°, and a changing azimuth.
 
     The rate of its azimuth is random with the receiver's prior, which the bound includes.
 

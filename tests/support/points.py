@@ -18,7 +18,7 @@ from polychirp.receiver.signal_model.point_signal import replica
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HandPoint:
-    """A steady point: m, m/s, m/s², rad, and power over that of unit noise per sample.
+    """A point: m, m/s, m/s², rad, and its power relative to unit noise per sample.
 
     ``sine_rate``, 1/s, is the rate of the sine of its azimuth at the start.
     """

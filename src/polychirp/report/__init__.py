@@ -1,1 +1,16 @@
-"""Figures, tables and the HTML report: they show results and compute no physics."""
+"""Figures, tables and the HTML report: they show results and compute no physics.
+
+The modules in reading order; others may use the names beside them:
+
+- `words`: wording that tables, figures and pages share.
+- `errata`: errors and omissions of the paper.
+- `verdict`: comparison of results with the paper's claims: `verdicts`, `row_of`.
+- `figures`: the figures, each with its data.
+- `statistics`: figures 12 and 13 as tables: `findings`.
+- `correlation`: tables and files of section V: `correlation_table`, `shape_table`,
+  `correlation_csv`, `correlation_json`, `write_correlation`.
+- `tables`: tables for a terminal: `claims_table`, `variants_table`, `statistics_table`.
+- `record`: all results as JSON: `results_json`.
+- `html`, `templates`: the page.
+- `paper`: all files of `polychirp paper`: `write_paper`.
+"""

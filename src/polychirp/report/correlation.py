@@ -1,4 +1,4 @@
-"""The table of section V: what the paper prints, theory, model and loop-back side by side."""
+"""Tables and files of section V: the paper, theory, model and loop-back side by side."""
 
 from __future__ import annotations
 
@@ -16,27 +16,26 @@ from polychirp.report.figures.correlation import correlation_drawings
 from polychirp.report.words import decimal
 from polychirp.study.section_v.cases import CorrelationResults, Interval
 
-NUM_WORDS: Final = 3
-"""Columns of the table of peaks that hold words."""
-
+NUM_WORD_COLUMNS: Final = 3
+"""Number of leading columns with words in the table of peaks."""
 
 SHAPE_HEAD: Final = ("", "Width (ns)", "Peak side lobe (dB)", "Integrated (dB)")
 """Columns of `shape_rows`."""
 
-CAPTIONS: Final[dict[str, str]] = {
-    "fig06": "Like chirps: theory beside the transceiver model and a loop-back recording, on one "
-    "scale.",
-    "fig07-as-printed": "The second chirp at its own carrier, the receiver where it was: the bands "
-    "share no frequency, and what is recorded is noise. Frequency division.",
-    "fig07-baseband": "The same with the receiver tuned to what is sent: slope diversity, "
+CORRELATION_CAPTIONS: Final[dict[str, str]] = {
+    "fig06": "Equal chirps: theory on the left, transceiver model and loop-back recording on the "
+    "right, on one scale.",
+    "fig07-as-printed": "The second chirp at its own carrier, the receiver still at the first one: "
+    "the bands do not overlap, and only noise is recorded. This is frequency division.",
+    "fig07-baseband": "The same with the receiver tuned to the transmitted band: slope diversity, "
     "−10 log₁₀(|ΔB| T) + 1.4 dB.",
-    "slope-law": "Highest peak of ramps that share a band, over what their slopes differ by.",
+    "slope-law": "Highest peak of ramps that share a band, over the difference of their slopes.",
 }
-"""What the figures of section V show, by the name of each."""
+"""Captions of the figures of section V, by figure name."""
 
 
 def interval_words(value: Interval, digits: int = 1) -> str:
-    """A mean with the half width of its interval.
+    """A mean and the half width of its interval.
 
     >>> interval_words(Interval(mean=-31.62, half_width=0.25))
     '−31.6 ± 0.2'
@@ -45,19 +44,19 @@ def interval_words(value: Interval, digits: int = 1) -> str:
 
 
 def correlation_table(results: CorrelationResults) -> Table:
-    """One row for each case: peaks in dB of the signal's own energy."""
+    """One row for each case: peaks in dB relative to the signal's energy."""
     table = Table(title="Section V: highest peak, dB", title_justify="left", box=box.SIMPLE_HEAD)
     for n, name in enumerate(peak_head(results)):
-        table.add_column(name, justify="left" if n < NUM_WORDS else "right")
+        table.add_column(name, justify="left" if n < NUM_WORD_COLUMNS else "right")
     for cells in peak_rows(results):
         table.add_row(*cells)
     return table
 
 
 def peak_head(results: CorrelationResults) -> list[str]:
-    """Columns of `peak_rows`, `NUM_WORDS` of words and then of numbers."""
+    """Columns of `peak_rows`: `NUM_WORD_COLUMNS` of words, then numbers."""
     model = [f"Model, {one.snr_db:.0f} dB SNR" for one in results.rows[0].modelled]
-    return ["Case", "What it is", "The paper", "Theory", *model, "Loop-back"]
+    return ["Case", "Description", "The paper", "Theory", *model, "Loop-back"]
 
 
 def peak_rows(results: CorrelationResults) -> list[list[str]]:
@@ -76,7 +75,7 @@ def peak_rows(results: CorrelationResults) -> list[list[str]]:
 
 
 def shape_table(results: CorrelationResults) -> Table:
-    """Width and side lobes of the case of like signals."""
+    """Width and side lobes of the correlation of equal signals."""
     table = Table(title="Shape of the auto-correlation", title_justify="left", box=box.SIMPLE_HEAD)
     for name in SHAPE_HEAD:
         table.add_column(name, justify="left" if not name else "right")
@@ -86,7 +85,7 @@ def shape_table(results: CorrelationResults) -> Table:
 
 
 def shape_rows(results: CorrelationResults) -> list[list[str]]:
-    """Its rows as words."""
+    """Cells of `shape_table`: theory, model, loop-back."""
     row = results.row("auto")
 
     def plain(name: str, lobes: Any) -> list[str]:
@@ -110,7 +109,7 @@ def shape_rows(results: CorrelationResults) -> list[list[str]]:
 
 
 def correlation_csv(results: CorrelationResults) -> str:
-    """Every number of the tables, one line for each case and SNR."""
+    """All numbers of the tables, one line for each case and SNR."""
     file = io.StringIO()
     writer = csv.DictWriter(file, list(_lines(results)[0]), lineterminator="\n")
     writer.writeheader()
@@ -138,7 +137,7 @@ def _lines(results: CorrelationResults) -> list[dict[str, object]]:
 
 
 def correlation_json(results: CorrelationResults) -> dict[str, Any]:
-    """All numbers but the curves, with names that carry their units."""
+    """All results except the curves; the names contain the units."""
     return {
         "seed": results.seed,
         "draws": results.num_seeds,
@@ -162,13 +161,8 @@ def _finite(values: dict[str, float]) -> dict[str, float | None]:
 
 
 def write_correlation(results: CorrelationResults, folder: Path) -> dict[str, bytes]:
-    """Figures with their data, and the table, under ``folder``; gives the pictures by name."""
+    """Write figures, their data and the table into ``folder``; gives the pictures by name."""
     folder.mkdir(parents=True, exist_ok=True)
-    pictures = {}
-    for name, draw in correlation_drawings(results):
-        drawing = draw()
-        pictures[name] = drawing.png()
-        (folder / f"{name}.png").write_bytes(pictures[name])
-        (folder / f"{name}.csv").write_text(drawing.csv(), encoding="utf-8")
+    pictures = {name: draw().save(folder, name) for name, draw in correlation_drawings(results)}
     (folder / "correlation.csv").write_text(correlation_csv(results), encoding="utf-8")
     return pictures

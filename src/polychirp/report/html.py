@@ -1,4 +1,4 @@
-"""The page of `polychirp paper`: one file that opens from disk, asks nobody, and can be mailed."""
+"""The page of `polychirp paper`: one HTML file that needs no other file and no network."""
 
 from __future__ import annotations
 
@@ -11,26 +11,21 @@ from typing import Any, Final
 import jinja2
 from markupsafe import Markup
 
-from polychirp.report.correlation import CAPTIONS as CORRELATION_CAPTIONS
 from polychirp.report.correlation import (
-    NUM_WORDS,
+    CORRELATION_CAPTIONS,
+    NUM_WORD_COLUMNS,
     SHAPE_HEAD,
     peak_head,
     peak_rows,
     shape_rows,
 )
 from polychirp.report.errata import ERRATA
-from polychirp.report.statistics import (
-    STATISTICS_HEAD,
-    STATISTICS_NOTE,
-    findings,
-    statistics_rows,
-)
+from polychirp.report.statistics import STATISTICS_HEAD, STATISTICS_NOTE, findings, statistics_rows
 from polychirp.report.verdict import Verdict, counted, interference_ghosts, verdicts
 from polychirp.report.words import (
-    MITIGATION,
-    SCENARIO,
-    WAVEFORM,
+    MITIGATION_WORDS,
+    SCENARIO_WORDS,
+    WAVEFORM_WORDS,
     decimal,
     figure_name,
     target_words,
@@ -40,45 +35,36 @@ from polychirp.report.words import (
 from polychirp.study.paper.results import PaperResults, PaperRow, StatisticsRow
 from polychirp.study.section_v.cases import CorrelationResults
 
-TITLE: Final = "FMCW chirp diversity against mutual interference: the paper and polychirp"
+PAGE_TITLE: Final = "FMCW chirp diversity against mutual interference: the paper and polychirp"
 
-CAPTIONS: Final[dict[str, str]] = {
-    "fig04a": "Sixteen sweeps, all alike. Short-time spectrum in closed form, window 20 µs.",
-    "fig04b": "Sixteen sweeps, each with a bandwidth and a duration of its own.",
-    "fig08-plan": "The street from above: sectors show where the radars look, arrows where the "
-    "vehicles go.",
-    "fig08-view": "The same street as the rays meet it, coloured by material; vehicles with a "
-    "radar are painted.",
-    "fig12-13": "Detection, ghosts and errors over the number of targets, each with its 95 % "
-    "interval, dashes: medians; stars are what the paper reads at ten.",
-    "floor-and-masking": "The price of every variant: what diversity takes from ghosts it adds to "
-    "the floor, and what blanking gives back.",
+FIGURE_CAPTIONS: Final[dict[str, str]] = {
+    "fig04a": "Sixteen equal sweeps. Short-time spectrum in closed form, window 20 µs.",
+    "fig04b": "Sixteen sweeps, each with its own bandwidth and duration, on the axes of 4a.",
+    "fig08-plan": "The street from above: sectors show the directions of the radars' beams, "
+    "not their range; arrows show the velocities of the vehicles.",
+    "fig08-view": "The surfaces that the rays of the channel meet, coloured by material; vehicles "
+    "with a radar have the radar's colour.",
+    "fig12-13": "Detection, ghosts and errors over the number of targets with 95 % intervals. "
+    "Dashes: medians; stars: values of the paper at ten targets.",
+    "floor-and-masking": "The cost of every variant: diversity removes ghosts and raises the "
+    "floor; blanking lowers it again.",
 }
-FINDINGS: Final = (
-    "Our truth",
+FINDING_COLUMNS: Final = (
+    "True targets",
     "Found",
     "Ghosts of interference",
     "Missed",
     "Floor rise (dB)",
 )
-"""Columns that every table of rows shares."""
+"""Columns that all tables of rows have."""
 
-WIDE: Final = frozenset(
-    {
-        "fig04a",
-        "fig04b",
-        "fig08-plan",
-        "fig08-view",
-        "fig12-13",
-        "floor-and-masking",
-        *(name for name in CORRELATION_CAPTIONS if name != "slope-law"),
-    }
-)
+WIDE_FIGURES: Final = (FIGURE_CAPTIONS | CORRELATION_CAPTIONS).keys() - {"slope-law"}
+"""Figures that take the whole width of the page; others stand side by side."""
 
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """A cell of a table: its lines of text, and its class in the style sheet."""
+    """A cell of a table: its lines of text and its class in the style sheet."""
 
     lines: Sequence[str]
     kind: str = ""
@@ -86,27 +72,25 @@ class Cell:
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """A table of the page: titles of its columns, and its rows of cells."""
+    """A table of the page: titles of its columns and its rows of cells."""
 
     head: Sequence[str]
     rows: Sequence[Sequence[Cell]]
 
 
 def page(results: PaperResults, pictures: Mapping[str, bytes]) -> str:
-    """The whole page as HTML; ``pictures`` are PNG files by the name of their figure."""
+    """The whole page as HTML; ``pictures`` are PNG files by figure name."""
     answers = verdicts(results)
     captions = (
-        CAPTIONS
+        FIGURE_CAPTIONS
         | CORRELATION_CAPTIONS
         | {figure_name(v.claim): f"Paper: {v.claim.text}. Here: {_outcome(v)}." for v in answers}
     )
     environment = jinja2.Environment(
-        loader=jinja2.FunctionLoader(_read),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
+        loader=jinja2.FunctionLoader(_read), autoescape=True, undefined=jinja2.StrictUndefined
     )
     return environment.get_template("page.html").render(
-        title=TITLE,
+        title=PAGE_TITLE,
         style=Markup(_read("page.css")),
         summary=_summary(answers),
         claims=_claims(answers),
@@ -143,7 +127,7 @@ def _correlation(results: CorrelationResults | None) -> dict[str, Any] | None:
     """Tables and notes of section V, if it was run."""
     if results is None:
         return None
-    peaks = [_row(row, num_words=NUM_WORDS) for row in peak_rows(results)]
+    peaks = [_row(row, num_words=NUM_WORD_COLUMNS) for row in peak_rows(results)]
     shapes = [_row(row, num_words=1) for row in shape_rows(results)]
     return {
         "peaks": Table(peak_head(results), peaks),
@@ -165,7 +149,7 @@ def _statistics(rows: Sequence[StatisticsRow]) -> dict[str, Any] | None:
 
 
 def _claims(answers: Sequence[Verdict]) -> Table:
-    head = ("Fig.", "Case", "The paper's claim", "Verdict", *FINDINGS)
+    head = ("Fig.", "Case", "The paper's claim", "Verdict", *FINDING_COLUMNS)
     rows = []
     for answer in answers:
         claim = answer.claim
@@ -183,9 +167,9 @@ def _claims(answers: Sequence[Verdict]) -> Table:
 
 
 def _findings(row: PaperRow | None) -> list[Cell]:
-    """Cells under `FINDINGS`."""
+    """Cells under `FINDING_COLUMNS`."""
     if row is None:
-        return [_text("–") for _ in FINDINGS]
+        return [_text("–") for _ in FINDING_COLUMNS]
     return [
         _lines(f"{t.name}: {decimal(t.range_m)} m" for t in row.targets),
         _lines(target_words(t) for t in row.targets if t.detected),
@@ -204,18 +188,18 @@ def _figure(name: str, picture: bytes, caption: str) -> dict[str, str]:
         "name": name,
         "caption": caption,
         "data": base64.b64encode(picture).decode("ascii"),
-        "width": "wide" if name in WIDE else "panel",
+        "width": "wide" if name in WIDE_FIGURES else "panel",
     }
 
 
 def _cases(rows: Sequence[PaperRow]) -> list[dict[str, Any]]:
-    """A table for every scenario and victim, and one fold for every row."""
+    """A table for every scenario and victim, and a section that opens for every row."""
     cases = []
     for scenario, radar in dict.fromkeys((row.scenario, row.radar) for row in rows):
         chosen = [row for row in rows if (row.scenario, row.radar) == (scenario, radar)]
         cases.append(
             {
-                "title": f"{scenario}: {SCENARIO[scenario]} at {radar}",
+                "title": f"{scenario}: {SCENARIO_WORDS[scenario]} at {radar}",
                 "variants": _variants(chosen),
                 "folds": [_fold(row) for row in chosen],
             }
@@ -226,18 +210,18 @@ def _cases(rows: Sequence[PaperRow]) -> list[dict[str, Any]]:
 def _variants(rows: Sequence[PaperRow]) -> Table:
     lines = [
         [
-            _text(WAVEFORM[row.waveform]),
+            _text(WAVEFORM_WORDS[row.waveform]),
             _text(timing(row) if row.scenario != "A" else "–"),
-            _text(MITIGATION[row.mitigation]),
+            _text(MITIGATION_WORDS[row.mitigation]),
             *_findings(row),
         ]
         for row in rows
     ]
-    return Table(("Waveform", "Starts", "Receiver", *FINDINGS), lines)
+    return Table(("Waveform", "Starts", "Receiver", *FINDING_COLUMNS), lines)
 
 
 def _fold(row: PaperRow) -> dict[str, Any]:
-    """Targets and ghosts of one row, one by one."""
+    """Single targets and ghosts of one row."""
     targets = [
         [
             _text(target.name),
@@ -292,5 +276,5 @@ def _lines(texts: Iterable[str]) -> Cell:
 
 
 def _row(texts: Sequence[str], *, num_words: int) -> list[Cell]:
-    """A row of a table whose first cells are words and whose others are numbers."""
+    """A row of a table: ``num_words`` cells of words, then cells of numbers."""
     return [*map(_text, texts[:num_words]), *map(_number, texts[num_words:])]

@@ -1,4 +1,4 @@
-"""What `polychirp paper` leaves behind: figures, their data, the record and the page."""
+"""The files that `polychirp paper` writes: figures, their data, the record and the page."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from polychirp.report.figures.detection_statistics import detection_statistics
 from polychirp.report.figures.drawing import Drawing
 from polychirp.report.figures.floor_and_masking import floor_and_masking
 from polychirp.report.figures.range_profile import common_limits, range_profile
-from polychirp.report.figures.spectrogram import band_of, spectrogram
+from polychirp.report.figures.spectrogram import band_of, span_of, spectrogram
 from polychirp.report.figures.street_plan import street_plan
 from polychirp.report.figures.street_view import RayCaster, street_view
 from polychirp.report.html import page
@@ -29,15 +29,15 @@ def write_paper(
     caster: RayCaster | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Path:
-    """Everything about `results` under ``folder``; gives the page to open, ``report.html``.
+    """Write all files of a run into ``folder``; gives the path of the page, ``report.html``.
 
-    Written are ``results.json``, ``report.html``, and ``figures/NAME.png`` with the data of each
-    figure beside it as ``NAME.csv``.
+    The others are ``results.json``, and ``figures/NAME.png`` with the data of the figure in
+    ``figures/NAME.csv``.
 
     Parameters
     ----------
-    caster : for the picture of the street; the channel's own if absent
-    progress : told the name of every file when it is about to be written
+    caster : traces the rays of the street's picture; the channel's caster if absent
+    progress : is called with the name of each file before it is written
     """
     figures = folder / "figures"
     figures.mkdir(parents=True, exist_ok=True)
@@ -47,10 +47,7 @@ def write_paper(
     pictures: dict[str, bytes] = {}
     for name, draw in _drawings(results, caster):
         progress(f"figures/{name}.png")
-        drawing = draw()
-        pictures[name] = drawing.png()
-        (figures / f"{name}.png").write_bytes(pictures[name])
-        (figures / f"{name}.csv").write_text(drawing.csv(), encoding="utf-8")
+        pictures[name] = draw().save(figures, name)
     progress("report.html")
     report = folder / "report.html"
     report.write_text(page(results, pictures), encoding="utf-8")
@@ -60,13 +57,14 @@ def write_paper(
 def _drawings(
     results: PaperResults, caster: RayCaster | None
 ) -> Iterator[tuple[str, Callable[[], Drawing]]]:
-    """Names and makers of the figures, in the paper's order, then our own."""
-    band = band_of(results.conventional, results.diverse)
+    """Names of the figures and functions that draw them, in the paper's order, then our own."""
+    both = (results.conventional, results.diverse)  # figures 4a and 4b have the same axes
+    band, span = band_of(*both), span_of(*both)
     for name, schedule, title in (
         ("fig04a", results.conventional, "Fig. 4a · conventional triangular sweep"),
         ("fig04b", results.diverse, "Fig. 4b · triangular sweep with time and frequency diversity"),
     ):
-        yield name, partial(spectrogram, schedule, title=title, band=band)
+        yield name, partial(spectrogram, schedule, title=title, band=band, span=span)
     if results.correlation is not None:
         yield from correlation_drawings(results.correlation)
     yield "fig08-plan", partial(street_plan, results.scene)
@@ -81,7 +79,7 @@ def _drawings(
 
 
 def _profile(results: PaperResults, claim: PaperClaim) -> Drawing:
-    """A panel on the scale of its figure: 10a and 10b have the same axes."""
+    """A panel of figures 9 to 11; the panels of one figure, such as 10a and 10b, share a scale."""
     number = claim.figure[:-1]
     row = row_of(results, claim)
     panels = [row_of(results, other) for other in results.claims if other.figure[:-1] == number]

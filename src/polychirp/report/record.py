@@ -1,4 +1,4 @@
-"""The record of `polychirp paper`: everything it found as strict JSON."""
+"""The record of `polychirp paper`: all its results as strict JSON."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from polychirp.study.paper.results import PaperResults, PaperRow
 
 
 def results_json(results: PaperResults) -> dict[str, Any]:
-    """Results as values of strict JSON, ``json.dumps(…, allow_nan=False)``: NaN becomes null.
+    """Results as values for ``json.dumps(…, allow_nan=False)``: NaN becomes null.
 
-    Range profiles are not in it: they are the tables beside the figures.
+    Range profiles are left out; they are in the CSV files beside the figures.
     """
     record = {
         "seed": results.seed,
@@ -27,9 +27,7 @@ def results_json(results: PaperResults) -> dict[str, Any]:
         "consistent_antenna": [_scenario(row) for row in results.consistent],
         "claims": [_claim(verdict) for verdict in verdicts(results)],
         "notes": list(results.notes),
-        "correlation": None
-        if results.correlation is None
-        else correlation_json(results.correlation),
+        "correlation": results.correlation and correlation_json(results.correlation),
         "statistics": [asdict(row) for row in results.statistics],
         "statistics_findings": findings(results.statistics),
     }
@@ -60,7 +58,7 @@ def _claim(verdict: Verdict) -> dict[str, Any]:
 
 
 def _finite(value: Any) -> Any:
-    """The same value with plain Python numbers, and null for what is no number."""
+    """The same value with plain Python numbers, and None for NaN and infinity."""
     if isinstance(value, Mapping):
         return {str(key): _finite(inner) for key, inner in value.items()}
     if isinstance(value, str) or value is None:

@@ -1,17 +1,17 @@
-"""Figures 12 and 13 as a table: one line for every curve and number of targets."""
+"""Figures 12 and 13 as tables: one line for every curve and number of targets."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Final
 
-from polychirp.report.words import WAVEFORM, decimal
+from polychirp.report.words import WAVEFORM_WORDS, decimal
 from polychirp.study.paper.results import PAPER_ACCURACY, PAPER_TARGETS, Interval, StatisticsRow
 
-SITUATION: Final = {
+SITUATION_WORDS: Final = {
     "alone": "alone",
-    "interfered": "two interferers in step",
-    "blanked": "two interferers in step, blanked",
+    "interfered": "two interferers starting together",
+    "blanked": "two interferers starting together, blanked",
 }
 
 STATISTICS_HEAD: Final = (
@@ -21,7 +21,7 @@ STATISTICS_HEAD: Final = (
     "Trials",
     "Pd",
     "Ghosts in a frame",
-    "False claims",
+    "Unexplained detections",
     "Range error (m)",
     "Azimuth error (°)",
     "Speed error (km/h)",
@@ -29,11 +29,11 @@ STATISTICS_HEAD: Final = (
 )
 
 STATISTICS_NOTE: Final = (
-    f"The paper reads {PAPER_ACCURACY['range_rmse_m']} m, {PAPER_ACCURACY['azimuth_rmse_deg']}° "
-    f"and {PAPER_ACCURACY['speed_rmse_kmh']} km/h at {PAPER_TARGETS} targets. Errors are rms, of "
-    "targets found; ghosts are claims where nothing is, false claims those that nothing explains. "
-    "Targets are isotropic scatterers of 10 m², all in sight; polychirp study runs the same on "
-    "ray-traced bodies."
+    f"The paper reports {PAPER_ACCURACY['range_rmse_m']} m, {PAPER_ACCURACY['azimuth_rmse_deg']}° "
+    f"and {PAPER_ACCURACY['speed_rmse_kmh']} km/h at {PAPER_TARGETS} targets. Errors are rms errors"
+    " of the targets found. Ghosts are detections where there is no body; unexplained detections "
+    "are those of them that neither interference nor a mirror explains. Targets are isotropic "
+    "scatterers of 10 m², all visible; polychirp study runs the same on ray-traced bodies."
 )
 
 
@@ -41,8 +41,8 @@ def statistics_rows(rows: Iterable[StatisticsRow]) -> Iterator[tuple[str, ...]]:
     """Cells under `STATISTICS_HEAD`."""
     for row in rows:
         yield (
-            WAVEFORM[row.waveform],
-            SITUATION[row.situation],
+            WAVEFORM_WORDS[row.waveform],
+            SITUATION_WORDS[row.situation],
             str(row.num_targets),
             str(row.num_trials),
             within(row.detection, 3),
@@ -59,7 +59,7 @@ _ERRORS: Final = {
     "azimuth_rmse_deg": ("azimuth", "°", "azimuth_median_deg"),
     "speed_rmse_kmh": ("speed", "km/h", "speed_median_kmh"),
 }
-"""Fields of rms errors: in words, their unit, and the field of the median."""
+"""Fields of rms errors: the quantity in words, its unit, and the field of the median."""
 
 BRIEF_HEAD: Final = (
     "Waveform, situation",
@@ -71,7 +71,7 @@ BRIEF_HEAD: Final = (
     "Speed (km/h)",
     "Floor (dB)",
 )
-"""For a terminal: errors are rms, and medians in brackets."""
+"""Columns for a terminal: errors are rms, with medians in brackets."""
 
 
 def brief_rows(rows: Iterable[StatisticsRow]) -> Iterator[tuple[str, ...]]:
@@ -91,7 +91,7 @@ def brief_rows(rows: Iterable[StatisticsRow]) -> Iterator[tuple[str, ...]]:
 
 
 def findings(rows: Sequence[StatisticsRow]) -> list[str]:
-    """What the curves say of the paper's claims, in sentences; none where rows are missing."""
+    """Comparison of the curves with the paper's claims, in sentences; empty if rows are missing."""
     at = {(row.waveform, row.situation): row for row in rows if row.num_targets == PAPER_TARGETS}
     if not {("conventional", "interfered"), ("diverse", "interfered")} <= at.keys():
         return []
@@ -103,32 +103,34 @@ def findings(rows: Sequence[StatisticsRow]) -> list[str]:
         for field, (name, unit, median) in _ERRORS.items()
     )
     found = [
-        f"Diverse, {PAPER_TARGETS} points and two interferers: {errors}. Where rms and median are "
-        "far apart, points that share a cell of range and speed make the difference. Points have "
-        "one place; bodies have many, and their errors are those of the place that reflects.",
-        f"Interferers in step leave the conventional waveform a detection probability of "
+        f"Diverse waveform, {PAPER_TARGETS} points and two interferers: {errors}. Where "
+        "the rms error is much larger than the median, a few points that share a cell of range and "
+        "speed cause it. A point reflects at one place; a body reflects at many, and its "
+        "error depends on which of them reflects.",
+        "With two interferers that start together with the victim, the detection probability is "
         f"{within(conventional.detection, 2)} with {within(conventional.ghosts, 1)} ghosts in a "
-        f"frame, the diverse one {within(diverse.detection, 2)} with {within(diverse.ghosts, 1)}. "
-        "That is the paper's figure 12, and it needs radars in step with equal slopes.",
-        f"Diversity alone leaves a floor {diverse.floor_rise_db:.0f} dB above the noise, under "
-        "which weak targets are masked; these targets stand above it.",
+        f"frame if all slopes are equal, and {within(diverse.detection, 2)} with "
+        f"{within(diverse.ghosts, 1)} if the waveform is diverse. The paper's figure 12 shows this "
+        "case; it needs radars that start together and have equal slopes.",
+        f"Diversity alone leaves a floor {diverse.floor_rise_db:.0f} dB above the noise, which "
+        "masks weak targets; the targets here are stronger.",
     ]
     if ("diverse", "blanked") in at:
         blanked = at["diverse", "blanked"]
-        found.append(f"Blanking takes that floor down to {blanked.floor_rise_db:.1f} dB.")
+        found.append(f"With blanking this floor is {blanked.floor_rise_db:.1f} dB above the noise.")
     return found
 
 
 def _beside(row: StatisticsRow, field: str) -> str:
-    """How an error compares, as far as its interval tells."""
+    """Relation of an error to the paper's: below or above only if its whole interval is."""
     _, low, high = getattr(row, field)
     if high < PAPER_ACCURACY[field]:
         return "below"
-    return "above" if low > PAPER_ACCURACY[field] else "not told from"
+    return "above" if low > PAPER_ACCURACY[field] else "not significantly different from"
 
 
 def within(interval: Interval, digits: int) -> str:
-    """A value and its limits.
+    """A value and the limits of its interval, with ``digits`` decimals.
 
     >>> within((0.95, 0.871, 0.98), 2)
     '0.95 (0.87…0.98)'
@@ -138,7 +140,7 @@ def within(interval: Interval, digits: int) -> str:
 
 
 def short(interval: Interval) -> str:
-    """A value and its limits to two digits, however small.
+    """A value and the limits of its interval, to two significant digits.
 
     >>> short((0.000123, 0.00011, 0.2))
     '0.00012 (0.00011…0.2)'

@@ -10,12 +10,12 @@ from rich.text import Text
 
 from polychirp.report.statistics import BRIEF_HEAD, brief_rows
 from polychirp.report.verdict import interference_ghosts, verdicts
-from polychirp.report.words import MITIGATION, WAVEFORM, decimal, target_words, timing
+from polychirp.report.words import MITIGATION_WORDS, WAVEFORM_WORDS, decimal, target_words, timing
 from polychirp.study.paper.results import PaperResults, PaperRow, StatisticsRow
 
 
 def claims_table(results: PaperResults) -> Table:
-    """Every claim of the paper beside our truth, what was found, and the verdict."""
+    """Every claim of the paper with our truth, our detections, and the verdict."""
     table = _empty("The paper, side by side", ("Fig.", "Case", "The paper's claim"), "Verdict")
     for verdict in verdicts(results):
         claim = verdict.claim
@@ -31,14 +31,14 @@ def claims_table(results: PaperResults) -> Table:
 
 
 def variants_table(rows: Sequence[PaperRow]) -> Table:
-    """Every row with its waveform, its timing and its receiver."""
+    """All rows, each with its waveform, its timing and its receiver."""
     table = _empty("Every case", ("Case", "Waveform", "Starts", "Receiver"))
     for row in rows:
         table.add_row(
             f"{row.scenario}, {row.radar}",
-            WAVEFORM[row.waveform],
+            WAVEFORM_WORDS[row.waveform],
             timing(row) if row.scenario != "A" else "–",
-            MITIGATION[row.mitigation],
+            MITIGATION_WORDS[row.mitigation],
             *_findings(row),
         )
     return table
@@ -68,7 +68,7 @@ def _empty(title: str, first: tuple[str, ...], *last: str) -> Table:
 
 
 def _findings(row: PaperRow | None) -> list[Text]:
-    """Truth, detected, ghosts of interference, misses and floor rise."""
+    """Cells: true targets, found targets, ghosts of interference, misses, and floor rise."""
     if row is None:
         return [Text("–")] * 5
     return [

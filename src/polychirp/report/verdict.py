@@ -1,4 +1,4 @@
-"""Verdicts: whether a row shows what the paper claims; only comparisons of ready numbers."""
+"""Verdicts: comparison of computed rows with the claims of the paper."""
 
 from __future__ import annotations
 
@@ -13,14 +13,16 @@ from polychirp.study.paper.results import (
     PaperRow,
 )
 
-AGREEMENT: Final = 0.3
-"""m, within which a range is the paper's: one and a half cells of 800 MHz, which is also what can
-be read off the paper's figures."""
+RANGE_AGREEMENT: Final = 0.3
+"""Largest difference from a range of the paper that counts as agreement, m.
+
+It is one and a half range cells of 800 MHz, and the accuracy with which the paper's figures can be
+read."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verdict:
-    """One claim, the row that answers it (none if it was not computed), and what differs."""
+    """One claim, the row to compare with it (None if not computed), and the differences."""
 
     claim: PaperClaim
     row: PaperRow | None
@@ -28,17 +30,17 @@ class Verdict:
 
     @property
     def holds(self) -> bool:
-        """Whether our row shows what the paper claims."""
+        """True if our row shows what the paper claims."""
         return not self.differences
 
 
 def interference_ghosts(row: PaperRow) -> tuple[GhostRow, ...]:
-    """The row's ghosts that another radar made."""
+    """The row's ghosts that another radar caused."""
     return tuple(ghost for ghost in row.ghosts if ghost.kind in INTERFERENCE_GHOSTS)
 
 
 def row_of(results: PaperResults, claim: PaperClaim) -> PaperRow | None:
-    """The row that answers a claim: no mitigation, all radars in step where both were run."""
+    """The row to compare with a claim: no mitigation; radars that start together are preferred."""
     candidates = [
         row
         for row in results.rows
@@ -49,7 +51,7 @@ def row_of(results: PaperResults, claim: PaperClaim) -> PaperRow | None:
 
 
 def verdicts(results: PaperResults) -> tuple[Verdict, ...]:
-    """Every claim with its answer, in the paper's order."""
+    """Verdicts on all claims, in the paper's order."""
     return tuple(_verdict(claim, row_of(results, claim)) for claim in results.claims)
 
 
@@ -59,10 +61,7 @@ def _verdict(claim: PaperClaim, row: PaperRow | None) -> Verdict:
 
 
 def _differences(claim: PaperClaim, row: PaperRow) -> tuple[str, ...]:
-    return (
-        *_missing_targets(claim, row),
-        *_different_ghosts(claim, interference_ghosts(row)),
-    )
+    return (*_missing_targets(claim, row), *_different_ghosts(claim, interference_ghosts(row)))
 
 
 def _missing_targets(claim: PaperClaim, row: PaperRow) -> list[str]:
@@ -70,7 +69,7 @@ def _missing_targets(claim: PaperClaim, row: PaperRow) -> list[str]:
     return [
         f"no target is found at {expected:.2f} m"
         for expected in claim.target_ranges_m
-        if not any(abs(range_ - expected) <= AGREEMENT for range_ in found)
+        if not any(abs(range_ - expected) <= RANGE_AGREEMENT for range_ in found)
     ]
 
 
@@ -81,15 +80,15 @@ def _different_ghosts(claim: PaperClaim, ghosts: tuple[GhostRow, ...]) -> list[s
     found += [
         f"no ghost at {expected:.2f} m"
         for expected in claim.ghost_ranges_m
-        if not any(abs(ghost.range_m - expected) <= AGREEMENT for ghost in ghosts)
+        if not any(abs(ghost.range_m - expected) <= RANGE_AGREEMENT for ghost in ghosts)
     ]
     if claim.is_ghost_strongest and not any(g.power_over_strongest_target_db > 0 for g in ghosts):
-        found.append("no ghost stands above the targets")
+        found.append("no ghost is stronger than the targets")
     return found
 
 
 def counted(number: int, noun: str) -> str:
-    """A number and its noun.
+    """A number with its noun, which is plural where needed.
 
     >>> counted(0, "ghost"), counted(1, "ghost"), counted(2, "ghost")
     ('no ghosts', '1 ghost', '2 ghosts')

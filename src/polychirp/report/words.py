@@ -1,4 +1,4 @@
-"""Words for what the tables, figures and pages show, each said in one way."""
+"""Words that tables, figures and pages share: one wording for each thing."""
 
 from __future__ import annotations
 
@@ -13,32 +13,36 @@ from polychirp.study.paper.results import (
     WaveformKind,
 )
 
-SCENARIO: Final[dict[Scenario, str]] = {
+SCENARIO_WORDS: Final[dict[Scenario, str]] = {
     "A": "no interference",
     "B": "indirect interference",
     "C": "direct interference",
     "all": "all four radars on",
 }
-WAVEFORM: Final[dict[WaveformKind, str]] = {
+WAVEFORM_WORDS: Final[dict[WaveformKind, str]] = {
     "conventional": "conventional",
     "diverse": "diverse (the proposal)",
     "fixed-per-radar": "fixed, different per radar",
 }
-MITIGATION: Final[dict[Mitigation, str]] = {"none": "no mitigation", "blanking": "blanking"}
+MITIGATION_WORDS: Final[dict[Mitigation, str]] = {"none": "no mitigation", "blanking": "blanking"}
 
 
 def timing(row: PaperRow) -> str:
-    """Whether a row's radars start together."""
-    return "in step" if row.synchronous else "random starts"
+    """Relation between the start times of a row's radars, in words."""
+    return "starting together" if row.synchronous else "random starts"
 
 
 def variant_name(row: PaperRow) -> str:
-    """The whole name of a row's case, without interferers' timing where there are none."""
-    parts = [f"{row.scenario}: {SCENARIO[row.scenario]}", row.radar, WAVEFORM[row.waveform]]
+    """Full name of a row's case; the timing is left out where nothing interferes."""
+    parts = [
+        f"{row.scenario}: {SCENARIO_WORDS[row.scenario]}",
+        row.radar,
+        WAVEFORM_WORDS[row.waveform],
+    ]
     if row.scenario != "A":
         parts.append(timing(row))
     if row.mitigation != "none":
-        parts.append(MITIGATION[row.mitigation])
+        parts.append(MITIGATION_WORDS[row.mitigation])
     return " · ".join(parts)
 
 
@@ -63,12 +67,12 @@ def target_words(target: TargetRow) -> str:
 
 
 def decimal(value: float | None, digits: int = 2, *, signed: bool = False) -> str:
-    """A number to some digits, or a dash where there is none.
+    """A number with ``digits`` decimals, or a dash for None and NaN.
 
     >>> decimal(None), decimal(6.499), decimal(-0.004), decimal(0.12, signed=True)
     ('–', '6.50', '0.00', '+0.12')
     """
-    if value is None or value != value:  # noqa: PLR0124  # the only number unlike itself is NaN
+    if value is None or value != value:  # noqa: PLR0124  # NaN differs from itself
         return "–"
     rounded = round(value, digits) + 0.0  # no minus before a zero
     return f"{rounded:{'+' if signed and rounded else ''}.{digits}f}".replace("-", "−")

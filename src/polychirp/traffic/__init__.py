@@ -1,1 +1,15 @@
-"""Traffic: vehicles, roadside and street become a `Scene`."""
+"""Traffic: vehicles, roadside and street become a `Scene`.
+
+The modules in reading order; others may use the names beside them:
+
+- `surface`: meshes from lines of points: `subdivided`, `mirrored`.
+- `outline`, `shell`: arcs from above and in section, and shells made of them.
+- `shapes`: dimensions of the four bodies: `Body`.
+- `vehicle`: meshes of the bodies: `vehicle_mesh`, `vehicle_size`.
+- `mounting`: places of radars on bumpers: `bumper_mount`.
+- `mesh_check`, `mesh_file`: meshes from and to files: `load_mesh`, `save_glb`, `TABLE_MATERIALS`.
+- `roadside`: road, buildings and trees as actors.
+- `street`: what a study file may place: `Street`, `Vehicle`, `Building`, `Tree`, `Road`, `Point`.
+- `placing`, `random_traffic`: vehicles at random places: `RandomTraffic`, `Lane`.
+- `paper`: the street of the paper: `paper_street`, `paper_mounts`.
+"""

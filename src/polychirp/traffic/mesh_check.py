@@ -1,4 +1,4 @@
-"""Mesh files of strangers: what is checked in their bytes before they are read as a mesh."""
+"""Checks of the bytes of an untrusted mesh file before it is read as a mesh."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from polychirp.errors import InputError
 from polychirp.traffic.surface import MOST_FACES
 
 SUFFIXES: Final = (".glb", ".obj", ".stl")
-"""Ends of the names of files that are read; archives and other formats are not."""
+"""Suffixes of files that are read; archives and other formats are refused."""
 
 LARGEST_FILE: Final = 256 << 20
 """Greatest size of a mesh file, bytes; chosen: binary STL of `MOST_FACES` faces takes 150 MB."""
@@ -26,7 +26,7 @@ _TRIANGLES: Final = 4
 
 
 class NoOtherFiles:
-    """Answers a mesh reader that asks for other files; none is ever opened.
+    """Resolver for a mesh reader that asks for other files; none is ever opened.
 
     For an OBJ file the answer is a table of the materials that the file itself names, so that they
     keep their names whether the ``.mtl`` file is there or not.

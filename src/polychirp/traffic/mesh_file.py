@@ -6,6 +6,7 @@ import logging
 import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
@@ -21,22 +22,13 @@ from polychirp.traffic.surface import subdivided
 if TYPE_CHECKING:
     import trimesh
 
-TABLE_MATERIALS: Final = (
-    "metal",
-    "glass",
-    "rubber",
-    "plastic",
-    "asphalt",
-    "brick",
-    "wood",
-    "leaf",
-)
-"""Material names that need no translation: those of the paper's table 1."""
+TABLE_MATERIALS: Final = ("metal", "glass", "rubber", "plastic", "asphalt", "brick", "wood", "leaf")
+"""Names of materials that need no mapping: those of the paper's table 1."""
 
 FARTHEST_VERTEX: Final = 1e6
 """Largest coordinate of a vertex, m; chosen: beyond it, edges of a centimetre lose digits."""
 
-_COLOUR: Final = {
+_MATERIAL_COLOUR: Final = {
     "metal": (140, 155, 190, 255),
     "glass": (90, 190, 215, 120),
     "rubber": (30, 30, 30, 255),
@@ -116,14 +108,7 @@ def load_mesh(
         ) from None
     vertex = scale * (mesh.vertex if up_axis == "z" else _from_y_up(mesh.vertex))
     _check_vertices(file, vertex, mesh.face)
-    mesh = Mesh(
-        vertex=vertex,
-        face=mesh.face,
-        material=mesh.material,
-        part=mesh.part,
-        materials=mesh.materials,
-        parts=mesh.parts,
-    )
+    mesh = replace(mesh, vertex=vertex)
     return mesh if math.isinf(max_edge) else subdivided(mesh, max_edge)
 
 
@@ -154,7 +139,7 @@ def _check_vertices(file: Path, vertex: FloatArray, face: IntArray) -> None:
 
 
 def save_glb(mesh: Mesh, path: str | Path) -> None:
-    """Write a mesh as GLB, y up as glTF demands; parts become nodes, materials keep their names.
+    """Write a mesh as GLB, y up as in glTF; parts become nodes, materials keep their names.
 
     A part of several materials becomes one node for each; vertices are single precision.
 
@@ -171,7 +156,7 @@ def save_glb(mesh: Mesh, path: str | Path) -> None:
     scene = trimesh.Scene()
     looks = {
         name: trimesh.visual.material.PBRMaterial(
-            name=name, baseColorFactor=_COLOUR.get(name, (160, 140, 110, 255))
+            name=name, baseColorFactor=_MATERIAL_COLOUR.get(name, (160, 140, 110, 255))
         )
         for name in mesh.materials
     }
@@ -186,12 +171,12 @@ def save_glb(mesh: Mesh, path: str | Path) -> None:
                 visual=trimesh.visual.TextureVisuals(material=looks[label]),
                 process=False,
             )
-            title = f"{name}{_SEPARATOR}{label}"
+            title = f"{name}{_NAME_SEPARATOR}{label}"
             scene.add_geometry(geometry, node_name=title, geom_name=title)
     Path(path).write_bytes(scene.export(file_type="glb"))
 
 
-_SEPARATOR: Final = "·"
+_NAME_SEPARATOR: Final = "·"
 
 
 def _placed(scene: trimesh.Scene, library: Any) -> list[tuple[str, Any]]:
@@ -203,7 +188,7 @@ def _placed(scene: trimesh.Scene, library: Any) -> list[tuple[str, Any]]:
         if isinstance(geometry, library.Trimesh):
             placed = geometry.copy()
             placed.apply_transform(transform)
-            found.append((str(node).partition(_SEPARATOR)[0], placed))
+            found.append((str(node).partition(_NAME_SEPARATOR)[0], placed))
     return found
 
 

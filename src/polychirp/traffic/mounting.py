@@ -1,4 +1,4 @@
-"""Where radars sit on a vehicle."""
+"""Mounting places of radars on bumpers."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from polychirp.frames import Pose
 from polychirp.traffic.shapes import Body
 from polychirp.traffic.vehicle import vehicle_mesh
 
-GAP: Final = 0.015
-"""m, from the outermost plastic to the radar: its phase centre must not lie inside the mesh."""
+RADAR_STANDOFF: Final = 0.015
+"""Distance from the outermost plastic to the radar, m: the radar must not lie inside the mesh."""
 
 
 @cache
@@ -23,7 +23,7 @@ def bumper_mount(
 ) -> Pose:
     """Pose, in the vehicle's frame, of a radar on the surface of a bumper.
 
-    The radar looks straight ahead, or straight back, 15 mm in front of the plastic.
+    The radar is directed straight ahead or straight back, `RADAR_STANDOFF` before the plastic.
 
     Parameters
     ----------
@@ -65,4 +65,9 @@ def bumper_mount(
     x = corners[:, 0, 0] + s * (corners[:, 1, 0] - corners[:, 0, 0])
     x = x + t * (corners[:, 2, 0] - corners[:, 0, 0])
     surface = sign * float((sign * x[inside]).max())
-    return Pose(x=surface + sign * GAP, y=offset, z=height, yaw=0.0 if end == "front" else math.pi)
+    return Pose(
+        x=surface + sign * RADAR_STANDOFF,
+        y=offset,
+        z=height,
+        yaw=0.0 if end == "front" else math.pi,
+    )

@@ -1,4 +1,4 @@
-"""`Outline` — a car's shape seen from above, of five tangent arcs on each side."""
+"""`Outline` — the shape of a car from above, five tangent arcs on each side."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from polychirp.axes import FloatArray
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class End:
-    """The plan of one end: how far it reaches, how round its face and its corners are (m)."""
+    """One end from above: its x, and the radii of its face and of its corners (m)."""
 
     x: float
     radius: float
@@ -21,17 +21,17 @@ class End:
 
 @dataclass(frozen=True, kw_only=True)
 class Outline:
-    """Left half of a convex plan: front face, corner, side, corner, rear face; all arcs, no kink.
+    """Left half of a convex outline: front face, corner, side, corner, rear face; no kinks.
 
-    Points are found by arc (0…4) and by the angle of their outward normal, from 0 (forward)
+    A point is given by its arc (0…4) and by the angle of its outward normal, from 0 (forward)
     over π/2 (left) to π (backward).
 
     Parameters
     ----------
     front, rear : `End`
     half_width : m, at ``widest``
-    widest : m, x of the widest place
-    side : m, radius of the side
+    widest : x of the widest place, m
+    side : radius of the side, m
     """
 
     front: End
@@ -42,16 +42,16 @@ class Outline:
 
     @cached_property
     def _turns(self) -> tuple[float, float, float, float]:
-        """Normal angles at which one arc passes into the next."""
+        """Normal angles at the joints between arcs."""
         front_face, front_side = self._joints(self.front, self.front.x - self.widest)
         rear_face, rear_side = self._joints(self.rear, self.widest - self.rear.x)
         half = np.pi / 2
         return front_face, half - front_side, half + rear_side, np.pi - rear_face
 
     def _joints(self, end: End, length: float) -> tuple[float, float]:
-        """Turn of half the face and of the side, from the width and the length they span."""
+        """Angles of half the face and of half the side, from the width and the length they span."""
         face = side = 0.0
-        for _ in range(60):  # a contraction: the side's turn moves the face by a few per cent
+        for _ in range(60):  # a contraction: the side's angle changes the face's by a few per cent
             across = self.half_width - end.corner * np.cos(side) - self.side * (1 - np.cos(side))
             face = float(np.arcsin(across / (end.radius - end.corner)))
             along = length - end.radius * (1 - np.cos(face)) - end.corner * np.cos(face)
@@ -74,7 +74,7 @@ class Outline:
         return self.radius(arc) * (stop - start)
 
     def point(self, arc: int, angle: FloatArray) -> FloatArray:
-        """m, ``(point, xy)`` where the outward normal has ``angle`` (rad)."""
+        """Points ``(point, xy)``, m, where the outward normal has ``angle`` (rad)."""
         return self._centre(arc) + self.radius(arc) * unit(angle)
 
     def angle_at(self, x: FloatArray) -> FloatArray:

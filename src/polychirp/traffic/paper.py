@@ -1,10 +1,10 @@
 """The paper's street: eight vehicles, four of them with a radar, between brick buildings.
 
 Lane 1 drives along +x at y = −1.75 m, lane 2 along −x at y = +1.75 m. The places of the vehicles
-were found by a root search, so that the nearest visible metal is where the paper has its targets:
+were found by a root search, so that the nearest visible metal is at the paper's ranges:
 
 ======== ========= ======== =======================================
-radar    sees      m        what it is
+radar    target    m        surface
 ======== ========= ======== =======================================
 1        target-4   6.50    front of the car that follows in lane 1
 1        target-3   9.15    rear of a car in lane 2
@@ -13,8 +13,8 @@ radar    sees      m        what it is
 2        radar 4   13.20    one way, as a synchronous ghost at 6.60 m
 ======== ========= ======== =======================================
 
-Radar 3 looks along −x from lane 2, 3 m behind radar 1: its waves reach targets 4 and 3 and return
-to radar 1 as ghosts at half the length of their way, 5.6 and 7.4 m.
+Radar 3 is directed along −x in lane 2, 3 m behind radar 1: its waves reach targets 4 and 3, return
+to radar 1, and become ghosts at half the length of their path, 5.6 and 7.4 m.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ from polychirp.traffic.shapes import Body
 from polychirp.traffic.street import Building, Road, Street, Tree, Vehicle
 
 LANE_1: Final = -1.75
-"""m, y of the middle of the lane that drives along +x."""
+"""y of the middle of the lane with traffic along +x, m."""
 
 LANE_2: Final = 1.75
-"""m, y of the middle of the lane that drives along −x."""
+"""y of the middle of the lane with traffic along −x, m."""
 
 _VEHICLES: Final[tuple[tuple[str, Body, int, float, float], ...]] = (
     # name, body, lane, x in m, speed in m/s
@@ -71,7 +71,7 @@ def paper_street(*, max_edge: float = 0.05, coarseness: float = 1.0) -> Street:
 
     Parameters
     ----------
-    max_edge, coarseness : m and ratio, of the vehicles' meshes (see `vehicle_mesh`)
+    max_edge, coarseness : of the vehicles' meshes, see `vehicle_mesh`
 
     Examples
     --------
@@ -108,8 +108,8 @@ def paper_street(*, max_edge: float = 0.05, coarseness: float = 1.0) -> Street:
 def paper_mounts() -> dict[str, tuple[str, Pose]]:
     """Carrier and mount of the four radars, by their names.
 
-    Radar 4 sits 0.42 m left of the middle: only so are both its distance to radar 2 and that of
-    the metal behind it what the paper shows.
+    Radar 4 is 0.42 m left of the middle: at this place its distance to radar 2 and that of the
+    metal behind it are both those of the paper.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Places for vehicles on lanes along x: apart from each other, and in sight of one that looks."""
+"""Places for vehicles on lanes along x: apart from each other, and visible from one vehicle."""
 
 from __future__ import annotations
 
@@ -9,27 +9,27 @@ from typing import Final, NamedTuple
 from polychirp.traffic.shapes import Body
 from polychirp.traffic.vehicle import vehicle_size
 
-BODIES: Final[tuple[Body, ...]] = ("sedan", "hatchback", "van")
-"""Drawn alike."""
+RANDOM_BODIES: Final[tuple[Body, ...]] = ("sedan", "hatchback", "van")
+"""Bodies of random vehicles, drawn with equal probability."""
 
-GREATEST_BEARING: Final = math.radians(70.0)
-"""Either way, of what is in sight: a beam of 160° has lost 3 dB at 80°."""
+MAX_AZIMUTH: Final = math.radians(70.0)
+"""Greatest azimuth of a target to either side, rad; chosen: a beam of 160° falls by 3 dB at 80°."""
 
-NEAREST: Final = 3.0
-"""m, to the nearest point of any vehicle."""
+MIN_DISTANCE: Final = 3.0
+"""Least distance to the nearest point of any vehicle, m; chosen."""
 
-MARGIN: Final = 0.15
-"""m, by which a line of sight passes other vehicles."""
+SIGHT_MARGIN: Final = 0.15
+"""Least distance of a line of sight from other vehicles, m; chosen."""
 
 Rectangle = tuple[float, float, float, float]
-"""m: least and greatest x, least and greatest y."""
+"""Least and greatest x, least and greatest y, m."""
 
 Eye = tuple[float, float]
-"""m: x and y of what looks along +x."""
+"""x and y, m, of the viewer, which is directed along +x, or of another point."""
 
 
 class Place(NamedTuple):
-    """A vehicle that is to be: its middle, m, where it heads, and its speed, m/s."""
+    """A place for a vehicle: its middle (m), its direction, and its speed (m/s)."""
 
     body: Body
     x: float
@@ -39,18 +39,13 @@ class Place(NamedTuple):
 
     @property
     def rectangle(self) -> Rectangle:
-        """That it covers, without mirrors."""
+        """Rectangle that the vehicle covers, without mirrors."""
         length, width = vehicle_size(self.body)
-        return (
-            self.x - length / 2,
-            self.x + length / 2,
-            self.y - width / 2,
-            self.y + width / 2,
-        )
+        return (self.x - length / 2, self.x + length / 2, self.y - width / 2, self.y + width / 2)
 
 
 def nearest_point(eye: Eye, box: Rectangle) -> Eye:
-    """Of a rectangle, to ``eye``.
+    """Nearest point of a rectangle to ``eye``.
 
     >>> nearest_point((0.0, 0.0), (5.0, 9.0, -1.0, 2.0))
     (5.0, 0.0)
@@ -58,8 +53,8 @@ def nearest_point(eye: Eye, box: Rectangle) -> Eye:
     return min(max(eye[0], box[0]), box[1]), min(max(eye[1], box[2]), box[3])
 
 
-def is_clear(eye: Eye, point: Eye, box: Rectangle, margin: float = MARGIN) -> bool:
-    """Whether the straight line from ``eye`` to ``point`` misses a rectangle by ``margin``, m.
+def is_clear(eye: Eye, point: Eye, box: Rectangle, margin: float = SIGHT_MARGIN) -> bool:
+    """True if the line from ``eye`` to ``point`` stays ``margin`` (m) away from a rectangle.
 
     >>> is_clear((0.0, 0.0), (9.0, 0.0), (4.0, 5.0, -1.0, 1.0))
     False
@@ -81,14 +76,14 @@ def is_clear(eye: Eye, point: Eye, box: Rectangle, margin: float = MARGIN) -> bo
 
 
 def is_ahead(eye: Eye, point: Eye, reach: float) -> bool:
-    """Whether a point lies within ``reach``, m, and not too far to the side."""
+    """True if a point lies within `MIN_DISTANCE` … ``reach`` (m) and `MAX_AZIMUTH`."""
     distance = math.dist(eye, point)
-    bearing = math.atan2(point[1] - eye[1], point[0] - eye[0])
-    return NEAREST < distance < reach and abs(bearing) < GREATEST_BEARING
+    azimuth = math.atan2(point[1] - eye[1], point[0] - eye[0])
+    return MIN_DISTANCE < distance < reach and abs(azimuth) < MAX_AZIMUTH
 
 
 def are_apart(first: Rectangle, second: Rectangle, gap: float) -> bool:
-    """Whether two rectangles keep ``gap``, m, along x, or share no y at all."""
+    """True if two rectangles are ``gap`` (m) apart along x, or share no y."""
     return (
         first[1] + gap <= second[0]
         or second[1] + gap <= first[0]
@@ -98,11 +93,11 @@ def are_apart(first: Rectangle, second: Rectangle, gap: float) -> bool:
 
 
 def hides_none(eye: Eye, box: Rectangle, points: Sequence[Eye]) -> bool:
-    """Whether a rectangle leaves all of ``points`` in sight."""
+    """True if a rectangle leaves all ``points`` visible."""
     return all(is_clear(eye, point, box) for point in points)
 
 
 def is_seen(eye: Eye, box: Rectangle, others: Sequence[Rectangle]) -> bool:
-    """Whether no other rectangle hides the nearest point of ``box``."""
+    """True if no other rectangle hides the nearest point of ``box``."""
     point = nearest_point(eye, box)
     return all(is_clear(eye, point, other) for other in others)

@@ -1,4 +1,4 @@
-"""Random traffic for statistics: every seed another street, legal and free of collisions."""
+"""Random traffic for statistics: another street for every seed, without collisions."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from polychirp.errors import InputError
 from polychirp.rng import Streams
 from polychirp.spec import Spec
 from polychirp.traffic.placing import (
-    BODIES,
-    NEAREST,
+    MIN_DISTANCE,
+    RANDOM_BODIES,
     Eye,
     Place,
     Rectangle,
@@ -28,21 +28,21 @@ from polychirp.traffic.vehicle import vehicle_size
 from polychirp.units import Between, Metres, MetresPerSecond, SquareMetres, from_db
 
 LEAST_DRAWN: Final = 10
-"""Targets that are drawn in any case: streets with fewer of them are parts of the same street."""
+"""Least number of targets that are drawn; a street with fewer is a part of that street."""
 
 POINT_HEIGHT: Final = 0.5
-"""m, of targets that are points: that of the radars."""
+"""Height of targets that are points, m: that of the radars."""
 
-_PLACES: Final = 100
-"""Tried for one vehicle, before the whole street is drawn anew."""
+_PLACES_TRIED: Final = 100
+"""Number of places that are tried for a vehicle before the street is drawn again; chosen."""
 
-_STREETS: Final = 300
-"""Tried, before there is no room."""
+_STREETS_TRIED: Final = 300
+"""Number of streets that are tried before the traffic is refused for lack of room; chosen."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Lane(Spec):
-    """A lane along x, its middle at ``y``, and limits of the speed; ``oncoming``: along −x."""
+    """A lane along x with its middle at ``y`` and limits of speed; ``oncoming``: towards −x."""
 
     y: Metres
     oncoming: bool = False
@@ -55,35 +55,35 @@ class Lane(Spec):
             )
 
 
-URBAN: Final = (
+URBAN_LANES: Final = (
     Lane(y=-1.75),
     Lane(y=1.75, oncoming=True),
     Lane(y=-5.0, speed=(0.0, 0.0)),
     Lane(y=5.0, oncoming=True, speed=(0.0, 0.0)),
 )
-"""One lane either way, and cars parked on both sides."""
+"""One lane in each direction, and parked cars on both sides."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class RandomTraffic(Spec):
-    """Vehicles in front of one that looks along +x, drawn anew for every seed.
+    """Vehicles at random places in front of a viewing vehicle that heads along +x.
 
-    Targets are in sight: no other vehicle hides the nearest point of any of them from the middle
-    of the looking vehicle's front. Streets that differ only in the number of targets share what
-    they have in common, up to ten.
+    Targets are visible: no other vehicle hides the nearest point of any of them from the middle of
+    the viewing vehicle's front. Streets of one seed that differ only in the number of targets, up
+    to `LEAST_DRAWN`, have vehicles in common.
 
     Parameters
     ----------
-    seen_from : name of the vehicle that looks
+    seen_from : name of the viewing vehicle
     num_targets : vehicles to be found, called target-1, target-2, …
     num_carriers : further vehicles, called carrier-1, …, up to twice as far, which may carry radars
-    reach : m, within which the nearest points of targets lie
-    gap : m, least distance between vehicles of one lane
+    reach : greatest distance of the nearest points of targets, m
+    gap : least distance between vehicles of one lane, m
     shape : with ``points``, an isotropic scatterer stands for every target, at the nearest point
         of the place that the vehicle would cover
-    rcs : m², of such a scatterer
-    lanes : on which vehicles stand and drive
-    max_edge, coarseness : m and ratio, of the vehicles' meshes, as of `Vehicle`
+    rcs : radar cross section of such a scatterer, m²
+    lanes : lanes on which vehicles stand and drive
+    max_edge, coarseness : as of `Vehicle`
 
     Raises
     ------
@@ -105,15 +105,15 @@ class RandomTraffic(Spec):
     gap: Metres = 1.5
     shape: Literal["vehicles", "points"] = "vehicles"
     rcs: SquareMetres = from_db(10.0)
-    lanes: tuple[Lane, ...] = URBAN
+    lanes: tuple[Lane, ...] = URBAN_LANES
     max_edge: FacetEdge = 0.05
     coarseness: Coarseness = 1.0
 
     def __post_init__(self) -> None:
         if self.num_targets < 0 or self.num_carriers < 0:
             raise InputError("random traffic has 0 or more targets, and 0 or more carriers")
-        if not self.reach > NEAREST:
-            raise InputError(f"random traffic must reach beyond {NEAREST:g} m")
+        if not self.reach > MIN_DISTANCE:
+            raise InputError(f"random traffic must reach beyond {MIN_DISTANCE:g} m")
         if not (self.gap >= 0 and self.rcs >= 0):
             raise InputError("random traffic needs a gap and a radar cross section of 0 or more")
         if not self.lanes:
@@ -121,12 +121,12 @@ class RandomTraffic(Spec):
 
     @property
     def target_names(self) -> tuple[str, ...]:
-        """Of the targets, as they are drawn."""
+        """Names of the targets."""
         return tuple(f"target-{n + 1}" for n in range(self.num_targets))
 
     @property
     def carrier_names(self) -> tuple[str, ...]:
-        """Of the carriers, as they are drawn."""
+        """Names of the carriers."""
         return tuple(f"carrier-{n + 1}" for n in range(self.num_carriers))
 
     def on(self, street: Street, streams: Streams) -> Street:
@@ -135,10 +135,10 @@ class RandomTraffic(Spec):
         Raises
         ------
         InputError
-            The looking vehicle is missing or looks elsewhere, or there is no room.
+            The viewing vehicle is missing or heads elsewhere, or there is no room.
         """
-        looking = self._looking(street)
-        eye = (looking.x + vehicle_size(looking.body)[0] / 2, looking.y)
+        viewer = self._viewer(street)
+        eye = (viewer.x + vehicle_size(viewer.body)[0] / 2, viewer.y)
         places = self._places(street, eye, streams)
         carriers = places[: self.num_carriers]
         targets = places[self.num_carriers :][: self.num_targets]
@@ -149,14 +149,12 @@ class RandomTraffic(Spec):
         if self.shape == "points":
             points = tuple(self._point(name, place, eye) for name, place in named)
             return replace(
-                street,
-                vehicles=(*street.vehicles, *vehicles),
-                points=(*street.points, *points),
+                street, vehicles=(*street.vehicles, *vehicles), points=(*street.points, *points)
             )
         vehicles += [self._vehicle(name, place) for name, place in named]
         return replace(street, vehicles=(*street.vehicles, *vehicles))
 
-    def _looking(self, street: Street) -> Vehicle:
+    def _viewer(self, street: Street) -> Vehicle:
         for vehicle in street.vehicles:
             if vehicle.name == self.seen_from:
                 if abs(math.sin(vehicle.heading)) > 1e-6 or math.cos(vehicle.heading) < 0:
@@ -169,10 +167,10 @@ class RandomTraffic(Spec):
         )
 
     def _places(self, street: Street, eye: Eye, streams: Streams) -> list[Place]:
-        """Of all carriers, and of ten targets or more where there is room for them."""
+        """Places of all carriers, and of ten or more targets where there is room for them."""
         taken = [_bounds(vehicle) for vehicle in street.vehicles]
         wanted = max(self.num_targets, LEAST_DRAWN)
-        shortest = min(vehicle_size(body)[0] for body in BODIES)
+        shortest = min(vehicle_size(body)[0] for body in RANDOM_BODIES)
         # carriers reach twice as far; more than these cannot be there, wherever they are drawn
         room = len(self.lanes) * (2 + 2 * self.reach / (shortest + self.gap))
         if self.num_carriers + self.num_targets > room:
@@ -182,7 +180,7 @@ class RandomTraffic(Spec):
                 "lanes, a longer reach or smaller gaps"
             )
         best: list[Place] = []
-        for number in range(_STREETS):
+        for number in range(_STREETS_TRIED):
             places = self._street_of(streams["traffic", number], taken, eye, wanted)
             if len(places) == self.num_carriers + wanted:
                 return places
@@ -190,7 +188,7 @@ class RandomTraffic(Spec):
         if len(best) < self.num_carriers + self.num_targets:
             raise InputError(
                 f"there is no room for {self.num_targets} targets in sight within "
-                f"{self.reach:g} m and {self.num_carriers} carriers, in {_STREETS} streets drawn; "
+                f"{self.reach:g} m and {self.num_carriers} carriers, in {_STREETS_TRIED} streets; "
                 "ask for fewer, for more lanes, a longer reach or smaller gaps"
             )
         return best
@@ -198,14 +196,14 @@ class RandomTraffic(Spec):
     def _street_of(
         self, draw: np.random.Generator, taken: list[Rectangle], eye: Eye, wanted: int
     ) -> list[Place]:
-        """Carriers, then targets, until there is no place for the next one."""
+        """Places of carriers, then of targets, until there is no place for the next one."""
         places: list[Place] = []
         boxes: list[Rectangle] = []
         points: list[Eye] = []
         for number in range(self.num_carriers + wanted):
             is_target = number >= self.num_carriers
             reach = self.reach if is_target else 2 * self.reach
-            for _ in range(_PLACES):
+            for _ in range(_PLACES_TRIED):
                 place = self._place(draw, eye, reach)
                 box = place.rectangle
                 if (
@@ -224,7 +222,7 @@ class RandomTraffic(Spec):
 
     def _place(self, draw: np.random.Generator, eye: Eye, reach: float) -> Place:
         lane = self.lanes[int(draw.integers(len(self.lanes)))]
-        body = BODIES[int(draw.integers(len(BODIES)))]
+        body = RANDOM_BODIES[int(draw.integers(len(RANDOM_BODIES)))]
         return Place(
             body=body,
             x=float(draw.uniform(eye[0], eye[0] + reach + vehicle_size(body)[0])),

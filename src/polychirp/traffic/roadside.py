@@ -1,4 +1,4 @@
-"""What stands beside the road: the road itself, buildings and trees as actors."""
+"""The road, and buildings and trees beside it, as actors."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from polychirp.model.mesh import Mesh, Plate
 from polychirp.model.scene import Actor
 from polychirp.traffic.surface import Fineness, SurfaceBuilder
 
-WINDOW = (1.2, 1.4)
-"""Width and height, m, of a building's windows."""
+WINDOW_SIZE = (1.2, 1.4)
+"""Width and height of a building's windows, m."""
 
 LEAF_EDGE = 0.25
-"""m, edges of a tree's surface: leaves scatter, so a crown has no curvature to be true to."""
+"""Edges of a tree's surface, m; chosen: leaves scatter, so the crown needs no exact curvature."""
 
 
 def road(
@@ -58,9 +58,9 @@ def building(
     """
     if not (length > 0 and width > 0 and height > 0):
         raise InputError(f"building '{name}' needs a positive length, width and height")
-    if num_windows < 0 or num_windows * WINDOW[0] > length or (num_windows and height < 3):
+    if num_windows < 0 or num_windows * WINDOW_SIZE[0] > length or (num_windows and height < 3):
         raise InputError(
-            f"{num_windows} windows do not fit into building '{name}'; allow {WINDOW[0]} m of "
+            f"{num_windows} windows do not fit into building '{name}'; allow {WINDOW_SIZE[0]} m of "
             "length for each and a height of 3 m"
         )
     half = (length / 2, width / 2, height / 2)
@@ -78,9 +78,9 @@ def building(
                     _upright(
                         foot + 0.01 * outward + aside * along,
                         along,
-                        WINDOW[0] / 2,
+                        WINDOW_SIZE[0] / 2,
                         0.9,
-                        0.9 + WINDOW[1],
+                        0.9 + WINDOW_SIZE[1],
                         "glass",
                         f"window-{part}-{number + 1}",
                     )
@@ -154,7 +154,7 @@ def _turned(
     part: str,
     material: str,
 ) -> None:
-    """A closed body of revolution about z from (radius, z), from its lower to its upper end."""
+    """Add a closed body of revolution about z; ``profile`` is (radius, z) from bottom to top."""
     before = None
     for radius, z in profile:
         if radius < 1e-9:

@@ -1,4 +1,4 @@
-"""The measures of the four bodies: typical of their classes, of no particular make."""
+"""Dimensions of the four bodies: chosen as typical of their classes, of no particular make."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ Body = Literal["sedan", "hatchback", "van", "truck"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tier:
-    """What stands on the lower body: ends of its base and of its roof, half widths, glass (m).
+    """A cabin or box on the lower body: ends and half widths of its base and of its roof (m).
 
     ``walls`` are vertical radii at front, side and rear; ``crown`` the roof's radii along and
-    across; ``panes`` the fractions of the walls' height between which the windows lie.
+    across; ``panes`` the lower and upper end of the windows as fractions of the walls' height.
     """
 
     base_front: End
@@ -52,7 +52,7 @@ class Wheels:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Mirror:
-    """Where a mirror's glass has its inner, lower corner (m), and its size."""
+    """Inner, lower corner of a mirror's glass, and its size (m)."""
 
     x: float
     y: float
@@ -63,7 +63,7 @@ class Mirror:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shape:
-    """All measures of one body (m), x from the middle of its length.
+    """All dimensions of one body (m), x from the middle of its length.
 
     The plastic skins reach ±length/2; the metal ends behind them, at ``metal_front`` and
     ``metal_rear``. ``deck`` lists (x, z) of the bonnet, belt and boot along the middle.

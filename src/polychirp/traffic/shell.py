@@ -1,9 +1,9 @@
-"""The curved shells of a vehicle's left half: lower body, bumper skins, cabin; and their covers.
+"""Curved shells of a vehicle's left half: lower body, bumper skins, cabin; and their covers.
 
-A shell is drawn rib by rib. A rib runs upwards in a vertical plane, of tangent arcs: long ones
-(nose, flank, window) and a short one (shoulder or roof edge), which meets the deck or roof
-without a kink. Each arc is cut by its own radius, so facets are short only where, and in the
-direction in which, the surface curves.
+A shell is made of ribs. A rib is a line upwards in a vertical plane, of tangent arcs: long ones
+(nose, flank, window) and a short one (shoulder or roof edge), which joins the deck or roof without
+a kink. Each arc is cut according to its own radius, so facets are short only in places and
+directions of strong curvature.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Literal
 import numpy as np
 
 from polychirp.axes import FloatArray, IntArray
-from polychirp.traffic.outline import End, Outline, unit
+from polychirp.traffic.outline import Outline, unit
 from polychirp.traffic.surface import Fineness, SurfaceBuilder
 
 Height = Callable[[FloatArray, FloatArray], FloatArray]
@@ -28,7 +28,7 @@ Height = Callable[[FloatArray, FloatArray], FloatArray]
 class Profile:
     """A flank in section (m): its lower end, its radius up to the waist, and its waist.
 
-    The waist is where it is widest; ``inset`` is how far inside the waist it meets the deck.
+    The waist is its widest place; ``inset`` is the distance from there inwards to the deck.
     """
 
     sill: float
@@ -39,7 +39,7 @@ class Profile:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Arch:
-    """A wheel's opening: half an ellipse that stands on the sill (m)."""
+    """Opening for a wheel: half an ellipse on the sill (m)."""
 
     x: float
     half_width: float
@@ -54,7 +54,7 @@ class Arch:
     def places(self, fine: Fineness) -> FloatArray:
         """X of ribs that are evenly spaced along the edge, from front to rear.
 
-        Chords twice as long as a surface's edges leave an edge λ/16 off, in a narrow sickle.
+        Chords are twice as long as edges on a surface, up to λ/16 off, since the error is narrow.
         """
         radius = min(self.half_width, self.height)
         count = fine.steps(math.pi / 2 * radius, radius)
@@ -63,13 +63,13 @@ class Arch:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stations:
-    """Where ribs stand on an outline: arc number and normal angle (rad), ``(rib,)``."""
+    """Places of ribs on an outline: arc number and normal angle (rad), ``(rib,)``."""
 
     arc: IntArray
     angle: FloatArray
 
     def points(self, outline: Outline) -> FloatArray:
-        """m, ``(rib, xy)``."""
+        """Points of the ribs, ``(rib, xy)``, m."""
         found = np.empty((len(self.arc), 2))
         for arc in np.unique(self.arc):
             found[self.arc == arc] = outline.point(int(arc), self.angle[self.arc == arc])
@@ -86,7 +86,7 @@ class Stations:
         return Stations(arc=self.arc, angle=start + self.fractions(outline) * (stop - start))
 
     def weights(self, outline: Outline) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """How much each rib belongs to front, side and rear: 1 on the faces, smooth at corners."""
+        """Weights of front, side and rear at each rib: 1 on the faces, smooth at the corners."""
         at = self.fractions(outline)
         rise = at * at * (3 - 2 * at)
         front = np.select([self.arc == 0, self.arc == 1], [1.0, 1 - rise], 0.0)
@@ -103,7 +103,7 @@ def join(pieces: list[tuple[int, FloatArray]]) -> Stations:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rim:
-    """What a cover closes: point numbers ``(rib,)`` and places ``(rib, xyz)``, from nose to tail.
+    """Border of a cover: point numbers ``(rib,)`` and places ``(rib, xyz)``, from nose to tail.
 
     ``corners`` are the numbers with which the front face ends and the rear face begins.
     """
@@ -115,7 +115,7 @@ class Rim:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ribs:
-    """Ribs as lines of point numbers, ``segment[rib]``, that share their ends; and both ends."""
+    """Ribs as segments of point numbers that share their ends, and the places of both ends."""
 
     stations: Stations
     segments: list[list[IntArray]]
@@ -140,7 +140,7 @@ class Ribs:
 
     @property
     def upper_rim(self) -> Rim:
-        """The upper ends, which a deck or roof closes."""
+        """Upper ends of the ribs, the border of a deck or roof."""
         return Rim(line=self.top_line, points=self.top, corners=self.corners)
 
 
@@ -148,7 +148,7 @@ class Ribs:
 class Shell:
     """A lower body or a bumper's skin: an outline with profiles at front, side and rear.
 
-    ``deck`` is the surface on which the ribs end, ``shoulder`` the radius (m) on the way to it.
+    ``deck`` is the surface on which the ribs end, ``shoulder`` the radius (m) of their last arc.
     """
 
     outline: Outline
@@ -198,9 +198,9 @@ class Shell:
         return np.asarray(np.sum(parts, axis=0))
 
     def planes(self, stations: Stations) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Waist points ``(rib, xy)``, outward directions of the ribs, and the depth they recede.
+        """Waist points ``(rib, xy)``, outward directions of the ribs, and their horizontal depth.
 
-        A rib leads from the outline to the matching point of the rim: the same outline, smaller.
+        A rib leads from the outline to the corresponding point of the rim, a smaller outline.
         """
         plan = stations.points(self.outline)
         run = plan - stations.on(self.outline, self._rim).points(self._rim)
@@ -210,24 +210,19 @@ class Shell:
     @property
     def _rim(self) -> Outline:
         outline = self.outline
-        ends = [
-            End(
+        front, rear = (
+            replace(
+                end,
                 x=end.x - math.copysign(profile.inset, end.x),
-                radius=end.radius,
                 corner=max(end.corner - profile.inset, 0.25 * end.corner),
             )
             for end, profile in ((outline.front, self.front), (outline.rear, self.rear))
-        ]
-        return Outline(
-            front=ends[0],
-            rear=ends[1],
-            half_width=outline.half_width - self.side.inset,
-            widest=outline.widest,
-            side=outline.side,
         )
+        width = outline.half_width - self.side.inset
+        return replace(outline, front=front, rear=rear, half_width=width)
 
     def ribs(self, builder: SurfaceBuilder, fine: Fineness, stations: Stations) -> Ribs:
-        """Draw ribs at the stations: below the waist, above it, and the shoulder."""
+        """Add ribs at the stations: arcs below and above the waist, and the shoulder."""
         plan, normal, _ = self.planes(stations)
         waist, lower = self.blend(stations, "waist"), self.blend(stations, "radius")
         upper, turn, rim = self._upper(stations)
@@ -275,10 +270,10 @@ class Shell:
         part: str,
         material: str,
     ) -> Rim:
-        """Straight lines from the ribs' lower ends in to a flat floor; the floor's rim.
+        """Add straight lines from the ribs' lower ends to a flat floor; gives the floor's rim.
 
-        The floor is as low as the flank's sill and begins ``inset`` (m) inside the outline. At
-        the wheels' arches the lines make the wheel houses.
+        The floor is at the height of the flank's sill and begins ``inset`` (m) inside the outline.
+        At the wheels' arches the lines form the wheel houses.
         """
         stations, inner = ribs.stations, self._within(inset)
         level = np.full(len(ribs.bottom), self.side.sill)
@@ -292,25 +287,19 @@ class Shell:
         return Rim(line=np.array([way[-1] for way in lines]), points=ends, corners=ribs.corners)
 
     def _within(self, inset: float) -> Outline:
-        """The outline ``inset`` (m) further in, with corners as round."""
+        """The outline moved ``inset`` (m) inwards, with corners of the same radius."""
         outline = self.outline
         front, rear = (
             replace(end, x=end.x - math.copysign(inset, end.x))
             for end in (outline.front, outline.rear)
         )
-        return Outline(
-            front=front,
-            rear=rear,
-            half_width=outline.half_width - inset,
-            widest=outline.widest,
-            side=outline.side,
-        )
+        return replace(outline, front=front, rear=rear, half_width=outline.half_width - inset)
 
     def _upper(self, stations: Stations) -> tuple[FloatArray, FloatArray, FloatArray]:
         r"""Radius above the waist, and elevations where shoulder and deck begin, ``(rib,)``.
 
-        An arc of radius :math:`R` that leaves the waist upright and turns by :math:`\theta`
-        into the shoulder's :math:`r` rises by :math:`h = (R - r)\sin\theta` and recedes by
+        An arc of radius :math:`R`, vertical at the waist, turns by :math:`\theta` up to the
+        shoulder of radius :math:`r`. It rises by :math:`h = (R - r)\sin\theta` and recedes by
         :math:`d = (R - r)(1 - \cos\theta)`, so :math:`\tan(\theta/2) = d/h`.
         """
         plan, normal, inset = self.planes(stations)
@@ -324,7 +313,7 @@ class Shell:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Arcs:
-    """One arc per rib, in the vertical planes along ``normal``: centre, radius and elevations."""
+    """One arc per rib in the vertical plane along ``normal``: centre, radius and elevations."""
 
     origin: FloatArray
     normal: FloatArray
@@ -339,12 +328,12 @@ class Arcs:
 
 
 def _lift(offset: FloatArray, normal: FloatArray) -> FloatArray:
-    """Vectors (outward, up) in the planes of ``normal`` as ``(…, xyz)``."""
+    """Vectors (outward, up) in the planes along ``normal`` as ``(…, xyz)``."""
     return np.concatenate([offset[..., :1] * normal, offset[..., 1:]], axis=-1)
 
 
 def draw(builder: SurfaceBuilder, fine: Fineness, stations: Stations, arcs: list[Arcs]) -> Ribs:
-    """Ribs of consecutive arcs, each cut by its own radius."""
+    """Add ribs of consecutive arcs, each cut according to its own radius."""
     segments: list[list[IntArray]] = [[] for _ in arcs]
     bottoms, tops = [], []
     for number in range(len(arcs[0].radius)):
@@ -381,15 +370,15 @@ class Cover:
     """A deck, roof or floor between the ends of ribs, by lines across the vehicle.
 
     The lines are bowed like the nose in front, like the tail behind, and straight in the middle.
-    They end a little inside the rim, and a ring of triangles joins them to all of its points:
-    lines up to the rim would leave slivers between points that are nearly in line.
+    They end slightly inside the rim, and a ring of triangles joins them to all points of the rim:
+    lines up to the rim would give very thin triangles between points that are nearly in line.
 
     Parameters
     ----------
-    height : z over x and y
-    across, along : m, radii in the two directions
-    part, rim_part : part by x (m) of a line, and that of the ring
-    turn : 1 for what is seen from above, −1 for a floor
+    height : z over x and y, m
+    across, along : radii in the two directions, m
+    part, rim_part : part of a line by its x (m), and part of the ring
+    turn : 1 for a surface that faces up, −1 for a floor
     """
 
     height: Height
@@ -400,7 +389,7 @@ class Cover:
     turn: Literal[1, -1] = 1
 
     def fill(self, builder: SurfaceBuilder, fine: Fineness, border: Rim) -> None:
-        """Close a rim that is at the cover's height."""
+        """Add triangles that close a rim at the cover's height."""
         loop, rim, turn = border.line, border.points, self.turn
         nose, tail = border.corners
         chosen = nose + _sparse(rim[nose : tail + 1], fine.edge(self.along))
@@ -434,14 +423,14 @@ class Cover:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bow:
-    """How lines across a vehicle follow its nose and tail: fully at a corner, less inward."""
+    """Shape of lines across a vehicle: as nose or tail at a corner, less towards the middle."""
 
     rim: FloatArray
     nose: int
     tail: int
 
     def places(self, number: int, y: FloatArray) -> FloatArray:
-        """Places x, at ``y``, of the line that ends beside rim point ``number`` (m)."""
+        """X at ``y`` (m) of the line that ends beside rim point ``number``."""
         rim, nose, tail = self.rim, self.nose, self.tail
         x, width, _ = rim[number]
         half = (rim[nose, 0] - rim[tail, 0]) / 2
@@ -453,7 +442,7 @@ class Bow:
 
 
 def _matching(y: FloatArray, rim_y: FloatArray, number: int) -> FloatArray:
-    """Where on the rim the points ``y`` of a line belong that ends beside point ``number``."""
+    """Places on the rim that match the points ``y`` of a line which ends beside ``number``."""
     if len(y) == 1:
         return np.array([float(number)])
     scaled = y / y.max() * rim_y[number]
@@ -464,12 +453,12 @@ def _matching(y: FloatArray, rim_y: FloatArray, number: int) -> FloatArray:
 
 
 def _sparse(path: FloatArray, spacing: float) -> IntArray:
-    """Numbers of points along a path that are about ``spacing`` apart, its ends left out."""
+    """Numbers of points along a path that are about ``spacing`` apart, without its ends."""
     travelled = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
     chosen: list[int] = []
     last = 0.0
     for number in range(1, len(path) - 1):
-        # this one has to do if the next would be too far
+        # take this point if the next one is too far
         is_due = travelled[number + 1] - last > spacing
         if is_due and travelled[-1] - travelled[number] > spacing / 3:
             chosen.append(number)
@@ -479,7 +468,7 @@ def _sparse(path: FloatArray, spacing: float) -> IntArray:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Window:
-    """A pane: its part, the arc of the outline on which it sits, and for the side its x (m)."""
+    """A pane: its part, its arc of the outline, and its ends in x (m) if it is on the side."""
 
     part: str
     arc: int
@@ -489,7 +478,7 @@ class Window:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cabin:
-    """What stands on a lower body: a loft from a base outline up to a roof, with panes in it.
+    """A cabin or box on a lower body: walls with panes from a base outline up to a roof.
 
     ``front``, ``side`` and ``rear`` are vertical radii of the walls (m), ``edge`` that of the
     roof's edge; the panes fill the fractions ``pane_low`` to ``pane_high`` of the walls' height.
@@ -509,7 +498,7 @@ class Cabin:
     part: str
 
     def build(self, builder: SurfaceBuilder, fine: Fineness) -> Ribs:
-        """Draw walls, panes and pillars; the ribs' tops bound the roof."""
+        """Add walls, panes and pillars; the tops of the ribs are the border of the roof."""
         stations, panes = self._stations(fine)
         ribs = draw(builder, fine, stations, self._arcs(stations))
         for number, pane in enumerate(panes):
@@ -524,7 +513,7 @@ class Cabin:
         return ribs
 
     def _stations(self, fine: Fineness) -> tuple[Stations, list[str | None]]:
-        """Ribs, and the pane (or pillar: None) between each two of them."""
+        """Ribs, and the pane between each two neighbours (None: a pillar)."""
         pieces: list[tuple[int, FloatArray]] = []
         panes: list[str | None] = []
         for arc in range(5):
@@ -555,8 +544,8 @@ class Cabin:
     def _arcs(self, stations: Stations) -> list[Arcs]:
         """Frame, pane, frame and roof edge of every rib: two tangent circles, the first cut twice.
 
-        The small circle ends on the roof at its slope; the large one passes through the base
-        and touches the small one, so its centre is on circles about both.
+        The small circle ends on the roof with the roof's slope. The large one passes through the
+        base and is tangent to the small one, so its centre lies on circles about both.
         """
         low = stations.points(self.base)
         high = stations.on(self.base, self.roof).points(self.roof)
@@ -595,6 +584,6 @@ class Cabin:
 
 
 def flank(builder: SurfaceBuilder, ribs: Ribs, *, part: str, material: str) -> None:
-    """Strips between neighbouring ribs."""
+    """Add strips between neighbouring ribs."""
     for segment in ribs.segments:
         builder.net(segment[::-1], part=part, material=material)

@@ -1,4 +1,4 @@
-"""`Street` — vehicles, buildings, trees, a road and points, as a study file holds them."""
+"""`Street` — vehicles, buildings, trees, a road and points, as in a study file."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from polychirp.traffic.shapes import Body
 from polychirp.traffic.vehicle import vehicle_mesh, vehicle_size
 from polychirp.units import Between, Metres, MetresPerSecond, Radians, SquareMetres, Unit
 
-COARSEST: Final = 0.5
-"""m, of facets on the flats of built-in bodies."""
+GREATEST_FACET_EDGE: Final = 0.5
+"""Greatest edge of facets on flats of built-in bodies, m: beyond it they lose their arches."""
 
 FacetEdge = Annotated[float, Unit("m", least="0 m", greatest="1 km")]
 """Longest edge of a facet, m."""
@@ -37,12 +37,12 @@ Extent = Annotated[float, Unit("m", least="0 m", greatest="10 km")]
 """Length, width or height of a road or a building, m."""
 
 Footprint = tuple[str, FloatArray]
-"""A name with a sentence's article, and corners m ``(4, xy)``."""
+"""A name for messages, and corners ``(4, xy)``, m."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Vehicle(Spec):
-    """A vehicle at (x, y), the middle of its length, that drives straight along ``heading``.
+    """A vehicle that drives straight along ``heading``; its middle is at (x, y).
 
     Parameters
     ----------
@@ -50,9 +50,9 @@ class Vehicle(Spec):
     mesh : path of a GLB or OBJ file with x forward and the origin on the ground below the middle
     materials : pairs (material name in the file, material here); names of table 1 need none
     scale : metres per unit of the file
-    up_axis : of the file
-    max_edge : m, of facets on flats
-    coarseness : multiplies the edges on curves, see `vehicle_mesh`
+    up_axis : vertical axis of the file
+    max_edge : greatest edge of facets on flats, m
+    coarseness : factor on the edges on curves, see `vehicle_mesh`
     """
 
     name: str
@@ -73,15 +73,15 @@ class Vehicle(Spec):
             raise InputError(
                 f"vehicle '{self.name}' needs a positive max_edge, coarseness and scale"
             )
-        if self.mesh is None and self.max_edge > COARSEST:
+        if self.mesh is None and self.max_edge > GREATEST_FACET_EDGE:
             raise InputError(
                 f"vehicle '{self.name}' has facets of up to {self.max_edge:g} m, in which a body "
-                f"loses its arches; use {COARSEST:g} m or less"
+                f"loses its arches; use {GREATEST_FACET_EDGE:g} m or less"
             )
 
     @property
     def pose(self) -> Pose:
-        """Of the vehicle's frame in the world."""
+        """Pose of the vehicle's frame in the world."""
         return Pose(x=self.x, y=self.y, yaw=self.heading)
 
     def surface(self) -> Mesh:
@@ -105,7 +105,7 @@ class Vehicle(Spec):
         )
 
     def footprint(self) -> Footprint:
-        """The rectangle that the vehicle covers, without mirrors if its body is built in."""
+        """Rectangle that the vehicle covers, without mirrors if its body is built in."""
         label = f"vehicle '{self.name}'"
         if self.mesh is None:
             length, width = vehicle_size(self.body)
@@ -156,7 +156,7 @@ class Building(Spec):
         )
 
     def footprint(self) -> Footprint:
-        """The rectangle that the building covers."""
+        """Rectangle that the building covers."""
         pose = Pose(x=self.x, y=self.y, yaw=self.heading)
         length, width = self.length / 2, self.width / 2
         return f"building '{self.name}'", _rectangle(pose, -length, length, -width, width)
@@ -229,8 +229,8 @@ class Street(Spec):
     Raises
     ------
     InputError
-        Two things share a name, or a vehicle stands in another or in a building. Vehicles from
-        files are measured when the scene is made.
+        Two bodies have the same name, or a vehicle overlaps another or a building. Vehicles from
+        files are checked when the scene is made.
 
     Examples
     --------
@@ -264,7 +264,7 @@ class Street(Spec):
         _check_room([v for v in self.vehicles if v.mesh is None], self.buildings)
 
     def scene(self, radars: Sequence[tuple[Radar, str]] = ()) -> Scene:
-        """The street at time 0 with radars, each beside the name of the vehicle that carries it.
+        """The street at time 0 with radars, each with the name of the vehicle that carries it.
 
         Raises
         ------
@@ -296,7 +296,7 @@ def _rectangle(pose: Pose, rear: float, front: float, right: float, left: float)
 
 
 def _check_room(vehicles: Sequence[Vehicle], buildings: Sequence[Building]) -> None:
-    """Refuse vehicles that overlap each other or a building."""
+    """Raise if vehicles overlap each other or a building."""
     cars = [vehicle.footprint() for vehicle in vehicles]
     houses = [building.footprint() for building in buildings]
     pairs = [*combinations(cars, 2), *((car, house) for car in cars for house in houses)]
@@ -306,7 +306,7 @@ def _check_room(vehicles: Sequence[Vehicle], buildings: Sequence[Building]) -> N
 
 
 def overlap(first: FloatArray, second: FloatArray) -> bool:
-    """Whether two rectangles ``(4, xy)`` share area: no side of either separates them.
+    """True if two rectangles ``(4, xy)`` share area: no side of either separates them.
 
     >>> square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
     >>> overlap(square, square + 0.9), overlap(square, square + 1.1)

@@ -17,38 +17,38 @@ from polychirp.traffic.shapes import SHAPES, Body, Shape, Tier, Wheels
 from polychirp.traffic.shell import Arch, Cabin, Cover, Shell, flank
 from polychirp.traffic.surface import Fineness, SurfaceBuilder, mirrored
 
-LOWER = 0.8
-"""Edges on the lower body's curves, a car's strongest echo, over what the rule of edges allows."""
+LOWER_BODY_COARSENESS = 0.8
+"""Factor on `edge_limit` for the curves of the lower body, which gives a car's strongest echo."""
 
-WEAK = 1.28
-"""Likewise on bumpers. They reflect below −8 dB (3 mm of polypropylene at its best, n = 1.48)."""
+BUMPER_COARSENESS = 1.28
+"""Factor for bumpers, which reflect less than −8 dB (3 mm of polypropylene, n = 1.48)."""
 
-WHEEL = 2.0
-"""Likewise on wheels: edges of 2 cm, whose chords leave a circle λ/16 off."""
+WHEEL_COARSENESS = 2.0
+"""Factor for wheels: edges of 2 cm, whose middles are λ/16 off the circle."""
 
-UNDERCUT = 0.3
-"""m, from the outline in to the flat floor: room for a wheel."""
+FLOOR_INSET = 0.3
+"""Distance from the outline inwards to the flat floor, m: room for a wheel."""
 
-SKIN_GAP = 0.008
-"""m, by which the bumpers' plastic stands off the metal beside it, as at a shut line."""
+BUMPER_GAP = 0.008
+"""Distance of the bumpers' plastic from the metal beside it, m."""
 
 
 @cache
 def vehicle_mesh(body: Body, *, max_edge: float = 0.05, coarseness: float = 1.0) -> Mesh:
-    """The surface of a ``body`` in the vehicle's frame; equal calls share one `Mesh`.
+    """Surface of a ``body`` in the vehicle's frame; equal calls share one `Mesh`.
 
-    Origin on the ground below the middle of the length, x forward, y left, z up. Body, bonnet,
-    boot lid and rims are metal; windows and mirrors glass, bumpers plastic (single sheets each);
-    tyres rubber: table 1 of the paper. The metal begins about 0.45 m behind the plastic nose and
-    0.15 m before the plastic tail, and is convex and smooth there, so that a radar at bumper
-    height sees one specular point that nothing opaque hides.
+    The origin is on the ground below the middle of the length, x forward, y left, z up. Body,
+    bonnet, boot lid and rims are metal; windows, mirrors (glass) and bumpers (plastic) are single
+    sheets; tyres are rubber: table 1 of the paper. The metal begins about 0.45 m behind the
+    plastic nose and 0.15 m before the plastic tail. It is convex and smooth there, so that one
+    specular point is visible from a radar at bumper height, and nothing opaque hides it.
 
     Parameters
     ----------
     body : one of ``"sedan"``, ``"hatchback"``, ``"van"``, ``"truck"``
-    max_edge : m, on flats
-    coarseness : multiplies the edges that `surface.edge_limit` allows on curves: 1 for echoes,
-        about 4 for shadows and pictures; see `LOWER`, `WEAK` and `WHEEL`
+    max_edge : longest edge on flats, m
+    coarseness : factor on the edges that `surface.edge_limit` allows on curves: 1 for echoes,
+        about 4 for shadows and pictures
 
     Raises
     ------
@@ -68,7 +68,8 @@ def vehicle_mesh(body: Body, *, max_edge: float = 0.05, coarseness: float = 1.0)
     fine = Fineness(max_edge=max_edge, coarseness=coarseness)
     shape = SHAPES[body]
     lower, weak, wheel = (
-        replace(fine, coarseness=factor * fine.coarseness) for factor in (LOWER, WEAK, WHEEL)
+        replace(fine, coarseness=factor * fine.coarseness)
+        for factor in (LOWER_BODY_COARSENESS, BUMPER_COARSENESS, WHEEL_COARSENESS)
     )
     builder = SurfaceBuilder()
     metal = _metal_shell(shape)
@@ -93,7 +94,7 @@ def _outline(shape: Shape, front: End, rear: End, margin: float = 0.0) -> Outlin
     return Outline(
         front=front,
         rear=rear,
-        half_width=shape.width / 2 - SKIN_GAP + margin,
+        half_width=shape.width / 2 - BUMPER_GAP + margin,
         widest=shape.widest,
         side=shape.side + margin,
     )
@@ -121,7 +122,7 @@ def _metal_shell(shape: Shape) -> Shell:
 
 
 def _lower_body(builder: SurfaceBuilder, fine: Fineness, shape: Shape, metal: Shell) -> None:
-    """A closed metal tub: flanks with wheel openings, bonnet, belt, boot lid and underbody."""
+    """Add a closed metal tub: flanks with wheel openings, bonnet, belt, boot lid, underbody."""
     ribs = metal.ribs(builder, fine, metal.stations(fine))
     flank(builder, ribs, part="body", material="metal")
 
@@ -138,8 +139,8 @@ def _lower_body(builder: SurfaceBuilder, fine: Fineness, shape: Shape, metal: Sh
         along=shape.deck_radius,
     )
     deck.fill(builder, fine, ribs.upper_rim)
-    bottom = metal.undercut(builder, fine, ribs, UNDERCUT, part="underbody", material="metal")
-    # No radar above a flat floor looks at it, so its facets may be three times as long.
+    bottom = metal.undercut(builder, fine, ribs, FLOOR_INSET, part="underbody", material="metal")
+    # the floor is not visible from a radar above it, so its facets may be three times as long
     rough = replace(fine, max_edge=3 * fine.max_edge)
     floor = Cover(
         height=lambda x, _: np.full_like(x, shape.flank.sill),
@@ -151,13 +152,13 @@ def _lower_body(builder: SurfaceBuilder, fine: Fineness, shape: Shape, metal: Sh
 
 
 def _front_bumper(builder: SurfaceBuilder, fine: Fineness, shape: Shape) -> None:
-    """The plastic nose: a skin before the metal, drawn back over the edge of the bonnet."""
+    """Add the plastic nose: a skin before the metal that continues over the edge of the bonnet."""
 
     def deck(x: FloatArray, y: FloatArray) -> FloatArray:
-        return shape.deck_height(x, y) + SKIN_GAP
+        return shape.deck_height(x, y) + BUMPER_GAP
 
     skin = Shell(
-        outline=_outline(shape, shape.skin_front, shape.skin_rear, SKIN_GAP),
+        outline=_outline(shape, shape.skin_front, shape.skin_rear, BUMPER_GAP),
         front=shape.skin_front_profile,
         side=shape.flank,
         rear=shape.rear,
@@ -177,13 +178,13 @@ def _front_bumper(builder: SurfaceBuilder, fine: Fineness, shape: Shape) -> None
 
 
 def _rear_bumper(builder: SurfaceBuilder, fine: Fineness, shape: Shape, metal: Shell) -> None:
-    """The plastic tail: a skin behind the metal, closed above by a ledge that runs into it."""
+    """Add the plastic tail: a skin behind the metal, with a ledge above that ends in the metal."""
 
     def ledge_height(x: FloatArray, y: FloatArray) -> FloatArray:
         return np.full(np.broadcast_shapes(x.shape, y.shape), shape.rear_bumper_top)
 
     skin = Shell(
-        outline=_outline(shape, shape.skin_front, shape.skin_rear, SKIN_GAP),
+        outline=_outline(shape, shape.skin_front, shape.skin_rear, BUMPER_GAP),
         front=shape.front,
         side=shape.flank,
         rear=shape.skin_rear_profile,
@@ -207,7 +208,7 @@ def _rear_bumper(builder: SurfaceBuilder, fine: Fineness, shape: Shape, metal: S
 
 
 def _cabin(builder: SurfaceBuilder, fine: Fineness, shape: Shape, tier: Tier) -> None:
-    """Walls, panes and roof of one tier."""
+    """Add walls, panes and roof of one tier."""
     middle = (tier.roof_front.x + tier.roof_rear.x) / 2
 
     def foot(x: FloatArray, y: FloatArray) -> FloatArray:
@@ -248,7 +249,7 @@ def _cabin(builder: SurfaceBuilder, fine: Fineness, shape: Shape, tier: Tier) ->
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ring:
-    """A circle about an axle (m), of the part and material of the strip up to it."""
+    """A circle about an axle (m), with part and material of the strip that ends there."""
 
     radius: float
     y: float
@@ -257,7 +258,7 @@ class Ring:
 
 
 def _wheel_section(wheels: Wheels, outer: float) -> tuple[Ring, ...]:
-    """A wheel's rings from the axle's inner to its outer end: rim, tyre, dished rim."""
+    """Rings of a wheel from the inner to the outer end of its axle: rim, tyre, dished rim."""
     inner, radius, rim, chamfer = outer - wheels.width, wheels.radius, 0.66 * wheels.radius, 0.025
     metal = partial(Ring, part="rim", material="metal")
     rubber = partial(Ring, part="wheel", material="rubber")
@@ -280,7 +281,7 @@ def _wheel_section(wheels: Wheels, outer: float) -> tuple[Ring, ...]:
 def _wheel(
     builder: SurfaceBuilder, fine: Fineness, x: float, section: tuple[Ring, ...], axle: str
 ) -> None:
-    """A closed wheel that stands on the ground at ``x`` (m)."""
+    """Add a closed wheel on the ground at ``x`` (m)."""
     height = max(ring.radius for ring in section)
     lines = [builder.line(_circle(fine, x, height, section[0]))]
     for before, after in pairwise(section):
@@ -296,23 +297,19 @@ def _wheel(
 
 
 def _circle(fine: Fineness, x: float, z: float, ring: Ring) -> FloatArray:
-    """Points of a ring, one on the axle; ``(point, xyz)``."""
+    """Points of a ring, ``(point, xyz)``; a single one on the axle."""
     if ring.radius < 1e-9:
         return np.array([[x, ring.y, z]])
     length = 2 * math.pi * ring.radius
     count = max(12, fine.steps(length, ring.radius))
     turn = np.arange(count) * 2 * math.pi / count - math.pi / 2  # the first one is the lowest
     return np.column_stack(
-        [
-            x + ring.radius * np.cos(turn),
-            np.full(count, ring.y),
-            z + ring.radius * np.sin(turn),
-        ]
+        [x + ring.radius * np.cos(turn), np.full(count, ring.y), z + ring.radius * np.sin(turn)]
     )
 
 
 def _mirror(builder: SurfaceBuilder, fine: Fineness, shape: Shape) -> None:
-    """A mirror: one slightly convex sheet of glass in a faceted housing of plastic."""
+    """Add a mirror: a slightly convex sheet of glass in a faceted plastic housing."""
     mirror = shape.mirror
     y, z = mirror.y, mirror.z
     rear = _frame(mirror.x, y, y + mirror.width, z, z + mirror.height)
@@ -328,7 +325,7 @@ def _mirror(builder: SurfaceBuilder, fine: Fineness, shape: Shape) -> None:
 
 
 def _frame(x: float, right: float, left: float, low: float, high: float) -> FloatArray:
-    """Corners, counter-clockwise seen from the front: ``(4, xyz)``."""
+    """Corners, counter-clockwise from the front, ``(4, xyz)``."""
     return np.array([[x, right, low], [x, left, low], [x, left, high], [x, right, high]])
 
 
@@ -342,7 +339,7 @@ def sheet(
     bulge: float = 0.0,
     radius: float = math.inf,
 ) -> None:
-    """A bilinear sheet, corners counter-clockwise from outside, lifted by ``bulge`` (m) inside."""
+    """Add a bilinear sheet, corners counter-clockwise from outside, raised by ``bulge`` (m)."""
     a, b, c, d = corners
     normal = np.cross(b - a, d - a)
     normal /= np.linalg.norm(normal)

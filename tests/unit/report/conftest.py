@@ -10,13 +10,7 @@ from polychirp.model.mesh import Mesh, Plate
 from polychirp.model.radar import Radar
 from polychirp.model.ramp import RampSchedule, continuous_phase
 from polychirp.model.scene import Actor, Scene
-from polychirp.study.paper.results import (
-    GhostRow,
-    PaperResults,
-    PaperRow,
-    TargetRow,
-    paper_claims,
-)
+from polychirp.study.paper.results import GhostRow, PaperResults, PaperRow, TargetRow, paper_claims
 
 FLOOR = -95.0
 TARGETS = {
@@ -172,7 +166,7 @@ def scene() -> Scene:
 
 @pytest.fixture
 def results(make_row: Callable[..., PaperRow], scene: Scene) -> PaperResults:
-    """What a run gives when all the paper's claims hold but the last one."""
+    """Results of a run in which all the paper's claims hold except the last one."""
     indirect = (("indirect", 16.0, -3.6), ("indirect", 18.5, -9.3))
     direct = (("direct", 6.6, 22.5),)
     rows = [make_row("A", "radar 1"), make_row("A", "radar 2")]

@@ -8,12 +8,12 @@ from polychirp.correlation.lobes import lobes
 from polychirp.model.transceiver import Transceiver
 from polychirp.report.correlation import correlation_csv, correlation_json, correlation_table
 from polychirp.report.figures.correlation import (
-    NUM_BINS,
-    bends,
+    NUM_CURVE_BINS,
     correlation_picture,
     curve,
     pair_picture,
     slope_law,
+    slope_product,
 )
 from polychirp.study.section_v.cases import (
     CorrelationResults,
@@ -63,11 +63,11 @@ def results():
 
 
 def test_a_curve_keeps_its_highest_points():
-    """However many lags a column of the picture has."""
+    """This holds for any number of lags in a column of the picture."""
     lag, height = curve(sinc(), (LAG[0], LAG[-1]))
-    assert lag.size <= NUM_BINS
+    assert lag.size <= NUM_CURVE_BINS
     assert height.max() == pytest.approx(1.0)
-    assert abs(lag[np.argmax(height)]) < LAG[-1] / NUM_BINS * 4
+    assert abs(lag[np.argmax(height)]) < LAG[-1] / NUM_CURVE_BINS * 4
 
 
 def test_theory_and_radios_have_one_scale():
@@ -109,7 +109,7 @@ def test_the_law_is_drawn_for_single_ramps_in_one_band():
     assert by_name["10 MHz less"] == pytest.approx(1000.0)
     assert by_name["ramp of 120 µs"] == pytest.approx(2000.0)
     assert by_name["falling"] == pytest.approx(20_000.0)
-    assert bends(results().row("diverse")) == 0.0
+    assert slope_product(results().row("diverse")) == 0.0
 
 
 def test_tables_have_every_case():

@@ -9,7 +9,7 @@ import pytest
 from polychirp.errors import InputError
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
-from polychirp.report.figures.drawing import STYLE, Drawing
+from polychirp.report.figures.drawing import STYLE_FILE, Drawing
 from polychirp.report.figures.floor_and_masking import floor_and_masking
 from polychirp.report.figures.range_profile import common_limits, range_profile
 from polychirp.report.figures.spectrogram import band_of, short_time_spectrum, spectrogram
@@ -69,7 +69,7 @@ def test_figures_look_the_same_whatever_the_users_settings_are(results):
     with mpl.rc_context({"lines.linewidth": 9.0, "savefig.dpi": 30, "font.size": 30}):
         assert draw() == house
     assert house.startswith(b"\x89PNG")
-    assert STYLE.is_file()
+    assert STYLE_FILE.is_file()
 
 
 # ── figure 4 ──────────────────────────────────────────────────────────────────
@@ -121,12 +121,13 @@ def test_the_spectrogram_is_brightest_along_the_ramps(results):
 
 def test_a_spectrogram_lists_its_ramps(results):
     band = band_of(results.conventional, results.diverse)
-    drawing = spectrogram(results.diverse, title="Fig. 4b", band=band)
+    drawing = spectrogram(results.diverse, title="Fig. 4b", band=band, span=(0.0, 0.1))
     axes, bar = drawing.figure.axes
     assert axes.get_title(loc="left") == "Fig. 4b"
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("Time (ms)", "Frequency (GHz)")
     assert bar.get_ylabel() == "Power (dB)"
     assert axes.get_ylim() == pytest.approx((band[0] / 1e9, band[1] / 1e9))
+    assert axes.get_xlim() == pytest.approx((0.0, 100.0))
     lines = table(drawing)
     assert len(lines) == 32
     assert float(lines[1]["stop_frequency_ghz"]) == pytest.approx(79.0)
@@ -222,6 +223,19 @@ def test_a_body_throws_a_shadow_on_the_road(scene):
     assert brightness((-6.0, -0.6, 0.0)) < 0.7 * brightness((-6.0, -3.1, 0.0))
 
 
+def test_names_in_the_view_are_not_cut_off(scene):
+    """The second vehicle is near the right edge; its name moves to the left."""
+    size = (960, 540)
+    camera = Camera(position=(-20.0, 0.0, 4.0), target=(0.0, 13.0, 0.0))
+    drawing = street_view(
+        scene, camera=camera, size=size, caster=PatientCaster(np.zeros((0, 3, 3)))
+    )
+    drawing.png()
+    (label,) = drawing.figure.axes[0].texts
+    assert label.xy[0] > size[0] - 40.0
+    assert label.get_window_extent().x1 < drawing.figure.bbox.x1
+
+
 def test_the_view_names_the_vehicles_it_shows(scene):
     size = (64, 36)
     drawing = street_view(scene, size=size, caster=PatientCaster(surfaces(scene).corners))
@@ -247,9 +261,16 @@ def test_a_range_profile_shows_truth_detections_ghosts_and_both_levels(make_row)
         "ghost: direct interference",
     ]
     texts = [text.get_text() for text in axes.texts]
-    assert texts == ["vehicle 2  12.60 m", "vehicle 4  13.65 m", "far <car>  21.00 m  missed"]
+    targets = ["vehicle 2  12.60 m", "vehicle 4  13.65 m", "far <car>  21.00 m  missed"]
+    assert texts == [*targets, "6.60 m"]
     title = drawing.figure.get_suptitle()
-    for words in ("Fig. 11a", "C: direct interference", "radar 2", "conventional", "in step"):
+    for words in (
+        "Fig. 11a",
+        "C: direct interference",
+        "radar 2",
+        "conventional",
+        "starting together",
+    ):
         assert words in title
     assert axes.get_xlim() == (0.0, 30.0)
     assert axes.get_ylim() == (-100.0, 0.0)
@@ -264,6 +285,14 @@ def test_a_ghost_is_marked_on_the_profile_at_its_range(make_row):
     ghost = lines["ghost: direct interference"]
     assert ghost.get_xdata() == pytest.approx([6.6])
     assert ghost.get_ydata() == pytest.approx([-31.0 + 22.5], abs=0.1)
+
+
+def test_the_strongest_peak_is_labelled_if_it_is_no_target_and_no_ghost(make_row):
+    row = make_row()
+    drawing = range_profile(
+        replace(row, targets=row.targets[1:]), heading="Fig. 9a", limits=(-100.0, 0.0)
+    )
+    assert drawing.figure.axes[0].texts[-1].get_text() == "strongest peak 6.50 m"
 
 
 def test_the_data_of_a_profile_are_what_is_drawn(make_row):

@@ -2,7 +2,7 @@ import numpy as np
 
 from polychirp.model.detection import Detections
 from polychirp.model.spectra import RangeRateMap
-from polychirp.report.figures.range_rate import SHOWN, range_rate_picture
+from polychirp.report.figures.range_rate import COLOUR_SPAN_DB, range_rate_picture
 
 
 def picture(num_detections: int = 2):
@@ -33,7 +33,7 @@ def test_colours_begin_at_the_noise_and_axes_have_units():
     left, right, *_ = drawing.figure.axes
     low, high = left.collections[0].get_clim()
     assert low == np.median(10 * np.log10(map_.power))
-    assert high - low == SHOWN
+    assert high - low == COLOUR_SPAN_DB
     assert left.get_xlabel() == "Range rate (m/s), positive = away"
     assert left.get_ylabel() == "Range (m)"
     assert right.get_ylabel() == "Ahead (m)"

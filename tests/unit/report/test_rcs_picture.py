@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from polychirp.channel.rcs import CrossSections
-from polychirp.report.figures.convergence import Fineness, convergence_picture
-from polychirp.report.figures.rcs import SHOWN, rcs_picture, statistics
+from polychirp.report.figures.convergence import MeshError, convergence_picture
+from polychirp.report.figures.rcs import DRAWN_SPAN_DB, rcs_picture, statistics
 
 
 def found():
@@ -47,7 +47,7 @@ def test_the_front_is_up_and_the_left_is_left():
 def test_both_curves_close_and_none_leaves_the_circle():
     (axes,) = picture().figure.axes
     low, high = axes.get_ylim()
-    assert (low, high) == (40 - SHOWN, 40)
+    assert (low, high) == (40 - DRAWN_SPAN_DB, 40)
     for line in axes.lines:
         level = np.asarray(line.get_ydata())
         assert level[0] == level[-1]
@@ -63,8 +63,8 @@ def test_the_medians_of_the_sides_are_of_their_sectors():
 
 def test_a_convergence_curve_falls_to_the_right_and_leaves_its_reference_out():
     rows = [
-        Fineness(max_edge=0.05, coarseness=1.0, facets=60_000, median=1.0, ninth_decile=4.0),
-        Fineness(max_edge=0.02, coarseness=0.5, facets=300_000, median=0.5, ninth_decile=2.0),
+        MeshError(max_edge=0.05, coarseness=1.0, facets=60_000, median=1.0, ninth_decile=4.0),
+        MeshError(max_edge=0.02, coarseness=0.5, facets=300_000, median=0.5, ninth_decile=2.0),
     ]
     drawing = convergence_picture(rows, note="note")
     assert list(drawing.data["facets"]) == [60_000, 300_000]

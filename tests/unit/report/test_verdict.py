@@ -41,7 +41,7 @@ def test_a_case_that_was_not_computed_is_no_agreement(results):
         ((), "no ghosts, where the paper has 1"),
         ((("direct", 6.6, 3.0), ("indirect", 9.0, 1.0)), "2 ghosts, where the paper has 1"),
         ((("direct", 8.0, 3.0),), "no ghost at 6.60 m"),
-        ((("direct", 6.6, -3.0),), "no ghost stands above the targets"),
+        ((("direct", 6.6, -3.0),), "no ghost is stronger than the targets"),
     ],
 )
 def test_a_different_ghost_is_named(results, make_row, ghosts, difference):

@@ -45,4 +45,4 @@ def test_the_picture_has_a_panel_for_each_of_what_is_varied() -> None:
     assert len(drawing.figure.axes) == 4
     assert drawing.data["waveform"].count("diverse") == 1
     assert drawing.data["measured"] == [0.3] * 5
-    assert drawing.data["with arms"] == [0.5] * 5
+    assert drawing.data["with cross-pairing ridges"] == [0.5] * 5

@@ -1,4 +1,4 @@
-"""Slow and obvious geometry for the tests of traffic: nearest points and blocked sights."""
+"""Slow and obvious geometry for the tests of traffic: nearest points and blocked lines."""
 
 from collections.abc import Callable
 
@@ -28,7 +28,7 @@ def closest_point(point: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, n
 
 
 def is_blocked(start: np.ndarray, end: np.ndarray, corners: np.ndarray) -> bool:
-    """Whether any triangle cuts the segment, its last millimetre left out."""
+    """True if any triangle cuts the segment without its last millimetre."""
     way = end - start
     reach = 1 - 1e-3 / np.linalg.norm(way)
     u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]

@@ -1,4 +1,4 @@
-"""The four bodies: closed where they should be, true to their curvature, of table 1's materials."""
+"""The four bodies: closed where they should be, accurate on curves, of table 1's materials."""
 
 import math
 import subprocess
@@ -10,10 +10,15 @@ from scipy.spatial import cKDTree
 
 from polychirp.errors import InputError
 from polychirp.model.mesh import Mesh
-from polychirp.traffic.mounting import GAP, bumper_mount
+from polychirp.traffic.mounting import RADAR_STANDOFF, bumper_mount
 from polychirp.traffic.shapes import SHAPES
 from polychirp.traffic.surface import WAVELENGTH
-from polychirp.traffic.vehicle import WEAK, WHEEL, vehicle_mesh, vehicle_size
+from polychirp.traffic.vehicle import (
+    BUMPER_COARSENESS,
+    WHEEL_COARSENESS,
+    vehicle_mesh,
+    vehicle_size,
+)
 
 BODIES = tuple(SHAPES)
 COARSE = {"max_edge": 0.15, "coarseness": 3.0}
@@ -122,11 +127,11 @@ def test_no_facet_is_degenerate_or_turned_over(body):
 
 @pytest.mark.parametrize("body", ["sedan", "van"])
 def test_facets_stand_at_most_a_sixty_fourth_of_a_wavelength_off_the_surface(body, closest):
-    """The edge rule, measured: e ≤ ½√(λr/2) is a sagitta of λ/64 = 59 µm.
+    """The rule of edges, e ≤ ½√(λr/2), means a sagitta of λ/64 = 59 µm.
 
     Over a cell that curves by one sagitta s in each direction the centroid of a triangle is 16/9 s
-    off. Plastic is allowed `WEAK`², wheels `WHEEL`² times as much. The reference is a mesh with
-    0.4 of the edges.
+    off. The limit of plastic and of wheels grows by the square of their coarseness. The reference
+    is a mesh with 0.4 of the edges.
     """
     mesh = vehicle_mesh(body)
     fine = vehicle_mesh(body, max_edge=0.02, coarseness=0.4)
@@ -134,8 +139,8 @@ def test_facets_stand_at_most_a_sixty_fourth_of_a_wavelength_off_the_surface(bod
     random = np.random.default_rng(1)
     for materials, some, factor in (
         (("metal", "glass"), ~wheels & ~faces_of(mesh, "underbody"), 1.0),
-        (("plastic",), ~wheels, WEAK**2),
-        (("metal", "rubber"), wheels, WHEEL**2),
+        (("plastic",), ~wheels, BUMPER_COARSENESS**2),
+        (("metal", "rubber"), wheels, WHEEL_COARSENESS**2),
     ):
         chosen = np.flatnonzero(of_material(mesh, *materials) & some)
         centres = mesh.corners[random.choice(chosen, 1500)].mean(axis=1)
@@ -149,10 +154,10 @@ def test_facets_stand_at_most_a_sixty_fourth_of_a_wavelength_off_the_surface(bod
 
 @pytest.mark.parametrize("body", BODIES)
 def test_the_underbody_is_the_same_whatever_the_mesh(body, closest):
-    """A flat floor at the sill, which no radar above it looks at, and straight ways up to the rim.
+    """It is a flat floor at the sill, and straight lines up to the rim.
 
-    Beside a mesh of a seventh of the edges. Chords of 6 cm stand 1.4 mm off an arch of r = 0.37 m;
-    the ways, as they turn from rib to rib, stand off as much again.
+    The other mesh has a seventh of the edges. Chords of 6 cm are 1.4 mm off an arch of r = 0.37 m;
+    the lines, which turn from rib to rib, add as much again.
     """
     coarse, fine = vehicle_mesh(body, **COARSE), vehicle_mesh(body, max_edge=0.02, coarseness=0.4)
     corners, target = (mesh.corners[faces_of(mesh, "underbody")] for mesh in (coarse, fine))
@@ -219,15 +224,15 @@ def test_the_metal_begins_behind_the_plastic_as_on_real_cars(body):
 
 @pytest.mark.parametrize("body", BODIES)
 @pytest.mark.parametrize("end", ["front", "rear"])
-@pytest.mark.parametrize("bearing", [-20.0, 0.0, 8.0, 20.0])
-def test_the_nearest_metal_is_a_visible_specular_point(body, end, bearing, closest, blocked):
-    """On a smooth convex surface the nearest point looks at the radar; nothing opaque hides it.
+@pytest.mark.parametrize("azimuth", [-20.0, 0.0, 8.0, 20.0])
+def test_the_nearest_metal_is_a_visible_specular_point(body, end, azimuth, closest, blocked):
+    """On a smooth convex surface the nearest point faces the radar; nothing opaque hides it.
 
     A facet's normal differs from the surface's by at most half an edge over the radius:
     e/2r = ¼√(λ/2r), 5° at r = 0.1 m.
     """
     mesh = vehicle_mesh(body)
-    turn = math.radians(bearing) + (0.0 if end == "front" else math.pi)
+    turn = math.radians(azimuth) + (0.0 if end == "front" else math.pi)
     tip = SHAPES[body].length / 2 * (1 if end == "front" else -1)
     radar = np.array([tip + 10 * math.cos(turn), 10 * math.sin(turn), 0.5])
     metal = mesh.corners[of_material(mesh, "metal")]
@@ -270,7 +275,7 @@ def test_an_unknown_body_is_refused_with_those_there_are():
 def test_a_mount_is_just_outside_the_bumper_and_looks_away(body, end, offset, closest, blocked):
     mesh, mount = vehicle_mesh(body), bumper_mount(body, end, offset=offset)
     distance = closest(mount.position, mesh.corners)[0].min()
-    assert 0.9 * GAP < distance <= GAP + 1e-9
+    assert 0.9 * RADAR_STANDOFF < distance <= RADAR_STANDOFF + 1e-9
     ahead = mount.rotation[:, 0]
     assert ahead[0] == pytest.approx(1.0 if end == "front" else -1.0)
     assert not blocked(mount.position, mount.position + 30 * ahead, mesh.corners)

@@ -1,1 +1,15 @@
-"""One pure function per figure: data in, a drawing with the table of its data out."""
+"""One module for each kind of figure; each gives a figure with its data as a `Drawing`.
+
+The modules in reading order; others use the functions that draw, and `rcs.statistics`:
+
+- `drawing`: `Drawing`, colours and the common style.
+- `spectrogram`: figure 4.
+- `correlation`: figures 6 and 7, and correlations and ambiguities of any signals.
+- `surfaces`, `street_plan`, `street_view`: figure 8, from above and in three dimensions.
+- `range_profile`: figures 9 to 11.
+- `detection_statistics`: figures 12 and 13.
+- `floor_and_masking`: floor rise, misses and ghosts of every variant.
+- `range_rate`: a map of range and range rate with its detections.
+- `rcs`, `convergence`: cross sections over aspect, and over the number of facets.
+- `diversity`, `ghosts`, `estimation_bound`, `growth`: figures of the pages in docs/validation.
+"""

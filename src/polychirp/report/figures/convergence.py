@@ -1,4 +1,4 @@
-"""How the echo of a car converges with its mesh."""
+"""Convergence of a car's echo with its mesh."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from polychirp.report.figures.drawing import BLUE, GREY, VERMILION, Drawing, new
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Fineness:
-    """One mesh beside a much finer one of the same body.
+class MeshError:
+    """Difference of one mesh's echo from that of a much finer mesh of the same body.
 
     Parameters
     ----------
     max_edge : m, on flats
-    coarseness : of the curvature rule
-    facets : how many
-    median, ninth_decile : dB, of the |error| over aspects
+    coarseness : factor of the curvature rule
+    facets : number of facets
+    median, ninth_decile : of the |error| over all aspects, dB
     """
 
     max_edge: float
@@ -28,7 +28,7 @@ class Fineness:
 
 
 @styled
-def convergence_picture(rows: Sequence[Fineness], *, note: str) -> Drawing:
+def convergence_picture(rows: Sequence[MeshError], *, note: str) -> Drawing:
     """Median and ninth decile of the error over the number of facets, one mark per mesh."""
     rows = sorted(rows, key=lambda row: row.facets)
     figure = new_figure(7.0, 4.4)

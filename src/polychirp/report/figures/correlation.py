@@ -1,4 +1,4 @@
-"""Figures 6 and 7: auto- and cross-correlation, in theory and through transceivers."""
+"""Figures 6 and 7: auto- and cross-correlation, in theory and with transceivers."""
 
 from __future__ import annotations
 
@@ -28,21 +28,21 @@ from polychirp.report.figures.drawing import (
 from polychirp.study.section_v.cases import CorrelationResults, CorrelationRow
 from polychirp.units import to_db
 
-NUM_BINS: Final = 1500
-"""Columns of a curve: the greatest magnitude of each is drawn."""
+NUM_CURVE_BINS: Final = 1500
+"""Number of columns of a curve; the greatest magnitude in each column is drawn."""
 
-DEPTH: Final = -120.0
-"""dB, of the lower panels."""
+LOWEST_LEVEL_DB: Final = -120.0
+"""Lower end of the axes in decibels; chosen: below the noise of the recordings."""
 
-CLOSE: Final = 20.0
-"""Widths 1/B on each side of the peak that the upper panels show of like signals."""
+NEAR_PEAK_WIDTHS: Final = 20.0
+"""Widths 1/B on each side of the peak that the upper panels show of equal signals; chosen."""
 
 
 def curve(correlation: Correlation, span: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
     """Lags in s and greatest |R| in bins between two lags, ``(bin,)`` each."""
     inside = (correlation.lag >= span[0]) & (correlation.lag <= span[1])
     lag, height = correlation.lag[inside], np.abs(correlation.amplitude[inside])
-    width = -(-lag.size // NUM_BINS)
+    width = -(-lag.size // NUM_CURVE_BINS)
     whole = lag.size // width
     heights = height[: whole * width].reshape(whole, width)
     lags = lag[: whole * width].reshape(whole, width)
@@ -51,14 +51,14 @@ def curve(correlation: Correlation, span: tuple[float, float]) -> tuple[FloatArr
 
 @styled
 def correlation_picture(row: CorrelationRow, *, heading: str, snr: str = "30 dB") -> Drawing:
-    """One case: in theory beside through transceivers, as amplitude and in decibels.
+    """One case, theory beside transceivers, as amplitude and in decibels.
 
     Both columns have the same scales. The data are the curves of the lower panels.
 
     Parameters
     ----------
-    heading : begins the title, as in ``"Fig. 6"``
-    snr : of the measured column, for its title
+    heading : start of the title, as in ``"Fig. 6"``
+    snr : SNR of the measured column, for its title
     """
     theory, model, loop = row.curves
     whole = (float(theory.lag[0]), float(theory.lag[-1]))
@@ -68,7 +68,10 @@ def correlation_picture(row: CorrelationRow, *, heading: str, snr: str = "30 dB"
     for column, curves in enumerate(
         (
             [(theory, BLUE, "closed form")],
-            [(model, VERMILION, "transceiver model"), (loop, GREEN, "loop-back, SigMF, aligned")],
+            [
+                (model, VERMILION, "transceiver model"),
+                (loop, GREEN, "loop-back recording, aligned"),
+            ],
         )
     ):
         for correlation, colour, label in curves:
@@ -85,22 +88,22 @@ def correlation_picture(row: CorrelationRow, *, heading: str, snr: str = "30 dB"
 def _near(row: CorrelationRow, whole: tuple[float, float]) -> tuple[float, float]:
     if row.case.kind == "cross":
         return whole
-    reach = CLOSE * row.ideal.width
+    reach = NEAR_PEAK_WIDTHS * row.ideal.width
     return -reach, reach
 
 
 def _dress(panels: np.ndarray, peak: float, snr: str) -> None:
-    titles = ("In theory", f"Through transceivers, SNR {snr}")
+    titles = ("Theory", f"With transceivers, SNR {snr}")
     for column, title in enumerate(titles):
         upper, lower = panels[0, column], panels[1, column]
         assert isinstance(upper, Axes)
         assert isinstance(lower, Axes)
         upper.set(title=title, ylim=(0.0, 1.05))
-        lower.set(ylim=(DEPTH, 5.0), xlabel="Lag (µs)")
+        lower.set(ylim=(LOWEST_LEVEL_DB, 5.0), xlabel="Lag (µs)")
         level = 20.0 * math.log10(peak)
         lower.axhline(level, color=GREY, linewidth=0.8, linestyle="--")
         lower.annotate(
-            f"theory's peak {level:.1f} dB".replace("-", "−"),
+            f"peak in theory {level:.1f} dB".replace("-", "−"),
             (1.0, level),
             xycoords=("axes fraction", "data"),
             xytext=(-4, 3),
@@ -125,10 +128,10 @@ def _columns(row: CorrelationRow, whole: tuple[float, float]) -> dict[str, Float
 
 @styled
 def pair_picture(measured: Correlation, theory: Correlation | None, *, title: str) -> Drawing:
-    """Any two signals: the highest lobe, and all lags in decibels, beside the closed form."""
+    """Correlation of any two signals near its highest lobe, and at all lags in decibels."""
     found = lobes(measured)
     whole = (float(measured.lag[0]), float(measured.lag[-1]))
-    reach = CLOSE * found.width if math.isfinite(found.width) else whole[1]
+    reach = NEAR_PEAK_WIDTHS * found.width if math.isfinite(found.width) else whole[1]
     near = (max(whole[0], found.lag - reach), min(whole[1], found.lag + reach))
     figure = new_figure(10.0, 3.8)
     left, right = figure.subplots(1, 2)
@@ -141,7 +144,7 @@ def pair_picture(measured: Correlation, theory: Correlation | None, *, title: st
         lag, height = curve(correlation, whole)
         right.plot(lag * 1e6, to_db(height**2), color=colour, linestyle=style, label=label)
     left.set(xlabel="Lag (µs)", ylabel="Correlation amplitude", ylim=(0.0, None))
-    right.set(xlabel="Lag (µs)", ylabel="Correlation (dB)", ylim=(DEPTH, 5.0))
+    right.set(xlabel="Lag (µs)", ylabel="Correlation (dB)", ylim=(LOWEST_LEVEL_DB, 5.0))
     left.legend(loc="upper right")
     figure.suptitle(title, x=0.01, ha="left", weight="bold", size=11)
     lag, height = curve(measured, whole)
@@ -153,7 +156,7 @@ def pair_picture(measured: Correlation, theory: Correlation | None, *, title: st
 
 @styled
 def ambiguity_picture(found: Ambiguity, *, title: str) -> Drawing:
-    """The ambiguity function, 60 dB deep; its data are the cuts through zero."""
+    """The ambiguity function over 60 dB; its data are the cut at zero Doppler shift."""
     level = to_db(np.abs(found.amplitude) ** 2)
     lag, doppler = found.lag * 1e6, found.doppler / 1e3
     figure = new_figure(8.0, 5.0)
@@ -176,28 +179,28 @@ def ambiguity_picture(found: Ambiguity, *, title: str) -> Drawing:
 
 @styled
 def slope_law(results: CorrelationResults) -> Drawing:
-    """Peak of crossing ramps over what their slopes differ by, beside the law."""
-    rows = [row for row in results.rows if bends(row) > 0.0]
-    bend = np.array([bends(row) for row in rows])
+    """Highest peak of crossing ramps over the difference of their slopes, beside the law."""
+    rows = [row for row in results.rows if slope_product(row) > 0.0]
+    product = np.array([slope_product(row) for row in rows])
     theory = np.array([20.0 * math.log10(row.ideal.peak) for row in rows])
     model = [row.modelled[0].level_db for row in rows]
     mean = np.array([one.mean for one in model])
     half = np.array([one.half_width for one in model])
     figure = new_figure(7.0, 4.6)
     axes = figure.add_subplot()
-    line = np.geomspace(0.5 * bend.min(), 2.0 * bend.max(), 100)
+    line = np.geomspace(0.5 * product.min(), 2.0 * product.max(), 100)
     axes.plot(
         line,
         to_db(OVERSHOOT / line),
         color=GREY,
         label=r"$-10\,\log_{10}(|\Delta\beta|\,T_aT_b) + 1.4$ dB",
     )
-    axes.plot(bend, theory, "o", color=BLUE, label="closed form")
+    axes.plot(product, theory, "o", color=BLUE, label="closed form")
     axes.errorbar(
-        bend, mean, yerr=half, fmt="x", color=VERMILION, capsize=3, label="model, 30 dB SNR"
+        product, mean, yerr=half, fmt="x", color=VERMILION, capsize=3, label="model, 30 dB SNR"
     )
-    for n, (row, x, y) in enumerate(zip(rows, bend, theory, strict=True)):
-        above = not np.any(np.isclose(bend[:n], x, rtol=0.05))
+    for n, (row, x, y) in enumerate(zip(rows, product, theory, strict=True)):
+        above = not np.any(np.isclose(product[:n], x, rtol=0.05))
         axes.annotate(
             row.case.name,
             (x, y),
@@ -217,7 +220,7 @@ def slope_law(results: CorrelationResults) -> Drawing:
         figure=figure,
         data={
             "case": [row.case.name for row in rows],
-            "slope_difference_times_durations": bend,
+            "slope_difference_times_durations": product,
             "theory_db": theory,
             "model_db": mean,
             "model_half_width_db": half,
@@ -225,8 +228,8 @@ def slope_law(results: CorrelationResults) -> Drawing:
     )
 
 
-def bends(row: CorrelationRow) -> float:
-    """|Δβ| T T of two single ramps that share a band; 0 where the law does not speak."""
+def slope_product(row: CorrelationRow) -> float:
+    """|Δβ| T T of two single ramps that share a band; 0 where the law does not apply."""
     sent, reference = row.case.sent, row.case.reference
     if sent.kind != "sawtooth" or reference.kind != "sawtooth":
         return 0.0
@@ -242,7 +245,7 @@ def bends(row: CorrelationRow) -> float:
 def correlation_drawings(
     results: CorrelationResults,
 ) -> Iterator[tuple[str, Callable[[], Drawing]]]:
-    """Figures 6 and 7, both readings of the latter, and the law: names and makers."""
+    """Names of the figures (6, 7 in both readings, the law) and functions that draw them."""
     for name, case, heading in (
         ("fig06", "auto", "Fig. 6"),
         ("fig07-as-printed", "cross, receiver stays", "Fig. 7 as printed"),

@@ -9,20 +9,16 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from polychirp.report.figures.drawing import (
-    BLUE,
-    GREY,
-    INK,
-    VERMILION,
-    Drawing,
-    new_figure,
-    styled,
-)
-from polychirp.study.paper.results import PAPER_ACCURACY, PAPER_TARGETS, Interval, StatisticsRow
+from polychirp.report.figures.drawing import BLUE, GREY, INK, VERMILION, Drawing, new_figure, styled
+from polychirp.study.paper.results import PAPER_ACCURACY, PAPER_TARGETS, StatisticsRow
 
-_COLOUR: Final = {"conventional": VERMILION, "diverse": BLUE}
-_MARK: Final = {"alone": ("o", "-"), "interfered": ("s", "--"), "blanked": ("^", ":")}
-_WORDS: Final = {"alone": "alone", "interfered": "two interferers", "blanked": "the same, blanked"}
+_WAVEFORM_COLOUR: Final = {"conventional": VERMILION, "diverse": BLUE}
+_SITUATION_MARK: Final = {"alone": ("o", "-"), "interfered": ("s", "--"), "blanked": ("^", ":")}
+_SITUATION_WORDS: Final = {
+    "alone": "alone",
+    "interfered": "two interferers",
+    "blanked": "two interferers, blanked",
+}
 
 _PANELS: Final = {
     "detection": "Detection probability",
@@ -31,12 +27,12 @@ _PANELS: Final = {
     "azimuth_rmse_deg": "Azimuth error, rms (°)",
     "speed_rmse_kmh": "Speed error, rms (km/h)",
 }
-"""Fields of a row, and their labels."""
+"""Fields of a row that have a panel, and the panels' labels."""
 
 
 @styled
 def detection_statistics(rows: Sequence[StatisticsRow]) -> Drawing:
-    """Detection, ghosts and errors of every curve, with 95 % intervals, and the paper's points."""
+    """Detection, ghosts and errors of every curve with 95 % intervals, and the paper's values."""
     figure = new_figure(9.6, 5.6)
     all_axes = figure.subplots(2, 3).ravel()
     curves = list(dict.fromkeys((row.waveform, row.situation) for row in rows))
@@ -63,24 +59,24 @@ def _curve(
 ) -> None:
     values = np.array([getattr(row, field) for row in rows])
     middle, low, high = values.T
-    marker, line = _MARK[curve[1]]
+    marker, line = _SITUATION_MARK[curve[1]]
     axes.errorbar(
         np.array([row.num_targets for row in rows]) + shift,
         middle,
         yerr=np.maximum([middle - low, high - middle], 0.0),
-        color=_COLOUR[curve[0]],
+        color=_WAVEFORM_COLOUR[curve[0]],
         marker=marker,
         markersize=4,
         linestyle=line,
         linewidth=1.2,
         elinewidth=0.8,
-        label=f"{curve[0]}, {_WORDS[curve[1]]}",
+        label=f"{curve[0]}, {_SITUATION_WORDS[curve[1]]}",
     )
 
 
 def _medians(axes: Axes, rows: Sequence[StatisticsRow], field: str) -> None:
-    """Dashes where half of the errors are smaller."""
-    for waveform, colour in _COLOUR.items():
+    """Dashes at the medians of the errors."""
+    for waveform, colour in _WAVEFORM_COLOUR.items():
         some = [row for row in rows if row.waveform == waveform]
         axes.plot(
             [row.num_targets for row in some],
@@ -93,16 +89,13 @@ def _medians(axes: Axes, rows: Sequence[StatisticsRow], field: str) -> None:
 
 
 def _legend(all_axes: Sequence[Axes]) -> None:
-    """In the panel that no curve needs."""
+    """Draw the legend in the last panel, which has no curves."""
     handles, labels = all_axes[0].get_legend_handles_labels()
     (star,) = (line for line in all_axes[-2].lines if line.get_marker() == "*")
     median = Line2D([], [], marker="_", markersize=9, color=GREY, linestyle="")
     all_axes[-1].axis("off")
     all_axes[-1].legend(
-        [*handles, median, star],
-        [*labels, "their medians", "the paper"],
-        loc="center",
-        fontsize=8.5,
+        [*handles, median, star], [*labels, "medians", "the paper"], loc="center", fontsize=8.5
     )
     all_axes[1].axhline(0.0, color=GREY, linewidth=0.5)
 
@@ -116,13 +109,8 @@ def _data(rows: Sequence[StatisticsRow]) -> dict[str, list[Any]]:
     }
     for field in (*_PANELS, "false_claims"):
         for n, what in enumerate(("", " low", " high")):
-            data[f"{field}{what}"] = [_of(row, field)[n] for row in rows]
+            data[f"{field}{what}"] = [getattr(row, field)[n] for row in rows]
     for field in ("range_median_m", "azimuth_median_deg", "speed_median_kmh"):
         data[field] = [getattr(row, field) for row in rows]
     data["floor_rise_db"] = [row.floor_rise_db for row in rows]
     return data
-
-
-def _of(row: StatisticsRow, field: str) -> Interval:
-    values: Interval = getattr(row, field)
-    return values

@@ -1,4 +1,4 @@
-"""How much diversity keeps two radars apart: over the spread of draws, and over sweeps."""
+"""Suppression of a direct interferer by diversity, over spread and over number of sweeps."""
 
 from __future__ import annotations
 
@@ -7,24 +7,18 @@ from typing import Any
 
 from matplotlib.axes import Axes
 
-from polychirp.report.figures.drawing import (
-    BLUE,
-    GREY,
-    VERMILION,
-    Drawing,
-    new_figure,
-    styled,
-)
+from polychirp.report.figures.drawing import BLUE, GREY, VERMILION, Drawing, new_figure, styled
 
 
 @styled
 def diversity_picture(record: Mapping[str, Any]) -> Drawing:
-    """Suppression of a direct interferer relative to a ghost in step, in dB.
+    """Suppression relative to a ghost of equal ramps that start together, in dB.
 
     Parameters
     ----------
-    record : ``spreads`` and ``over_spread``, ``sweeps`` and ``over_sweeps``: by name, one row of
-        ``matched_mean``, ``matched_peak``, ``per_sweep`` and ``law`` (dB) for each
+    record : ``spreads`` and ``sweeps``; and ``over_spread`` and ``over_sweeps``: for each kind of
+        diversity one row of ``matched_mean``, ``matched_peak``, ``per_sweep`` and ``law`` (dB) for
+        each of them
     """
     figure = new_figure(8.0, 3.6)
     left, right = figure.subplots(1, 2, sharey=True)
@@ -50,7 +44,7 @@ def _lines(
     over: str,
     data: dict[str, Any],
 ) -> None:
-    """Strongest cell and mean of cells, one colour for each kind of diversity."""
+    """Draw strongest cell and mean of cells, one colour for each kind of diversity."""
     for colour, (name, rows) in zip((VERMILION, BLUE), lines.items(), strict=False):
         peak, mean = ([row[key] for row in rows] for key in ("matched_peak", "matched_mean"))
         axes.plot(sizes, peak, color=colour, marker="o", markersize=3.5, label=f"{name}, strongest")

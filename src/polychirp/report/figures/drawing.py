@@ -1,4 +1,4 @@
-"""What a figure function gives: the figure, and the table of what it shows."""
+"""`Drawing` — the result of a figure function: a figure and its data; with the common style."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-STYLE: Final = Path(__file__).parents[1] / "style.mplstyle"
+STYLE_FILE: Final = Path(__file__).parents[1] / "style.mplstyle"
 
 BLUE: Final = "#0072B2"
 VERMILION: Final = "#D55E00"
@@ -27,27 +27,27 @@ INK: Final = "#222222"
 GREY: Final = "#7A7A7A"
 
 Column = Sequence[Any] | NDArray[Any]
-"""A column of a table: numbers or words, one for every line."""
+"""A column of a table: one number or word for every line."""
 
 P = ParamSpec("P")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Drawing:
-    """A figure and its data: columns of equal length, their names carrying their units."""
+    """A figure and its data: columns of equal length, whose names contain their units."""
 
     figure: Figure
     data: Mapping[str, Column]
 
     def png(self) -> bytes:
-        """The figure as a PNG file, the same bytes whenever it is drawn."""
+        """The figure as a PNG file; equal figures give equal bytes."""
         file = io.BytesIO()
-        with mpl.rc_context(fname=STYLE):
+        with mpl.rc_context(fname=STYLE_FILE):
             self.figure.savefig(file, format="png", metadata={"Software": None})
         return file.getvalue()
 
     def csv(self) -> str:
-        """The data as a CSV file, numbers to seven digits."""
+        """The data as a CSV file, numbers with seven digits."""
         file = io.StringIO()
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(self.data)
@@ -55,24 +55,31 @@ class Drawing:
             writer.writerow(_cell(value) for value in line)
         return file.getvalue()
 
+    def save(self, folder: Path, name: str) -> bytes:
+        """Write ``NAME.png`` and ``NAME.csv`` into ``folder``; gives the PNG file."""
+        picture = self.png()
+        (folder / f"{name}.png").write_bytes(picture)
+        (folder / f"{name}.csv").write_text(self.csv(), encoding="utf-8")
+        return picture
+
 
 def _cell(value: Any) -> str:
     return f"{value:.7g}" if hasattr(value, "__float__") else str(value)
 
 
 def styled(draw: Callable[P, Drawing]) -> Callable[P, Drawing]:
-    """The same function, drawing in the house style whatever the user's settings are."""
+    """Decorator: the figure is drawn in the common style whatever the user's settings are."""
 
     @wraps(draw)
     def draw_in_style(*args: P.args, **kwargs: P.kwargs) -> Drawing:
-        with mpl.rc_context(fname=STYLE):
+        with mpl.rc_context(fname=STYLE_FILE):
             return draw(*args, **kwargs)
 
     return draw_in_style
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """An empty figure of ``width`` × ``height`` inches that no global state knows of."""
+    """An empty figure of ``width`` × ``height`` inches, outside of pyplot's global state."""
     figure = Figure(figsize=(width, height))
     FigureCanvasAgg(figure)
     return figure

@@ -1,4 +1,4 @@
-"""How near a receiver comes to the Cramér–Rao bound."""
+"""Errors of a receiver beside the Cramér–Rao bound."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from polychirp.report.figures.drawing import (
     styled,
 )
 
-COLOURS = (BLUE, VERMILION, GREEN)
+CURVE_COLOURS = (BLUE, VERMILION, GREEN)
 
 QUANTITIES = ("range (m)", "range rate (m/s)", "azimuth (rad)")
 
@@ -26,22 +26,22 @@ def estimation_bound(
     shares: Mapping[str, Sequence[tuple[float, float, float]]],
     note: str,
 ) -> Drawing:
-    """Rms errors over SNR, one panel for each of range, range rate and azimuth, the bound a line.
+    """Rms errors (marks) and bounds (lines) over SNR, a panel for each of `QUANTITIES`.
 
-    A fourth panel says where the bound ends to matter: how many are found, and how many of those
-    are outliers.
+    A fourth panel shows where the bound no longer applies: the share of points that are found, and
+    of outliers among them.
 
     Parameters
     ----------
     curves : name of the waveform, then (SNR in dB, rms errors, bounds), both in `QUANTITIES`
-    shares : name of the waveform, then (SNR in dB, share found, share of outliers among them), of
-        the SNRs of ``curves`` and of more, where too few are found for an error
+    shares : name of the waveform, then (SNR in dB, share found, share of outliers among them), at
+        the SNRs of ``curves`` and at further ones, where too few are found for an error
     """
     figure = new_figure(12.4, 3.3)
     *panels, last = figure.subplots(1, 4)
     data: dict[str, list[float]] = {}
     for column, (axes, quantity) in enumerate(zip(panels, QUANTITIES, strict=True)):
-        for colour, (name, points) in zip(COLOURS, curves.items(), strict=False):
+        for colour, (name, points) in zip(CURVE_COLOURS, curves.items(), strict=False):
             snr = [point[0] for point in points]
             errors = [float(point[1][column]) for point in points]
             bounds = [float(point[2][column]) for point in points]
@@ -54,7 +54,7 @@ def estimation_bound(
         axes.set(yscale="log", xlabel="SNR per sample (dB)")
         axes.set_ylabel(f"Rms error of {quantity}")
         axes.grid(visible=True, color=GREY, alpha=0.2)
-    for colour, (name, rows) in zip(COLOURS, shares.items(), strict=False):
+    for colour, (name, rows) in zip(CURVE_COLOURS, shares.items(), strict=False):
         snr, found, outliers = (list(column) for column in zip(*rows, strict=True))
         last.plot(snr, found, color=colour, marker="o", markersize=3.5, label=f"{name}, found")
         last.plot(snr, outliers, color=colour, marker="x", linestyle=":",

@@ -1,4 +1,4 @@
-"""The price of diversity: floor rise, misses and ghosts of every variant side by side."""
+"""The cost of diversity: floor rise, misses and ghosts of every variant side by side."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from polychirp.errors import InputError
 from polychirp.report.figures.drawing import BLUE, VERMILION, Column, Drawing, new_figure, styled
 from polychirp.report.verdict import interference_ghosts
-from polychirp.report.words import SCENARIO, WAVEFORM, timing
+from polychirp.report.words import SCENARIO_WORDS, WAVEFORM_WORDS, timing
 from polychirp.study.paper.results import PaperRow
 
 MEASURES: Final[tuple[tuple[str, str, Callable[[PaperRow], float]], ...]] = (
@@ -18,7 +18,7 @@ MEASURES: Final[tuple[tuple[str, str, Callable[[PaperRow], float]], ...]] = (
     ("missed", "Missed targets", lambda row: row.missed),
     ("interference_ghosts", "Ghosts of interference", lambda row: len(interference_ghosts(row))),
 )
-LOOK: Final = {
+RECEIVER_MARKS: Final = {
     "none": ("o", BLUE, "no mitigation"),
     "blanking": ("D", VERMILION, "blanking"),
 }
@@ -26,7 +26,7 @@ LOOK: Final = {
 
 @styled
 def floor_and_masking(rows: Sequence[PaperRow]) -> Drawing:
-    """Dot plots of every row with interference: a line per victim, a panel per measure.
+    """Dot plots of all rows with interference: a row of panels per victim, one per measure.
 
     Raises
     ------
@@ -37,8 +37,9 @@ def floor_and_masking(rows: Sequence[PaperRow]) -> Drawing:
     if not rows:
         raise InputError("no row has interference; give rows of scenario B or C")
     cases = list(dict.fromkeys((row.scenario, row.radar) for row in rows))
-    places = list(dict.fromkeys((row.waveform, timing(row)) for row in rows))
-    places.sort(key=lambda place: (list(WAVEFORM).index(place[0]), place[1]))
+    rank = list(WAVEFORM_WORDS).index
+    ordered = sorted(rows, key=lambda row: (rank(row.waveform), not row.synchronous))
+    places = list(dict.fromkeys((row.waveform, timing(row)) for row in ordered))
 
     figure = new_figure(10.5, 0.9 + len(cases) * (0.7 + 0.3 * len(places)))
     grid = figure.subplots(len(cases), len(MEASURES), sharex="col", sharey=True, squeeze=False)
@@ -46,19 +47,21 @@ def floor_and_masking(rows: Sequence[PaperRow]) -> Drawing:
         chosen = [row for row in rows if (row.scenario, row.radar) == (scenario, radar)]
         for axes, (_, _, measure) in zip(line, MEASURES, strict=True):
             _dots(axes, chosen, places, measure)
-        line[0].set_title(f"{scenario}: {SCENARIO[scenario]} at {radar}")
+        line[0].set_title(f"{scenario}: {SCENARIO_WORDS[scenario]} at {radar}")
         line[0].set_yticks(
-            range(len(places)), [f"{WAVEFORM[waveform]}, {when}" for waveform, when in places]
+            range(len(places)), [f"{WAVEFORM_WORDS[waveform]}, {when}" for waveform, when in places]
         )
     grid[0, 0].set_ylim(len(places) - 0.5, -0.5)
     for axes, (_, label, _) in zip(grid[-1], MEASURES, strict=True):
         axes.set_xlabel(label)
-        right = max(axes.get_xlim()[1], 1.0)  # counts that are all zero still get an axis
+        right = max(axes.get_xlim()[1], 1.0)  # an axis for counts that are all zero
         axes.set_xlim(-0.05 * right, right)
         if label != MEASURES[0][1]:
             axes.xaxis.get_major_locator().set_params(integer=True)
     figure.legend(
-        *grid[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=len(LOOK)
+        *grid[0, 0].get_legend_handles_labels(),
+        loc="outside lower center",
+        ncols=len(RECEIVER_MARKS),
     )
     return Drawing(figure=figure, data=_table(rows))
 
@@ -69,9 +72,9 @@ def _dots(
     places: Sequence[tuple[str, str]],
     measure: Callable[[PaperRow], float],
 ) -> None:
-    """One mark per row; the two receivers stand a little apart so that neither hides the other."""
+    """Draw one mark per row, the two receivers a little apart so that neither hides the other."""
     for shift, (mitigation, (marker, colour, label)) in zip(
-        (-0.14, 0.14), LOOK.items(), strict=True
+        (-0.14, 0.14), RECEIVER_MARKS.items(), strict=True
     ):
         chosen = [row for row in rows if row.mitigation == mitigation]
         axes.plot(

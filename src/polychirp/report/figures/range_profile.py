@@ -1,4 +1,4 @@
-"""Figures 9 to 11: what one radar sees along range, with the truth, the claims and the ghosts."""
+"""Figures 9 to 11: a range profile of one radar with true targets, detections and ghosts."""
 
 from __future__ import annotations
 
@@ -22,24 +22,25 @@ from polychirp.report.figures.drawing import (
     new_figure,
     styled,
 )
+from polychirp.report.verdict import RANGE_AGREEMENT
 from polychirp.report.words import variant_name
 from polychirp.study.paper.results import GhostKind, PaperRow
 
-FARTHEST: Final = 30.0
-"""m, the paper's greatest target range."""
+MAX_RANGE: Final = 30.0
+"""Greatest range that is drawn, m: the paper's greatest target range."""
 
-GHOST_LOOK: Final[dict[GhostKind, tuple[str, str, str]]] = {
+GHOST_MARKS: Final[dict[GhostKind, tuple[str, str, str]]] = {
     "direct": ("X", VERMILION, "ghost: direct interference"),
     "indirect": ("P", VERMILION, "ghost: indirect interference"),
-    "multipath": ("s", ORANGE, "ghost: own echo by a mirror"),
+    "multipath": ("s", ORANGE, "ghost: own echo via a mirror"),
     "unexplained": ("d", PURPLE, "ghost: unexplained"),
 }
 
 
 def common_limits(rows: Iterable[PaperRow]) -> tuple[float, float]:
-    """Power axis, dBm, on which all rows fit, so that figures can be compared.
+    """Ends of a power axis on which all rows fit, dBm, so that figures can be compared.
 
-    It ends at multiples of 10 dB and does not follow a profile more than 20 dB below its noise.
+    The ends are multiples of 10 dB. Values more than 20 dB below the noise are cut off.
     """
     rows = tuple(rows)
     lowest = min(
@@ -58,7 +59,7 @@ def range_profile(row: PaperRow, *, heading: str, limits: tuple[float, float]) -
     Parameters
     ----------
     heading : before the name of the case, such as "Fig. 10a"
-    limits : dBm, ends of the power axis; see `common_limits`
+    limits : ends of the power axis, dBm; see `common_limits`
     """
     shown = _shown(row)
     range_, power = row.profile_range[shown], row.profile_power_db[shown]
@@ -70,8 +71,9 @@ def range_profile(row: PaperRow, *, heading: str, limits: tuple[float, float]) -
     _mark_truth(axes, row, limits)
     _mark_detections(axes, row)
     _mark_ghosts(axes, row, range_, power)
+    _label_peaks(axes, row, range_, power)
     axes.set(
-        xlim=(0.0, FARTHEST),
+        xlim=(0.0, MAX_RANGE),
         ylim=limits,
         xlabel="Range (m)",
         ylabel="Power at the converter (dBm)",
@@ -82,13 +84,13 @@ def range_profile(row: PaperRow, *, heading: str, limits: tuple[float, float]) -
 
 
 def _shown(row: PaperRow) -> FloatArray:
-    return np.asarray((row.profile_range >= 0.0) & (row.profile_range <= FARTHEST))
+    return np.asarray((row.profile_range >= 0.0) & (row.profile_range <= MAX_RANGE))
 
 
 def _mark_truth(axes: Axes, row: PaperRow, limits: tuple[float, float]) -> None:
-    """A line at every target; names stand above the axes, pushed apart where targets are close."""
+    """Draw a line at every target; names above the axes are moved apart where targets are close."""
     targets = sorted(
-        (t for t in row.targets if 0.0 <= t.range_m <= FARTHEST), key=lambda t: t.range_m
+        (t for t in row.targets if 0.0 <= t.range_m <= MAX_RANGE), key=lambda t: t.range_m
     )
     places = spread([t.range_m for t in targets], apart=1.0)
     span = limits[1] - limits[0]
@@ -112,7 +114,7 @@ def _mark_truth(axes: Axes, row: PaperRow, limits: tuple[float, float]) -> None:
 
 
 def _mark_detections(axes: Axes, row: PaperRow) -> None:
-    shown = row.detection_range <= FARTHEST
+    shown = row.detection_range <= MAX_RANGE
     if np.any(shown):
         axes.plot(
             row.detection_range[shown],
@@ -126,9 +128,9 @@ def _mark_detections(axes: Axes, row: PaperRow) -> None:
 
 
 def _mark_ghosts(axes: Axes, row: PaperRow, range_: FloatArray, power: FloatArray) -> None:
-    """Ghosts sit on the profile: a ghost's power is known only over that of a target."""
-    for kind, (marker, colour, label) in GHOST_LOOK.items():
-        places = [g.range_m for g in row.ghosts if g.kind == kind and g.range_m <= FARTHEST]
+    """Mark ghosts on the profile: a ghost's power is known only relative to that of a target."""
+    for kind, (marker, colour, label) in GHOST_MARKS.items():
+        places = [g.range_m for g in row.ghosts if g.kind == kind and g.range_m <= MAX_RANGE]
         if places:
             axes.plot(
                 places,
@@ -143,8 +145,21 @@ def _mark_ghosts(axes: Axes, row: PaperRow, range_: FloatArray, power: FloatArra
             )
 
 
+def _label_peaks(axes: Axes, row: PaperRow, range_: FloatArray, power: FloatArray) -> None:
+    """Write the range at every ghost, and at the strongest peak if nothing else names it."""
+    strongest = float(range_[np.argmax(power)])
+    labels = {g.range_m: (f"{g.range_m:.2f} m", GHOST_MARKS[g.kind][1]) for g in row.ghosts}
+    named = [*labels, *(target.range_m for target in row.targets)]
+    if all(abs(strongest - place) > RANGE_AGREEMENT for place in named):
+        labels[strongest] = (f"strongest peak {strongest:.2f} m", INK)
+    for place, (label, colour) in labels.items():
+        if place <= MAX_RANGE:
+            at = (place, float(np.interp(place, range_, power)))
+            axes.annotate(label, at, (7, 3), textcoords="offset points", size=8.5, color=colour)
+
+
 def spread(places: list[float], *, apart: float) -> list[float]:
-    """Ascending places moved right as little as makes neighbours at least ``apart``.
+    """Ascending places, moved right where neighbours would be closer than ``apart``.
 
     >>> spread([1.0, 1.2, 5.0], apart=1.0)
     [1.0, 2.0, 5.0]

@@ -1,4 +1,4 @@
-"""What a radar saw in one frame: power over range and range rate, and its detections from above."""
+"""One frame of a radar: power over range and range rate, and its detections from above."""
 
 from __future__ import annotations
 
@@ -9,33 +9,26 @@ from matplotlib.figure import Figure
 from polychirp.axes import BoolArray
 from polychirp.model.detection import Detections
 from polychirp.model.spectra import RangeRateMap
-from polychirp.report.figures.drawing import (
-    GREY,
-    ORANGE,
-    SKY,
-    Drawing,
-    new_figure,
-    styled,
-)
+from polychirp.report.figures.drawing import GREY, ORANGE, SKY, Drawing, new_figure, styled
 from polychirp.units import to_db
 
-SHOWN = 45.0
-"""dB of the colour scale above the noise: weak echoes are seen, strong ones may saturate."""
+COLOUR_SPAN_DB = 45.0
+"""Span of the colour scale above the noise, dB; chosen: weak echoes show, strong ones saturate."""
 
 
 @styled
 def range_rate_picture(
     map_: RangeRateMap, detections: Detections, *, title: str, note: str, unit: str = "dBFS"
 ) -> Drawing:
-    """Range-rate map with its detections, and the detections from above; its data is the map.
+    """Range-rate map with its detections, and the detections from above; its data are the map.
 
-    Nothing is taken out of the map: what stands still is the bright column at zero. The colours
-    begin at the median, which is noise, and end 45 dB above it.
+    Nothing is removed from the map: bodies at rest form the bright column at zero. The colours
+    begin at the median, which is the noise, and end `COLOUR_SPAN_DB` above it.
 
     Parameters
     ----------
     note : small print under the picture
-    unit : of the power, as a person reads it
+    unit : unit of the power, for labels
     """
     figure = new_figure(13.0, 5.4)
     left, right = figure.subplots(1, 2, width_ratios=[1.12, 1.0])
@@ -76,7 +69,7 @@ def _draw_map(figure: Figure, axes: Axes, map_: RangeRateMap, unit: str) -> None
         map_.range,
         level.T,
         vmin=lowest,
-        vmax=lowest + SHOWN,
+        vmax=lowest + COLOUR_SPAN_DB,
         shading="nearest",
         rasterized=True,
     )

@@ -14,22 +14,22 @@ from polychirp.report.figures.drawing import BLUE, GREY, INK, Drawing, new_figur
 from polychirp.units import to_db
 
 POLARISATIONS: Final = ("VV", "VH", "HV", "HH")
-"""Received, then transmitted; in the order of the entries of a transfer."""
+"""Received, then transmitted polarisation, in the order of the entries of a transfer matrix."""
 
-SECTOR: Final = math.radians(10.0)
-"""rad, on either side of straight ahead, abeam and astern, for the medians of the sides."""
+SIDE_HALF_WIDTH: Final = math.radians(10.0)
+"""Half the width of the sectors about front, sides and rear whose medians are given, rad."""
 
-SHOWN: Final = 50.0
-"""dB below the outermost circle at which the plot ends."""
+DRAWN_SPAN_DB: Final = 50.0
+"""Span of the radial axis, dB."""
 
 
 def of_polarisation(found: CrossSections, polarisation: str) -> FloatArray:
-    """m², ``(aspect,)``: one of `POLARISATIONS`."""
+    """Cross sections of one of `POLARISATIONS`, m², ``(aspect,)``."""
     return found.rcs.reshape(-1, 4)[:, POLARISATIONS.index(polarisation)]
 
 
 def statistics(rcs: FloatArray, azimuth: FloatArray) -> dict[str, float]:
-    """dBsm: mean and median over all aspects, and medians of ± `SECTOR` about the four sides.
+    """Mean and median over all aspects, and medians about the sides (`SIDE_HALF_WIDTH`), dBsm.
 
     A side without aspects is left out.
 
@@ -40,7 +40,9 @@ def statistics(rcs: FloatArray, azimuth: FloatArray) -> dict[str, float]:
     level = {"mean": np.mean(rcs), "median": np.median(rcs)}
     turns = {"front": (0.0,), "side": (math.pi / 2, -math.pi / 2), "rear": (math.pi,)}
     for side, middles in turns.items():
-        inside = np.any([is_within_window(azimuth, middle, SECTOR) for middle in middles], axis=0)
+        inside = np.any(
+            [is_within_window(azimuth, middle, SIDE_HALF_WIDTH) for middle in middles], axis=0
+        )
         if np.any(inside):
             level[f"{side} median"] = np.median(rcs[inside])
     return {name: float(to_db(value)) for name, value in level.items()}
@@ -52,12 +54,12 @@ def rcs_picture(
 ) -> Drawing:
     """Raw cross section (thin), its running median (thick) and a box of statistics.
 
-    The data hold all polarisations, dBsm; −400 dBsm stands for none at all.
+    The data hold all polarisations, dBsm; −400 dBsm stands for zero.
 
     Parameters
     ----------
     polarisation : which of `POLARISATIONS` is drawn
-    window : rad, the median is over ± so much
+    window : half the width of the median's window, rad
     """
     shown = of_polarisation(found, polarisation)
     level = to_db(shown)
@@ -72,9 +74,11 @@ def rcs_picture(
         (level, GREY, 0.5, "every aspect"),
         (smooth, BLUE, 2.2, f"median over ±{math.degrees(window):g}°"),
     ):
-        radius = np.maximum(values, top - SHOWN)
+        radius = np.maximum(values, top - DRAWN_SPAN_DB)
         axes.plot(found.azimuth[closed], radius[closed], color=colour, linewidth=width, label=label)
-    axes.set(ylim=(top - SHOWN, top), yticks=np.arange(top - SHOWN, top + 1.0, 10.0))
+    axes.set(
+        ylim=(top - DRAWN_SPAN_DB, top), yticks=np.arange(top - DRAWN_SPAN_DB, top + 1.0, 10.0)
+    )
     axes.yaxis.set_major_formatter("{x:.0f}")
     axes.set_rlabel_position(28.0)
     axes.set_xticks(

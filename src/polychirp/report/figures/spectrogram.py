@@ -1,8 +1,8 @@
 r"""Figure 4: the spectrogram of a schedule, in closed form.
 
-A frame fills 1 GHz for 48 ms: sampled, it would be fifty million numbers for a picture of half a
-million cells. But the short-time Fourier transform of a linear chirp under a Gaussian window is a
-Gaussian integral, so every cell of the picture is computed, none rasterised, ramps' ends included.
+A frame fills 1 GHz for 48 ms: sampled, it has fifty million values for a picture of half a million
+cells. The short-time Fourier transform of a linear chirp with a Gaussian window is a Gaussian
+integral, so every cell of the picture is computed in closed form, the ends of ramps included.
 """
 
 from __future__ import annotations
@@ -16,23 +16,23 @@ from polychirp.axes import ComplexArray, FloatArray
 from polychirp.model.ramp import RampSchedule
 from polychirp.report.figures.drawing import Column, Drawing, new_figure, styled
 
-WINDOW: Final = 20e-6
-"""s, standard deviation of the Gaussian window: some cells of the picture in time, and long enough
-for a ramp to cross some cells in frequency meanwhile."""
+WINDOW_DEVIATION: Final = 20e-6
+"""Standard deviation of the Gaussian window, s; chosen: some cells of the picture in time, in
+which a ramp crosses some cells in frequency."""
 
-REACH: Final = 6.0
-"""Standard deviations after which the window is zero for a picture (e^{-18} in amplitude)."""
+WINDOW_REACH: Final = 6.0
+"""Standard deviations beyond which the window is neglected (e^{-18} in amplitude)."""
 
 
 def short_time_spectrum(
     schedule: RampSchedule, *, time: FloatArray, frequency: FloatArray, window: float
 ) -> ComplexArray:
-    r"""Short-time Fourier transform of what a schedule transmits, ``(frequency, time)``, s.
+    r"""Short-time Fourier transform of the signal of a schedule, ``(frequency, time)``, s.
 
     .. math:: S(t, f) = \int e^{-(u-t)^2/2\sigma^2}\, e^{j2\pi[\varphi(u) - f(u-t)]}\,du
 
-    with φ of `RampSchedule`; on a ramp it is a difference of two complex error functions, written
-    with Faddeeva's function so that nothing overflows.
+    with φ of `RampSchedule`. On a ramp it is a difference of two complex error functions, computed
+    by Faddeeva's function so that nothing overflows.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def short_time_spectrum(
     total = np.zeros((frequency.size, time.size), dtype=np.complex128)
     for ramp in range(schedule.num_ramps):
         first, last = schedule.start_time[ramp], schedule.end_time[ramp]
-        near = (time > first - REACH * window) & (time < last + REACH * window)
+        near = (time > first - WINDOW_REACH * window) & (time < last + WINDOW_REACH * window)
         if np.any(near):
             total[:, near] += _ramp_spectrum(schedule, ramp, time[near], frequency, window)
     return total
@@ -60,7 +60,7 @@ def short_time_spectrum(
 def _ramp_spectrum(
     schedule: RampSchedule, ramp: int, time: FloatArray, frequency: FloatArray, window: float
 ) -> ComplexArray:
-    """One ramp's part: ∫ exp(−p s² + 2qs) ds over the ramp, s counted from each ``time``."""
+    """Part of one ramp: ∫ exp(−p s² + 2qs) ds over the ramp, with s counted from each ``time``."""
     slope, elapsed = schedule.slope[ramp], time - schedule.start_time[ramp]
     at_time = schedule.start_frequency[ramp] + slope * elapsed
     phase = (
@@ -77,7 +77,7 @@ def _ramp_spectrum(
 
 
 def _scaled_erf(p: complex, q: ComplexArray, s: FloatArray) -> NDArray[np.complex128]:
-    """exp(q²/p)·erf(√p s − q/√p), its two factors never formed apart."""
+    """exp(q²/p)·erf(√p s − q/√p), computed without its two factors, which may overflow."""
     from scipy.special import wofz
 
     root = np.sqrt(p)
@@ -90,19 +90,26 @@ def _scaled_erf(p: complex, q: ComplexArray, s: FloatArray) -> NDArray[np.comple
 
 @styled
 def spectrogram(
-    schedule: RampSchedule, *, title: str, band: tuple[float, float] | None = None
+    schedule: RampSchedule,
+    *,
+    title: str,
+    band: tuple[float, float] | None = None,
+    span: tuple[float, float] | None = None,
 ) -> Drawing:
-    """Spectrogram of a schedule, 40 dB deep; its data are the ramps that it shows.
+    """Spectrogram of a schedule over 40 dB; its data are the ramps of the schedule.
 
     Parameters
     ----------
     title : above the axes
-    band : Hz, lowest and highest frequency drawn; the schedule's own band and a margin if absent
+    band : lowest and highest frequency drawn, Hz; `band_of` the schedule if absent
+    span : first and last time drawn, s; `span_of` the schedule if absent
     """
     low, high = band or band_of(schedule)
-    time = np.linspace(schedule.start_time[0], schedule.end_time[-1], 1400)
+    time = np.linspace(*(span or span_of(schedule)), 1400)
     frequency = np.linspace(low, high, 420)
-    power = np.abs(short_time_spectrum(schedule, time=time, frequency=frequency, window=WINDOW))
+    power = np.abs(
+        short_time_spectrum(schedule, time=time, frequency=frequency, window=WINDOW_DEVIATION)
+    )
     level = 20.0 * np.log10(np.maximum(power / power.max(), 1e-3))
 
     figure = new_figure(11.0, 3.7)
@@ -123,11 +130,16 @@ def spectrogram(
 
 
 def band_of(*schedules: RampSchedule) -> tuple[float, float]:
-    """Lowest and highest frequency of schedules, Hz, with a margin to draw them in."""
+    """Lowest and highest frequency of schedules with a margin, Hz."""
     low = min(min(s.start_frequency.min(), s.stop_frequency.min()) for s in schedules)
     high = max(max(s.start_frequency.max(), s.stop_frequency.max()) for s in schedules)
     margin = 0.06 * (high - low)
     return float(low - margin), float(high + margin)
+
+
+def span_of(*schedules: RampSchedule) -> tuple[float, float]:
+    """First and last time of schedules, s."""
+    return min(s.start_time[0] for s in schedules), max(s.end_time[-1] for s in schedules)
 
 
 def _ramps(schedule: RampSchedule) -> dict[str, Column]:

@@ -1,4 +1,4 @@
-"""Figure 8 from above: who stands where, how fast, and where the radars look."""
+"""Figure 8 from above: places and speeds of the vehicles, and beams of the radars."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from polychirp.model.scene import Actor, Scene
 from polychirp.report.figures.drawing import INK, Column, Drawing, new_figure, styled
 from polychirp.report.figures.surfaces import Surfaces, extent, radar_paint, surfaces
 
-BEAM_DRAWN: Final = 7.0
-"""m, length of the sectors that show where a radar looks, not how far."""
+BEAM_LENGTH: Final = 7.0
+"""Length of the sectors that show the beams' directions, m; no range of the radars."""
 
-ROADSIDE: Final = 8.0
-"""m beyond the outermost vehicle that are drawn."""
+ROADSIDE_WIDTH: Final = 8.0
+"""Width that is drawn beyond the lanes on either side, m."""
 
 
 @styled
@@ -30,7 +30,7 @@ def street_plan(scene: Scene, *, lane_width: float = 3.5) -> Drawing:
 
     Parameters
     ----------
-    lane_width : m, of the two lanes whose border is y = 0
+    lane_width : m, of the two lanes, whose border is y = 0
     """
     figure = new_figure(13.0, 5.2)
     axes = figure.add_subplot()
@@ -45,7 +45,7 @@ def street_plan(scene: Scene, *, lane_width: float = 3.5) -> Drawing:
             axes.plot(world[:, 0], world[:, 1], ".", color=INK, markersize=2)
         if actor.kind == "vehicle":
             _draw_name(axes, actor, scene, lane_width)
-    reach = lane_width + ROADSIDE
+    reach = lane_width + ROADSIDE_WIDTH
     axes.set(xlim=(left, right), ylim=(-reach, reach), aspect="equal")
     axes.set(title="The street from above", xlabel="x (m)", ylabel="y (m)")
     for axis in (axes.xaxis, axes.yaxis):
@@ -56,7 +56,7 @@ def street_plan(scene: Scene, *, lane_width: float = 3.5) -> Drawing:
 
 
 def _draw_surfaces(axes: Axes, street: Surfaces) -> None:
-    """Highest last; what stands upright has no area from above and is drawn as a line."""
+    """Draw triangles, the highest last; upright ones have no area from above and become lines."""
     flat = street.corners[:, :, :2]
     (x1, y1), (x2, y2) = (flat[:, 1] - flat[:, 0]).T, (flat[:, 2] - flat[:, 0]).T
     area = 0.5 * np.abs(x1 * y2 - x2 * y1)
@@ -70,7 +70,7 @@ def _draw_surfaces(axes: Axes, street: Surfaces) -> None:
         PolyCollection(
             flat[lying],
             facecolors=colour[lying],
-            edgecolors="face",  # closes the hairlines between neighbours
+            edgecolors="face",  # else there are hairlines between neighbours
             linewidths=np.where(leaf[lying], 0.0, 0.8),
             zorder=1,
         )
@@ -82,7 +82,7 @@ def _draw_surfaces(axes: Axes, street: Surfaces) -> None:
 
 
 def _lanes(axes: Axes, scene: Scene, lane_width: float) -> tuple[float, float]:
-    """Lane borders; gives the two ends of what is worth drawing, m."""
+    """Draw lane borders; gives the x of both ends of the picture, m."""
     vehicles = [extent(actor) for actor in scene.actors if actor.kind == "vehicle"]
     ends = vehicles or [extent(actor) for actor in scene.actors] or [(np.zeros(3), np.zeros(3))]
     left = min(low[0] for low, _ in ends) - 5.0
@@ -99,14 +99,14 @@ def _draw_beam(axes: Axes, scene: Scene, number: int) -> None:
     place, boresight = scene.radar_position[number], scene.radar_rotation[number][:, 0]
     middle = np.degrees(np.arctan2(boresight[1], boresight[0]))
     half = min(0.5 * np.degrees(radar.array.pattern.azimuth_beamwidth), 180.0)
-    sector = (tuple(place[:2]), BEAM_DRAWN, middle - half, middle + half)
+    sector = (tuple(place[:2]), BEAM_LENGTH, middle - half, middle + half)
     axes.add_patch(Wedge(*sector, facecolor=colour, alpha=0.16, zorder=3))
     axes.add_patch(Wedge(*sector, facecolor="none", edgecolor=colour, linewidth=1.2, zorder=4))
     axes.plot(*place[:2], "o", color=colour, markeredgecolor="white", zorder=6)
 
 
 def _draw_name(axes: Axes, actor: Actor, scene: Scene, lane_width: float) -> None:
-    """Name and speed beside the lane, and an arrow that shows where one second takes a tenth."""
+    """Write name and speed beside the lane; an arrow shows the path within 0.1 s."""
     low, high = extent(actor)
     middle = 0.5 * (low + high)
     side = 1.0 if middle[1] >= 0 else -1.0
@@ -144,7 +144,7 @@ def _draw_velocity(axes: Axes, middle: FloatArray, actor: Actor) -> None:
 
 
 def _draw_scale(axes: Axes, x: float, y: float) -> None:
-    """Five metres, each its own cell, on a patch that keeps walls off."""
+    """Draw a scale of five metres on a white patch that covers walls."""
     axes.add_patch(Rectangle((x - 0.6, y - 0.3), 6.6, 1.5, color="white", alpha=0.9, zorder=8))
     for cell in range(5):
         axes.add_patch(

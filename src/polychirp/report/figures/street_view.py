@@ -1,8 +1,8 @@
-"""Figure 8 in three dimensions: the street as the ray caster sees it, in daylight.
+"""Figure 8 in three dimensions: a ray-traced picture of the street in daylight.
 
-The picture uses the same triangles and the same closest-hit search as the channel, so it shows
-what the rays meet: one ray from the camera through every quarter of a pixel, one more towards the
-sun. Light is only there to make shapes readable; colours are those of the materials.
+The picture uses the same triangles and the same closest-hit search as the channel, so it shows the
+surfaces that the channel's rays meet. One ray leaves the camera through every quarter of a pixel,
+and a second one goes from its hit towards the sun. Colours are those of the materials.
 """
 
 from __future__ import annotations
@@ -18,22 +18,22 @@ from polychirp.model.scene import Scene
 from polychirp.report.figures.drawing import INK, Column, Drawing, new_figure, styled
 from polychirp.report.figures.surfaces import Surfaces, extent, surfaces
 
-SUN: Final = np.array([-0.45, -0.40, 0.80]) / np.linalg.norm([-0.45, -0.40, 0.80])
-"""Towards the sun: behind the camera's right shoulder, so that shadows fall away from it."""
+SUN_DIRECTION: Final = np.array([-0.45, -0.40, 0.80]) / np.linalg.norm([-0.45, -0.40, 0.80])
+"""Unit vector towards the sun, which is behind the camera on its right."""
 
-SUNLIGHT: Final = np.array([1.00, 0.95, 0.86]) * 0.95
-ZENITH: Final = np.array([0.28, 0.47, 0.75])
-HORIZON: Final = np.array([0.80, 0.86, 0.91])
-GROUND: Final = np.array([0.42, 0.41, 0.38])
-SHINE: Final = {"metal": 0.22, "glass": 0.45, "plastic": 0.06}
-"""Share of the sky's light that a material mirrors."""
-PAINT: Final = np.array([0.86, 0.86, 0.84])
-LIFT: Final = 1e-3
-"""m, by which a ray to the sun starts above its surface."""
-SKY_HEIGHT: Final = 1e3
-"""m along the way to the sun on which a body can throw a shadow."""
-BLOCK: Final = 200_000
-"""Rays cast at once: tens of megabytes."""
+SUN_COLOUR: Final = np.array([1.00, 0.95, 0.86]) * 0.95
+ZENITH_COLOUR: Final = np.array([0.28, 0.47, 0.75])
+HORIZON_COLOUR: Final = np.array([0.80, 0.86, 0.91])
+GROUND_COLOUR: Final = np.array([0.42, 0.41, 0.38])
+MIRRORED_SHARE: Final = {"metal": 0.22, "glass": 0.45, "plastic": 0.06}
+"""Share of the sky's light that a material reflects as a mirror; chosen by eye."""
+LINE_COLOUR: Final = np.array([0.86, 0.86, 0.84])
+SHADOW_RAY_OFFSET: Final = 1e-3
+"""Height above the surface at which a ray to the sun starts, m: it must not meet that surface."""
+SHADOW_RAY_LENGTH: Final = 1e3
+"""Length of the rays to the sun, m: bodies further off throw no shadow."""
+RAYS_PER_BLOCK: Final = 200_000
+"""Number of rays that are traced together, in tens of megabytes."""
 
 
 class RayCaster(Protocol):
@@ -44,13 +44,13 @@ class RayCaster(Protocol):
         ...
 
     def occluded(self, origins: FloatArray, ends: FloatArray) -> BoolArray:
-        """Whether anything lies between origin and end, ``(ray,)``."""
+        """Mask ``(ray,)`` of rays with a body between origin and end."""
         ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Camera:
-    """A pinhole at ``position`` (m) that looks at ``target`` and sees ``width`` (rad) across."""
+    """A pinhole camera from ``position`` to ``target`` (m) with field of view ``width`` (rad)."""
 
     position: tuple[float, float, float]
     target: tuple[float, float, float]
@@ -75,7 +75,7 @@ class Camera:
         return np.asarray(ray / np.linalg.norm(ray, axis=-1, keepdims=True))
 
     def project(self, points: FloatArray, size: tuple[int, int]) -> FloatArray:
-        """Where world points ``(…, xyz)`` lie in a picture, ``(…, 2)``; NaN for those behind."""
+        """Pixels ``(…, 2)`` of world points ``(…, xyz)``; NaN for points behind the camera."""
         width, height = size
         right, up, depth = np.moveaxis((points - np.array(self.position)) @ self.frame.T, -1, 0)
         scale = 0.5 * width / np.tan(0.5 * self.width) / np.where(depth > 0.0, depth, np.nan)
@@ -103,19 +103,19 @@ def street_view(
     size: tuple[int, int] = (1600, 900),
     caster: RayCaster | None = None,
 ) -> Drawing:
-    """The street in three dimensions; its data are the named bodies and where the picture has them.
+    """The street in three dimensions; its data are the vehicles and their pixels.
 
     Parameters
     ----------
     camera : `overview` of the scene if absent
     size : pixels across and down
-    caster : for the triangles of `surfaces`; the channel's own if absent
+    caster : traces rays among the triangles of `surfaces`; the channel's caster if absent
     """
     camera = camera or overview(scene)
     picture = render(scene, camera=camera, size=size, caster=caster)
     width, height = size
     figure = new_figure(width / 160.0, height / 160.0)
-    figure.set_layout_engine("none")  # the picture fills it
+    figure.set_layout_engine("none")  # the picture fills the figure
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     axes.imshow(picture, extent=(0.0, width, height, 0.0), interpolation="nearest")
     axes.set(xlim=(0.0, width), ylim=(height, 0.0))
@@ -126,11 +126,11 @@ def street_view(
     pixels = camera.project(roofs, size)
     for actor, (x, y) in zip(vehicles, pixels, strict=True):
         if 0.0 <= x < width and 0.0 <= y < height:
+            half = 6.0 * len(actor.name) + 12.0  # pixels of half a label; it stays in the picture
             axes.annotate(
                 actor.name,
                 xy=(x, y),
-                xytext=(0, 24),
-                textcoords="offset points",
+                xytext=(np.clip(x, half, width - half), max(y - 54.0, 36.0)),
                 ha="center",
                 size=8,
                 bbox={"boxstyle": "round,pad=0.25", "facecolor": "white", "alpha": 0.85, "lw": 0},
@@ -154,90 +154,100 @@ def render(
         from polychirp.channel.geometry.bvh import Caster
 
         caster = Caster(street.corners)
-    skin, eye = _Skin.of(street), np.array(camera.position)
+    looks, eye = _FaceLooks.of(street), np.array(camera.position)
     width, height = size
     right = (np.arange(2 * width) + 0.5) / 2.0
-    lines = max(1, BLOCK // (4 * width))
+    lines = max(1, RAYS_PER_BLOCK // (4 * width))
     picture = np.empty((height, width, 3))
     for top in range(0, height, lines):
         rows = np.arange(2 * top, 2 * min(top + lines, height))
         pixel = np.stack(np.meshgrid(right, (rows + 0.5) / 2.0), axis=-1)
-        light = _light(skin, caster, eye, camera.directions(pixel, size).reshape(-1, 3))
+        light = _light(looks, caster, eye, camera.directions(pixel, size).reshape(-1, 3))
         fine = light.reshape(-1, 2, width, 2, 3)
         picture[top : top + lines] = fine.mean(axis=(1, 3))
     return np.asarray(np.rint(255.0 * _on_screen(picture)), dtype=np.uint8)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Skin:
-    """What light needs to know of every face: all ``(face, …)``, colours linear in light."""
+class _FaceLooks:
+    """Optical properties of all faces, ``(face, …)``; colours are linear in light."""
 
     normal: FloatArray
     colour: FloatArray
-    shine: FloatArray
+    mirrored_share: FloatArray
     is_road: BoolArray
 
     @classmethod
-    def of(cls, street: Surfaces) -> _Skin:
+    def of(cls, street: Surfaces) -> _FaceLooks:
         return cls(
             normal=street.normal,
             colour=street.colour**2.2,
-            shine=np.array([SHINE.get(material, 0.0) for material in street.material]),
+            mirrored_share=np.array(
+                [MIRRORED_SHARE.get(material, 0.0) for material in street.material]
+            ),
             is_road=np.array([material == "asphalt" for material in street.material], dtype=bool),
         )
 
 
-def _light(skin: _Skin, caster: RayCaster, eye: FloatArray, directions: FloatArray) -> FloatArray:
-    """Linear light ``(ray, rgb)`` that comes to the eye from ``directions``."""
+def _light(
+    looks: _FaceLooks, caster: RayCaster, eye: FloatArray, directions: FloatArray
+) -> FloatArray:
+    """Linear light ``(ray, rgb)`` that reaches the eye from ``directions``."""
     distance, face = caster.closest(np.broadcast_to(eye, directions.shape), directions)
     light = _sky(directions)
     hit = np.isfinite(distance)
     if np.any(hit):
         incoming, face, distance = directions[hit], face[hit], distance[hit]
         point = eye + distance[:, None] * incoming
-        normal = skin.normal[face]
+        normal = looks.normal[face]
         normal = normal * -np.sign(np.sum(normal * incoming, axis=1, keepdims=True))
-        shaded = _shade(skin, caster, face, point, normal, incoming)
+        shaded = _shade(looks, caster, face, point, normal, incoming)
         haze = 1.0 - np.exp(-((distance / 250.0) ** 2))[:, None]
-        light[hit] = shaded * (1.0 - haze) + HORIZON * haze
+        light[hit] = shaded * (1.0 - haze) + HORIZON_COLOUR * haze
     return light
 
 
 def _shade(
-    skin: _Skin,
+    looks: _FaceLooks,
     caster: RayCaster,
     face: IntArray,
     point: FloatArray,
     normal: FloatArray,
     incoming: FloatArray,
 ) -> FloatArray:
-    """Lambert's law under sun and sky, and the sky's mirror image where a material shines."""
-    on_line = skin.is_road[face] & _is_painted(point)
-    colour = np.where(on_line[:, None], PAINT**2.2, skin.colour[face])
-    start = point + LIFT * normal
-    sun = np.maximum(normal @ SUN, 0.0) * ~caster.occluded(start, start + SKY_HEIGHT * SUN)
+    """Light of sun and sky by Lambert's law, and the sky's mirror image in smooth materials."""
+    on_line = looks.is_road[face] & _is_painted(point)
+    colour = np.where(on_line[:, None], LINE_COLOUR**2.2, looks.colour[face])
+    start = point + SHADOW_RAY_OFFSET * normal
+    sun = np.maximum(normal @ SUN_DIRECTION, 0.0) * ~caster.occluded(
+        start, start + SHADOW_RAY_LENGTH * SUN_DIRECTION
+    )
     up = 0.5 * (1.0 + normal[:, 2:])
-    ambient = 0.55 * (up * (0.5 * ZENITH + 0.5 * HORIZON) + (1.0 - up) * GROUND)
-    diffuse = colour * (SUNLIGHT * sun[:, None] + ambient)
+    ambient = 0.55 * (
+        up * (0.5 * ZENITH_COLOUR + 0.5 * HORIZON_COLOUR) + (1.0 - up) * GROUND_COLOUR
+    )
+    diffuse = colour * (SUN_COLOUR * sun[:, None] + ambient)
     cosine = np.sum(incoming * normal, axis=1)
-    share = (skin.shine[face] * (0.35 + 0.65 * (1.0 - np.abs(cosine)) ** 3))[:, None]
+    share = (looks.mirrored_share[face] * (0.35 + 0.65 * (1.0 - np.abs(cosine)) ** 3))[:, None]
     mirrored = incoming - 2.0 * cosine[:, None] * normal
     return np.asarray(diffuse * (1.0 - share) + _sky(mirrored) * share)
 
 
 def _is_painted(point: FloatArray) -> BoolArray:
-    """The line between two lanes, three metres in six, and the lines at their outer borders."""
+    """Mask of points on the dashed line between the lanes or on the lines beside them."""
     x, y = point[:, 0], np.abs(point[:, 1])
     return np.asarray(((y < 0.07) & (x % 6.0 < 3.0)) | (np.abs(y - 3.4) < 0.06))
 
 
 def _sky(directions: FloatArray) -> FloatArray:
     height = directions[:, 2:]
-    sky = HORIZON + (ZENITH - HORIZON) * np.sqrt(np.clip(height, 0.0, 1.0))
-    ground = GROUND**2.2 + (HORIZON - GROUND**2.2) * np.exp(np.minimum(height, 0.0) * 14.0)
+    sky = HORIZON_COLOUR + (ZENITH_COLOUR - HORIZON_COLOUR) * np.sqrt(np.clip(height, 0.0, 1.0))
+    ground = GROUND_COLOUR**2.2 + (HORIZON_COLOUR - GROUND_COLOUR**2.2) * np.exp(
+        np.minimum(height, 0.0) * 14.0
+    )
     return np.asarray(np.where(height >= 0.0, sky, ground))
 
 
 def _on_screen(light: FloatArray) -> FloatArray:
-    """Screen values 0 to 1 of linear light, bright parts rolled off."""
+    """Screen values 0 to 1 of linear light, with bright parts compressed."""
     return np.asarray((1.0 - np.exp(-1.5 * np.maximum(light, 0.0))) ** (1.0 / 2.2))

@@ -1,4 +1,4 @@
-"""A scene as coloured triangles in the world: what both pictures of the street are made of."""
+"""A scene as coloured triangles in the world, for both pictures of the street."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from polychirp.model.mesh import Plate
 from polychirp.model.scene import Actor, Scene
 
 Colour = tuple[float, float, float]
-"""Red, green and blue, 0 to 1, as a screen takes them."""
+"""Red, green and blue screen values, 0 to 1."""
 
-COLOUR: Final[dict[str, Colour]] = {
+MATERIAL_COLOUR: Final[dict[str, Colour]] = {
     "asphalt": (0.36, 0.37, 0.39),
     "brick": (0.66, 0.36, 0.27),
     "concrete": (0.70, 0.69, 0.66),
@@ -25,7 +25,7 @@ COLOUR: Final[dict[str, Colour]] = {
     "rubber": (0.10, 0.10, 0.11),
     "wood": (0.42, 0.30, 0.20),
 }
-UNKNOWN: Final[Colour] = (0.6, 0.6, 0.6)
+OTHER_COLOUR: Final[Colour] = (0.6, 0.6, 0.6)
 
 RADAR_PAINT: Final[tuple[Colour, ...]] = (
     (0.00, 0.45, 0.70),
@@ -35,7 +35,7 @@ RADAR_PAINT: Final[tuple[Colour, ...]] = (
     (0.90, 0.62, 0.00),
     (0.34, 0.71, 0.91),
 )
-"""Bodies of vehicles that carry a radar, in the order of the radars; others are silver."""
+"""Colours of vehicles that carry a radar, in the order of the radars; others are silver."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -65,7 +65,7 @@ class Surfaces:
 
 
 def surfaces(scene: Scene) -> Surfaces:
-    """Triangles of a scene, plates cut in two."""
+    """Triangles of a scene; every plate becomes two."""
     corners: list[FloatArray] = [np.zeros((0, 3, 3))]
     actor: list[IntArray] = [np.zeros(0, dtype=np.int64)]
     material: list[str] = []
@@ -94,7 +94,7 @@ def radar_paint(radar: int) -> Colour:
 
 
 def extent(actor: Actor) -> tuple[FloatArray, FloatArray]:
-    """Lowest and highest corner, m ``(xyz,)``, of an actor in the world; its place if empty."""
+    """Lowest and highest corner of an actor in the world, m ``(xyz,)``; its place if empty."""
     points = [actor.mesh.vertex, *(_cut(plate).reshape(-1, 3) for plate in actor.plates)]
     points += [np.array([scatterer.position]) for scatterer in actor.points]
     world = actor.pose.to_outer(np.concatenate(points))
@@ -112,4 +112,4 @@ def _cut(plate: Plate) -> FloatArray:
 def _paint(scene: Scene, actor: int, material: str) -> Colour:
     if material == "metal" and actor in scene.carriers:
         return radar_paint(scene.carriers.index(actor))
-    return COLOUR.get(material, UNKNOWN)
+    return MATERIAL_COLOUR.get(material, OTHER_COLOUR)
