@@ -7,9 +7,9 @@ The modules in reading order; others may use the names beside them:
 - `verdict`: comparison of results with the paper's claims: `verdicts`, `row_of`.
 - `figures`: the figures, each with its data.
 - `statistics`: figures 12 and 13 as tables: `findings`.
+- `tables`: tables for a terminal: `claims_table`, `variants_table`, `statistics_table`.
 - `correlation`: tables and files of section V: `correlation_table`, `shape_table`,
   `correlation_csv`, `correlation_json`, `write_correlation`.
-- `tables`: tables for a terminal: `claims_table`, `variants_table`, `statistics_table`.
 - `record`: all results as JSON: `results_json`.
 - `html`, `templates`: the page.
 - `paper`: all files of `polychirp paper`: `write_paper`.

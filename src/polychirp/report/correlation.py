@@ -9,10 +9,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
 
-from rich import box
 from rich.table import Table
 
 from polychirp.report.figures.correlation import correlation_drawings
+from polychirp.report.tables import plain_table
 from polychirp.report.words import decimal
 from polychirp.study.section_v.cases import CorrelationResults, Interval
 
@@ -45,12 +45,8 @@ def interval_words(value: Interval, digits: int = 1) -> str:
 
 def correlation_table(results: CorrelationResults) -> Table:
     """One row for each case: peaks in dB relative to the signal's energy."""
-    table = Table(title="Section V: highest peak, dB", title_justify="left", box=box.SIMPLE_HEAD)
-    for n, name in enumerate(peak_head(results)):
-        table.add_column(name, justify="left" if n < NUM_WORD_COLUMNS else "right")
-    for cells in peak_rows(results):
-        table.add_row(*cells)
-    return table
+    head, rows = peak_head(results), peak_rows(results)
+    return plain_table("Section V: highest peak, dB", head, rows, num_words=NUM_WORD_COLUMNS)
 
 
 def peak_head(results: CorrelationResults) -> list[str]:
@@ -76,12 +72,7 @@ def peak_rows(results: CorrelationResults) -> list[list[str]]:
 
 def shape_table(results: CorrelationResults) -> Table:
     """Width and side lobes of the correlation of equal signals."""
-    table = Table(title="Shape of the auto-correlation", title_justify="left", box=box.SIMPLE_HEAD)
-    for name in SHAPE_HEAD:
-        table.add_column(name, justify="left" if not name else "right")
-    for name, *cells in shape_rows(results):
-        table.add_row(name, *cells)
-    return table
+    return plain_table("Shape of the auto-correlation", SHAPE_HEAD, shape_rows(results))
 
 
 def shape_rows(results: CorrelationResults) -> list[list[str]]:

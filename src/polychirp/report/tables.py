@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from rich import box
 from rich.table import Table
@@ -48,10 +48,17 @@ def statistics_table(rows: Sequence[StatisticsRow]) -> Table:
     """Figures 12 and 13: every curve at every number of targets."""
     trials = " or ".join(str(count) for count in sorted({row.num_trials for row in rows}))
     title = f"Figures 12 and 13: points in random traffic, {trials} trials, 95 % intervals"
+    return plain_table(title, BRIEF_HEAD, brief_rows(rows))
+
+
+def plain_table(
+    title: str, head: Sequence[str], rows: Iterable[Sequence[str]], *, num_words: int = 1
+) -> Table:
+    """A table whose first ``num_words`` columns are words and whose others are numbers."""
     table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
-    for number, name in enumerate(BRIEF_HEAD):
-        table.add_column(name, justify="left" if number == 0 else "right")
-    for cells in brief_rows(rows):
+    for number, name in enumerate(head):
+        table.add_column(name, justify="left" if number < num_words else "right")
+    for cells in rows:
         table.add_row(*cells)
     return table
 
