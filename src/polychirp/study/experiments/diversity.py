@@ -151,36 +151,36 @@ def spread_band(spread: float) -> Pair:
     )
 
 
-_EQUAL: Final = Triangular()
-_SAME: Final = DiverseTriangular(
+_EQUAL_RAMPS: Final = Triangular()
+_MEAN_TRIANGLES: Final = DiverseTriangular(
     bandwidth=(_MIDDLE_BANDWIDTH, _MIDDLE_BANDWIDTH),
     ramp_duration=(_MIDDLE_DURATION, _MIDDLE_DURATION),
 )
-_BOTH: Final = DiverseTriangular(bandwidth=BANDWIDTHS, ramp_duration=RAMP_DURATIONS)
+_PAPER_TRIANGLES: Final = DiverseTriangular(bandwidth=BANDWIDTHS, ramp_duration=RAMP_DURATIONS)
 
 FAMILIES: Final[Mapping[str, Pair]] = {
-    "equal ramps, in step": played(_EQUAL),
+    "equal ramps, in step": played(_EQUAL_RAMPS),
     "one slope for each radar": played(
         FixedTriangular(bandwidth=BANDWIDTHS, ramp_duration=RAMP_DURATIONS)
     ),
-    "T at every triangle": played(replace(_SAME, ramp_duration=RAMP_DURATIONS)),
-    "B at every triangle": played(replace(_SAME, bandwidth=BANDWIDTHS)),
-    "T and B at every triangle (the paper)": played(_BOTH),
-    "start frequency, 0 to 100 MHz": played(replace(_SAME, start_frequency_spread=100e6)),
+    "T at every triangle": played(replace(_MEAN_TRIANGLES, ramp_duration=RAMP_DURATIONS)),
+    "B at every triangle": played(replace(_MEAN_TRIANGLES, bandwidth=BANDWIDTHS)),
+    "T and B at every triangle (the paper)": played(_PAPER_TRIANGLES),
+    "start frequency, 0 to 100 MHz": played(replace(_MEAN_TRIANGLES, start_frequency_spread=100e6)),
     "start frequency hops over 3 GHz": played(
-        replace(_SAME, start_frequency=77e9, start_frequency_spread=3e9)
+        replace(_MEAN_TRIANGLES, start_frequency=77e9, start_frequency_spread=3e9)
     ),
-    "up or down first": played(replace(_SAME, random_order=True)),
-    "start jitter, 0 to 20 µs": played(_SAME, start_jitter=20e-6),
+    "up or down first": played(replace(_MEAN_TRIANGLES, random_order=True)),
+    "start jitter, 0 to 20 µs": played(_MEAN_TRIANGLES, start_jitter=20e-6),
     "T, B, start frequency and order": played(
-        replace(_BOTH, start_frequency_spread=100e6, random_order=True)
+        replace(_PAPER_TRIANGLES, start_frequency_spread=100e6, random_order=True)
     ),
-    "equal ramps, random start": played(_EQUAL, start_spread=3e-3),
+    "equal ramps, random start": played(_EQUAL_RAMPS, start_spread=3e-3),
     "one slope for each radar, random start": played(
         FixedTriangular(bandwidth=BANDWIDTHS, ramp_duration=RAMP_DURATIONS), start_spread=3e-3
     ),
-    "T and B, random start": played(_BOTH, start_spread=3e-3),
-    "equal ramps in step, 2 MHz apart": played(_EQUAL, offset=2e6),
+    "T and B, random start": played(_PAPER_TRIANGLES, start_spread=3e-3),
+    "equal ramps in step, 2 MHz apart": played(_EQUAL_RAMPS, offset=2e6),
 }
 """Families by name; ramps have 0.9 GHz and 1.5 ms unless drawn from the limits of table 2."""
 

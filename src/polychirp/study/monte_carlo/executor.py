@@ -18,7 +18,7 @@ from typing import IO, Any, Final, cast
 
 from polychirp.errors import InputError, RunError
 from polychirp.study.monte_carlo.tasks import MOST_DEATHS, ONE_THREAD, Outcome, Task
-from polychirp.study.monte_carlo.worker import READY
+from polychirp.study.monte_carlo.worker import READY_MESSAGE
 from polychirp.study.spec import Study
 
 
@@ -91,7 +91,7 @@ class _Pool:
             self._feed(worker)
         while any(worker.given for worker in self._workers):
             worker, message = self._news.get()
-            if message == READY:
+            if message == READY_MESSAGE:
                 worker.is_ready, self._failed_starts = True, 0
             elif message is None:
                 yield from self._replace(worker)

@@ -118,7 +118,7 @@ class _Counts:
 def _counts(results: Results, point: int, victim: int) -> _Counts:
     was_run = ~np.isnan(results.num_claims[point, :, victim, 0])
     detected = results.detected[point, was_run, victim]
-    claims = results.num_claims[point, was_run, victim]
+    counts = results.num_claims[point, was_run, victim]
     errors = {
         name: getattr(results, f"{name}_error")[point, was_run, victim] for name in ERROR_NAMES
     }
@@ -126,8 +126,8 @@ def _counts(results: Results, point: int, victim: int) -> _Counts:
         trial=np.flatnonzero(was_run).astype(np.float64),
         found=np.nansum(detected, axis=1),
         seen=np.sum(~np.isnan(detected), axis=1).astype(np.float64),
-        ghosts=claims[:, _IS_GHOST].sum(axis=1),
-        unexplained=claims[:, _UNEXPLAINED],
+        ghosts=counts[:, _IS_GHOST].sum(axis=1),
+        unexplained=counts[:, _UNEXPLAINED],
         squares={name: _sum_of_squares(values) for name, values in errors.items()},
     )
 

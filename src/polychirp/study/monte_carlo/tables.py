@@ -123,15 +123,15 @@ def _trials(results: Results) -> Iterator[tuple[tuple[int, int, int], dict[str, 
 
 def _victim_rows(results: Results) -> Iterator[Row]:
     for place, row in _trials(results):
-        claims = results.num_claims[place].astype(int).tolist()
+        counts = results.num_claims[place].astype(int).tolist()
         detected = results.detected[place]
         yield {
             **row,
             "in_sight": int(np.sum(~np.isnan(detected))),
             "found": int(np.nansum(detected)),
             "missed": int(np.sum(detected == 0.0)),
-            "claims": sum(claims),
-            **{f"claims_{name}": n for name, n in zip(NATURES, claims, strict=True)},
+            "claims": sum(counts),
+            **{f"claims_{name}": n for name, n in zip(NATURES, counts, strict=True)},
             "floor_rise": _known(float(results.floor_rise[place])),
         }
 

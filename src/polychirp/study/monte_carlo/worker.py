@@ -12,7 +12,7 @@ import signal
 import sys
 from typing import IO, Any
 
-READY = "ready"
+READY_MESSAGE = "ready"
 """Message of a worker that can take tasks."""
 
 
@@ -32,7 +32,7 @@ def _serve(tasks: IO[bytes], out: IO[bytes]) -> None:
     from polychirp.study.monte_carlo.tasks import attempt
 
     studies = pickle.load(tasks)
-    _send(out, READY)
+    _send(out, READY_MESSAGE)
     while True:
         _send(out, attempt(studies, pickle.load(tasks)))
 
