@@ -14,9 +14,9 @@ import numpy as np
 
 from polychirp.channel.rcs import cross_sections
 from polychirp.channel.tracers.composite import Composite
-from polychirp.report.figures.convergence import MeshError, convergence_picture
 from polychirp.traffic.vehicle import vehicle_mesh
 from polychirp.units import to_db
+from tools.figures.convergence import MeshError, convergence_picture
 
 REFERENCE = (0.012, 0.3)
 """Longest edge on flats (m) and coarseness of the reference mesh."""

@@ -11,11 +11,11 @@ import sys
 from pathlib import Path
 
 from polychirp.receiver.chain import Receiver
-from polychirp.report.figures.estimation_bound import estimation_bound
 from polychirp.rng import Streams
 from polychirp.units import from_db
 from polychirp.waveform import DiverseTriangular, Triangular
 from tests.support.estimation import estimate_points
+from tools.figures.estimation_bound import estimation_bound
 
 FAMILIES = {
     "conventional": Triangular(bandwidth=1e9, ramp_duration=1e-3),

@@ -11,7 +11,7 @@ import json
 import sys
 from pathlib import Path
 
-from polychirp.report.figures.ghosts import ghost_picture
+from tools.figures.ghosts import ghost_picture
 
 if __name__ == "__main__":
     record = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))

@@ -17,8 +17,8 @@ from polychirp.frames import Pose
 from polychirp.model.mesh import Plate
 from polychirp.model.radar import Radar
 from polychirp.model.scene import Actor, Scene
-from polychirp.report.figures.growth import growth_picture
 from polychirp.traffic.vehicle import vehicle_mesh
+from tools.figures.growth import growth_picture
 
 REACH = 100.0
 """m: longer paths are not followed."""

@@ -19,11 +19,11 @@ from polychirp.model.if_frame import sample_times
 from polychirp.model.paths import PropagationPaths
 from polychirp.model.radar import Radar
 from polychirp.model.scene import Actor, Scene
-from polychirp.report.figures.growth import growth_picture
 from polychirp.rng import Streams
 from polychirp.synthesis.stretch.engine import Stretch
 from polychirp.testing.paths import free_space_gain
 from polychirp.waveform import DiverseTriangular
+from tools.figures.growth import growth_picture
 
 MOST = {"path by path": 3_000, "NumPy, no filter": 1_000, "by blocks": 3_000}
 """Paths up to which a way is measured."""

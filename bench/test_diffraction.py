@@ -7,12 +7,12 @@ import pytest
 
 from polychirp.channel.base import all_pairs
 from polychirp.channel.diffraction.paths import diffracted_paths
-from polychirp.channel.diffraction.reference import beside_obstacle
 from polychirp.channel.tracers.composite import Composite
 from polychirp.frames import Pose
 from polychirp.model.radar import Radar
 from polychirp.model.scene import Actor, Scene
 from polychirp.testing.shapes import around, box, mesh_of, plate
+from tests.support.references.diffraction import beside_obstacle
 
 ENDS = [(0.0, 0.0, 0.0), (10.0, 0.0, 0.0)]
 

@@ -8,13 +8,13 @@ import pytest
 from polychirp.channel.base import all_pairs
 from polychirp.channel.materials.library import known_materials
 from polychirp.channel.ray_tubes.paths import tube_paths
-from polychirp.channel.ray_tubes.reference import PlainBody, multiple_bounces
 from polychirp.channel.tracers.composite import Composite
 from polychirp.frames import Pose
 from polychirp.model.mesh import Plate
 from polychirp.model.radar import Radar
 from polychirp.model.scene import Actor, Scene
 from polychirp.testing.shapes import around, box, dihedral, mesh_of
+from tests.support.references.ray_tubes import PlainBody, multiple_bounces
 
 CAR = (4.5, 1.8, 1.4)
 

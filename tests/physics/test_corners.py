@@ -6,7 +6,6 @@ import pytest
 from polychirp.channel.base import all_pairs
 from polychirp.channel.materials.fresnel import reflection
 from polychirp.channel.materials.library import known_materials
-from polychirp.channel.physical_optics.reference import scattered
 from polychirp.channel.specular.double_plates import corner_paths
 from polychirp.channel.tracers.composite import Composite
 from polychirp.constants import SPEED_OF_LIGHT
@@ -15,6 +14,7 @@ from polychirp.model.mesh import Plate
 from polychirp.model.scene import Actor
 from polychirp.testing.shapes import around, box, mesh_of, transfer_at
 from polychirp.units import to_db
+from tests.support.references.physical_optics import scattered
 
 WAVELENGTH = SPEED_OF_LIGHT / 79e9
 ENDLESS = 400.0

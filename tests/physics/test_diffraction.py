@@ -6,7 +6,6 @@ from scipy.special import fresnel
 
 from polychirp.channel.base import all_pairs, gather
 from polychirp.channel.diffraction.paths import MAX_ZONES_CLEAR, diffracted_paths
-from polychirp.channel.diffraction.reference import beside_conductor, beside_obstacle
 from polychirp.channel.direct.occluded import visible_line_of_sight
 from polychirp.channel.tracers.composite import Composite
 from polychirp.constants import SPEED_OF_LIGHT
@@ -16,6 +15,7 @@ from polychirp.model.paths import Bounce
 from polychirp.model.scene import Actor
 from polychirp.testing.shapes import around, box, mesh_of, plate, transfer_at
 from polychirp.units import to_db
+from tests.support.references.diffraction import beside_conductor, beside_obstacle
 
 WAVELENGTH = SPEED_OF_LIGHT / 79e9
 ENDS = [(0.0, 0.0, 0.0), (10.0, 0.0, 0.0)]

@@ -7,7 +7,9 @@ import pytest
 
 from polychirp.model.radar import Radar
 from polychirp.rng import Streams
-from polychirp.study.experiments.diversity import (
+from polychirp.units import to_db
+from polychirp.waveform import DiverseTriangular, Sawtooth, Triangular
+from tools.experiments.diversity import (
     FAMILIES,
     IN_BAND,
     ambiguity,
@@ -16,8 +18,6 @@ from polychirp.study.experiments.diversity import (
     measured,
     spread_time,
 )
-from polychirp.units import to_db
-from polychirp.waveform import DiverseTriangular, Sawtooth, Triangular
 
 EQUAL = Triangular().schedule(num_sweeps=4, streams=Streams(1))
 
@@ -39,7 +39,7 @@ def test_diverse_ramps_leave_of_a_ghost_what_the_product_of_bandwidth_and_time_a
 def test_adding_only_loud_samples_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     plans = [DiverseTriangular().schedule(num_sweeps=2, streams=Streams(seed)) for seed in (1, 2)]
     sparse = measured(plans[0], plans[1])
-    monkeypatch.setattr("polychirp.study.experiments.diversity.FEW_SAMPLES", -1.0)
+    monkeypatch.setattr("tools.experiments.diversity.FEW_SAMPLES", -1.0)
     assert measured(plans[0], plans[1]) == pytest.approx(sparse, rel=1e-3)
 
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from polychirp.scoring.ghosts import Nature
-from polychirp.study.experiments.ghosts import case, expectation, measure_ghosts
 from polychirp.study.monte_carlo.grid import trial_seed
 from polychirp.study.monte_carlo.tasks import attempt
 from polychirp.study.random_draw import sample_street
 from polychirp.study.trial import run_trial
+from tools.experiments.ghosts import case, expectation, measure_ghosts
 
 
 class Here:

@@ -10,11 +10,11 @@ from polychirp.correlation.base import correlate
 from polychirp.correlation.lobes import lobes
 from polychirp.errors import CapabilityError, RunError
 from polychirp.rng import Streams
-from polychirp.study.experiments import gnuradio
-from polychirp.study.experiments.gnuradio import gnuradio_python, through_gnuradio
 from polychirp.study.section_v.operands import named
 from polychirp.waveform import Triangular
 from polychirp.waveform.playing import played
+from tools.experiments import gnuradio
+from tools.experiments.gnuradio import gnuradio_python, through_gnuradio
 
 needs_gnuradio = pytest.mark.skipif(
     gnuradio_python() is None,

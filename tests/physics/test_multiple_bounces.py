@@ -8,10 +8,8 @@ import pytest
 from polychirp.channel.base import gather
 from polychirp.channel.materials.fresnel import sheet
 from polychirp.channel.materials.library import NamedMaterial, known_materials
-from polychirp.channel.physical_optics.reference import scattered
 from polychirp.channel.ray_tubes.launch_grid import FULL_WIDTH_DISTANCE, box_windows
 from polychirp.channel.ray_tubes.paths import tube_paths
-from polychirp.channel.ray_tubes.reference import PlainBody, multiple_bounces
 from polychirp.channel.tracers.composite import Composite
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
@@ -20,6 +18,8 @@ from polychirp.model.mesh import Plate
 from polychirp.model.scene import Actor
 from polychirp.testing.shapes import around, box, dihedral, mesh_of, plate, transfer_at, trihedral
 from polychirp.units import to_db
+from tests.support.references.physical_optics import scattered
+from tests.support.references.ray_tubes import PlainBody, multiple_bounces
 
 FREQUENCY = 79e9
 WAVELENGTH = SPEED_OF_LIGHT / FREQUENCY

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from polychirp.channel.materials.library import known_materials
-from polychirp.channel.physical_optics.reference import scattered
 from polychirp.channel.tracers.composite import Composite
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.frames import Pose
 from polychirp.model.scene import Actor
 from polychirp.testing.shapes import around, mesh_of, plate, transfer_at
 from polychirp.units import to_db
+from tests.support.references.physical_optics import scattered
 from tests.support.revolved import cylinder, disc
 
 WAVELENGTH = SPEED_OF_LIGHT / 79e9

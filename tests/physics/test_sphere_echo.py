@@ -5,13 +5,13 @@ import pytest
 from scipy.special import spherical_jn, spherical_yn
 
 from polychirp.channel.materials.library import known_materials
-from polychirp.channel.physical_optics.reference import scattered
 from polychirp.channel.tracers.composite import Composite
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.frames import Pose
 from polychirp.model.scene import Actor
 from polychirp.testing.shapes import around, mesh_of, sphere, transfer_at
 from polychirp.units import to_db
+from tests.support.references.physical_optics import scattered
 
 WAVELENGTH = SPEED_OF_LIGHT / 79e9
 TRACER = Composite(dynamic_range=1e12)

@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 from polychirp.channel.base import RayTracer
 from polychirp.channel.materials.fresnel import half_space, roughness_factor, sheet
 from polychirp.channel.materials.library import NamedMaterial, known_materials
-from polychirp.channel.physical_optics.reference import scattered
 from polychirp.channel.tracers.composite import Composite
 from polychirp.channel.tracers.free_space import FreeSpace
 from polychirp.constants import SPEED_OF_LIGHT
@@ -16,6 +15,7 @@ from polychirp.frames import Pose
 from polychirp.model.mesh import Plate
 from polychirp.model.scene import Actor, PointScatterer
 from polychirp.testing.shapes import around, box, mesh_of, plate, transfer_at
+from tests.support.references.physical_optics import scattered
 
 BODY = mesh_of(box((0.4, 0.3, 0.2), 0.04))
 PANE = mesh_of(plate(0.3, 0.04), "glass")

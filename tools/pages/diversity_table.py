@@ -12,7 +12,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, Final
 
-from polychirp.study.experiments.diversity import (
+from polychirp.units import to_db
+from tools.experiments.diversity import (
     FAMILIES,
     SPREADS,
     SWEEPS,
@@ -22,7 +23,6 @@ from polychirp.study.experiments.diversity import (
     over_sweeps,
     side_lobes,
 )
-from polychirp.units import to_db
 from tools.pages.markdown import table
 
 RECORD: Final = "diversity.json"

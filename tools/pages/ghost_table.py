@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from polychirp.scoring.statistics import Estimate
-from polychirp.study.experiments.ghosts import GhostRow, cases, measure_ghosts
 from polychirp.study.monte_carlo.executor import LocalWorkers
+from tools.experiments.ghosts import GhostRow, cases, measure_ghosts
 from tools.pages.markdown import table
 
 RECORD: Final = "ghosts.json"

@@ -13,7 +13,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Final
 
-from polychirp.study.experiments.impairments import ImpairedRow, compare_impairments
+from tools.experiments.impairments import ImpairedRow, compare_impairments
 from tools.pages.markdown import table
 
 RECORD: Final = "impairments.json"

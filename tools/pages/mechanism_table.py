@@ -14,10 +14,10 @@ from typing import Final
 import numpy as np
 
 from polychirp.channel.tracers.composite import Composite
-from polychirp.study.experiments.mechanisms import Mechanisms, compare_mechanisms
 from polychirp.study.paper.scenarios import paper_study
 from polychirp.study.spec import scene_of
 from polychirp.units import to_db
+from tools.experiments.mechanisms import Mechanisms, compare_mechanisms
 from tools.pages.markdown import table
 
 RECORD: Final = "mechanisms.json"

@@ -13,7 +13,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
 
-from polychirp.study.experiments.mitigations import MitigationRow, compare_paper_mitigations
+from tools.experiments.mitigations import MitigationRow, compare_paper_mitigations
 from tools.pages.markdown import table
 
 RECORD: Final = "mitigation.json"

@@ -9,8 +9,8 @@ from polychirp.config.load import load_study
 from polychirp.config.monte_carlo import load_plan
 from polychirp.model.baseband import no_progress
 from polychirp.study.check import check
-from polychirp.study.experiments.ghosts import case
 from polychirp.study.monte_carlo.plan import check_plan
+from tools.experiments.ghosts import case
 
 ROOT = Path(__file__).parents[3] / "studies"
 FILES = {path: tomllib.loads(path.read_text(encoding="utf-8")) for path in ROOT.rglob("*.toml")}

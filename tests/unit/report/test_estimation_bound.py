@@ -3,7 +3,7 @@
 import csv
 import io
 
-from polychirp.report.figures.estimation_bound import estimation_bound
+from tools.figures.estimation_bound import estimation_bound
 
 CURVES = {
     "conventional": [

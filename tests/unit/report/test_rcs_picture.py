@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from polychirp.channel.rcs import CrossSections
-from polychirp.report.figures.convergence import MeshError, convergence_picture
 from polychirp.report.figures.rcs import DRAWN_SPAN_DB, rcs_picture, statistics
+from tools.figures.convergence import MeshError, convergence_picture
 
 
 def found():

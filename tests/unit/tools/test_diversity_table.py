@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from polychirp.report.figures.diversity import diversity_picture
-from polychirp.study.experiments.diversity import Suppression
+from tools.experiments.diversity import Suppression
+from tools.figures.diversity import diversity_picture
 from tools.pages.diversity_table import RECORD, diversity_table, in_decibels
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from polychirp.report.figures.ghosts import ghost_picture
 from polychirp.scoring.statistics import wilson
-from polychirp.study.experiments.ghosts import GhostRow
+from tools.experiments.ghosts import GhostRow
+from tools.figures.ghosts import ghost_picture
 from tools.pages.ghost_table import RECORD, as_record, ghost_table
 
 

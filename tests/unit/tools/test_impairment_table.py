@@ -1,7 +1,7 @@
 """The table of impairments, from rows to Markdown and back."""
 
-from polychirp.study.experiments.impairments import IMPAIRMENTS, INTERFERER, VICTIM, ImpairedRow
 from polychirp.study.paper.scenarios import paper_study
+from tools.experiments.impairments import IMPAIRMENTS, INTERFERER, VICTIM, ImpairedRow
 from tools.pages.impairment_table import RECORD, impairment_table, write_impairments
 
 

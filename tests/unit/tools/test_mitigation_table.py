@@ -1,6 +1,6 @@
 """The table of mitigations, from rows to Markdown and back."""
 
-from polychirp.study.experiments.mitigations import MitigationRow
+from tools.experiments.mitigations import MitigationRow
 from tools.pages.mitigation_table import RECORD, mitigation_table, write_mitigations
 
 

@@ -14,7 +14,6 @@ from polychirp.channel.physical_optics.power_estimate import (
     estimated_power,
     mark_needed_rows,
 )
-from polychirp.channel.physical_optics.reference import scalar_scattered
 from polychirp.channel.physical_optics.views import View
 from polychirp.channel.scene.world import world_of
 from polychirp.channel.tracers.composite import Composite
@@ -24,6 +23,7 @@ from polychirp.model.paths import Bounce
 from polychirp.model.scene import Actor
 from polychirp.testing.shapes import around, mesh_of, plate, sphere
 from polychirp.traffic.vehicle import vehicle_mesh
+from tests.support.references.physical_optics import scalar_scattered
 
 FREQUENCY = 79e9
 PAIRS = np.array([[0, 0], [0, 1], [1, 1]])

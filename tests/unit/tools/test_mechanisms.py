@@ -8,7 +8,7 @@ from polychirp.frames import Pose
 from polychirp.model.mesh import Plate
 from polychirp.model.radar import Radar
 from polychirp.model.scene import Actor, Scene
-from polychirp.study.experiments.mechanisms import compare_mechanisms
+from tools.experiments.mechanisms import compare_mechanisms
 
 
 def scene(*bodies):

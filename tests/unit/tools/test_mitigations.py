@@ -7,14 +7,14 @@ from polychirp.channel.point_vehicles.tracer import PointVehicles
 from polychirp.frames import Pose
 from polychirp.model.if_frame import IfParts
 from polychirp.receiver.mitigation import Autoregression, Blanking
-from polychirp.study.experiments.mitigations import (
+from polychirp.study.spec import Study, StudyRadar
+from polychirp.traffic.street import Point, Street, Vehicle
+from polychirp.waveform import DiverseTriangular
+from tools.experiments.mitigations import (
     ORACLE,
     compare_mitigations,
     without_interference,
 )
-from polychirp.study.spec import Study, StudyRadar
-from polychirp.traffic.street import Point, Street, Vehicle
-from polychirp.waveform import DiverseTriangular
 
 
 @pytest.fixture(scope="module")
