@@ -17,12 +17,12 @@ from polychirp.model.radar import Converter, Radar
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Actor, Scene
 from polychirp.rng import Streams
-from polychirp.synthesis.fullband import FullBand
 from polychirp.synthesis.impairments.oscillator_errors import Oscillating, highest_offset, shared
 from polychirp.synthesis.impairments.phase_error import noise_record, noise_waves, phase_error
 from polychirp.synthesis.stretch.engine import Stretch
 from polychirp.testing.paths import HandPath, paths_of
 from polychirp.units import from_db, to_db
+from tests.support.references.fullband import FullBand
 
 SLOPE = 1e12
 START = 79e9

@@ -16,11 +16,11 @@ from polychirp.model.radar import Converter, Radar
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Actor, Scene
 from polychirp.rng import Streams
-from polychirp.synthesis.fullband import FullBand
 from polychirp.synthesis.links.thermal_noise import noise_density, thermal_noise
 from polychirp.synthesis.stretch.engine import Stretch
 from polychirp.testing.paths import HandPath, free_space_gain, paths_of
 from polychirp.units import to_db
+from tests.support.references.fullband import FullBand
 
 SLOPE, START, DURATION = 1e12, 79e9, 60e-6
 BILLIONTH = 1e-9

@@ -13,13 +13,13 @@ from polychirp.model.radar import Converter, Radar
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Actor, Scene
 from polychirp.rng import Streams
-from polychirp.synthesis.fullband import FullBand
 from polychirp.synthesis.links.links import links_between
 from polychirp.synthesis.links.thermal_noise import noise_density, thermal_noise
 from polychirp.synthesis.received_frame import synthesize
 from polychirp.synthesis.stretch.engine import Stretch
 from polychirp.testing.paths import HandPath, free_space_gain, paths_of
 from polychirp.units import from_db
+from tests.support.references.fullband import FullBand
 
 SLOPE = 1e12
 START = 79e9

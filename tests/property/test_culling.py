@@ -17,7 +17,6 @@ from polychirp.model.radar import Converter, Radar
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Actor, Scene
 from polychirp.rng import Streams
-from polychirp.synthesis.fullband import FullBand
 from polychirp.synthesis.links.interferer_culling import (
     NEGLIGIBLE_SHARE,
     _norm,
@@ -29,6 +28,7 @@ from polychirp.synthesis.received_frame import synthesize
 from polychirp.synthesis.stretch.engine import Stretch
 from polychirp.testing.paths import HandPath, free_space_gain, paths_of
 from polychirp.units import from_db
+from tests.support.references.fullband import FullBand
 
 
 def between(low, high):

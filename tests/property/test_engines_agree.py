@@ -13,12 +13,12 @@ from polychirp.model.paths import Bounce
 from polychirp.model.radar import Converter, Radar
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Actor, Scene
-from polychirp.synthesis.fullband import FullBand
 from polychirp.synthesis.stretch import engine, path_batches, ramp_edges
 from polychirp.synthesis.stretch.engine import NEGLIGIBLE_IN_BAND, Stretch
 from polychirp.synthesis.stretch.ramp_overlaps import strongest_sample
 from polychirp.testing.paths import HandPath, paths_of
 from polychirp.units import from_db
+from tests.support.references.fullband import FullBand
 
 AGREEMENT = 1e-6
 """Of the strongest sample: what full-rate references are compared with."""

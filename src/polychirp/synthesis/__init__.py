@@ -4,7 +4,7 @@ In reading order:
 
 * `base`: `SynthesisEngine`, the protocol of engines
 * `links`: delays and amplitudes between two radars, leakage, noise, audible radars
-* `stretch`: `Stretch`, the fast engine; `fullband`: `FullBand`, the slow reference engine
+* `stretch`: `Stretch`, the fast engine; the slow reference engine is in `tests/support/references`
 * `impairments`: errors of oscillators, filters and converters
 * `received_frame`: `synthesize`, a radar's samples over one frame and their parts
 * `sdr`: the link between two software-defined radios

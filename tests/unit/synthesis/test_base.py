@@ -8,10 +8,10 @@ from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Actor, Scene
 from polychirp.rng import Streams
 from polychirp.synthesis.base import SynthesisEngine
-from polychirp.synthesis.fullband import FullBand
 from polychirp.synthesis.received_frame import synthesize
 from polychirp.synthesis.stretch.engine import Stretch
 from polychirp.testing.paths import paths_of
+from tests.support.references.fullband import FullBand
 
 PLAN = RampSchedule(
     start_time=[0.0],

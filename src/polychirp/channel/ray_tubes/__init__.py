@@ -5,6 +5,5 @@ every receiver. The modules, in reading order: `paths` (theory, and the function
 `launch_grid` (directions of the tubes), `refinement` (narrower tubes where they matter),
 `intersections` (what a ray meets), `fields` (a ray and its waves), `propagation` (rays from surface
 to surface), `radiation` (currents and what they radiate), `visibility` (legs to the receivers),
-`cell_paths` (paths from contributions), `reference` (the same, slow and plain, for tests).
-Other rooms use `paths.tube_paths`; tests and benchmarks also use `reference.multiple_bounces`.
+`cell_paths` (paths from contributions). Other rooms use `paths.tube_paths`.
 """

@@ -33,14 +33,3 @@ def count_below(padded: FloatArray, level: FloatArray, offsets: IntArray) -> Int
             for j in range(columns):
                 row_count[j] += source[j] < row_level[j]
     return count
-
-
-def count_below_twin(padded: FloatArray, level: FloatArray, offsets: IntArray) -> IntArray:
-    """Slow reference of `count_below`: one comparison of maps for every training cell."""
-    rows, columns = level.shape
-    top = (padded.shape[0] - rows) // 2
-    left = (padded.shape[1] - columns) // 2
-    count = np.zeros((rows, columns), dtype=np.int64)
-    for i, j in offsets:
-        count += padded[top + i : top + i + rows, left + j : left + j + columns] < level
-    return count

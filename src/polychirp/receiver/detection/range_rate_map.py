@@ -95,23 +95,6 @@ def log_range_rate_map(
     return np.asarray(_read_along(logs, line.first, line.step, grid.range.size))
 
 
-def log_range_rate_map_by_loops(
-    logs: FloatArray, schedule: RampSchedule, times: SampleTimes, grid: Grid
-) -> FloatArray:
-    """Slow reference of `log_range_rate_map`: one cell after the other."""
-    beams, ramps, size = logs.shape
-    out = np.zeros((beams, grid.range_rate.size, grid.range.size))
-    for i, rate in enumerate(grid.range_rate):
-        for j, distance in enumerate(grid.range):
-            beat = beat_frequency(
-                schedule, times, distance=distance, range_rate=rate, time=grid.time
-            )
-            place = np.floor(beat * size / times.rate + 0.5).astype(np.int64) % size
-            for k in range(ramps):
-                out[:, i, j] += logs[:, k, place[k]] / ramps
-    return out
-
-
 class BeatLines(NamedTuple):
     """Beats as straight lines in range: bin at ``grid.range[0]`` and bins per range step."""
 

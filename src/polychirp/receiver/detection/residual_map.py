@@ -132,25 +132,6 @@ class ResidualMap:
         )
 
 
-def rows_by_loops(
-    logs: NDArray[np.float32],
-    start: IntArray,
-    fraction: IntArray,
-    step: FloatArray,
-    num_ranges: int,
-) -> FloatArray:
-    """Slow reference of the map's compiled sum: one cell after the other.
-
-    The cell in row i, range step j is the sum over ramps k of the bin nearest to
-    ``step[k]·(start[i, k] + fraction[i, k]/SUBSTEPS + j)``.
-    """
-    out = np.zeros((len(start), num_ranges, logs.shape[2]))
-    for i, j, k in np.ndindex(len(start), num_ranges, len(logs)):
-        place = step[k] * (start[i, k] + fraction[i, k] / SUBSTEPS + j)
-        out[i, j] += logs[k, int(np.floor(place + 0.5))] / len(logs)
-    return out
-
-
 @njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
 def _beam_powers(spectra: Any, beams: Any) -> Any:  # pragma: no cover - compiled
     """``(ramp, bin, beam)``."""

@@ -51,36 +51,6 @@ def range_and_rate_from_beats(
     return np.asarray(_from_beats(logs, guess, beam, place, slope, reach, resolution))
 
 
-def range_and_rate_from_beats_twin(
-    logs: NDArray[np.float32],
-    guess: FloatArray,
-    *,
-    beam: IntArray,
-    place: FloatArray,
-    slope: FloatArray,
-    reach: int,
-    resolution: float,
-) -> FloatArray:
-    """Slow reference of `range_and_rate_from_beats`: one point after the other, by a library."""
-    out = guess.copy()
-    for n in range(len(guess)):
-        step = np.zeros(2)
-        for _ in range(3):
-            predicted = place[n] + slope @ step
-            peak = [
-                _peak_of(logs[k, :, beam[n]].astype(np.float64), predicted[k], reach)
-                for k in range(len(slope))
-            ]
-            error = np.array(peak) - predicted
-            spread = np.maximum(1.5 * np.median(np.abs(error)), 0.01 * resolution)
-            # square root of Tukey's weight: errors beyond four spreads fade out
-            weight = np.clip(1.0 - (error / (4.0 * spread)) ** 2, 0.0, 1.0)
-            step += np.linalg.lstsq(slope * weight[:, None], error * weight, rcond=None)[0]
-        if np.all(np.abs(step) <= (LARGEST_RANGE_CHANGE, LARGEST_RATE_CHANGE)):
-            out[n] += step
-    return out
-
-
 def _peak_of(values: FloatArray, predicted: float, reach: int) -> float:
     """Place of the peak near a prediction, by a parabola through the strongest bin."""
     centre = int(np.rint(predicted))

@@ -28,7 +28,7 @@ from polychirp.model.antenna import AntennaArray
 from polychirp.model.if_frame import SampleTimes
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.estimation.azimuth_rate import sine_basis
-from polychirp.receiver.signal_model.point_signal import path_of, path_slopes, replica
+from polychirp.receiver.signal_model.point_signal import path_of, path_slopes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,43 +88,6 @@ def cramer_rao_bound(
     information[np.ix_(keep, turn)] = information[np.ix_(turn, keep)].T
     information[np.ix_(turn, turn)] = by_sine @ by_sine * own @ own.T
     return _bound_of(2.0 * snr * information, not is_acceleration_known, sine_rate_deviation)
-
-
-def cramer_rao_bound_twin(
-    schedule: RampSchedule,
-    times: SampleTimes,
-    array: AntennaArray,
-    *,
-    motion: FloatArray,
-    azimuth: float,
-    snr: float,
-    time: float,
-    is_acceleration_known: bool = False,
-    sine_rate_deviation: float = math.inf,
-) -> Bound:
-    """Slow reference of `cramer_rao_bound`: finite differences of all samples of all channels."""
-    frequency = float(np.mean(schedule.centre_frequency))
-
-    elapsed = (times.time - time)[times.is_sample]
-
-    def signal(point: FloatArray) -> FloatArray:
-        own = replica(schedule, times, motion=point[:3], time=time)[times.is_sample]
-        straight, turned = sine_basis(point[None, :3], elapsed)[:, 0]
-        sine = np.sin(point[3]) * straight + point[4] * turned
-        cycles = frequency / SPEED_OF_LIGHT * np.outer(array.position[:, 1], sine)
-        both = np.exp(1j * point[5] - 2j * np.pi * cycles) * own * np.exp(point[6])
-        return np.concatenate([both.real.ravel(), both.imag.ravel()])
-
-    centre = np.array([*motion, azimuth, 0.0, 0.0, 0.0])
-    slopes = []
-    for i, step in enumerate((1e-6, 1e-5, 1e-3, 1e-5, 1e-4, 1e-5, 1e-5)):
-        change = np.zeros(7)
-        change[i] = step
-        slopes.append((signal(centre + change) - signal(centre - change)) / (2.0 * step))
-    jacobian = np.array(slopes)
-    return _bound_of(
-        2.0 * snr * jacobian @ jacobian.T, not is_acceleration_known, sine_rate_deviation
-    )
 
 
 def _phase_slopes(

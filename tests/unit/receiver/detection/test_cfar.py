@@ -11,7 +11,8 @@ from polychirp.receiver.detection.cfar import (
     training_count,
     training_sum,
 )
-from polychirp.receiver.detection.cfar_kernel import count_below, count_below_twin
+from polychirp.receiver.detection.cfar_kernel import count_below
+from tests.support.references.receiver import count_below_twin
 
 DETECTORS = [cell_averaging, ordered_statistic]
 WINDOWS = [

@@ -9,7 +9,6 @@ from polychirp.receiver.detection.range_rate_map import (
     Grid,
     floor_over_range,
     log_range_rate_map,
-    log_range_rate_map_by_loops,
     log_spectra,
     spectrum_size,
 )
@@ -17,6 +16,7 @@ from polychirp.receiver.signal_model.point_signal import hann_weights
 from polychirp.rng import Streams
 from polychirp.waveform import DiverseTriangular
 from tests.support.points import HandPoint, frame_of
+from tests.support.references.receiver import log_range_rate_map_by_loops
 
 RAMPS = DiverseTriangular().schedule(num_sweeps=4, streams=Streams(3))
 TIMES = sample_times(RAMPS, Converter())

@@ -6,12 +6,13 @@ import pytest
 from polychirp.model.if_frame import sample_times
 from polychirp.model.radar import Converter
 from polychirp.receiver.detection.range_rate_map import Grid
-from polychirp.receiver.detection.residual_map import ResidualMap, rows_by_loops, strongest_peaks
+from polychirp.receiver.detection.residual_map import ResidualMap, strongest_peaks
 from polychirp.receiver.signal_model.point_signal import beat_frequency, beat_phase
 from polychirp.receiver.signal_model.spectral_fit import band_of
 from polychirp.rng import Streams
 from polychirp.waveform import DiverseTriangular
 from tests.support.points import HandPoint, frame_of
+from tests.support.references.receiver import rows_by_loops
 
 RAMPS = DiverseTriangular().schedule(num_sweeps=4, streams=Streams(3))
 TIMES = sample_times(RAMPS, Converter())

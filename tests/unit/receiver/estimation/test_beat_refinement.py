@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 
-from polychirp.receiver.estimation.beat_refinement import (
-    range_and_rate_from_beats,
-    range_and_rate_from_beats_twin,
-)
+from polychirp.receiver.estimation.beat_refinement import range_and_rate_from_beats
+from tests.support.references.receiver import range_and_rate_from_beats_twin
 
 
 def ramps():

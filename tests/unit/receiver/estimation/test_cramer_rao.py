@@ -7,9 +7,10 @@ from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.antenna import AntennaArray
 from polychirp.model.if_frame import sample_times
 from polychirp.model.radar import Converter
-from polychirp.receiver.estimation.cramer_rao import cramer_rao_bound, cramer_rao_bound_twin
+from polychirp.receiver.estimation.cramer_rao import cramer_rao_bound
 from polychirp.rng import Streams
 from polychirp.waveform import DiverseTriangular, Triangular
+from tests.support.references.receiver import cramer_rao_bound_twin
 
 RAMPS = DiverseTriangular().schedule(num_sweeps=4, streams=Streams(3))
 TIMES = sample_times(RAMPS, Converter())

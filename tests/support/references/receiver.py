@@ -1,0 +1,138 @@
+"""Slow and simple twins of the receiver's kernels."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from polychirp.axes import FloatArray, IntArray
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.model.antenna import AntennaArray
+from polychirp.model.if_frame import SampleTimes
+from polychirp.model.ramp import RampSchedule
+from polychirp.receiver.detection.range_rate_map import Grid
+from polychirp.receiver.detection.residual_map import SUBSTEPS
+from polychirp.receiver.estimation.azimuth_rate import sine_basis
+from polychirp.receiver.estimation.beat_refinement import (
+    LARGEST_RANGE_CHANGE,
+    LARGEST_RATE_CHANGE,
+    _peak_of,
+)
+from polychirp.receiver.estimation.cramer_rao import Bound, _bound_of
+from polychirp.receiver.signal_model.point_signal import beat_frequency, replica
+
+
+def count_below_twin(padded: FloatArray, level: FloatArray, offsets: IntArray) -> IntArray:
+    """Slow reference of `count_below`: one comparison of maps for every training cell."""
+    rows, columns = level.shape
+    top = (padded.shape[0] - rows) // 2
+    left = (padded.shape[1] - columns) // 2
+    count = np.zeros((rows, columns), dtype=np.int64)
+    for i, j in offsets:
+        count += padded[top + i : top + i + rows, left + j : left + j + columns] < level
+    return count
+
+
+def log_range_rate_map_by_loops(
+    logs: FloatArray, schedule: RampSchedule, times: SampleTimes, grid: Grid
+) -> FloatArray:
+    """Slow reference of `log_range_rate_map`: one cell after the other."""
+    beams, ramps, size = logs.shape
+    out = np.zeros((beams, grid.range_rate.size, grid.range.size))
+    for i, rate in enumerate(grid.range_rate):
+        for j, distance in enumerate(grid.range):
+            beat = beat_frequency(
+                schedule, times, distance=distance, range_rate=rate, time=grid.time
+            )
+            place = np.floor(beat * size / times.rate + 0.5).astype(np.int64) % size
+            for k in range(ramps):
+                out[:, i, j] += logs[:, k, place[k]] / ramps
+    return out
+
+
+def rows_by_loops(
+    logs: NDArray[np.float32],
+    start: IntArray,
+    fraction: IntArray,
+    step: FloatArray,
+    num_ranges: int,
+) -> FloatArray:
+    """Slow reference of the map's compiled sum: one cell after the other.
+
+    The cell in row i, range step j is the sum over ramps k of the bin nearest to
+    ``step[k]·(start[i, k] + fraction[i, k]/SUBSTEPS + j)``.
+    """
+    out = np.zeros((len(start), num_ranges, logs.shape[2]))
+    for i, j, k in np.ndindex(len(start), num_ranges, len(logs)):
+        place = step[k] * (start[i, k] + fraction[i, k] / SUBSTEPS + j)
+        out[i, j] += logs[k, int(np.floor(place + 0.5))] / len(logs)
+    return out
+
+
+def cramer_rao_bound_twin(
+    schedule: RampSchedule,
+    times: SampleTimes,
+    array: AntennaArray,
+    *,
+    motion: FloatArray,
+    azimuth: float,
+    snr: float,
+    time: float,
+    is_acceleration_known: bool = False,
+    sine_rate_deviation: float = math.inf,
+) -> Bound:
+    """Slow reference of `cramer_rao_bound`: finite differences of all samples of all channels."""
+    frequency = float(np.mean(schedule.centre_frequency))
+
+    elapsed = (times.time - time)[times.is_sample]
+
+    def signal(point: FloatArray) -> FloatArray:
+        own = replica(schedule, times, motion=point[:3], time=time)[times.is_sample]
+        straight, turned = sine_basis(point[None, :3], elapsed)[:, 0]
+        sine = np.sin(point[3]) * straight + point[4] * turned
+        cycles = frequency / SPEED_OF_LIGHT * np.outer(array.position[:, 1], sine)
+        both = np.exp(1j * point[5] - 2j * np.pi * cycles) * own * np.exp(point[6])
+        return np.concatenate([both.real.ravel(), both.imag.ravel()])
+
+    centre = np.array([*motion, azimuth, 0.0, 0.0, 0.0])
+    slopes = []
+    for i, step in enumerate((1e-6, 1e-5, 1e-3, 1e-5, 1e-4, 1e-5, 1e-5)):
+        change = np.zeros(7)
+        change[i] = step
+        slopes.append((signal(centre + change) - signal(centre - change)) / (2.0 * step))
+    jacobian = np.array(slopes)
+    return _bound_of(
+        2.0 * snr * jacobian @ jacobian.T, not is_acceleration_known, sine_rate_deviation
+    )
+
+
+def range_and_rate_from_beats_twin(
+    logs: NDArray[np.float32],
+    guess: FloatArray,
+    *,
+    beam: IntArray,
+    place: FloatArray,
+    slope: FloatArray,
+    reach: int,
+    resolution: float,
+) -> FloatArray:
+    """Slow reference of `range_and_rate_from_beats`: one point after the other, by a library."""
+    out = guess.copy()
+    for n in range(len(guess)):
+        step = np.zeros(2)
+        for _ in range(3):
+            predicted = place[n] + slope @ step
+            peak = [
+                _peak_of(logs[k, :, beam[n]].astype(np.float64), predicted[k], reach)
+                for k in range(len(slope))
+            ]
+            error = np.array(peak) - predicted
+            spread = np.maximum(1.5 * np.median(np.abs(error)), 0.01 * resolution)
+            # square root of Tukey's weight: errors beyond four spreads fade out
+            weight = np.clip(1.0 - (error / (4.0 * spread)) ** 2, 0.0, 1.0)
+            step += np.linalg.lstsq(slope * weight[:, None], error * weight, rcond=None)[0]
+        if np.all(np.abs(step) <= (LARGEST_RANGE_CHANGE, LARGEST_RATE_CHANGE)):
+            out[n] += step
+    return out
