@@ -376,7 +376,7 @@ def _announce(parts: Sequence[Part], total: int) -> None:
 
 
 def _run(parts: Sequence[Part], worker: str) -> Iterator[tuple[str, Any]]:
-    """What workers report: a kernel, a part with its cache files, or a failure."""
+    """Reports of the workers: a kernel, a part with its cache files, or a failure."""
     count = min(num_cores(), len(parts), MOST_WORKERS)
     ahead = deque(part.name for part in parts)
     news: SimpleQueue[tuple[_Worker, str]] = SimpleQueue()
@@ -498,7 +498,7 @@ def _compile_each_once(locks: Path, files: dict[str, str], tell: Callable[[str],
     Dispatcher.compile = compile_once  # type: ignore[method-assign, assignment]
 
 
-_HELD: Final[dict[Path, int]] = {}
+_HELD_LOCKS: Final[dict[Path, int]] = {}
 """Locks that this process holds, and how many times each."""
 
 
@@ -508,7 +508,7 @@ def _locked(path: Path, *, say: str = "") -> Iterator[None]:
 
     Nothing is locked on systems without ``fcntl``.
     """
-    if path in _HELD or sys.platform == "win32":
+    if path in _HELD_LOCKS or sys.platform == "win32":
         yield
         return
     import fcntl
@@ -520,8 +520,8 @@ def _locked(path: Path, *, say: str = "") -> Iterator[None]:
             if say:
                 _say(say)
             fcntl.flock(file, fcntl.LOCK_EX)
-        _HELD[path] = 1
+        _HELD_LOCKS[path] = 1
         try:
             yield
         finally:
-            del _HELD[path]
+            del _HELD_LOCKS[path]

@@ -115,7 +115,7 @@ bounds (`Unit`)."""
 
 _QUANTITY: Final = re.compile(r"^\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S.*?)\s*$")
 
-_LONGEST: Final = 100
+_LONGEST_TEXT: Final = 100
 """Characters of a quantity's text; longer text is refused without a search for a quantity."""
 
 
@@ -178,7 +178,7 @@ class Unit:
         """SI value of ``text``, plausible or not; raises `InputError` as `read` does otherwise."""
         if isinstance(text, bool) or not isinstance(text, str):
             raise InputError(f"{_short(repr(text))} needs a unit; write it like '{self.example}'")
-        match = _QUANTITY.match(text) if len(text) <= _LONGEST else None
+        match = _QUANTITY.match(text) if len(text) <= _LONGEST_TEXT else None
         reader = _READERS[self.symbol].get(match[2]) if match else None
         if match is None or reader is None:
             raise InputError(

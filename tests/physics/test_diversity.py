@@ -49,7 +49,7 @@ def test_the_law_counts_all_ramps() -> None:
 
 def test_equal_ramps_apart_by_more_than_the_band_are_not_heard() -> None:
     (row,) = compare_families(
-        {"apart": FAMILIES["equal ramps in step, 2 MHz apart"]}, num_sweeps=2, num_draws=1
+        {"apart": FAMILIES["equal ramps starting together, 2 MHz apart"]}, num_sweeps=2, num_draws=1
     )
     assert row.matched_peak < 1e-10
     assert row.duty == 0.0

@@ -300,7 +300,7 @@ def test_the_skirt_of_an_own_echo_is_suppressed_by_range_correlation(compare, de
         compare(
             page="impairments",
             case=f"phase noise of an own echo at {delay * 1e9:g} ns, {at / 1e3:g} kHz off",
-            quantity="skirt, dBc/Hz",
+            quantity="side lobe, dBc/Hz",
             expected=float(to_db(theory.mean())),
             measured=float(to_db(density[near].mean())),
             # four deviations over 40 ramps of 8 half-overlapping segments and 3 windows' bins

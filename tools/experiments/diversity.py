@@ -159,7 +159,7 @@ _MEAN_TRIANGLES: Final = DiverseTriangular(
 _PAPER_TRIANGLES: Final = DiverseTriangular(bandwidth=BANDWIDTHS, ramp_duration=RAMP_DURATIONS)
 
 FAMILIES: Final[Mapping[str, Pair]] = {
-    "equal ramps, in step": played(_EQUAL_RAMPS),
+    "equal ramps, starting together": played(_EQUAL_RAMPS),
     "one slope for each radar": played(
         FixedTriangular(bandwidth=BANDWIDTHS, ramp_duration=RAMP_DURATIONS)
     ),
@@ -180,7 +180,7 @@ FAMILIES: Final[Mapping[str, Pair]] = {
         FixedTriangular(bandwidth=BANDWIDTHS, ramp_duration=RAMP_DURATIONS), start_spread=3e-3
     ),
     "T and B, random start": played(_PAPER_TRIANGLES, start_spread=3e-3),
-    "equal ramps in step, 2 MHz apart": played(_EQUAL_RAMPS, offset=2e6),
+    "equal ramps starting together, 2 MHz apart": played(_EQUAL_RAMPS, offset=2e6),
 }
 """Families by name; ramps have 0.9 GHz and 1.5 ms unless drawn from the limits of table 2."""
 

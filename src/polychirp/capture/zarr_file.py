@@ -61,7 +61,7 @@ MOST_CHUNKS: Final = 1_000_000
 
 LONGEST_AXIS: Final = 1 << 40
 
-_WIDEST: Final = 16
+_WIDEST_NUMBER: Final = 16
 """Bytes of the widest number, complex128; a filter may widen a narrower one to it."""
 
 _V2_TYPE: Final = re.compile(r"[<>|]([biufc])(1|2|4|8|16)")
@@ -193,7 +193,7 @@ class ZarrArray:
             return
         except OSError as error:
             raise InputError(f"{label} cannot be read: {error.strerror}") from None
-        limit = math.prod(self.metadata.chunks) * _WIDEST + 64
+        limit = math.prod(self.metadata.chunks) * _WIDEST_NUMBER + 64
         size = decoded_size(content, self.metadata.compressor, limit=limit)
         if size is None:
             raise InputError(

@@ -84,7 +84,7 @@ def build_parser() -> argparse.ArgumentParser:
     for verb in VERBS:
         module = import_module(f"polychirp.cli.{verb.replace('-', '_')}")
         module.add_parser(subparsers)
-        kept = getattr(module, "KEPT", "nothing unfinished was kept")
+        kept = getattr(module, "KEPT_FILES", "nothing unfinished was kept")
         subparsers.choices[verb].set_defaults(command=module.run, kept=kept)
     return parser
 

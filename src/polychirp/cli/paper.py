@@ -15,7 +15,7 @@ from polychirp.errors import InputError
 if TYPE_CHECKING:
     from polychirp.study.paper.results import StatisticsRow
 
-KEPT: Final = "files that were written stay in the folder, and the same command begins again"
+KEPT_FILES: Final = "files that were written stay in the folder, and the same command begins again"
 """Part of the message after an interrupt."""
 
 MARK: Final = "written-by-polychirp-paper.txt"

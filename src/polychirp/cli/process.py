@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 _LONGEST_RANGE = 30
 """Characters of a range of frames; longer numbers count no frames."""
-KEPT: Final = "maps and pictures of finished frames stay in the folder"
+KEPT_FILES: Final = "maps and pictures of finished frames stay in the folder"
 """Part of the message after an interrupt."""
 
 _NO_TRUTH = (

@@ -22,7 +22,7 @@ _LEAST_TIME: Final = 5.0
 _LEAST_SHARE: Final = 0.1
 """Share of the steps that must be done before the end is estimated."""
 
-_STEADY: Final = 2.0
+_STEADY_RATIO: Final = 2.0
 """Greatest ratio of the times that the two halves of the steps so far took per step. The first
 steps may wait for kernels to be compiled, which says nothing of the others."""
 
@@ -45,7 +45,7 @@ class TimeLeft:
         if not first < middle < last:
             return None
         early, late = (when - began) / (middle - first), (end - when) / (last - middle)
-        if max(early, late) > _STEADY * min(early, late):
+        if max(early, late) > _STEADY_RATIO * min(early, late):
             return None
         return max(0.0, late * (total - done) - (now - end))
 

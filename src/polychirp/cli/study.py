@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from polychirp.study.monte_carlo.summary import Summary
     from polychirp.study.monte_carlo.tasks import Executor
 
-KEPT: Final = "finished trials are kept, and the same command goes on"
+KEPT_FILES: Final = "finished trials are kept, and the same command goes on"
 """Part of the message after an interrupt."""
 
 

@@ -36,7 +36,7 @@ from polychirp.channel.scene.blockers import (
 from polychirp.channel.scene.transmission import chord
 from polychirp.channel.scene.world import RADAR_CLEARANCE, Surface, World
 
-NOTHING, FACE, PANE, PLATE = 0, 1, 2, 3
+NO_SURFACE, FACE, PANE, PLATE = 0, 1, 2, 3
 """Kinds of `Intersection`: none; opaque face of a body; thin sheet of a body; plate."""
 
 Notes = NDArray[np.float32]
@@ -61,7 +61,7 @@ class Intersection(NamedTuple):
     triangle: int
 
 
-MISS: Final = Intersection(np.inf, NOTHING, 0, 0)
+NO_INTERSECTION: Final = Intersection(np.inf, NO_SURFACE, 0, 0)
 """No intersection."""
 
 
@@ -204,7 +204,7 @@ def is_in_reach(body: np.void, point: Vector, direction: Vector, span: Span) -> 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _meet_plates(plate: FloatArray, point: Vector, direction: Vector, span: Span) -> Intersection:
     """First intersection with a plate within a span."""
-    best, found = span[1], MISS
+    best, found = span[1], NO_INTERSECTION
     for p in range(plate.shape[0]):
         n, c = vector_at(plate, p, PLATE_NORMAL), vector_at(plate, p, PLATE_CENTRE)
         gx, gy, gz = point[0] - c[0], point[1] - c[1], point[2] - c[2]
@@ -251,7 +251,7 @@ def meet_body(
     """First intersection of a ray with a body."""
     distance, triangle = _nearest_of_body(space, b, point, direction, span, EITHER_KIND, notes)
     if distance == np.inf:
-        return MISS
+        return NO_INTERSECTION
     is_pane = space.triangle[triangle, TRIANGLE_KIND] == SHEET_KIND
     kind = PANE if is_pane else FACE
     return Intersection(distance, kind, b, triangle)
@@ -273,7 +273,7 @@ def meet(
     ray leaves, or `NO_BODY`; that body is tried first.
     """
     best = known
-    if best.kind == NOTHING and home != NO_BODY:
+    if best.kind == NO_SURFACE and home != NO_BODY:
         best = meet_body(space, home, point, direction, (nearest, best.distance), notes)
     found = _meet_plates(space.plate, point, direction, (nearest, best.distance))
     if found.kind == PLATE:

@@ -23,9 +23,9 @@ from polychirp.channel.ray_tubes.fields import (
 )
 from polychirp.channel.ray_tubes.intersections import (
     FACE,
-    MISS,
     NO_BODY,
-    NOTHING,
+    NO_INTERSECTION,
+    NO_SURFACE,
     PANE,
     PLATE,
     Contact,
@@ -87,14 +87,16 @@ def _leads_on(tracing: Tracing, met: Intersection, direction: Vector, turns: int
         return bool(scatters and is_in_front(tracing.space, met, direction))
     if met.kind == PLATE and not tracing.space.plate_is_pane[met.number]:
         return 0 < turns < tracing.max_turns - 1
-    return met.kind != NOTHING
+    return met.kind != NO_SURFACE
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _pass(tracing: Tracing, ray: Ray, met: Intersection, at: Contact) -> None:
     """Let a ray through a sheet; it waits if it meets anything behind."""
     home = met.number if met.kind == PANE else NO_BODY
-    next_met = meet(tracing.space, at.point, ray.direction, MIN_STEP, MISS, home, tracing.notes)
+    next_met = meet(
+        tracing.space, at.point, ray.direction, MIN_STEP, NO_INTERSECTION, home, tracing.notes
+    )
     if _leads_on(tracing, next_met, ray.direction, ray.turns):
         behind = passed(ray, at, tracing.media, tracing.wavenumber)
         if is_strong(behind):
@@ -110,11 +112,13 @@ def _reflect(
     Returns the number of hits so far. Hits for which there is no room are only counted.
     """
     normal, roughness = at.normal, tracing.media.roughness[at.medium]
-    is_plate, next_met, after = met.kind == PLATE, MISS, ray.direction
+    is_plate, next_met, after = met.kind == PLATE, NO_INTERSECTION, ray.direction
     if ray.turns + 1 < tracing.max_turns:
         after = mirrored(ray.direction, normal)
         home = NO_BODY if is_plate else met.number
-        next_met = meet(tracing.space, at.point, after, MIN_STEP, MISS, home, tracing.notes)
+        next_met = meet(
+            tracing.space, at.point, after, MIN_STEP, NO_INTERSECTION, home, tracing.notes
+        )
     goes_on = _leads_on(tracing, next_met, after, ray.turns + 1)
     is_last = not is_plate and ray.num_bodies > 0
     # fields take most of the time: only for rays that lead somewhere
@@ -183,7 +187,7 @@ def _trace_some(
     has_hider, hider = False, body
     notes = np.empty(space.room, dtype=np.float32)
     # an empty list of a known type
-    waiting = [(launched(launch, launch.columns), MISS) for _ in range(0)]
+    waiting = [(launched(launch, launch.columns), NO_INTERSECTION) for _ in range(0)]
     for place in range(tubes.number.size):
         ray = launched(launch, tubes.number[place])
         p, d = ray.point, ray.direction
@@ -191,7 +195,7 @@ def _trace_some(
         if has_hider and is_behind(space, hider, body, p, d, notes):
             continue
         alone = meet_body(space, body, p, d, (RADAR_CLEARANCE, np.inf), notes)
-        if alone.kind == NOTHING:
+        if alone.kind == NO_SURFACE:
             continue
         met = meet(space, p, d, RADAR_CLEARANCE, alone, body, notes)
         if met.kind == PLATE and not space.plate_is_pane[met.number]:

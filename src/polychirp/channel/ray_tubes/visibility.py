@@ -27,7 +27,7 @@ HITS_PER_CHUNK: Final = 64
 HITS_PER_SHADOW_TEST: Final = 512
 """Hits that are tested for shadow before the power of the rest is compared again (chosen)."""
 
-BODIES, PLATES, PANES, VEILED = 0, 1, 2, 3
+BODIES, PLATES, PANES, VEILED_BODIES = 0, 1, 2, 3
 """Kinds in `Obstacles`, in the order of `View.near`: all bodies; opaque plates; sheets among
 plates; bodies with sheets or leaves."""
 
@@ -44,7 +44,7 @@ class Obstacles(NamedTuple):
 
 def obstacles_of(views: list[View]) -> Obstacles:
     """Obstacles of the receiver whose ``views`` by all bodies are given, in the bodies' order."""
-    lists = [view.near[kind] for kind in (BODIES, PLATES, PANES, VEILED) for view in views]
+    lists = [view.near[kind] for kind in (BODIES, PLATES, PANES, VEILED_BODIES) for view in views]
     ends = np.cumsum([len(numbers) for numbers in lists]).reshape(4, -1)
     start = np.column_stack([np.concatenate([[0], ends[:-1, -1]]), ends])
     return Obstacles(np.concatenate(lists), start)
@@ -147,7 +147,10 @@ def last_legs(
         for i in range(begin, min(begin + HITS_PER_CHUNK, hits.size)):
             body, end = hits[i]["body"], _lifted(hits[i])
             out[i, 0, 0] = out[i, 1, 1] = 1.0
-            bodies, plates = _obstacles(obstacles, VEILED, body), _obstacles(obstacles, PANES, body)
+            bodies, plates = (
+                _obstacles(obstacles, VEILED_BODIES, body),
+                _obstacles(obstacles, PANES, body),
+            )
             there = veils[: _find_veils(space, bodies, start, end, notes, veils)]
             if there.size + plates.size > 0:
                 leg, wave = Leg(start, end), Wave(upwards, wavenumber)
