@@ -48,8 +48,8 @@ STORED_FILES = {
     "tools/figures/ghosts.py",
     "tools/pages/ghost_table.py",
 }
-"""Modules that write or read stored results, whose fields `claims`, `false_claims`, `num_claims` and
-`arms` keep their names, so that results stored before can be read."""
+"""Modules that write or read stored results. Their fields `claims`, `false_claims`,
+`num_claims` and `arms` keep their names, so that results stored before can be read."""
 STORED = re.compile(r"\w*claims\w*|\w*arms")
 
 QUESTIONS = {"what", "of", "whether", "how", "where", "which", "who", "tell", "tells"}
