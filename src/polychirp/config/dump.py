@@ -1,4 +1,4 @@
-"""Writer of specs as TOML that reads back as the same spec."""
+"""Specs as TOML text, from which the same specs can be read."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def dump_study(study: Study) -> str:
     Raises
     ------
     InputError
-        A value has no text, such as an infinite beamwidth.
+        A value cannot be written, such as an infinite beamwidth.
     """
     return dump(study)
 
@@ -39,7 +39,7 @@ def dump(spec: Any) -> str:
 
 
 def as_tables(spec: Any) -> dict[str, Any]:
-    """Tables, lists and text of a spec, as a study file holds them."""
+    """A spec as nested dicts and lists of the values in a study file."""
     hints = get_type_hints(type(spec), include_extras=True)
     tables = {}
     for field in fields(spec):
@@ -56,7 +56,7 @@ def _default(field: Field[Any]) -> Any:
 
 
 def written(value: Any, hint: Any, place: str) -> Any:
-    """A value of type ``hint`` as a file writes it; ``place`` is for the error message."""
+    """A value of type ``hint`` as written in a file; error messages name ``place``."""
     if is_dataclass(value):
         return as_tables(value)
     if get_origin(hint) is Annotated:
@@ -131,5 +131,5 @@ def inline(value: Any) -> str:
 
 
 def _text(value: str) -> str:
-    """A TOML basic string: JSON's escapes, and DEL, which JSON leaves as it is."""
+    """A TOML basic string: JSON's escapes, and one for DEL, which JSON does not escape."""
     return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")

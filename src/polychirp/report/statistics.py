@@ -1,4 +1,4 @@
-"""Figures 12 and 13 as tables: one line for every curve and number of targets."""
+"""The paper's figures 12 and 13 as tables: one row per curve and number of targets."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ STATISTICS_NOTE: Final = (
 
 
 def statistics_rows(rows: Iterable[StatisticsRow]) -> Iterator[tuple[str, ...]]:
-    """Cells under `STATISTICS_HEAD`."""
+    """Table rows under `STATISTICS_HEAD`."""
     for row in rows:
         yield (
             WAVEFORM_WORDS[row.waveform],
@@ -75,7 +75,7 @@ BRIEF_HEAD: Final = (
 
 
 def brief_rows(rows: Iterable[StatisticsRow]) -> Iterator[tuple[str, ...]]:
-    """Cells under `BRIEF_HEAD`."""
+    """Table rows under `BRIEF_HEAD`."""
     for row in rows:
         yield (
             f"{row.waveform}, {row.situation}",
@@ -122,7 +122,7 @@ def findings(rows: Sequence[StatisticsRow]) -> list[str]:
 
 
 def _beside(row: StatisticsRow, field: str) -> str:
-    """Relation of an error to the paper's: below or above only if its whole interval is."""
+    """Relation of an error's whole interval to the paper's error, in words."""
     _, low, high = getattr(row, field)
     if high < PAPER_ACCURACY[field]:
         return "below"

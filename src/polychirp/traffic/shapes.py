@@ -18,8 +18,8 @@ Body = Literal["sedan", "hatchback", "van", "truck"]
 class Tier:
     """A cabin or box on the lower body: ends and half widths of its base and of its roof (m).
 
-    ``walls`` are vertical radii at front, side and rear; ``crown`` the roof's radii along and
-    across; ``panes`` the lower and upper end of the windows as fractions of the walls' height.
+    ``walls`` are vertical radii of curvature at front, side and rear, ``crown`` the roof's along
+    and across, ``panes`` the windows' lower and upper ends as fractions of the walls' height.
     """
 
     base_front: End
@@ -107,7 +107,7 @@ class Shape:
 
 
 def line_through(points: tuple[tuple[float, float], ...], x: FloatArray) -> FloatArray:
-    """Smooth line through (x, z), straight beyond its ends: Hermite pieces, central slopes.
+    """Cubic Hermite spline through (x, z) with central slopes, straight beyond its ends.
 
     >>> line_through(((0.0, 1.0), (1.0, 2.0), (3.0, 4.0)), np.array([0.5, 2.0, 4.0]))
     array([1.5, 3. , 5. ])

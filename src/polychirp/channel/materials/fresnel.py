@@ -1,8 +1,8 @@
 """Reflection and transmission at a half-space, a sheet and a conductor; loss by roughness.
 
-e^{+jωt}, ε = ε′ − jε″; s is across the plane of incidence, p in it, with the signs for which a
-perfect conductor has Γs = −1 and Γp = +1. The NumPy functions are for callers outside kernels;
-the compiled mechanisms call the scalar kernels, which are tested against the NumPy functions.
+Time dependence is e^{+jωt}, ε = ε′ − jε″; s is perpendicular to the plane of incidence, p in it; a
+perfect conductor has Γs = −1 and Γp = +1. Compiled kernels call the scalar functions here, other
+code calls the NumPy functions, and tests compare both.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class SheetCoefficients(NamedTuple):
 def sheet(
     permittivity: complex, thickness: float, cosine: ArrayLike, frequency: float
 ) -> SheetCoefficients:
-    r"""Coefficients of a sheet of a thickness (m) with air on both sides.
+    r"""Coefficients of a sheet of thickness t (m) with air on both sides.
 
     .. math:: R = \Gamma\frac{1 - e^2}{1 - \Gamma^2 e^2}, \quad
         T = \frac{(1 - \Gamma^2)\,e}{1 - \Gamma^2 e^2}, \quad e = e^{-jkqt}
@@ -65,7 +65,7 @@ def sheet(
 
 
 def roughness_factor(roughness: float, cosine: ArrayLike, frequency: float) -> FloatArray:
-    r"""Factor by which Gaussian roughness (rms, m) reduces a mirror's amplitude.
+    r"""Factor of Gaussian roughness (rms height σₕ, m) on the specular amplitude.
 
     .. math:: \rho = e^{-2 (k\sigma_h\cos\theta)^2}
     """
@@ -89,7 +89,7 @@ def reflection(
 
 
 def power_through(material: Material, frequency: float) -> float:
-    """Ratio of the power that a material transmits at normal incidence; 0 for a half-space."""
+    """Power ratio that a material transmits at normal incidence; 0 for a half-space."""
     if material.is_conductor or material.thickness == 0:
         return 0.0
     found = sheet(material.permittivity(frequency), material.thickness, 1.0, frequency)
@@ -126,10 +126,10 @@ def media_of(names: tuple[str, ...], table: Mapping[str, Material], frequency: f
 def sheet_transmission(
     media: Media, medium: int, cosine: float, wavenumber: float
 ) -> tuple[complex, complex]:
-    r"""(Ts, Tp) of a sheet as a factor on the straight way through it, for kernels.
+    r"""(Ts, Tp) of a sheet as a factor on the straight path through it, for kernels.
 
-    The sheet replaces a length :math:`t\cos\theta` of air along the normal, whose phase the way
-    already has: :math:`T e^{+jkt\cos\theta}`.
+    The path includes the phase of the air, :math:`-kt\cos\theta`, that the sheet replaces; hence
+    the factor is :math:`T e^{+jkt\cos\theta}`.
     """
     permittivity, thickness = media.permittivity[medium], media.thickness[medium]
     q = np.sqrt(permittivity - (1.0 - cosine * cosine))
@@ -155,7 +155,7 @@ def _slab_reflection(single: complex, square: complex) -> complex:
 def smooth_reflection(
     media: Media, medium: int, cosine: float, wavenumber: float
 ) -> tuple[complex, complex]:
-    """(Γs, Γp) without roughness, for kernels; the scalar twin of `reflection`."""
+    """(Γs, Γp) without roughness: the scalar form of `reflection`, for kernels."""
     if media.is_conductor[medium]:
         return complex(-1.0), complex(1.0)
     permittivity = media.permittivity[medium]

@@ -1,10 +1,10 @@
-r"""Corner terms of the facets that two views share, many facets at a time.
+r"""Terms at the corners of the facets that two views see, for many facets at a time.
 
-The length of a path to a facet's corner is the sum of both views' own, :math:`r + d \cdot c`,
-which `LitFacets.aspect` holds, so two views need three sums per facet. The facet's three terms,
-which `facet_terms` computes one facet at a time, are computed here without branches for a batch of
-facets, several in one instruction of the processor. Facets whose phases are too near each other
-for that are left to `facet_terms`.
+A path over a facet's corner c has one leg per view. `LitFacets.aspect` holds the legs' lengths
+:math:`r + d \cdot c`, so three sums per facet give the paths' lengths. This module computes
+the terms of a batch of facets without branches, by vector instructions. Each term is divided by
+differences of the corners' phases; facets with too small a difference are left to `facet_terms`,
+which computes one facet at a time.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ from polychirp.channel.physical_optics.kernels import (
 )
 
 BATCH_SIZE: Final = 256
-"""Facets in a batch (chosen: few enough to stay in the processor's first cache)."""
+"""Facets in a batch (chosen to fit the level-1 cache)."""
 
 BEYOND_ALL_CELLS: Final = 1 << 40
-"""Number of a cell that lies behind all others: there is no further kept cell."""
+"""Larger than every cell number: it means that no kept cell follows."""
 
 CELLS_PER_METRE: Final = 1.0 / CELL_LENGTH
 
@@ -42,10 +42,10 @@ CELLS_PER_METRE: Final = 1.0 / CELL_LENGTH
 class PairTable(NamedTuple):
     """Pairs of views of one body, and the cells of path length into which their terms are summed.
 
-    ``views`` ``(pair, 2)`` are the views' numbers among those of the first and of the second
-    `LitFacets`. Cell j of a pair is centred at a path length of ``(first_cell + j)`` times
-    `CELL_LENGTH`; ``first_cell`` ``(pair,)``. ``is_kept`` ``(pair, cell)`` masks the cells that
-    are computed; the others stay empty.
+    ``views`` ``(pair, 2)`` holds the number of a view in the first `LitFacets` and of one in the
+    second. Cell j of a pair is centred at a path length of ``(first_cell + j)`` times
+    `CELL_LENGTH`; ``first_cell`` has the shape ``(pair,)``. ``is_kept`` ``(pair, cell)`` marks the
+    cells that are computed; the others stay empty.
     """
 
     views: IntArray
@@ -54,7 +54,7 @@ class PairTable(NamedTuple):
 
 
 class RowPair(NamedTuple):
-    """One row in each of two views' tables of facets."""
+    """Row of a facet in the table of each of two views."""
 
     first: int
     second: int
@@ -63,7 +63,8 @@ class RowPair(NamedTuple):
 class ViewPair(NamedTuple):
     """Two views whose common facets are summed: one row of a `PairTable`.
 
-    ``end``: rows behind the last of both views; ``next_kept`` ``(cell,)`` from `next_kept_cells`.
+    ``end`` is one past the last row of each view. `next_kept_cells` gives ``next_kept``
+    ``(cell,)``.
     """
 
     first: LitFacets
@@ -76,12 +77,13 @@ class ViewPair(NamedTuple):
 class FacetBatch(NamedTuple):
     """Memory for facets that both views of a pair see, ``(…, facet)``.
 
-    `fill_batch` writes ``row`` ``(view, facet)`` of both views; ``length`` ``(corner, facet)`` m,
-    of the whole path over every corner; ``weight`` ``(facet,)``, A/(8π r₁r₂) of the terms;
-    ``facing`` cos θ₁ + cos θ₂ and ``aside`` n·(d₁×d₂), ``(facet,)``. `expand_terms` writes
-    ``term`` ``(part, corner, facet)``, real and imaginary, zero unless ``is_plain`` ``(facet,)``;
-    ``cell`` and ``share``, ``(corner, facet)``: the first of the two cells beside a path's length,
-    and the share of the term that the second cell takes.
+    `fill_batch` writes ``row`` ``(view, facet)``; ``length`` ``(corner, facet)``, m, of the whole
+    path over a corner; and ``(facet,)`` the terms' factor ``weight`` = A/(8π r₁r₂), ``facing`` =
+    cos θ₁ + cos θ₂ and ``aside`` = n·(d₁×d₂). A is the area, n the normal; r, d and the angle θ
+    to n belong to one leg each. `expand_terms` writes ``is_plain`` ``(facet,)``, false if
+    the facet is left to `facet_terms`; ``term`` ``(part, corner, facet)``, real and imaginary,
+    zero in that case; and, ``(corner, facet)``, ``cell``, the first of the two cells beside a
+    path's length, and ``share``, the second cell's share of the term.
     """
 
     row: IntArray
@@ -129,7 +131,7 @@ def view_pair(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def common_facet(pair: ViewPair, place: RowPair) -> RowPair:
-    """Rows of the next facet that both views see, from ``place`` on; ``pair.end`` without one."""
+    """Rows of the first facet from ``place`` on that both views see, or ``pair.end``."""
     first, second = pair.first.face, pair.second.face
     a, b = place.first, place.second
     while a < pair.end.first and b < pair.end.second:
@@ -166,9 +168,9 @@ def meets_kept_cell(pair: ViewPair, shortest: float, longest: float) -> bool:
 def fill_batch(
     batch: FacetBatch, pair: ViewPair, area: FloatArray, place: RowPair
 ) -> tuple[int, RowPair]:
-    """Fill a batch with common facets from ``place`` on; their number, and the next place.
+    """Fill a batch with common facets from ``place`` on; return their number and the next place.
 
-    Facets that fall into no kept cell are left out. ``area`` m², ``(face,)``.
+    Facets that fall into no kept cell are left out. ``area`` ``(face,)`` is in m².
     """
     one, other, faces = pair.first.aspect, pair.second.aspect, pair.first.face
     count = 0
@@ -192,10 +194,10 @@ def fill_batch(
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def two_cells(position: float) -> tuple[int, float]:
-    """The first of the two cells beside a position, in cells, and the second one's share."""
+    """The first of the two cells beside a position (in cells), and the second cell's share."""
     whole = math.floor(position)
     rest = position - whole
-    # smooth, and both shares add to one
+    # a smooth step; both shares add to one
     return int(whole), rest * rest * (3.0 - 2.0 * rest)
 
 

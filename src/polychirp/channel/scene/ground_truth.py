@@ -23,11 +23,11 @@ VISIBLE_POWER: Final = 0.5
 visible. Chosen between a bumper (0.87) and a pane of glass (0.29)."""
 
 PIECE_SIZE: Final = 0.05
-"""Longest edge of the pieces into which faces are cut to find what is visible of a half-hidden
-body, m. Chosen."""
+"""Longest edge of the pieces into which the faces of a partly hidden body are cut to find its
+nearest visible point, m (chosen)."""
 
 FIRST_BATCH_SIZE: Final = 64
-"""Points tested first, nearest first; each further batch has four times as many. Chosen."""
+"""Points in the first batch, the nearest ones; each next batch has four times as many (chosen)."""
 
 ENCLOSED_SHARE: Final = 0.6
 """Share of the full sphere that a body's faces must span around a point for the point to be inside.
@@ -44,17 +44,17 @@ def truth(
 ) -> Truth:
     r"""Nearest visible point of the metal of every target, from a radar's phase centre.
 
-    All faces count for a body without metal, its plates for one without faces, and its point
-    scatterers for one without plates. The nearest point is exact on triangles; for a body that is
-    partly hidden, it is the nearest visible one of pieces of 5 cm.
+    Without metal, all faces of the body count; without faces, its plates; without plates, its
+    point scatterers. The nearest point is exact if it is visible; on a partly hidden body, the
+    result is the nearest visible point of pieces of 5 cm.
 
-    The range rate is that of the body along the line of sight, :math:`(v_B - v_X)\cdot u`: on a
-    curved body the nearest point slides, but to first order across that line.
+    The range rate is that of the body along the line of sight, :math:`(v_B - v_X)\cdot u`: the
+    nearest point moves over a curved body, but to first order across the line of sight.
 
     Parameters
     ----------
     receiver : number of the radar; targets : names of actors
-    materials : added to the known ones: they decide what blocks
+    materials : added to the known materials, for the test of what blocks
     frequency : Hz
 
     Raises
@@ -98,7 +98,7 @@ def _actor(scene: Scene, name: str) -> Actor:
 
 
 def _nearest_visible(world: World, actor: Actor, eye: FloatArray) -> tuple[FloatArray, bool]:
-    """The nearest visible point in the world and True, or the nearest hidden point and False."""
+    """The nearest visible point in world axes and True, or the nearest hidden one and False."""
     from polychirp.channel.geometry.closest_point import closest_points
 
     corners = target_corners(actor)
@@ -124,10 +124,10 @@ def _nearest_visible(world: World, actor: Actor, eye: FloatArray) -> tuple[Float
 
 
 def _first_visible(world: World, candidates: FloatArray, eye: FloatArray) -> FloatArray | None:
-    """The nearest of some points ``(candidate, xyz)`` that is visible from the eye, or None.
+    """The nearest of points ``(candidate, xyz)`` visible from the radar at ``eye``, or None.
 
     A point is visible if nothing opaque hides it, and if sheets and leaves transmit at least
-    `VISIBLE_POWER` in any polarisation.
+    `VISIBLE_POWER` in every polarisation.
     """
     from polychirp.channel.scene.occlusion import blocked
     from polychirp.channel.scene.transmission import transmission_matrices
@@ -147,7 +147,7 @@ def _first_visible(world: World, candidates: FloatArray, eye: FloatArray) -> Flo
 
 
 def _growing(numbers: IntArray) -> Iterator[IntArray]:
-    """Numbers in their order: `FIRST_BATCH_SIZE` of them, then always four times as many."""
+    """Numbers in order, in batches: `FIRST_BATCH_SIZE`, then each four times the last."""
     begin, size = 0, FIRST_BATCH_SIZE
     while begin < len(numbers):
         yield numbers[begin : begin + size]
@@ -155,10 +155,10 @@ def _growing(numbers: IntArray) -> Iterator[IntArray]:
 
 
 def least_power(matrix: ComplexArray) -> FloatArray:
-    r"""Least ratio of power that matrices ``(…, 2, 2)`` transmit, over all polarisations: ``(…,)``.
+    r"""Least power ratio that matrices ``(…, 2, 2)`` transmit, over all polarisations: ``(…,)``.
 
-    The square of the smaller singular value, :math:`2|d|^2/(s + \sqrt{s^2 - 4|d|^2})` with the
-    determinant d and the sum s of all entries' powers.
+    It is the smaller singular value squared, :math:`2|d|^2/(s + \sqrt{s^2 - 4|d|^2})`, with the
+    determinant d and the sum s of the entries' squared magnitudes.
 
     >>> least_power(np.diag([0.5j, 2.0]))
     array(0.25)
@@ -173,7 +173,7 @@ def least_power(matrix: ComplexArray) -> FloatArray:
 
 
 def target_corners(actor: Actor) -> FloatArray:
-    """Triangles that `truth` takes for the body, m ``(face, corner, xyz)`` in the actor's frame."""
+    """Triangles that `truth` searches, m, ``(face, corner, xyz)`` in the actor's frame."""
     mesh = actor.mesh
     if not mesh.num_faces:
         return _plate_corners(actor)
@@ -195,7 +195,7 @@ def _plate_corners(actor: Actor) -> FloatArray:
 
 
 def _cut(corners: FloatArray) -> FloatArray:
-    """The surface in triangles with no edge longer than `PIECE_SIZE`, by halving longest edges."""
+    """Triangles, cut by halving longest edges until none is longer than `PIECE_SIZE`."""
     done = []
     while len(corners):
         edge = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=-1)

@@ -1,4 +1,4 @@
-"""The log range-rate map: range and range rate together, over ramps of any slopes."""
+"""The log range-rate map: mean of ln(power) over ramps of any slopes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from polychirp.receiver.signal_model.point_signal import beat_frequency
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Grid:
-    """Range and range-rate axes of a map, evenly spaced: m and m/s, at ``time`` s."""
+    """Evenly spaced axes of a map: range (m) at ``time`` (s), and range rate (m/s)."""
 
     range: FloatArray
     range_rate: FloatArray
@@ -53,11 +53,11 @@ def log_spectra(samples: ComplexArray, weight: FloatArray, size: int) -> FloatAr
 
 
 def noise_share(cells: FloatArray) -> FloatArray:
-    r"""Share of the noise that is subtracted with a point, 0 … 1, at distances in cells.
+    r"""Share of the noise, 0 … 1, that subtraction of a point removes, over distance in cells.
 
-    A point fitted with a free amplitude on a ramp also fits the noise that resembles it. With the
-    window w, its transform W and those of its powers, :math:`W_n`, an amplitude fitted to the
-    spectrum (`spectral_fit.Band.fit`) removes from the noise at distance x the share
+    A point's amplitude, fitted on each ramp, includes noise near its beat. W is the transform of
+    the window w, and :math:`W_n` that of :math:`w^n`. Subtraction with an amplitude that is fitted
+    to the spectrum (`spectral_fit.Band.fit`) removes this share of the noise at distance x:
 
     .. math:: \frac{2 W(x) W_3(x)}{W_2(0)^2} - \frac{W(x)^2\,W_4(0)}{W_2(0)^3}
     """
@@ -68,9 +68,9 @@ def noise_share(cells: FloatArray) -> FloatArray:
 
 
 def cosine_sum(cells: FloatArray, coefficients: tuple[float, ...]) -> FloatArray:
-    """Transform of a window Σ c_m cos(2πmx), c_m halved for m > 0, at distances in cells.
+    """Transform of a window c₀ + 2 Σ c_m cos(2πmx), 0 ≤ x ≤ 1, at distances in cells.
 
-    Centred windows have terms of alternating signs, hence (−1)^m.
+    About the middle, x = 1/2, the terms alternate in sign, hence (−1)^m.
     """
     out = coefficients[0] * np.sinc(cells)
     for m, c in enumerate(coefficients[1:], start=1):
@@ -81,22 +81,22 @@ def cosine_sum(cells: FloatArray, coefficients: tuple[float, ...]) -> FloatArray
 def log_range_rate_map(
     logs: FloatArray, schedule: RampSchedule, times: SampleTimes, grid: Grid
 ) -> FloatArray:
-    r"""Mean over ramps of ln(power) at the beats of points of every range and rate.
+    r"""Mean over ramps of ln(power) at the beats of a point at every range and range rate.
 
     .. math:: S(R, v) = \frac1K \sum_k \ln \left|X_k\big(f_{b,k}(R, v)\big)\right|^2
 
-    On every ramp the point's beat follows from the slope, carrier and time of *that* ramp, range
-    migration included: ramps need not be equal. The logarithm (a geometric mean over ramps) needs
-    the point on every ramp: an up-beat with a wrong down-beat gives little, and so does
-    interference on single ramps. The nearest bin is read, not a mean of two, so that noise keeps
-    its distribution. Shape ``(beam, range_rate, range)``.
+    The point's beat follows from the slope, carrier and time of each ramp, range migration
+    included, so ramps may differ. The mean of the logarithm (a geometric mean of power) is high
+    only if every ramp has power at its beat; it stays low for an up-beat with a wrong down-beat
+    and for interference on single ramps. The nearest bin is read: a mean of two bins would change
+    the noise's distribution. The shape is ``(beam, range_rate, range)``.
     """
     line = beat_lines(schedule, times, grid, logs.shape[-1])
     return np.asarray(_read_along(logs, line.first, line.step, grid.range.size))
 
 
 class BeatLines(NamedTuple):
-    """Beats as straight lines in range: bin at ``grid.range[0]`` and bins per range step."""
+    """Beats, linear in range: the bin at ``grid.range[0]``, and bins per range step."""
 
     first: FloatArray
     step: FloatArray
@@ -105,7 +105,7 @@ class BeatLines(NamedTuple):
 def beat_lines(
     schedule: RampSchedule, times: SampleTimes, grid: Grid, size: int | IntArray
 ) -> BeatLines:
-    """`BeatLines` ``(range_rate, ramp)``; ``size`` of the transforms, of all or of each ramp."""
+    """`BeatLines` ``(range_rate, ramp)``; transforms have one ``size``, or one per ramp."""
     ends = [
         beat_frequency(
             schedule,
@@ -140,9 +140,9 @@ def _read_along(logs: Any, first: Any, step: Any, num_ranges: int) -> Any:  # pr
 def floor_over_range(statistic: FloatArray, block: int) -> FloatArray:
     """Level of the map without targets, ``(beam, 1, range)``.
 
-    The median over all range rates and ``block`` range cells, a straight line between blocks.
-    A target, its cross-pairing ridges, and the notch left after its subtraction fill few of those
-    cells. They would change a mean, and with it the false-alarm probability.
+    The level is the median over all range rates and ``block`` range cells, interpolated linearly
+    between blocks. A target, its cross-pairing ridges and the notch that its subtraction leaves
+    fill few of those cells, but would change a mean, and thus the false-alarm probability.
     """
     beams, _, ranges = statistic.shape
     edges = np.linspace(0, ranges, max(1, round(ranges / block)) + 1).astype(np.int64)

@@ -1,4 +1,4 @@
-"""Thresholds with a known false-alarm probability, and the paper's, which has none."""
+"""Thresholds for a given false-alarm probability, and the paper's, the mean."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from polychirp.errors import InputError
 
 
 def mean_threshold(profile: FloatArray) -> float:
-    r"""The paper's threshold (eq. 12): the mean of the output itself.
+    r"""The paper's threshold (eq. 12): the mean of the profile.
 
     On noise alone a Rayleigh amplitude exceeds its mean with probability
     :math:`e^{-\pi/4} = 45.6\,\%`, an exponential power with :math:`1/e = 36.8\,\%`: almost half of
-    all noise cells are detections. It is here for comparison only.
+    all noise cells are detections. This threshold is for comparison only.
     """
     return float(np.mean(profile))
 
 
 @lru_cache(maxsize=256)
 def log_mean_threshold(*, num_ramps: int, false_alarm_probability: float) -> float:
-    r"""Threshold, in nepers above ln σ², on the mean over ramps of ln(power).
+    r"""Threshold on the mean over ramps of ln(power), relative to ln σ².
 
     The statistic :math:`S = \tfrac1K\sum_k \ln |X_k|^2` of K independent exponential cells has
     the cumulant generating function :math:`\kappa(s) = K \ln\Gamma(1 + s/K)`; its tail is taken
-    from the saddle-point formula of Lugannani and Rice (1980), good to a fraction of a per cent
-    in probability at any level. Because S only shifts with the noise level, a floor taken from
-    neighbouring cells gives a constant false-alarm rate.
+    from the saddle-point formula of Lugannani and Rice (1980), whose probability is accurate to a
+    fraction of a per cent at any level. Because the noise level only shifts S, a floor taken
+    from neighbouring cells gives a constant false-alarm rate.
 
     Raises
     ------
@@ -66,8 +66,8 @@ def log_median_of_noise(num_ramps: int) -> float:
 
     .. math:: -\gamma - \frac{\kappa_3}{6\kappa_2 K} = -\gamma + \frac{2\zeta(3)}{\pi^2 K}
 
-    the first term of Cornish and Fisher, :math:`\kappa_2 = \pi^2/6` and
-    :math:`\kappa_3 = -2\zeta(3)` being the cumulants of ln of an exponential variable.
+    This is the first term of Cornish and Fisher; :math:`\kappa_2 = \pi^2/6` and
+    :math:`\kappa_3 = -2\zeta(3)` are cumulants of ln of an exponential variable.
     """
     zeta_3 = 1.2020569031595942
     return log_mean_of_noise() + 2.0 * zeta_3 / (math.pi**2 * num_ramps)
@@ -76,11 +76,12 @@ def log_median_of_noise(num_ramps: int) -> float:
 def log_threshold_above_floor(
     *, num_ramps: int, false_alarm_probability: float, covariance: float, variance: float
 ) -> float:
-    r"""Threshold, in nepers above a floor that is a median of such statistics.
+    r"""Threshold on S (`log_mean_threshold`) above a floor F, a median of S over cells.
 
-    The floor F is correlated with the cell: F = C S + ε, where ε is independent, of zero mean and
-    variance :math:`s^2 = (V - C^2)\,\mathrm{var}\,S`. With x above the mean and the tail
-    :math:`Q(x) = p\,e^{-\lambda(x - x_0) - \kappa(x - x_0)^2/2}` about :math:`x_0`,
+    The floor is correlated with the cell's S: F = C S + ε, with an independent ε of zero mean
+    and variance :math:`s^2 = (V - C^2)\,\mathrm{var}\,S`. Let S exceed its mean by x, with the tail
+    :math:`Q(x) = p\,e^{-\lambda(x - x_0) - \kappa(x - x_0)^2/2}` near the known floor's threshold
+    :math:`x_0`. Then the threshold on S − F, relative to its mean,
 
     .. math:: (1 - C)\,x + \epsilon = (1 - C) \left(x_0
               + \frac{(\lambda^2 - \kappa)\,s^2}{2\lambda\,(1 - C)^2}\right)
@@ -118,7 +119,7 @@ def _tail(level: float, num_ramps: int) -> float:
     """P(S > level) by Lugannani and Rice."""
     from scipy.special import digamma, gammaln, ndtr, polygamma
 
-    low, high = 0.0, math.exp(level) + 2.0  # digamma(1 + u) = level has u < e^level + 1
+    low, high = 0.0, math.exp(level) + 2.0  # digamma(1 + u) = level at a u < e^level + 1
     for _ in range(80):
         middle = 0.5 * (low + high)
         if digamma(1.0 + middle) < level:

@@ -1,10 +1,10 @@
-r"""The production engine: beats in closed form, behind the true IF filter.
+r"""The production engine: closed-form beats after the actual IF filter.
 
-A transmitted ramp, received with a delay that is linear in time, is again a linear chirp; its
-product with the victim's ramp is a chirp of rate :math:`\mu = b_v - b_i(1-\dot\tau)^2` that lasts
-while both do. A sample whose filter window lies within it is the chirp's value times
-`chirp_response`; a sample whose window is cut is integrated, or expanded at the cut where the beat
-there is far out of band.
+A ramp of slope :math:`b_i`, received with a delay τ that is linear in time, is a linear chirp. The
+beat with the victim's ramp is a chirp of rate :math:`\mu = b_v - b_i(1-\dot\tau)^2` while both
+last. If a sample's filter window lies within the beat, the sample is the beat's value times
+`chirp_response`. If the beat begins or ends in the window, the sample is an integral over the
+common part or, where the beat is far out of band at that end, an expansion about the end.
 """
 
 from __future__ import annotations
@@ -41,27 +41,27 @@ from polychirp.synthesis.stretch.ramp_overlaps import all_overlaps, strongest_sa
 from polychirp.synthesis.stretch.work_units import WorkUnit, gaps, work_table, work_units_of
 
 NEGLIGIBLE_IN_BAND: Final = 3e-7
-"""Limit of the part of a contribution that is left out, relative to its strongest samples.
+"""Limit of the omitted part of a contribution, relative to the rms of its strongest samples.
 
-Their rms is estimated from the largest power that its paths bring into the band."""
+The rms is estimated from the largest power that a path brings into the band."""
 
 NEGLIGIBLE_OUT_OF_BAND: Final = 1e-3
-"""The same, relative to the rms of the victim's noise, if no path comes into the band."""
+"""The same limit, relative to the victim's rms noise, if no path comes into the band."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stretch(Spec):
     """Closed-form synthesis at the converter's rate.
 
-    It leaves out weak signals, together up to 3e-7 of the strongest samples or, if no path comes
-    into the band, up to one thousandth of the victim's thermal noise. All else is right to 1e-8.
+    Weak signals are left out, together up to 3e-7 of the strongest samples or, if no path comes
+    into the band, up to 1e-3 of the victim's thermal noise. The rest is accurate to 1e-8.
 
     Parameters
     ----------
-    backend : how many paths are summed. "auto" takes whichever costs less: compiled kernels path
-        by path, or batches of paths on compiled Fourier transforms; "kernels" is path by path
-        alone; "numpy" and "cupy" make batches by matrix products of these array libraries,
-        wherever they cost fewer operations than path by path
+    backend : method of summing over paths. "auto" takes whichever costs less: compiled kernels
+        path by path, or compiled Fourier transforms of batches of paths; "kernels" sums path by
+        path only; "numpy" and "cupy" compute batches by matrix products of these array libraries
+        where these take fewer operations than path by path
     """
 
     backend: Literal["auto", "kernels", "numpy", "cupy"] = "auto"
@@ -102,7 +102,7 @@ class Stretch(Spec):
         return samples
 
     def _add(self, samples: ComplexArray, tables: Tables, units: Sequence[WorkUnit]) -> None:
-        """Add all units: in batches where these cost less, the rest link by link."""
+        """Add each unit as a batch or link by link, whichever costs less."""
         from polychirp.synthesis.stretch.path_kernels import add_contribution
 
         make_tones = tones_of(self.backend)
@@ -120,7 +120,7 @@ class Stretch(Spec):
     def _runs(
         self, unit: WorkUnit, tables: Tables, make_tones: MakeTones
     ) -> list[tuple[slice, ComplexArray]] | None:
-        """Runs of samples of a batch, with the edges of ramps; None where it costs more."""
+        """Runs of samples, those at edges of ramps included; None if a batch costs more."""
         if self.backend == "kernels" or unit.num_links < FEWEST_LINKS:
             return None
         batch = batch_of(unit, tables)

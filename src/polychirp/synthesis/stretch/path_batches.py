@@ -1,23 +1,23 @@
-r"""Many links at once: similar beats share the quadratic phase, the gain and a Fourier transform.
+r"""Samples of many links at once, with a common quadratic phase, gain and Fourier transform.
 
-For one pair of ramps, link p and channel m give the beat :math:`f_{pm}` at a time near the middle
-of the samples, from where t counts, and the rate :math:`\mu_p`. With one frequency
-:math:`\nu_p` for all channels and the mean rate :math:`\bar\mu`,
+For one pair of ramps, link p and channel m have the amplitude :math:`c_{pm}`, the rate
+:math:`\mu_p` and, at t = 0 near the middle of the samples, the beat :math:`f_{pm}`; G is the IF
+filter's gain. With one frequency :math:`\nu_p` for all channels and the mean rate
+:math:`\bar\mu`,
 
 .. math:: y_m(t) = e^{j\pi\bar\mu t^2} \sum_p e^{j2\pi\nu_p t}\; c_{pm}
     e^{j2\pi(f_{pm}-\nu_p)t + j\pi(\mu_p-\bar\mu)t^2}\, G(f_{pm} + \mu_p t; \mu_p)
 
-The factors behind :math:`e^{j2\pi\nu_p t}` change little: their product is a polynomial of low
-degree in t, given by its values at a few Chebyshev nodes, which are the weights of as many columns
-of a sum of tones (`nufft`). Where the beats sweep through the band, G does not change little.
-There, in zones of few samples,
+If the product of the factors after :math:`e^{j2\pi\nu_p t}` changes little, it is a polynomial of
+low degree in t. Its values at a few Chebyshev nodes are the weights of one sum of tones (`nufft`)
+per node. If the beats sweep through the band, G changes much. Then, in zones of few samples,
 
 .. math:: e^{j2\pi d t}\, G(\bar f + \bar\mu t + d; \bar\mu) = \sum_r g_r(t)\, T_r(d/w)
 
-in Chebyshev's polynomials of the beat's distance d from the middle beat: links are summed before
-samples are made. A rate that is off the mean by δ is a factor :math:`e^{j\pi\delta t^2}` in front
-of the filter; its powers are second derivatives by d, so that the same :math:`g_r` give them too,
-each with sums of its own, weighted with powers of δ.
+in Chebyshev polynomials of d, the beat's distance from the middle beat, :math:`|d| \le w`; links
+are summed before samples are computed. A rate that differs by δ from the mean is a factor
+:math:`e^{j\pi\delta t^2}` before the filter. In its power series, :math:`t^2` is a second
+derivative by d, so the same :math:`g_r` serve, with one sum over links per power of δ.
 """
 
 from __future__ import annotations
@@ -43,35 +43,35 @@ from polychirp.synthesis.stretch.nufft import GriddedTones, MakeTones
 from polychirp.synthesis.stretch.work_units import WorkUnit
 
 MOST_TIME_NODES: Final = 24
-"""Nodes in time; with more, sums of tones are not used."""
+"""Most nodes in time for which sums of tones are used."""
 
 MOST_RATE_ORDERS: Final = 6
-"""Powers of the rates' distances from their mean; with more, expansions in the beat are not used.
+"""Most powers of δ, the rates' distance from their mean, for which the beat's expansion is used.
 """
 
 MOST_DETUNING: Final = 5e-4
-"""rad, π(μ − μ̄)S²/4 up to which G changes linearly with the rate.
+"""Largest π(μ − μ̄)S²/4, rad, for which G is linear in the rate; S is the window's length.
 
-The error is half its square, times the taps' fourth moment in units of (S/2)⁴ (1e-2 and less)."""
+The error is half its square, times the taps' fourth moment in units of (S/2)⁴ (≤ 1e-2)."""
 
 WEIGHTS_PER_BLOCK: Final = 1 << 16
 """Complex weights that are held at once: 1 MiB."""
 
 FEWEST_LINKS: Final = 24
-"""Links of a unit, below which it is always added link by link. Chosen: a batch has fixed costs."""
+"""Fewest links of a unit for a batch. Smaller batches do not repay their fixed cost (chosen)."""
 
 ZONE_SIZES: Final = (16, 32, 64, 128, 256)
-"""Samples that share an expansion in the beat: the cheapest of these is taken."""
+"""Numbers of samples that may share an expansion in the beat; the cheapest is taken."""
 
 SECONDS_PER_SAMPLE: Final = (2e-9, 1.2e-8)
-"""s per link, channel and sample, link by link: within the band and crossing it (on Zen 4)."""
+"""s per link, channel and sample, link by link, for beats in and crossing the band (Zen 4)."""
 
 SECONDS_PER_CORNER: Final = 1.5e-6
-"""s per link, channel and corner of a ramp that windows meet, link by link (on Zen 4)."""
+"""s per link, channel and ramp end that lies in windows, link by link (on Zen 4)."""
 
 
 def batch_of(unit: WorkUnit, tables: Tables) -> Batch:
-    """The unit as kernels of many links take it."""
+    """Arguments of the batch kernels for a unit."""
     pair = ramp_pair(tables.own, unit.ramp, tables.sent, unit.sent, tables.links)
     response = response_of(tables.pairs, unit.pair)
     return Batch(pair, response, tables.taps, tables.links, unit.low, unit.high)
@@ -80,10 +80,10 @@ def batch_of(unit: WorkUnit, tables: Tables) -> Batch:
 def batched_samples(
     unit: WorkUnit, batch: Batch, make_tones: MakeTones = GriddedTones
 ) -> list[tuple[slice, ComplexArray]] | None:
-    """Samples that the links make together: runs of them, and ``(channel, sample)`` of each.
+    """Runs of samples, summed over the links, and the values ``(channel, sample)`` of each run.
 
     Every window of ``unit.whole`` lies within every link's chirp. The error is below
-    ``unit.limit`` times the root of the links' power. None where link by link is cheaper.
+    ``unit.limit`` times the root of the links' power. None means: link by link is cheaper.
     """
     if math.pi * batch.response.spread * batch.taps.half**2 > MOST_DETUNING:
         return None
@@ -115,7 +115,7 @@ def num_channels(batch: Batch) -> int:
 
 
 def _num_time_nodes(unit: WorkUnit, batch: Batch, beats: Beats, part: slice) -> int:
-    """Nodes in time; more than `MOST_TIME_NODES` where the expansion does not converge."""
+    """Nodes in time; more than `MOST_TIME_NODES` if the expansion does not converge."""
     count = part.stop - part.start
     beats = beats.at(unit.first + (part.start + count // 2) * unit.step)
     time = half_time(count, unit.step)
@@ -161,7 +161,7 @@ def _slow_samples(
 
 
 def _cheapest_zone(unit: WorkUnit, batch: Batch, beats: Beats, part: slice) -> tuple[float, int]:
-    """CPU time, s (about, measured on Zen 4), and samples of the zones that cost least."""
+    """Least CPU time of all zone sizes, s (about, on Zen 4), and that size in samples."""
     count, spread = part.stop - part.start, batch.response.spread
     width = beats.at(unit.first + part.start * unit.step).width
     choices = []
@@ -180,14 +180,14 @@ def swept_samples(
 ) -> ComplexArray:
     """Samples of one run by an expansion in the beat, ``(channel, sample)``.
 
-    ``side`` is the edge of the filter's window that lies within the chirps, 1 for the upper one,
-    −1 for the lower; 0 is both.
+    ``side`` is the edge of the filter's window that lies within the chirps: 1 is the upper edge,
+    −1 the lower, 0 both.
     """
     from polychirp.synthesis.stretch.batch_kernels import crossing_samples
 
     count, half = run.stop - run.start, batch.taps.half
     beats = beats.at(unit.first + (run.start + count // 2) * unit.step)
-    # in a narrower range, derivatives by the beat would lose digits
+    # derivatives by the beat would lose digits in a narrower range
     width = max(beats.width, 1.0 / (math.tau * (half + half_time(count, unit.step))))
     terms = num_terms(half + count // 2 * unit.step, width)
     expansion = BeatExpansion(beats.time, beats.centre, width, *chebyshev(terms))
@@ -197,7 +197,7 @@ def swept_samples(
 
 
 def num_orders(bend: float) -> int:
-    """Orders for exp(ju), |u| up to ``bend``: the first one left out is below the tolerance.
+    """Orders of u for exp(ju), |u| ≤ ``bend``: the first omitted one is below the tolerance.
 
     >>> num_orders(0.0), num_orders(1e-3)
     (1, 3)
@@ -213,7 +213,7 @@ def num_orders(bend: float) -> int:
 
 
 def _joined(wave: ComplexArray, basis: FloatArray, rate: float, step: float) -> ComplexArray:
-    """(channel, sample) of (sample, channel, node), with the mean chirp."""
+    """Sum over nodes times the mean chirp, ``(channel, sample)``."""
     count = len(wave)
     time = (np.arange(count) - count // 2) * step
     y = np.einsum("nmq,nq->mn", wave, basis)
@@ -229,8 +229,8 @@ def half_time(count: int, step: float) -> float:
 class Beats:
     """Beats of a unit's links, Hz, at the time ``time``: within ``width`` of ``centre``.
 
-    ``frequency`` has every link's; a channel's beat differs from it by ``apart`` at most. ``rate``
-    and ``spread`` are those of the pair of ramps.
+    A channel's beat differs from its link's ``frequency`` by ``apart`` at most. ``rate`` is the
+    mean rate, from which the links' rates differ by ``spread`` at most.
     """
 
     time: float
@@ -242,7 +242,7 @@ class Beats:
     spread: float
 
     def at(self, time: float) -> Beats:
-        """Beats at another time, but with the links' frequencies as they are."""
+        """Beats at another time; ``frequency`` keeps the values of the old time."""
         later = time - self.time
         return Beats(
             time=time,
@@ -274,7 +274,7 @@ def beats_at(unit: WorkUnit, batch: Batch, sample: int) -> Beats:
 
 
 def _in_reach(unit: WorkUnit, batch: Batch, beats: Beats) -> slice:
-    """Samples at which the gain of some link may be above the limit, counted in the row."""
+    """Samples of the row at which the gain of some link may be above the limit."""
     time = unit.first - beats.time + unit.step * np.arange(unit.whole.start, unit.whole.stop)
     far = np.abs(beats.centre + beats.rate * time) - beats.width - beats.spread * np.abs(time)
     near = np.flatnonzero(far <= _reach(batch, unit.limit))
@@ -284,10 +284,10 @@ def _in_reach(unit: WorkUnit, batch: Batch, beats: Beats) -> slice:
 
 
 def _reach(batch: Batch, limit: float) -> float:
-    """Hz, the beat from which on no gain is above ``limit``."""
+    """Beat above which no gain is above ``limit``, Hz."""
     response, taps = batch.response, batch.taps
     if response.envelope.size and response.envelope[-1] < limit:
-        # the envelope falls
+        # the envelope falls: search its negative
         first = int(np.searchsorted(-response.envelope, -limit, side="right"))
         return max(first - 4, 0) * response.step
     edge = 2.0 * taps.edge / (math.tau * limit) if limit > 0.0 else math.inf
@@ -301,7 +301,7 @@ def _in_table(response: Response, beat: float) -> bool:
 
 @lru_cache(maxsize=64)
 def chebyshev(count: int) -> tuple[FloatArray, FloatArray]:
-    """Chebyshev's nodes, and the matrix from values at them to coefficients."""
+    """Chebyshev nodes, and the matrix from values at nodes to coefficients."""
     angle = np.pi * (np.arange(count) + 0.5) / count
     to_terms = (2.0 / count) * np.cos(np.arange(count)[:, None] * angle)
     to_terms[0] *= 0.5
@@ -310,7 +310,7 @@ def chebyshev(count: int) -> tuple[FloatArray, FloatArray]:
 
 @lru_cache(maxsize=256)
 def num_nodes(turn: float, bend: float) -> int:
-    """Nodes for exp(j(a u + b u²)) over |u| ≤ 1: terms beyond them are below the tolerance.
+    """Nodes for exp(j(``turn`` u + ``bend`` u²)), |u| ≤ 1, to the tolerance.
 
     >>> num_nodes(0.0, 0.0), num_nodes(0.01, 0.4)
     (2, 13)
@@ -322,12 +322,12 @@ def num_nodes(turn: float, bend: float) -> int:
 
 
 def num_terms(half: float, width: float) -> int:
-    """Terms for a phase of ``half`` s times the beat, within ``width`` Hz."""
+    """Chebyshev terms of exp(j2π ``half`` f), |f| ≤ ``width`` Hz, with ``half`` in s."""
     return math.ceil(math.tau * half * width) + 16
 
 
 def _time_basis(count: int, nodes: int, step: float) -> tuple[FloatArray, FloatArray]:
-    """Nodes in s about the middle sample, and their polynomials there, ``(sample, node)``."""
+    """Nodes, s from the middle sample, and their polynomials' values ``(sample, node)``."""
     node, to_terms = chebyshev(nodes)
     time = half_time(count, step)
     place = (np.arange(count) - count // 2) * (step / time)
