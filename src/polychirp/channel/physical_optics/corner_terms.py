@@ -126,22 +126,26 @@ def view_pair(
         pairs.first_cell[number],
         next_kept_cells(pairs.is_kept[number]),
     )
-    return pair, common_facet(pair, RowPair(first.start[a], second.start[b]))
+    start = RowPair(first.start[a], second.start[b])
+    return pair, common_facet(first.face, second.face, start, pair.end)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def common_facet(pair: ViewPair, place: RowPair) -> RowPair:
-    """Rows of the first facet from ``place`` on that both views see, or ``pair.end``."""
-    first, second = pair.first.face, pair.second.face
+def common_facet(first: IntArray, second: IntArray, place: RowPair, end: RowPair) -> RowPair:
+    """Rows of the first facet from ``place`` on that both views see, or ``end``.
+
+    ``first`` and ``second`` ``(row,)`` are the facets of the views' rows. Arrays are arguments of
+    what runs for every facet: Numba counts references for each array that it takes out of a record.
+    """
     a, b = place.first, place.second
-    while a < pair.end.first and b < pair.end.second:
+    while a < end.first and b < end.second:
         if first[a] < second[b]:
             a += 1
         elif second[b] < first[a]:
             b += 1
         else:
             return RowPair(a, b)
-    return pair.end
+    return end
 
 
 @njit(cache=True, nogil=True)
@@ -157,11 +161,11 @@ def next_kept_cells(is_kept: BoolArray) -> IntArray:
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def meets_kept_cell(pair: ViewPair, shortest: float, longest: float) -> bool:
+def meets_kept_cell(next_kept: IntArray, first_cell: int, shortest: float, longest: float) -> bool:
     """True if path lengths from ``shortest`` to ``longest`` (m) fall into a kept cell."""
-    cell = max(int(shortest * CELLS_PER_METRE) - pair.first_cell, 0)
-    last = min(int(longest * CELLS_PER_METRE) - pair.first_cell + 1, pair.next_kept.size - 1)
-    return bool(cell <= last and pair.next_kept[cell] <= last)
+    cell = max(int(shortest * CELLS_PER_METRE) - first_cell, 0)
+    last = min(int(longest * CELLS_PER_METRE) - first_cell + 1, next_kept.size - 1)
+    return bool(cell <= last and next_kept[cell] <= last)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -172,12 +176,14 @@ def fill_batch(
 
     Facets that fall into no kept cell are left out. ``area`` ``(face,)`` is in m².
     """
-    one, other, faces = pair.first.aspect, pair.second.aspect, pair.first.face
+    one, other = pair.first.aspect, pair.second.aspect
+    faces, other_faces = pair.first.face, pair.second.face
+    end, next_kept, first_cell = pair.end, pair.next_kept, pair.first_cell
     count = 0
-    while count < BATCH_SIZE and place.first < pair.end.first:
+    while count < BATCH_SIZE and place.first < end.first:
         a, b = place.first, place.second
         p, q, r = one[a, 0] + other[b, 0], one[a, 1] + other[b, 1], one[a, 2] + other[b, 2]
-        if meets_kept_cell(pair, min(p, q, r), max(p, q, r)):
+        if meets_kept_cell(next_kept, first_cell, min(p, q, r), max(p, q, r)):
             batch.row[0, count], batch.row[1, count] = a, b
             batch.length[0, count], batch.length[1, count], batch.length[2, count] = p, q, r
             inverse = one[a, INVERSE_LENGTH] * other[b, INVERSE_LENGTH]
@@ -188,7 +194,7 @@ def fill_batch(
                 - one[a, ALONG_SECOND] * other[b, ALONG_FIRST]
             )
             count += 1
-        place = common_facet(pair, RowPair(a + 1, b + 1))
+        place = common_facet(faces, other_faces, RowPair(a + 1, b + 1), end)
     return count, place
 
 

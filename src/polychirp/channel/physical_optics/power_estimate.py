@@ -121,7 +121,7 @@ def _add_batch(
     cells: FloatArray,
 ) -> None:
     """Add a batch's terms to sums ``(sum, cell, part)``."""
-    face = pair.first.face
+    face, first_cell = pair.first.face, pair.first_cell
     for i in range(count):
         medium = faces.medium[face[batch.row[0, i]]]
         if media.is_conductor[medium]:
@@ -145,7 +145,7 @@ def _add_batch(
         gamma_s, gamma_p = tabulated_reflection(media, medium, 0.5 * batch.facing[i])
         for c in range(terms):
             length = place[c, 0] * p + place[c, 1] * q + place[c, 2] * r
-            cell, share = two_cells(length * CELLS_PER_METRE - pair.first_cell)
+            cell, share = two_cells(length * CELLS_PER_METRE - first_cell)
             term = batch.weight[i] * weight[c]
             _add_both(cells, cell, share, -gamma_s * term, gamma_p * term)
 
@@ -179,11 +179,15 @@ def mark_needed_rows(
 
     ``reach`` m, ``(face,)``, from a facet's centroid to its farthest corner.
     """
+    lengths, other_lengths = first.length, second.length
+    faces, other_faces = first.face, second.face
+    first_needed, second_needed = is_needed
     for k in range(pairs.is_kept.shape[0]):
         pair, place = view_pair(first, second, pairs, k)
-        while place.first < pair.end.first:
+        end, next_kept, first_cell = pair.end, pair.next_kept, pair.first_cell
+        while place.first < end.first:
             a, b = place.first, place.second
-            length, spread = first.length[a] + second.length[b], 2.0 * reach[first.face[a]]
-            if meets_kept_cell(pair, length - spread, length + spread):
-                is_needed[0][a] = is_needed[1][b] = True
-            place = common_facet(pair, RowPair(a + 1, b + 1))
+            length, spread = lengths[a] + other_lengths[b], 2.0 * reach[faces[a]]
+            if meets_kept_cell(next_kept, first_cell, length - spread, length + spread):
+                first_needed[a] = second_needed[b] = True
+            place = common_facet(faces, other_faces, RowPair(a + 1, b + 1), end)
