@@ -141,5 +141,10 @@ def _error_rows(victim: VictimResult) -> Iterator[tuple[str, ...]]:
                 f"{truth.range[number]:.2f} m",
                 f"{score.range_error[number]:+.3f} m",
                 f"{3.6 * score.range_rate_error[number]:+.3f} km/h",
-                f"{math.degrees(score.azimuth_error[number]):+.2f}°",
+                _degrees(score.azimuth_error[number]),
             )
+
+
+def _degrees(azimuth: float) -> str:
+    """An azimuth with its unit, or a dash for a radar of one channel, which measures none."""
+    return "–" if math.isnan(azimuth) else f"{math.degrees(azimuth):+.2f}°"

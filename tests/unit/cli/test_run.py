@@ -2,6 +2,7 @@
 
 import errno
 import json
+import math
 import sys
 import tempfile
 from dataclasses import dataclass
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 
 from polychirp.cli.app import main
+from polychirp.cli.run import _degrees
 from polychirp.errors import RunError
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import PARTS, IfFrame, IfParts, sample_times
@@ -301,3 +303,7 @@ def test_a_folder_that_cannot_be_written_is_refused_before_the_run(trial, capsys
     assert main(quick("--out", "here")) == 4
     assert trial.runs == []
     assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_an_azimuth_that_was_not_measured_is_a_dash():
+    assert [_degrees(angle) for angle in (float("nan"), math.radians(-1.5))] == ["–", "-1.50°"]
