@@ -29,7 +29,7 @@ ONE_THREAD: Final = dict.fromkeys(
 )
 """Environment in which a program keeps to one thread."""
 
-KERNELS: Final = ("casters", "channel", "correlation", "diffraction", "receiver", "synthesis")
+KERNELS: Final = ("receiver", "correlation", "synthesis")
 """Files ``bench/test_NAME.py`` whose medians are listed."""
 
 
