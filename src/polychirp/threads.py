@@ -1,4 +1,4 @@
-"""Parallel pieces of work in threads, each with a share of the cores for its kernels.
+"""Parallel work in threads: independent pieces of work, and the rows of one kernel's result.
 
 Kernels release the interpreter while they run; the code between them does not. Two pieces therefore
 keep two cores busy, while one piece with its kernels in two threads keeps one and a half busy:
@@ -8,37 +8,64 @@ here, because its matrices are small, and its waiting threads would take the cor
 
 from __future__ import annotations
 
+import os
+import sys
+import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from typing import Final, TypeVar
+from concurrent.futures import ThreadPoolExecutor, wait
+from functools import cache
+from itertools import pairwise
+from typing import Any, Final, TypeVar
 
 Result = TypeVar("Result")
 
 MOST_PIECES_AT_ONCE: Final = 4
 """Greatest number of pieces that run at once (chosen, since each has its tables in memory)."""
 
+RANGES_PER_CORE: Final = 2
+"""Ranges of rows per core, since some rows take longer than others (chosen)."""
+
+
+def num_cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
+
+
+class _Share(threading.local):
+    cores: int | None = None
+
+
+_share = _Share()
+
+
+def cores_here() -> int:
+    """Cores that this thread's kernels may use: its share, or those of the process.
+
+    The environment variable ``NUMBA_NUM_THREADS`` may name a smaller number for the process.
+    """
+    return _share.cores or min(num_cores(), int(os.environ.get("NUMBA_NUM_THREADS") or num_cores()))
+
+
+def limit_cores(count: int | None) -> None:
+    """Give the kernels of this thread ``count`` cores; None ends the limit."""
+    _share.cores = count
+
 
 def side_by_side(pieces: Sequence[Callable[[], Result]]) -> Iterator[Result]:
-    """Results of ``pieces``, in the order of the pieces.
-
-    If numba has no threading layer that several threads may use at once (OpenMP or TBB), the pieces
-    run one after another. After an error no further piece begins.
+    """Results of ``pieces``, in the order of the pieces. After an error no further piece begins.
 
     >>> list(side_by_side([lambda: 1, lambda: 2]))
     [1, 2]
     """
-    import numba
     from threadpoolctl import threadpool_limits
 
-    cores = numba.get_num_threads()
+    cores = cores_here()
     at_a_time = min(cores, MOST_PIECES_AT_ONCE, len(pieces))
-    if at_a_time <= 1 or not _may_be_shared():
+    if at_a_time <= 1:
         for piece in pieces:
             yield piece()
         return
-    pool = ThreadPoolExecutor(
-        at_a_time, initializer=numba.set_num_threads, initargs=(cores // at_a_time,)
-    )
+    pool = ThreadPoolExecutor(at_a_time, initializer=limit_cores, initargs=(cores // at_a_time,))
     with threadpool_limits(1, user_api="blas"), pool:
         try:
             yield from pool.map(lambda piece: piece(), pieces)
@@ -46,9 +73,43 @@ def side_by_side(pieces: Sequence[Callable[[], Result]]) -> Iterator[Result]:
             pool.shutdown(cancel_futures=True)
 
 
-def _may_be_shared() -> bool:
-    """True if kernels of several threads may run at once."""
-    import numba
+def in_ranges(kernel: Callable[..., object], count: int, *arguments: Any, least: int = 1) -> None:
+    """Call ``kernel(begin, end, *arguments)`` for ranges that make up ``range(count)``, at once.
 
-    numba.get_num_threads()  # chooses the threading layer, if none is chosen yet
-    return bool(numba.threading_layer() != "workqueue")  # type: ignore[attr-defined]
+    The kernel must release the interpreter and write only its own rows of what it fills.
+
+    Parameters
+    ----------
+    least : number of rows that are worth a call of their own
+
+    Examples
+    --------
+    >>> squares = [0] * 5
+    >>> def fill(begin, end, out):
+    ...     out[begin:end] = [i * i for i in range(begin, end)]
+    >>> in_ranges(fill, 5, squares)
+    >>> squares
+    [0, 1, 4, 9, 16]
+    """
+    cores = cores_here()
+    parts = min(RANGES_PER_CORE * cores, count // least) if cores > 1 else 1
+    if parts <= 1:
+        kernel(0, count, *arguments)
+        return
+    ends = [count * part // parts for part in range(parts + 1)]
+    others = [
+        _pool(os.getpid()).submit(kernel, begin, end, *arguments)
+        for begin, end in pairwise(ends[1:])
+    ]
+    try:
+        kernel(ends[0], ends[1], *arguments)
+    finally:
+        wait(others)
+    for other in others:
+        other.result()
+
+
+@cache
+def _pool(_process: int) -> ThreadPoolExecutor:
+    """Threads for ranges; a process that was forked has none of its parent's."""
+    return ThreadPoolExecutor(num_cores())

@@ -17,6 +17,7 @@ from polychirp.frames import Pose, polarisation_basis
 from polychirp.model.mesh import Plate
 from polychirp.model.scene import Actor
 from polychirp.testing.shapes import around, box, dihedral, mesh_of, plate, transfer_at, trihedral
+from polychirp.threads import limit_cores
 from polychirp.units import to_db
 from tests.support.references.physical_optics import scattered
 from tests.support.references.ray_tubes import PlainBody, multiple_bounces
@@ -427,15 +428,13 @@ def test_turning_and_moving_the_world_changes_nothing(turn, dx, dy):
 
 
 def test_the_number_of_threads_changes_no_bit():
-    import numba
-
+    limit_cores(2)
     many = tubes(crowd())
-    before = numba.get_num_threads()
-    numba.set_num_threads(1)
+    limit_cores(1)
     try:
         one = tubes(crowd())
     finally:
-        numba.set_num_threads(before)
+        limit_cores(None)
     for field in ("delay", "delay_rate", "transfer", "departure", "coherence_time"):
         np.testing.assert_array_equal(getattr(one, field), getattr(many, field))
 

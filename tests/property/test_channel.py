@@ -15,6 +15,7 @@ from polychirp.frames import Pose
 from polychirp.model.mesh import Plate
 from polychirp.model.scene import Actor, PointScatterer
 from polychirp.testing.shapes import around, box, mesh_of, plate, transfer_at
+from polychirp.threads import limit_cores
 from tests.support.references.physical_optics import scattered
 
 BODY = mesh_of(box((0.4, 0.3, 0.2), 0.04))
@@ -122,16 +123,14 @@ def test_the_composite_agrees_with_free_space_in_an_empty_world(distance, bearin
 
 
 def test_the_number_of_threads_changes_no_bit():
-    import numba
-
     tracer, scene = TRACERS[1], street()
+    limit_cores(2)
     many = tracer.trace(scene)
-    before = numba.get_num_threads()
-    numba.set_num_threads(1)
+    limit_cores(1)
     try:
         one = tracer.trace(scene)
     finally:
-        numba.set_num_threads(before)
+        limit_cores(None)
     np.testing.assert_array_equal(many.transfer, one.transfer)
     np.testing.assert_array_equal(many.delay, one.delay)
 

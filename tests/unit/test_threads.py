@@ -1,43 +1,23 @@
-"""Pieces of work side by side: the order, the errors, and each one's share of the cores."""
+"""Parallel work: the order, the errors, and the cores of each piece."""
 
 import threading
 
-import numba
+import numpy as np
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from polychirp import threads
-from polychirp.threads import side_by_side
-
-
-@numba.njit(parallel=True, cache=True)
-def total(count):
-    """Anything in parallel: numba chooses its threading layer when it first has to."""
-    found = 0
-    for number in numba.prange(count):
-        found += number
-    return found
+from polychirp.threads import cores_here, in_ranges, limit_cores, side_by_side
 
 
 @pytest.fixture(autouse=True)
 def two_cores():
-    total(4)
-    before = numba.get_num_threads()
-    if numba.config.NUMBA_NUM_THREADS < 2:
-        pytest.skip("numba has one thread here")
-    numba.set_num_threads(2)
+    limit_cores(2)
     yield
-    numba.set_num_threads(before)
-
-
-def shared():
-    return numba.threading_layer() != "workqueue"
+    limit_cores(None)
 
 
 def test_results_come_in_the_order_of_the_pieces():
     """The first waits for the second."""
-    if not shared():
-        pytest.skip("numba's threading layer here is for one thread at a time")
     done = threading.Event()
 
     def first():
@@ -52,13 +32,10 @@ def test_results_come_in_the_order_of_the_pieces():
 
 
 def test_each_piece_has_its_share_of_the_cores():
-    counts = list(side_by_side([numba.get_num_threads] * 3))
-    assert counts == [1, 1, 1] if shared() else [2, 2, 2]
-    assert numba.get_num_threads() == 2
-
-
-def test_kernels_of_two_pieces_run_at_once():
-    assert list(side_by_side([lambda: total(10), lambda: total(100)])) == [45, 4950]
+    assert list(side_by_side([cores_here] * 3)) == [1, 1, 1]
+    assert cores_here() == 2
+    limit_cores(4)
+    assert list(side_by_side([cores_here] * 2)) == [2, 2]
 
 
 def test_an_error_ends_those_that_have_not_begun():
@@ -72,9 +49,8 @@ def test_an_error_ends_those_that_have_not_begun():
     assert len(begun) < 100
 
 
-def test_without_a_shared_layer_one_goes_after_another(monkeypatch):
-    monkeypatch.setattr(threads, "_may_be_shared", lambda: False)
-    assert list(side_by_side([numba.get_num_threads] * 2)) == [2, 2]
+def test_on_one_core_one_goes_after_another():
+    limit_cores(1)
     assert list(side_by_side([threading.get_ident] * 2)) == [threading.get_ident()] * 2
 
 
@@ -82,8 +58,48 @@ def test_linear_algebra_keeps_to_one_thread_meanwhile():
     def most():
         return max(p["num_threads"] for p in threadpool_info() if p["user_api"] == "blas")
 
-    if not shared():
-        pytest.skip("numba's threading layer here is for one thread at a time")
     with threadpool_limits(2, user_api="blas"):
         assert list(side_by_side([most, most])) == [1, 1]
         assert most() == 2
+
+
+@pytest.mark.parametrize("cores", [1, 2, 3])
+@pytest.mark.parametrize("count", [0, 1, 2, 7, 1000])
+def test_ranges_cover_every_row_once(cores, count):
+    limit_cores(cores)
+    times = np.zeros(count, dtype=int)
+
+    def fill(begin, end, out):
+        out[begin:end] += 1
+
+    in_ranges(fill, count, times)
+    assert np.all(times == 1)
+
+
+def test_ranges_run_at_once():
+    """Each of two threads waits until the other has begun."""
+    meeting = threading.Barrier(2, timeout=10.0)
+    met = []
+
+    def fill(begin, _end):
+        if begin in (0, 1):
+            meeting.wait()
+            met.append(begin)
+
+    in_ranges(fill, 4)
+    assert sorted(met) == [0, 1]
+
+
+def test_few_rows_are_one_range():
+    calls = []
+    in_ranges(lambda *rows: calls.append(rows), 19, least=10)
+    assert calls == [(0, 19)]
+
+
+def test_an_error_in_a_range_is_raised():
+    def fill(begin, _end):
+        if begin > 0:
+            raise ValueError("no road")
+
+    with pytest.raises(ValueError, match="no road"):
+        in_ranges(fill, 10)

@@ -14,9 +14,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
 
-from polychirp.study.monte_carlo.executor import LocalWorkers, num_cores
+from polychirp.study.monte_carlo.executor import LocalWorkers
 from polychirp.study.paper.results import StatisticsRow
 from polychirp.study.paper.statistics import CURVES, Channel, run_statistics, statistics_plan
+from polychirp.threads import num_cores
 from tools.pages.markdown import table
 
 RECORD: Final = "statistics.json"

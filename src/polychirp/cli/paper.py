@@ -13,7 +13,7 @@ from polychirp.cli.terminal import say, tables, usable_folder
 from polychirp.errors import InputError
 
 if TYPE_CHECKING:
-    from polychirp.study.paper.results import StatisticsRow
+    from polychirp.study.paper.results import PaperRow, StatisticsRow
 
 KEPT_FILES: Final = "files that were written stay in the folder, and the same command begins again"
 """Part of the message after an interrupt."""
@@ -57,7 +57,7 @@ def run(arguments: argparse.Namespace) -> int:
         from polychirp.study.paper.scenarios import run_paper
 
         started = time.perf_counter()
-        results = run_paper(seed=arguments.seed, progress=progress)
+        results = run_paper(seed=arguments.seed, progress=progress, show=_say_row)
         statistics = _statistics(folder / "statistics", seed=arguments.seed, progress=progress)
         results = replace(results, statistics=statistics, wall_time_s=time.perf_counter() - started)
         page = write_paper(results, folder, progress=lambda name: progress(name, 1, 1))
@@ -82,9 +82,10 @@ def _statistics(
     folder: Path, *, seed: int, progress: Callable[[str, int, int], None]
 ) -> tuple[StatisticsRow, ...]:
     """Figures 12 and 13 from few trials, run again each time; their results stay in ``folder``."""
-    from polychirp.study.monte_carlo.executor import LocalWorkers, num_cores
+    from polychirp.study.monte_carlo.executor import LocalWorkers
     from polychirp.study.monte_carlo.run import LOG
     from polychirp.study.paper.statistics import TRIALS, run_statistics, statistics_plan
+    from polychirp.threads import num_cores
 
     folder.mkdir(parents=True, exist_ok=True)
     (folder / MARK).write_text(
@@ -98,6 +99,15 @@ def _statistics(
         executor=LocalWorkers(count=num_cores()),
         progress=progress,
     )
+
+
+def _say_row(row: PaperRow) -> None:
+    """Print one of the paper's own cases on stderr as soon as it is known."""
+    from polychirp.report.verdict import row_in_words
+    from polychirp.report.words import variant_name
+
+    if (row.antenna, row.mitigation, row.synchronous) == ("table 2", "none", True):
+        say(f"{variant_name(row)}: {row_in_words(row)}")
 
 
 def _print_tables(results: Any) -> None:

@@ -91,7 +91,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _executor(arguments: argparse.Namespace) -> Executor:
     from polychirp.study.monte_carlo.dask_executor import DaskWorkers
-    from polychirp.study.monte_carlo.executor import WORKERS_PER_CORE, LocalWorkers, num_cores
+    from polychirp.study.monte_carlo.executor import WORKERS_PER_CORE, LocalWorkers
+    from polychirp.threads import num_cores
 
     count = num_cores() if arguments.workers is None else arguments.workers
     if count < 1:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
+from polychirp.report.words import decimal, target_words
 from polychirp.study.paper.results import (
     INTERFERENCE_GHOSTS,
     GhostRow,
@@ -37,6 +38,16 @@ class Verdict:
 def interference_ghosts(row: PaperRow) -> tuple[GhostRow, ...]:
     """The row's ghosts that another radar caused."""
     return tuple(ghost for ghost in row.ghosts if ghost.kind in INTERFERENCE_GHOSTS)
+
+
+def row_in_words(row: PaperRow) -> str:
+    """Targets that are there, that were found, and ghosts of interference, in one line."""
+    there = ", ".join(f"{target.name} at {decimal(target.range_m)} m" for target in row.targets)
+    found = ", ".join(target_words(target) for target in row.targets if target.detected) or "none"
+    ghosts = ", ".join(
+        f"{ghost.kind} at {decimal(ghost.range_m)} m" for ghost in interference_ghosts(row)
+    )
+    return f"{there}; found {found}; ghosts: {ghosts or 'none'}"
 
 
 def row_of(results: PaperResults, claim: PaperClaim) -> PaperRow | None:

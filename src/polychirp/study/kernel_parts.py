@@ -17,16 +17,16 @@ WORKER: Final = "polychirp.study.warm_up"
 PARTS: Final = {
     part.name: part
     for part in (
-        Part(name="receiver", duration=30.0, kernels=23),
-        Part(name="visibility", duration=30.0, kernels=22),
-        Part(name="bounces", duration=60.0, kernels=35),
-        Part(name="facets", duration=55.0, kernels=34),
-        Part(name="synthesis", duration=22.0, kernels=30),
-        Part(name="bundles", duration=20.0, kernels=17),
-        Part(name="edges", duration=28.0, kernels=20),
-        Part(name="attribution", duration=6.0, kernels=2),
-        Part(name="profiles", duration=4.0, kernels=2),
-        Part(name="point vehicles", duration=9.0, kernels=5),
+        Part(name="receiver", duration=22.0, kernels=39),
+        Part(name="visibility", duration=14.0, kernels=58),
+        Part(name="bounces", duration=27.0, kernels=58),
+        Part(name="facets", duration=27.0, kernels=58),
+        Part(name="synthesis", duration=11.0, kernels=40),
+        Part(name="bundles", duration=13.0, kernels=25),
+        Part(name="edges", duration=13.0, kernels=30),
+        Part(name="tables", duration=4.0, kernels=6),
+        Part(name="profiles", duration=2.0, kernels=2),
+        Part(name="point vehicles", duration=4.0, kernels=5),
     )
 }
 """All parts, in the order in which they are compiled: bounces and facets need what visibility has.
@@ -40,7 +40,7 @@ FEWEST_BUNDLED: Final = 20
 """Points and radars of a free space from which on paths may be synthesised in bundles: the engine
 begins at 24 paths."""
 
-_ANY_TRIAL: Final = ("receiver", "visibility", "synthesis", "attribution")
+_ANY_TRIAL: Final = ("receiver", "visibility", "synthesis", "tables")
 _STREET: Final = ("bounces", "facets", "bundles", "edges")
 _OF_TRACER: Final = {
     "free-space": (),
@@ -55,7 +55,7 @@ def parts_of(study: Study) -> tuple[str, ...]:
 
     >>> from polychirp.study.paper.scenarios import paper_study
     >>> parts_of(paper_study("diverse"))
-    ('receiver', 'visibility', 'bounces', 'facets', 'synthesis', 'bundles', 'edges', 'attribution')
+    ('receiver', 'visibility', 'bounces', 'facets', 'synthesis', 'bundles', 'edges', 'tables')
     """
     names = [*_ANY_TRIAL, *_OF_TRACER.get(study.tracer.kind, _STREET)]
     if len(study.street.points) + len(study.radars) >= FEWEST_BUNDLED:

@@ -26,16 +26,39 @@ if TYPE_CHECKING:
 NUM_SWEEPS: Final = 4
 """Triangles in a frame: the receiver needs some ramps to find points."""
 
+VEHICLES: Final = ("vehicle-2", "vehicle-4", "target-2")
+"""Vehicles on the street: two with radars, and one whose facets and panes they see."""
+
 NUM_POINTS: Final = 400
 """Point scatterers: as many paths are synthesised in bundles, not one by one."""
 
 
 @cache
 def _study() -> Study:
-    from polychirp.study.paper.scenarios import paper_study
+    """Two cars that meet, with radars, and a van; their meshes are coarse, so that work is short.
 
-    study = paper_study("diverse", radars=("vehicle-2", "vehicle-4"))
-    return replace(study, num_sweeps=NUM_SWEEPS)
+    Radars are mounted by hand, since the paper's mounts are found on fine meshes.
+    """
+    from polychirp.frames import Pose
+    from polychirp.study.spec import Study, StudyRadar
+    from polychirp.traffic.paper import paper_street
+    from polychirp.waveform import DiverseTriangular
+
+    street = paper_street()
+    vehicles = [replace(one, max_edge=0.2, coarseness=3.0) for one in street.vehicles]
+    return Study(
+        name="warm-up",
+        seed=1,
+        street=replace(street, vehicles=tuple(one for one in vehicles if one.name in VEHICLES)),
+        radars=tuple(
+            StudyRadar(
+                name=name, vehicle=name, mount=Pose(x=x, z=0.5), waveform=DiverseTriangular()
+            )
+            for name, x in (("vehicle-2", 2.08), ("vehicle-4", 2.32))
+        ),
+        targets=("target-2", "vehicle-4"),
+        num_sweeps=NUM_SWEEPS,
+    )
 
 
 @cache
@@ -53,21 +76,6 @@ def receiver() -> None:
     from polychirp.receiver.chain import Receiver
 
     Receiver().detect(_frame())
-
-
-def attribution() -> None:
-    """Compile kernels that say what a detection is."""
-    from polychirp.model.detection import Detections
-    from polychirp.receiver.attribution import floor_rise, part_powers
-    from polychirp.receiver.chain import Receiver
-
-    frame, chain, parts = _frame(), Receiver(), _parts()
-    one, time = np.ones(1), float(frame.schedule.start_time[0])
-    found = Detections(
-        time=time, range=6.0 * one, range_rate=0.0 * one, azimuth=0.0 * one, power=one, snr=one
-    )
-    part_powers(chain, frame, parts, found)
-    floor_rise(chain, frame, parts)
 
 
 def profiles() -> None:
@@ -136,12 +144,19 @@ def _frame_of_points(schedule: RampSchedule) -> IfFrame:
 
 
 def synthesis() -> None:
-    """Compile kernels of the stretch engine that take path by path, and of oscillators that err."""
+    """Compile kernels of the stretch engine that take path by path."""
+    _synthesize(_street())
+
+
+def tables() -> None:
+    """Compile kernels of the IF filter's response to chirps, and of oscillators that err."""
+    from polychirp.model.if_filter import IfFilter
     from polychirp.model.oscillator import PhaseNoise
     from polychirp.rng import Streams
     from polychirp.synthesis.impairments.phase_error import noise_record
+    from polychirp.synthesis.stretch.chirp_response import response_table
 
-    _synthesize(_street())
+    response_table(IfFilter(), rate=1e12, highest=1e6, num_orders=2)
     phase = noise_record(
         PhaseNoise(), begin=0.0, end=1e-4, highest_offset=1e6, streams=Streams(seed=1)
     )
@@ -237,9 +252,9 @@ PARTS: Final[Mapping[str, Callable[[], None]]] = {
     "bounces": bounces,
     "facets": facets,
     "synthesis": synthesis,
+    "tables": tables,
     "bundles": bundles,
     "edges": edges,
-    "attribution": attribution,
     "profiles": profiles,
     "point vehicles": point_vehicles,
 }

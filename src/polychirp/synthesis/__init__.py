@@ -8,5 +8,5 @@ In reading order:
 * `impairments`: errors of oscillators, filters and converters
 * `received_frame`: `synthesize`, a radar's samples over one frame and their parts
 * `sdr`: the link between two software-defined radios
-* `numba_support`: compilation of kernels
+* `unit_phasors`: complex numbers of magnitude 1, in kernels
 """

@@ -33,7 +33,6 @@ BUMPER_GAP = 0.008
 """Distance of the bumpers' plastic from the metal beside it, m."""
 
 
-@cache
 def vehicle_mesh(body: Body, *, max_edge: float = 0.05, coarseness: float = 1.0) -> Mesh:
     """Surface of a ``body`` in the vehicle's frame; equal calls share one `Mesh`.
 
@@ -63,6 +62,11 @@ def vehicle_mesh(body: Body, *, max_edge: float = 0.05, coarseness: float = 1.0)
     >>> mesh is vehicle_mesh("sedan", max_edge=0.2, coarseness=4.0)
     True
     """
+    return _mesh(body, max_edge, coarseness)
+
+
+@cache
+def _mesh(body: Body, max_edge: float, coarseness: float) -> Mesh:
     if body not in SHAPES:
         raise InputError(f"there is no body '{body}'; choose among {', '.join(SHAPES)}")
     fine = Fineness(max_edge=max_edge, coarseness=coarseness)

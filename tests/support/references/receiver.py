@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from polychirp.axes import FloatArray, IntArray
+from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.antenna import AntennaArray
 from polychirp.model.if_frame import SampleTimes
@@ -136,3 +136,26 @@ def range_and_rate_from_beats_twin(
         if np.all(np.abs(step) <= (LARGEST_RANGE_CHANGE, LARGEST_RATE_CHANGE)):
             out[n] += step
     return out
+
+
+def beat_errors(
+    residual: ComplexArray,
+    weight: FloatArray,
+    phase: FloatArray,
+    amplitude: ComplexArray,
+    rate: float,
+) -> FloatArray:
+    r"""Error of each point's beat by the residual over samples: Hz, ``(point, ramp)``.
+
+    A beat with the error δ leaves the residual :math:`j2\pi\delta\,(t - \bar t)\,a\,e^{j\varphi}`;
+    δ is the weighted least-squares fit of that to the residual of all channels.
+    Arguments as `fit_amplitudes` takes and gives.
+    """
+    elapsed = np.arange(residual.shape[2]) / rate
+    middle = np.sum(weight * elapsed, axis=1) / np.sum(weight, axis=1)
+    away = elapsed - middle[:, None]
+    turns = phase[..., :1] + phase[..., 1:2] * elapsed + 0.5 * phase[..., 2:] * elapsed**2
+    found = np.einsum("pmk,mkn,pkn->pkn", amplitude.conj(), residual, np.exp(-2j * np.pi * turns))
+    above = np.sum(weight * away * found.imag, axis=-1)
+    strength = np.sum(np.abs(amplitude) ** 2, axis=1) * np.sum(weight * away**2, axis=1)
+    return np.asarray(above / (2.0 * np.pi * strength))

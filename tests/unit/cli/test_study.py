@@ -8,9 +8,10 @@ import pytest
 from polychirp.cli import paper, study
 from polychirp.cli.app import main
 from polychirp.model.baseband import no_progress
-from polychirp.study.monte_carlo.executor import WORKERS_PER_CORE, num_cores
+from polychirp.study.monte_carlo.executor import WORKERS_PER_CORE
 from polychirp.study.monte_carlo.tasks import Outcome
 from polychirp.study.paper import statistics
+from polychirp.threads import num_cores
 from tests.support.small_study import SMALL_GRID, SMALL_STUDY
 from tests.unit.study.test_monte_carlo import made_up
 

@@ -6,7 +6,7 @@ import sys
 PROGRAM = """
 import importlib, pkgutil, sys, polychirp.synthesis as package
 for module in pkgutil.walk_packages(package.__path__, package.__name__ + "."):
-    if not module.name.endswith(("kernels", "numba_support", "splines")):
+    if not module.name.endswith(("kernels", "unit_phasors", "splines")):
         importlib.import_module(module.name)
 print(sorted({"numba", "scipy"} & set(sys.modules)))
 """

@@ -9,7 +9,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.channel.diffraction.half_planes import (
@@ -27,6 +26,7 @@ from polychirp.channel.diffraction.half_planes import (
 from polychirp.channel.diffraction.silhouette import Obstacles, blocked_intervals
 from polychirp.channel.geometry.vectors import Vector
 from polychirp.channel.scene.world import RADAR_CLEARANCE
+from polychirp.jit import compiled, inlined, inner
 
 EXCESS_CELL_LENGTH = 0.02
 """m of excess path length: width of the smooth cells into which edge waves are summed (chosen)."""
@@ -63,14 +63,14 @@ class LinkFrame(NamedTuple):
     from_receiver: FloatArray
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _smooth(x: float) -> float:
     """A smooth step from 0 at x = 0 to 1 at x = 1."""
     x = min(1.0, max(0.0, x))
     return x * x * (3.0 - 2.0 * x)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _weight(depth: float, height: float, excess: float, length: float, farthest: float) -> float:
     """½(1 + cos θ) of an edge's wave, times smooth cut-offs at both ends and at ``farthest``."""
     beyond, square = length - depth, height * height
@@ -90,7 +90,7 @@ class EdgeWaves(NamedTuple):
     spreads: FloatArray
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _add_wave(
     waves: EdgeWaves, slot: int, point: Vector, excess: float, wave: complex, link: LinkFrame
 ) -> None:
@@ -121,12 +121,12 @@ def _add_wave(
         real[SQUARED_RATE] += size * rate * rate
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _point_between(a: Vector, b: Vector, t: float) -> Vector:
     return a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]), a[2] + t * (b[2] - a[2])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _add_chord(
     waves: EdgeWaves, slot: int, ends: tuple[Vector, Vector], sign: float, link: LinkFrame
 ) -> None:
@@ -159,12 +159,12 @@ def _add_chord(
         start, before = end, after
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _phasor(phase: float) -> complex:
     return complex(math.cos(phase), -math.sin(phase))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _add_half(
     waves: EdgeWaves, slot: int, edge: FloatArray, azimuth: int, sign: float, link: LinkFrame
 ) -> None:
@@ -182,14 +182,14 @@ def _add_half(
     _add_wave(waves, slot, point, excess, size * _phasor(link.wavenumber * excess), link)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _point(edge: FloatArray, azimuth: int) -> Vector:
     angle = (azimuth + 0.5) * (2 * math.pi / NUM_AZIMUTHS)
     height = edge[HEIGHT]
     return edge[DEPTH], height * math.cos(angle), height * math.sin(angle)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _find_partners(
     blocked: Blocked, i: int, j: int, side: int, touch: float, partner: IntArray
 ) -> None:
@@ -212,7 +212,7 @@ def _find_partners(
             is_taken[best] = True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _add_edges(
     waves: EdgeWaves, blocked: Blocked, slots: IntArray, side: int, touch: float, link: LinkFrame
 ) -> None:
@@ -237,7 +237,7 @@ def _add_edges(
                 _add_half(waves, slots[blocked.owner[j, b, side]], edge, j, sign, link)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _add_axis(
     waves: EdgeWaves,
     blocked: Blocked,
@@ -263,7 +263,7 @@ def _add_axis(
     _add_wave(waves, slot, (depth, 0.0, 0.0), 0.0, complex(size), link)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def edge_waves(obstacles: Obstacles, slots: IntArray, is_clear: bool, link: LinkFrame) -> EdgeWaves:
     """Waves of the silhouette's edges, in units of the unobstructed field.
 

@@ -10,10 +10,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from polychirp.axes import FloatArray, IntArray
 from polychirp.channel.geometry.vectors import Vector
+from polychirp.jit import inlined, inner
 
 NUM_AZIMUTHS = 360
 """Half-planes about a line of sight (chosen); straight edges between two of them are exact."""
@@ -52,7 +52,7 @@ class Blocked(NamedTuple):
     owner: IntArray
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def excess_of(depth: float, height: float, length: float) -> float:
     """Excess of a point of a half-plane about a line of sight of ``length``, m."""
     beyond = length - depth
@@ -60,26 +60,26 @@ def excess_of(depth: float, height: float, length: float) -> float:
     return near + math.sqrt(beyond * beyond + height * height) - length
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def height_of(p: Vector) -> float:
     """Distance of a point from the line of sight, m."""
     return math.sqrt(p[1] * p[1] + p[2] * p[2])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _copy_side(blocked: Blocked, azimuth: int, source: int, target: int, side: int) -> None:
     for column in range(3):
         blocked.edge[azimuth, target, side, column] = blocked.edge[azimuth, source, side, column]
     blocked.owner[azimuth, target, side] = blocked.owner[azimuth, source, side]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _copy(blocked: Blocked, azimuth: int, source: int, target: int) -> None:
     for side in range(2):
         _copy_side(blocked, azimuth, source, target, side)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _remove(blocked: Blocked, azimuth: int, place: int) -> None:
     last = blocked.filled[azimuth] - 1
     for i in range(place, last):
@@ -87,7 +87,7 @@ def _remove(blocked: Blocked, azimuth: int, place: int) -> None:
     blocked.filled[azimuth] = last
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _fuse_closest(blocked: Blocked, azimuth: int) -> None:
     """Close the narrowest gap between two intervals."""
     edge, best, least = blocked.edge, 0, np.inf
@@ -99,7 +99,7 @@ def _fuse_closest(blocked: Blocked, azimuth: int) -> None:
     _remove(blocked, azimuth, best + 1)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _write_side(
     blocked: Blocked, azimuth: int, place: int, side: int, point: EdgePoint, owner: int
 ) -> None:
@@ -110,7 +110,7 @@ def _write_side(
     blocked.owner[azimuth, place, side] = owner
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def block(
     blocked: Blocked, azimuth: int, near: EdgePoint, far: EdgePoint, owner: int, touch: float
 ) -> None:
@@ -148,7 +148,7 @@ def block(
     blocked.filled[azimuth] = count + 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def reach_from_axis(blocked: Blocked, azimuth: int, touch: float) -> float:
     """Excess (m) up to which all is blocked from the line of sight on, or `NOT_BLOCKED`."""
     if blocked.filled[azimuth] == 0 or blocked.edge[azimuth, 0, NEAR_SIDE, EXCESS] > touch:
@@ -156,7 +156,7 @@ def reach_from_axis(blocked: Blocked, azimuth: int, touch: float) -> float:
     return float(blocked.edge[azimuth, 0, FAR_SIDE, EXCESS])
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def reach_from(blocked: Blocked, azimuth: int, excess: float) -> float:
     """Excess (m) up to which all is blocked from ``excess`` on, or `NOT_BLOCKED`."""
     edge = blocked.edge
@@ -167,7 +167,7 @@ def reach_from(blocked: Blocked, azimuth: int, excess: float) -> float:
     return NOT_BLOCKED
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def half_plane_near(p: Vector) -> int:
     """The half-plane of a point, or one beside it: quicker than an arctangent."""
     y, z = abs(p[1]), abs(p[2])

@@ -10,7 +10,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from polychirp.axes import FloatArray, IntArray
 from polychirp.channel.diffraction.half_planes import (
@@ -27,6 +26,7 @@ from polychirp.channel.diffraction.half_planes import (
 )
 from polychirp.channel.geometry.vectors import Vector, cross, dot, row, vector_at
 from polychirp.channel.scene.world import RADAR_CLEARANCE
+from polychirp.jit import compiled, inlined, inner
 
 
 class Obstacles(NamedTuple):
@@ -48,7 +48,7 @@ class Obstacles(NamedTuple):
     sheet: FloatArray
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _nearest(az: float, ah: float, bz: float, bh: float, length: float) -> EdgePoint:
     """Point of least excess on a straight line in a half-plane: where a mirror would reflect."""
     wz, wh = bz - az, bh - ah
@@ -64,7 +64,7 @@ def _nearest(az: float, ah: float, bz: float, bh: float, length: float) -> EdgeP
     return EdgePoint(excess_of(z, h, length), z, h)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _block_line(
     blocked: Blocked,
     azimuth: int,
@@ -100,7 +100,7 @@ def _block_line(
     block(blocked, azimuth, near, far, owner, touch)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _azimuths(p: Vector, q: Vector, r: Vector) -> tuple[int, int]:
     """First and last of the half-planes that a triangle may meet; if none, last < first."""
     a = p[1] * q[2] - p[2] * q[1]
@@ -126,7 +126,7 @@ def _azimuths(p: Vector, q: Vector, r: Vector) -> tuple[int, int]:
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _cut(p: Vector, q: Vector, cosine: float, sine: float) -> tuple[float, float]:
     """Depth and height at which the side of a triangle crosses the plane at an azimuth."""
     a, b = cosine * p[2] - sine * p[1], cosine * q[2] - sine * q[1]
@@ -135,7 +135,7 @@ def _cut(p: Vector, q: Vector, cosine: float, sine: float) -> tuple[float, float
     return p[0] + t * (q[0] - p[0]), low + t * (high - low)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _block_triangle(
     blocked: Blocked,
     corners: tuple[Vector, Vector, Vector],
@@ -167,14 +167,14 @@ def _block_triangle(
         _block_line(blocked, i, line, length, owner, touch)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _is_in_front(triangle: FloatArray, t: int, point: Vector) -> bool:
     """True if a point is in front of a triangle."""
     n = cross(vector_at(triangle, t, 3), vector_at(triangle, t, 6))
     return bool(dot(n, point) > dot(n, vector_at(triangle, t, 0)))
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _distance_to_box(box: FloatArray, node: int, point: Vector) -> float:
     """Distance from a point to a box."""
     total = 0.0
@@ -184,17 +184,17 @@ def _distance_to_box(box: FloatArray, node: int, point: Vector) -> float:
     return math.sqrt(total)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _turned(m: FloatArray, v: Vector) -> Vector:
     return dot(row(m, 0), v), dot(row(m, 1), v), dot(row(m, 2), v)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _sum(a: Vector, b: Vector) -> Vector:
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _is_hidden(
     blocked: Blocked,
     low: Vector,
@@ -234,7 +234,7 @@ def _is_hidden(
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _block_body(
     blocked: Blocked,
     obstacles: Obstacles,
@@ -295,7 +295,7 @@ def _block_body(
                 _block_triangle(blocked, (p, q, r), length, body, touch, way)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def blocked_intervals(
     obstacles: Obstacles, length: float, farthest: float, touch: float
 ) -> Blocked:

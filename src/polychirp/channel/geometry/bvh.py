@@ -10,10 +10,11 @@ from __future__ import annotations
 from typing import Final, NamedTuple
 
 import numpy as np
-from numba import njit, prange
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
 from polychirp.channel.geometry.vectors import Vector, row
+from polychirp.jit import compiled, inlined, inner
+from polychirp.threads import in_ranges
 
 LEAF_SIZE: Final = 4
 """Greatest number of triangles in a leaf, chosen: larger leaves mean fewer boxes and more triangles
@@ -53,7 +54,7 @@ class Boxes(NamedTuple):
     triangle: FloatArray
 
 
-@njit(cache=True, nogil=True)
+@inner
 def _bounds(low: FloatArray, high: FloatArray, order: IntArray, box: FloatArray) -> None:
     """Fill the box of the triangles with the numbers in ``order``."""
     box[:3], box[3:] = np.inf, -np.inf
@@ -63,13 +64,13 @@ def _bounds(low: FloatArray, high: FloatArray, order: IntArray, box: FloatArray)
             box[3 + a] = max(box[3 + a], high[t, a])
 
 
-@njit(cache=True, nogil=True)
+@inner
 def _half_area(box: FloatArray) -> float:
     x, y, z = box[3] - box[0], box[4] - box[1], box[5] - box[2]
     return x * y + y * z + z * x if x >= 0.0 else 0.0
 
 
-@njit(cache=True, nogil=True)
+@inner
 def _fill_bins(
     low: FloatArray,
     high: FloatArray,
@@ -96,13 +97,13 @@ def _fill_bins(
     return least, width
 
 
-@njit(cache=True, nogil=True)
+@inner
 def _bin(low: FloatArray, high: FloatArray, t: int, axis: int, least: float, width: float) -> int:
     middle = 0.5 * (low[t, axis] + high[t, axis])
     return min(NUM_BINS - 1, int((middle - least) / width))
 
 
-@njit(cache=True, nogil=True)
+@inner
 def _costs(boxes: FloatArray, counts: IntArray, out: FloatArray) -> None:
     """Cost of the first 1, 2, … bins: half the area of their box times the number of triangles."""
     grow = np.empty(6)
@@ -115,7 +116,7 @@ def _costs(boxes: FloatArray, counts: IntArray, out: FloatArray) -> None:
         out[b] = total * _half_area(grow)
 
 
-@njit(cache=True, nogil=True)
+@inner
 def _split(low: FloatArray, high: FloatArray, order: IntArray) -> int:
     """Sort ``order`` into two parts of least surface-area cost; the size of the first."""
     best_cost, best_axis, best_edge, best_least, best_width = np.inf, 0, 0, 0.0, 0.0
@@ -151,7 +152,7 @@ def _split(low: FloatArray, high: FloatArray, order: IntArray) -> int:
     return front
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _grow_tree(
     low: FloatArray, high: FloatArray
 ) -> tuple[FloatArray, IntArray, IntArray, IntArray, IntArray]:
@@ -209,14 +210,14 @@ def grow_tree(triangles: FloatArray) -> Tree:
     )
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def finite_inverse(x: float) -> float:
     """1/x, limited to finite values."""
     # finite: 0·∞ would be undefined for a ray along a side of a box
     return 1.0 / x if abs(x) > 1e-300 else 1e300
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def box_entry(
     box: FloatArray, node: int, origin: Vector, inverse: Vector, span: tuple[float, float]
 ) -> float:
@@ -234,7 +235,7 @@ def box_entry(
     return float(enter - slack)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def triangle_distance(triangle: FloatArray, t: int, origin: Vector, direction: Vector) -> float:
     """Distance at which a ray meets a triangle, in lengths of its direction; `NO_HIT` beside it.
 
@@ -260,7 +261,7 @@ def triangle_distance(triangle: FloatArray, t: int, origin: Vector, direction: V
     return float((vx * qx + vy * qy + vz * qz) * scale)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def first_hit(
     boxes: Boxes,
     nodes: tuple[int, int],
@@ -294,20 +295,23 @@ def first_hit(
     return best, found
 
 
-@njit(cache=True, nogil=True, parallel=True)
+@compiled
 def _cast(
-    tree: Tree, origins: FloatArray, directions: FloatArray, farthest: float, any_hit: bool
-) -> tuple[FloatArray, IntArray]:
-    num_rays = origins.shape[0]
-    distance = np.empty(num_rays)
-    face = np.empty(num_rays, dtype=np.int64)
-    nodes = (0, tree.skip.size)
-    for i in prange(num_rays):
-        boxes = Boxes(tree.box, tree.skip, tree.first, tree.size, tree.triangle)
-        span = (0.0, farthest)
+    begin: int,
+    end: int,
+    tree: Tree,
+    rays: tuple[FloatArray, FloatArray],
+    farthest: float,
+    any_hit: bool,
+    distance: FloatArray,
+    face: IntArray,
+) -> None:
+    origins, directions = rays
+    boxes = Boxes(tree.box, tree.skip, tree.first, tree.size, tree.triangle)
+    nodes, span = (0, tree.skip.size), (0.0, farthest)
+    for i in range(begin, end):
         distance[i], t = first_hit(boxes, nodes, row(origins, i), row(directions, i), span, any_hit)
         face[i] = tree.face[t]
-    return distance, face
 
 
 class Caster:
@@ -334,7 +338,7 @@ class Caster:
         start, way = paired_rays(origins, directions)
         if not self._tree.face.size:
             return np.full(len(start), NO_HIT), np.zeros(len(start), dtype=np.int64)
-        distance, face = _cast(self._tree, start, way, NO_HIT, False)
+        distance, face = self._cast((start, way), NO_HIT, any_hit=False)
         return distance * np.linalg.norm(way, axis=-1), face
 
     def occluded(self, origins: FloatArray, ends: FloatArray) -> BoolArray:
@@ -342,7 +346,16 @@ class Caster:
         start, stop = paired_rays(origins, ends)
         if not self._tree.face.size:
             return np.zeros(len(start), dtype=np.bool_)
-        return np.asarray(np.isfinite(_cast(self._tree, start, stop - start, 1.0, True)[0]))
+        return np.asarray(np.isfinite(self._cast((start, stop - start), 1.0, any_hit=True)[0]))
+
+    def _cast(
+        self, rays: tuple[FloatArray, FloatArray], farthest: float, *, any_hit: bool
+    ) -> tuple[FloatArray, IntArray]:
+        """Distance in lengths of the direction, and face, of what rays hit."""
+        count = len(rays[0])
+        distance, face = np.empty(count), np.empty(count, dtype=np.int64)
+        in_ranges(_cast, count, self._tree, rays, farthest, any_hit, distance, face, least=100)
+        return distance, face
 
 
 def paired_rays(origins: FloatArray, others: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from polychirp.axes import BoolArray, FloatArray
 from polychirp.channel.geometry.vectors import Vector, cross, dot, vector
+from polychirp.jit import compiled, inlined, inner
 
 
 def closest_points(corners: FloatArray, place: FloatArray) -> tuple[FloatArray, BoolArray]:
@@ -58,7 +58,7 @@ def closest_points_by_columns(
     return np.asarray(best), np.asarray(is_front)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _closest_points(
     corners: FloatArray, place: FloatArray, point: FloatArray, is_front: BoolArray
 ) -> None:
@@ -67,10 +67,10 @@ def _closest_points(
         a, b, c = vector(corners[face, 0]), vector(corners[face, 1]), vector(corners[face, 2])
         u, v, w = _between(a, b), _between(a, c), _between(a, p)
         is_front[face] = dot(cross(u, v), w) > 0.0
-        point[face] = _closest_in_triangle(a, b, c, p)
+        point[face, 0], point[face, 1], point[face, 2] = _closest_in_triangle(a, b, c, p)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _closest_in_triangle(a: Vector, b: Vector, c: Vector, p: Vector) -> Vector:
     """Foot of the perpendicular if it is inside the triangle, else the nearest point of a side."""
     u, v, w = _between(a, b), _between(a, c), _between(a, p)
@@ -92,7 +92,7 @@ def _closest_in_triangle(a: Vector, b: Vector, c: Vector, p: Vector) -> Vector:
     return best
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _closest_on_side(start: Vector, end: Vector, p: Vector) -> Vector:
     side = _between(start, end)
     share = dot(_between(start, p), side) / max(dot(side, side), 1e-300)
@@ -100,7 +100,7 @@ def _closest_on_side(start: Vector, end: Vector, p: Vector) -> Vector:
     return start[0] + share * side[0], start[1] + share * side[1], start[2] + share * side[2]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _between(a: Vector, b: Vector) -> Vector:
     """Vector from a to b."""
     return b[0] - a[0], b[1] - a[1], b[2] - a[2]

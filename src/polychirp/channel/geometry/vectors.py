@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from numba import njit
-
 from polychirp.axes import FloatArray
+from polychirp.jit import inlined
 
 Vector = tuple[float, float, float]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def dot(a: Vector, b: Vector) -> float:
     """Scalar product."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def cross(a: Vector, b: Vector) -> Vector:
     """Vector product."""
     return (
@@ -25,19 +24,19 @@ def cross(a: Vector, b: Vector) -> Vector:
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def vector(a: FloatArray) -> Vector:
     """The vector in an array ``(xyz,)``."""
     return a[0], a[1], a[2]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def row(a: FloatArray, i: int) -> Vector:
     """The vector in row i of an array ``(row, xyz)``."""
     return a[i, 0], a[i, 1], a[i, 2]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def vector_at(a: FloatArray, i: int, k: int) -> Vector:
     """The vector in columns k, k + 1 and k + 2 of row i of a table."""
     return a[i, k], a[i, k + 1], a[i, k + 2]

@@ -12,12 +12,12 @@ from __future__ import annotations
 from typing import Final, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from polychirp.axes import FloatArray, IntArray
 from polychirp.channel.geometry.bvh import NO_HIT, Tree, triangle_distance
 from polychirp.channel.geometry.vectors import Vector
+from polychirp.jit import compiled, inlined, inner
 
 NUM_BOXES: Final = 8
 """Boxes in a row, tested together: as many single-precision numbers as an AVX register holds."""
@@ -87,14 +87,14 @@ class _BoxRay(NamedTuple):
     side: tuple[np.uint64, np.uint64, np.uint64]
 
 
-@njit(cache=True, nogil=True)
+@inner
 def _half_area(box: FloatArray, node: int) -> float:
     x, y = box[node, 3] - box[node, 0], box[node, 4] - box[node, 1]
     z = box[node, 5] - box[node, 2]
     return float(x * y + y * z + z * x)
 
 
-@njit(cache=True, nogil=True)
+@inner
 def _gather_children(
     box: FloatArray, skip: IntArray, size: IntArray, nodes: IntArray, count: int
 ) -> int:
@@ -113,7 +113,7 @@ def _gather_children(
     return count
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _bundle(
     box: FloatArray, skip: IntArray, first: IntArray, size: IntArray, roots: IntArray,
     margin: float,
@@ -173,13 +173,13 @@ def bundles_of(
     return Bundles(bundle, np.concatenate(rows), NUM_BOXES + 3 * most)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _finite_inverse(x: float) -> float:
     """1/x, but finite in single precision."""
     return 1.0 / x if abs(x) > 1.0 / GREATEST_INVERSE else GREATEST_INVERSE
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _box_ray(ray: SearchRay) -> _BoxRay:
     single, o, d = np.float32, ray.origin, ray.direction
     x, y, z = _finite_inverse(d[0]), _finite_inverse(d[1]), _finite_inverse(d[2])
@@ -198,7 +198,7 @@ def _box_ray(ray: SearchRay) -> _BoxRay:
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _enter_all(
     bundle: NDArray[np.float32],
     row: int,
@@ -224,7 +224,7 @@ def _enter_all(
         found[c] = enter if enter <= leave else miss
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _push_entered(
     bundle: NDArray[np.float32], row: int, stack: NDArray[np.float32], top: int
 ) -> int:
@@ -244,7 +244,7 @@ def _push_entered(
     return top
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def nearest_hit(
     bundles: Bundles,
     begin: tuple[int, int],

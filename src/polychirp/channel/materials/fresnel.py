@@ -12,11 +12,11 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.jit import compiled, inlined
 from polychirp.model.material import Material
 
 
@@ -122,7 +122,7 @@ def media_of(names: tuple[str, ...], table: Mapping[str, Material], frequency: f
     )
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def sheet_transmission(
     media: Media, medium: int, cosine: float, wavenumber: float
 ) -> tuple[complex, complex]:
@@ -140,18 +140,18 @@ def sheet_transmission(
     return _slab_transmission(s, single) * undo, _slab_transmission(p, single) * undo
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def _slab_transmission(interface: complex, single: complex) -> complex:
     square = interface * interface
     return (1.0 - square) * single / (1.0 - square * single * single)
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def _slab_reflection(single: complex, square: complex) -> complex:
     return single * (1.0 - square) / (1.0 - single * single * square)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def smooth_reflection(
     media: Media, medium: int, cosine: float, wavenumber: float
 ) -> tuple[complex, complex]:

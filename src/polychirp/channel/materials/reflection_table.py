@@ -8,11 +8,11 @@ from functools import lru_cache
 from typing import Final, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray
 from polychirp.channel.materials.fresnel import reflection
 from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.jit import inlined
 from polychirp.model.material import Material
 
 NUM_NODES: Final = 8192
@@ -47,7 +47,7 @@ def reflection_table(materials: tuple[Material, ...], frequency: float) -> Refle
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def tabulated_reflection(
     table: ReflectionTable, medium: int, cosine: float
 ) -> tuple[complex, complex]:

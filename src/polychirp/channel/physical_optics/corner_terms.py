@@ -13,7 +13,6 @@ import math
 from typing import Final, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
 from polychirp.channel.physical_optics.facet_integral import (
@@ -29,6 +28,7 @@ from polychirp.channel.physical_optics.kernels import (
     INVERSE_LENGTH,
     LitFacets,
 )
+from polychirp.jit import compiled, inlined, inner
 
 BATCH_SIZE: Final = 256
 """Facets in a batch (chosen to fit the level-1 cache)."""
@@ -97,7 +97,7 @@ class FacetBatch(NamedTuple):
     share: FloatArray
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def empty_batch() -> FacetBatch:
     """Memory for a batch, not yet filled."""
     return FacetBatch(
@@ -113,7 +113,7 @@ def empty_batch() -> FacetBatch:
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def view_pair(
     first: LitFacets, second: LitFacets, pairs: PairTable, number: int
 ) -> tuple[ViewPair, RowPair]:
@@ -130,7 +130,7 @@ def view_pair(
     return pair, common_facet(first.face, second.face, start, pair.end)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def common_facet(first: IntArray, second: IntArray, place: RowPair, end: RowPair) -> RowPair:
     """Rows of the first facet from ``place`` on that both views see, or ``end``.
 
@@ -148,7 +148,7 @@ def common_facet(first: IntArray, second: IntArray, place: RowPair, end: RowPair
     return end
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def next_kept_cells(is_kept: BoolArray) -> IntArray:
     """For every cell, the first kept cell from there on, or `BEYOND_ALL_CELLS`; ``(cell,)``."""
     out = np.empty(is_kept.size, dtype=np.int64)
@@ -160,7 +160,7 @@ def next_kept_cells(is_kept: BoolArray) -> IntArray:
     return out
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def meets_kept_cell(next_kept: IntArray, first_cell: int, shortest: float, longest: float) -> bool:
     """True if path lengths from ``shortest`` to ``longest`` (m) fall into a kept cell."""
     cell = max(int(shortest * CELLS_PER_METRE) - first_cell, 0)
@@ -168,7 +168,7 @@ def meets_kept_cell(next_kept: IntArray, first_cell: int, shortest: float, longe
     return bool(cell <= last and next_kept[cell] <= last)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def fill_batch(
     batch: FacetBatch, pair: ViewPair, area: FloatArray, place: RowPair
 ) -> tuple[int, RowPair]:
@@ -198,7 +198,7 @@ def fill_batch(
     return count, place
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def two_cells(position: float) -> tuple[int, float]:
     """The first of the two cells beside a position (in cells), and the second cell's share."""
     whole = math.floor(position)
@@ -207,7 +207,7 @@ def two_cells(position: float) -> tuple[int, float]:
     return int(whole), rest * rest * (3.0 - 2.0 * rest)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def expand_terms(batch: FacetBatch, count: int, wavenumber: float, first_cell: int) -> None:
     """Compute the terms of a batch of ``count`` facets, and the cells that they belong to."""
     for corner in range(3):

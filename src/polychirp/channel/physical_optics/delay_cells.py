@@ -6,7 +6,6 @@ import math
 from typing import Final, NamedTuple
 
 import numpy as np
-from numba import njit, prange
 from numpy.typing import NDArray
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
@@ -31,6 +30,8 @@ from polychirp.channel.physical_optics.kernels import (
     Faces,
     LitFacets,
 )
+from polychirp.jit import compiled, inlined, inner
+from polychirp.threads import in_ranges
 
 TRANSFER, EXCESS, OUTWARD, RETURN, SQUARED_RATE = slice(0, 4), 4, slice(5, 8), slice(8, 11), 11
 """Moments of a cell. `TRANSFER` is the sum of the transfer matrices. The others are sums of V–V
@@ -60,7 +61,7 @@ class FacetLegs(NamedTuple):
     velocities: tuple[Vector, Vector]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _scattering_matrix(
     first: NDArray[np.complex64],
     a: int,
@@ -101,7 +102,6 @@ def _scattering_matrix(
             out[2 * r + t] = s * second[b, r, 0] + p * second[b, r, 1]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
 def sum_in_cells(
     faces: Faces,
     media: ReflectionTable,
@@ -115,9 +115,27 @@ def sum_in_cells(
 
     ``velocity`` ``(pair, view, xyz)`` m/s is the body's relative to both views' images.
     """
-    num_pairs, num_cells = pairs.is_kept.shape
-    out = np.zeros((num_pairs, num_cells, NUM_MOMENTS), dtype=np.complex128)
-    for k in prange(num_pairs):
+    out = np.zeros((*pairs.is_kept.shape, NUM_MOMENTS), dtype=np.complex128)
+    bodies = faces, media, first, second
+    in_ranges(_fill_moments, len(out), *bodies, pairs, velocity, wavenumber, out)
+    return out
+
+
+@compiled
+def _fill_moments(
+    begin: int,
+    end: int,
+    faces: Faces,
+    media: ReflectionTable,
+    first: LitFacets,
+    second: LitFacets,
+    pairs: PairTable,
+    velocity: FloatArray,
+    wavenumber: float,
+    out: ComplexArray,
+) -> None:
+    num_cells = pairs.is_kept.shape[1]
+    for k in range(begin, end):
         # a term in the last cell also adds to one cell behind it
         cells = np.zeros((num_cells + 1) * TERM_WIDTH)
         pair, place = view_pair(first, second, pairs, k)
@@ -127,10 +145,9 @@ def sum_in_cells(
             expand_terms(batch, count, wavenumber, pair.first_cell)
             _add_batch(batch, count, pair, faces, media, velocity[k], wavenumber, cells)
         _take_moments(cells, pairs.is_kept[k], out[k])
-    return out
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _add_batch(
     batch: FacetBatch,
     count: int,
@@ -186,7 +203,7 @@ def _add_batch(
     _add_queue(waiting, into, share, queue, TERM_WIDTH, cells)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _queue_term(
     queue: FloatArray,
     number: int,
@@ -210,7 +227,7 @@ def _queue_term(
         queue[o + 8 + j], queue[o + 16 + j] = real * weighed[j], imaginary * weighed[j]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _add_queue(
     count: int, into: IntArray, share: FloatArray, queue: FloatArray, width: int, cells: FloatArray
 ) -> None:
@@ -229,7 +246,7 @@ def _add_queue(
             high[j] += more * term[j]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _take_moments(cells: FloatArray, is_kept: BoolArray, out: ComplexArray) -> None:
     """Fill ``out`` ``(cell, moment)`` from the sums in kept cells."""
     for cell in range(is_kept.size):
@@ -244,7 +261,7 @@ def _take_moments(cells: FloatArray, is_kept: BoolArray, out: ComplexArray) -> N
         out[cell, EXCESS] -= cell * CELL_LENGTH * out[cell, 0]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _point_of_triangle(place: FloatArray, corner: FloatArray) -> Vector:
     """A point of a triangle, m from its centroid, from its barycentric coordinates."""
     p, q, r = place[0], place[1], place[2]
@@ -255,7 +272,7 @@ def _point_of_triangle(place: FloatArray, corner: FloatArray) -> Vector:
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _direction_to(direction: Vector, length: float, offset: Vector) -> Vector:
     """Unit direction to a point a little off the end of a leg."""
     scale = 1.0 / (length + dot(direction, offset))

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from numba import njit
-
 from polychirp.axes import ComplexArray, FloatArray
+from polychirp.jit import fast, inlined
 
 ONE_TERM_SPAN: Final = 2.0
 """rad: if the phases at a facet's corners differ by less, its integral is one term (chosen: small
@@ -17,7 +16,7 @@ TWO_TERMS_GAP: Final = 0.5
 """rad: if two of a facet's phases differ by less, both corners share one term (chosen likewise)."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def phasor(phase: float) -> complex:
     """e^{−jφ} to 1e-11 for |φ| up to 1e6, three times as fast as the library's sine and cosine.
 
@@ -38,7 +37,7 @@ def phasor(phase: float) -> complex:
     return complex(-real, -imaginary) if is_back else complex(real, imaginary)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+@fast
 def _divided_difference(a: float, b: float) -> complex:
     """Divided difference of e^{−jp} between two phases, without cancellation."""
     half = 0.5 * (a - b)
@@ -47,7 +46,7 @@ def _divided_difference(a: float, b: float) -> complex:
     return complex(ratio * turned.imag, -ratio * turned.real)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+@fast
 def facet_integral(low: float, middle: float, high: float) -> complex:
     r"""Mean of e^{−jp} over a triangle, from the phases at its corners in rising order.
 
@@ -62,7 +61,7 @@ def facet_integral(low: float, middle: float, high: float) -> complex:
     return difference * (2.0 / spread)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+@fast
 def facet_terms(phases: tuple[float, float, float], weight: ComplexArray, place: FloatArray) -> int:
     """Number of terms, one to three, into which the integral is split.
 

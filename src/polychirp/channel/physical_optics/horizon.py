@@ -10,11 +10,12 @@ import math
 from typing import Final
 
 import numpy as np
-from numba import njit, prange
 
-from polychirp.axes import FloatArray, IntArray
+from polychirp.axes import FloatArray
 from polychirp.channel.geometry.bvh import Tree
 from polychirp.channel.geometry.vectors import Vector, dot, row, vector_at
+from polychirp.jit import compiled, inlined, inner
+from polychirp.threads import in_ranges
 
 FULL_HORIZON_SINE: Final = 0.95
 """Sine of a horizon's elevation from which on the search stops and the horizon is taken as 1: so
@@ -42,31 +43,19 @@ def horizons(tree: Tree, points: FloatArray, normals: FloatArray) -> FloatArray:
     """
     if not tree.face.size:
         return np.zeros(len(points))
-    return np.asarray(
-        _horizons(
-            tree.box,
-            tree.skip,
-            tree.first,
-            tree.size,
-            tree.triangle,
-            np.ascontiguousarray(points),
-            np.ascontiguousarray(normals),
-        )
-    )
-
-
-@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
-def _horizons(
-    box: FloatArray,
-    skip: IntArray,
-    first: IntArray,
-    size: IntArray,
-    triangle: FloatArray,
-    points: FloatArray,
-    normals: FloatArray,
-) -> FloatArray:
     out = np.zeros(len(points))
-    for i in prange(len(points)):
+    where = np.ascontiguousarray(points), np.ascontiguousarray(normals)
+    in_ranges(_fill_horizons, len(points), tree, where, out, least=20)
+    return out
+
+
+@compiled
+def _fill_horizons(
+    begin: int, end: int, tree: Tree, where: tuple[FloatArray, FloatArray], out: FloatArray
+) -> None:
+    points, normals = where
+    box, skip, first, size, triangle = tree.box, tree.skip, tree.first, tree.size, tree.triangle
+    for i in range(begin, end):
         point, normal = row(points, i), row(normals, i)
         best, node = 0.0, 0
         while node < skip.size and best < FULL_HORIZON_SINE:
@@ -78,10 +67,9 @@ def _horizons(
                 best = max(best, _sine_of_triangle(triangle, t, point, normal))
             node += 1
         out[i] = best if best < FULL_HORIZON_SINE else 1.0
-    return out
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _height(low: Vector, high: Vector, point: Vector, normal: Vector) -> float:
     """Greatest height of a box above the plane through a point."""
     return float(
@@ -91,7 +79,7 @@ def _height(low: Vector, high: Vector, point: Vector, normal: Vector) -> float:
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _sine(low: Vector, high: Vector, point: Vector, height: float) -> float:
     """Height over the least distance of a box, at most 1."""
     if height <= 0.0:
@@ -103,7 +91,7 @@ def _sine(low: Vector, high: Vector, point: Vector, height: float) -> float:
     return min(1.0, height / away) if away > 0.0 else 1.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _sine_of_triangle(triangle: FloatArray, t: int, point: Vector, normal: Vector) -> float:
     """Bound of one triangle: its greatest height over the least distance of its box."""
     a, u, v = vector_at(triangle, t, 0), vector_at(triangle, t, 3), vector_at(triangle, t, 6)

@@ -95,13 +95,12 @@ class Illumination:
             media_of(world, surface.materials),
             Mirrors(
                 in_frame_of(world, rotation, world.position[self.body]).plate,
+                media_of(world, world.materials),
                 np.ascontiguousarray(POLARISATION_AXES @ rotation),
             ),
-            media_of(world, world.materials),
             table,
             view_losses(world, self.body, table, levels.patches, self.lit),
             self.lit,
-            self.lit.view,
         )
         return replace(self, lit=self.lit._replace(wave=wave))
 

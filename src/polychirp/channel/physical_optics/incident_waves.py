@@ -6,7 +6,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, prange
 from numpy.typing import NDArray
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
@@ -25,6 +24,8 @@ from polychirp.channel.physical_optics.kernels import (
 from polychirp.channel.physical_optics.view_losses import Losses
 from polychirp.channel.physical_optics.views import ViewTable
 from polychirp.channel.scene.blockers import PLATE_MEDIUM, PLATE_NORMAL
+from polychirp.jit import fast, fast_inlined
+from polychirp.threads import in_ranges
 
 FieldPair = tuple[complex, complex]
 """Components of a field along a unit vector a and along d×a, for a wave along d."""
@@ -33,35 +34,45 @@ FieldPair = tuple[complex, complex]
 class Mirrors(NamedTuple):
     """Plates that mirror waves, in a body's frame.
 
-    ``plate`` as `Blockers` has it; ``upwards`` ``(2, xyz)`` are the world's z and y, which define
-    the polarisations.
+    ``plate`` as `Blockers` has it; ``media`` of the plates; ``upwards`` ``(2, xyz)`` are the
+    world's z and y, which define the polarisations.
     """
 
     plate: FloatArray
+    media: ReflectionTable
     upwards: FloatArray
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True, parallel=True)
 def incident_waves(
     faces: Faces,
     media: ReflectionTable,
     mirrors: Mirrors,
-    mirror_media: ReflectionTable,
+    views: ViewTable,
+    losses: Losses,
+    lit: LitFacets,
+) -> NDArray[np.complex64]:
+    """Fields on facets and the facets' reflection coefficients, as `LitFacets.wave` has them."""
+    # single precision: a field's error of 1e-7 is no phase error
+    wave = np.empty((len(lit.face), 4, 2), dtype=np.complex64)
+    what = faces, media, mirrors, views, losses, lit, lit.view
+    in_ranges(_fill_waves, len(wave), *what, wave, least=500)
+    return wave
+
+
+@fast
+def _fill_waves(
+    begin: int,
+    end: int,
+    faces: Faces,
+    media: ReflectionTable,
+    mirrors: Mirrors,
     views: ViewTable,
     losses: Losses,
     lit: LitFacets,
     view: IntArray,
-) -> NDArray[np.complex64]:
-    """Fields on facets and the facets' reflection coefficients, as `LitFacets.wave` has them.
-
-    Parameters
-    ----------
-    media, mirror_media : of the facets, and of the plates
-    view : to which each row of ``lit`` belongs, ``(row,)``
-    """
-    # single precision: a field's error of 1e-7 is no phase error
-    wave = np.empty((view.size, 4, 2), dtype=np.complex64)
-    for i in prange(view.size):
+    wave: NDArray[np.complex64],
+) -> None:
+    for i in range(begin, end):
         d, f, v = row(lit.direction, i), lit.face[i], view[i]
         lost = losses.number[v, losses.patch[f]]
         across, sent_v, sent_h = _arriving(
@@ -69,7 +80,6 @@ def incident_waves(
             views.is_mirrored[v],
             views.plate[v],
             mirrors,
-            mirror_media,
             lost > 0,
             losses.matrix[lost],
         )
@@ -83,16 +93,14 @@ def incident_waves(
         )
         out[INCIDENCE, 0] = cosine
         out[INCIDENCE, 1] = complex(dot(side, t1), dot(side, cross(n, t1)))
-    return wave
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True, inline="always")
+@fast_inlined
 def _arriving(
     d: Vector,
     is_mirrored: bool,
     number: int,
     mirrors: Mirrors,
-    media: ReflectionTable,
     is_weakened: bool,
     loss: ComplexArray,
 ) -> tuple[Vector, FieldPair, FieldPair]:
@@ -115,8 +123,8 @@ def _arriving(
         v, h = (first[1, 0], first[0, 0]), (first[1, 1], first[0, 1])
     if is_mirrored:
         cosine, medium = -dot(leaving, normal), int(mirrors.plate[number, PLATE_MEDIUM])
-        gamma_s, gamma_p = tabulated_reflection(media, medium, cosine)
-        phase = media.roughness[medium] * cosine
+        gamma_s, gamma_p = tabulated_reflection(mirrors.media, medium, cosine)
+        phase = mirrors.media.roughness[medium] * cosine
         coherent = math.exp(-2.0 * phase * phase)
         side = across_plane_of_incidence(leaving, normal, any_normal_to(normal))
         v, h = _in_basis(v, across, side, leaving), _in_basis(h, across, side, leaving)
@@ -131,14 +139,14 @@ def _arriving(
     return across, v, h
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True, inline="always")
+@fast_inlined
 def _in_basis(field: FieldPair, old: Vector, new: Vector, d: Vector) -> FieldPair:
     """Components along ``new`` and d×new of a field given along ``old`` and d×old."""
     a, b = dot(old, new), dot(old, cross(d, new))
     return a * field[0] - b * field[1], b * field[0] + a * field[1]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True, inline="always")
+@fast_inlined
 def _behind_sheet(field: FieldPair, matrix: ComplexArray) -> FieldPair:
     """A field (H, V) after a matrix whose order is (V, H)."""
     h, v = field

@@ -6,7 +6,6 @@ import math
 from typing import Final, NamedTuple
 
 import numpy as np
-from numba import njit, prange
 from numpy.typing import NDArray
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
@@ -15,6 +14,8 @@ from polychirp.channel.physical_optics.views import NEAR_BODIES, NEAR_PLATES, Vi
 from polychirp.channel.scene.blockers import PLATE_CENTRE, PLATE_NORMAL, Blockers, is_beside
 from polychirp.channel.scene.occlusion import is_blocked
 from polychirp.channel.scene.world import RADAR_CLEARANCE
+from polychirp.jit import compiled, inlined, inner
+from polychirp.threads import in_ranges
 
 SHADOW_RAY_LIFT: Final = 3e-3
 """m by which a shadow ray starts above its facet, so that it misses the facet and its neighbours
@@ -24,8 +25,8 @@ CELL_LENGTH: Final = 0.04
 """m of total path length: width of the smooth cells into which facets' terms are summed (chosen:
 longer cells make fewer paths, whose length and directions are means over more facets)."""
 
-FACETS_PER_TURN: Final = 128
-"""Facets that one thread tests before it takes the next piece of work."""
+FEWEST_FACETS: Final = 256
+"""Facets that are worth a call of their own (chosen)."""
 
 TURNED_AWAY, SHADOWED, ILLUMINATED = 0, 1, 2
 """State of a facet in a view: it faces away; it faces the view but lies in a shadow; it is seen."""
@@ -109,7 +110,7 @@ class LitFacets(NamedTuple):
         )
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def across_plane_of_incidence(direction: Vector, normal: Vector, spare: Vector) -> Vector:
     """Unit vector across the plane of incidence; ``spare`` where that plane is not defined."""
     c = cross(direction, normal)
@@ -119,7 +120,7 @@ def across_plane_of_incidence(direction: Vector, normal: Vector, spare: Vector) 
     return c[0] / size, c[1] / size, c[2] / size
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def any_normal_to(n: Vector) -> Vector:
     """Some unit vector at right angles to a unit vector."""
     if abs(n[0]) < 0.6:
@@ -129,7 +130,7 @@ def any_normal_to(n: Vector) -> Vector:
     return -n[1] / size, n[0] / size, 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def mirror_point(centre: Vector, normal: Vector, image: Vector, point: Vector) -> Vector:
     """Point where the line from an image to a point meets the plate."""
     gx, gy, gz = point[0] - image[0], point[1] - image[1], point[2] - image[2]
@@ -138,14 +139,14 @@ def mirror_point(centre: Vector, normal: Vector, image: Vector, point: Vector) -
     return image[0] + t * gx, image[1] + t * gy, image[2] + t * gz
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _is_facing(faces: Faces, f: int, point: Vector) -> bool:
     """True if a point is in front of a facet."""
     c, n = row(faces.centroid, f), row(faces.normal, f)
     return bool(dot(n, (point[0] - c[0], point[1] - c[1], point[2] - c[2])) > 0.0)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _is_lit(
     views: ViewTable,
     blockers: Blockers,
@@ -183,7 +184,7 @@ def _is_lit(
     return not is_blocked(blockers, bodies, plates, lifted, meet, 0.0)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _is_above_horizon(faces: Faces, f: int, start: Vector, end: Vector) -> bool:
     """True if a ray from a facet leaves above its body's horizon."""
     way, sine = (end[0] - start[0], end[1] - start[1], end[2] - start[2]), faces.horizon[f]
@@ -198,7 +199,6 @@ def illumination_states(faces: Faces, views: ViewTable, blockers: Blockers) -> S
     return refine_shadow_edge(faces, views, blockers, one_patch, unknown)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
 def refine_shadow_edge(
     faces: Faces,
     views: ViewTable,
@@ -213,36 +213,55 @@ def refine_shadow_edge(
     patch : to which a facet belongs, ``(face,)``
     patch_state : of each patch with those around it, as `common_state` gives it, ``(view, patch)``
     """
-    num_views, num_faces = views.plate.size, faces.area.size
-    out = np.full((num_views, num_faces), TURNED_AWAY, dtype=np.int8)
-    num_turns = (num_faces + FACETS_PER_TURN - 1) // FACETS_PER_TURN
-    for number in prange(num_views * num_turns):
-        view, begin = number // num_turns, (number % num_turns) * FACETS_PER_TURN
-        s = row(views.image, view)
-        for f in range(begin, min(begin + FACETS_PER_TURN, num_faces)):
-            if not _is_facing(faces, f, s):
-                continue
-            state = patch_state[view, patch[f]]
-            if not SHADOWED <= state <= ILLUMINATED:  # the patches around do not tell
-                state = ILLUMINATED if _is_lit(views, blockers, view, faces, f) else SHADOWED
-            out[view, f] = state
+    out = np.full((len(views.plate), len(faces.area)), TURNED_AWAY, dtype=np.int8)
+    where = faces, views, blockers, patch, patch_state
+    in_ranges(_fill_states, out.size, *where, out, least=FEWEST_FACETS)
     return out
 
 
-@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
+@compiled
+def _fill_states(
+    begin: int,
+    end: int,
+    faces: Faces,
+    views: ViewTable,
+    blockers: Blockers,
+    patch: IntArray,
+    patch_state: StateArray,
+    out: StateArray,
+) -> None:
+    """Fill places of ``out`` ``(view, face)``, counted row by row."""
+    num_faces = faces.area.size
+    for place in range(begin, end):
+        view, f = place // num_faces, place % num_faces
+        if not _is_facing(faces, f, row(views.image, view)):
+            continue
+        state = patch_state[view, patch[f]]
+        if not SHADOWED <= state <= ILLUMINATED:  # the patches around do not tell
+            state = ILLUMINATED if _is_lit(views, blockers, view, faces, f) else SHADOWED
+        out[view, f] = state
+
+
 def sees_any_facet(faces: Faces, views: ViewTable, blockers: Blockers) -> BoolArray:
     """Mask of the views in which at least one of the faces is illuminated, ``(view,)``."""
-    out = np.zeros(views.plate.size, dtype=np.bool_)
-    for view in prange(views.plate.size):
+    out = np.zeros(len(views.plate), dtype=np.bool_)
+    in_ranges(_find_seeing, len(out), faces, views, blockers, out)
+    return out
+
+
+@compiled
+def _find_seeing(
+    begin: int, end: int, faces: Faces, views: ViewTable, blockers: Blockers, out: BoolArray
+) -> None:
+    for view in range(begin, end):
         s = row(views.image, view)
         for f in range(faces.area.size):
             if _is_facing(faces, f, s) and _is_lit(views, blockers, view, faces, f):
                 out[view] = True
                 break
-    return out
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def common_state(state: StateArray, near: IntArray) -> StateArray:
     """State shared by the patches around each patch that face a view, or `MIXED`.
 
@@ -259,7 +278,7 @@ def common_state(state: StateArray, near: IntArray) -> StateArray:
     return out
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def lit_with_patch(
     faces: Faces, views: ViewTable, patch: IntArray, is_lit_patch: BoolArray
 ) -> BoolArray:
@@ -281,18 +300,20 @@ def lit_facets(faces: Faces, views: ViewTable, is_lit: BoolArray) -> LitFacets:
     aspect = np.empty((count, NUM_ASPECTS))
     no_waves = np.empty((0, 4, 2), dtype=np.complex64)
     lit = LitFacets(start, face, direction, length, aspect, no_waves)
-    _fill_geometry(faces, views, is_lit, lit)
+    in_ranges(_fill_geometry, len(is_lit), faces, views, is_lit, lit)
     return lit
 
 
-@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
-def _fill_geometry(faces: Faces, views: ViewTable, is_lit: BoolArray, lit: LitFacets) -> None:
-    """Fill rows of which only ``start`` is known."""
-    for view in prange(is_lit.shape[0]):
+@compiled
+def _fill_geometry(
+    begin: int, end: int, faces: Faces, views: ViewTable, is_lit: BoolArray, lit: LitFacets
+) -> None:
+    """Fill the rows of some views; of the rows only ``start`` is known."""
+    for view in range(begin, end):
         _fill_view(faces, row(views.image, view), is_lit[view], lit.start[view], lit)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _fill_view(faces: Faces, s: Vector, is_lit: BoolArray, first: int, lit: LitFacets) -> None:
     """Fill the rows of the view whose image is at ``s``, from row ``first`` on."""
     i = first

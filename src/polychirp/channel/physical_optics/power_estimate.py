@@ -29,7 +29,6 @@ import math
 from typing import Final
 
 import numpy as np
-from numba import njit, prange
 from scipy.ndimage import maximum_filter1d
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray
@@ -50,6 +49,8 @@ from polychirp.channel.physical_optics.corner_terms import (
 )
 from polychirp.channel.physical_optics.facet_integral import facet_terms
 from polychirp.channel.physical_optics.kernels import Faces, LitFacets
+from polychirp.jit import compiled, inlined, inner
+from polychirp.threads import in_ranges
 
 POWER_MARGIN: Final = 10.0
 """Power ratio by which an estimate may be too low (chosen: from any side of the built-in vehicles,
@@ -70,7 +71,6 @@ def estimated_power(cells: ComplexArray) -> FloatArray:
     return np.asarray(POWER_MARGIN * maximum_filter1d(power, 3, axis=1, mode="nearest"))
 
 
-@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
 def estimated_amplitudes(
     faces: Faces,
     media: ReflectionTable,
@@ -83,9 +83,25 @@ def estimated_amplitudes(
 
     The last axis is across and in the plane of incidence.
     """
-    num_pairs, num_cells = pairs.is_kept.shape
-    out = np.empty((num_pairs, num_cells, 2), dtype=np.complex128)
-    for k in prange(num_pairs):
+    out = np.empty((*pairs.is_kept.shape, 2), dtype=np.complex128)
+    in_ranges(_fill_estimates, len(out), faces, media, first, second, pairs, wavenumber, out)
+    return out
+
+
+@compiled
+def _fill_estimates(
+    begin: int,
+    end: int,
+    faces: Faces,
+    media: ReflectionTable,
+    first: LitFacets,
+    second: LitFacets,
+    pairs: PairTable,
+    wavenumber: float,
+    out: ComplexArray,
+) -> None:
+    num_cells = pairs.is_kept.shape[1]
+    for k in range(begin, end):
         cells = np.zeros((NUM_SUMS, num_cells + 1, 2))
         pair, place = view_pair(first, second, pairs, k)
         batch = empty_batch()
@@ -99,10 +115,9 @@ def estimated_amplitudes(
             across, along = metal + cells[SUM_ACROSS, cell], metal + cells[SUM_ALONG, cell]
             out[k, cell, 0] = complex(across[0], across[1])
             out[k, cell, 1] = complex(along[0], along[1])
-    return out
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _scale_weights(batch: FacetBatch, count: int) -> None:
     """Multiply the weights of a batch's facets by √(a² + b²)."""
     for i in range(count):
@@ -110,7 +125,7 @@ def _scale_weights(batch: FacetBatch, count: int) -> None:
         batch.weight[i] *= math.sqrt(facing * facing + aside * aside)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _add_batch(
     batch: FacetBatch,
     count: int,
@@ -150,13 +165,13 @@ def _add_batch(
             _add_both(cells, cell, share, -gamma_s * term, gamma_p * term)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _add_both(cells: FloatArray, cell: int, share: float, across: complex, along: complex) -> None:
     _add(cells, SUM_ACROSS, cell, share, across.real, across.imag)
     _add(cells, SUM_ALONG, cell, share, along.real, along.imag)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _add(
     cells: FloatArray, number: int, cell: int, share: float, real: float, imaginary: float
 ) -> None:
@@ -167,7 +182,7 @@ def _add(
     cells[number, cell + 1, 1] += share * imaginary
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def mark_needed_rows(
     reach: FloatArray,
     first: LitFacets,

@@ -9,7 +9,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, prange
 
 from polychirp.axes import BoolArray, ComplexArray, IntArray
 from polychirp.channel.geometry.vectors import Vector, row, vector_at
@@ -29,6 +28,8 @@ from polychirp.channel.scene.transmission import (
     transmission_matrix,
 )
 from polychirp.channel.scene.world import POLARISATION_AXES, RADAR_CLEARANCE, World
+from polychirp.jit import compiled, inner
+from polychirp.threads import in_ranges
 
 
 class Losses(NamedTuple):
@@ -60,11 +61,16 @@ def view_losses(
     rotation = world.rotation[body]
     blockers = in_frame_of(world, rotation, world.position[body])
     is_lit = _lit_patches(lit, surface.patch, len(surface.patch_face))
-    view, patch = np.nonzero(_weakened(table, blockers, patches, is_lit))
+    is_weakened = np.zeros(is_lit.shape, dtype=np.bool_)
+    in_ranges(_find_weakened, is_lit.size, table, blockers, patches, is_lit, is_weakened, least=100)
+    view, patch = np.nonzero(is_weakened)
     number[view, patch] = np.arange(1, len(view) + 1)
     matrix = _identities(len(view) + 1)
     wave = Wave(np.ascontiguousarray(POLARISATION_AXES @ rotation), world.wavenumber)
-    _fill_matrices(table, blockers, world.media, wave, patches, (view, patch), matrix[1:])
+    way, out = (view, patch), matrix[1:]
+    in_ranges(
+        _fill_matrices, len(out), table, blockers, world.media, wave, patches, way, out, least=20
+    )
     return Losses(surface.patch, number, matrix)
 
 
@@ -74,7 +80,7 @@ def _identities(count: int) -> ComplexArray:
     return matrix
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _lit_patches(lit: LitFacets, patch: IntArray, num_patches: int) -> BoolArray:
     """Mask of the patches of which a view sees facets, ``(view, patch)``."""
     out = np.zeros((lit.start.size - 1, num_patches), dtype=np.bool_)
@@ -84,7 +90,7 @@ def _lit_patches(lit: LitFacets, patch: IntArray, num_patches: int) -> BoolArray
     return out
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _stations(
     table: ViewTable, blockers: Blockers, view: int, patches: Faces, patch: int
 ) -> tuple[Vector, Vector, Vector]:
@@ -107,27 +113,35 @@ def _stations(
     return start, meet, end
 
 
-@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
-def _weakened(table: ViewTable, blockers: Blockers, patches: Faces, is_lit: BoolArray) -> BoolArray:
-    """Mask of the lit patches with a pane or a cloud on the way, ``(view, patch)``."""
-    num_views, num_patches = is_lit.shape
-    out = np.zeros((num_views, num_patches), dtype=np.bool_)
-    for number in prange(num_views * num_patches):
+@compiled
+def _find_weakened(
+    begin: int,
+    end: int,
+    table: ViewTable,
+    blockers: Blockers,
+    patches: Faces,
+    is_lit: BoolArray,
+    out: BoolArray,
+) -> None:
+    """Mark the lit patches with a pane or a cloud on the way, in ``out`` ``(view, patch)``."""
+    num_patches = is_lit.shape[1]
+    for number in range(begin, end):
         view, patch = number // num_patches, number % num_patches
         if not is_lit[view, patch]:
             continue
         bodies = near_view(table, view, NEAR_VEILED)
         panes = near_view(table, view, NEAR_PANES)
-        start, meet, end = _stations(table, blockers, view, patches, patch)
+        start, meet, lifted = _stations(table, blockers, view, patches, patch)
         found = is_attenuated(blockers, bodies, panes, start, meet, RADAR_CLEARANCE)
         if not found and table.is_mirrored[view]:
-            found = is_attenuated(blockers, bodies, panes, end, meet, 0.0)
+            found = is_attenuated(blockers, bodies, panes, lifted, meet, 0.0)
         out[view, patch] = found
-    return out
 
 
-@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
+@compiled
 def _fill_matrices(
+    begin: int,
+    end: int,
     table: ViewTable,
     blockers: Blockers,
     media: Media,
@@ -138,13 +152,13 @@ def _fill_matrices(
 ) -> None:
     """Fill ``matrix`` ``(way, leg, 2, 2)``; ``way`` holds the view and the patch of each."""
     views, patch = way
-    for number in prange(len(views)):
+    for number in range(begin, end):
         view, out = views[number], matrix[number]
         bodies = near_view(table, view, NEAR_VEILED)
         panes = near_view(table, view, NEAR_PANES)
-        start, meet, end = _stations(table, blockers, view, patches, patch[number])
+        start, meet, lifted = _stations(table, blockers, view, patches, patch[number])
         leg = Leg(start, meet)
         transmission_matrix(blockers, media, wave, bodies, panes, leg, RADAR_CLEARANCE, out[0])
         if table.is_mirrored[view]:
-            leg = Leg(meet, end)
+            leg = Leg(meet, lifted)
             transmission_matrix(blockers, media, wave, bodies, panes, leg, 0.0, out[1])

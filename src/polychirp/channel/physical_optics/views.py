@@ -11,11 +11,11 @@ from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
 from polychirp.channel.materials.fresnel import reflection
 from polychirp.channel.scene.world import World, bodies_near, plates_near
+from polychirp.jit import inlined
 
 
 class _Radars(NamedTuple):
@@ -195,7 +195,7 @@ def view_table(views: Sequence[View], rotation: FloatArray, position: FloatArray
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def near_view(table: ViewTable, view: int, kind: int) -> IntArray:
     """Numbers of the obstacles of one kind that may lie between a view and its body."""
     return table.near[table.start[view, kind] : table.start[view, kind + 1]]

@@ -11,12 +11,13 @@ from functools import lru_cache
 from typing import Final, NamedTuple
 
 import numpy as np
-from numba import njit, prange
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
 from polychirp.channel.scene.world import RADAR_CLEARANCE, Plates
+from polychirp.jit import compiled, inner
 from polychirp.model.mesh import Mesh
 from polychirp.model.scene import Scene
+from polychirp.threads import in_ranges
 
 OWN_BOX_SETBACK: Final = 1e-3
 """m behind a radar, to which the face of its own vehicle's box is moved (chosen: more than the
@@ -144,7 +145,7 @@ def _near_radars(place: FloatArray, centre: FloatArray, reach: FloatArray) -> Ne
     return NearRadars(np.searchsorted(radar, np.arange(len(place) + 1)), number)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _slab(low: float, high: float, origin: float, way: float) -> tuple[float, float]:
     if abs(way) < 1e-12:
         way = 1e-12
@@ -152,7 +153,7 @@ def _slab(low: float, high: float, origin: float, way: float) -> tuple[float, fl
     return (first, second) if first < second else (second, first)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _enters_box(boxes: Boxes, b: int, start: FloatArray, end: FloatArray) -> bool:
     enter, leave = 0.0, 1.0
     for axis in range(3):
@@ -168,7 +169,7 @@ def _enters_box(boxes: Boxes, b: int, start: FloatArray, end: FloatArray) -> boo
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _meets_plate(
     plates: Plates, p: int, start: FloatArray, end: FloatArray, nearest: float
 ) -> bool:
@@ -202,27 +203,29 @@ class _Rays(NamedTuple):
     spared: IntArray
 
 
-@njit(cache=True, nogil=True, parallel=True, error_model="numpy")
-def _blocked(
+@compiled
+def _find_blocked(
+    begin: int,
+    end: int,
     rays: _Rays,
     boxes: Boxes,
     ball: FloatArray,
     near_box: NearRadars,
     plates: Plates,
     near_plate: NearRadars,
-) -> BoolArray:
-    """Mask of the rays that boxes or plates near their radar block, ``(ray,)``.
+    out: BoolArray,
+) -> None:
+    """Mark the rays that boxes or plates near their radar block, in ``out`` ``(ray,)``.
 
     ``ball`` ``(box, 4)`` m holds centres and radii of the spheres around the boxes.
     """
-    out = np.zeros(rays.radar.size, dtype=np.bool_)
-    for row in prange(rays.radar.size):
-        start, end, r = rays.start[row], rays.end[row], rays.radar[row]
-        dx, dy, dz = end[0] - start[0], end[1] - start[1], end[2] - start[2]
+    for row in range(begin, end):
+        start, stop, r = rays.start[row], rays.end[row], rays.radar[row]
+        dx, dy, dz = stop[0] - start[0], stop[1] - start[1], stop[2] - start[2]
         square = max(dx * dx + dy * dy + dz * dz, 1e-30)
         for k in range(near_plate.first[r], near_plate.first[r + 1]):
             if _meets_plate(
-                plates, near_plate.number[k], start, end, RADAR_CLEARANCE / math.sqrt(square)
+                plates, near_plate.number[k], start, stop, RADAR_CLEARANCE / math.sqrt(square)
             ):
                 out[row] = True
                 break
@@ -238,10 +241,9 @@ def _blocked(
             gx, gy, gz = gx - t * dx, gy - t * dy, gz - t * dz
             if gx * gx + gy * gy + gz * gz > ball[b, 3] ** 2:
                 continue
-            if _enters_box(boxes, b, start, end):
+            if _enters_box(boxes, b, start, stop):
                 out[row] = True
                 break
-    return out
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -284,7 +286,9 @@ class Obstacles:
         spares = np.stack([self.carrier[radar], spared], axis=-1)
         # copies that can be written: sealed and sliced arrays would be types of their own
         rays = _Rays(start, np.array(end, order="C"), np.array(radar), spares)
-        hidden = _blocked(rays, self.boxes, spheres, self.near_box, self.plates, self.near_plate)
+        hidden = np.zeros(len(rays.radar), dtype=np.bool_)
+        near = self.near_box, self.plates, self.near_plate
+        in_ranges(_find_blocked, len(hidden), rays, self.boxes, spheres, *near, hidden, least=200)
         return np.asarray(hidden | crosses(self.own.select(radar), start, end))
 
 

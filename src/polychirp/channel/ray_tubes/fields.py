@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import Final, NamedTuple
 
-from numba import njit
-
 from polychirp.channel.geometry.vectors import Vector, cross, dot, row, vector
 from polychirp.channel.materials.fresnel import Media, sheet_transmission, smooth_reflection
 from polychirp.channel.physical_optics.kernels import (
@@ -16,6 +14,7 @@ from polychirp.channel.physical_optics.kernels import (
 )
 from polychirp.channel.ray_tubes.intersections import Contact
 from polychirp.channel.ray_tubes.launch_grid import Launch
+from polychirp.jit import inlined, inner
 
 MIN_FIELD_POWER: Final = 1e-8
 """|E|², over that at launch, below which a ray is dropped (chosen): 80 dB."""
@@ -44,7 +43,7 @@ class Ray(NamedTuple):
     wave_h: ComplexVector
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _turned_field(
     field: ComplexVector,
     before: Vector,
@@ -63,7 +62,7 @@ def _turned_field(
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def ahead(point: Vector, direction: Vector, distance: float) -> Vector:
     """The point at a distance along a direction."""
     return (
@@ -73,14 +72,14 @@ def ahead(point: Vector, direction: Vector, distance: float) -> Vector:
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def mirrored(a: Vector, normal: Vector) -> Vector:
     """A direction after reflection at a plane with a normal."""
     turn = 2.0 * dot(a, normal)
     return a[0] - turn * normal[0], a[1] - turn * normal[1], a[2] - turn * normal[2]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _power(a: ComplexVector) -> float:
     return (
         a[0].real * a[0].real
@@ -92,13 +91,13 @@ def _power(a: ComplexVector) -> float:
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def is_strong(ray: Ray) -> bool:
     """True if one of a ray's waves exceeds `MIN_FIELD_POWER`."""
     return max(_power(ray.wave_v), _power(ray.wave_h)) > MIN_FIELD_POWER
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _continued(
     ray: Ray,
     met: Contact,
@@ -125,7 +124,7 @@ def _continued(
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def passed(ray: Ray, met: Contact, media: Media, wavenumber: float) -> Ray:
     """The ray behind a sheet that it met."""
     cosine = abs(dot(ray.direction, met.normal))
@@ -133,7 +132,7 @@ def passed(ray: Ray, met: Contact, media: Media, wavenumber: float) -> Ray:
     return _continued(ray, met, ray.direction, (ray.edge_a, ray.edge_b), factor, ray.turns)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def reflected(ray: Ray, met: Contact, media: Media, wavenumber: float) -> Ray:
     """The ray after a surface that it met, as if that were smooth, at rest and no body."""
     normal = met.normal
@@ -142,7 +141,7 @@ def reflected(ray: Ray, met: Contact, media: Media, wavenumber: float) -> Ray:
     return _continued(ray, met, mirrored(ray.direction, normal), edges, factor, ray.turns + 1)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def weakened(ray: Ray, factor: float, rate: float, num_bodies: int) -> Ray:
     """The ray with its amplitude times a factor, and more in its rate and its count of bodies."""
     v, h = ray.wave_v, ray.wave_h
@@ -162,7 +161,7 @@ def weakened(ray: Ray, factor: float, rate: float, num_bodies: int) -> Ray:
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def launched(launch: Launch, tube: int) -> Ray:
     """The ray of a tube, by its number row by row, at the radar."""
     origin, u, v = vector(launch.origin), row(launch.axes, 1), row(launch.axes, 2)

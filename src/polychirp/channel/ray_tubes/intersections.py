@@ -7,7 +7,6 @@ from functools import lru_cache
 from typing import Any, Final, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
@@ -35,6 +34,7 @@ from polychirp.channel.scene.blockers import (
 )
 from polychirp.channel.scene.transmission import chord
 from polychirp.channel.scene.world import RADAR_CLEARANCE, Surface, World
+from polychirp.jit import inlined, inner
 
 NO_SURFACE, FACE, PANE, PLATE = 0, 1, 2, 3
 """Kinds of `Intersection`: none; opaque face of a body; thin sheet of a body; plate."""
@@ -188,7 +188,7 @@ def _body_table(world: World, faces: Blockers, begin: IntArray) -> NDArray[np.vo
     return table
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def is_in_reach(body: np.void, point: Vector, direction: Vector, span: Span) -> bool:
     """True if a ray meets the sphere around a body."""
     c, radius = vector(body["centre"]), body["radius"]
@@ -201,7 +201,7 @@ def is_in_reach(body: np.void, point: Vector, direction: Vector, span: Span) -> 
     return bool(along + half > span[0] and along - half < span[1])
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _meet_plates(plate: FloatArray, point: Vector, direction: Vector, span: Span) -> Intersection:
     """First intersection with a plate within a span."""
     best, found = span[1], NO_INTERSECTION
@@ -224,7 +224,7 @@ def _meet_plates(plate: FloatArray, point: Vector, direction: Vector, span: Span
     return found
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _nearest_of_body(
     space: Space, b: int, point: Vector, direction: Vector, span: Span, wanted: int, notes: Notes
 ) -> tuple[float, int]:
@@ -244,7 +244,7 @@ def _nearest_of_body(
     return distance, triangle + begin[1]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def meet_body(
     space: Space, b: int, point: Vector, direction: Vector, span: Span, notes: Notes
 ) -> Intersection:
@@ -257,7 +257,7 @@ def meet_body(
     return Intersection(distance, kind, b, triangle)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def meet(
     space: Space,
     point: Vector,
@@ -289,13 +289,13 @@ def meet(
     return best
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def is_sheet(space: Space, met: Intersection) -> bool:
     """True if an intersection is with a thin sheet, of a body or by itself."""
     return bool(met.kind == PANE or (met.kind == PLATE and space.plate_is_pane[met.number]))
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def is_near_leaves(space: Space, point: Vector, direction: Vector, distance: float) -> bool:
     """True if a ray comes near a cloud of leaves within a distance."""
     for b in range(space.body.size):
@@ -305,7 +305,7 @@ def is_near_leaves(space: Space, point: Vector, direction: Vector, distance: flo
     return False
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def fade(
     space: Space, faces: Blockers, media: Media, point: Vector, d: Vector, distance: float
 ) -> float:
@@ -322,13 +322,13 @@ def fade(
     return math.exp(-0.5 * loss)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _unscaled_normal(space: Space, triangle: int) -> Vector:
     """Normal of a triangle in its body's frame, as long as twice the triangle's area."""
     return cross(vector_at(space.triangle, triangle, 3), vector_at(space.triangle, triangle, 6))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def contact(space: Space, point: Vector, met: Intersection) -> Contact:
     """The surface at an intersection, which is at a point."""
     number = met.number
@@ -351,7 +351,7 @@ def contact(space: Space, point: Vector, met: Intersection) -> Contact:
     return Contact(point, met.distance, normal, medium, vector(space.body[number]["velocity"]))
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def is_in_front(space: Space, met: Intersection, direction: Vector) -> bool:
     """True if a ray meets a body's face from the side of its normal."""
     rotation = space.body[met.number]["rotation"]
@@ -360,7 +360,7 @@ def is_in_front(space: Space, met: Intersection, direction: Vector) -> bool:
     return bool(dot(_unscaled_normal(space, met.triangle), along) < 0.0)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def is_behind(
     space: Space, hider: int, body: int, point: Vector, direction: Vector, notes: Notes
 ) -> bool:
@@ -373,7 +373,7 @@ def is_behind(
     return is_hit(space, hider, point, direction, (RADAR_CLEARANCE, near), OPAQUE_KIND, notes)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def is_hit(
     space: Space, b: int, point: Vector, direction: Vector, span: Span, wanted: int, notes: Notes
 ) -> bool:

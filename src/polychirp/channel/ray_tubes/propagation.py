@@ -6,7 +6,6 @@ import math
 from typing import Final, NamedTuple
 
 import numpy as np
-from numba import njit, prange
 
 from polychirp.axes import IntArray
 from polychirp.channel.geometry.vectors import Vector, dot
@@ -45,6 +44,8 @@ from polychirp.channel.ray_tubes.launch_grid import Launch
 from polychirp.channel.ray_tubes.radiation import HIT, Hits, record
 from polychirp.channel.scene.blockers import Blockers
 from polychirp.channel.scene.world import RADAR_CLEARANCE
+from polychirp.jit import compiled, inlined, inner
+from polychirp.threads import in_ranges
 
 TUBES_PER_CHUNK: Final = 256
 """Tubes that one thread follows before the next chunk (chosen)."""
@@ -78,7 +79,7 @@ class Tracing(NamedTuple):
     notes: Notes
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _leads_on(tracing: Tracing, met: Intersection, direction: Vector, turns: int) -> bool:
     """True if a ray may still hit a last body if this is its next intersection, after ``turns``."""
     if met.kind == FACE:
@@ -90,7 +91,7 @@ def _leads_on(tracing: Tracing, met: Intersection, direction: Vector, turns: int
     return met.kind != NO_SURFACE
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _pass(tracing: Tracing, ray: Ray, met: Intersection, at: Contact) -> None:
     """Let a ray through a sheet; it waits if it meets anything behind."""
     home = met.number if met.kind == PANE else NO_BODY
@@ -103,7 +104,7 @@ def _pass(tracing: Tracing, ray: Ray, met: Intersection, at: Contact) -> None:
             tracing.waiting.append((behind, next_met))
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _reflect(
     tracing: Tracing, ray: Ray, met: Intersection, at: Contact, hits: Hits, count: int
 ) -> int:
@@ -142,7 +143,7 @@ def _reflect(
     return count
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _follow(tracing: Tracing, faces: Blockers, first_body: int, hits: Hits, count: int) -> int:
     """Follow all rays that wait, and their branches; return the number of hits after them."""
     space = tracing.space
@@ -172,7 +173,7 @@ def _follow(tracing: Tracing, faces: Blockers, first_body: int, hits: Hits, coun
     return count
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _trace_some(
     launch: Launch,
     tubes: Tubes,
@@ -212,8 +213,10 @@ def _trace_some(
     return count
 
 
-@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
-def trace(
+@compiled
+def _trace(
+    begin: int,
+    end: int,
     launch: Launch,
     tubes: Tubes,
     space: Space,
@@ -221,17 +224,16 @@ def trace(
     media: Media,
     wavenumber: float,
     hits: Hits,
-) -> IntArray:
-    """Fill ``hits`` ``(chunk, hit)`` with those of some tubes; return their numbers ``(chunk,)``.
+    counts: IntArray,
+) -> None:
+    """Fill ``hits`` ``(chunk, hit)`` with those of some tubes, and ``counts`` ``(chunk,)``.
 
-    A number may exceed the room of its chunk; hits beyond the room are lost.
+    A count may exceed the room of its chunk; hits beyond the room are lost.
     """
-    counts = np.zeros(len(hits), dtype=np.int64)
-    for chunk in prange(len(hits)):
+    for chunk in range(begin, end):
         some = slice(chunk * TUBES_PER_CHUNK, (chunk + 1) * TUBES_PER_CHUNK)
         part = Tubes(tubes.number[some], tubes.max_turns[some])
         counts[chunk] = _trace_some(launch, part, space, faces, media, wavenumber, hits[chunk])
-    return counts
 
 
 def hits_of(
@@ -243,7 +245,9 @@ def hits_of(
     while True:
         room = most
         hits = np.empty((num_chunks, room), dtype=HIT)
-        counts = trace(launch, tubes, space, faces, media, wavenumber, hits)
+        counts = np.zeros(num_chunks, dtype=np.int64)
+        what = launch, tubes, space, faces, media, wavenumber
+        in_ranges(_trace, num_chunks, *what, hits, counts)
         most = int(np.max(counts, initial=0))
         if most <= room:
             is_filled = np.arange(room) < counts[:, None]

@@ -6,7 +6,6 @@ import math
 from typing import Final, NamedTuple
 
 import numpy as np
-from numba import njit, prange
 from numpy.typing import NDArray
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray
@@ -14,6 +13,8 @@ from polychirp.channel.geometry.vectors import Vector, cross, dot, vector
 from polychirp.channel.physical_optics.facet_integral import phasor
 from polychirp.channel.physical_optics.kernels import ComplexVector, across_plane_of_incidence
 from polychirp.channel.ray_tubes.fields import Ray
+from polychirp.jit import compiled, inlined, inner
+from polychirp.threads import in_ranges
 
 HIT: Final = np.dtype(
     [
@@ -40,7 +41,7 @@ Hits = NDArray[np.void]
 """Hits ``(hit,)`` of type `HIT`."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _across_field(a: Vector, field: ComplexVector) -> ComplexVector:
     """The vector product a × E."""
     return (
@@ -50,7 +51,7 @@ def _across_field(a: Vector, field: ComplexVector) -> ComplexVector:
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _induce(
     normal: Vector,
     before: Vector,
@@ -68,7 +69,7 @@ def _induce(
         current[0, x], current[1, x] = j[x], -m[x]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _footprint(edge: Vector, ray: Ray, normal: Vector, cosine: float, length: float) -> Vector:
     """Side of a tube's footprint: L (∂D + g D), g = −(∂D·n)/(D·n)."""
     g = dot(edge, normal) / cosine
@@ -80,12 +81,12 @@ def _footprint(edge: Vector, ray: Ray, normal: Vector, cosine: float, length: fl
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _put(out: FloatArray, a: Vector) -> None:
     out[0], out[1], out[2] = a
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def record(hit: np.void, ray: Ray, after: Ray, normal: Vector, roughness: float) -> None:
     """Fill a hit of a ray before and after a body, except for `HIT`'s bodies and tube."""
     cosine = -dot(ray.direction, normal)
@@ -103,22 +104,22 @@ def record(hit: np.void, ray: Ray, after: Ray, normal: Vector, roughness: float)
     _induce(normal, ray.direction, after.direction, ray.wave_h, after.wave_h, current[1])
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _sinc(x: float) -> float:
     return math.sin(x) / x if abs(x) > 1e-6 else 1.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _envelope(x: float) -> float:
     return 1.0 / math.sqrt(1.0 + x * x)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _square(a: complex) -> float:
     return a.real * a.real + a.imag * a.imag
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _received(current: NDArray[np.complex64], back: Vector, field: Vector) -> complex:
     """F = J·w + (M×q)·w of one wave."""
     turned = cross(back, field)
@@ -128,7 +129,7 @@ def _received(current: NDArray[np.complex64], back: Vector, field: Vector) -> co
     return total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _last_leg(hit: np.void, sink: FloatArray) -> tuple[Vector, float]:
     """Direction and length, m, of the leg from a hit to the receiver."""
     c = vector(hit["point"])
@@ -137,7 +138,7 @@ def _last_leg(hit: np.void, sink: FloatArray) -> tuple[Vector, float]:
     return (q[0] / r2, q[1] / r2, q[2] / r2), r2
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _basis(q: Vector) -> tuple[Vector, Vector]:
     """(V, H) of `frames.polarisation_basis` from the receiver towards a hit, against q."""
     away = (-q[0], -q[1], -q[2])
@@ -145,7 +146,7 @@ def _basis(q: Vector) -> tuple[Vector, Vector]:
     return cross(away, h), h
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _weight(hit: np.void, back: Vector, r2: float, wavenumber: float) -> complex:
     """Factor of F: −(j/8π) dS e^{−jk(L+r2)}/(L r2) and the footprint's phases."""
     a, b, d = vector(hit["side_a"]), vector(hit["side_b"]), vector(hit["direction"])
@@ -157,6 +158,10 @@ def _weight(hit: np.void, back: Vector, r2: float, wavenumber: float) -> complex
         share *= math.exp(-0.5 * phase * phase)
     scale = math.sqrt(dot(square, square)) * share / (8.0 * math.pi * length * r2)
     return complex(0.0, -scale) * phasor(wavenumber * (length + r2))
+
+
+FEWEST_HITS: Final = 1000
+"""Hits that are worth a call of their own (chosen)."""
 
 
 class Radiated(NamedTuple):
@@ -173,16 +178,30 @@ class Radiated(NamedTuple):
     power: FloatArray
 
 
-@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
 def radiate(hits: Hits, sink: FloatArray, may_be_last: BoolArray, wavenumber: float) -> Radiated:
     """Radiation of hits to a receiver, from bodies that ``may_be_last`` ``(body,)``.
 
     Nothing blocks or weakens the last legs yet.
     """
-    size = hits.size
+    size = len(hits)
     transfer = np.zeros((size, 4), dtype=np.complex128)
-    direction, distance, power = np.zeros((size, 3)), np.zeros(size), np.zeros(size)
-    for i in prange(size):
+    out = Radiated(transfer, np.zeros((size, 3)), np.zeros(size), np.zeros(size))
+    in_ranges(_radiate, size, hits, sink, may_be_last, wavenumber, out, least=FEWEST_HITS)
+    return out
+
+
+@compiled
+def _radiate(
+    begin: int,
+    end: int,
+    hits: Hits,
+    sink: FloatArray,
+    may_be_last: BoolArray,
+    wavenumber: float,
+    out: Radiated,
+) -> None:
+    transfer, direction, distance, power = out.transfer, out.direction, out.distance, out.power
+    for i in range(begin, end):
         hit = hits[i]
         q, r2 = _last_leg(hit, sink)
         _put(direction[i], q)
@@ -196,10 +215,8 @@ def radiate(hits: Hits, sink: FloatArray, may_be_last: BoolArray, wavenumber: fl
             other = weight * _received(hit["current"][t], q, h)
             transfer[i, t], transfer[i, 2 + t] = one, other
             power[i] = max(power[i], _square(one), _square(other))
-    return Radiated(transfer, direction, distance, power)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
 def estimated_power(
     hits: Hits, sink: FloatArray, may_be_last: BoolArray, wavenumber: float
 ) -> tuple[FloatArray, FloatArray]:
@@ -207,8 +224,24 @@ def estimated_power(
 
     As in `radiate`, with 1/√(1 + x²) for |sinc x| and without roughness.
     """
-    power, direction = np.zeros(hits.size), np.zeros((hits.size, 3))
-    for i in prange(hits.size):
+    power, direction = np.zeros(len(hits)), np.zeros((len(hits), 3))
+    what = hits, sink, may_be_last, wavenumber
+    in_ranges(_estimate_power, len(hits), *what, power, direction, least=FEWEST_HITS)
+    return power, direction
+
+
+@compiled
+def _estimate_power(
+    begin: int,
+    end: int,
+    hits: Hits,
+    sink: FloatArray,
+    may_be_last: BoolArray,
+    wavenumber: float,
+    power: FloatArray,
+    direction: FloatArray,
+) -> None:
+    for i in range(begin, end):
         hit = hits[i]
         q, r2 = _last_leg(hit, sink)
         _put(direction[i], q)
@@ -225,4 +258,3 @@ def estimated_power(
             current = hit["current"][t]
             most = max(most, _square(_received(current, q, v)), _square(_received(current, q, h)))
         power[i] = scale * scale * most
-    return power, direction

@@ -6,7 +6,6 @@ import math
 from typing import Final, NamedTuple
 
 import numpy as np
-from numba import njit, prange
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.channel.geometry.vectors import Vector, dot, vector
@@ -20,9 +19,11 @@ from polychirp.channel.ray_tubes.radiation import Hits
 from polychirp.channel.scene.blockers import Blockers, crosses_plate
 from polychirp.channel.scene.transmission import Leg, Wave, transmission_matrix
 from polychirp.channel.scene.world import RADAR_CLEARANCE
+from polychirp.jit import compiled, inlined, inner
+from polychirp.threads import in_ranges
 
-HITS_PER_CHUNK: Final = 64
-"""Hits that one thread tests before the next chunk (chosen)."""
+FEWEST_HITS: Final = 64
+"""Hits that are worth a call of their own (chosen)."""
 
 HITS_PER_SHADOW_TEST: Final = 512
 """Hits that are tested for shadow before the power of the rest is compared again (chosen)."""
@@ -50,19 +51,19 @@ def obstacles_of(views: list[View]) -> Obstacles:
     return Obstacles(np.concatenate(lists), start)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _obstacles(table: Obstacles, kind: int, body: int) -> IntArray:
     """Obstacles of one kind on the leg to a body."""
     return table.number[table.start[kind, body] : table.start[kind, body + 1]]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _lifted(hit: np.void) -> Vector:
     """A point just before the surface that a tube meets."""
     return ahead(vector(hit["point"]), vector(hit["normal"]), SHADOW_RAY_LIFT)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _heading(start: Vector, end: Vector) -> tuple[Vector, float]:
     """Unit vector and length of a leg, m; the length is 1e-12 m at least."""
     way = (end[0] - start[0], end[1] - start[1], end[2] - start[2])
@@ -70,7 +71,7 @@ def _heading(start: Vector, end: Vector) -> tuple[Vector, float]:
     return (way[0] / length, way[1] / length, way[2] / length), length
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _is_hidden(
     space: Space, bodies: IntArray, plates: IntArray, start: Vector, end: Vector, notes: Notes
 ) -> bool:
@@ -88,7 +89,7 @@ def _is_hidden(
     return False
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _find_veils(
     space: Space, bodies: IntArray, start: Vector, end: Vector, notes: Notes, found: IntArray
 ) -> int:
@@ -108,25 +109,27 @@ def _find_veils(
     return size
 
 
-@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
-def is_visible(
-    space: Space, obstacles: Obstacles, hits: Hits, sink: FloatArray, which: IntArray
-) -> BoolArray:
-    """Mask of the hits ``which``: true if nothing opaque is between a hit and the receiver."""
+@compiled
+def _find_visible(
+    begin: int,
+    end: int,
+    space: Space,
+    obstacles: Obstacles,
+    hits: Hits,
+    sink: FloatArray,
+    which: IntArray,
+    out: BoolArray,
+) -> None:
+    """Mark the hits ``which`` in ``out`` if nothing opaque is between them and the receiver."""
     start = vector(sink)
-    out = np.empty(which.size, dtype=np.bool_)
-    for chunk in prange((which.size + HITS_PER_CHUNK - 1) // HITS_PER_CHUNK):
-        notes = np.empty(space.room, dtype=np.float32)
-        begin = chunk * HITS_PER_CHUNK
-        for i in range(begin, min(begin + HITS_PER_CHUNK, which.size)):
-            hit = hits[which[i]]
-            bodies = _obstacles(obstacles, BODIES, hit["body"])
-            plates = _obstacles(obstacles, PLATES, hit["body"])
-            out[i] = not _is_hidden(space, bodies, plates, start, _lifted(hit), notes)
-    return out
+    notes = np.empty(space.room, dtype=np.float32)
+    for i in range(begin, end):
+        hit = hits[which[i]]
+        bodies = _obstacles(obstacles, BODIES, hit["body"])
+        plates = _obstacles(obstacles, PLATES, hit["body"])
+        out[i] = not _is_hidden(space, bodies, plates, start, _lifted(hit), notes)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
 def last_legs(
     space: Space,
     faces: Blockers,
@@ -138,24 +141,39 @@ def last_legs(
     wavenumber: float,
 ) -> ComplexArray:
     """Transmission of sheets and leaves from a receiver to hits, ``(hit, 2, 2)``."""
-    start = vector(sink)
-    out = np.zeros((hits.size, 2, 2), dtype=np.complex128)
-    for chunk in prange((hits.size + HITS_PER_CHUNK - 1) // HITS_PER_CHUNK):
-        notes = np.empty(space.room, dtype=np.float32)
-        veils = np.empty(space.body.size, dtype=np.int64)
-        begin = chunk * HITS_PER_CHUNK
-        for i in range(begin, min(begin + HITS_PER_CHUNK, hits.size)):
-            body, end = hits[i]["body"], _lifted(hits[i])
-            out[i, 0, 0] = out[i, 1, 1] = 1.0
-            bodies, plates = (
-                _obstacles(obstacles, VEILED_BODIES, body),
-                _obstacles(obstacles, PANES, body),
-            )
-            there = veils[: _find_veils(space, bodies, start, end, notes, veils)]
-            if there.size + plates.size > 0:
-                leg, wave = Leg(start, end), Wave(upwards, wavenumber)
-                transmission_matrix(faces, media, wave, there, plates, leg, RADAR_CLEARANCE, out[i])
+    out = np.zeros((len(hits), 2, 2), dtype=np.complex128)
+    what = space, faces, media, obstacles, hits, sink, Wave(upwards, wavenumber)
+    in_ranges(_fill_last_legs, len(hits), *what, out, least=FEWEST_HITS)
     return out
+
+
+@compiled
+def _fill_last_legs(
+    begin: int,
+    end: int,
+    space: Space,
+    faces: Blockers,
+    media: Media,
+    obstacles: Obstacles,
+    hits: Hits,
+    sink: FloatArray,
+    wave: Wave,
+    out: ComplexArray,
+) -> None:
+    notes, veils = (
+        np.empty(space.room, dtype=np.float32),
+        np.empty(space.body.size, dtype=np.int64),
+    )
+    for i in range(begin, end):
+        body, leg = hits[i]["body"], Leg(vector(sink), _lifted(hits[i]))
+        out[i, 0, 0] = out[i, 1, 1] = 1.0
+        bodies, plates = (
+            _obstacles(obstacles, VEILED_BODIES, body),
+            _obstacles(obstacles, PANES, body),
+        )
+        there = veils[: _find_veils(space, bodies, leg.start, leg.end, notes, veils)]
+        if there.size + plates.size > 0:
+            transmission_matrix(faces, media, wave, there, plates, leg, RADAR_CLEARANCE, out[i])
 
 
 class HitPowers(NamedTuple):
@@ -197,6 +215,7 @@ def visible_hits(
         if in_phase[begin] < stop.floor_in_phase:
             break
         part = slice(begin, begin + HITS_PER_SHADOW_TEST)
-        is_seen[part] = is_visible(space, obstacles, hits, sink, number[part])
+        what = space, obstacles, hits, sink, number[part]
+        in_ranges(_find_visible, len(number[part]), *what, is_seen[part], least=FEWEST_HITS)
         total += float(np.sum(power[part][is_seen[part]]))
     return HitPowers(number[is_seen], power[is_seen])

@@ -12,12 +12,12 @@ import math
 from typing import Final, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from polychirp.axes import FloatArray, IntArray
 from polychirp.channel.geometry.bvh import Boxes, first_hit
 from polychirp.channel.geometry.vectors import Vector, cross, dot, vector_at
 from polychirp.channel.scene.world import World
+from polychirp.jit import inlined, inner
 
 OPAQUE_ROLE, PANE_ROLE, CLOUD_ROLE = 0, 1, 2
 """Rows of `Blockers.root`, in the order of `world.ROLES`."""
@@ -77,7 +77,7 @@ def in_frame_of(world: World, rotation: FloatArray, position: FloatArray) -> Blo
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _turned(pose: FloatArray, b: int, v: Vector) -> Vector:
     return (
         dot(vector_at(pose, b, 0), v),
@@ -86,7 +86,7 @@ def _turned(pose: FloatArray, b: int, v: Vector) -> Vector:
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def into_body(blockers: Blockers, b: int, start: Vector, way: Vector) -> tuple[Vector, Vector]:
     """A point and a direction in the frame of a body."""
     place, shift = _turned(blockers.pose, b, start), vector_at(blockers.pose, b, 9)
@@ -96,18 +96,18 @@ def into_body(blockers: Blockers, b: int, start: Vector, way: Vector) -> tuple[V
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def nodes_of(blockers: Blockers, role: int, b: int) -> tuple[int, int]:
     """First node, and node behind the last, of a body's tree of one role."""
     return blockers.root[role, b, 0], blockers.root[role, b, 1]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _boxes(b: Blockers) -> Boxes:
     return Boxes(b.box, b.skip, b.first, b.size, b.triangle)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def first_hit_in_body(
     blockers: Blockers,
     nodes: tuple[int, int],
@@ -119,7 +119,7 @@ def first_hit_in_body(
     return first_hit(_boxes(blockers), nodes, start, way, span, False)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def hits_body(
     blockers: Blockers,
     nodes: tuple[int, int],
@@ -131,7 +131,7 @@ def hits_body(
     return first_hit(_boxes(blockers), nodes, start, way, span, True)[0] < math.inf
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def face_normal(blockers: Blockers, b: int, triangle: int) -> Vector:
     """Unit normal of a triangle of a body, in the frame of the blockers."""
     n = cross(vector_at(blockers.triangle, triangle, 3), vector_at(blockers.triangle, triangle, 6))
@@ -143,7 +143,7 @@ def face_normal(blockers: Blockers, b: int, triangle: int) -> Vector:
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def is_beside(plate: FloatArray, p: int, gap: Vector) -> bool:
     """True if a point of a plate's plane, ``gap`` m from the plate's centre, is off the plate."""
     if abs(dot(vector_at(plate, p, PLATE_ACROSS), gap)) > plate[p, PLATE_HALF_ACROSS]:
@@ -151,7 +151,7 @@ def is_beside(plate: FloatArray, p: int, gap: Vector) -> bool:
     return bool(abs(dot(vector_at(plate, p, PLATE_ALONG), gap)) > plate[p, PLATE_HALF_ALONG])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def crosses_plate(plate: FloatArray, p: int, start: Vector, way: Vector, nearest: float) -> bool:
     """True if a leg crosses a plate beyond a share ``nearest`` of the leg."""
     n, c = vector_at(plate, p, PLATE_NORMAL), vector_at(plate, p, PLATE_CENTRE)

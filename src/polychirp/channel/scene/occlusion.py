@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit, prange
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
 from polychirp.channel.geometry.bvh import paired_rays
@@ -20,9 +19,11 @@ from polychirp.channel.scene.blockers import (
     nodes_of,
 )
 from polychirp.channel.scene.world import RADAR_CLEARANCE, World, opaque_obstacles
+from polychirp.jit import compiled, inner
+from polychirp.threads import in_ranges
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def is_blocked(
     blockers: Blockers,
     bodies: IntArray,
@@ -50,18 +51,31 @@ def is_blocked(
     return False
 
 
-@njit(cache=True, nogil=True, parallel=True)
+@compiled
+def _find_blocked(
+    begin: int,
+    end: int,
+    blockers: Blockers,
+    bodies: IntArray,
+    plates: IntArray,
+    rays: tuple[FloatArray, FloatArray],
+    clearance: float,
+    out: BoolArray,
+) -> None:
+    starts, ends = rays
+    for i in range(begin, end):
+        out[i] = is_blocked(blockers, bodies, plates, row(starts, i), row(ends, i), clearance)
+
+
 def _blocked(
     blockers: Blockers,
     bodies: IntArray,
     plates: IntArray,
-    starts: FloatArray,
-    ends: FloatArray,
+    rays: tuple[FloatArray, FloatArray],
     clearance: float,
 ) -> BoolArray:
-    out = np.empty(starts.shape[0], dtype=np.bool_)
-    for i in prange(starts.shape[0]):
-        out[i] = is_blocked(blockers, bodies, plates, row(starts, i), row(ends, i), clearance)
+    out = np.empty(len(rays[0]), dtype=np.bool_)
+    in_ranges(_find_blocked, len(out), blockers, bodies, plates, rays, clearance, out, least=50)
     return out
 
 
@@ -82,11 +96,11 @@ def blocked(
     """
     bodies, plates = opaque_obstacles(world)
     bodies = bodies[bodies != but_body]
-    start, end = paired_rays(starts, ends)
+    rays = paired_rays(starts, ends)
     blockers = in_frame_of(world, np.eye(3), np.zeros(3))
     if world.caster == "numba":
-        return np.asarray(_blocked(blockers, bodies, plates, start, end, clearance))
+        return _blocked(blockers, bodies, plates, rays, clearance)
     from polychirp.channel.scene.embree import blocked_by_bodies
 
-    by_plates = _blocked(blockers, bodies[:0], plates, start, end, clearance)
-    return np.asarray(by_plates | blocked_by_bodies(world, bodies, start, end, clearance))
+    by_plates = _blocked(blockers, bodies[:0], plates, rays, clearance)
+    return np.asarray(by_plates | blocked_by_bodies(world, bodies, *rays, clearance))

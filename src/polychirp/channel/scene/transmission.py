@@ -17,7 +17,6 @@ import math
 from typing import Final, NamedTuple
 
 import numpy as np
-from numba import njit, prange
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.channel.geometry.vectors import Vector, cross, dot, row, vector_at
@@ -37,6 +36,8 @@ from polychirp.channel.scene.blockers import (
     nodes_of,
 )
 from polychirp.channel.scene.world import POLARISATION_AXES, RADAR_CLEARANCE, World
+from polychirp.jit import compiled, inlined, inner
+from polychirp.threads import in_ranges
 
 HIT_SEPARATION: Final = 1e-9
 """Share of a leg by which the search goes on behind a hit, chosen: two triangles that share an
@@ -90,7 +91,9 @@ def transmission_matrices(
     out[:, 0, 0] = out[:, 1, 1] = 1.0
     bodies, plates = world.translucent_bodies, np.flatnonzero(world.plate_is_pane)
     if len(bodies) or len(plates):
-        _fill_matrices(
+        in_ranges(
+            _fill_matrices,
+            len(out),
             in_frame_of(world, np.eye(3), np.zeros(3)),
             world.media,
             Wave(POLARISATION_AXES, world.wavenumber),
@@ -99,6 +102,7 @@ def transmission_matrices(
             np.stack([start, end], axis=1, dtype=np.float64),
             clearance,
             out,
+            least=20,
         )
     return out
 
@@ -117,8 +121,10 @@ def with_leg_losses(
     return np.asarray(np.swapaxes(last, -1, -2) @ transfer @ first)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
+@compiled
 def _fill_matrices(
+    begin: int,
+    end: int,
     blockers: Blockers,
     media: Media,
     wave: Wave,
@@ -128,22 +134,21 @@ def _fill_matrices(
     clearance: float,
     out: ComplexArray,
 ) -> None:
-    for ray in prange(len(legs)):
+    for ray in range(begin, end):
         a, b = legs[ray, 0], legs[ray, 1]
-        start, end = (a[0], a[1], a[2]), (b[0], b[1], b[2])
-        if is_attenuated(blockers, bodies, plates, start, end, clearance):
-            leg = Leg(start, end)
+        leg = Leg((a[0], a[1], a[2]), (b[0], b[1], b[2]))
+        if is_attenuated(blockers, bodies, plates, leg.start, leg.end, clearance):
             transmission_matrix(blockers, media, wave, bodies, plates, leg, clearance, out[ray])
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@inlined
 def _has_cloud(blockers: Blockers, b: int) -> bool:
     # a tree without triangles has one node
     begin, end = nodes_of(blockers, CLOUD_ROLE, b)
     return bool(end - begin > 1)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def is_attenuated(
     blockers: Blockers,
     bodies: IntArray,
@@ -171,7 +176,7 @@ def is_attenuated(
     return False
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def chord(
     blockers: Blockers, b: int, start: Vector, way: Vector, span: tuple[float, float]
 ) -> tuple[float, int]:
@@ -196,14 +201,14 @@ def chord(
     return inside, first
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _leaves(triangle: FloatArray, way: Vector) -> bool:
     """True if a way crosses a triangle from behind."""
     u, v = (triangle[3], triangle[4], triangle[5]), (triangle[6], triangle[7], triangle[8])
     return dot(cross(u, v), way) > 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _polarisation_basis(direction: Vector, axes: FloatArray) -> tuple[Vector, Vector]:
     """(V, H) of `frames.polarisation_basis`."""
     h = cross(row(axes, 0), direction)
@@ -212,7 +217,7 @@ def _polarisation_basis(direction: Vector, axes: FloatArray) -> tuple[Vector, Ve
     return cross(direction, h), h
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def transmission_matrix(
     blockers: Blockers,
     media: Media,
@@ -253,7 +258,7 @@ def transmission_matrix(
                 out *= math.exp(-0.5 * fade)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _cross_sheet(
     media: Media,
     medium: int,

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from polychirp.axes import FloatArray, IntArray
+from polychirp.jit import compiled
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def count_below(padded: FloatArray, level: FloatArray, offsets: IntArray) -> IntArray:
     """Number of every cell's training cells that are below its own level: ``(row, column)``.
 

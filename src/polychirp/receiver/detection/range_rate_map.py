@@ -7,12 +7,13 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit, prange
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
+from polychirp.jit import compiled
 from polychirp.model.if_frame import SampleTimes
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.signal_model.point_signal import beat_frequency
+from polychirp.threads import in_ranges
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -92,7 +93,9 @@ def log_range_rate_map(
     the noise's distribution. The shape is ``(beam, range_rate, range)``.
     """
     line = beat_lines(schedule, times, grid, logs.shape[-1])
-    return np.asarray(_read_along(logs, line.first, line.step, grid.range.size))
+    out = np.zeros((len(logs), grid.range_rate.size, grid.range.size))
+    in_ranges(_read_along, grid.range_rate.size, logs, line.first, line.step, out)
+    return out
 
 
 class BeatLines(NamedTuple):
@@ -120,12 +123,13 @@ def beat_lines(
     return BeatLines(ends[0], (ends[1] - ends[0]) / (grid.range.size - 1))
 
 
-@njit(cache=True, nogil=True, parallel=True)
-def _read_along(logs: Any, first: Any, step: Any, num_ranges: int) -> Any:  # pragma: no cover
+@compiled
+def _read_along(  # pragma: no cover
+    begin: int, end: int, logs: Any, first: Any, step: Any, out: Any
+) -> None:
     beams, ramps, size = logs.shape
-    rates = first.shape[0]
-    out = np.zeros((beams, rates, num_ranges))
-    for i in prange(rates):
+    num_ranges = out.shape[2]
+    for i in range(begin, end):
         for b in range(beams):
             for k in range(ramps):
                 place = first[i, k]
@@ -134,7 +138,6 @@ def _read_along(logs: Any, first: Any, step: Any, num_ranges: int) -> Any:  # pr
                     place += step[i, k]
             for j in range(num_ranges):
                 out[b, i, j] /= ramps
-    return out
 
 
 def floor_over_range(statistic: FloatArray, block: int) -> FloatArray:

@@ -9,6 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
+from polychirp.jit import compiled, reordered
 from polychirp.model.if_frame import SampleTimes
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.detection.floor_correlation import FloorCorrelation, floor_correlation
@@ -132,7 +133,7 @@ class ResidualMap:
         )
 
 
-@njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
+@reordered
 def _beam_powers(spectra: Any, beams: Any) -> Any:  # pragma: no cover - compiled
     """``(ramp, bin, beam)``."""
     _, ramps, channels, bins = spectra.shape
@@ -153,7 +154,7 @@ def _beam_powers(spectra: Any, beams: Any) -> Any:  # pragma: no cover - compile
     return out
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _logs(power: Any, noise: Any, depletion: Any) -> Any:  # pragma: no cover - compiled
     ramps, bins, beams = power.shape
     out = np.empty((ramps, bins, beams), dtype=np.float32)
@@ -193,7 +194,7 @@ def _sum_of_rows(  # pragma: no cover - compiled
     return out.reshape((rates, num_ranges, beams))
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _excess(statistic: Any, floor: Any, least: Any) -> Any:  # pragma: no cover - compiled
     rates, ranges, beams = statistic.shape
     out = np.full((rates, ranges), -np.inf, dtype=np.float32)
@@ -240,7 +241,7 @@ def strongest_peaks(
     return _apart(rows[order], columns[order], apart, most)  # type: ignore[no-any-return]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _apart(rows: Any, columns: Any, apart: int, most: int) -> Any:  # pragma: no cover - compiled
     """The first so many cells that are apart from those before them, ``(cell, 2)``."""
     peaks = np.empty((most, 2), dtype=np.int64)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from polychirp.axes import FloatArray, IntArray
+from polychirp.jit import compiled, inner
 
 TYPICAL_ACCELERATION = 20.0
 """Deviation of the second derivative of a range, m/s², as a prior: braking, and bodies that pass
@@ -60,7 +60,7 @@ def _peak_of(values: FloatArray, predicted: float, reach: int) -> float:
     return best + (float(np.clip(0.5 * (left - right) / bend, -0.5, 0.5)) if bend < 0 else 0.0)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _from_beats(  # pragma: no cover - compiled
     logs: Any, guess: Any, beam: Any, place: Any, slope: Any, reach: int, resolution: float
 ) -> Any:
@@ -94,7 +94,7 @@ def _from_beats(  # pragma: no cover - compiled
     return out
 
 
-@njit(cache=True, nogil=True)
+@inner
 def _median(values: Any) -> float:  # pragma: no cover - compiled
     """The median of a few values, which are sorted in place: numba's takes seconds to compile."""
     for n in range(1, values.size):
@@ -109,7 +109,7 @@ def _median(values: Any) -> float:  # pragma: no cover - compiled
     return float((values[half - 1] + values[half]) / 2)
 
 
-@njit(cache=True, nogil=True)
+@inner
 def _peak_near(values: Any, predicted: float, reach: int) -> float:  # pragma: no cover - compiled
     """Compiled `_peak_of`, inside the spectrum's ends."""
     centre = int(np.rint(predicted))

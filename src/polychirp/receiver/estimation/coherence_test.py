@@ -175,12 +175,11 @@ def half_threshold(*, num_ramps: int, channels: int) -> float:
     >>> half_threshold(num_ramps=4, channels=4) < 0.12
     True
     """
-    from scipy.stats import ncx2
+    from scipy.special import chndtrix
 
     scale = 2.0 * max(num_ramps, 1) * channels / (1.0 - LEAST_COHERENCE)
-    quantile = (
-        ncx2.ppf(0.5 * FALSE_REJECTION_PROBABILITY, 2 * channels, scale * LEAST_COHERENCE) / scale
-    )
+    chance = 0.5 * FALSE_REJECTION_PROBABILITY
+    quantile = chndtrix(chance, 2 * channels, scale * LEAST_COHERENCE) / scale
     return float(min(HIGHEST_HALF_THRESHOLD, quantile))
 
 

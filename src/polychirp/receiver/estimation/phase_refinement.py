@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.jit import reordered
 from polychirp.model.if_frame import SampleTimes
 from polychirp.receiver.estimation.azimuth_rate import ramp_weights
 from polychirp.receiver.estimation.coherence_test import best_corrections
@@ -259,7 +259,7 @@ RECURRENCE_LANES = 16
 each product, which prevents vector instructions."""
 
 
-@njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
+@reordered
 def _unit_signal_into(real: Any, imag: Any, phase: Any, rate: float) -> None:  # pragma: no cover
     """Unit signal of one point on one ramp, by recurrences of a quadratic phase."""
     slope, bend = phase[1] / rate, phase[2] / rate**2
@@ -288,7 +288,7 @@ def _unit_signal_into(real: Any, imag: Any, phase: Any, rate: float) -> None:  #
             sr[i], si[i] = x * gr - y * gi, x * gi + y * gr
 
 
-@njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
+@reordered
 def _read(  # pragma: no cover - compiled
     samples: Any, present: Any, phases: Any, amplitude: Any, centre: Any, rate: float
 ) -> Any:

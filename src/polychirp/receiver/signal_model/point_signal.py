@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numba import njit, prange
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
@@ -152,7 +149,13 @@ def fit_amplitudes(
     amplitude : ``(point, channel, ramp)``
     residual : ``(channel, ramp, fast)``, zero where there is no sample
     """
-    return _fit(samples, weight, phases, rate)  # type: ignore[no-any-return]
+    signal, by_ramp = _unit_signals(phases, rate, samples.shape[2]), np.moveaxis(samples, 1, 0)
+    weighted = signal.conj() * weight[:, None]
+    ridge = _ridge(weight)[:, None, None] * np.eye(len(phases))
+    gram = weighted @ np.swapaxes(signal, 1, 2) + ridge
+    solution = np.linalg.solve(gram, weighted @ np.swapaxes(by_ramp, 1, 2))
+    left = (by_ramp - np.swapaxes(solution, 1, 2) @ signal) * (weight > 0.0)[:, None]
+    return np.transpose(solution, (1, 2, 0)), np.moveaxis(left, 0, 1)
 
 
 def matched_amplitudes(
@@ -162,9 +165,13 @@ def matched_amplitudes(
 
     It costs a fifth, as no residual is computed. Parameters and the result's axes are the same.
     """
-    sealed = samples.view()  # one type for the compiler, whether they can be written or not
-    sealed.flags.writeable = False
-    return _match(sealed, weight, phases, rate)  # type: ignore[no-any-return]
+    by_ramp, energy = np.moveaxis(samples, 1, 0), np.sum(weight, axis=1) + _ridge(weight)
+    out = np.empty((len(phases), *samples.shape[:2]), dtype=np.complex128)
+    for p in range(len(phases)):
+        signal = _unit_signals(phases[p : p + 1], rate, samples.shape[2])
+        matched = by_ramp @ np.swapaxes(signal.conj() * weight[:, None], 1, 2)
+        out[p] = matched[..., 0].T / energy
+    return out
 
 
 REGULARISATION = 1e-7
@@ -172,149 +179,23 @@ REGULARISATION = 1e-7
 closer than a resolution cell, and gives a ramp without samples a solution. Chosen."""
 
 
-@njit(cache=True, nogil=True, parallel=True)
-def _fit(samples: Any, weight: Any, phases: Any, rate: float) -> Any:  # pragma: no cover
-    """Compiled `fit_amplitudes`."""
-    channels, ramps, fast = samples.shape
-    points = phases.shape[0]
-    amplitude = np.zeros((points, channels, ramps), dtype=np.complex128)
-    residual = np.zeros((channels, ramps, fast), dtype=np.complex128)
-    for k in prange(ramps):
-        real = np.empty((points, fast))
-        imag = np.empty((points, fast))
-        for p in range(points):
-            _replica_into(real[p], imag[p], phases[p, k], rate)
-        gram, right = _normal_equations(samples[:, k], weight[k], real, imag)
-        solution = np.linalg.solve(gram, right)
-        for p in range(points):
-            for m in range(channels):
-                amplitude[p, m, k] = solution[p, m]
-        for m in range(channels):
-            _residual_into(residual[m, k], samples[m, k], weight[k], solution[:, m], real, imag)
-    return amplitude, residual
+def _ridge(weight: FloatArray) -> FloatArray:
+    """Number added to the diagonal of the normal equations, ``(ramp,)``."""
+    return np.asarray(REGULARISATION * np.sum(weight, axis=1) + 1e-300)
 
 
-@njit(cache=True, nogil=True, parallel=True)
-def _match(samples: Any, weight: Any, phases: Any, rate: float) -> Any:  # pragma: no cover
-    """Compiled `matched_amplitudes`."""
-    channels, ramps, fast = samples.shape
-    amplitude = np.zeros((phases.shape[0], channels, ramps), dtype=np.complex128)
-    for k in prange(ramps):
-        real = np.empty((1, fast))
-        imag = np.empty((1, fast))
-        for p in range(phases.shape[0]):
-            _replica_into(real[0], imag[0], phases[p, k], rate)
-            gram, right = _normal_equations(samples[:, k], weight[k], real, imag)
-            matched = right[0] / gram[0, 0]
-            for m in range(channels):
-                amplitude[p, m, k] = matched[m]
-    return amplitude
-
-
-@njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
-def _normal_equations(  # pragma: no cover
-    samples: Any, weight: Any, real: Any, imag: Any
-) -> Any:
-    """Gram matrix and right-hand sides of one ramp; the order of sums changes rounding only."""
-    points, fast = real.shape
-    channels = samples.shape[0]
-    gram = np.zeros((points, points), dtype=np.complex128)
-    right = np.zeros((points, channels), dtype=np.complex128)
-    ridge = REGULARISATION * np.sum(weight) + 1e-300
-    for p in range(points):
-        a = real[p] * weight
-        b = imag[p] * weight
-        for q in range(p, points):
-            x, y = 0.0, 0.0
-            for n in range(fast):
-                x += a[n] * real[q, n] + b[n] * imag[q, n]
-                y += a[n] * imag[q, n] - b[n] * real[q, n]
-            gram[p, q] = complex(x, y)
-            gram[q, p] = complex(x, -y)
-        gram[p, p] += ridge
-        for m in range(channels):
-            x, y = 0.0, 0.0
-            for n in range(fast):
-                sample = samples[m, n]
-                x += a[n] * sample.real + b[n] * sample.imag
-                y += a[n] * sample.imag - b[n] * sample.real
-            right[p, m] = complex(x, y)
-    return gram, right
-
-
-@njit(cache=True, nogil=True)
-def _residual_into(  # pragma: no cover
-    residual: Any, samples: Any, weight: Any, amplitude: Any, real: Any, imag: Any
-) -> None:
-    """Residual of one channel's samples on one ramp."""
-    for n in range(samples.size):
-        if weight[n] > 0.0:
-            left = samples[n]
-            for p in range(amplitude.size):
-                left -= amplitude[p] * complex(real[p, n], imag[p, n])
-            residual[n] = left
-
-
-@njit(cache=True, nogil=True)
-def _replica_into(real: Any, imag: Any, phase: Any, rate: float) -> None:  # pragma: no cover
-    """Unit signal of one point on one ramp, by the recurrence of a quadratic phase."""
-    bend = phase[2] / rate**2
-    turn = np.exp(2j * np.pi * (phase[0] % 1.0))
-    step = np.exp(2j * np.pi * (phase[1] / rate + 0.5 * bend))
-    growth = np.exp(2j * np.pi * bend)
-    for n in range(real.size):
-        real[n] = turn.real
-        imag[n] = turn.imag
-        turn *= step
-        step *= growth
-
-
-@njit(cache=True, nogil=True, parallel=True)
-def beat_errors(  # pragma: no cover - compiled
-    residual: Any, weight: Any, phase: Any, amplitude: Any, rate: float
-) -> Any:
-    r"""Error of each point's beat by the residual: Hz, ``(point, ramp)``.
-
-    A beat with the error δ leaves the residual :math:`j2\pi\delta\,(t - \bar t)\,a\,e^{j\varphi}`;
-    δ is the weighted least-squares fit of that to the residual of all channels.
-    Arguments as `fit_amplitudes` takes and gives.
-    """
-    points = phase.shape[0]
-    channels, ramps, fast = residual.shape
-    out = np.zeros((points, ramps))
-    for p in prange(points):
-        for k in range(ramps):
-            total, mean = 0.0, 0.0
-            for n in range(fast):
-                total += weight[k, n]
-                mean += weight[k, n] * n
-            if total == 0.0:
-                continue
-            mean /= total
-            real = np.empty(fast)
-            imag = np.empty(fast)
-            _replica_into(real, imag, phase[p, k], rate)
-            above, below = 0.0, 0.0
-            strength = 0.0
-            for m in range(channels):
-                strength += abs(amplitude[p, m, k]) ** 2
-            for n in range(fast):
-                w = weight[k, n]
-                if w != 0.0:
-                    found = 0.0j
-                    for m in range(channels):
-                        found += residual[m, k, n] * np.conj(amplitude[p, m, k])
-                    above += w * (n - mean) * (found * complex(real[n], -imag[n])).imag
-                    below += w * (n - mean) ** 2
-            if strength > 0.0 and below > 0.0:
-                out[p, k] = above / (2.0 * np.pi * strength * below) * rate
-    return out
+def _unit_signals(phases: FloatArray, rate: float, fast: int) -> ComplexArray:
+    """Signals of magnitude 1 of points, ``(ramp, point, fast)``."""
+    elapsed = np.arange(fast) / rate
+    start, beat, drift = np.moveaxis(phases, (2, 1), (0, 1))[..., None]
+    cycles = start + elapsed * (beat + 0.5 * elapsed * drift)
+    return np.asarray(np.exp(2j * np.pi * (cycles % 1.0)))
 
 
 def replica(
     schedule: RampSchedule, times: SampleTimes, *, motion: FloatArray, time: float
 ) -> ComplexArray:
-    """Unit signal of a point (R, v, a), ``(ramp, fast)``: slow reference of the kernels."""
+    """Unit signal of a point (R, v, a), ``(ramp, fast)``: slow reference of `beat_phase`."""
     distance, rate, _ = path_of(np.asarray(motion)[None], times.time - time)[:, 0]
     delay = 2.0 * distance / (SPEED_OF_LIGHT + rate)
     frequency = schedule.start_frequency[:, None] + schedule.slope[:, None] * (

@@ -23,9 +23,9 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
+from polychirp.jit import compiled, inner, reordered
 from polychirp.model.if_frame import SampleTimes
 from polychirp.receiver.signal_model.point_signal import hann_weights
 
@@ -259,13 +259,13 @@ def _moments(weight: FloatArray, farthest: int) -> FloatArray:
     return np.ascontiguousarray(np.moveaxis(parts, 3, 1))
 
 
-@njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
+@reordered
 def _add_row(out: Any, factor: float, row: Any) -> None:  # pragma: no cover - compiled
     for i in range(out.size):
         out[i] += factor * row[i]
 
 
-@njit(cache=True, nogil=True)
+@inner
 def _kernel_into(  # pragma: no cover - compiled
     out: Any, moments: Any, x: float, curvature: float, farthest: int, is_whole: bool
 ) -> None:
@@ -305,7 +305,7 @@ def _kernel_into(  # pragma: no cover - compiled
             share *= np.pi * curvature / (q + 1)
 
 
-@njit(cache=True, nogil=True)
+@inner
 def _span(place: float, cells: float, bins: int) -> Any:  # pragma: no cover - compiled
     """Numbers of the first bin, and after the last, within ``cells`` of a place."""
     low = max(0, int(np.ceil(place - cells * BINS_PER_CELL)))
@@ -313,7 +313,7 @@ def _span(place: float, cells: float, bins: int) -> Any:  # pragma: no cover - c
     return low, max(low, high)
 
 
-@njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
+@reordered
 def _inner(a: Any, b: Any) -> Any:  # pragma: no cover - compiled
     """Σ a* b of two rows ``(part, place)``."""
     real, imag = 0.0, 0.0
@@ -323,7 +323,7 @@ def _inner(a: Any, b: Any) -> Any:  # pragma: no cover - compiled
     return complex(real, imag)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _match(  # pragma: no cover - compiled
     spectra: Any, places: Any, moments: Any, table: Any, farthest: int, gain: Any, is_whole: Any
 ) -> Any:
@@ -344,7 +344,7 @@ def _match(  # pragma: no cover - compiled
     return out
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _fit(  # pragma: no cover - compiled
     spectra: Any,
     places: Any,
@@ -362,6 +362,7 @@ def _fit(  # pragma: no cover - compiled
     kernel = np.zeros((points, 2, bins))
     wide = np.zeros((points, 2), dtype=np.int64)
     near = np.zeros((points, 2), dtype=np.int64)
+    order = np.zeros(points, dtype=np.int64)
     for k in range(ramps):
         # every point's kernel as far as it couples with others, and the normal equations
         own = moments[table[k]]
@@ -370,7 +371,8 @@ def _fit(  # pragma: no cover - compiled
             near[p, 0], near[p, 1] = _span(places[p, k, 1], FIT_REACH, bins)
             _kernel_near(kernel, wide, p, reach, places[p, k], own, farthest, is_whole[k])
         gram = _gram(kernel, wide, near)
-        found = np.linalg.solve(gram, _readings(kernel, near, residual[:, k]))
+        _factorize(gram, order)
+        found = _solve(gram, order, _readings(kernel, near, residual[:, k]))
         # kernels of strong points reach farther: all that exceeds the noise is subtracted
         for p in range(points):
             above = np.abs(found[p]).max() / (2.0 * np.pi * REMOVAL_LIMIT * noise[k] + 1e-300)
@@ -381,7 +383,7 @@ def _fit(  # pragma: no cover - compiled
                 )
         _remove(residual[:, k], kernel, wide, found)
         # the second pass corrects for what lies beyond the reach of the first
-        change = np.linalg.solve(gram, _readings(kernel, near, residual[:, k]))
+        change = _solve(gram, order, _readings(kernel, near, residual[:, k]))
         _remove(residual[:, k], kernel, wide, change)
         for p in range(points):
             turn = np.exp(-2j * np.pi * places[p, k, 0]) / gain[k]
@@ -390,7 +392,7 @@ def _fit(  # pragma: no cover - compiled
     return amplitude, residual
 
 
-@njit(cache=True, nogil=True)
+@inner
 def _kernel_near(  # pragma: no cover - compiled
     kernel: Any,
     wide: Any,
@@ -408,7 +410,7 @@ def _kernel_near(  # pragma: no cover - compiled
     _kernel_into(kernel[p, :, low:high], moments, start, place[2], farthest, is_whole)
 
 
-@njit(cache=True, nogil=True)
+@inner
 def _gram(kernel: Any, wide: Any, near: Any) -> Any:  # pragma: no cover - compiled
     points = kernel.shape[0]
     out = np.zeros((points, points), dtype=np.complex128)
@@ -421,7 +423,50 @@ def _gram(kernel: Any, wide: Any, near: Any) -> Any:  # pragma: no cover - compi
     return out
 
 
-@njit(cache=True, nogil=True)
+@inner
+def _factorize(matrix: Any, order: Any) -> None:  # pragma: no cover - compiled
+    """Replace a matrix by its factors L and U; row k of these is row ``order[k]`` of the matrix.
+
+    Gauss's elimination with the largest element of each column, as LAPACK's ``getrf``; numba's
+    ``np.linalg.solve`` takes 10 s to compile.
+    """
+    size = len(order)
+    for k in range(size):
+        order[k] = k
+    for k in range(size):
+        best = k
+        for i in range(k + 1, size):
+            if abs(matrix[i, k]) > abs(matrix[best, k]):
+                best = i
+        order[k], order[best] = order[best], order[k]
+        for j in range(size):
+            matrix[k, j], matrix[best, j] = matrix[best, j], matrix[k, j]
+        for i in range(k + 1, size):
+            matrix[i, k] /= matrix[k, k]
+            for j in range(k + 1, size):
+                matrix[i, j] -= matrix[i, k] * matrix[k, j]
+
+
+@inner
+def _solve(factors: Any, order: Any, right: Any) -> Any:  # pragma: no cover - compiled
+    """Solution ``(row, column)`` of linear equations whose matrix `_factorize` has replaced."""
+    size, columns = right.shape
+    out = np.empty((size, columns), dtype=np.complex128)
+    for m in range(columns):
+        for i in range(size):
+            total = right[order[i], m]
+            for j in range(i):
+                total -= factors[i, j] * out[j, m]
+            out[i, m] = total
+        for i in range(size - 1, -1, -1):
+            total = out[i, m]
+            for j in range(i + 1, size):
+                total -= factors[i, j] * out[j, m]
+            out[i, m] = total / factors[i, i]
+    return out
+
+
+@inner
 def _readings(kernel: Any, near: Any, spectrum: Any) -> Any:  # pragma: no cover - compiled
     points, channels = kernel.shape[0], spectrum.shape[1]
     out = np.zeros((points, channels), dtype=np.complex128)
@@ -432,7 +477,7 @@ def _readings(kernel: Any, near: Any, spectrum: Any) -> Any:  # pragma: no cover
     return out
 
 
-@njit(cache=True, nogil=True)
+@inner
 def _remove(spectrum: Any, kernel: Any, wide: Any, found: Any) -> None:  # pragma: no cover
     for p in range(kernel.shape[0]):
         low, high = wide[p]
@@ -444,7 +489,7 @@ def _remove(spectrum: Any, kernel: Any, wide: Any, found: Any) -> None:  # pragm
             _add_row(spectrum[1, m, low:high], -imag, kernel[p, 0, low:high])
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _subtract(  # pragma: no cover - compiled
     spectra: Any,
     places: Any,
@@ -465,7 +510,7 @@ def _subtract(  # pragma: no cover - compiled
             _remove(spectra[:, k], kernel, wide, amplitude[p : p + 1, :, k] * turn)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _tilts(  # pragma: no cover - compiled
     residual: Any, places: Any, moments: Any, table: Any, farthest: int, gain: Any, is_whole: Any
 ) -> Any:

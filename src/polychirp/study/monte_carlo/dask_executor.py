@@ -14,7 +14,7 @@ from itertools import chain, islice
 from tempfile import NamedTemporaryFile
 from typing import Any, Final
 
-from polychirp.errors import CapabilityError, InputError, RunError
+from polychirp.errors import CapabilityError, InputError, PolychirpError, RunError
 from polychirp.study.monte_carlo.tasks import MOST_DEATHS, ONE_THREAD, Outcome, Task, attempt
 from polychirp.study.spec import Study
 
@@ -89,6 +89,8 @@ class DaskWorkers:
                 address = _address(replace(self, count=len(first)), stack)
                 client = stack.enter_context(Client(address, timeout=30))
                 client.wait_for_workers(1, timeout=self._patience)
+            except PolychirpError:
+                raise
             except (OSError, TimeoutError, ValueError) as error:
                 raise RunError(f"the cluster '{self.cluster}' cannot be used: {error}") from error
             yield from _Batches(client, studies, chain(first, tasks)).outcomes()

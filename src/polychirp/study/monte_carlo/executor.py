@@ -20,12 +20,7 @@ from polychirp.errors import InputError, RunError
 from polychirp.study.monte_carlo.tasks import MOST_DEATHS, ONE_THREAD, Outcome, Task
 from polychirp.study.monte_carlo.worker import READY_MESSAGE
 from polychirp.study.spec import Study
-
-
-def num_cores() -> int:
-    """Cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
-
+from polychirp.threads import num_cores
 
 _SHORT_TRIAL: Final = 1.0
 """Duration of a trial, s, below which a worker is given its next trial in advance; chosen."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
@@ -194,8 +194,18 @@ def with_consistent_antennas(scene: Scene) -> Scene:
     return replace(scene, radars=tuple(radars))
 
 
-def run_paper(*, seed: int = 1, progress: Progress = no_progress) -> PaperResults:
-    """Run every case of the paper on one street, with the same paths and noise for all."""
+def run_paper(
+    *,
+    seed: int = 1,
+    progress: Progress = no_progress,
+    show: Callable[[PaperRow], None] = lambda _row: None,
+) -> PaperResults:
+    """Run every case of the paper on one street, with the same paths and noise for all.
+
+    Parameters
+    ----------
+    show : is given every row as soon as it is known; those of the paper's own cases come first
+    """
     compile_parts(OF_PAPER, progress=progress)
     started = time.perf_counter()
     studies = {
@@ -212,7 +222,7 @@ def run_paper(*, seed: int = 1, progress: Progress = no_progress) -> PaperResult
         refresh_interval=first.refresh_interval,
         progress=progress,
     )
-    rows = _case_rows(scene, schedules, snapshots, seed=seed, progress=progress)
+    rows = _case_rows(scene, schedules, snapshots, seed=seed, progress=progress, show=show)
     correlation = run_correlation(seed=seed, progress=progress)
     tables = _tables(rows)
     return PaperResults(
@@ -238,6 +248,7 @@ def _case_rows(
     *,
     seed: int,
     progress: Progress,
+    show: Callable[[PaperRow], None],
 ) -> dict[Case, PaperRow]:
     """Row of every case, on the same paths."""
     cases = list(paper_cases())
@@ -247,7 +258,7 @@ def _case_rows(
         same = replace(case, synchronous=True)
         return case if case.interferers or same not in cases else same
 
-    distinct = list(dict.fromkeys(equivalent(case) for case in cases))
+    distinct = sorted(dict.fromkeys(equivalent(case) for case in cases), key=_is_variant)
     rows: dict[Case, PaperRow] = {}
     made = side_by_side(
         [
@@ -260,8 +271,16 @@ def _case_rows(
     progress("radars", 0, len(distinct))
     for case, row in zip(distinct, made, strict=True):
         rows[case] = row
+        show(row)
         progress("radars", len(rows), len(distinct))
     return {case: replace(rows[equivalent(case)], synchronous=case.synchronous) for case in cases}
+
+
+def _is_variant(case: Case) -> bool:
+    """False for the cases that the paper shows, and for those with one slope per radar."""
+    is_whole_street = case.scenario == "all"
+    is_changed = case.mitigation != "none" or case.antenna != "table 2"
+    return is_whole_street or is_changed or not case.synchronous
 
 
 def _case_row(

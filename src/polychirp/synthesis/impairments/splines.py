@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 from polychirp.axes import FloatArray
-from polychirp.synthesis.numba_support import compiled
+from polychirp.jit import compiled
 
 
 @lru_cache(maxsize=4)

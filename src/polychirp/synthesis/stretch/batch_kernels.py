@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
-from polychirp.synthesis.numba_support import compiled, inlined, unit, units
+from polychirp.jit import compiled, inlined, inner
 from polychirp.synthesis.stretch.chirp_kernels import STEADY_CHANGE, phase_of
 from polychirp.synthesis.stretch.filter_kernels import edge_gain, tabulated_gain
 from polychirp.synthesis.stretch.kernel_records import (
@@ -28,6 +28,7 @@ from polychirp.synthesis.stretch.kernel_records import (
     Response,
 )
 from polychirp.synthesis.stretch.path_kernels import received, sent_amplitude
+from polychirp.synthesis.unit_phasors import unit, units
 
 SMALL_ANGLE: Final = 0.5
 """rad, up to which Taylor's polynomials of sine and cosine are right to 1e-13."""
@@ -231,7 +232,10 @@ def crossing_samples(
         term, value = np.empty((channels, terms, links)), np.empty((channels, links, 2 * powers))
         crossing_columns(term, value, batch, low, beats.time, beats.centre, beats.width)
         for m in range(channels):
-            sums[m] += np.dot(term[m], value[m])
+            product = np.dot(term[m], value[m])
+            for r in range(terms):
+                for q in range(2 * powers):
+                    sums[m, r, q] += product[r, q]
     # samples, of as many terms of every power as count
     for m in range(channels):
         for q in range(powers):
@@ -297,7 +301,7 @@ def fill_columns(
             term[r, p] = 2.0 * x[p] * term[r - 1, p] - term[r - 2, p]
 
 
-@compiled
+@inner
 def swept_terms(
     batch: Batch, beats: BeatExpansion, step: float, count: int, side: int, least: float
 ) -> tuple[ComplexArray, IntArray]:
@@ -336,7 +340,7 @@ def swept_terms(
     return out, kept
 
 
-@compiled
+@inner
 def _swept_gain(
     out: ComplexArray, batch: Batch, centre: float, off: FloatArray, step: float, side: int
 ) -> None:

@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from polychirp.axes import ComplexArray
-from polychirp.synthesis.numba_support import compiled, inlined, unit, units
+from polychirp.jit import inlined, inner
 from polychirp.synthesis.stretch.filter_kernels import (
     derivative,
     edge_gain,
@@ -23,6 +23,7 @@ from polychirp.synthesis.stretch.filter_kernels import (
     tap,
 )
 from polychirp.synthesis.stretch.kernel_records import Chirp, Response, Samples, Taps
+from polychirp.synthesis.unit_phasors import unit, units
 
 NUM_LANES: Final = 16
 """Samples that a recurrence advances together."""
@@ -73,7 +74,7 @@ def _num_before(time: float, samples: Samples, most: int) -> int:
     return math.ceil(min(max((time - samples.first) / samples.step, 0.0), float(most)))
 
 
-@compiled
+@inner
 def add_chirp(samples: Samples, response: Response, taps: Taps, chirp: Chirp) -> None:
     """Add a chirp to samples.
 
@@ -123,7 +124,7 @@ def add_chirp(samples: Samples, response: Response, taps: Taps, chirp: Chirp) ->
         _add_edges(samples, taps, negative, side, max(near_from, end), near_until)
 
 
-@compiled
+@inner
 def _near_samples(
     chirp: Chirp, far: float, half: float, samples: Samples, low: int, high: int
 ) -> tuple[int, int]:
@@ -142,7 +143,7 @@ def _near_samples(
 # ── windows that are cut ──────────────────────────────────────────────────────────────────────
 
 
-@compiled
+@inner
 def _add_corner(samples: Samples, taps: Taps, chirp: Chirp, corner: float) -> None:
     """Add the contribution of a beginning (or, with negative amplitude, an ending) of the chirp.
 
@@ -162,7 +163,7 @@ def _add_corner(samples: Samples, taps: Taps, chirp: Chirp, corner: float) -> No
         _add_value(samples, n, total * value)
 
 
-@compiled
+@inner
 def _add_cut(samples: Samples, taps: Taps, chirp: Chirp) -> None:
     """Add samples whose windows are cut where the beat is low."""
     for n in range(samples.real.size):
@@ -174,7 +175,7 @@ def _add_cut(samples: Samples, taps: Taps, chirp: Chirp) -> None:
             _add_value(samples, n, value)
 
 
-@compiled
+@inner
 def quadrature(taps: Taps, low: float, high: float, beat: float, rate: float) -> complex:
     """∫h(s) exp(j2π(−f s + ½ μ s²)) ds from low to high, in panels of at most `PANEL_CYCLES`."""
     fastest = max(abs(beat - rate * low), abs(beat - rate * high)) + taps.stopband
@@ -200,13 +201,13 @@ def quadrature(taps: Taps, low: float, high: float, beat: float, rate: float) ->
 # ── edges of the window, and beats near the band ──────────────────────────────────────────────
 
 
-@compiled
+@inner
 def _add_edges(samples: Samples, taps: Taps, chirp: Chirp, side: int, begin: int, end: int) -> None:
     if end > begin:
         _add_edge(_run(samples, begin, end), taps, chirp, side)
 
 
-@compiled
+@inner
 def _add_edge(samples: Samples, taps: Taps, chirp: Chirp, side: int) -> None:
     """Add the contribution of the window's upper (side 1) or lower (−1) edge to far samples.
 
@@ -244,7 +245,7 @@ def _add_edge(samples: Samples, taps: Taps, chirp: Chirp, side: int) -> None:
             n += 1
 
 
-@compiled
+@inner
 def _add_near(samples: Samples, response: Response, taps: Taps, chirp: Chirp) -> None:
     """Add the chirp times G, as if it had no ends; beats are in the table."""
     half, rate, step = taps.half, chirp.rate, samples.step
@@ -283,7 +284,7 @@ def _range_of_beats(beat: float, change: float, reach: float, last: int) -> tupl
     return (math.ceil(begin), math.floor(end)) if begin <= end else (0, -1)
 
 
-@compiled
+@inner
 def _add_steady(
     samples: Samples, amplitude: complex, phase: float, beat: float, rate: float, gain: ComplexArray
 ) -> None:

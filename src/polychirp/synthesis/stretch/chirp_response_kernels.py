@@ -7,8 +7,9 @@ import math
 import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
-from polychirp.synthesis.numba_support import compiled, units
+from polychirp.jit import compiled
 from polychirp.synthesis.stretch.nufft import WINDOW_WIDTH
+from polychirp.synthesis.unit_phasors import units
 
 
 @compiled

@@ -54,7 +54,7 @@ class Stretch(Spec):
     """Closed-form synthesis at the converter's rate.
 
     Weak signals are left out, together up to 3e-7 of the strongest samples or, if no path comes
-    into the band, up to 1e-3 of the victim's thermal noise. The rest is accurate to 1e-8.
+    into the band, up to 1e-3 of the victim's thermal noise. The rest is accurate to 1e-7.
 
     Parameters
     ----------

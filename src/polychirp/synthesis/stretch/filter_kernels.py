@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray
-from polychirp.synthesis.numba_support import compiled, inlined
+from polychirp.jit import compiled, inlined
 from polychirp.synthesis.stretch.kernel_records import (
     NUM_END_TERMS,
     NUM_TAYLOR_TERMS,

@@ -17,8 +17,9 @@ NUM_END_TERMS: Final = 6
 NUM_TAYLOR_TERMS: Final = 6
 """Terms by which a tabulated derivative of h is continued between its nodes."""
 
-EXPANSION_TOLERANCE: Final = 3e-9
-"""Error of every expansion over many links, relative to the largest value that it stands for."""
+EXPANSION_TOLERANCE: Final = 2e-10
+"""Error of every expansion over many links, relative to the largest value that it stands for. The
+errors of hundreds of links may add up to 5e-8 of the strongest sample."""
 
 NUMBERS_PER_BLOCK: Final = 1 << 15
 """Links times terms of one channel that are held at once: 256 KiB, chosen to stay in a cache."""

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from polychirp.axes import FloatArray
-from polychirp.synthesis.numba_support import compiled
+from polychirp.jit import compiled
 
 
 @compiled

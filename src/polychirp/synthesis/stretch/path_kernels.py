@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from polychirp.axes import ComplexArray
-from polychirp.synthesis.numba_support import compiled, inlined
+from polychirp.jit import compiled, inlined
 from polychirp.synthesis.stretch import kernel_records
 from polychirp.synthesis.stretch.chirp_kernels import add_chirp
 from polychirp.synthesis.stretch.kernel_records import (

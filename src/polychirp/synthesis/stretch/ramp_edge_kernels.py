@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray
-from polychirp.synthesis.numba_support import compiled, inlined, units
+from polychirp.jit import compiled, inlined
 from polychirp.synthesis.stretch.batch_kernels import fill_columns
 from polychirp.synthesis.stretch.chirp_kernels import add_chirp, phase_of
 from polychirp.synthesis.stretch.kernel_records import (
@@ -18,6 +18,7 @@ from polychirp.synthesis.stretch.kernel_records import (
     Samples,
 )
 from polychirp.synthesis.stretch.path_kernels import received
+from polychirp.synthesis.unit_phasors import units
 
 
 @compiled

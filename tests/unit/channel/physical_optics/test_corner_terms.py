@@ -22,6 +22,7 @@ from polychirp.channel.physical_optics.views import View
 from polychirp.channel.scene.world import world_of
 from polychirp.model.scene import Actor
 from polychirp.testing.shapes import around, mesh_of, sphere
+from tests.support.kernels import callable_from_python
 
 PLACES = np.array([(4.0, 1.0, 0.5), (5.0, -2.0, 0.0)])
 
@@ -95,4 +96,4 @@ def test_the_next_kept_cell():
 
 @pytest.mark.parametrize(("position", "cell", "share"), [(3.0, 3, 0.0), (3.5, 3, 0.5)])
 def test_shares_of_two_cells(position, cell, share):
-    assert two_cells(position) == (cell, pytest.approx(share))
+    assert callable_from_python(two_cells)(position) == (cell, pytest.approx(share))

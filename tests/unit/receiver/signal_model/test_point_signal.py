@@ -6,7 +6,6 @@ import pytest
 from polychirp.model.if_frame import sample_times
 from polychirp.model.radar import Converter
 from polychirp.receiver.signal_model.point_signal import (
-    beat_errors,
     beat_frequency,
     beat_phase,
     beat_sensitivity,
@@ -18,6 +17,7 @@ from polychirp.receiver.signal_model.point_signal import (
 from polychirp.rng import Streams
 from polychirp.waveform import DiverseTriangular
 from tests.support.points import HandPoint, frame_of
+from tests.support.references.receiver import beat_errors
 
 RAMPS = DiverseTriangular().schedule(num_sweeps=2, streams=Streams(3))
 TIMES = sample_times(RAMPS, Converter())

@@ -6,7 +6,6 @@ import pytest
 from polychirp.model.if_frame import sample_times
 from polychirp.model.radar import Converter
 from polychirp.receiver.signal_model.point_signal import (
-    beat_errors,
     beat_phase,
     fit_amplitudes,
     hann_weights,
@@ -15,6 +14,7 @@ from polychirp.receiver.signal_model.spectral_fit import Band, _smooth_below, ba
 from polychirp.rng import Streams
 from polychirp.waveform import DiverseTriangular
 from tests.support.points import HandPoint, frame_of
+from tests.support.references.receiver import beat_errors
 
 RAMPS = DiverseTriangular().schedule(num_sweeps=4, streams=Streams(3))
 TIMES = sample_times(RAMPS, Converter())

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.polynomial import chebyshev
 
-from polychirp.synthesis.numba_support import compiled
+from polychirp.jit import compiled
 from polychirp.synthesis.stretch.batch_kernels import second_derivative
 
 

@@ -15,6 +15,12 @@ from polychirp.synthesis.stretch.chirp_response import (
 from polychirp.synthesis.stretch.kernel_records import Response
 from polychirp.synthesis.stretch.kernel_tables import taps_of
 from polychirp.units import from_db
+from tests.support.kernels import callable_from_python
+
+tabulated_gain = callable_from_python(filter_kernels.tabulated_gain)
+end_series = callable_from_python(filter_kernels.end_series)
+tap = callable_from_python(filter_kernels.tap)
+derivative = callable_from_python(filter_kernels.derivative)
 
 FILTERS = [IfFilter(), IfFilter(passband=3e6, stopband=4.5e6, attenuation=from_db(55.0))]
 
@@ -45,7 +51,7 @@ def test_the_table_holds_the_integral_at_any_beat_and_nearby_rate(if_filter, rat
     )
     detune = 1j * np.pi * (detuned - rate) * (0.5 * if_filter.support) ** 2
     for beat in np.linspace(-1.0, 1.0, 23) * highest:
-        gain = filter_kernels.tabulated_gain(response, beat, detune)
+        gain = tabulated_gain(response, beat, detune)
         assert gain == pytest.approx(integral(if_filter, beat, detuned), abs=1e-9)
 
 
@@ -67,9 +73,9 @@ def test_a_cut_window_far_out_of_band_is_the_sum_of_its_ends(if_filter, rate, en
 
     def series(s):
         weight = np.empty(taps.bessel.shape[0], dtype=np.complex128)
-        count = filter_kernels.end_series(taps, beat - rate * s, rate, weight)
-        value = weight[0] * filter_kernels.tap(taps, s)
-        value += sum(weight[j] * filter_kernels.derivative(taps, s, j) for j in range(1, count))
+        count = end_series(taps, beat - rate * s, rate, weight)
+        value = weight[0] * tap(taps, s)
+        value += sum(weight[j] * derivative(taps, s, j) for j in range(1, count))
         return value * np.exp(2j * np.pi * s * (0.5 * rate * s - beat))
 
     expected = integral(if_filter, beat, rate, high=end)

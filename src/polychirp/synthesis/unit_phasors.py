@@ -1,34 +1,17 @@
-"""Compilation of kernels by numba, and complex numbers of magnitude 1.
+"""Complex numbers of magnitude 1, in kernels.
 
-Importing numba takes a second: only modules of kernels import this one, and other modules import
-those inside the functions that call them.
-
-No kernel uses fast arithmetic, not even fused multiplications and additions: a kernel is compiled
-into each of its callers, and which operations are fused would depend on which of these copies runs,
-so that the run that compiles them would differ from all later ones.
+No kernel of the synthesis uses fast arithmetic, not even fused multiplications and additions: a
+kernel is compiled into each of its callers, and which operations are fused would depend on which of
+these copies runs, so that the run that compiles them would differ from all later ones.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Final, TypeVar, cast
-
-from numba import njit
+from typing import Final
 
 from polychirp.axes import FloatArray
-
-F = TypeVar("F", bound=Callable[..., object])
-
-
-def compiled(function: F) -> F:
-    """A kernel, compiled on first use and stored beside its source; it frees Python's lock."""
-    return cast("F", njit(cache=True, nogil=True)(function))
-
-
-def inlined(function: F) -> F:
-    """A kernel compiled into its callers: a call would count references to arrays in records."""
-    return cast("F", njit(cache=True, nogil=True, forceinline=True)(function))
+from polychirp.jit import inlined
 
 
 @inlined
