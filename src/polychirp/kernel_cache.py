@@ -271,7 +271,6 @@ def kernel_modules() -> dict[str, str]:
         inner = path.relative_to(PACKAGE.parent).with_suffix("").parts
         texts[".".join(inner)] = path.read_text(encoding="utf-8")
     has_kernels = {name for name, text in texts.items() if _DECORATED.search(text)}
-    has_kernels.add("polychirp.jit")  # options of all kernels
     own = {name: _hash(text) for name, text in texts.items()}
     taken = {
         name: {
@@ -284,10 +283,8 @@ def kernel_modules() -> dict[str, str]:
     return {name: _hash("".join(own[n] for n in sorted(_reach(name, taken)))) for name in taken}
 
 
-_DECORATED: Final = re.compile(
-    r"^@(njit|compiled|inlined|reordered|fast|fast_inlined)\b", re.MULTILINE
-)
-"""Decorators of kernels in the sources."""
+_DECORATED: Final = re.compile(r"^from (polychirp\.jit|numba) import\b", re.MULTILINE)
+"""Import of a decorator of kernels."""
 
 
 def _imports(text: str) -> Iterator[tuple[str, list[str]]]:

@@ -21,6 +21,7 @@ tabulated_gain = callable_from_python(filter_kernels.tabulated_gain)
 end_series = callable_from_python(filter_kernels.end_series)
 tap = callable_from_python(filter_kernels.tap)
 derivative = callable_from_python(filter_kernels.derivative)
+quadrature = callable_from_python(chirp_kernels.quadrature)
 
 FILTERS = [IfFilter(), IfFilter(passband=3e6, stopband=4.5e6, attenuation=from_db(55.0))]
 
@@ -109,5 +110,5 @@ def test_panels_of_a_cut_window_integrate_beats_up_to_the_far_ones(if_filter, ra
     taps = taps_of(if_filter)
     low, high = (end * taps.half for end in part)
     for beat in np.linspace(-1.0, 1.0, 9) * far_beat(if_filter, rate):
-        found = chirp_kernels.quadrature(taps, low, high, beat, rate)
+        found = quadrature(taps, low, high, beat, rate)
         assert found == pytest.approx(integral(if_filter, beat, rate, *part), abs=1e-11)
