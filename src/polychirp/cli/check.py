@@ -85,7 +85,7 @@ def _print_tables(name: str, derived: Derived) -> None:
         f"{len(derived.radars)}; the scene is traced {_counted(derived.num_snapshots, 'time')}; "
         f"samples and their parts take {derived.memory / 1e6:.3g} MB.\n"
         f"A run takes roughly {derived.cost:.2g} s on one core; the first run also compiles its "
-        "kernels, which takes minutes.",
+        "kernels, which takes a minute.",
     )
 
 

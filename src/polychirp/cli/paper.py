@@ -106,7 +106,8 @@ def _say_row(row: PaperRow) -> None:
     from polychirp.report.verdict import row_in_words
     from polychirp.report.words import variant_name
 
-    if (row.antenna, row.mitigation, row.synchronous) == ("table 2", "none", True):
+    is_variant = row.scenario == "all" or row.antenna != "table 2" or row.mitigation != "none"
+    if row.synchronous and not is_variant:
         say(f"{variant_name(row)}: {row_in_words(row)}")
 
 
