@@ -163,21 +163,17 @@ class SampleSource(Protocol):
     @property
     def num_samples(self) -> int:
         """Number of samples."""
-        ...
 
     @property
     def sample_rate(self) -> float:
         """Sample rate, 1/s."""
-        ...
 
     @property
     def centre_frequency(self) -> float:
         """Carrier, Hz."""
-        ...
 
     def read(self, first: int, last: int) -> ComplexArray:
         """Samples ``first`` to ``last`` − 1, V ``(time,)``."""
-        ...
 
 
 def _refined(samples: ComplexArray) -> tuple[ComplexArray, int]:
