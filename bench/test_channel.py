@@ -5,7 +5,7 @@ import time
 import numpy as np
 import pytest
 
-from polychirp.channel.geometry.bvh import Caster, closest_by_trying_all
+from polychirp.channel.geometry.bvh import Caster
 from polychirp.channel.materials.library import known_materials
 from polychirp.channel.tracers.composite import Composite
 from polychirp.frames import Pose
@@ -13,6 +13,7 @@ from polychirp.model.mesh import Plate
 from polychirp.model.radar import Radar
 from polychirp.model.scene import Actor, Scene
 from polychirp.testing.shapes import around, box, mesh_of, sphere
+from tests.support.references.geometry import closest_by_trying_all
 from tests.support.references.physical_optics import scattered
 
 CAR = (4.5, 1.8, 1.4)

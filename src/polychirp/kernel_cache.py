@@ -29,7 +29,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -211,18 +211,16 @@ def source_hash() -> str:
 def read_stamp() -> Stamp | None:
     """The stamp; None if there is none that can be read."""
     try:
-        row = json.loads(stamp_path().read_text(encoding="utf-8"))
-        return Stamp(sources=row["sources"], modules=row["modules"], parts=row["parts"])
-    except (OSError, ValueError, KeyError, TypeError):
+        return Stamp(**json.loads(stamp_path().read_text(encoding="utf-8")))
+    except (OSError, ValueError, TypeError):
         return None
 
 
 def _write_stamp(stamp: Stamp) -> None:
     path = stamp_path()
-    row = {"sources": stamp.sources, "modules": stamp.modules, "parts": stamp.parts}
     with suppress(OSError):  # without a stamp the next start looks again
         fresh = path.with_suffix(f".{os.getpid()}")
-        fresh.write_text(json.dumps(row, indent=1), encoding="utf-8")
+        fresh.write_text(json.dumps(asdict(stamp), indent=1), encoding="utf-8")
         fresh.replace(path)
 
 
@@ -245,9 +243,7 @@ def _current_stamp() -> Stamp:
     constant that the kernel takes from another file.
     """
     sources, modules = source_hash(), kernel_modules()
-    stamp = read_stamp()
-    if stamp is None:
-        return Stamp(sources=sources, modules=modules, parts={})
+    stamp = read_stamp() or Stamp(sources=sources, modules=modules, parts={})
     changed = {name for name in stamp.modules if stamp.modules[name] != modules.get(name)}
     if changed or len(modules) != len(stamp.modules):
         for files in stamp.parts.values():
@@ -255,7 +251,7 @@ def _current_stamp() -> Stamp:
                 if module in changed:
                     Path(path).unlink(missing_ok=True)
         return Stamp(sources=sources, modules=modules, parts={})
-    current = Stamp(sources=sources, modules=modules, parts=stamp.parts)
+    current = replace(stamp, sources=sources)
     if stamp.sources != sources:
         _write_stamp(current)
     return current
@@ -353,9 +349,7 @@ def compile_ahead(
         show("compiling kernels", total, total)
         for failure in failures:
             _note(f"{failure}; the kernels are compiled where they are needed")
-        _write_stamp(
-            Stamp(sources=stamp.sources, modules=stamp.modules, parts={**stamp.parts, **done})
-        )
+        _write_stamp(replace(stamp, parts={**stamp.parts, **done}))
         return Compiled(
             folder=cache_folder(),
             parts=tuple(done),
@@ -377,74 +371,67 @@ def _run(parts: Sequence[Part], worker: str) -> Iterator[tuple[str, Any]]:
     """Reports of the workers: a kernel, a part with its cache files, or a failure."""
     count = min(num_cores(), len(parts), MOST_WORKERS)
     ahead = deque(part.name for part in parts)
-    news: SimpleQueue[tuple[_Worker, str]] = SimpleQueue()
+    news: SimpleQueue[tuple[str, Any] | None] = SimpleQueue()
     locks = tempfile.mkdtemp(prefix="polychirp-locks-")
-    workers = [_Worker(worker, locks, news) for _ in range(count)]
+    processes = [_started(worker, locks) for _ in range(count)]
     try:
-        busy = set(workers)
-        for one in workers:
-            one.give(ahead)
-        while busy:
-            one, line = news.get()
-            if not line:
-                busy.discard(one)
-                if one.at is not None:
-                    yield "failure", f"a worker ended while it compiled '{one.at}'"
-                continue
-            row = json.loads(line)
-            if "kernel" in row:
-                yield "kernel", row["kernel"]
-                continue
-            if "failure" in row:
-                yield "failure", f"'{one.at}' could not be compiled ahead: {row['failure']}"
-            # a part that failed is not tried again before the sources change
-            yield "part", {"name": one.at, "files": row["files"]}
-            one.give(ahead)
+        for process in processes:
+            Thread(target=_employ, args=(process, ahead, news), daemon=True).start()
+        while count:
+            report = news.get()
+            if report is None:
+                count -= 1
+            else:
+                yield report
     finally:
-        for one in workers:
-            one.kill()
+        for process in processes:
+            process.kill()
+            process.wait()
         shutil.rmtree(locks, ignore_errors=True)
 
 
-class _Worker:
-    """A process that compiles one part after another."""
+def _started(module: str, locks: str) -> subprocess.Popen[str]:
+    """A worker: a process that compiles one part after another."""
+    paths = [str(PACKAGE.parent), *filter(None, [os.environ.get("PYTHONPATH")])]
+    threads = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+    return subprocess.Popen(
+        [sys.executable, "-P", "-m", module, locks],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, **dict.fromkeys(threads, "1"), "PYTHONPATH": os.pathsep.join(paths)},
+    )
 
-    def __init__(self, module: str, locks: str, news: SimpleQueue[tuple[_Worker, str]]) -> None:
-        self.at: str | None = None
-        paths = [str(PACKAGE.parent), *filter(None, [os.environ.get("PYTHONPATH")])]
-        threads = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
-        self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", module, locks],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-            env={
-                **os.environ,
-                **dict.fromkeys(threads, "1"),
-                "PYTHONPATH": os.pathsep.join(paths),
-            },
-        )
-        Thread(target=self._read, args=(news,), daemon=True).start()
 
-    def give(self, ahead: deque[str]) -> None:
-        """Give the worker its next part, or end it."""
-        self.at = ahead.popleft() if ahead else None
-        pipe = cast("IO[str]", self._process.stdin)
-        with suppress(OSError):  # the thread that reads notices that the worker died
-            if self.at is None:
-                pipe.close()
-            else:
-                print(self.at, file=pipe, flush=True)
-
-    def kill(self) -> None:
-        self._process.kill()
-        self._process.wait()
-
-    def _read(self, news: SimpleQueue[tuple[_Worker, str]]) -> None:
-        with cast("IO[str]", self._process.stdout) as pipe:
-            for line in pipe:
-                news.put((self, line))
-        news.put((self, ""))
+def _employ(
+    process: subprocess.Popen[str],
+    ahead: deque[str],
+    news: SimpleQueue[tuple[str, Any] | None],
+) -> None:
+    """Give a worker one part after another and pass its reports on; None at the end."""
+    orders, reports = cast("IO[str]", process.stdin), cast("IO[str]", process.stdout)
+    try:
+        # without a part left the worker is closed, and ends
+        with suppress(IndexError, OSError), reports, orders:
+            while True:
+                name = ahead.popleft()
+                with suppress(OSError):  # a worker that died gives no report either
+                    print(name, file=orders, flush=True)
+                row: dict[str, Any] = {}
+                for line in reports:
+                    row = json.loads(line) if line.endswith("\n") else {}
+                    if "kernel" not in row:
+                        break
+                    news.put(("kernel", row["kernel"]))
+                if "files" not in row:
+                    news.put(("failure", f"a worker ended while it compiled '{name}'"))
+                    break
+                if "failure" in row:
+                    news.put(("failure", f"'{name}' could not be compiled ahead: {row['failure']}"))
+                # a part that failed is not tried again before the sources change
+                news.put(("part", {"name": name, "files": row["files"]}))
+    finally:
+        news.put(None)
 
 
 # ── the worker ────────────────────────────────────────────────────────────────
@@ -498,8 +485,8 @@ def _compile_each_once(locks: Path, files: dict[str, str], tell: Callable[[str],
     Dispatcher.compile = compile_once  # type: ignore[method-assign, assignment]
 
 
-_HELD_LOCKS: Final[dict[Path, int]] = {}
-"""Locks that this process holds, and how many times each."""
+_HELD_LOCKS: Final[set[Path]] = set()
+"""Locks that this process holds."""
 
 
 @contextmanager
@@ -520,8 +507,8 @@ def _locked(path: Path, *, say: str = "") -> Iterator[None]:
             if say:
                 _say(say)
             fcntl.flock(file, fcntl.LOCK_EX)
-        _HELD_LOCKS[path] = 1
+        _HELD_LOCKS.add(path)
         try:
             yield
         finally:
-            del _HELD_LOCKS[path]
+            _HELD_LOCKS.remove(path)

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from polychirp.capture.dca1000 import open_raw, write_raw
+from polychirp.capture.dca1000 import open_raw
 from polychirp.capture.parameter_file import parameters_from, read_parameters
 from polychirp.capture.recording import Recording, from_array, open_numpy
 from polychirp.capture.sigmf import check_sha512, open_sigmf, write_sigmf
@@ -33,6 +33,7 @@ from polychirp.study.trial import run_trial
 from polychirp.traffic.mesh_file import load_mesh, save_glb
 from polychirp.traffic.vehicle import vehicle_mesh
 from polychirp.waveform import Triangular
+from tests.support.dca1000 import write_raw
 
 LONGEST = 20.0
 """Processor time of a case above which it counts as hanging, s."""

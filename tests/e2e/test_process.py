@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from polychirp.capture.dca1000 import write_raw
 from polychirp.capture.parameter_file import TEMPLATE, read_parameters
 from polychirp.capture.recording import open_numpy
 from polychirp.cli.app import main
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.receiver.alternatives.sawtooth_receiver import SawtoothReceiver
+from tests.support.dca1000 import write_raw
 
 ROOT = Path(__file__).parents[2]
 REAL = ROOT / ".." / "shared" / "data" / "openradar" / "doppler_example_1.npy"

@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from polychirp.capture.dca1000 import open_raw, write_raw
+from polychirp.capture.dca1000 import open_raw
 from polychirp.capture.parameters import CaptureParameters
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.if_frame import IfFrame
 from polychirp.receiver.alternatives.sawtooth_receiver import SawtoothReceiver
 from polychirp.receiver.detection.cfar import ordered_statistic
+from tests.support.dca1000 import write_raw
 
 PARAMETERS = CaptureParameters(
     start_frequency=77e9,

@@ -85,22 +85,6 @@ def open_raw(
     )
 
 
-def write_raw(
-    path: Path | str, frames: Iterable[ComplexArray], *, device: Device, is_complex: bool
-) -> None:
-    """Write frames ``(receiver, ramp, fast)`` of whole numbers as the device would.
-
-    Raises
-    ------
-    InputError
-        A sample does not fit 16 bits.
-    """
-    with Path(path).open("wb") as file:
-        for samples in frames:
-            pack = pack_complex if is_complex else pack_real
-            file.write(pack(_as_words(samples), device).tobytes())
-
-
 def unpack(words: Words, parameters: CaptureParameters, *, device: Device) -> ComplexArray:
     """Samples ``(receiver, ramp, fast)`` of the words of one frame."""
     receivers, ramps = parameters.num_receivers, parameters.num_ramps
@@ -116,37 +100,6 @@ def unpack(words: Words, parameters: CaptureParameters, *, device: Device) -> Co
         table = words.reshape(ramps, receivers, parameters.num_samples, 1).transpose(1, 0, 2, 3)
     values = table.astype(np.float64)
     return np.asarray(values[..., 0] + 1j * values[..., 1] if parts == 2 else values[..., 0] + 0j)
-
-
-def pack_complex(words: Words, device: Device) -> Words:
-    """The stream of a frame of words ``(receiver, ramp, fast, I or Q)``."""
-    receivers, ramps, samples, _ = words.shape
-    if device == "xwr14xx":
-        return _on_four_lanes(words)
-    pairs = words.reshape(receivers, ramps, samples // 2, 2, 2)
-    return pairs.transpose(1, 0, 2, 4, 3).reshape(-1)
-
-
-def pack_real(words: Words, device: Device) -> Words:
-    """The stream of a frame of words ``(receiver, ramp, fast, I or Q)``, I only."""
-    if device == "xwr14xx":
-        return _on_four_lanes(words[..., :1])
-    return words[..., 0].transpose(1, 0, 2).reshape(-1)
-
-
-def _on_four_lanes(words: Words) -> Words:
-    receivers, ramps, samples, parts = words.shape
-    lanes = np.zeros((ramps, samples, parts, NUM_LANES), dtype="<i2")
-    lanes[..., :receivers] = words.transpose(1, 2, 3, 0)
-    return lanes.reshape(-1)
-
-
-def _as_words(samples: ComplexArray) -> Words:
-    """Words ``(receiver, ramp, fast, I or Q)``."""
-    values = np.rint(np.stack([samples.real, samples.imag], axis=-1))
-    if np.max(np.abs(values + 0.5), initial=0.0) > 32767.5:
-        raise InputError("a sample does not fit 16 bits; scale them to at most 32767")
-    return values.astype("<i2")
 
 
 def _words_per_ramp(parameters: CaptureParameters, device: Device) -> int:

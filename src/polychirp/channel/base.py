@@ -31,11 +31,9 @@ class RayTracer(Protocol):
     @property
     def capabilities(self) -> frozenset[Capability]:
         """Mechanisms of the tracer."""
-        ...
 
     def trace(self, scene: Scene) -> PropagationPaths:
         """Every path between the radars of ``scene``, at its time."""
-        ...
 
 
 class Part(NamedTuple):

@@ -8,7 +8,15 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from polychirp.cli.terminal import figure_text, printable, say, tables, usable_file, usable_folder
+from polychirp.cli.terminal import (
+    figure_text,
+    positive_value,
+    printable,
+    say,
+    tables,
+    usable_file,
+    usable_folder,
+)
 from polychirp.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
@@ -134,18 +142,7 @@ def _refuse_unwritable(arguments: argparse.Namespace) -> None:
 
 def _read(arguments: argparse.Namespace, name: str, unit: str) -> float | None:
     """An option's positive value in SI, if it is given."""
-    from polychirp.units import Unit
-
-    text = getattr(arguments, name)
-    if text is None:
-        return None
-    try:
-        value = Unit(unit).read(text)
-    except InputError as error:
-        raise InputError(f"--{name}: {error}") from None
-    if not value > 0:
-        raise InputError(f"--{name}: use a value above zero")
-    return value
+    return None if getattr(arguments, name) is None else positive_value(arguments, name, unit)
 
 
 def _operands(arguments: argparse.Namespace) -> tuple[Operand, Operand]:
@@ -271,7 +268,9 @@ def _show(
     if arguments.json:
         from dataclasses import asdict
 
-        values = {name: _finite(asdict(row)) for name, row in rows.items()}
+        from polychirp.report.words import finite
+
+        values = {name: finite(asdict(row)) for name, row in rows.items()}
         print(json.dumps({"title": pair.title, **found, **values}, indent=1, allow_nan=False))
         return
     print(printable(pair.title))
@@ -297,10 +296,6 @@ def _db(ratio: float) -> str:
 def _fixed(value: float, digits: int) -> str:
     """The value with ``digits`` digits after the point, and no minus before a zero."""
     return f"{round(value, digits) + 0.0:.{digits}f}"
-
-
-def _finite(values: dict[str, float]) -> dict[str, float | None]:
-    return {name: value if math.isfinite(value) else None for name, value in values.items()}
 
 
 # ── long recordings, and the paper ────────────────────────────────────────────

@@ -7,7 +7,14 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from polychirp.cli.terminal import figure_text, printable, say, usable_folder
+from polychirp.cli.terminal import (
+    figure_text,
+    positive_value,
+    printable,
+    say,
+    si_value,
+    usable_folder,
+)
 from polychirp.errors import InputError, no_such
 
 if TYPE_CHECKING:
@@ -79,16 +86,17 @@ def run(arguments: argparse.Namespace) -> int:
     from polychirp.cli.progress import progress_bar
     from polychirp.study.kernel_parts import compile_parts, parts_of_rcs
 
-    step, window = _positive(arguments, "step", "rad"), _positive(arguments, "smooth", "rad")
+    step = positive_value(arguments, "step", "rad")
+    window = positive_value(arguments, "smooth", "rad")
     if not step <= math.radians(45.0):
         raise InputError("--step: use at most 45 deg; cross sections change within a degree")
-    elevation = _read(arguments, "elevation", "rad")
+    elevation = si_value(arguments, "elevation", "rad")
     if abs(elevation) > math.pi / 2:
         raise InputError("--elevation: use -90 deg to 90 deg")
     tracer = Composite(
-        frequency=_positive(arguments, "frequency", "Hz"), max_bounces=arguments.bounces
+        frequency=positive_value(arguments, "frequency", "Hz"), max_bounces=arguments.bounces
     )
-    distance = _positive(arguments, "range", "m")
+    distance = positive_value(arguments, "range", "m")
     folder = usable_folder(arguments.out or Path("out") / f"rcs-{Path(arguments.mesh).stem}")
     mesh = _mesh(arguments)
     if arguments.far:
@@ -113,23 +121,6 @@ def run(arguments: argparse.Namespace) -> int:
 # ── in ────────────────────────────────────────────────────────────────────────
 
 
-def _read(arguments: argparse.Namespace, name: str, unit: str) -> float:
-    """An option's value in SI."""
-    from polychirp.units import Unit
-
-    try:
-        return Unit(unit).read(getattr(arguments, name))
-    except InputError as error:
-        raise InputError(f"--{name.replace('_', '-')}: {error}") from None
-
-
-def _positive(arguments: argparse.Namespace, name: str, unit: str) -> float:
-    value = _read(arguments, name, unit)
-    if not value > 0:
-        raise InputError(f"--{name.replace('_', '-')}: use a value above zero")
-    return value
-
-
 def _mesh(arguments: argparse.Namespace) -> Mesh:
     """The body, of a sensible size, cut to the edges asked for."""
     from dataclasses import replace
@@ -141,7 +132,7 @@ def _mesh(arguments: argparse.Namespace) -> Mesh:
     known = known_materials()
     if arguments.material is not None and arguments.material not in known:
         raise InputError(f"--material: {no_such('material', arguments.material, known)}")
-    longest = _positive(arguments, "max_edge", "m")
+    longest = positive_value(arguments, "max_edge", "m")
     if arguments.mesh in BODIES:
         mesh = vehicle_mesh(arguments.mesh, max_edge=longest)
         if arguments.material is None:
@@ -211,7 +202,7 @@ def _report(
     from polychirp.report.figures.rcs import of_polarisation, rcs_picture, statistics
 
     name = Path(arguments.mesh).stem
-    frequency = _read(arguments, "frequency", "Hz")
+    frequency = si_value(arguments, "frequency", "Hz")
     place = "in the far field" if arguments.far else f"at {found.distance:.4g} m"
     place += f", elevation {math.degrees(found.elevation):g}°, {frequency / 1e9:g} GHz"
     middle = ", ".join(f"{x + 0.0:.2f}" for x in found.centre)

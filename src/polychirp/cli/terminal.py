@@ -1,7 +1,8 @@
-"""Text on the terminal: user's names shown as they are written, and output folders that work."""
+"""Shared by all commands: text on the terminal, output folders that work, values of options."""
 
 from __future__ import annotations
 
+import argparse
 import os
 import sys
 from pathlib import Path
@@ -130,3 +131,21 @@ def usable_file(name: str, *, option: str) -> Path:
     elif not os.access(path, os.W_OK):
         raise RunError(f"{option}: '{path}' cannot be written; name another file")
     return path
+
+
+def si_value(arguments: argparse.Namespace, name: str, unit: str) -> float:
+    """An option's value in SI."""
+    from polychirp.units import Unit
+
+    try:
+        return Unit(unit).read(getattr(arguments, name))
+    except InputError as error:
+        raise InputError(f"--{name.replace('_', '-')}: {error}") from None
+
+
+def positive_value(arguments: argparse.Namespace, name: str, unit: str) -> float:
+    """An option's value in SI, refused if it is not above zero."""
+    value = si_value(arguments, name, unit)
+    if not value > 0:
+        raise InputError(f"--{name.replace('_', '-')}: use a value above zero")
+    return value

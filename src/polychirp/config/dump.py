@@ -12,19 +12,7 @@ from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
 from polychirp.config.quantity import write_quantity
 from polychirp.errors import InputError
-from polychirp.study.spec import Study
 from polychirp.units import Unit
-
-
-def dump_study(study: Study) -> str:
-    """TOML text of a study, without values that equal their defaults.
-
-    Raises
-    ------
-    InputError
-        A value cannot be written, such as an infinite beamwidth.
-    """
-    return dump(study)
 
 
 def dump(spec: Any) -> str:

@@ -1,4 +1,4 @@
-r"""Correlation of two signals by Fourier transforms, and by its definition as a slow reference.
+r"""Correlation of two signals by Fourier transforms.
 
 .. math:: R(\tau) = \frac{\int a(t+\tau)\,\overline{b(t)}\,dt}{\sqrt{E_a E_b}}
 
@@ -109,21 +109,3 @@ def correlate(a: Baseband, b: Baseband, *, oversampling: int = 1) -> Correlation
     ordered *= scale
     lag = np.arange(-before, behind + 1) * step + (a.start_time - b.start_time)
     return Correlation(amplitude=ordered, lag=np.asarray(lag))
-
-
-def plain_correlate(a: Baseband, b: Baseband) -> Correlation:
-    """Correlation by its definition, lag by lag: slow, as a reference for `correlate`."""
-    need_comparable(a, b)
-    lags = range(1 - b.num_samples, a.num_samples)
-    sums = [
-        np.vdot(
-            b.samples[max(0, -k) : max(0, a.num_samples - k)],
-            a.samples[max(0, k) : max(0, k + b.num_samples)],
-        )
-        for k in lags
-    ]
-    scale = 1.0 / (a.sample_rate * math.sqrt(a.energy * b.energy))
-    return Correlation(
-        amplitude=np.array(sums, dtype=np.complex128) * scale,
-        lag=np.array(lags) / a.sample_rate + (a.start_time - b.start_time),
-    )

@@ -74,11 +74,10 @@ def search(
 
     Examples
     --------
-    >>> from polychirp.model.baseband import Memory
     >>> draw = np.random.default_rng(1).standard_normal(3000)
     >>> recording = Baseband(samples=draw, sample_rate=1.0)
     >>> reference = Baseband(samples=draw[700:800], sample_rate=1.0)
-    >>> found = search(Memory(recording), reference, threshold=0.9)
+    >>> found = search(recording, reference, threshold=0.9)
     >>> found.lag, found.peak.round(6)
     (array([700.]), array([1.]))
     """

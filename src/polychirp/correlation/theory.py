@@ -16,15 +16,6 @@ from polychirp.axes import ComplexArray, FloatArray
 from polychirp.correlation.base import Correlation
 from polychirp.model.ramp import RampSchedule
 
-SINC_WIDTH: Final = 0.885893
-"""Full width of sinc² at half its height."""
-
-SIDE_LOBE: Final = 0.0471904
-"""Power of the first side lobe of a sinc, −13.26 dB."""
-
-SIDE_LOBE_ENERGY: Final = 0.107541
-"""Energy of sinc² outside its main lobe over the energy inside, −9.68 dB."""
-
 OVERSHOOT: Final = 1.370437
 """Maximum of |∫₋∞ˣ exp(jπu²/2) du|²/2, +1.37 dB: overshoot by one end of the overlap."""
 

@@ -92,6 +92,10 @@ class Baseband:
         """Energy of all samples into 1 Ω, J."""
         return self.power * self.duration
 
+    def read(self, first: int, last: int) -> ComplexArray:
+        """Samples ``first`` to ``last`` − 1, V ``(time,)``."""
+        return self.samples[first:last]
+
     def at(self, time: FloatArray) -> ComplexArray:
         """The signal at other times ``(…,)`` in s; it is zero outside its samples.
 
@@ -154,52 +158,22 @@ class Baseband:
 
 @runtime_checkable
 class SampleSource(Protocol):
-    """Samples that are read in pieces: a recording on disk, or a `Baseband` in `Memory`."""
+    """Samples that are read in pieces: a recording on disk, or a `Baseband`."""
 
     @property
     def num_samples(self) -> int:
         """Number of samples."""
-        ...
 
     @property
     def sample_rate(self) -> float:
         """Sample rate, 1/s."""
-        ...
 
     @property
     def centre_frequency(self) -> float:
         """Carrier, Hz."""
-        ...
 
     def read(self, first: int, last: int) -> ComplexArray:
         """Samples ``first`` to ``last`` − 1, V ``(time,)``."""
-        ...
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Memory:
-    """A signal in memory as a `SampleSource`."""
-
-    signal: Baseband
-
-    @property
-    def num_samples(self) -> int:
-        """Number of samples."""
-        return self.signal.num_samples
-
-    @property
-    def sample_rate(self) -> float:
-        """Sample rate, 1/s."""
-        return self.signal.sample_rate
-
-    @property
-    def centre_frequency(self) -> float:
-        """Carrier, Hz."""
-        return self.signal.centre_frequency
-
-    def read(self, first: int, last: int) -> ComplexArray:
-        """Samples ``first`` to ``last`` − 1, V ``(time,)``."""
-        return self.signal.samples[first:last]
 
 
 def _refined(samples: ComplexArray) -> tuple[ComplexArray, int]:

@@ -85,3 +85,10 @@ class Plate:
         """Outward unit normal, ``(xyz,)``."""
         cross = np.cross(self.half_u, self.half_v)
         return np.asarray(cross / np.linalg.norm(cross))
+
+    @property
+    def triangles(self) -> FloatArray:
+        """Its two triangles in the frame of its actor, m, ``(face, corner, xyz)``."""
+        centre, u, v = (np.array(x) for x in (self.centre, self.half_u, self.half_v))
+        a, b, c, d = centre - u - v, centre + u - v, centre + u + v, centre - u + v
+        return np.array([[a, b, c], [a, c, d]])

@@ -81,10 +81,6 @@ class Scene:
         elapsed = time - self.time
         return replace(self, time=time, actors=tuple(a.at(elapsed) for a in self.actors))
 
-    def actor_index(self, name: str) -> int:
-        """Number of the actor called ``name``."""
-        return [a.name for a in self.actors].index(name)
-
     def radar_index(self, name: str) -> int:
         """Number of the radar called ``name``."""
         return [r.name for r in self.radars].index(name)

@@ -37,19 +37,15 @@ class Radio(Protocol):
     @property
     def abilities(self) -> Abilities:
         """Limits of the radio."""
-        ...
 
     def play(self, signal: Baseband) -> None:
         """Begin to repeat ``signal``, of magnitude 1 at most, without gaps until `stop`."""
-        ...
 
     def record(self, *, num_samples: int, sample_rate: float, centre_frequency: float) -> Baseband:
         """The next received samples, relative to full scale."""
-        ...
 
     def stop(self) -> None:
         """Stop playing; do nothing if nothing is played."""
-        ...
 
 
 def measured(

@@ -284,9 +284,9 @@ class _Search:
             amplitude = self.band.match(self.residual, self.model.phases(motion))
         return motion
 
-    def _fit_jointly(self, steps: int = 2) -> None:
+    def _fit_jointly(self) -> None:
         """Fit all points to the spectra together: amplitudes and motions in turn."""
-        for _ in range(steps):
+        for _ in range(2):
             phases = self._fit()
             errors = self.band.beat_errors(self.residual, phases, self.amplitude)
             strength = np.sum(np.abs(self.amplitude) ** 2, axis=1)

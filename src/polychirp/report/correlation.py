@@ -13,7 +13,7 @@ from rich.table import Table
 
 from polychirp.report.figures.correlation import correlation_drawings
 from polychirp.report.tables import plain_table
-from polychirp.report.words import decimal
+from polychirp.report.words import decimal, finite
 from polychirp.study.section_v.cases import CorrelationResults, Interval
 
 NUM_WORD_COLUMNS: Final = 3
@@ -138,17 +138,13 @@ def correlation_json(results: CorrelationResults) -> dict[str, Any]:
                 "name": row.case.name,
                 "says": row.case.says,
                 "paper": row.case.paper or None,
-                "theory": _finite(asdict(row.ideal)),
+                "theory": finite(asdict(row.ideal)),
                 "model": [asdict(one) for one in row.modelled],
-                "loop_back": {**_finite(asdict(row.looped)), "level_db": row.looped_level_db},
+                "loop_back": {**finite(asdict(row.looped)), "level_db": row.looped_level_db},
             }
             for row in results.rows
         ],
     }
-
-
-def _finite(values: dict[str, float]) -> dict[str, float | None]:
-    return {name: value if math.isfinite(value) else None for name, value in values.items()}
 
 
 def write_correlation(results: CorrelationResults, folder: Path) -> dict[str, bytes]:

@@ -14,7 +14,7 @@ from polychirp.report.figures.floor_and_masking import floor_and_masking
 from polychirp.report.figures.range_profile import common_limits, range_profile
 from polychirp.report.figures.spectrogram import band_of, span_of, spectrogram
 from polychirp.report.figures.street_plan import street_plan
-from polychirp.report.figures.street_view import RayCaster, street_view
+from polychirp.report.figures.street_view import street_view
 from polychirp.report.html import page
 from polychirp.report.record import results_json
 from polychirp.report.verdict import row_of
@@ -26,7 +26,6 @@ def write_paper(
     results: PaperResults,
     folder: Path,
     *,
-    caster: RayCaster | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Path:
     """Write all files of a run into ``folder``; gives the path of the page, ``report.html``.
@@ -36,7 +35,6 @@ def write_paper(
 
     Parameters
     ----------
-    caster : traces the rays of the street's picture; the channel's caster if absent
     progress : is called with the name of each file before it is written
     """
     figures = folder / "figures"
@@ -45,7 +43,7 @@ def write_paper(
     record = json.dumps(results_json(results), indent=1, allow_nan=False, ensure_ascii=False)
     (folder / "results.json").write_text(record + "\n", encoding="utf-8")
     pictures: dict[str, bytes] = {}
-    for name, draw in _drawings(results, caster):
+    for name, draw in _drawings(results):
         progress(f"figures/{name}.png")
         pictures[name] = draw().save(figures, name)
     progress("report.html")
@@ -54,9 +52,7 @@ def write_paper(
     return report
 
 
-def _drawings(
-    results: PaperResults, caster: RayCaster | None
-) -> Iterator[tuple[str, Callable[[], Drawing]]]:
+def _drawings(results: PaperResults) -> Iterator[tuple[str, Callable[[], Drawing]]]:
     """Names of the figures and functions that draw them, in the paper's order, then our own."""
     both = (results.conventional, results.diverse)  # figures 4a and 4b have the same axes
     band, span = band_of(*both), span_of(*both)
@@ -68,7 +64,7 @@ def _drawings(
     if results.correlation is not None:
         yield from correlation_drawings(results.correlation)
     yield "fig08-plan", partial(street_plan, results.scene)
-    yield "fig08-view", partial(street_view, results.scene, caster=caster)
+    yield "fig08-view", partial(street_view, results.scene)
     for claim in results.claims:
         if row_of(results, claim) is not None:
             yield figure_name(claim), partial(_profile, results, claim)

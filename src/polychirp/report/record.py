@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
 from dataclasses import asdict, fields
 from typing import Any
 
 from polychirp.report.correlation import correlation_json
 from polychirp.report.statistics import findings
 from polychirp.report.verdict import Verdict, verdicts
+from polychirp.report.words import finite
 from polychirp.study.paper.results import PaperResults, PaperRow
 
 
@@ -31,8 +30,8 @@ def results_json(results: PaperResults) -> dict[str, Any]:
         "statistics": [asdict(row) for row in results.statistics],
         "statistics_findings": findings(results.statistics),
     }
-    finite: dict[str, Any] = _finite(record)
-    return finite
+    values: dict[str, Any] = finite(record)
+    return values
 
 
 def _scenario(row: PaperRow) -> dict[str, Any]:
@@ -55,18 +54,3 @@ def _claim(verdict: Verdict) -> dict[str, Any]:
         "holds": verdict.holds,
         "differences": list(verdict.differences),
     }
-
-
-def _finite(value: Any) -> Any:
-    """The same value with plain Python numbers, and None for NaN and infinity."""
-    if isinstance(value, Mapping):
-        return {str(key): _finite(inner) for key, inner in value.items()}
-    if isinstance(value, str) or value is None:
-        return value
-    if isinstance(value, Sequence):
-        return [_finite(inner) for inner in value]
-    if hasattr(value, "item"):  # a NumPy number
-        value = value.item()
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value

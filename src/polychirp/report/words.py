@@ -1,8 +1,10 @@
-"""Words that tables, figures and pages share: one wording for each thing."""
+"""Words and numbers as tables, figures and pages share them: one wording for each thing."""
 
 from __future__ import annotations
 
-from typing import Final
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
 
 from polychirp.study.paper.results import (
     Mitigation,
@@ -76,3 +78,18 @@ def decimal(value: float | None, digits: int = 2, *, signed: bool = False) -> st
         return "–"
     rounded = round(value, digits) + 0.0  # no minus before a zero
     return f"{rounded:{'+' if signed and rounded else ''}.{digits}f}".replace("-", "−")
+
+
+def finite(value: Any) -> Any:
+    """The same value with plain Python numbers, and None for NaN and infinity."""
+    if isinstance(value, Mapping):
+        return {str(key): finite(inner) for key, inner in value.items()}
+    if isinstance(value, str) or value is None:
+        return value
+    if isinstance(value, Sequence):
+        return [finite(inner) for inner in value]
+    if hasattr(value, "item"):  # a NumPy number
+        value = value.item()
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

@@ -31,4 +31,3 @@ class SynthesisEngine(Protocol):
         another transmitter they are direct and other paths (`is_direct`). The signal is free of
         noise and ahead of the front end; behind the last sample of a short ramp it is zero.
         """
-        ...

@@ -24,7 +24,6 @@ class Waveform(Protocol):
         InputError
             Fewer than one sweep is asked for.
         """
-        ...
 
 
 def need_sweeps(num_sweeps: int) -> None:

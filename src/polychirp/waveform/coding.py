@@ -33,7 +33,6 @@ class Coding(Protocol):
         InputError
             The rule cannot separate so many elements.
         """
-        ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

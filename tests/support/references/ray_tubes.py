@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
-from polychirp.channel.geometry.bvh import closest_by_trying_all
 from polychirp.channel.materials.fresnel import reflection, sheet
 from polychirp.channel.physical_optics.kernels import SHADOW_RAY_LIFT
 from polychirp.channel.ray_tubes.launch_grid import box_windows
@@ -17,6 +16,7 @@ from polychirp.channel.scene.world import RADAR_CLEARANCE
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.frames import polarisation_basis
 from polychirp.model.material import Material
+from tests.support.references.geometry import closest_by_trying_all
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -12,13 +12,13 @@ from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.antenna import AntennaArray
 from polychirp.model.if_frame import SampleTimes
 from polychirp.model.ramp import RampSchedule
+from polychirp.receiver.detection.cfar import CfarWindow
 from polychirp.receiver.detection.range_rate_map import Grid
 from polychirp.receiver.detection.residual_map import SUBSTEPS
 from polychirp.receiver.estimation.azimuth_rate import sine_basis
 from polychirp.receiver.estimation.beat_refinement import (
     LARGEST_RANGE_CHANGE,
     LARGEST_RATE_CHANGE,
-    _peak_of,
 )
 from polychirp.receiver.estimation.cramer_rao import Bound, _bound_of
 from polychirp.receiver.signal_model.point_signal import beat_frequency, replica
@@ -125,7 +125,7 @@ def range_and_rate_from_beats_twin(
         for _ in range(3):
             predicted = place[n] + slope @ step
             peak = [
-                _peak_of(logs[k, :, beam[n]].astype(np.float64), predicted[k], reach)
+                peak_of(logs[k, :, beam[n]].astype(np.float64), predicted[k], reach)
                 for k in range(len(slope))
             ]
             error = np.array(peak) - predicted
@@ -159,3 +159,41 @@ def beat_errors(
     above = np.sum(weight * away * found.imag, axis=-1)
     strength = np.sum(np.abs(amplitude) ** 2, axis=1) * np.sum(weight * away**2, axis=1)
     return np.asarray(above / (2.0 * np.pi * strength))
+
+
+def peak_of(values: FloatArray, predicted: float, reach: int) -> float:
+    """Place of the peak near a prediction, by a parabola through the strongest bin."""
+    centre = int(np.rint(predicted))
+    best = centre - reach + int(np.argmax(values[centre - reach : centre + reach + 1]))
+    left, middle, right = values[best - 1 : best + 2]
+    bend = left - 2.0 * middle + right
+    return best + (float(np.clip(0.5 * (left - right) / bend, -0.5, 0.5)) if bend < 0 else 0.0)
+
+
+def sines_of_sources_twin(
+    covariances: ComplexArray, *, num_sources: int, spacing: float
+) -> FloatArray:
+    """Slow reference of `sines_of_sources`: one detection after the other."""
+    found = []
+    for matrix in np.asarray(covariances, dtype=np.complex128):
+        _, vector = np.linalg.eigh(matrix)
+        noise = vector[:, : matrix.shape[0] - num_sources]
+        projector = noise @ noise.conj().T
+        last = matrix.shape[0] - 1
+        root = np.roots([np.trace(projector, offset=last - n) for n in range(2 * last + 1)])
+        inner = sorted(root[np.abs(root) < 1.0], key=np.abs)[-num_sources:]
+        found.append(np.sort(-np.angle(inner) / (2.0 * np.pi * spacing)))
+    return np.array(found)
+
+
+def training_cells(power: FloatArray, row: int, column: int, window: CfarWindow) -> FloatArray:
+    """Powers ``(training cell,)`` of the training cells of one cell of the map.
+
+    >>> training_cells(np.arange(8.0)[None], 0, 0, CfarWindow(guard=(0, 1), training=(0, 2)))
+    array([2., 3.])
+    """
+    place = window.offsets + np.array([row, column])
+    size = np.array(power.shape)
+    inside = np.all(((place >= 0) & (place < size)) | np.array(window.is_circular), axis=1)
+    i, j = (place[inside] % size).T
+    return np.asarray(power[i, j])

@@ -4,10 +4,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from polychirp.capture.dca1000 import open_raw, pack_complex, pack_real, write_raw
+from polychirp.capture.dca1000 import open_raw
 from polychirp.capture.parameters import CaptureParameters
 from polychirp.capture.recording import from_array, open_numpy
 from polychirp.errors import InputError
+from tests.support.dca1000 import pack_complex, pack_real, write_raw
 
 PARAMETERS = CaptureParameters(
     start_frequency=77e9,

@@ -7,7 +7,7 @@ import pytest
 
 from polychirp.correlation.search import search
 from polychirp.errors import InputError
-from polychirp.model.baseband import Baseband, Memory
+from polychirp.model.baseband import Baseband
 
 RATE = 1e6
 
@@ -35,7 +35,7 @@ def plain(samples, reference):
 @pytest.mark.parametrize("block", [64, 100, 10_000])
 def test_blocks_give_what_the_definition_gives(block):
     samples, reference = noise(1500), noise(40, 2)
-    found = search(Memory(signal(samples)), signal(reference), threshold=1.1, block=block)
+    found = search(signal(samples), signal(reference), threshold=1.1, block=block)
     np.testing.assert_allclose(found.envelope, plain(samples, reference), atol=1e-12)
 
 
@@ -46,7 +46,7 @@ def test_every_repetition_is_found_at_any_level():
     places = [0, 255, 1000, 1050, 4950]
     for n, place in enumerate(places):
         samples[place : place + 50] = reference * 10.0 ** (-n / 2)
-    found = search(Memory(signal(samples)), signal(reference), threshold=0.9, block=256)
+    found = search(signal(samples), signal(reference), threshold=0.9, block=256)
     np.testing.assert_allclose(found.lag * RATE, places, atol=1e-9)
     np.testing.assert_allclose(found.peak, 1.0, atol=1e-6)
 
@@ -56,12 +56,12 @@ def test_noise_lowers_a_peak_as_the_formula_says():
     reference = noise(2000, 2)
     samples = noise(20_000, 3)
     samples[7000:9000] += reference
-    (peak,) = search(Memory(signal(samples)), signal(reference), threshold=0.5).peak
+    (peak,) = search(signal(samples), signal(reference), threshold=0.5).peak
     assert peak == pytest.approx(np.sqrt(0.5), abs=0.02)
 
 
 def test_silence_is_no_peak():
-    found = search(Memory(signal(np.zeros(1000))), signal(noise(10)), threshold=0.1)
+    found = search(signal(np.zeros(1000)), signal(noise(10)), threshold=0.1)
     assert found.peak.size == 0
     assert np.all(found.envelope == 0.0)
 
@@ -105,4 +105,4 @@ def test_a_long_recording_is_read_in_pieces_with_progress():
 )
 def test_what_cannot_be_searched_is_refused(recording, reference, sentence):
     with pytest.raises(InputError, match=sentence):
-        search(Memory(recording), reference)
+        search(recording, reference)

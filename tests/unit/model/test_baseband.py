@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from polychirp.errors import InputError
-from polychirp.model.baseband import Baseband, Memory, SampleSource
+from polychirp.model.baseband import Baseband, SampleSource
 
 RATE = 100e6
 
@@ -57,7 +57,7 @@ def test_power_and_energy_are_those_of_the_samples():
 
 
 def test_a_signal_in_memory_is_a_source_of_samples():
-    source = Memory(burst(1e6))
+    source = burst(1e6)
     assert isinstance(source, SampleSource)
     assert (source.num_samples, source.sample_rate, source.centre_frequency) == (2000, RATE, 1e9)
     np.testing.assert_array_equal(source.read(5, 9), burst(1e6).samples[5:9])

@@ -34,9 +34,15 @@ def opaque(scene) -> np.ndarray:
     )
 
 
+def metal(scene: Scene, name: str) -> np.ndarray:
+    """Corners ``(face, corner, xyz)`` of the metal of the actor called ``name``."""
+    (actor,) = (actor for actor in scene.actors if actor.name == name)
+    return surface(actor, "metal")
+
+
 def nearest(scene: Scene, radar: str, target: str, closest) -> tuple[float, np.ndarray]:
     origin = scene.radar_position[scene.radar_index(radar)]
-    distance, place = closest(origin, surface(scene.actors[scene.actor_index(target)], "metal"))
+    distance, place = closest(origin, metal(scene, target))
     number = int(np.argmin(distance))
     return float(distance[number]), place[number]
 
@@ -73,7 +79,7 @@ def test_indirect_ghosts_are_clear_of_the_targets(scene, opaque, closest, blocke
     one, three = (scene.radar_position[scene.radar_index(f"vehicle-{k}")] for k in (1, 3))
     ghosts = []
     for target in ("target-4", "target-3"):
-        centres = surface(scene.actors[scene.actor_index(target)], "metal").mean(axis=1)
+        centres = metal(scene, target).mean(axis=1)
         way = np.linalg.norm(centres - one, axis=1) + np.linalg.norm(centres - three, axis=1)
         place = centres[np.argmin(way)]
         assert not blocked(three, place, opaque)

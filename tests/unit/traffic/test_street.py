@@ -35,9 +35,10 @@ def test_a_street_becomes_a_scene_of_actors_with_their_motion():
         "house": "building",
         "oak": "tree",
     }
-    assert scene.actors[scene.actor_index("b")].velocity == pytest.approx((-8.0, 0.0, 0.0))
+    actors = {actor.name: actor for actor in scene.actors}
+    assert actors["b"].velocity == pytest.approx((-8.0, 0.0, 0.0))
     assert scene.actors[scene.carriers[0]].name == "b"
-    point = scene.actors[scene.actor_index("p")]
+    point = actors["p"]
     assert (point.points[0].rcs, point.pose.x, point.velocity) == (10.0, 20.0, (1.0, 0.0, 0.0))
     assert scene.actors[0].mesh is scene.actors[1].mesh
 

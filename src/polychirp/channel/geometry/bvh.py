@@ -364,24 +364,3 @@ def paired_rays(origins: FloatArray, others: FloatArray) -> tuple[FloatArray, Fl
         np.asarray(origins, dtype=np.float64), np.asarray(others, dtype=np.float64)
     )
     return np.ascontiguousarray(both[0]), np.ascontiguousarray(both[1])
-
-
-def closest_by_trying_all(
-    triangles: FloatArray, origins: FloatArray, directions: FloatArray
-) -> tuple[FloatArray, IntArray]:
-    """Slow twin of `Caster.closest`: every ray against every triangle."""
-    corner = triangles[:, 0]
-    u, v = triangles[:, 1] - corner, triangles[:, 2] - corner
-    cross = np.cross(directions[:, None], v)
-    volume = np.sum(u * cross, axis=-1)
-    scale = 1.0 / np.where(volume == 0, np.inf, volume)
-    away = origins[:, None] - corner
-    alpha = np.sum(away * cross, axis=-1) * scale
-    turned = np.cross(away, u)
-    beta = np.sum(directions[:, None] * turned, axis=-1) * scale
-    along = np.sum(v * turned, axis=-1) * scale
-    is_hit = (volume != 0) & (alpha >= 0) & (beta >= 0) & (alpha + beta <= 1) & (along > 0)
-    distance = np.where(is_hit, along, np.inf)
-    face = np.argmin(distance, axis=1)
-    nearest = np.take_along_axis(distance, face[:, None], axis=1)[:, 0]
-    return nearest * np.linalg.norm(directions, axis=-1), face

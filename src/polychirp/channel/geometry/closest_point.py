@@ -34,30 +34,6 @@ def closest_points(corners: FloatArray, place: FloatArray) -> tuple[FloatArray, 
     return point, is_front
 
 
-def closest_points_by_columns(
-    corners: FloatArray, place: FloatArray
-) -> tuple[FloatArray, BoolArray]:
-    """Slow twin of `closest_points`: all triangles at once, one operation after the other."""
-    a = corners[:, 0]
-    u, v, w = corners[:, 1] - a, corners[:, 2] - a, place - a
-    is_front = np.sum(np.cross(u, v) * w, axis=-1) > 0
-    uu, uv, vv = np.sum(u * u, -1), np.sum(u * v, -1), np.sum(v * v, -1)
-    wu, wv = np.sum(w * u, -1), np.sum(w * v, -1)
-    area = uu * vv - uv * uv
-    safe = np.where(area > 0, area, 1.0)
-    s, t = (vv * wu - uv * wv) / safe, (uu * wv - uv * wu) / safe
-    best = a + s[:, None] * u + t[:, None] * v
-    best[~((area > 0) & (s >= 0) & (t >= 0) & (s + t <= 1))] = np.inf
-    for first, second in ((0, 1), (1, 2), (2, 0)):
-        start, side = corners[:, first], corners[:, second] - corners[:, first]
-        length = np.maximum(np.sum(side * side, -1), 1e-300)
-        share = np.clip(np.sum((place - start) * side, -1) / length, 0.0, 1.0)
-        other = start + share[:, None] * side
-        nearer = np.sum((other - place) ** 2, -1) < np.sum((best - place) ** 2, -1)
-        best = np.where(nearer[:, None], other, best)
-    return np.asarray(best), np.asarray(is_front)
-
-
 @compiled
 def _closest_points(
     corners: FloatArray, place: FloatArray, point: FloatArray, is_front: BoolArray

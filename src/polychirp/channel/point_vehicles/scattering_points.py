@@ -38,12 +38,10 @@ class PointModel(Protocol):
 
     def __hash__(self) -> int:
         """Hash by identity."""
-        ...
 
     @property
     def place(self) -> FloatArray:
         """Places as shares of the bounding box from its low corner, ``(point, xyz)``."""
-        ...
 
     def cross_section(
         self, point: IntArray, towards: FloatArray, back: FloatArray, /
@@ -53,15 +51,12 @@ class PointModel(Protocol):
         ``towards`` and ``back`` are unit vectors to transmitter and receiver, ``(path, xyz)`` in
         the vehicle's frame. Exchanging them changes nothing.
         """
-        ...
 
     def scale(self, size: FloatArray, /) -> float:
         """Factor on the cross sections for a vehicle of this ``size``, m ``(xyz,)``."""
-        ...
 
     def matrix(self, rng: np.random.Generator, /) -> ComplexArray:
         """Random phases, spread and cross polarisation of one point, ``(2, 2)``."""
-        ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -186,12 +186,7 @@ def target_corners(actor: Actor) -> FloatArray:
 
 def _plate_corners(actor: Actor) -> FloatArray:
     """Two triangles for every plate."""
-    triangles = []
-    for plate in actor.plates:
-        c, u, v = np.array(plate.centre), np.array(plate.half_u), np.array(plate.half_v)
-        a, b, d, e = c - u - v, c + u - v, c + u + v, c - u + v
-        triangles += [[a, b, d], [a, d, e]]
-    return np.array(triangles).reshape(-1, 3, 3)
+    return np.array([plate.triangles for plate in actor.plates]).reshape(-1, 3, 3)
 
 
 def _cut(corners: FloatArray) -> FloatArray:

@@ -82,20 +82,16 @@ class PartedTracer(RayTracer, Protocol):
     @property
     def dynamic_range(self) -> float:
         """Ratio by which a path may be weaker than its pair's strongest."""
-        ...
 
     @property
     def max_length(self) -> float:
         """Length of the longest path that is traced, m."""
-        ...
 
     def prepare(self, scene: Scene) -> World:
         """The prepared scene."""
-        ...
 
     def parts(self, world: World) -> tuple[Part, ...]:
         """Parts of the prepared scene's paths."""
-        ...
 
 
 def no_progress(done: int, total: int) -> None:

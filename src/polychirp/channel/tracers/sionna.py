@@ -332,9 +332,7 @@ def _parts(scene: Scene, table: Mapping[str, Material], frequency: float) -> lis
             if len(mine):
                 faces.setdefault((index, name), []).append(actor.pose.to_outer(mine))
         for plate in actor.plates:
-            centre, u, v = (np.array(x) for x in (plate.centre, plate.half_u, plate.half_v))
-            a, b, c, d = centre - u - v, centre + u - v, centre + u + v, centre - u + v
-            corners = actor.pose.to_outer(np.array([[a, b, c], [a, c, d]]))
+            corners = actor.pose.to_outer(plate.triangles)
             faces.setdefault((index, plate.material), []).append(corners)
     check_materials({name for _, name in faces}, table, frequency)
     return [_Part(actor, name, np.concatenate(each)) for (actor, name), each in faces.items()]

@@ -147,22 +147,6 @@ def sines_of_sources(covariances: ComplexArray, *, num_sources: int, spacing: fl
     return _sines_of_roots(_roots(_null_polynomial(covariances, num_sources)), num_sources, spacing)
 
 
-def sines_of_sources_twin(
-    covariances: ComplexArray, *, num_sources: int, spacing: float
-) -> FloatArray:
-    """Slow reference of `sines_of_sources`: one detection after the other."""
-    found = []
-    for matrix in np.asarray(covariances, dtype=np.complex128):
-        _, vector = np.linalg.eigh(matrix)
-        noise = vector[:, : matrix.shape[0] - num_sources]
-        projector = noise @ noise.conj().T
-        last = matrix.shape[0] - 1
-        root = np.roots([np.trace(projector, offset=last - n) for n in range(2 * last + 1)])
-        inner = sorted(root[np.abs(root) < 1.0], key=np.abs)[-num_sources:]
-        found.append(np.sort(-np.angle(inner) / (2.0 * np.pi * spacing)))
-    return np.array(found)
-
-
 def _null_polynomial(covariances: ComplexArray, num_sources: int) -> ComplexArray:
     """Coefficients ``(detection, 2·element − 1)``, highest power first."""
     size = covariances.shape[-1]

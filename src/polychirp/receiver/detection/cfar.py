@@ -295,19 +295,6 @@ def _mean_order_statistic(num_cells: int, rank: int, num_looks: int) -> float:
 # ── training cells ────────────────────────────────────────────────────────────
 
 
-def training_cells(power: FloatArray, row: int, column: int, window: CfarWindow) -> FloatArray:
-    """Powers ``(training cell,)`` of the training cells of one cell of the map.
-
-    >>> training_cells(np.arange(8.0)[None], 0, 0, CfarWindow(guard=(0, 1), training=(0, 2)))
-    array([2., 3.])
-    """
-    place = window.offsets + np.array([row, column])
-    size = np.array(power.shape)
-    inside = np.all(((place >= 0) & (place < size)) | np.array(window.is_circular), axis=1)
-    i, j = (place[inside] % size).T
-    return np.asarray(power[i, j])
-
-
 def training_count(shape: tuple[int, ...], window: CfarWindow) -> IntArray:
     """Number of training cells of every cell of a map: ``(row, column)``."""
     return np.rint(training_sum(np.ones(shape), window)).astype(np.int64)

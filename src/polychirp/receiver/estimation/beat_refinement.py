@@ -51,15 +51,6 @@ def range_and_rate_from_beats(
     return np.asarray(_from_beats(logs, guess, beam, place, slope, reach, resolution))
 
 
-def _peak_of(values: FloatArray, predicted: float, reach: int) -> float:
-    """Place of the peak near a prediction, by a parabola through the strongest bin."""
-    centre = int(np.rint(predicted))
-    best = centre - reach + int(np.argmax(values[centre - reach : centre + reach + 1]))
-    left, middle, right = values[best - 1 : best + 2]
-    bend = left - 2.0 * middle + right
-    return best + (float(np.clip(0.5 * (left - right) / bend, -0.5, 0.5)) if bend < 0 else 0.0)
-
-
 @compiled
 def _from_beats(  # pragma: no cover - compiled
     logs: Any, guess: Any, beam: Any, place: Any, slope: Any, reach: int, resolution: float
@@ -111,7 +102,7 @@ def _median(values: Any) -> float:  # pragma: no cover - compiled
 
 @inner
 def _peak_near(values: Any, predicted: float, reach: int) -> float:  # pragma: no cover - compiled
-    """Compiled `_peak_of`, inside the spectrum's ends."""
+    """Place of the peak near a prediction, by a parabola through the strongest bin."""
     centre = int(np.rint(predicted))
     low, high = max(1, centre - reach), min(values.size - 1, centre + reach + 1)
     if high <= low:

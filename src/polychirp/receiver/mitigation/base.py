@@ -44,7 +44,6 @@ class Mitigation(Hashable, Protocol):
 
     def mitigate(self, frame: IfFrame) -> Mitigated:
         """The frame's samples with less interference."""
-        ...
 
 
 def mitigated(mitigation: Mitigation | None, frame: IfFrame) -> Mitigated:

@@ -50,7 +50,7 @@ def curve(correlation: Correlation, span: tuple[float, float]) -> tuple[FloatArr
 
 
 @styled
-def correlation_picture(row: CorrelationRow, *, heading: str, snr: str = "30 dB") -> Drawing:
+def correlation_picture(row: CorrelationRow, *, heading: str) -> Drawing:
     """One case, theory beside transceivers, as amplitude and in decibels.
 
     Both columns have the same scales. The data are the curves of the lower panels.
@@ -58,7 +58,6 @@ def correlation_picture(row: CorrelationRow, *, heading: str, snr: str = "30 dB"
     Parameters
     ----------
     heading : start of the title, as in ``"Fig. 6"``
-    snr : SNR of the measured column, for its title
     """
     theory, model, loop = row.curves
     whole = (float(theory.lag[0]), float(theory.lag[-1]))
@@ -79,8 +78,7 @@ def correlation_picture(row: CorrelationRow, *, heading: str, snr: str = "30 dB"
             panels[0, column].plot(lag * 1e6, height, color=colour, label=label)
             lag, height = curve(correlation, whole)
             panels[1, column].plot(lag * 1e6, to_db(height**2), color=colour, label=label)
-    peak = row.ideal.peak
-    _dress(panels, peak, snr)
+    _dress(panels, row.ideal.peak)
     figure.suptitle(f"{heading} · {row.case.says}", x=0.01, ha="left", weight="bold", size=11)
     return Drawing(figure=figure, data=_columns(row, whole))
 
@@ -92,9 +90,8 @@ def _near(row: CorrelationRow, whole: tuple[float, float]) -> tuple[float, float
     return -reach, reach
 
 
-def _dress(panels: np.ndarray, peak: float, snr: str) -> None:
-    titles = ("Theory", f"With transceivers, SNR {snr}")
-    for column, title in enumerate(titles):
+def _dress(panels: np.ndarray, peak: float) -> None:
+    for column, title in enumerate(("Theory", "With transceivers, SNR 30 dB")):
         upper, lower = panels[0, column], panels[1, column]
         assert isinstance(upper, Axes)
         assert isinstance(lower, Axes)

@@ -18,7 +18,7 @@ COLOUR_SPAN_DB = 45.0
 
 @styled
 def range_rate_picture(
-    map_: RangeRateMap, detections: Detections, *, title: str, note: str, unit: str = "dBFS"
+    map_: RangeRateMap, detections: Detections, *, title: str, note: str
 ) -> Drawing:
     """Range-rate map with its detections, and the detections from above; its data are the map.
 
@@ -28,11 +28,10 @@ def range_rate_picture(
     Parameters
     ----------
     note : small print under the picture
-    unit : unit of the power, for labels
     """
     figure = new_figure(13.0, 5.4)
     left, right = figure.subplots(1, 2, width_ratios=[1.12, 1.0])
-    _draw_map(figure, left, map_, unit)
+    _draw_map(figure, left, map_)
     still = np.abs(detections.range_rate) < 1.5 * (map_.range_rate[1] - map_.range_rate[0])
     for axes, x, y in (
         (left, detections.range_rate, detections.range),
@@ -56,12 +55,12 @@ def range_rate_picture(
         data={
             "range_m": distance.ravel(),
             "range_rate_m_per_s": rate.ravel(),
-            f"power_{unit.lower()}": to_db(map_.power).ravel(),
+            "power_dbfs": to_db(map_.power).ravel(),
         },
     )
 
 
-def _draw_map(figure: Figure, axes: Axes, map_: RangeRateMap, unit: str) -> None:
+def _draw_map(figure: Figure, axes: Axes, map_: RangeRateMap) -> None:
     level = to_db(map_.power)
     lowest = float(np.median(level))
     image = axes.pcolormesh(
@@ -74,9 +73,7 @@ def _draw_map(figure: Figure, axes: Axes, map_: RangeRateMap, unit: str) -> None
         rasterized=True,
     )
     axes.grid(visible=False)
-    figure.colorbar(
-        image, ax=axes, extend="both", label=f"Power, mean of channels ({unit})", pad=0.02
-    )
+    figure.colorbar(image, ax=axes, extend="both", label="Power, mean of channels (dBFS)", pad=0.02)
 
 
 def _draw_detections(axes: Axes, x: np.ndarray, y: np.ndarray, still: BoolArray) -> None:

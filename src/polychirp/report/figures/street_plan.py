@@ -18,25 +18,24 @@ from polychirp.report.figures.surfaces import Surfaces, extent, radar_paint, sur
 BEAM_LENGTH: Final = 7.0
 """Length of the sectors that show the beams' directions, m; no range of the radars."""
 
+LANE_WIDTH: Final = 3.5
+"""Width of each of the two lanes, m; their border is y = 0."""
+
 ROADSIDE_WIDTH: Final = 8.0
 """Width that is drawn beyond the lanes on either side, m."""
 
 
 @styled
-def street_plan(scene: Scene, *, lane_width: float = 3.5) -> Drawing:
+def street_plan(scene: Scene) -> Drawing:
     """The street from above; its data are places and velocities of the actors.
 
     Sectors show every radar's 3-dB beam in azimuth.
-
-    Parameters
-    ----------
-    lane_width : m, of the two lanes, whose border is y = 0
     """
     figure = new_figure(13.0, 5.2)
     axes = figure.add_subplot()
     axes.grid(visible=False)
     _draw_surfaces(axes, surfaces(scene))
-    left, right = _lanes(axes, scene, lane_width)
+    left, right = _lanes(axes, scene)
     for number in range(len(scene.radars)):
         _draw_beam(axes, scene, number)
     for actor in scene.actors:
@@ -44,8 +43,8 @@ def street_plan(scene: Scene, *, lane_width: float = 3.5) -> Drawing:
             world = actor.pose.to_outer(np.array([point.position for point in actor.points]))
             axes.plot(world[:, 0], world[:, 1], ".", color=INK, markersize=2)
         if actor.kind == "vehicle":
-            _draw_name(axes, actor, scene, lane_width)
-    reach = lane_width + ROADSIDE_WIDTH
+            _draw_name(axes, actor, scene)
+    reach = LANE_WIDTH + ROADSIDE_WIDTH
     axes.set(xlim=(left, right), ylim=(-reach, reach), aspect="equal")
     axes.set(title="The street from above", xlabel="x (m)", ylabel="y (m)")
     for axis in (axes.xaxis, axes.yaxis):
@@ -81,7 +80,7 @@ def _draw_surfaces(axes: Axes, street: Surfaces) -> None:
     )
 
 
-def _lanes(axes: Axes, scene: Scene, lane_width: float) -> tuple[float, float]:
+def _lanes(axes: Axes, scene: Scene) -> tuple[float, float]:
     """Draw lane borders; gives the x of both ends of the picture, m."""
     vehicles = [extent(actor) for actor in scene.actors if actor.kind == "vehicle"]
     ends = vehicles or [extent(actor) for actor in scene.actors] or [(np.zeros(3), np.zeros(3))]
@@ -89,7 +88,7 @@ def _lanes(axes: Axes, scene: Scene, lane_width: float) -> tuple[float, float]:
     right = max(high[0] for _, high in ends) + 5.0
     if any(actor.kind == "road" for actor in scene.actors):
         axes.plot([left, right], [0.0, 0.0], color="white", dashes=(8, 8), linewidth=1.0)
-        for side in (-lane_width, lane_width):
+        for side in (-LANE_WIDTH, LANE_WIDTH):
             axes.plot([left, right], [side, side], color="white", linewidth=0.8)
     return float(left), float(right)
 
@@ -105,7 +104,7 @@ def _draw_beam(axes: Axes, scene: Scene, number: int) -> None:
     axes.plot(*place[:2], "o", color=colour, markeredgecolor="white", zorder=6)
 
 
-def _draw_name(axes: Axes, actor: Actor, scene: Scene, lane_width: float) -> None:
+def _draw_name(axes: Axes, actor: Actor, scene: Scene) -> None:
     """Write name and speed beside the lane; an arrow shows the path within 0.1 s."""
     low, high = extent(actor)
     middle = 0.5 * (low + high)
@@ -120,7 +119,7 @@ def _draw_name(axes: Axes, actor: Actor, scene: Scene, lane_width: float) -> Non
     axes.annotate(
         "\n".join(lines),
         xy=(middle[0], middle[1] + side * 0.5 * (high[1] - low[1])),
-        xytext=(middle[0], side * (lane_width + 1.2)),
+        xytext=(middle[0], side * (LANE_WIDTH + 1.2)),
         ha="center",
         va="bottom" if side > 0 else "top",
         size=8,

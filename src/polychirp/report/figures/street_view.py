@@ -41,11 +41,9 @@ class RayCaster(Protocol):
 
     def closest(self, origins: FloatArray, directions: FloatArray) -> tuple[FloatArray, IntArray]:
         """Distance, m ``(ray,)``, infinite without a hit, and face ``(ray,)``."""
-        ...
 
     def occluded(self, origins: FloatArray, ends: FloatArray) -> BoolArray:
         """Mask ``(ray,)`` of rays with a body between origin and end."""
-        ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

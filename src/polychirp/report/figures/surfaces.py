@@ -8,7 +8,6 @@ from typing import Final
 import numpy as np
 
 from polychirp.axes import FloatArray, IntArray
-from polychirp.model.mesh import Plate
 from polychirp.model.scene import Actor, Scene
 
 Colour = tuple[float, float, float]
@@ -71,7 +70,7 @@ def surfaces(scene: Scene) -> Surfaces:
     material: list[str] = []
     for number, body in enumerate(scene.actors):
         mesh = body.mesh
-        parts = [mesh.corners, *(_cut(plate) for plate in body.plates)]
+        parts = [mesh.corners, *(plate.triangles for plate in body.plates)]
         material += [mesh.materials[index] for index in mesh.material]
         material += [plate.material for plate in body.plates for _ in range(2)]
         local = np.concatenate(parts)
@@ -95,18 +94,12 @@ def radar_paint(radar: int) -> Colour:
 
 def extent(actor: Actor) -> tuple[FloatArray, FloatArray]:
     """Lowest and highest corner of an actor in the world, m ``(xyz,)``; its place if empty."""
-    points = [actor.mesh.vertex, *(_cut(plate).reshape(-1, 3) for plate in actor.plates)]
+    points = [actor.mesh.vertex, *(plate.triangles.reshape(-1, 3) for plate in actor.plates)]
     points += [np.array([scatterer.position]) for scatterer in actor.points]
     world = actor.pose.to_outer(np.concatenate(points))
     if world.shape[0] == 0:
         world = actor.pose.position[None, :]
     return world.min(axis=0), world.max(axis=0)
-
-
-def _cut(plate: Plate) -> FloatArray:
-    centre, u, v = (np.array(x) for x in (plate.centre, plate.half_u, plate.half_v))
-    a, b, c, d = centre - u - v, centre + u - v, centre + u + v, centre - u + v
-    return np.array([[a, b, c], [a, c, d]])
 
 
 def _paint(scene: Scene, actor: int, material: str) -> Colour:

@@ -42,11 +42,9 @@ class Tones(Protocol):
 
     def add(self, frequency: FloatArray, weight: ComplexArray) -> None:
         """Add tones of ``frequency`` (path,), cycles per sample, and ``weight`` (path, column)."""
-        ...
 
     def sums(self) -> ComplexArray:
         """The sum so far, ``(sample, column)``."""
-        ...
 
 
 MakeTones = Callable[[int, int], Tones]

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from polychirp.channel.geometry.bvh import Caster, closest_by_trying_all
+from polychirp.channel.geometry.bvh import Caster
 from polychirp.testing.shapes import box, sphere
+from tests.support.references.geometry import closest_by_trying_all
 
 
 def rays(count, seed=0):

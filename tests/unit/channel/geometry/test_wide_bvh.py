@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from polychirp.channel.geometry.bvh import closest_by_trying_all, grow_tree
+from polychirp.channel.geometry.bvh import grow_tree
 from polychirp.channel.geometry.wide_bvh import (
     EITHER_KIND,
     OPAQUE_KIND,
@@ -13,6 +13,7 @@ from polychirp.channel.geometry.wide_bvh import (
     bundles_of,
     nearest_hit,
 )
+from tests.support.references.geometry import closest_by_trying_all
 
 
 def _rays_and_triangles(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from polychirp.channel.geometry.closest_point import closest_points, closest_points_by_columns
+from polychirp.channel.geometry.closest_point import closest_points
 from polychirp.channel.scene.ground_truth import least_power, refuse_radar_inside_body, truth
 from polychirp.errors import InputError
 from polychirp.frames import Pose
@@ -13,6 +13,7 @@ from polychirp.model.mesh import Mesh, Plate
 from polychirp.model.radar import Radar
 from polychirp.model.scene import Actor, PointScatterer, Scene
 from polychirp.testing.shapes import around, box, mesh_of, plate, sphere
+from tests.support.references.geometry import closest_points_by_columns
 
 EYE = [(0.0, 0.0, 0.0)]
 

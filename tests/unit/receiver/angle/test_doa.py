@@ -8,8 +8,8 @@ from polychirp.receiver.angle.doa import (
     covariance,
     root_music,
     sines_of_sources,
-    sines_of_sources_twin,
 )
+from tests.support.references.receiver import sines_of_sources_twin
 
 
 def waves(sines, *, num_elements: int, num_snapshots: int, seed: int = 1, spacing: float = 0.5):

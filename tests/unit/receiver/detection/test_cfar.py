@@ -7,12 +7,11 @@ from polychirp.receiver.detection.cfar import (
     cell_averaging,
     ordered_statistic,
     ordered_statistic_factor,
-    training_cells,
     training_count,
     training_sum,
 )
 from polychirp.receiver.detection.cfar_kernel import count_below
-from tests.support.references.receiver import count_below_twin
+from tests.support.references.receiver import count_below_twin, training_cells
 
 DETECTORS = [cell_averaging, ordered_statistic]
 WINDOWS = [
