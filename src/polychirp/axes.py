@@ -1,7 +1,5 @@
 """Axis names of arrays: every array field of a data type has them, and `seal` checks them."""
 
-from __future__ import annotations
-
 from dataclasses import fields
 from functools import cache
 from typing import Annotated, Any, get_type_hints

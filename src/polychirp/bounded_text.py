@@ -1,7 +1,5 @@
 """Text files of strangers, read with bounds on their size, their depth and their numbers."""
 
-from __future__ import annotations
-
 import json
 import re
 import tomllib

@@ -1,7 +1,5 @@
 """Physical constants in SI units; those marked exact are so by the definition of 2019."""
 
-from __future__ import annotations
-
 from typing import Final
 
 SPEED_OF_LIGHT: Final = 299_792_458.0

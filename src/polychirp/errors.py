@@ -1,7 +1,5 @@
 """Errors that polychirp raises on purpose, each with the exit code of the command line."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import ClassVar
 

@@ -1,7 +1,5 @@
 """World, vehicle and radar frames (ISO 8855: x forward, y left, z up; angles positive left, up)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -10,8 +10,6 @@ Numba finds by itself which kernels and types they need. A stamp beside the cach
 are there, so that a later start costs some milliseconds.
 """
 
-from __future__ import annotations
-
 import ast
 import atexit
 import gc

@@ -1,7 +1,5 @@
 """`Spec`, a value that a study file can hold, and `ByKind`, a choice among several specs."""
 
-from __future__ import annotations
-
 from typing import Any, ClassVar, get_args, get_type_hints
 
 

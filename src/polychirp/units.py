@@ -6,8 +6,6 @@ inside polychirp are SI, linear and in radians; they are converted only here and
 `config.quantity`, which writes them.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable, Mapping

@@ -13,8 +13,6 @@ Ramps follow each other in time without headers. Where the device was told to sw
 targets beat at negative frequencies, set ``conjugate`` in the parameter file.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Final

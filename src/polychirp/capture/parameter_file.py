@@ -1,7 +1,5 @@
 """Reader and template of the TOML file that describes a recording."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Iterator
 from dataclasses import MISSING, fields

@@ -1,7 +1,5 @@
 """`CaptureParameters`: ramps, converter, antennas and file layout of a recording."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated, Final, Literal

@@ -1,7 +1,5 @@
 """`Recording`: frames of stored samples with their parameters, read one by one."""
 
-from __future__ import annotations
-
 import math
 import os
 from collections.abc import Callable, Iterable

@@ -13,8 +13,6 @@ Integers are read as parts of full scale, 2¹⁵ for 16 bits, and written in the
 recording that is read and written has the same bytes.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -11,8 +11,6 @@ version 3  codecs transpose, bytes, one of blosc, gzip and zstd, and crc32c
 =========  ====================================================================================
 """
 
-from __future__ import annotations
-
 import json
 import math
 import re

@@ -1,7 +1,5 @@
 """The command ``polychirp``: its verbs, its errors in one sentence, its exit codes."""
 
-from __future__ import annotations
-
 import argparse
 import io
 import os

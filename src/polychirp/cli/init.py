@@ -1,7 +1,5 @@
 """``polychirp init`` — write a study to start from."""
 
-from __future__ import annotations
-
 import argparse
 import shlex
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Specs as TOML text, from which the same specs can be read."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Iterator, Mapping

@@ -1,7 +1,5 @@
 """Reader of study files: a `Study`, or every problem of the file in one message."""
 
-from __future__ import annotations
-
 import json
 import re
 import tomllib

@@ -1,7 +1,5 @@
 """Reader of study files with a table ``[monte_carlo]``: a `Plan` with a study for each point."""
 
-from __future__ import annotations
-
 import shlex
 from collections.abc import Iterable, Sequence
 from copy import deepcopy

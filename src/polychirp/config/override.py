@@ -1,7 +1,5 @@
 """Changes to a study by dotted paths: ``a.b.0.c=value`` from the command line, and in grids."""
 
-from __future__ import annotations
-
 import tomllib
 from copy import deepcopy
 from typing import Any, Final

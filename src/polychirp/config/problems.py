@@ -1,7 +1,5 @@
 """Sentences for the problems that pydantic finds: place, what is wrong, what would work."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from types import UnionType

@@ -1,7 +1,5 @@
 """Writer of quantities: the shortest text that reads back as the same number."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from typing import Final

@@ -1,7 +1,5 @@
 """JSON schema of study files, made from the dataclasses, with which editors complete and check."""
 
-from __future__ import annotations
-
 import json
 import re
 import sys

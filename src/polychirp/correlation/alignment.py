@@ -1,7 +1,5 @@
 """Alignment of a recording with its reference: sample rate, carrier, delay, frequency offset."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Final
 

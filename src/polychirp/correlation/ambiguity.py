@@ -6,8 +6,6 @@ r"""Ambiguity function: correlation over delay and Doppler shift, in bounded mem
 Narrow-band: a Doppler shift is one frequency for the whole band. t counts from the beginning of b.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated, Final

@@ -1,7 +1,5 @@
 """Peak, width and side lobes of a correlation."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

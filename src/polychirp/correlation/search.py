@@ -6,8 +6,6 @@ with :math:`E_a(\tau)` the recording's energy under the reference. :math:`\rho` 
 recording is the reference and nothing else, independent of samples before and after.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated, Final

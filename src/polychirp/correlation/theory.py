@@ -5,8 +5,6 @@ slope is the difference of their slopes. Its integral is a difference of Fresnel
 Bernfeld, Radar Signals, 1967, chapter 6), or a sinc if the slopes are equal.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Final
 

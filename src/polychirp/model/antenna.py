@@ -1,7 +1,5 @@
 """Antennas: an element's pattern, and the elements' positions in a radar's frame."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Literal

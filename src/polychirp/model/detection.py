@@ -1,7 +1,5 @@
 """`Detections` of a receiver in one frame."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from polychirp.axes import PerDetection, seal

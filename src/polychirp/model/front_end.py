@@ -1,7 +1,5 @@
 """`FrontEnd`: optional stages between mixer and samples besides the IF filter."""
 
-from __future__ import annotations
-
 import cmath
 import math
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """`IfFilter`: the IF low-pass, one for all synthesis engines."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """`Leakage` and `Bumper`: signals that a radar receives from itself without any scene."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

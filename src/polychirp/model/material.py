@@ -1,7 +1,5 @@
 """`Material`: electric properties of a surface."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """`Mesh`: triangles with a material each; `Plate`: a flat rectangle too large to be meshed."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated
 

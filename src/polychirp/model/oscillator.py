@@ -4,8 +4,6 @@ Both are an error θ(t) of the transmitted phase, in cycles: the radar sends
 :math:`e^{j2\pi(\varphi(t) + \theta(t))}`.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated, Literal
 

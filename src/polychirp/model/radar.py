@@ -1,7 +1,5 @@
 """`Radar`: front end, antenna, filter, converter and mounting pose of one radar."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 from polychirp.errors import InputError

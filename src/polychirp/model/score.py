@@ -1,7 +1,5 @@
 """`Score`: one radar's detections against the truth."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated
 

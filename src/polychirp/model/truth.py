@@ -1,7 +1,5 @@
 """`Truth`: the targets as one radar could see them at best."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated
 

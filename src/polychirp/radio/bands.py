@@ -1,7 +1,5 @@
 """Services that use radio bands, for warnings before a transmission; no legal advice."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Final
 

@@ -1,7 +1,5 @@
 """Interface of radios: a radio repeats a signal, records at the same time, and stops."""
 
-from __future__ import annotations
-
 import warnings
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable

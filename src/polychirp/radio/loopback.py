@@ -1,7 +1,5 @@
 """Radio without hardware: played samples are received again through a function."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 

@@ -6,8 +6,6 @@ adapter is tested without hardware, with a stand-in of pyadi-iio's interface; it
 with a radio.
 """
 
-from __future__ import annotations
-
 from importlib import import_module
 from typing import Any, Final
 

@@ -6,8 +6,6 @@ SoapySDR is not on the Python package index: it comes with the operating system 
 interface; it has not been tested with a radio.
 """
 
-from __future__ import annotations
-
 import threading
 from importlib import import_module
 from typing import Any, Final

@@ -1,7 +1,5 @@
 """Attribution of detections and floor to echo, interference and noise, through linear steps."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

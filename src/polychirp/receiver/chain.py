@@ -1,7 +1,5 @@
 """`Receiver`: from dechirped samples to detections, for ramps of any slopes."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated, Final, Literal

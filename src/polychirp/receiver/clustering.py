@@ -1,7 +1,5 @@
 """Clusters of detections in place and range rate: one detection per body."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

@@ -23,8 +23,6 @@ detection.
 `element_streams` keeps all sweeps: every element's stream then contains the codes of the others.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

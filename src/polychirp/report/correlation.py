@@ -1,7 +1,5 @@
 """Tables and files of section V: the paper, theory, model and loop-back side by side."""
 
-from __future__ import annotations
-
 import csv
 import io
 import math

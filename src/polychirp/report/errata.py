@@ -1,7 +1,5 @@
 """Errors and omissions of the paper in a few sentences each; the documentation derives them."""
 
-from __future__ import annotations
-
 from typing import Final
 
 ERRATA: Final[tuple[tuple[str, str], ...]] = (

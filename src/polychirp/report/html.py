@@ -1,7 +1,5 @@
 """The page of `polychirp paper`: one HTML file that needs no other file and no network."""
 
-from __future__ import annotations
-
 import base64
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass

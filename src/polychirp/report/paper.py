@@ -1,7 +1,5 @@
 """The files that `polychirp paper` writes: figures, their data, the record and the page."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Iterator
 from functools import partial

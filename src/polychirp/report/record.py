@@ -1,7 +1,5 @@
 """The record of `polychirp paper`: all its results as strict JSON."""
 
-from __future__ import annotations
-
 from dataclasses import asdict, fields
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The paper's figures 12 and 13 as tables: one row per curve and number of targets."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Final
 

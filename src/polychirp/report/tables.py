@@ -1,7 +1,5 @@
 """The tables of `polychirp paper` for a terminal."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 from rich import box

@@ -1,7 +1,5 @@
 """Verdicts: comparison of computed rows with the claims of the paper."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final
 

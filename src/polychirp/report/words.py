@@ -1,7 +1,5 @@
 """Words and numbers as tables, figures and pages share them: one wording for each thing."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any, Final

@@ -1,7 +1,5 @@
 """Association of detections with targets, one to one."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NamedTuple
 

@@ -14,8 +14,6 @@ The other forms are from the literature, each with its source. All are probabili
 meet, whether or not the receiver then makes a detection.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from polychirp.axes import BoolArray, FloatArray

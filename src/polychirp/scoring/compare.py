@@ -1,7 +1,5 @@
 """Detections against truth: targets found and missed, their errors, and ghosts."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from polychirp.axes import FloatArray

@@ -1,7 +1,5 @@
 """The nature of every detection: a target, a further echo, or a ghost, and its kind."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from enum import Enum
 

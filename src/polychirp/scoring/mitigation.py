@@ -4,8 +4,6 @@ Amplitudes are those at a target's cell, ``(target, ramp)``. Mitigation is linea
 so that the amplitudes of the target's own echo and of everything else are known separately.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray

@@ -5,8 +5,6 @@ together: **a trial counts as one draw**, however many targets it has. All funct
 trial, ``(trial,)``, and are deterministic.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from statistics import NormalDist

@@ -1,7 +1,5 @@
 """Check of a study before it runs: its problems, and the resolution of its radars."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Origin of stored numbers: the study as canonical text, its hash, versions and platform."""
 
-from __future__ import annotations
-
 import json
 import platform
 from dataclasses import dataclass, fields, is_dataclass, replace

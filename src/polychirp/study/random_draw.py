@@ -1,7 +1,5 @@
 """Random traffic of a study, drawn from its seed."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from polychirp.errors import InputError

@@ -1,7 +1,5 @@
 """Memory that a study needs, estimated before any of it is taken."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Final

@@ -1,7 +1,5 @@
 """`Study` — a whole experiment as one frozen value, and the scene and schedules that follow."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Final

@@ -1,7 +1,5 @@
 """`StudyTraffic` — random traffic of a study, and the radars that it carries."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from polychirp.errors import InputError

@@ -1,7 +1,5 @@
 """One trial: all stages in order, from the traffic to the score."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial

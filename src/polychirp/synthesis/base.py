@@ -1,7 +1,5 @@
 """`SynthesisEngine`, the seam between paths and samples."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Protocol, runtime_checkable
 

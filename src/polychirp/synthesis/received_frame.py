@@ -1,7 +1,5 @@
 """Samples of one radar over one frame: the sum of the contributions of all transmitters."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

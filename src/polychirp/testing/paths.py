@@ -1,7 +1,5 @@
 """Propagation paths written by hand."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

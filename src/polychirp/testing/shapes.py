@@ -1,7 +1,5 @@
 """Canonical bodies as triangles, and scenes of bodies with isotropic radars around them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Checks of the bytes of an untrusted mesh file before it is read as a mesh."""
 
-from __future__ import annotations
-
 import json
 import math
 import re

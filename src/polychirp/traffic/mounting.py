@@ -1,7 +1,5 @@
 """Mounting places of radars on bumpers."""
 
-from __future__ import annotations
-
 import math
 from functools import cache
 from typing import Final, Literal

@@ -1,7 +1,5 @@
 """`Outline` — the shape of a car from above, five tangent arcs on each side."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 

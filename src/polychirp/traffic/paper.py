@@ -17,8 +17,6 @@ Radar 3 is directed along −x in lane 2, 3 m behind radar 1: its waves reach ta
 to radar 1, and become ghosts at half the length of their path, 5.6 and 7.4 m.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Final
 

@@ -1,7 +1,5 @@
 """Places for vehicles on lanes along x: apart from each other, and visible from one vehicle."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Final, NamedTuple

@@ -1,7 +1,5 @@
 """Random traffic for statistics: another street for every seed, without collisions."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from typing import Annotated, Final, Literal

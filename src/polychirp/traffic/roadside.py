@@ -1,7 +1,5 @@
 """The road, and buildings and trees beside it, as actors."""
 
-from __future__ import annotations
-
 import math
 from functools import cache
 

@@ -1,7 +1,5 @@
 """Dimensions of the four bodies: chosen as typical of their classes, of no particular make."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final, Literal
 

@@ -1,7 +1,5 @@
 """`Street` — vehicles, buildings, trees, a road and points, as in a study file."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

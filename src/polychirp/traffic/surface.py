@@ -1,7 +1,5 @@
 """Meshes from lines of points: the longest edge allowed, and strips between lines."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from functools import lru_cache

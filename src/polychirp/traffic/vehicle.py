@@ -1,7 +1,5 @@
 """Parametric vehicles: curved shells of metal, glass, plastic and rubber, meshed for 79 GHz."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from functools import cache, partial

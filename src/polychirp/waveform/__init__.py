@@ -4,8 +4,6 @@
 transmitting elements, `design` sweep time and bandwidth, and `playing` samples for a radio.
 """
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from polychirp.spec import ByKind

@@ -1,7 +1,5 @@
 """Interface of waveform families: every waveform becomes a `RampSchedule`."""
 
-from __future__ import annotations
-
 from typing import Protocol, runtime_checkable
 
 from polychirp.errors import InputError

@@ -8,8 +8,6 @@ A beat carries the conjugate of the weight, since the mixer gives
 :math:`y = s_{tx}\,\overline{s_{rx}}`. `polychirp.receiver.mimo` decodes the samples.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Annotated, Literal, Protocol, runtime_checkable
 

@@ -1,7 +1,5 @@
 """Sweep time and bandwidth for a range and a resolution: equations (7) and (8) of the paper."""
 
-from __future__ import annotations
-
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.units import Hertz, Metres, Seconds
 from polychirp.waveform.base import need_positive

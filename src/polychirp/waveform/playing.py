@@ -1,7 +1,5 @@
 r"""Samples of a `RampSchedule`, for the converters of a radio."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from polychirp.errors import InputError

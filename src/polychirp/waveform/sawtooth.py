@@ -1,7 +1,5 @@
 """`Sawtooth`: equal ramps of one direction."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

@@ -3,8 +3,6 @@
 `DiverseTriangular` draws slopes at every sweep, and `FixedTriangular` once per radar.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

@@ -18,8 +18,6 @@ stronger. The cross-polarised share is that of thin needles in all directions:
 :math:`\langle|S_{vh}|^2\rangle : \langle|S_{vv}|^2\rangle = 1/15 : 1/5`.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 from typing import Final, NamedTuple
 

@@ -17,8 +17,6 @@ S is symmetric, so that paths are reciprocal. Close to the vertical above or bel
 (V, H) basis turns quickly with the direction, and the phases with it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Final, NamedTuple
 

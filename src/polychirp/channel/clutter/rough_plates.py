@@ -27,8 +27,6 @@ within about a cell of the radar the angles vary over the cell, and one point do
 it well. Depolarisation is an assumption.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import lru_cache
 from typing import Final, NamedTuple

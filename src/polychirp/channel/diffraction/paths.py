@@ -44,8 +44,6 @@ smooth cells of excess length, with complex moments that are exact to first orde
 aperture and time.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Final, NamedTuple
 

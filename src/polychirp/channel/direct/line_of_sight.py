@@ -1,7 +1,5 @@
 """The direct path from one radar to another."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray

@@ -1,7 +1,5 @@
 """Line of sight and point scatterers with shadows, and with losses in thin sheets and leaves."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

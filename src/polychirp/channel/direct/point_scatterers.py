@@ -1,7 +1,5 @@
 """Echoes of isotropic point scatterers."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray

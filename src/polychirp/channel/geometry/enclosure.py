@@ -1,7 +1,5 @@
 """Volume inside a closed surface of triangles, and points inside it."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from polychirp.axes import FloatArray

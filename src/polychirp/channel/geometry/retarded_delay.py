@@ -4,8 +4,6 @@ A wave received at time t at X left S at :math:`t - \tau`, where
 :math:`c\tau = |X(t) - S(t-\tau)|`. With linear motion this is a quadratic equation in τ.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from polychirp.axes import FloatArray

@@ -1,7 +1,5 @@
 """Named materials near 79 GHz, one source per row."""
 
-from __future__ import annotations
-
 import tomllib
 import warnings
 from collections.abc import Iterable, Mapping

@@ -31,8 +31,6 @@ computes them), and the motion of bodies during the flight (which changes a path
 3 µm).
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Sequence
 from functools import lru_cache

@@ -3,8 +3,6 @@
 Work is done only for radars and points nearer to each other than the longest path.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache

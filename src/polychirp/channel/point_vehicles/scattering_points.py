@@ -4,8 +4,6 @@ There are two models: the lobes of 3GPP TR 38.901 (clause 7.9.2.1, RCS model 2),
 physical optics computed from the built-in bodies (`tools/point_tables.py`).
 """
 
-from __future__ import annotations
-
 import tomllib
 from dataclasses import dataclass
 from functools import cache

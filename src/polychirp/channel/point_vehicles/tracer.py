@@ -1,7 +1,5 @@
 """`PointVehicles` — a fast tracer for hundreds of vehicles, which are boxes with a few points."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

@@ -77,8 +77,6 @@ At single times the median of the last is 1.53, 1.27 and 0.97 dB; it costs 2.4 t
 first. Phases of single paths between cars are not converged: they are one draw of many.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Final

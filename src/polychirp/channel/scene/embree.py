@@ -6,8 +6,6 @@ precision from the triangle that was hit. The triangle can differ from that of `
 rays that pass an edge by less than the rounding.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 from typing import Final, Literal, Protocol
 

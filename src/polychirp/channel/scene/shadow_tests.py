@@ -1,7 +1,5 @@
 """Shadow rays for the strongest paths first, so that paths which are too weak need none."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Final
 

@@ -1,7 +1,5 @@
 """Mirror images in plates, and the coefficients of their reflections."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray

@@ -9,8 +9,6 @@ suddenly. Exact for paraxial waves if the plane of incidence holds a side of the
 the cross term of the phase is neglected, which matters within a Fresnel zone of a corner.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

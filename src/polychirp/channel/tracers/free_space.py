@@ -1,7 +1,5 @@
 """`FreeSpace` — the exact reference: line of sight and point scatterers in an empty world."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

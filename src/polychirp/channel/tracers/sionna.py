@@ -13,8 +13,6 @@ Sionna is imported only when a scene is traced, and only after a test of the LLV
 would compile with: versions 15 and 16 abort the process without a message.
 """
 
-from __future__ import annotations
-
 import ctypes
 import os
 import re

@@ -1,7 +1,5 @@
 """The paper's receiver as its section VII describes it, for comparison only."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

@@ -17,8 +17,6 @@ azimuths are measured. The range rate of a target beyond the span of the map is 
 phase between transmitters is then wrong as well.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Range and range rate from the beats of an up- and a down-ramp (the paper's eqs 9 and 10)."""
 
-from __future__ import annotations
-
 from polychirp.axes import FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
 

@@ -1,7 +1,5 @@
 """Phase-shift beamforming of the receiving channels."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray

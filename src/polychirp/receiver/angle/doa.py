@@ -11,8 +11,6 @@ so the beat's phase **falls** from channel to channel for an arrival from the le
 with channel 0 the rightmost element (`polychirp.model.antenna.AntennaArray`).
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray

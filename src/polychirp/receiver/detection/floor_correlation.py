@@ -10,8 +10,6 @@ above the true floor. With the correlation ρ between cells and their weights w 
 for normal variables; the arcsine is the covariance of signs, and a median depends on the mean sign.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Rejection of peaks that strong points cause: cross-pairing ridges and residual side lobes."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from polychirp.axes import FloatArray, IntArray

@@ -1,7 +1,5 @@
 """Thresholds for a given false-alarm probability, and the paper's, the mean."""
 
-from __future__ import annotations
-
 import math
 from functools import lru_cache
 

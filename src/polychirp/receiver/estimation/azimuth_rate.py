@@ -10,8 +10,6 @@ rate, both at the frame's start, and the time :math:`\Delta` since then,
 R(t) is known from the beats and phases, so two unknowns are left.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray

@@ -1,7 +1,5 @@
 """Tests that a candidate moves like one point over the frame, on ramps of both slopes."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 from typing import NamedTuple
 

@@ -15,8 +15,6 @@ would be many times weaker. Prior knowledge of the azimuth's rate adds its infor
 1968, §2.4).
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -12,8 +12,6 @@ measured with the other subtracted, in turn (RELAX, Li and Stoica 1996), like an
 with one amplitude for the whole frame. The two replace the point if they explain its power.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product

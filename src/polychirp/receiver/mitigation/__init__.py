@@ -1,7 +1,5 @@
 """Receive-side mitigation: the methods a study file may name by their ``kind``."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from polychirp.receiver.mitigation.autoregression import Autoregression as Autoregression

@@ -1,7 +1,5 @@
 """Interpolation: samples hit by interference are replaced by an autoregressive model's."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated, Literal

@@ -1,7 +1,5 @@
 """The result of mitigation: cleaner samples, and a weight of each."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from functools import lru_cache

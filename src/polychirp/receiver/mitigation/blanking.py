@@ -1,7 +1,5 @@
 """Blanking: samples hit by interference are left out."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

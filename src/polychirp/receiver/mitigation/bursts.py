@@ -1,7 +1,5 @@
 """Bursts of crossing interferers, found by their amplitude and by their prediction error."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated
 

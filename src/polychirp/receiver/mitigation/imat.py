@@ -1,7 +1,5 @@
 """IMAT: samples hit by interference are replaced by a spectrum of few lines."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated, Literal
 

@@ -1,7 +1,5 @@
 """Linear prediction of echoes: each sample from those before it, or from those after it."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray

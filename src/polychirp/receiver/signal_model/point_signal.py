@@ -1,7 +1,5 @@
 """The IF signal of a moving point: its phase and amplitude on every ramp, and its subtraction."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray

@@ -1,7 +1,5 @@
 """Figures 6 and 7: auto- and cross-correlation, in theory and with transceivers."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from functools import partial

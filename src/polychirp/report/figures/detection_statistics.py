@@ -1,7 +1,5 @@
 """The paper's figures 12 and 13: detection and accuracy over the number of targets."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, Final
 

@@ -1,7 +1,5 @@
 """`Drawing` — the result of a figure function: a figure and its data; with the common style."""
 
-from __future__ import annotations
-
 import csv
 import io
 from collections.abc import Callable, Mapping, Sequence

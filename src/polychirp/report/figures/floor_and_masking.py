@@ -1,7 +1,5 @@
 """The cost of diversity: floor rise, misses and ghosts of every variant side by side."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Final
 

@@ -1,7 +1,5 @@
 """Figures 9 to 11: a range profile of one radar with true targets, detections and ghosts."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from typing import Final

@@ -1,7 +1,5 @@
 """One frame of a radar: power over range and range rate, and its detections from above."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure

@@ -1,7 +1,5 @@
 """Radar cross section over aspect, as a polar plot seen from above, the front upwards."""
 
-from __future__ import annotations
-
 import math
 from typing import Final
 

@@ -5,8 +5,6 @@ cells. The short-time Fourier transform of a linear chirp with a Gaussian window
 integral, so every cell of the picture is computed in closed form, the ends of ramps included.
 """
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Figure 8 from above: places and speeds of the vehicles, and beams of the radars."""
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A scene as coloured triangles in the world, for both pictures of the street."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final
 

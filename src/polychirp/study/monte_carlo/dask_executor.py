@@ -1,7 +1,5 @@
 """`DaskWorkers` — a Dask cluster on this machine, under SLURM, or already running."""
 
-from __future__ import annotations
-
 import os
 import pickle
 import subprocess

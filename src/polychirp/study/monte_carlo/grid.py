@@ -1,7 +1,5 @@
 """Grid of a Monte Carlo study: the table of its file, its axes, and the seeds of its trials."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Sequence

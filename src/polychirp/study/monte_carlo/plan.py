@@ -1,7 +1,5 @@
 """`Plan` — a study for every point of a grid."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Run the missing trials of a plan, and store the results of all its trials."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing

@@ -5,8 +5,6 @@ depend on the number of workers or on the order of outcomes. Later trials that h
 stay in the log and are left out of the results.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Final

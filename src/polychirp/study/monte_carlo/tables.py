@@ -1,7 +1,5 @@
 """Results as tables in SI units: CSV, and Parquet too if pyarrow is installed."""
 
-from __future__ import annotations
-
 import csv
 import json
 import math

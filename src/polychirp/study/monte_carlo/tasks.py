@@ -1,7 +1,5 @@
 """Tasks and outcomes of executors, and the function that runs a task."""
 
-from __future__ import annotations
-
 import time
 import warnings
 from collections.abc import Generator, Iterator, Sequence

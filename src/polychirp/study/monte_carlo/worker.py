@@ -4,8 +4,6 @@ It ends when its stdin is closed, after its current trial, so that it does not s
 that started it has ended.
 """
 
-from __future__ import annotations
-
 import os
 import pickle
 import signal

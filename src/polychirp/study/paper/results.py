@@ -1,7 +1,5 @@
 """Results of `polychirp paper` beside the statements of the paper, in the units of the report."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Annotated, Final, Literal

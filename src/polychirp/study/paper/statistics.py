@@ -1,7 +1,5 @@
 """Figures 12 and 13 of the paper: detection and accuracy over the number of targets."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Two operands of a correlation, made comparable, and their correlation in theory."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Final
 

@@ -1,7 +1,5 @@
 """Amplifier with gain control, saturation and quantisation of I and Q."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated

@@ -4,8 +4,6 @@ Filters and I/Q imbalance are linear and act on each part. Offset, saturation an
 not: the error that they add to the sum of all parts is a part of its own, the distortion.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray

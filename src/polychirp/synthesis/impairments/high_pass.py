@@ -12,8 +12,6 @@ that the converter keeps. Aliased signals are weighted within a fifth or so only
 the analog filter are one there.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import lru_cache
 from typing import Final

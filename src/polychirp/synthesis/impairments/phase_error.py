@@ -9,8 +9,6 @@ up to a highest offset. The period P is twice the frame, so that the frame's end
 the lowest wave is that of offset 1/P.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache

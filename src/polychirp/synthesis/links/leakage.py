@@ -1,7 +1,5 @@
 """Links of a radar to itself without any scene: leakage, and the reflection at a bumper."""
 
-from __future__ import annotations
-
 import math
 import warnings
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """`Links` — the paths between one transmitter and one victim, antennas and front ends included."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated

@@ -1,7 +1,5 @@
 """Thermal noise behind the IF filter, at the converter."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

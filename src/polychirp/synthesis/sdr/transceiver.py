@@ -5,8 +5,6 @@ carriers, centred on the receiver's. Delays inside the radios are removed: a lin
 gives no lag.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Final

@@ -8,8 +8,6 @@ which for μ = 0 is the frequency response. Where a chirp is cut, and far out of
 depends on its ends alone; for these h and its derivatives are tabulated.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import lru_cache

@@ -7,8 +7,6 @@ last. If a sample's filter window lies within the beat, the sample is the beat's
 common part or, where the beat is far out of band at that end, an expansion about the end.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

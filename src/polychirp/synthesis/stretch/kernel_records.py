@@ -5,8 +5,6 @@ time of a pair of ramps is zero where the victim's ramp starts. Records are name
 and scalars because numba compiles these. Nothing here imports numba.
 """
 
-from __future__ import annotations
-
 from typing import Final, NamedTuple
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray

@@ -1,7 +1,5 @@
 """Tables that the kernels read: ramps, samples, links, pairs of ramps, the filter's responses."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence, Set
 from itertools import pairwise

@@ -11,8 +11,6 @@ products alone and works with any array library that has the functions of the Py
 that it also runs on a GPU.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from functools import lru_cache, partial

@@ -1,7 +1,5 @@
 """Ramps of a victim and a transmitter that overlap: when, and at which beats."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """Work units of the engine: a row of samples, a pair of ramps and a run of links."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
