@@ -10,9 +10,16 @@ from polychirp.receiver.signal_model.point_signal import (
     fit_amplitudes,
     hann_weights,
 )
-from polychirp.receiver.signal_model.spectral_fit import Band, _smooth_below, band_of
+from polychirp.receiver.signal_model.spectral_fit import (
+    Band,
+    _factorize,
+    _smooth_below,
+    _solve,
+    band_of,
+)
 from polychirp.rng import Streams
 from polychirp.waveform import DiverseTriangular
+from tests.support.kernels import callable_from_python
 from tests.support.points import HandPoint, frame_of
 from tests.support.references.receiver import beat_errors
 
@@ -121,3 +128,19 @@ def test_white_noise_keeps_its_power_in_the_band():
 
 def test_transforms_have_lengths_that_are_quick():
     assert [_smooth_below(n) for n in (2, 7, 976, 1023, 1999)] == [2, 6, 972, 1000, 1944]
+
+
+@pytest.mark.parametrize("size", [1, 2, 7, 30])
+def test_linear_equations_are_solved_as_lapack_solves_them(size):
+    """Rows are exchanged where an element of the diagonal is zero."""
+    draw = np.random.default_rng(size)
+    matrix, right = (
+        draw.normal(size=(size, n)) + 1j * draw.normal(size=(size, n)) for n in (size, 3)
+    )
+    if size > 1:
+        matrix[0, 0] = 0.0
+    expected = np.linalg.solve(matrix, right)
+    factors, order = matrix.copy(), np.zeros(size, dtype=np.int64)
+    callable_from_python(_factorize)(factors, order)
+    found = callable_from_python(_solve)(factors, order, right)
+    np.testing.assert_allclose(found, expected, rtol=1e-10, atol=1e-12)
