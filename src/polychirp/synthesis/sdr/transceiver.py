@@ -99,6 +99,7 @@ def link_for(
     *,
     transmitter: Transceiver,
     receiver: Transceiver,
+    delay: float = 0.0,
 ) -> Link:
     """The link over which ``signal`` arrives ``snr`` (ratio) above the noise at the converter.
 
@@ -110,7 +111,7 @@ def link_for(
     if receiver.noise_power == 0.0:
         raise InputError("a receiver without noise has no SNR; give it a noise figure")
     power = arriving_power(signal, transmitter=transmitter, receiver=receiver)
-    return Link(attenuation=power / (snr * receiver.noise_power))
+    return Link(attenuation=power / (snr * receiver.noise_power), delay=delay)
 
 
 def _check(
