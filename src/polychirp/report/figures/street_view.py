@@ -7,8 +7,9 @@ and a second one goes from its hit towards the sun. Colours are those of the mat
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final, Protocol
+from typing import TYPE_CHECKING, Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,9 @@ from polychirp.axes import BoolArray, FloatArray, IntArray
 from polychirp.model.scene import Scene
 from polychirp.report.figures.drawing import INK, Column, Drawing, new_figure, styled
 from polychirp.report.figures.surfaces import Surfaces, extent, surfaces
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 SUN_DIRECTION: Final = np.array([-0.45, -0.40, 0.80]) / np.linalg.norm([-0.45, -0.40, 0.80])
 """Unit vector towards the sun, which is behind the camera on its right."""
@@ -34,6 +38,8 @@ SHADOW_RAY_LENGTH: Final = 1e3
 """Length of the rays to the sun, m: bodies further off throw no shadow."""
 RAYS_PER_BLOCK: Final = 200_000
 """Number of rays that are traced together, in tens of megabytes."""
+LABEL_HEIGHT: Final = 32.0
+"""Height of a vehicle's name and its margin in the picture, pixels."""
 
 
 class RayCaster(Protocol):
@@ -122,18 +128,7 @@ def street_view(
     boxes = [extent(actor) for actor in vehicles]
     roofs = np.array([[*(0.5 * (low + high))[:2], high[2]] for low, high in boxes]).reshape(-1, 3)
     pixels = camera.project(roofs, size)
-    for actor, (x, y) in zip(vehicles, pixels, strict=True):
-        if 0.0 <= x < width and 0.0 <= y < height:
-            half = 6.0 * len(actor.name) + 12.0  # pixels of half a label; it stays in the picture
-            axes.annotate(
-                actor.name,
-                xy=(x, y),
-                xytext=(np.clip(x, half, width - half), max(y - 54.0, 36.0)),
-                ha="center",
-                size=8,
-                bbox={"boxstyle": "round,pad=0.25", "facecolor": "white", "alpha": 0.85, "lw": 0},
-                arrowprops={"arrowstyle": "-", "color": INK, "linewidth": 0.8},
-            )
+    _draw_names(axes, [actor.name for actor in vehicles], pixels, size)
     data: dict[str, Column] = {
         "name": [actor.name for actor in vehicles],
         **{f"{axis}_m": roofs[:, number] for number, axis in enumerate("xyz")},
@@ -141,6 +136,33 @@ def street_view(
         "pixel_down": pixels[:, 1],
     }
     return Drawing(figure=figure, data=data)
+
+
+def _draw_names(
+    axes: Axes, names: Sequence[str], pixels: FloatArray, size: tuple[int, int]
+) -> None:
+    """Draw names above the vehicles in the picture; none covers another."""
+    width, height = size
+    placed: list[tuple[float, float, float]] = []
+    for name, (x, y) in zip(names, pixels, strict=True):
+        if not (0.0 <= x < width and 0.0 <= y < height):
+            continue
+        half = 6.0 * len(name) + 12.0  # pixels of half a label; it stays in the picture
+        middle, base = float(np.clip(x, half, width - half)), max(y - 54.0, 36.0)
+        while any(
+            abs(middle - m) < half + h and abs(base - b) < LABEL_HEIGHT for m, h, b in placed
+        ):
+            base -= LABEL_HEIGHT
+        placed.append((middle, half, base))
+        axes.annotate(
+            name,
+            xy=(x, y),
+            xytext=(middle, base),
+            ha="center",
+            size=8,
+            bbox={"boxstyle": "round,pad=0.25", "facecolor": "white", "alpha": 0.85, "lw": 0},
+            arrowprops={"arrowstyle": "-", "color": INK, "linewidth": 0.8},
+        )
 
 
 def render(
