@@ -46,7 +46,8 @@ def compare(request):
     """Assert that a measured value is what it should be, and keep both for docs/validation."""
 
     def comparing(**row):
-        comparison = Comparison(**row)
+        numbers = {name: float(row.pop(name)) for name in ("expected", "measured", "tolerance")}
+        comparison = Comparison(**row, **numbers)
         request.config.stash[COMPARED].append(comparison)
         assert comparison.is_met, str(comparison)
 
