@@ -121,7 +121,7 @@ SAID = {
         crossing(own_slope=9.5e12, other_slope=50e12),
         *(0.81, 5e-3, RAO),
     ),
-    "radars in step, random start, 30 m, 2 × 1.5 ms": (
+    "synchronous clocks, random start, 30 m, 2 × 1.5 ms": (
         random_start(greatest_range=30.0, period=3e-3),
         *(6.7e-5, 5e-7, "2R/c over 2T"),
     ),
