@@ -1,4 +1,4 @@
-"""`PropagationPaths`: the channel between all radars, from any tracer."""
+"""`PropagationPaths`: the channel between all radars, in the form that every ray tracer gives."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ class Bounce(IntEnum):
     SCATTERING = 0
     """Radiated by currents on a body: a point scatterer or physical optics."""
     REFLECTION = 1
-    """Reflected by a plane, road or wall, or by the facets of a body on the way to another."""
+    """Reflected by a plate (road or wall), or by a body's facets on the way to another body."""
     DIFFRACTION = 2
-    """Diffracted at the edge of a body in or near the way."""
+    """Diffracted at the edge of a body that blocks the straight line or is close to it."""
     TRANSMISSION = 3
-    """Through a thin sheet."""
+    """Transmitted through a thin sheet, such as glass."""
     DIFFUSE = 4
     """Scattered with a random phase by a rough plane or by leaves."""
 
@@ -41,16 +41,17 @@ class Bounce(IntEnum):
 class PropagationPaths:
     r"""All paths of a scene at one time, between every transmitter and every receiver.
 
-    Without antennas, the transfer function of path p is
+    Between isotropic antennas, the transfer function of path p is
 
     .. math:: H_p(f, t) = A_p\, e^{-j2\pi f \tau_p(t)}, \qquad
               \tau_p(t) = \tau_p + \dot\tau_p\,(t - t_0)
 
-    (e^{+jωt}) with the time of **reception** t, over one ramp; over longer times delays are
-    quadratic (`carried`). A is a 2×2 matrix with the receiving polarisation as row and the
-    transmitting one as column, (V, H) of `frames.polarisation_basis` for the outward direction at
-    each end. |A|² is a power ratio between isotropic antennas: a line of sight of length d has
-    A = λ/4πd, with λ at ``frequency``. The delay includes the whole phase of propagation.
+    for signals :math:`e^{+j\omega t}`, where t is the time of **reception**. The linear delay is
+    valid within one ramp; over longer times the delay is quadratic (`carried`). A is a 2×2 matrix
+    with the receiving polarisation as row and the transmitting one as column, (V, H) of
+    `frames.polarisation_basis` for the outward direction at each end. |A|² is the ratio of received
+    to transmitted power between isotropic antennas: a line of sight of length d has A = λ/4πd, with
+    λ at ``frequency``. A holds no phase of the propagation, which follows from the delay alone.
 
     Parameters
     ----------
@@ -58,18 +59,22 @@ class PropagationPaths:
     frequency : Hz, at which amplitudes and materials are evaluated
     transmitter, receiver : numbers of the radars, ``(path,)``
     delay, delay_rate : s and s/s, ``(path,)``
-    coherence_time : s, ``(path,)``, of a path that stands for many contributions: time of
-        extrapolation after which their phases have spread by 1 rad rms. Infinite for a single
-        contribution, and by default.
-    delay_acceleration : second derivative of the delay, 1/s, ``(path,)``: v²/Rc for ends that pass
-        each other sideways at v in a distance R. Zero by default
+    coherence_time : s, ``(path,)``; for a path that is the sum of many contributions, the time of
+        extrapolation after which their phases have spread by about 1 rad rms, so that the sum is
+        wrong by about half of its amplitude. Infinite for a single contribution, and by default
+    delay_acceleration : second derivative of the delay, 1/s, ``(path,)``; it is v²/Rc for two ends
+        at a distance R that pass each other at the speed v, across the line between them. Zero by
+        default
     transfer : A, ``(path, 2, 2)`` complex
-    departure, arrival : directions in the world, ``(path, xyz)``: of the path's first part, from
-        the transmitter, and of its last part, from the receiver. They are means of a group of
-        contributions, so not exactly of unit length: use them without normalisation in phases.
+    departure, arrival : outward directions in the world, ``(path, xyz)``: from the transmitter
+        along the path's first leg, and from the receiver along its last leg. For a sum of
+        contributions they are weighted means, whose length is not exactly 1. To compute the phases
+        of antenna elements, use these means as they are: normalised ones give other phases
     bounce_start : ``(offset,)``, one more than paths: path p has bounces
         ``bounce_start[p]:bounce_start[p + 1]``, from transmitter to receiver
-    bounce_actor, bounce_kind, bounce_point : ``(bounce,)``, `Bounce`, and m ``(bounce, xyz)``
+    bounce_actor : number of the actor, ``(bounce,)``
+    bounce_kind : a value of `Bounce`, ``(bounce,)``
+    bounce_point : m, in the world, ``(bounce, xyz)``
     """
 
     reference_time: float
@@ -115,7 +120,10 @@ class PropagationPaths:
 
     @property
     def is_direct(self) -> BoolArray:
-        """Mask of the straight paths, ``(path,)``, diffracted or through thin sheets included."""
+        """Mask of the paths without reflection and scattering, ``(path,)``.
+
+        Paths that are diffracted or pass through thin sheets are included.
+        """
         onwards = np.isin(self.bounce_kind, (Bounce.DIFFRACTION, Bounce.TRANSMISSION))
         return np.asarray(self._count(~onwards) == 0)
 
@@ -123,23 +131,24 @@ class PropagationPaths:
     def is_mirrored(self) -> BoolArray:
         """Mask of the paths that a surface reflects on the way to or from a body, ``(path,)``.
 
-        The echo of a plane itself, a single reflection, is not mirrored: a wall is at its range.
+        The echo of a plate alone is a single reflection and is not mirrored: its range is that of
+        the plate.
         """
         met = self._count(self.bounce_kind == Bounce.REFLECTION) > 0
         return np.asarray(met & (self.num_bounces > 1))
 
     def _count(self, bounces: BoolArray) -> IntArray:
-        """Number of a path's bounces in the mask ``(bounce,)``: ``(path,)``."""
+        """Number of bounces of every path, ``(path,)``, that are in the mask ``(bounce,)``."""
         total = np.concatenate([[0], np.cumsum(bounces.astype(np.int64))])
         return np.asarray(total[self.bounce_start[1:]] - total[self.bounce_start[:-1]])
 
     def carried(self, elapsed: float) -> PropagationPaths:
-        r"""The same paths ``elapsed`` s later, or earlier.
+        r"""The same paths ``elapsed`` s later; a negative time gives earlier paths.
 
-        .. math:: \tau_p(t) = \tau_p + \dot\tau_p\,t + \tfrac12\ddot\tau_p\,t^2
+        .. math:: \tau_p(t_0 + t) = \tau_p + \dot\tau_p\,t + \tfrac12\ddot\tau_p\,t^2
 
-        Amplitudes, directions and visibility are unchanged. A path of many contributions is valid
-        for its `coherence_time` only.
+        Amplitudes, directions and visibility are unchanged. A path that is the sum of many
+        contributions is valid for less than its `coherence_time`.
 
         >>> from polychirp.testing.paths import HandPath, paths_of
         >>> paths_of(HandPath(delay=1e-7, delay_rate=1e-8)).carried(2.0).delay.tolist()
@@ -158,7 +167,7 @@ class PropagationPaths:
 
         Parameters
         ----------
-        elapsed : s, of all paths or of each, ``(path,)``
+        elapsed : s, one time for all paths, or one for each, ``(path,)``
 
         >>> from polychirp.testing.paths import HandPath, paths_of
         >>> paths_of(HandPath(delay=1e-7, delay_rate=1e-8)).delays_after(2.0)[0].tolist()

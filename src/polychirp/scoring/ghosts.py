@@ -1,4 +1,4 @@
-"""The nature of every detection: a target, a further echo, or a ghost, and its kind."""
+"""The nature of every detection: a target, another echo, or one of several kinds of ghosts."""
 
 from collections.abc import Sequence
 from enum import Enum
@@ -17,20 +17,23 @@ class Nature(Enum):
     """Cause of a detection."""
 
     TARGET = "target"
+    """The echo of a target."""
     ECHO = "echo"
-    """A real echo of some body, wall or road that is not on the list of targets."""
+    """An echo of a real body, wall or road at a place that is no target's own."""
     MULTIPATH = "multipath"
-    """An own echo reflected by a plane: nothing is at that place."""
+    """An own echo with a mirror on a part of its path: no body is at that place."""
     DIRECT = "direct"
+    """Another radar's signal without a reflection."""
     INDIRECT = "indirect"
+    """Another radar's signal that a body reflects."""
     FRONT_END = "front-end"
     """Caused in the radar itself: leakage, a bumper, clipping, quantisation, an offset."""
     UNEXPLAINED = "unexplained"
-    """A false alarm, or a residue of the processing."""
+    """None of the other causes: noise, or an error of the processing."""
 
     @property
     def is_ghost(self) -> bool:
-        """True if nothing is at that place."""
+        """True if no body is at the place of the detection."""
         return self not in (Nature.TARGET, Nature.ECHO)
 
 
@@ -42,8 +45,9 @@ _BY_PART = {
 }
 
 HIDING_RATIO = 100.0
-"""Ratio of interference to an own echo in the same cell above which the detection is that of the
-interference: 20 dB. Chosen: an interferer's floor may be above the echo of a real wall."""
+"""Ratio of powers, interference to own echo in one detection, above which the interference causes
+the detection: 20 dB. Chosen above 0 dB because a real wall may be detected although the floor that
+an interferer raises is above its echo."""
 
 
 def natures(
@@ -56,16 +60,22 @@ def natures(
 ) -> tuple[Nature, ...]:
     """Nature of every detection.
 
-    A detection is an echo if an own path of the same range and rate exists, and the own echo is
-    above the noise and not hidden by interference. Otherwise the strongest part decides: a signal
-    of another radar makes a direct or indirect ghost, the radar's own front end a front-end ghost.
-    The rest is multipath if a reflected own path exists, and otherwise unexplained.
+    The first of these rules that applies decides:
+
+    1. A detection of a target is a target.
+    2. It is an echo if an own path without a mirror has its range and range rate (within ``gate``)
+       and the own echo is visible: above the noise, and less than `HIDING_RATIO` below the
+       interference.
+    3. It is a direct, indirect or front-end ghost if that is the part with the most power.
+    4. It is multipath if an own path with a mirror has its range and range rate and the own echo is
+       visible as in rule 2.
+    5. It is unexplained.
 
     Parameters
     ----------
     powers : W, ``(detection, part)`` in the order of `PARTS`
     own_paths : of the victim to itself, at the time of the detections
-    targets : numbers of the detections that belong to targets
+    targets : numbers of the detections that belong to targets (`association`)
     """
     is_target = np.isin(np.arange(detections.num_detections), list(targets))
     is_there = _has_path(detections, own_paths.select(~own_paths.is_mirrored), gate)
@@ -89,14 +99,17 @@ def natures(
 
 
 def dominated_by_interference(powers: FloatArray) -> BoolArray:
-    """Mask of the detections that another radar's signal causes, ``(detection,)``."""
+    """Mask of the detections whose interference is more than `HIDING_RATIO` above the own echo.
+
+    It is ``(detection,)``; ``powers`` as for `natures`.
+    """
     own = powers[:, PARTS.index("echo")] + powers[:, PARTS.index("multipath")]
     other = powers[:, PARTS.index("direct")] + powers[:, PARTS.index("indirect")]
     return np.asarray(other > HIDING_RATIO * own)
 
 
 def _has_path(detections: Detections, paths: PropagationPaths, gate: Gate) -> BoolArray:
-    """Mask of the detections that have a path of their range and rate, ``(detection,)``."""
+    """Mask of the detections with the range and range rate of a path, ``(detection,)``."""
     distance = 0.5 * SPEED_OF_LIGHT * paths.delay
     rate = 0.5 * SPEED_OF_LIGHT * paths.delay_rate
     near = (np.abs(distance - detections.range[:, None]) <= gate.range) & (

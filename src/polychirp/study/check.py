@@ -46,18 +46,20 @@ Limits = tuple[float, float]
 """Least and greatest value over the ramps of a frame."""
 
 FARTHEST_SPEED: Final = 0.8
-"""m/s, the limit of `receiver.estimation.beat_refinement`: beats do not correct a point whose speed
-is farther than this from that of its cell in the range-rate map."""
+"""Greatest difference, m/s, between a point's speed and that of its cell in the range-rate map that
+the beats correct: `LARGEST_RATE_CHANGE` of `receiver.estimation.beat_refinement`."""
 
 MOST_DOPPLER_CELLS: Final = 150
-"""Speed cell of the beats (`_beat_speed_cell`) in Doppler cells of the frame, above which
-`check` warns. A point was found at all of eight speeds with 128 triangular ramps of 0.5 or 1 ms
-(128 cells), and at five of them with sawtooths of 1 GHz (277 cells)."""
+"""Greatest ratio of the beats' speed cell (`_beat_speed_cell`) to the frame's Doppler cell
+(`_doppler_cell`) without a warning. Chosen between two simulated cases: a point was found at all
+of eight speeds with 128 triangular ramps of 0.5 or 1 ms (ratio 128), and at five of the eight with
+sawtooths of 1 GHz (ratio 277)."""
 
 GREATEST_GUARD: Final = 0.1
-"""Guard of a mitigation as a share of the shortest ramp, above which `check` warns; chosen: each
-burst then takes more than a fifth of a ramp."""
+"""Greatest guard of a mitigation, as a share of the shortest ramp, without a warning. Chosen: with
+a longer guard on either side, each burst removes more than a fifth of a ramp."""
 
+# a complex128 sample; the sources of the three times are in `Derived.cost`
 _BYTES_OF_A_SAMPLE = 16
 _SECONDS_OF_A_TRACE = 0.08
 _SECONDS_OF_A_SAMPLE = 1e-6
@@ -71,20 +73,25 @@ class DerivedRadar:
     Parameters
     ----------
     name : name of the radar
-    range_resolution : m, :math:`c/2B` over the ramps
+    range_resolution : m, :math:`c/2B` with the bandwidth B of each ramp
     speed_resolution : m/s, :math:`\lambda/2T_{frame}`
-    unambiguous_speed : m/s, :math:`\lambda/4NT_{sweep}`, either way, for a transform over equal
-        sweeps; N is the number of sweeps after which the code of the transmitting elements repeats
-        (1 without a code), since each element is told apart once in so many sweeps
-    has_equal_sweeps : True if all sweeps are equal; different sweeps lift this ambiguity
-    greatest_range : m, whose beat on the steepest ramp is still in the filter's pass band
-    beat_band : Hz, from 0 m to the receiver's greatest range on the steepest ramp
+    unambiguous_speed : m/s, greatest speed, approaching or receding, that a Doppler transform over
+        equal sweeps gives without ambiguity: :math:`\lambda/4NT_{sweep}`. N is the number of sweeps
+        after which the code of the transmitting elements repeats (1 without a code), because N
+        sweeps give one value for each element
+    has_equal_sweeps : True if all sweeps are equal; with different sweeps, speeds above
+        ``unambiguous_speed`` can be told apart
+    greatest_range : m, range whose beat on the steepest ramp is at the edge of the IF filter's pass
+        band
+    beat_band : Hz, beats of echoes from 0 m and from the receiver's greatest range, on the steepest
+        ramp
     ramp_duration : s
     frame_duration : s, from the first ramp's start to the last one's end
     num_ramps : in a frame
-    samples_per_ramp : number
+    samples_per_ramp : number, of one channel
     samples_per_frame : number, of one channel
-    memory : bytes, of the frame and its parts, all channels
+    memory : bytes of the samples of the frame and of its parts (echo, noise and so on), in all
+        channels
     """
 
     name: str
@@ -111,11 +118,12 @@ class Derived:
     radars : every radar, victim or not
     victims : names of the radars whose frames are computed
     targets : names of the targets of each victim
-    num_snapshots : number of times at which the scene is traced
-    memory : bytes, of the frames and parts of all victims
+    num_snapshots : number of times for which the paths are computed
+    memory : bytes of the samples of all victims' frames and of their parts
     cost : s on one core, a rough estimate: 0.08 s for each snapshot and pair of radars, as measured
         on the paper's street of eight vehicles; 1 µs for each sample; 2 s for each victim's
-        receiver. More bodies cost more, and the first run compiles the kernels
+        receiver. A street with more bodies takes longer, and so does the first run, which compiles
+        the kernels
     """
 
     radars: tuple[DerivedRadar, ...]
@@ -135,9 +143,10 @@ def check(study: Study) -> Derived:
     ------
     InputError
         Names do not agree, a ramp is too short for its converter, a radar sits inside a body…;
-        every problem is listed with its place. Or the study needs too much memory (`size`).
+        every problem is listed with its place. Or the study needs too much memory (`study.size`).
     PhysicsError
-        A receiver asks for ranges whose beats its radar cannot sample.
+        The beats of echoes from the receiver's greatest range are above the edge of the IF filter's
+        stop band, or above half the sample rate.
     CapabilityError
         The elements of a victim's array cannot be told apart.
 
@@ -148,7 +157,7 @@ def check(study: Study) -> Derived:
         for the receiver's range-rate map or for the guard of its mitigation.
     """
     try:
-        if study.seed >= 0:  # others are refused below
+        if study.seed >= 0:  # `_problems` reports a negative seed
             study = sample_street(study)
     except InputError as error:
         raise InputError(f"this study cannot run: {study.name}\n  traffic: {error}") from None
@@ -229,11 +238,14 @@ def _warn_of_receiver(study: Study, schedules: Sequence[RampSchedule]) -> None:
 
 
 def _too_coarse(schedule: RampSchedule, times: SampleTimes, receiver: Receiver) -> str:
-    """The reason why the receiver misses targets on these ramps, and what would work; else ""."""
+    """Reason why the range-rate map misses targets with these ramps, and the remedy.
+
+    It is empty if the map is fine enough.
+    """
     resolved = _doppler_cell(schedule)
     wavelength = SPEED_OF_LIGHT / float(np.max(schedule.centre_frequency))
     step = wavelength / (6.0 * float(np.max(schedule.duration)))
-    # phases correct a speed by up to four Doppler cells
+    # the test of coherence corrects a cell's speed by up to four Doppler cells, by phases
     reach = max(FARTHEST_SPEED, 4.0 * resolved)
     by_beats = _beat_speed_cell(schedule, times)
     has_both = bool(np.any(schedule.slope > 0) and np.any(schedule.slope < 0))
@@ -260,17 +272,18 @@ def _kmh(speed: float) -> str:
 
 
 def _doppler_cell(schedule: RampSchedule) -> float:
-    """Speed that turns an echo's phase by one cycle over the frame, m/s."""
+    """Speed at which an echo's phase changes by one cycle over the frame, m/s."""
     wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
     return wavelength / (2.0 * float(schedule.end_time[-1] - schedule.start_time[0]))
 
 
 def _beat_speed_cell(schedule: RampSchedule, times: SampleTimes) -> float:
-    r"""Change of speed that moves beats by a resolution cell of a ramp, rms over the ramps, m/s.
+    r"""Change of speed that the beats alone can resolve, m/s.
 
-    The range is free to change with it, so that only what differs from a change of range counts.
-    On ramps that rise and fall this is :math:`\lambda/2T_{ramp}`. Ramps of one direction tell
-    speeds apart only by range migration: :math:`\sqrt{12}\,c/(2BT_{frame})`.
+    It moves the beats by one resolution cell of a ramp, rms over the ramps, beyond what a change of
+    range can explain (least squares). On ramps that rise and fall it is
+    :math:`\lambda/2T_{ramp}`. On ramps of one direction only range migration tells speeds apart,
+    and it is :math:`\sqrt{12}\,c/(2BT_{frame})`.
     """
     sensitivity = beat_sensitivity(schedule, times, float(schedule.start_time[0]))
     in_cells = sensitivity * (times.num_samples / times.rate)[:, None]
@@ -438,7 +451,7 @@ def _has_equal_sweeps(schedule: RampSchedule, num_sweeps: int) -> bool:
 
 
 def _memory(times: SampleTimes, radar: StudyRadar) -> int:
-    """Bytes of samples and parts, padding included."""
+    """Bytes of a frame's samples and of its parts; all ramps are padded to the longest."""
     padded = radar.array.num_channels * times.num_samples.size * times.most_samples
     return padded * (1 + len(parts_of(radar))) * _BYTES_OF_A_SAMPLE
 
@@ -453,6 +466,7 @@ def _need_decodable(schedule: RampSchedule, *, number: int) -> None:
 
 
 def _need_audible(radar: StudyRadar, derived: DerivedRadar, *, number: int, study: Study) -> None:
+    """Refuse a radar that cannot sample the beats of echoes from the receiver's greatest range."""
     limit = min(radar.if_filter.stopband, 0.5 * radar.converter.sample_rate)
     if derived.beat_band[1] > limit:
         raise PhysicsError(

@@ -1,21 +1,20 @@
-r"""Crowns of trees: clouds in which waves are scattered once and attenuated.
+r"""Crowns of trees: clouds of leaves in which waves are attenuated and scattered once.
 
-First-order radiative transfer: a cloud attenuates the power by :math:`e^{-\alpha l}` over a length
-l, and scatters the share ω (albedo) of that loss. Scattered evenly in all directions, a volume V
-has the bistatic cross section
+The model is first-order radiative transfer. A cloud attenuates the power by the factor
+:math:`e^{-\alpha l}` over a length l, and scatters the share ω (albedo) of the lost power, evenly
+in all directions. A crown of volume V then has the bistatic cross section
 
 .. math:: \sigma = \omega\,\alpha\,\int_V e^{-\alpha\,(l_1 + l_2)}\,dV
 
-with l₁, l₂ the lengths of both legs inside crowns (Ulaby, Moore & Fung 1986, ch. 13). N points at
-random in the crown, of cross section ωαV/N and random phase each, represent the integral. They
-are fixed in the tree's frame: the echo of a crown fluctuates as the radars move, and is the same
-in the next snapshot.
+where l₁ and l₂ are the lengths inside crowns of the legs to the transmitter and to the receiver
+(Ulaby, Moore & Fung 1986, ch. 13). N random points in the crown represent the integral; each has
+the cross section ωαV/N and a random phase. Points and phases are fixed in the tree's frame and do
+not change between snapshots, so that the echo of a crown fluctuates only as radars or trees move.
 
-Limits: single scattering, so that a crown that is deep compared with 1/(αω) is too dark; no
-coherent backscatter; leaves that do not move in the wind; no preferred direction, though real
-leaves scatter most forwards; equal scatterers, though the trunk and the boughs in a crown are
-stronger. The cross-polarised share is that of thin needles in all directions:
-:math:`\langle|S_{vh}|^2\rangle : \langle|S_{vv}|^2\rangle = 1/15 : 1/5`.
+Limits: multiple scattering is left out, so that the echo of a crown that is deep compared with
+1/(αω) is too weak, and so is the enhancement of backscatter that multiple scattering causes. Leaves
+do not move in the wind. Scattering has no preferred direction, whereas real leaves scatter mostly
+forwards. All scatterers are equal, whereas trunk and boughs scatter more than leaves.
 """
 
 from functools import lru_cache
@@ -38,13 +37,16 @@ from polychirp.model.paths import PropagationPaths
 from polychirp.rng import Streams
 
 POINT_SPACING: Final = 0.5
-"""Edge of the cube for which a crown has one point, m, within `POINT_COUNT_RANGE`. Chosen."""
+"""Edge of a cube, m: a crown has one point for each such cube in its volume, within the limits of
+`POINT_COUNT_RANGE`. Chosen: a moderate cost of each crown."""
 
 POINT_COUNT_RANGE: Final = (32, 512)
-"""Least and greatest number of points in a crown. Chosen."""
+"""Least and greatest number of points in a crown. Chosen: enough points for an echo that fluctuates
+like a sum of many, and a bound on the cost of large crowns."""
 
 CROSS_POLARISED_SHARE: Final = 0.25
-"""χ, share of the scattered power that is cross-polarised: that of randomly oriented needles."""
+"""χ, share of the scattered power that is cross-polarised. It is that of thin needles in all
+directions, whose mean powers ⟨|S_vh|²⟩ : ⟨|S_vv|²⟩ are 1/15 : 1/5."""
 
 
 def foliage_paths(world: World, pairs: IntArray, *, seed: int) -> PropagationPaths:
@@ -53,8 +55,9 @@ def foliage_paths(world: World, pairs: IntArray, *, seed: int) -> PropagationPat
     .. math:: |A|^2 = \frac{\omega\alpha V}{N}\,
         \frac{\lambda^2\,e^{-\alpha(l_1+l_2)}}{(4\pi)^3 r_1^2 r_2^2}
 
-    Faces of a material that `is_cloud` must close around a volume. The same seed gives the same
-    points and phases in every snapshot; they depend on the actor's name and mesh alone.
+    Here r₁ and r₂ are the distances from a point to transmitter and receiver. The faces of a
+    material that `is_cloud` must enclose a volume. Points and phases depend only on the seed, the
+    actor's name, its mesh and the material.
 
     >>> from polychirp.channel.tracers.composite import Composite
     >>> from polychirp.model.scene import Scene
@@ -77,7 +80,11 @@ def foliage_paths(world: World, pairs: IntArray, *, seed: int) -> PropagationPat
 
 
 class _Crown(NamedTuple):
-    """Points in a crown in its tree's frame, m ``(point, xyz)``, their matrices; volume, m³."""
+    """Points of a crown.
+
+    ``position`` m ``(point, xyz)`` in the tree's frame, ``matrix`` S ``(point, 2, 2)`` as in
+    `random_scatterers`, ``volume`` m³ of the crown.
+    """
 
     position: FloatArray
     matrix: ComplexArray
@@ -86,7 +93,10 @@ class _Crown(NamedTuple):
 
 @lru_cache(maxsize=256)
 def _crown(mesh: Mesh, material: str, seed: int, name: str) -> _Crown:
-    """Random points inside the faces of a material; the same arguments give the same points."""
+    """Random points in the volume that the faces of a material enclose.
+
+    The same arguments give the same points.
+    """
     corners = mesh.corners[mesh.material == mesh.materials.index(material)]
     volume = enclosed_volume(corners)
     if not volume > 0:
@@ -105,7 +115,7 @@ def _crown(mesh: Mesh, material: str, seed: int, name: str) -> _Crown:
 
 
 def _in_crown(world: World, body: int, material: str, seed: int) -> Scatterers:
-    """Points of one tree as scatterers, without the attenuation on the way."""
+    """Points of one tree as scatterers; `scattered_paths` adds the attenuation in crowns."""
     number = int(world.body[body])
     actor, row = world.scene.actors[number], world.table[material]
     crown = _crown(actor.mesh, material, seed, actor.name)

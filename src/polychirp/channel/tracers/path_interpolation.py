@@ -6,24 +6,32 @@ one fade in:
 
 .. math:: H(t) = (1 - s)\,H_0(t) + s\,H_1(t - T), \qquad s = t/T
 
-So fields change without steps where a body moves sideways or into a shadow. A path whose coherence
-time is :math:`t_c` is a sum of contributions whose phases drift apart. Extrapolated by t, it is
-wrong by :math:`\alpha t + \beta t^2`, whose magnitudes add up to ½ at :math:`t_c`. The linear fade
-cancels the error from α and leaves :math:`\beta T^2/4` half way between traces. If both terms
-contribute a quarter at :math:`t_c`, the power that is wrong is
+So fields change without steps where a body moves sideways or into a shadow.
+
+A path with a finite coherence time :math:`t_c` is a sum of contributions whose phases drift apart.
+After extrapolation by t, its relative amplitude error is :math:`\alpha t + \beta t^2`, and
+:math:`t_c` is the time at which the magnitudes of both terms add up to ½. The linear fade cancels
+the term of α and leaves an error of :math:`\beta T^2/4` half way between traces. We assume that
+both terms have the magnitude ¼ at :math:`t_c`. The power of the error is then
 
 .. math:: e = \min\{1, \tfrac1{16} (T/t_c)^2\}^2
 
-of the path's power; a path that has lost its coherence altogether is wrong by no more than its
-power. A part, such as the facets of one body, is traced again for a pair of radars before the
-errors of that pair's paths add up to a limit. The limit is the greatest of three: `MAX_PART_ERROR`
-of the power of the part's whole, and `FAINT_ECHO_ERROR` or `FAINT_INTERFERENCE_ERROR` of the power
-among which the paths are received. A car that passes a radar at two metres is traced at every step
-for that radar, and every few milliseconds for the others.
+times the path's power. The factor is at most 1, because a path without any coherence left is wrong
+by its own power.
 
-Limits: amplitudes and shadows between traces are interpolated. Delays of bounces between bodies
-have no acceleration, because their mirror points move along the surfaces; and they change faster
-than their coherence times say, because they depend on which facets their tubes meet.
+A part (`channel.base.Part`), such as the facets of one body, is traced again for a pair of radars
+before the powers of the errors of that pair's paths add up to a limit. The limit is the greater of
+two powers. One is `MAX_PART_ERROR` times the power of the part's whole: the facets of a body that
+are seen directly and in mirrors are two parts of one whole, and every other part is its own whole.
+The other is `FAINT_ECHO_ERROR` times the power of the radar's own echoes, or, for a signal of
+another radar, `FAINT_INTERFERENCE_ERROR` times the mean power that arrives from one other radar. A
+car that passes a radar at two metres is traced at every one of the frame's trace times for that
+radar, and every few milliseconds for the others.
+
+Limits: amplitudes and shadows between traces are interpolated, not traced. Paths over several
+bodies are less accurate than stated. Their delays are extrapolated without acceleration, which is
+not known because their reflection points move along the surfaces. They also change faster than
+their coherence times say, because each ray tube meets other facets as the bodies move.
 """
 
 from __future__ import annotations
@@ -53,26 +61,31 @@ if TYPE_CHECKING:
     from polychirp.channel.scene.world import World
 
 MAX_PART_ERROR: Final = 1e-2
-"""Share of the power of a part's whole that may be wrong between two traces.
+"""Greatest power of a part's errors between two traces, as a ratio to the power of its whole.
 
-Other errors are as great: meshes that are right to a decibel are wrong by as much, and tubes of
-2 cm by more (between the paper's bodies, bounces traced with tubes of 2 cm and of 2.5 mm have a
-correlation of 0.6 in the median)."""
+Chosen: other errors are as great. An echo whose mesh is right to 1 dB has an error of about this
+power. Ray tubes of 2 cm have a greater one: between the paper's bodies, bounces traced with tubes
+of 2 cm and of 2.5 mm have a correlation of 0.6 in the median."""
 
 FAINT_ECHO_ERROR: Final = 2.5e-5
-"""Power of one part's errors that is tolerated, relative to all of a radar's own echoes.
+"""Power of one part's errors that is tolerated, as a ratio to that of all own echoes of a radar.
 
-Receivers search 40 dB below the strongest echo. At four times this value, remainders of strong
-echoes are sometimes detected; at forty times, thousands of them are fitted as points."""
+Chosen by trial: receivers search down to 40 dB below the strongest echo. At four times this value,
+residuals of strong echoes are sometimes detected; at forty times, the receiver fits points to
+thousands of residuals."""
 
 FAINT_INTERFERENCE_ERROR: Final = 1e-3
-"""Power of one part's errors that is tolerated, relative to all that a radar receives from others.
+"""Power of one part's errors that is tolerated, as a ratio to the mean power that a radar receives
+from one other radar.
 
-Other radars' ramps appear as bursts or ghosts, below which no receiver searches for weaker ones."""
+Chosen greater than `FAINT_ECHO_ERROR`: other radars' signals appear as bursts or ghosts, and no
+receiver searches for weaker signals of other radars below these."""
 
 MAX_TRACE_INTERVAL: Final = 16e-3
-"""s after which a part is traced again in any case, because shadows move, which coherence times do
-not include (chosen)."""
+"""Greatest time between two traces of a part, s.
+
+A limit is needed because shadows move, which coherence times do not include. Chosen: decision 7
+compares 8, 16 and 32 ms."""
 
 
 @runtime_checkable
@@ -81,17 +94,17 @@ class PartedTracer(RayTracer, Protocol):
 
     @property
     def dynamic_range(self) -> float:
-        """Ratio by which a path may be weaker than its pair's strongest."""
+        """Power ratio of a pair's strongest path to the weakest path that is kept."""
 
     @property
     def max_length(self) -> float:
         """Length of the longest path that is traced, m."""
 
     def prepare(self, scene: Scene) -> World:
-        """The prepared scene."""
+        """The scene with all that its tracing needs at one time."""
 
     def parts(self, world: World) -> tuple[Part, ...]:
-        """Parts of the prepared scene's paths."""
+        """The parts into which the tracing of this scene is divided."""
 
 
 def no_progress(done: int, total: int) -> None:
@@ -111,10 +124,11 @@ def interpolate_paths(
 
     Parameters
     ----------
-    scene : at any time
+    scene : the scene at any time; it is moved to each of ``times``
     receivers : numbers of the radars that receive; None: all. Tracers without parts trace all
         pairs at every time
-    progress : called with the number of traces done and the greatest number there may be
+    progress : called with the number of traces that are done or not needed, and with the greatest
+        possible number of traces
 
     Examples
     --------
@@ -147,7 +161,8 @@ def _every_time(
 class _Limits(NamedTuple):
     """Powers that a part's errors are compared with, each ``(transmitter, receiver)``.
 
-    ``others``: of the other parts of its whole; ``faint``: of errors too weak to matter.
+    ``others``: power of all other parts of the part's whole. ``faint``: power of the part's errors
+    that is tolerated however weak the whole is.
     """
 
     others: FloatArray
@@ -155,7 +170,11 @@ class _Limits(NamedTuple):
 
 
 class _PartTraces:
-    """Tables of one part at the times at which it was traced, each for some of the pairs."""
+    """Paths of one part at the times at which it was traced.
+
+    ``tables`` holds the paths by the number of the time, for the pairs that were traced then;
+    ``is_traced`` ``(time, transmitter, receiver)`` says which these were.
+    """
 
     def __init__(self, num_times: int, num_radars: int) -> None:
         self.tables: dict[int, PropagationPaths] = {}
@@ -181,7 +200,7 @@ class _CrossFade:
         counts = [table.num_paths for _, _, table in tables]
         self.part = np.repeat([p for p, _, _ in tables], counts)
         self.trace = np.repeat([k for _, k, _ in tables], counts)
-        # the joint table has one reference time, but each path's own is that of its trace
+        # `gather` gives all paths one reference time; `at` uses the time of each path's trace
         self.paths = gather([table for _, _, table in tables])
 
     def at(self, number: int) -> PropagationPaths:
@@ -203,12 +222,18 @@ class _CrossFade:
         )
 
     def _last(self, number: int) -> IntArray:
-        """Number of each pair's last trace, ``(part, transmitter, receiver)``; 0 without one."""
+        """Time number of each pair's latest trace at or before ``number``; 0 if there is none.
+
+        Shaped ``(part, transmitter, receiver)``.
+        """
         past = self.is_traced[:, number::-1]
         return np.where(past.any(axis=1), number - np.argmax(past, axis=1), 0)
 
     def _next(self, number: int) -> IntArray:
-        """Number of each pair's next trace, like `_last`; the last time without one."""
+        """Time number of each pair's first trace at or after ``number``, shaped like `_last`.
+
+        It is the number of the frame's last time if there is none.
+        """
         coming = self.is_traced[:, number:]
         end = len(self.times) - 1
         return np.where(coming.any(axis=1), number + np.argmax(coming, axis=1), end)
@@ -242,7 +267,7 @@ class _FrameTraces:
             self._steps(begin, self.scenes[0], limit)
             for begin, limit in zip(first, limits, strict=True)
         ]
-        # the part that is traced most often comes first, so that no core is idle in the end
+        # the part with the most traces starts first: started last, it would run on one core alone
         order = np.argsort([-np.sum(1 / some) for some in steps], kind="stable")
         work = [
             partial(self._traces, self.parts[k], first[k], steps[k], limits[k], strongest)
@@ -259,7 +284,11 @@ class _FrameTraces:
         )
 
     def _first_traces(self) -> list[PropagationPaths]:
-        """Paths of all parts at the first time; each part knows the strongest before it."""
+        """Paths of all parts at the first time.
+
+        Each part is given the power of the strongest path that the parts before it found, so that
+        it can leave out paths that are much weaker.
+        """
         num_radars = len(self.scenes[0].radars)
         strongest, tables = np.zeros((num_radars, num_radars)), []
         for part in self.parts:
@@ -287,9 +316,10 @@ class _FrameTraces:
         limits: _Limits,
         strongest: FloatArray,
     ) -> _PartTraces:
-        """Traces of one part, for each pair as often as that pair needs, and at the end.
+        """Traces of one part: each pair as often as its errors need, and once at the last time.
 
-        ``steps`` are those of its paths at the first time, ``first``.
+        ``first`` are the paths at the first time. ``steps`` ``(transmitter, receiver)`` is the
+        number of time steps from there to the next trace (`_steps`).
         """
         last = len(self.times) - 1
         traces = _PartTraces(len(self.times), len(strongest))
@@ -302,7 +332,7 @@ class _FrameTraces:
             found = part.trace(self.worlds[number], pairs, strongest)
             traces.add(number, pairs, found)
             steps = self._steps(found, self.scenes[number], limits)
-            # on a grid, so that pairs with different steps are traced together
+            # traces are due at multiples of the step, so that pairs with different steps coincide
             next_due = np.minimum((number // steps + 1) * steps, last)
             due = np.where(due == number, next_due, due)
         return traces
@@ -310,7 +340,8 @@ class _FrameTraces:
     def _steps(self, paths: PropagationPaths, scene: Scene, limits: _Limits) -> IntArray:
         """Number of time steps until each pair is traced again, ``(transmitter, receiver)``.
 
-        Both directions of a pair are traced together.
+        Steps are halved until the error is below its limit. Both directions between two radars get
+        the smaller step of the two, and are traced together.
         """
         grid = float(self.times[1] - self.times[0]) if len(self.times) > 1 else MAX_TRACE_INTERVAL
         step = max(1, int(MAX_TRACE_INTERVAL / grid * (1 + 1e-9)))
@@ -331,7 +362,9 @@ class _FrameTraces:
 
 
 def interpolation_error(gap: FloatArray) -> FloatArray:
-    """Share of a path's power that is wrong half way between traces, for ``gap`` T/t_c.
+    """Power of a path's error half way between traces, as a ratio to the path's power.
+
+    ``gap`` is T/t_c, the time between the traces over the coherence time.
 
     >>> float(interpolation_error(np.array(0.4)))
     0.0001
@@ -349,8 +382,8 @@ def _power_of_pairs(paths: PropagationPaths, power: FloatArray, num_radars: int)
 def _faint_errors(power: FloatArray) -> FloatArray:
     """Power of errors that may be tolerated for each pair, shaped like ``power``.
 
-    Errors of own echoes are compared with the own echoes. Errors of other transmitters are compared
-    with the mean power that the receiver gets from one of them.
+    Errors of own echoes are compared with the power of all own echoes. Errors of signals of other
+    radars are compared with the mean power that the receiver gets from one other radar.
     """
     own = np.diagonal(power)
     others = (power.sum(axis=0) - own) / max(len(power) - 1, 1)

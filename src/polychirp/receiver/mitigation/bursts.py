@@ -1,4 +1,7 @@
-"""Bursts of crossing interferers, found by their amplitude and by their prediction error."""
+"""Detection of interference bursts by their amplitude and by their prediction error.
+
+A burst arises while an interferer's frequency crosses the band that the victim receives.
+"""
 
 from dataclasses import dataclass
 from typing import Annotated
@@ -15,21 +18,26 @@ from polychirp.units import Between, Seconds
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BurstDetector(Spec):
-    """Detector of bursts, samples far above a ramp's median amplitude.
+    """Detector of bursts, which are short, whereas echoes fill the whole ramp.
 
-    The IF signal of a crossing interferer is a burst; echoes fill the whole ramp. On each ramp,
-    samples whose amplitude (root of the mean power over channels) exceeds ``factor`` times the
-    ramp's median are hit, and so are those within ``guard`` of them, where the IF filter still
-    rings. A synchronous interferer fills the ramp like an echo and is *not* detected.
+    On each ramp, samples whose amplitude (root of the mean power over channels) exceeds ``factor``
+    times the ramp's median amplitude are hit. Samples whose prediction error exceeds ``factor``
+    times the ramp's median error are hit too. So are all samples within ``guard`` of these, where
+    the IF filter still rings. A synchronous interferer with the same slope fills the ramp like an
+    echo, and is *not* detected.
 
-    A burst weaker than the echoes does not show in the amplitude, but in the error of predicting
-    each sample from ``whitening`` others (`prediction_error`), which removes most of the echoes. A
-    strong burst of a slow crossing can be predicted, but shows in the amplitude. Either is enough.
+    The prediction error is that of each sample predicted from ``whitening`` others
+    (`prediction_error`). Echoes are predicted well, so that it shows bursts that are weaker than
+    the echoes. The amplitude is needed as well: a strong burst is predicted well if its frequency
+    changes slowly.
+
+    The defaults are chosen: on the paper's frames they remove the rise of the floor
+    (docs/validation/mitigation.md).
 
     Parameters
     ----------
-    factor : of a ramp's median amplitude, above which a sample is hit
-    guard : s, on either side of a sample that is hit
+    factor : ratio to the ramp's median amplitude or median error, above which a sample is hit
+    guard : s, before and after a sample above that limit
     whitening : number of samples from which each one is predicted; 0: amplitudes alone decide
     """
 
@@ -46,14 +54,14 @@ class BurstDetector(Spec):
             raise InputError("a mitigation's whitening cannot be negative; 0 is none")
 
     def hit(self, frame: IfFrame) -> BoolArray:
-        """Mask of the samples that are hit, ``(ramp, fast)``; never the padding."""
+        """Mask of the samples that are hit, ``(ramp, fast)``; False in the padding of a ramp."""
         above = self._stands_out(rms(frame.samples), frame.times.is_sample)
         if self.whitening:
             error = np.zeros(frame.times.is_sample.shape)
             for k, length in enumerate(frame.times.num_samples):
                 error[k, :length] = prediction_error(frame.samples[:, k, :length], self.whitening)
             above |= self._stands_out(error, frame.times.is_sample)
-        # beyond the whole ramp there is nothing left to hit
+        # a guard longer than the ramp hits the whole ramp, so that its reach is limited to the ramp
         reach = round(min(self.guard * frame.times.rate, above.shape[1]))
         count = np.cumsum(np.pad(above, ((0, 0), (reach + 1, reach))), axis=-1)
         near = count[:, 2 * reach + 1 :] - count[:, : -2 * reach - 1] > 0

@@ -14,13 +14,16 @@ from polychirp.report.figures.drawing import INK, Column, Drawing, new_figure, s
 from polychirp.report.figures.surfaces import Surfaces, extent, radar_paint, surfaces
 
 BEAM_LENGTH: Final = 7.0
-"""Length of the sectors that show the beams' directions, m; no range of the radars."""
+"""Radius of the sectors that show the radars' beams, m. Chosen for the drawing: it says nothing of
+how far a radar detects."""
 
 LANE_WIDTH: Final = 3.5
-"""Width of each of the two lanes, m; their border is y = 0."""
+"""Width of each of the two lanes, m; the lanes meet at y = 0, and the middles of the lanes of
+`traffic.paper` are at y = ±1.75 m."""
 
 ROADSIDE_WIDTH: Final = 8.0
-"""Width that is drawn beyond the lanes on either side, m."""
+"""Width that is drawn beyond the lanes on either side, m. Chosen: it shows the pavement and the
+fronts of the houses."""
 
 
 @styled
@@ -53,7 +56,11 @@ def street_plan(scene: Scene) -> Drawing:
 
 
 def _draw_surfaces(axes: Axes, street: Surfaces) -> None:
-    """Draw triangles, the highest last; upright ones have no area from above and become lines."""
+    """Draw triangles, the highest last, so that they cover the lower ones.
+
+    Level faces are brighter than steep ones, and leaves are half transparent. Upright triangles
+    have no area from above (1e-4 m² or less): those longer than 2 m, as walls are, become lines.
+    """
     flat = street.corners[:, :, :2]
     (x1, y1), (x2, y2) = (flat[:, 1] - flat[:, 0]).T, (flat[:, 2] - flat[:, 0]).T
     area = 0.5 * np.abs(x1 * y2 - x2 * y1)
@@ -67,7 +74,7 @@ def _draw_surfaces(axes: Axes, street: Surfaces) -> None:
         PolyCollection(
             flat[lying],
             facecolors=colour[lying],
-            edgecolors="face",  # else there are hairlines between neighbours
+            edgecolors="face",  # without edges, thin gaps show between neighbours
             linewidths=np.where(leaf[lying], 0.0, 0.8),
             zorder=1,
         )
@@ -79,7 +86,10 @@ def _draw_surfaces(axes: Axes, street: Surfaces) -> None:
 
 
 def _lanes(axes: Axes, scene: Scene) -> tuple[float, float]:
-    """Draw lane borders; gives the x of both ends of the picture, m."""
+    """Draw the lanes' borders; return the least and the greatest x of the picture, m.
+
+    The picture ends 5 m beyond the vehicles (chosen), or beyond all actors if there is no vehicle.
+    """
     vehicles = [extent(actor) for actor in scene.actors if actor.kind == "vehicle"]
     ends = vehicles or [extent(actor) for actor in scene.actors] or [(np.zeros(3), np.zeros(3))]
     left = min(low[0] for low, _ in ends) - 5.0
@@ -103,7 +113,7 @@ def _draw_beam(axes: Axes, scene: Scene, number: int) -> None:
 
 
 def _draw_name(axes: Axes, actor: Actor, scene: Scene) -> None:
-    """Write name and speed beside the lane; an arrow shows the path within 0.1 s."""
+    """Write a vehicle's name, speed and radars beside the lanes, and draw its velocity."""
     low, high = extent(actor)
     middle = 0.5 * (low + high)
     side = 1.0 if middle[1] >= 0 else -1.0
@@ -129,6 +139,7 @@ def _draw_name(axes: Axes, actor: Actor, scene: Scene) -> None:
 
 
 def _draw_velocity(axes: Axes, middle: FloatArray, actor: Actor) -> None:
+    """Draw an arrow as long as the distance that the actor drives in 0.1 s (chosen)."""
     tip = middle[:2] + 0.1 * np.array(actor.velocity[:2])
     if np.any(actor.velocity):
         axes.annotate(
@@ -141,7 +152,7 @@ def _draw_velocity(axes: Axes, middle: FloatArray, actor: Actor) -> None:
 
 
 def _draw_scale(axes: Axes, x: float, y: float) -> None:
-    """Draw a scale of five metres on a white patch that covers walls."""
+    """Draw a scale of 5 m, with its left end at (x, y), on a white patch above everything else."""
     axes.add_patch(Rectangle((x - 0.6, y - 0.3), 6.6, 1.5, color="white", alpha=0.9, zorder=8))
     for cell in range(5):
         axes.add_patch(

@@ -1,4 +1,7 @@
-"""Results as tables in SI units: CSV, and Parquet too if pyarrow is installed."""
+"""Results of a study of many trials as tables: CSV, and Parquet too if pyarrow is installed.
+
+Units are SI; SINR and floor rise are power ratios.
+"""
 
 import csv
 import json
@@ -27,15 +30,18 @@ _UNIT_SUFFIXES: Final = {
     "range_rate_rmse": "_m_per_s",
     "azimuth_rmse": "_rad",
 }
+"""Endings that columns of `Summary` and `Difference` get in the tables."""
 
 
 def save_tables(folder: Path, results: Results) -> list[str]:
     """Write all tables, and return the names of the files.
 
-    ``summary`` has a row for each point and radar, ``differences`` one for each pair of points
-    that differ on one axis, ``victims`` one for each radar of each trial, ``targets`` one for each
-    target of those. ``provenance.json`` says where they come from. Each file is complete or is not
-    replaced.
+    A point is one combination of values on the axes of the study's grid. ``summary`` has a row for
+    each point and victim. ``differences`` has one for each victim and each pair of points of which
+    one has the first value of an axis, the other has another value, and all else is equal.
+    ``victims`` has one for each victim of each trial, ``targets`` one for each target of these.
+    ``provenance.json`` holds the study, its hash, versions and platform. A file that cannot be
+    written completely keeps its former content.
 
     Raises
     ------
@@ -62,7 +68,7 @@ def save_tables(folder: Path, results: Results) -> list[str]:
 
 
 def _write_whole(path: Path, write: Callable[[Path], None]) -> None:
-    """Write a file beside its place, then move it there."""
+    """Write a file under a temporary name, then rename it, so that no reader finds half a file."""
     unfinished = path.with_name(f"{path.name}.unfinished")
     try:
         write(unfinished)
@@ -105,7 +111,7 @@ def _known(value: Any) -> Label | None:
 
 
 def _trials(results: Results) -> Iterator[tuple[tuple[int, int, int], dict[str, Label | None]]]:
-    """Indices and first columns of every radar of every trial that was run."""
+    """Indices (point, trial, victim) and first columns of each victim of each finished trial."""
     was_run = ~np.isnan(results.num_claims[..., 0])
     for point, trial, victim in np.argwhere(was_run).tolist():
         yield (
@@ -172,7 +178,7 @@ def _write_csv(path: Path, *, rows: list[Row]) -> None:
 
 
 def safe_cell(value: Label | None) -> Label | None:
-    """A cell that no spreadsheet takes for a formula: such text gets an apostrophe before it.
+    """Value of a cell; text that a spreadsheet takes for a formula gets an apostrophe before it.
 
     >>> safe_cell("=1+1"), safe_cell("front"), safe_cell(-1.5)
     ("'=1+1", 'front', -1.5)
