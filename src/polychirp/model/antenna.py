@@ -22,15 +22,16 @@ class ElementPattern(Spec):
     .. math:: \frac{G}{G_0} = -\min\left(12 (\phi/\phi_{3dB})^2 + 12 (\theta/\theta_{3dB})^2,
               A_{max}\right)\ \text{dB}
 
-    the Gaussian main lobe with a floor that 3GPP TR 38.901 table 7.3-1 uses; the beamwidths are
-    full 3-dB widths. The default is the ±80° × ±10° beam of the paper with its 27 dBi of table 2,
-    which contradict each other (a beam that wide has about 11 dBi: errata 9 of the docs).
+    is the Gaussian main lobe with a floor of 3GPP TR 38.901, table 7.3-1. φ is the azimuth, θ the
+    elevation, the 3-dB beamwidths are full widths, and the floor is :math:`-A_{max}`. The defaults
+    are the paper's beam of ±80° × ±10° and the 27 dBi of its table 2. The two contradict each
+    other, since a beam that wide has about 11 dBi (errata 9 of the docs).
 
     Parameters
     ----------
     peak_gain : ratio over isotropic
-    azimuth_beamwidth, elevation_beamwidth : rad; ``inf`` for no dependence
-    floor : ratio to the peak, below which the pattern does not fall
+    azimuth_beamwidth, elevation_beamwidth : rad; with ``inf`` the gain does not depend on the angle
+    floor : least gain, as a ratio to the peak gain
     polarisation : linear polarisation of the element
     """
 
@@ -63,29 +64,30 @@ class ElementPattern(Spec):
 ISOTROPIC = ElementPattern(
     peak_gain=1.0, azimuth_beamwidth=math.inf, elevation_beamwidth=math.inf, floor=1.0
 )
-"""An antenna with gain 1 everywhere, vertically polarised."""
+"""Antenna element with the gain 1 in all directions, vertically polarised."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AntennaArray(Spec):
-    r"""Uniform lines of receiving and of transmitting elements along y.
+    r"""A line of receiving and a line of transmitting elements along y, each evenly spaced.
 
     Both lines are centred on the origin of the radar's frame; channel 0 and transmitting element
     0 are the rightmost ones (most negative y).
 
-    Real channels differ. Channel m multiplies the wave that it receives, and element l the wave
-    that it sends, by :math:`\sqrt{g}\,e^{j\psi}`. A channel's error is behind its low-noise
-    amplifier, so that it scales the channel's noise as well. Receivers do not calibrate it.
+    Real channels differ in gain g and phase ψ. Each channel multiplies the wave that it receives,
+    and each transmitting element the wave that it sends, by its own :math:`\sqrt{g}\,e^{j\psi}`. A
+    channel's error arises behind its low-noise amplifier, so that it scales the channel's noise as
+    well. The simulated receivers do not correct these errors.
 
     Parameters
     ----------
-    num_channels : receiving elements
+    num_channels : number of receiving elements
     spacing : m, of the receiving elements; by default half a wavelength at 79 GHz
-    pattern : of every element, receiving and transmitting
-    num_transmitters : transmitting elements
-    transmit_spacing : m, of the transmitting elements; by default they are a whole receiving array
-        apart, so that the virtual elements form one line without a gap
-    channel_gains : g, ratio of powers, one for each channel; none: no errors
+    pattern : pattern of every element, receiving and transmitting
+    num_transmitters : number of transmitting elements
+    transmit_spacing : m, of the transmitting elements; by default ``num_channels * spacing``, so
+        that the virtual elements form one evenly spaced line without a gap
+    channel_gains : g, ratio of powers, one for each channel; empty if there are no errors
     channel_phases : ψ, rad, one for each channel
     transmitter_gains : g, ratio of powers, one for each transmitting element
     transmitter_phases : ψ, rad, one for each transmitting element
@@ -144,12 +146,12 @@ class AntennaArray(Spec):
 
     @property
     def channel_response(self) -> ComplexArray:
-        """Factor of the wave that each channel receives, ``(channel,)``."""
+        """Complex factor √g e^{jψ} of the wave that each channel receives, ``(channel,)``."""
         return _response(self.num_channels, self.channel_gains, self.channel_phases)
 
     @property
     def transmitter_response(self) -> ComplexArray:
-        """Factor of the wave that each element sends, ``(element,)``."""
+        """Complex factor √g e^{jψ} of the wave that each element sends, ``(element,)``."""
         return _response(self.num_transmitters, self.transmitter_gains, self.transmitter_phases)
 
 
@@ -167,12 +169,12 @@ def _response(count: int, gains: tuple[float, ...], phases: tuple[float, ...]) -
 class ArrayErrors(Spec):
     """Random errors of gain and phase of an array's channels and transmitting elements.
 
-    They are Gaussian and independent; those of gains are Gaussian on a logarithmic scale.
+    All errors are independent. Phases are Gaussian, and so are the logarithms of the gains.
 
     Parameters
     ----------
-    gain : ratio of the rms deviation of a gain, 1 for none
-    phase : rad, rms
+    gain : rms deviation of a power gain as a ratio (``from_db(1)`` for 1 dB); 1 for no errors
+    phase : rms deviation of a phase, rad
 
     Examples
     --------
@@ -189,10 +191,11 @@ class ArrayErrors(Spec):
             raise InputError("the spread of an array's errors must be at least 0 dB and 0 degrees")
 
     def draw_array(self, array: AntennaArray, *, streams: Streams) -> AntennaArray:
-        """The array with random errors, which replace any that it had.
+        """The array with random errors, which replace any errors that it had.
 
-        They come from ``streams["array", "channel_gains"]`` and the like, so that an additional
-        channel does not change the errors of the others.
+        Each of the four tuples of errors has a random stream of its own, such as
+        ``streams["array", "channel_gains"]``, so that an additional channel does not change the
+        errors of the others.
         """
 
         def deviation(name: str, count: int) -> FloatArray:

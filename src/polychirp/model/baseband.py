@@ -12,16 +12,17 @@ from polychirp.axes import Axes, ComplexArray, FloatArray, seal
 from polychirp.errors import InputError
 
 GRID_POINTS_PER_SAMPLE: Final = 4
-"""Grid points per sample on which `Baseband.at` interpolates."""
+"""Grid points per sample interval of the grid from which `Baseband.at` interpolates. Chosen."""
 
 KERNEL_HALF_LENGTH: Final = 6
-"""Grid points on each side of a time that its interpolation uses."""
+"""Grid points on each side of a time from which its value is interpolated. Chosen."""
 
 KERNEL_KAISER_BETA: Final = 12.27
-"""Kaiser's β of the interpolation's window, for 120 dB."""
+"""Kaiser's β of the interpolation's window: 0.1102 (A − 8.7) for a stop band of A = 120 dB."""
 
 MOST_RESAMPLED: Final = 1 << 26
-"""Samples of a signal at another rate; they take 1 GB, and several times as much meanwhile."""
+"""Greatest number of samples that `Baseband.resampled` makes. Chosen: they take 1 GB, and their
+computation takes several times as much memory."""
 
 Progress = Callable[[str, int, int], None]
 """Callback with the name of a task, the number of its steps done, and their total."""
@@ -40,13 +41,13 @@ class Baseband:
     ----------
     samples : V, ``(time,)``
     sample_rate : 1/s
-    centre_frequency : Hz, f_c; zero where no carrier is meant
-    start_time : s, of the first sample
+    centre_frequency : Hz, f_c; zero if the signal has no carrier
+    start_time : s, time of the first sample
 
     Raises
     ------
     InputError
-        There is no sample, or the rate is not positive.
+        There is no sample, or the sample rate is not positive.
 
     Examples
     --------
@@ -99,9 +100,9 @@ class Baseband:
     def at(self, time: FloatArray) -> ComplexArray:
         """The signal at other times ``(…,)`` in s; it is zero outside its samples.
 
-        Band-limited interpolation: a Fourier transform gives a finer grid, then a sinc with
-        Kaiser's window is summed; the error is 1e-6 of the signal. Steps at the ends ring as they
-        do behind an ideal filter.
+        Band-limited interpolation: a Fourier transform gives the signal on a finer grid, and a sinc
+        with Kaiser's window interpolates between its points with an error of 1e-6 of the signal.
+        The steps from and to zero at the ends ring as they do after an ideal low-pass filter.
 
         >>> tone = Baseband(samples=np.exp(2j * np.pi * 0.4 * np.arange(200)), sample_rate=1.0)
         >>> between = tone.at(np.array([100.25]))[0] / np.exp(2j * np.pi * 0.4 * 100.25)
@@ -127,13 +128,13 @@ class Baseband:
         return out
 
     def retuned(self, centre_frequency: float) -> Baseband:
-        """The same radio signal about another carrier; beyond ± half the rate it is aliased."""
+        """The same radio signal about another carrier; parts beyond ± half the rate are aliased."""
         shift = self.centre_frequency - centre_frequency
         turned = self.samples * np.exp(2j * np.pi * ((shift * self.time) % 1.0))
         return replace(self, samples=turned, centre_frequency=centre_frequency)
 
     def resampled(self, sample_rate: float) -> Baseband:
-        """The same signal at another rate; for a lower one its band is limited first.
+        """The same signal at another rate; for a lower rate its band is limited first.
 
         Raises
         ------
@@ -177,7 +178,10 @@ class SampleSource(Protocol):
 
 
 def _refined(samples: ComplexArray) -> tuple[ComplexArray, int]:
-    """The signal on the finer grid, and the place of sample 0; zeros separate the two ends."""
+    """The signal on the finer grid, and the grid index of sample 0.
+
+    Zeros before and after the samples separate their two ends in the periodic transform.
+    """
     from scipy.fft import fft, ifft, next_fast_len
 
     lead = 64
@@ -193,7 +197,7 @@ def _refined(samples: ComplexArray) -> tuple[ComplexArray, int]:
 
 
 def _limited(signal: Baseband, edge: float) -> ComplexArray:
-    """Samples without frequencies beyond ±``edge`` Hz."""
+    """Samples of the signal without its frequencies at and beyond ±``edge`` Hz."""
     from scipy.fft import fft, fftfreq, ifft, next_fast_len
 
     size = next_fast_len(2 * signal.num_samples)

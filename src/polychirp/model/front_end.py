@@ -14,18 +14,19 @@ from polychirp.units import Hertz, Radians, Ratio, Watts, from_db
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HighPass(Spec):
-    r"""High-pass behind the IF filter: first-order sections in a row.
+    r"""High-pass filter behind the IF filter: one or two first-order sections in cascade.
 
     .. math:: H(f) = \prod_i \frac{jf}{f_i + jf}
 
-    Radar chips have one or two such sections, which attenuate leakage and bumper and compensate a
-    part of the loss with range. The filter is at rest at the start of each ramp. Its transient
-    before the converter's start is not sampled; :math:`e^{-2\pi f_i t}` of the step is left after
-    the time t. Its causal phase stays in the samples.
+    Radar chips have one or two such sections. They attenuate leakage and the bumper's reflection,
+    and compensate a part of the loss with range. The filter is at rest at the start of each ramp.
+    The part of its transient before the converter's first sample is not in the samples; at the time
+    t after the start of a ramp, a section's response to a step has decayed to
+    :math:`e^{-2\pi f_i t}`. The samples keep the filter's phase shift: nothing corrects it.
 
     Parameters
     ----------
-    corners : Hz, where each section's power has halved; one or two
+    corners : Hz, −3 dB frequencies :math:`f_i` of the sections; one or two
     """
 
     corners: tuple[Hertz, ...]
@@ -57,12 +58,12 @@ class IqImbalance(Spec):
     .. math:: \alpha y + \beta \bar y, \qquad \alpha = \tfrac12(1 + g e^{-j\varphi}), \quad
               \beta = \tfrac12(1 - g e^{j\varphi}):
 
-    a beat has an image at minus its frequency (Razavi, RF Microelectronics, 2nd ed., §4.2).
+    so a beat at a frequency f has an image at −f (Razavi, RF Microelectronics, 2nd ed., §4.2).
 
     Parameters
     ----------
-    gain : power ratio g² of the quadrature branch over the other
-    phase : rad, φ
+    gain : ratio g² of the quadrature branch's power to the in-phase branch's
+    phase : rad, φ, by which the branches differ from 90°
     """
 
     gain: Ratio = 1.0
@@ -74,7 +75,7 @@ class IqImbalance(Spec):
 
     @property
     def weights(self) -> tuple[complex, complex]:
-        """α and β."""
+        """The factors α of the samples and β of their conjugates."""
         turned = cmath.rect(math.sqrt(self.gain), self.phase)
         return 0.5 * (1.0 + turned.conjugate()), 0.5 * (1.0 - turned)
 
@@ -96,12 +97,12 @@ class IqImbalance(Spec):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Offset(Spec):
-    """A constant added to every sample: the mixer's self-mixing, the amplifiers' offsets.
+    """A constant voltage on every sample, from self-mixing and from the amplifiers' offsets.
 
     Parameters
     ----------
-    power : W, of the constant at the converter's input
-    phase : rad, of I + jQ
+    power : W, squared magnitude of the constant I + jQ at the converter's input
+    phase : rad, angle of the constant I + jQ
     """
 
     power: Watts
@@ -119,19 +120,20 @@ class Offset(Spec):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GainControl(Spec):
-    """An amplifier before the converter, set for each ramp by the former ones.
+    """An amplifier before the converter, whose gain for a ramp follows from earlier ramps.
 
-    Its gain brings the strongest I or Q voltage of the former ramps, over all channels and before
-    the converter, to the back-off below full scale, or less than a step below that. The gain of the
-    first ramp follows from that ramp itself, as if the radar had been running before. Samples are
-    divided by the gain afterwards, so that it matters for saturation and quantisation only.
+    Within its limits, the gain brings the strongest I or Q voltage of the last ``num_ramps`` ramps,
+    over all channels, to ``back_off`` below full scale, or to less than one ``step`` below that.
+    The gain of the first ramp follows from that ramp itself, as if the radar had been running
+    before. Samples are divided by the gain afterwards, so that the gain changes only saturation and
+    quantisation.
 
     Parameters
     ----------
-    step : ratio between neighbouring gains, in power
-    least, greatest : ratio, limits of the gain
+    step : power ratio between adjacent gain settings
+    least, greatest : power ratios, limits of the gain
     back_off : ratio of full scale to the strongest power after the amplifier
-    num_ramps : number of former ramps that count
+    num_ramps : number of earlier ramps whose strongest voltage sets the gain
     """
 
     step: Ratio = from_db(2.0)
@@ -153,10 +155,10 @@ class GainControl(Spec):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Digitiser(Spec):
-    r"""Amplifier and quantiser of I and of Q, which are equal and independent.
+    r"""Amplifier and quantiser of I and of Q; both branches are alike and do not interact.
 
     A voltage beyond :math:`\pm V`, with :math:`V^2` = full scale, is clipped. With ``softness`` p
-    the compression starts below that (Rapp 1991):
+    the amplifier compresses voltages below V also (Rapp 1991):
 
     .. math:: v \to \frac{v}{(1 + |v/V|^{2p})^{1/2p}}
 
@@ -166,9 +168,9 @@ class Digitiser(Spec):
     Parameters
     ----------
     full_scale : W, power of the strongest complex tone that is not clipped
-    bits : of I and of Q; None: infinitely fine steps
-    softness : Rapp's p, 1 is soft, 10 nearly hard; None: no compression below full scale
-    gain_control : of the amplifier before; None: a gain of 1
+    bits : number of bits of I, and of Q; None: no quantisation
+    softness : Rapp's p: 1 is gradual, 10 nearly clips; None: no compression below full scale
+    gain_control : control of the amplifier before the quantiser; None: a gain of 1
     """
 
     full_scale: Watts
@@ -191,9 +193,9 @@ class FrontEnd(Spec):
 
     Parameters
     ----------
-    high_pass : behind the IF filter
-    imbalance : of the branches I and Q
-    offset : a constant voltage
+    high_pass : high-pass filter behind the IF filter
+    imbalance : errors of gain and phase of the branch Q against I
+    offset : constant voltage that is added
     digitiser : gain control, saturation and quantisation
     """
 

@@ -1,4 +1,4 @@
-"""`IfFilter`: the IF low-pass, one for all synthesis engines."""
+"""`IfFilter`: the IF low-pass filter, which all synthesis engines share."""
 
 import math
 from dataclasses import dataclass
@@ -13,8 +13,8 @@ from polychirp.spec import Spec
 from polychirp.units import Hertz, Ratio, Unit, from_db
 
 LONGEST_RESPONSE: Final = 1e4
-"""Length of the impulse response in periods of the stop edge, above which a filter is refused;
-chosen: tables of the filter grow with it, and the paper's filter has 10."""
+"""Greatest length of the impulse response, in periods of the stop edge; longer filters are refused.
+Chosen: the filter's tables grow with this length, and the default filter has a length of 10."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -24,14 +24,14 @@ class IfFilter(Spec):
     .. math:: h(s) = C\,2 f_c\,\mathrm{sinc}(2 f_c s)\,
               \frac{I_0\left(\beta\sqrt{1-(2s/S)^2}\right)}{I_0(\beta)}, \quad |s| \le S/2
 
-    with :math:`f_c` half-way between pass and stop edge, Kaiser's :math:`\beta` and length
-    :math:`S = (A-7.95)/(14.36\,\Delta f)` for attenuation A dB (Kaiser 1974), and C such that the
-    gain at zero frequency is 1. It is real and even: **the delay of a causal filter is removed**,
-    so that sample times are times at the antenna.
+    with :math:`f_c` half-way between pass and stop edge, which are :math:`\Delta f` apart, Kaiser's
+    :math:`\beta` and length :math:`S = (A-7.95)/(14.36\,\Delta f)` for attenuation A dB (Kaiser
+    1974), and C such that the gain at zero frequency is 1. The response h is real and even: **the
+    delay of a causal filter is removed**, so that sample times are times at the antenna.
 
     Parameters
     ----------
-    passband, stopband : Hz, edges, both sides of zero
+    passband, stopband : Hz, edges of pass and stop band; the filter is symmetric about 0 Hz
     attenuation : power ratio in the stop band, e.g. 90 dB
     """
 
@@ -65,11 +65,11 @@ class IfFilter(Spec):
         return float(0.5842 * (level - 21.0) ** 0.4 + 0.07886 * (level - 21.0))
 
     def impulse_response(self, time: FloatArray) -> FloatArray:
-        """h(s), 1/s, at times ``(…,)`` in s; zero outside the support."""
+        """Impulse response h, 1/s, at times ``(…,)`` in s; it is zero outside the support."""
         return _scale(self) * _shape(self, np.asarray(time, dtype=np.float64))
 
     def response(self, frequency: FloatArray) -> FloatArray:
-        """H(f), real, at frequencies ``(…,)`` in Hz."""
+        """Frequency response H, real, dimensionless, at frequencies ``(…,)`` in Hz."""
         f = np.asarray(frequency, dtype=np.float64)
         time, weighted = _nodes(self, float(np.max(np.abs(f), initial=0.0)) + self.stopband)
         flat = f.reshape(-1)
@@ -83,16 +83,17 @@ class IfFilter(Spec):
     def derivatives(self, time: FloatArray, order: int) -> FloatArray:
         r"""Value and derivatives of h up to ``order``: ``(order + 1, time)`` in s^-(1+order).
 
-        h is an entire function inside the support, so that Cauchy's integral over a circle gives
-        every derivative to rounding. At the ends of the support they are the one-sided derivatives
-        from inside, and beyond it those of the continued function.
+        Inside the support h equals an entire function, so Cauchy's integral over a circle gives
+        every derivative with rounding errors only. At the ends of the support the results are the
+        one-sided derivatives from inside; beyond the ends they are those of the entire function.
 
         >>> derivative = IfFilter().derivatives(np.array([0.0]), 1)[1, 0]
         >>> abs(float(derivative)) < 1e-6 * 0.7e6**2  # h is even
         True
         """
         t = np.asarray(time, dtype=np.float64)
-        # a few units of h's scale: a smaller circle loses digits, on a larger one h grows like cosh
+        # 4 time scales of h (chosen): rounding errors grow on smaller circles, and on larger ones
+        # too, because h grows like cosh along imaginary time
         radius = 4.0 / (2 * np.pi * self.stopband + self.beta**2 / self.support)
         circle = np.exp(2j * np.pi * np.arange(64) / 64)
         values = _analytic(self, t[:, None] + radius * circle)
@@ -102,7 +103,7 @@ class IfFilter(Spec):
 
     @property
     def noise_bandwidth(self) -> float:
-        """∫|H(f)|² df over both sides of zero, Hz (Parseval: ∫h² ds)."""
+        """∫|H(f)|² df over positive and negative f, Hz; computed as ∫h² ds (Parseval)."""
         time, weighted = _nodes(self, 2.0 * self.stopband)
         return float(weighted @ self.impulse_response(time))
 
@@ -115,7 +116,7 @@ def _shape(filter_: IfFilter, time: FloatArray) -> FloatArray:
 
 
 def _analytic(filter_: IfFilter, time: ComplexArray) -> ComplexArray:
-    """The impulse response at complex times."""
+    """The entire function that equals the impulse response in its support, at complex times."""
     from scipy.special import iv
 
     cutoff = 0.5 * (filter_.passband + filter_.stopband)
@@ -134,7 +135,7 @@ def _scale(filter_: IfFilter) -> float:
 def gauss_panels(count: int) -> tuple[FloatArray, FloatArray]:
     """Nodes and weights on [−1, 1] of ``count`` panels with 16 Gauss–Legendre points each.
 
-    A panel is exact to rounding for an integrand with two cycles in it at most.
+    The integral is exact to rounding if the integrand has at most two cycles in each panel.
 
     >>> node, weight = gauss_panels(3)
     >>> round(float(weight @ np.cos(node)), 12)  # 2 sin 1
@@ -150,7 +151,7 @@ def _num_panels(filter_: IfFilter, highest: float) -> int:
 
 
 def _nodes(filter_: IfFilter, highest: float) -> tuple[FloatArray, FloatArray]:
-    """Times, and h times a weight, to integrate products of h with up to ``highest`` Hz."""
+    """Times, s, and weights times h, to integrate h times a function of up to ``highest`` Hz."""
     nodes, weights = gauss_panels(_num_panels(filter_, highest))
     time = 0.5 * filter_.support * nodes
     return time, 0.5 * filter_.support * weights * filter_.impulse_response(time)

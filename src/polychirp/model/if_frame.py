@@ -1,4 +1,4 @@
-"""`IfFrame` and `IfParts`: dechirped samples, and their separate parts."""
+"""`IfFrame` and `IfParts`: dechirped samples of one frame, and the parts that sum to them."""
 
 from __future__ import annotations
 
@@ -15,13 +15,19 @@ from polychirp.model.radar import Converter, Radar
 from polychirp.model.ramp import RampSchedule
 
 PARTS: Final = ("echo", "multipath", "direct", "indirect", "noise", "leakage", "distortion")
-"""Own echo without and with a reflecting plane; another radar's signal without and with a bounce;
-thermal noise; the radar's own signal without any scene; the change of the sum of all that by
-saturation, quantisation and offsets."""
+"""Names of the parts of the samples.
+
+- ``echo``, ``multipath``: the radar's own echoes, the latter on the paths that a surface reflects
+  on the way to or from a body (`PropagationPaths.is_mirrored`).
+- ``direct``, ``indirect``: other radars' signals, the latter on reflected or scattered paths.
+- ``noise``: thermal noise.
+- ``leakage``: the radar's own signal that reaches its receiver without any scene.
+- ``distortion``: the change of the sum of all other parts by saturation, quantisation and offsets.
+"""
 
 
 def parts_of(radar: Radar) -> tuple[str, ...]:
-    """The parts that a radar's samples have, in the order of `PARTS`.
+    """Names of the parts that a radar's samples have, in the order of `PARTS`.
 
     >>> parts_of(Radar(name="front"))
     ('echo', 'multipath', 'direct', 'indirect', 'noise')
@@ -36,9 +42,9 @@ class SampleTimes:
 
     Parameters
     ----------
-    first : s, ``(ramp,)``
-    num_samples : ``(ramp,)``
-    rate : 1/s
+    first : time of each ramp's first sample, s ``(ramp,)``
+    num_samples : number of samples on each ramp, ``(ramp,)``
+    rate : sample rate, 1/s
     """
 
     first: PerRamp
@@ -50,7 +56,7 @@ class SampleTimes:
 
     @property
     def most_samples(self) -> int:
-        """Length of the padded ``fast`` axis."""
+        """Length of the padded ``fast`` axis: the greatest number of samples on a ramp."""
         return int(self.num_samples.max())
 
     @property
@@ -60,20 +66,20 @@ class SampleTimes:
 
     @property
     def time(self) -> FloatArray:
-        """Times, s, ``(ramp, fast)``, also of the padding."""
+        """Time of every sample, s ``(ramp, fast)``, continued through the padding."""
         return self.first[:, None] + np.arange(self.most_samples) / self.rate
 
 
 def sample_times(schedule: RampSchedule, converter: Converter) -> SampleTimes:
-    """The sampling window of every ramp.
+    """Times of the samples that a converter takes on every ramp.
 
     Raises
     ------
     InputError
-        A ramp is too short for two samples between the converter's start and margin.
+        A ramp leaves no room for two samples between the converter's start and its margin.
     """
     room = schedule.duration - converter.start - converter.margin
-    # a window that ends on a sample keeps it in spite of rounding
+    # the small terms keep a last sample exactly at the window's end in spite of rounding
     count = np.floor(room * converter.sample_rate * (1 + 1e-12) + 1e-9).astype(np.int64) + 1
     shortest = int(np.argmin(count))
     if room[shortest] <= 0 or count[shortest] < 2:
@@ -91,17 +97,19 @@ def sample_times(schedule: RampSchedule, converter: Converter) -> SampleTimes:
 class IfFrame:
     r"""Dechirped samples of one radar over one frame.
 
-    A sample is :math:`y = s_{tx}\,\overline{s_{rx}}`, so that an echo at range R on an up-ramp
-    beats at **+**\ 2bR/c. :math:`|y|^2` is power in W at the converter's input (volts across one
-    ohm). Short ramps are padded with zeros from sample ``times.num_samples`` on.
+    A sample is :math:`y = s_{tx}\,\overline{s_{rx}}` of the transmitted and the received signal:
+    the echo of a target at rest at range R on a ramp of slope b has the beat **+**\ 2bR/c.
+    :math:`|y|^2` is the power in W at the converter's input (volts across one ohm). Short ramps
+    are padded with zeros from sample ``times.num_samples`` on.
 
     Parameters
     ----------
     samples : V, ``(channel, ramp, fast)`` complex
-    times : of the samples
+    times : times of the samples
     schedule : ramps that the radar transmitted
-    array : its antenna
-    high_pass : whose causal phase is in the samples, known to a receiver
+    array : antenna array of the radar
+    high_pass : high-pass filter of the radar, None if it has none; its causal phase is in the
+        samples, and a receiver corrects it
     """
 
     samples: Annotated[ComplexArray, Axes("channel", "ramp", "fast", dtype=np.complex128)]
@@ -124,21 +132,22 @@ class IfFrame:
             )
 
     def with_samples(self, samples: ComplexArray) -> IfFrame:
-        """The same frame with other samples."""
+        """Copy of the frame with other samples of the same shape."""
         return replace(self, samples=samples)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class IfParts:
-    """Parts of a frame's samples, which sum to them.
+    """Parts of a frame's samples, which sum to the samples.
 
-    All parts but the distortion are linear: each is the samples that its source alone would give.
+    Each part except ``distortion`` is linear: it is what its source alone would give.
 
     Parameters
     ----------
     samples : V, ``(part, channel, ramp, fast)``
-    names : of the parts, in the order of `PARTS`; a part that is missing is zero
-    neglected : V, bound on the rms over the frame of the signals of neglected radars
+    names : names of the parts, in the order of `PARTS`; a part that is not named is zero
+    neglected : V, upper bound of the rms, over the frame, of the sum of the signals of all radars
+        that were left out as inaudible (`interferer_culling`)
     """
 
     samples: Annotated[ComplexArray, Axes("part", "channel", "ramp", "fast", dtype=np.complex128)]
@@ -153,7 +162,7 @@ class IfParts:
             raise InputError(f"IfParts.samples needs the parts {', '.join(self.names)}")
 
     def __getitem__(self, part: str) -> ComplexArray:
-        """One part, ``(channel, ramp, fast)``."""
+        """The part of this name, V ``(channel, ramp, fast)``; zeros if the frame lacks it."""
         if part in self.names:
             return np.asarray(self.samples[self.names.index(part)])
         if part not in PARTS:
@@ -162,12 +171,12 @@ class IfParts:
 
     @property
     def echo(self) -> ComplexArray:
-        """The radar's own echo, with multipath."""
+        """The radar's own echoes, multipath included."""
         return self["echo"] + self["multipath"]
 
     @property
     def interference(self) -> ComplexArray:
-        """The signals of other radars."""
+        """The signals of other radars, on direct and indirect paths."""
         return self["direct"] + self["indirect"]
 
     @property
@@ -176,6 +185,6 @@ class IfParts:
         return self["noise"]
 
     def total(self, *parts: str) -> ComplexArray:
-        """Sum of the named parts; by default of all."""
+        """Sum of the named parts; if none is named, of all parts."""
         chosen = [self[part] for part in parts] if parts else self.samples
         return np.asarray(np.sum(chosen, axis=0))

@@ -12,14 +12,14 @@ from polychirp.units import Metres, Radians, Ratio, Seconds, from_db
 class Leakage(Spec):
     r"""The transmitter's signal in the receiver through chip, package and board.
 
-    Every channel receives :math:`P_t G_{ft} G_{fr} / I`, with isolation I between the transmit
-    amplifier's output and the receive amplifier's input.
+    Its power in every channel is :math:`P_t G_{ft} G_{fr} / I`: the radar's transmit power, times
+    its transmit and receive gain, over the isolation I from transmit output to receive input.
 
     Parameters
     ----------
-    isolation : ratio
-    delay : s, against the mixer's own reference
-    phase : rad, by which it leads the phase of the delay alone
+    isolation : I, ratio of powers, above 0 (35 dB is 3162)
+    delay : s, of the leakage after the mixer's reference signal; 0.2 ns, chosen, are 6 cm of air
+    phase : rad, which is added to the phase that the delay causes
     """
 
     isolation: Ratio
@@ -35,16 +35,16 @@ class Leakage(Spec):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bumper(Spec):
-    """A flat sheet before the antennas, perpendicular to the radar's axis, that reflects.
+    """A flat reflecting sheet in front of the antennas, perpendicular to the radar's axis.
 
-    The image of the transmitting element is at twice the sheet's distance; each receiving element
-    has its own distance to that image.
+    The transmitter's image is on the axis at twice the sheet's distance; each receiving element
+    has its own distance from that image.
 
     Parameters
     ----------
     distance : m, from the antennas
-    reflection : ratio of reflected to incident power
-    phase : rad, of the reflection; 180° for a sheet denser than air
+    reflection : ratio of reflected to incident power; −15 dB is chosen
+    phase : rad, of the reflected wave; π is that of a surface with a permittivity above air's
     """
 
     distance: Metres

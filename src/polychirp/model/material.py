@@ -13,7 +13,7 @@ from polychirp.units import Hertz, Metres, PerMetre, SiemensPerMetre
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Material(Spec):
-    r"""A homogeneous medium.
+    r"""A homogeneous medium, with the complex relative permittivity ε_r at angular frequency ω.
 
     .. math:: \varepsilon_r = \varepsilon' - j\,\sigma / \omega\varepsilon_0 \qquad (e^{+j\omega t})
 
@@ -24,11 +24,11 @@ class Material(Spec):
     thickness : m, of a sheet with air on both sides; 0 for a half-space
     roughness : m, rms height of the surface
     attenuation : 1/m, α of a cloud of small scatterers such as foliage, in which power falls as
-        e^{−αx}; such a material fills its mesh, has no surface, and its other constants are those
-        of its leaves
-    albedo : share of the power lost in a cloud that is scattered, ratio 0…1
-    lowest_frequency, highest_frequency : Hz, band in which the values are valid
-    source : of the values; states it if they are an assumption
+        e^{−αx} over the length x; such a material fills the volume of its mesh and has no surface,
+        and its other constants are those of a single leaf; 0 for every other material
+    albedo : ratio 0…1, the part scattered of the power that a wave loses in a cloud
+    lowest_frequency, highest_frequency : Hz, limits of the band in which the values are valid
+    source : where the values come from, or the statement that they are assumed
     """
 
     relative_permittivity: float = 1.0
@@ -57,16 +57,16 @@ class Material(Spec):
 
     @property
     def is_sheet(self) -> bool:
-        """True for a thin sheet, which transmits part of a wave."""
+        """True for a thin sheet, which transmits a part of a wave: neither conductor nor cloud."""
         return self.thickness > 0.0 and not self.is_conductor and not self.is_cloud
 
     @property
     def is_cloud(self) -> bool:
-        """True for a cloud of small scatterers instead of a surface."""
+        """True for a cloud of small scatterers, which has no surface."""
         return self.attenuation > 0.0
 
     def permittivity(self, frequency: float) -> complex:
-        """ε_r at ``frequency`` (Hz), complex."""
+        """Complex relative permittivity ε_r at ``frequency`` (Hz)."""
         omega = 2 * np.pi * frequency
         return complex(
             self.relative_permittivity, -self.conductivity / (omega * VACUUM_PERMITTIVITY)

@@ -1,4 +1,4 @@
-"""`Mesh`: triangles with a material each; `Plate`: a flat rectangle too large to be meshed."""
+"""`Mesh`: triangles, each with a material; `Plate`: a flat rectangle too large to be meshed."""
 
 from dataclasses import dataclass
 from typing import Annotated
@@ -11,14 +11,14 @@ from polychirp.errors import InputError
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Mesh:
-    """A triangle mesh in the frame of its actor; faces turn counter-clockwise seen from outside.
+    """A triangle mesh in its actor's frame; seen from outside, corners run counter-clockwise.
 
     Parameters
     ----------
-    vertex : m, ``(vertex, xyz)``
-    face : vertex numbers, ``(face, 3)``
-    material : number into ``materials``, ``(face,)``
-    part : number into ``parts``, ``(face,)``
+    vertex : positions, m, ``(vertex, xyz)``
+    face : numbers of the three vertices of every triangle, ``(face, 3)``
+    material : place of every triangle's material in ``materials``, ``(face,)``
+    part : place of every triangle's part in ``parts``, ``(face,)``
     materials, parts : names, such as "metal", "glass" and "body", "windscreen"
     """
 
@@ -67,9 +67,9 @@ class Plate:
     Parameters
     ----------
     centre : m, ``(x, y, z)`` in the frame of its actor
-    half_u, half_v : m, vectors from the centre to the middle of two sides, perpendicular;
-        the outward normal is ``half_u × half_v``
-    material, part : names
+    half_u, half_v : m, perpendicular vectors from the centre to the middles of two adjacent sides;
+        the outward normal has the direction ``half_u × half_v``
+    material, part : names, as in `Mesh`
     """
 
     centre: tuple[float, float, float]
@@ -86,7 +86,7 @@ class Plate:
 
     @property
     def triangles(self) -> FloatArray:
-        """Its two triangles in the frame of its actor, m, ``(face, corner, xyz)``."""
+        """The plate's two triangles in the frame of its actor, m, ``(face, corner, xyz)``."""
         centre, u, v = (np.array(x) for x in (self.centre, self.half_u, self.half_v))
         a, b, c, d = centre - u - v, centre + u - v, centre + u + v, centre - u + v
         return np.array([[a, b, c], [a, c, d]])

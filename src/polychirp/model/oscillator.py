@@ -1,7 +1,7 @@
 r"""`Oscillator`: errors of a radar's signal source, phase noise and nonlinear ramps.
 
-Both are an error θ(t) of the transmitted phase, in cycles: the radar sends
-:math:`e^{j2\pi(\varphi(t) + \theta(t))}`.
+Both are an error θ(t) of the transmitted phase, in cycles: with the phase φ(t) of the ideal
+ramps, the radar sends :math:`e^{j2\pi(\varphi(t) + \theta(t))}`.
 """
 
 from dataclasses import dataclass
@@ -23,17 +23,17 @@ class PhaseNoise(Spec):
 
     (IEEE Std 1139), with the one-sided spectrum :math:`S_\varphi` of the phase in rad²/Hz: L is
     the spectrum on **each** side of the carrier, and the phase's variance is :math:`2\int L\,df`.
-    Between entries, log L is linear in log f. Below the first entry there is no noise; above the
-    last L is constant.
+    Between entries, log L is linear in log f. Below the first offset L is zero; above the last
+    offset L keeps its last value.
 
-    The default is an assumption, not a data sheet's table: −93 dBc/Hz at 1 MHz, of the order of
-    77–81-GHz CMOS transceivers, and around it the usual shape of a synthesiser: a plateau inside
-    the loop, −20 dB per decade outside, and a floor.
+    The default is an assumption, not a data sheet's table: L is −93 dBc/Hz at 1 MHz, of the order
+    of 77–81-GHz CMOS transceivers. Around it L has the usual shape of a synthesiser: 5 to 8 dB per
+    decade inside the loop's bandwidth, 20 dB per decade from 1 MHz on, and a floor above 300 MHz.
 
     Parameters
     ----------
     offset : Hz, offsets from the carrier, rising
-    level : L there, relative to the carrier, in a band of 1 Hz (dBc/Hz)
+    level : L at these offsets, 1/Hz: ratio of the power in 1 Hz to the carrier's (not in dB)
 
     Raises
     ------
@@ -84,15 +84,16 @@ class SinusoidalError(Spec):
 
     .. math:: \epsilon(x) = \hat\epsilon \sin 2\pi n x, \qquad x = (t - t_k)/T_k
 
-    The beat of an echo of delay τ contains the difference of :math:`\epsilon` at two times τ apart.
-    Its phase is modulated by :math:`m = 2\hat\epsilon\sin(\pi n\tau/T)\,T/n \approx
-    2\pi\hat\epsilon\tau` rad, so that it has paired echoes n/T beside its beat, at
-    :math:`J_1(m)/J_0(m) \approx \pi\hat\epsilon\tau` of its amplitude.
+    Ramp k starts at :math:`t_k` and lasts :math:`T_k`. The beat of an echo of delay τ contains the
+    difference of :math:`\epsilon` at two times τ apart. The beat's phase is modulated by
+    :math:`m = 2\hat\epsilon\sin(\pi n\tau/T)\,T/n \approx 2\pi\hat\epsilon\tau` rad, so that it
+    has paired echoes at ±n/T from the beat, with :math:`J_1(m)/J_0(m) \approx \pi\hat\epsilon\tau`
+    of the beat's amplitude.
 
     Parameters
     ----------
-    peak : Hz
-    cycles : in a ramp; with whole numbers frequency does not jump between touching ramps
+    peak : ε̂, Hz
+    cycles : n, periods per ramp; if n is whole, the error is zero at both ends of a ramp
     """
 
     kind: Literal["sinusoidal"] = "sinusoidal"
@@ -104,13 +105,13 @@ class SinusoidalError(Spec):
             raise InputError("a sinusoidal ramp error needs a positive number of cycles")
 
     def phase(self, fraction: FloatArray) -> FloatArray:
-        """∫ε dx since the ramp's start, Hz, at fractions ``(…,)`` of the ramp."""
+        """∫ε dx from the ramp's start to fractions ``(…,)`` of it, Hz; times T_k it is θ."""
         turn = 2.0 * np.pi * self.cycles
-        # 1 − cos, without its cancellation
+        # 2 sin²(a/2) = 1 − cos a, without loss of digits at small a
         return np.asarray(2.0 * self.peak / turn * np.sin(0.5 * turn * fraction) ** 2)
 
     def bandwidth(self, duration: float) -> float:
-        """Hz, to which a ramp's spectrum is smeared on each side: Carson's rule."""
+        """By how much the error widens a ramp's spectrum on each side, Hz (Carson's rule)."""
         return abs(self.peak) + self.cycles / duration
 
 
@@ -120,25 +121,26 @@ class QuadraticError(Spec):
 
     .. math:: \epsilon(x) = 4\hat\epsilon\, x (1 - x), \qquad x = (t - t_k)/T_k
 
-    It is zero at both ends. The error of the beat of an echo of delay τ is
+    Ramp k starts at :math:`t_k` and lasts :math:`T_k`; ε is zero at both of its ends. The error of
+    the beat of an echo of delay τ is
     :math:`\dot\epsilon\tau = 4\hat\epsilon(1 - 2x)\tau/T`, so that the beat is spread over
     :math:`8\hat\epsilon\tau/T`.
 
     Parameters
     ----------
-    peak : Hz, in the middle of the ramp
+    peak : ε̂, Hz, the error in the middle of the ramp
     """
 
     kind: Literal["quadratic"] = "quadratic"
     peak: Hertz
 
     def phase(self, fraction: FloatArray) -> FloatArray:
-        """∫ε dx since the ramp's start, Hz, at fractions ``(…,)`` of the ramp."""
+        """∫ε dx from the ramp's start to fractions ``(…,)`` of it, Hz; times T_k it is θ."""
         x = np.asarray(fraction, dtype=np.float64)
         return np.asarray(self.peak * x**2 * (2.0 - x * (4.0 / 3.0)))
 
     def bandwidth(self, duration: float) -> float:
-        """Hz, to which a ramp's spectrum is smeared on each side: Carson's rule."""
+        """By how much the error widens a ramp's spectrum on each side, Hz (Carson, n = 1)."""
         return abs(self.peak) + 1.0 / duration
 
 
@@ -151,8 +153,8 @@ class Oscillator(Spec):
 
     Parameters
     ----------
-    phase_noise : random, by its spectrum; None: a clean line
-    ramp_error : the same on every ramp; None: linear ramps
+    phase_noise : spectrum of the random phase error; None: no phase noise
+    ramp_error : frequency error, the same on every ramp; None: ramps are linear
 
     Examples
     --------

@@ -18,8 +18,8 @@ class Converter(Spec):
     """Sample rate of the dechirped signal, and its window on a ramp (complex samples).
 
     On every ramp the first sample is taken ``start`` after the ramp's start, the last one no
-    later than ``margin`` before its end. With the defaults the settling of the IF filter and the
-    round trip of 30 m are outside the window, as in real radars.
+    later than ``margin`` before its end. The defaults are chosen so that the IF filter
+    settles and echoes from 30 m arrive before the window starts, as in real radars.
     """
 
     sample_rate: SamplesPerSecond = 1e6
@@ -37,8 +37,9 @@ class Converter(Spec):
 class Radar(Spec):
     """One radar without its waveform.
 
-    Gains are power ratios. The defaults follow the paper's table 2 as printed: 36 dB of transmit
-    and 42 dB of receive gain are 9 and 15 dB of front end with 27-dBi antennas. The paper gives no
+    Gains are power ratios. The defaults follow the paper's table 2 as printed: its 36 dB of
+    transmit gain and 42 dB of receive gain each include an antenna of 27 dBi, so that 9 dB and
+    15 dB remain for the front end. The paper gives no
     noise figure; 4.5 dB is an assumption.
 
     Parameters
@@ -46,12 +47,12 @@ class Radar(Spec):
     name : unique among the radars of a scene
     mount : pose in the frame of the vehicle that carries it (x forward, y left, z up)
     transmit_power : W, into the front end's transmit amplifier
-    transmit_gain, receive_gain : ratio, front end without antenna
-    noise_figure : ratio
-    oscillator : phase noise and ramp errors of the transmitted and mixing signal
-    front_end : stages after the IF filter; none by default
+    transmit_gain, receive_gain : ratio, gain of the front end without the antenna
+    noise_figure : ratio, 1 or more
+    oscillator : phase noise and ramp errors of the signal that is transmitted and drives the mixer
+    front_end : stages after the IF filter; by default there are none
     leakage : couplings from transmitter to receiver inside the radar
-    bumper : a sheet before the antennas
+    bumper : sheet in front of the antennas, which reflects to the receiver; None if there is none
     """
 
     name: str
@@ -76,5 +77,5 @@ class Radar(Spec):
 
     @property
     def receives_itself(self) -> bool:
-        """True if the radar receives its own signal without a scene."""
+        """True if leakage or a bumper returns the radar's own signal even in an empty scene."""
         return bool(self.leakage) or self.bumper is not None

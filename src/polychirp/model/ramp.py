@@ -13,14 +13,14 @@ from polychirp.errors import InputError
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RampSchedule:
-    r"""Linear pieces of frequency, in order of time.
+    r"""The ramps of one radar in one frame, in order of time.
 
     On ramp k, at :math:`t_k \le t < t_k + T_k`, the transmitted phase in cycles is
 
     .. math:: \varphi(t) = \varphi_k + f_k (t - t_k) + \tfrac12 b_k (t - t_k)^2
 
-    with absolute radio frequency; between ramps nothing is sent. The transmitting element l of
-    the radar's array sends :math:`w_{kl}\,e^{j2\pi\varphi(t)}`, at full power for
+    with :math:`f_k` an absolute radio frequency; nothing is sent between ramps. The transmitting
+    element l of the radar's array sends :math:`w_{kl}\,e^{j2\pi\varphi(t)}`, at full power for
     :math:`|w_{kl}| = 1`: every element has an amplifier of its own. The mixer's other input is
     the oscillator's signal, without weights.
 
@@ -37,8 +37,8 @@ class RampSchedule:
     Raises
     ------
     InputError
-        A ramp has no duration, crosses zero frequency, or starts before the former one ends, or
-        an element is driven above full power.
+        The schedule has no ramp; a ramp has no positive duration, reaches zero frequency, or
+        starts before the previous one ends; or an element's weight is above 1 in magnitude.
 
     Examples
     --------
@@ -68,11 +68,11 @@ class RampSchedule:
             raise InputError(f"ramp {int(np.argmin(self.duration))} has no duration; give it one")
         if not np.all(np.minimum(self.start_frequency, self.stop_frequency) > 0):
             raise InputError("a ramp reaches zero frequency; lower its bandwidth or reverse it")
-        # rounding may give a phase factor a magnitude above 1
+        # 1e-9 (chosen) allows for phase factors that rounding makes greater than 1
         if not np.all(np.abs(self.transmit_weight) <= 1.0 + 1e-9):
             raise InputError("a transmitting element's weight is above 1; 1 is full power")
         overlap = self.end_time[:-1] - self.start_time[1:]
-        # an overlap of 1e-12 of the time axis is rounding
+        # an overlap of up to 1e-12 s, or 1e-12 of a time above 1 s, is taken as rounding
         worst = int(np.argmax(overlap)) if overlap.size else 0
         if overlap.size and overlap[worst] > 1e-12 * max(1.0, abs(self.end_time[worst])):
             raise InputError(
@@ -97,26 +97,27 @@ class RampSchedule:
 
     @property
     def stop_frequency(self) -> FloatArray:
-        """Hz, ``(ramp,)``, at the end of each ramp."""
+        """Radio frequency at the end of each ramp, Hz, ``(ramp,)``."""
         return self.start_frequency + self.slope * self.duration
 
     @property
     def centre_frequency(self) -> FloatArray:
-        """Hz, ``(ramp,)``, in the middle of each ramp."""
+        """Radio frequency in the middle of each ramp, Hz, ``(ramp,)``."""
         return self.start_frequency + 0.5 * self.slope * self.duration
 
     @property
     def bandwidth(self) -> FloatArray:
-        """Hz, ``(ramp,)``, positive."""
+        """Width of the band that each ramp covers, Hz, ``(ramp,)``, never negative."""
         return np.abs(self.slope * self.duration)
 
     def as_clocked(
         self, *, start_time: float = 0.0, clock_offset: float = 0.0, clock_drift: float = 0.0
     ) -> RampSchedule:
-        r"""The same schedule, started late, by an oscillator with a frequency error and drift.
+        r"""The same schedule, started late, on a clock with a frequency error and a drift.
 
-        A clock that is fast by δ completes the schedule in 1/(1+δ) of its time, at (1+δ) times its
-        frequencies. With a drift ρ, t seconds after the start it shows
+        A clock that is fast by the ratio δ completes the schedule in 1/(1+δ) of its time, at (1+δ)
+        times its frequencies. With a drift ρ, the clock shows u and runs at the rate r, t seconds
+        after the start:
 
         .. math:: u(t) = (1+\delta)\,t + \tfrac12\rho t^2, \qquad
                   r(u) = \dot u = \sqrt{(1+\delta)^2 + 2\rho u}
@@ -124,14 +125,14 @@ class RampSchedule:
         and the transmitted phase is that of the schedule at u: a ramp scheduled for :math:`u_k`
         starts when the clock shows that time, at :math:`f' = r_k f`, with
         :math:`b' = r_k^2 b + \rho f`; phases in cycles are unchanged. The remaining cubic phase,
-        :math:`\tfrac12 \rho r b s^3` after s of a ramp, is neglected: at the ramp's end it is half
-        its bandwidth times ρT², 1e-3 cycles for 1 GHz, 1.4 ms and a drift of 1 ppm in a second.
+        :math:`\tfrac12 \rho r b s^3` at s seconds into a ramp, is neglected: at the end of a ramp
+        of bandwidth B it is BρT²/2, 1e-3 cycles for 1 GHz, 1.4 ms and ρ = 1e-6/s.
 
         Parameters
         ----------
         start_time : s, added after the clock has scaled the schedule
-        clock_offset : ratio δ at the start, positive for a fast clock
-        clock_drift : 1/s, ρ, growth of the offset in a second
+        clock_offset : ratio δ, the clock's relative frequency error at the start, positive if fast
+        clock_drift : 1/s, ρ, change of that error per second
 
         Raises
         ------
@@ -153,7 +154,7 @@ class RampSchedule:
             )
         base = 1.0 + clock_offset
         rate = np.sqrt(base**2 + 2.0 * clock_drift * self.start_time)
-        # 2u / (r₀ + r) is (r − r₀)/ρ, without its cancellation
+        # t = (r − r₀)/ρ is computed as 2u/(r₀ + r), which works for ρ = 0 and loses no digits
         ends = np.sqrt(rate**2 + 2.0 * clock_drift * self.duration)
         return replace(
             self,
@@ -166,17 +167,17 @@ class RampSchedule:
     def with_late_sweeps(self, delay: FloatArray) -> RampSchedule:
         """The same ramps, with every sweep started late by its own ``delay``.
 
-        Phases at the ramps' starts are unchanged, and a radar's own sample times move with its
-        ramps. Only the beats of other radars and of moving targets change.
+        Phases at the ramps' starts are unchanged, and the radar's own sample times move with its
+        ramps. So only the beats of other radars' signals and of moving targets change.
 
         Parameters
         ----------
-        delay : s, ``(sweep,)``, negative for a sweep that comes early
+        delay : s, ``(sweep,)``, negative for a sweep that starts early
 
         Raises
         ------
         InputError
-            A sweep starts before the former one ends, or there are fewer delays than sweeps.
+            A ramp starts before the previous one ends, or there are fewer delays than sweeps.
         """
         if self.sweep.max() >= delay.size:
             raise InputError(
@@ -199,8 +200,8 @@ def continuous_phase(
 ) -> FloatArray:
     """Start phases, cycles ``(ramp,)``, of an oscillator whose phase does not jump between ramps.
 
-    Idle time between ramps does not advance the phase: nothing is transmitted there, and a common
-    phase per ramp cancels in a radar's own echo.
+    Idle time between ramps does not advance the phase. This has no effect on a radar's own echoes:
+    the start phase of a ramp is in both the echo and the oscillator, and cancels in the mixer.
     """
     advance = start_frequency * duration + 0.5 * slope * duration**2
     return np.concatenate([[0.0], np.cumsum(advance)[:-1]]) % 1.0

@@ -1,4 +1,4 @@
-"""`Scene`: bodies and radars at one time, with velocities."""
+"""`Scene`: bodies and radars at one time, with their velocities."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ActorKind = Literal["vehicle", "road", "building", "tree", "object"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PointScatterer:
-    """An isotropic point of radar cross section ``rcs`` (m²) at ``position`` (m, actor frame)."""
+    """Isotropic point with radar cross section ``rcs`` (m²) at ``position`` (m, actor's frame)."""
 
     position: tuple[float, float, float]
     rcs: float
@@ -26,9 +26,10 @@ class PointScatterer:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Actor:
-    """One rigid body: its surface in its own frame, its pose and its velocity.
+    """One rigid body: what it consists of in its own frame, its pose and its velocity.
 
-    ``velocity`` is m/s ``(x, y, z)`` in the world; bodies do not rotate within a frame.
+    It consists of ``mesh``, ``plates`` and ``points``, each of which may be empty. ``velocity`` is
+    in m/s, ``(x, y, z)`` in the world. Bodies do not rotate within a radar's frame of ramps.
     """
 
     name: str
@@ -40,7 +41,7 @@ class Actor:
     points: tuple[PointScatterer, ...] = ()
 
     def at(self, elapsed: float) -> Actor:
-        """The actor ``elapsed`` seconds later."""
+        """The actor after it has moved along its velocity for ``elapsed`` seconds."""
         vx, vy, vz = self.velocity
         return replace(
             self,
@@ -55,7 +56,7 @@ class Actor:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Scene:
-    """Actors and radars at ``time`` (s). Radar i is mounted on ``actors[carriers[i]]``.
+    """Actors and radars at ``time`` (s); ``radars[i]`` is mounted on ``actors[carriers[i]]``.
 
     World frame: x along the road, y left, z up.
     """
@@ -82,7 +83,7 @@ class Scene:
         return replace(self, time=time, actors=tuple(a.at(elapsed) for a in self.actors))
 
     def radar_index(self, name: str) -> int:
-        """Number of the radar called ``name``."""
+        """Index in ``radars`` of the radar called ``name``."""
         return [r.name for r in self.radars].index(name)
 
     @property
@@ -101,7 +102,7 @@ class Scene:
 
     @property
     def radar_rotation(self) -> FloatArray:
-        """Matrices from each radar's frame to the world, ``(radar, xyz, xyz)``."""
+        """Matrices that turn each radar's frame into the world's, ``(radar, xyz, xyz)``."""
         turns = [
             self.actors[carrier].pose.rotation @ radar.mount.rotation
             for radar, carrier in zip(self.radars, self.carriers, strict=True)

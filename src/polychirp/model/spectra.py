@@ -16,12 +16,12 @@ PerRangeRate = Annotated[FloatArray, Axes("range_rate")]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RangeProfiles:
-    """Spectra of single ramps over range; at its range a point has the amplitude of its echo.
+    """Spectra of single ramps over range, in which an echo's peak has the echo's amplitude in V.
 
     Parameters
     ----------
     amplitude : V, ``(channel, ramp, range)``
-    range : m, ``(range,)``, growing
+    range : m, ``(range,)``, strictly increasing
     """
 
     amplitude: Annotated[ComplexArray, Axes("channel", "ramp", "range", dtype=np.complex128)]
@@ -54,7 +54,7 @@ class RangeRateSpectra:
 
     @property
     def mean_power(self) -> RangeRateMap:
-        """Power averaged over channels, whatever the phases between them."""
+        """Mean over channels of the power of each cell; phases between channels have no effect."""
         power = np.mean(self.amplitude.real**2 + self.amplitude.imag**2, axis=0)
         return RangeRateMap(power=power, range_rate=self.range_rate, range=self.range)
 
@@ -65,7 +65,7 @@ class RangeRateMap:
 
     Parameters
     ----------
-    power : W at the converter, ``(range_rate, range)``
+    power : W at the analogue-to-digital converter, ``(range_rate, range)``
     range_rate : m/s, positive = away, ``(range_rate,)``, growing
     range : m, ``(range,)``, growing
     """

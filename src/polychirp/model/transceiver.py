@@ -1,7 +1,7 @@
 r"""`Transceiver`, a software-defined radio with its errors, and the `Link` between two of them.
 
-The defaults are the paper's set-up as far as it is printed (130 MS/s, 120 MHz, 0.2 to 4.4 GHz).
-Power, noise figure, bits, phase noise and imbalance are not printed; they are assumptions.
+Three defaults are those that the paper prints: a sample rate of 130 MS/s, a bandwidth of 120 MHz
+(the filter passes ±60 MHz) and carriers of 0.2 to 4.4 GHz. All other defaults are assumptions.
 """
 
 from __future__ import annotations
@@ -21,21 +21,23 @@ TYPICAL_NOISE: Final = PhaseNoise(
     offset=(1e4, 1e5, 1e6, 1e7),
     level=(from_db(-90.0), from_db(-100.0), from_db(-120.0), from_db(-140.0)),
 )
-"""Assumed: −100 dBc/Hz at 100 kHz, −20 dB per decade outside a loop of that bandwidth."""
+"""Phase noise of a radio's carrier; offsets in Hz, levels per Hz relative to the carrier. Assumed:
+−100 dBc/Hz at 100 kHz, and a fall by 20 dB per decade from there on."""
 
 TYPICAL_CONVERTER: Final = Digitiser(
     full_scale=1e-3,
     bits=14,
     gain_control=GainControl(least=from_db(-100.0), greatest=from_db(150.0), back_off=from_db(3.0)),
 )
-"""Converter whose gain control brings the signal to 3 to 5 dB below full scale."""
+"""Analogue-to-digital converter of a receiver. Assumed: 14 bits, and a gain control of 2 dB steps
+that brings the strongest I or Q voltage to 3 to 5 dB below full scale."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Transceiver(Spec):
-    r"""One radio; an effect that is None, and a clock offset of zero, are off.
+    r"""One radio. A parameter of None, or a clock offset of zero, switches that effect off.
 
-    Transmitter: samples of magnitude 1 at most → quantisation → hold for a sample → `filter` →
+    Transmitter: samples of magnitude 1 at most → quantisation → hold of each sample → `filter` →
     I/Q imbalance → carrier with phase noise → ``transmit_power``. Receiver: thermal noise →
     carrier with phase noise → I/Q imbalance → `filter` → sampling by a clock with an offset →
     ``converter``. All of a radio's frequencies come from one reference: the carrier of a radio
@@ -43,18 +45,19 @@ class Transceiver(Spec):
 
     Parameters
     ----------
-    sample_rate : 1/s, of both converters
-    lowest_carrier, highest_carrier : Hz
-    transmit_power : W, of samples of magnitude 1
-    transmit_bits : of I and of Q; None: infinitely fine
+    sample_rate : 1/s, of the transmitter's and of the receiver's converter
+    lowest_carrier, highest_carrier : Hz, limits of the tuning range
+    transmit_power : W, sent power when the samples have the magnitude 1
+    transmit_bits : bits of I, and of Q, in the transmitter; None: no quantisation
     hold : time for which a sample is held, as a share of the sample interval; None: ideal
         reconstruction, without sin(x)/x and images
-    filter : between converters and mixers, in both directions; None: ideal at half the rate
-    noise_figure : of the receiver; None: no noise
-    phase_noise : of the carrier; None: a clean line
-    imbalance : of mixers, in both directions
-    converter : of the receiver; None: neither steps nor limits
-    clock_offset : of the reference, δ
+    filter : low-pass between converter and mixer of the transmitter, and of the receiver; None:
+        ideal, with half the sample rate as its edge
+    noise_figure : of the receiver; None: no thermal noise
+    phase_noise : of the carrier; None: no phase noise
+    imbalance : I/Q imbalance of the transmitter's and of the receiver's mixer
+    converter : of the receiver; None: no quantisation and no saturation
+    clock_offset : relative error δ of the reference frequency
 
     Examples
     --------
@@ -111,12 +114,12 @@ class Transceiver(Spec):
 
     @property
     def noise_bandwidth(self) -> float:
-        """Hz of white noise that reaches the receiver's converter."""
+        """Equivalent noise bandwidth at the receiver's converter, Hz."""
         return self.sample_rate if self.filter is None else self.filter.noise_bandwidth
 
     @property
     def noise_power(self) -> float:
-        """W, k T₀ F B at the receiver's input."""
+        """Thermal noise k T₀ F B, referred to the receiver's input, W; B is `noise_bandwidth`."""
         if self.noise_figure is None:
             return 0.0
         return BOLTZMANN * REFERENCE_TEMPERATURE * self.noise_figure * self.noise_bandwidth
@@ -137,8 +140,8 @@ class Link(Spec):
 
     Parameters
     ----------
-    attenuation : power ratio, sent to received
-    delay : s
+    attenuation : ratio of sent to received power
+    delay : s, from the transmitter's output to the receiver's input
     """
 
     attenuation: Ratio = from_db(30.0)

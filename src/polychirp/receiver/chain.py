@@ -46,50 +46,53 @@ from polychirp.units import Between, Metres, MetresPerSecond, Ratio, from_db
 AZIMUTH_ESTIMATORS: Final = {"root-music": root_music, "bartlett": bartlett, "capon": capon}
 
 LEAST_CHANGE_FOR_RETRY = 0.1
-"""Change of height, nepers, after which a refused peak is tried again. Chosen: a smaller one costs
-time on peaks that are refused once more."""
+"""Change of a refused peak's height above the floor, nepers of power, after which it is tried
+again. Chosen: with a smaller limit, more time goes to peaks that are refused once more."""
 
 MOST_FRUITLESS_BATCHES = 20
-"""Number of batches of new points without any gain after which the search ends. The residues of an
-extended body give points that only replace each other. Chosen: completeness against time."""
+"""Number of batches of new points without a rise of the number of points, after which a search
+ends: residues of extended bodies give points that only replace each other. Chosen: a greater number
+finds more weak points, but costs time."""
 
 MOST_FRUITLESS_BATCHES_WITH_PAIRS = 3
-"""The same number once a pair was found: what a pair hid shows in the first batches."""
+"""The same number after a pair was found. Chosen: the first batches contain the points
+that the pair masked."""
 
 REREAD_ACCELERATION = 0.2
-"""Correction of the acceleration, m/s², above which a strong point's phases are read again: the
-first readings then bend within the ramps, and range is wrong by some 10 µm."""
+"""Correction of the acceleration, m/s², above which a strong point's phases are read again. Chosen:
+above it, the first readings' phases curve within the ramps, and range is wrong by some 10 µm."""
 
 REREAD_LOG_SNR = math.log(1e5)
-"""Nepers above the floor (50 dB) above which phases are read again; below, noise hides 10 µm."""
+"""Height above the floor, nepers of power (50 dB), above which a point's phases are read again.
+Chosen: below it, the range error by noise exceeds 10 µm."""
 
 MOST_PEAKS_AT_ONCE = 40
-"""Number of peaks that are refined together. Chosen."""
+"""Greatest number of peaks that are refined in one batch. Chosen: it limits the size of a batch."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Receiver(Spec):
-    """The chain: mitigation if any, beams, spectra, range-rate map, CFAR, cancellation, azimuth.
+    """The steps: mitigation, spectra, beams, range-rate map, CFAR, subtraction of points, azimuth.
 
-    Points are found strongest first. Each one is refined and subtracted from every ramp and
-    channel, and the map is computed again, until nothing crosses the threshold. So the side lobes
-    of a strong target neither hide a weak one nor are detected themselves. A peak that does not
-    move like one point over the frame (`estimation.coherence_test`) is refused. A point whose
-    phases agree over the whole frame gets its range and rate from them (`phase_refinement`), and
-    two points in one cell are separated (`two_targets_per_cell`).
+    Points are found strongest first. Each point is refined and subtracted from every ramp
+    and channel, and the map is computed again, until no accepted peak crosses the threshold. So the
+    side lobes of a strong target neither mask a weak target nor are detected themselves. A peak
+    that does not move like one point over the frame (`estimation.coherence_test`) is refused. If a
+    point's phases fit one motion over the whole frame, its range and range rate are computed from
+    them (`phase_refinement`). Two points in one cell are separated (`two_targets_per_cell`).
 
     Parameters
     ----------
     mitigation : method that cleans the samples first; None for none
     false_alarm_probability : probability that noise alone crosses the threshold, per cell of the
-        map over all beams; tests of coherence follow, so that detections of noise are rarer
-    dynamic_range : ratio of the strongest echo to the weakest detection; residues of extended
-        bodies, which are subtracted as points, are weaker
-    least_range, greatest_range, greatest_speed : m and m/s, limits of the map
-    most_detections : the search stops at so many
+        map over all beams; the coherence test follows, so that false alarms by noise are rarer
+    dynamic_range : power ratio of the strongest echo to the weakest peak that is tried; chosen so
+        that the residues left when extended bodies are subtracted as points are weaker
+    least_range, greatest_range, greatest_speed : limits of the map, m, m and m/s (±range rate)
+    most_detections : number of points at which the search stops
     angle : estimator of azimuths: root-MUSIC, or Bartlett's or Capon's beamformer
-    grouping : limits within which several points are one body, and one detection; None for a
-        detection per point
+    grouping : limits within which several points are merged into one detection of a body; None
+        for one detection per point
     """
 
     mitigation: AnyMitigation | None = None
@@ -170,7 +173,7 @@ class _Search:
         self.top = -np.inf
 
     def _band(self) -> Band:
-        """Bins that hold the beats of all points of the map."""
+        """Bins of the spectra that contain the beats of all points of the map."""
         frame, grid = self.frame, self.grid
         far, fast = np.meshgrid(grid.range[[0, -1]], grid.range_rate[[0, -1]])
         beats = self.model.beats(far.ravel(), fast.ravel())
@@ -182,7 +185,7 @@ class _Search:
         )
 
     def next_points(self) -> bool:
-        """Find and subtract the strongest points that are left; False if there is none."""
+        """Find and subtract the strongest points that are left; False if the search must end."""
         self.map.update(self.residual, self.model.beats(self.motion[:, 0], self.motion[:, 1]))
         floor = self.map.floor()
         self.top = max(self.top, self.map.peak_level())
@@ -218,7 +221,7 @@ class _Search:
             for is_found, (i, j) in zip(is_point, chosen, strict=True):
                 place = (slice(max(0, i - 1), i + 2), slice(max(0, j - 1), j + 2))
                 if is_found:
-                    # a point that the joint fit drops again would return for ever
+                    # otherwise a point that the joint fit drops would be found again without end
                     self.is_tried[place] = True
                 else:
                     self.refused[place] = excess[place]
@@ -230,7 +233,7 @@ class _Search:
         return self.model.beats(self.grid.range[cells[:, 1]], self.grid.range_rate[cells[:, 0]])
 
     def _add(self, cells: IntArray, beam: IntArray, floor: FloatArray) -> BoolArray:
-        """Add those peaks whose ramps are coherent as points; mask of them, ``(cell,)``."""
+        """Add the peaks that are coherent over the ramps as points; mask of them, ``(cell,)``."""
         guess = np.stack([self.grid.range[cells[:, 1]], self.grid.range_rate[cells[:, 0]]], axis=-1)
         bins = self.band.size / self.band.rate
         found = range_and_rate_from_beats(
@@ -263,7 +266,7 @@ class _Search:
         return is_point
 
     def _aligned(self, amplitude: ComplexArray, motion: FloatArray) -> Alignment:
-        """Coherence of points, and their amplitudes brought in phase as far as possible."""
+        """Coherence of points, and their amplitudes after the best phase correction (`aligned`)."""
         schedule = self.frame.schedule
         middle = schedule.start_time + 0.5 * schedule.duration
         turned = amplitude * self.model.high_pass_correction(motion)
@@ -273,7 +276,7 @@ class _Search:
         return self._aligned(amplitude, motion).coherence
 
     def _with_acceleration(self, motion: FloatArray, amplitude: ComplexArray) -> FloatArray:
-        """Motions with the accelerations that fit their beats, for points that pass nearby."""
+        """Motions refitted with acceleration to the beats: points that pass close by need one."""
         for _ in range(2):
             phases = self.model.phases(motion)
             errors = self.band.beat_errors(self.residual, phases, amplitude)
@@ -283,7 +286,7 @@ class _Search:
         return motion
 
     def _fit_jointly(self) -> None:
-        """Fit all points to the spectra together: amplitudes and motions in turn."""
+        """Fit all points to the spectra together, amplitudes and motions alternately, twice."""
         for _ in range(2):
             phases = self._fit()
             errors = self.band.beat_errors(self.residual, phases, self.amplitude)
@@ -305,7 +308,7 @@ class _Search:
     def split(self) -> bool:
         """Replace a point, or a refused peak, by two points; False if there is no such pair.
 
-        A new search follows, for what the pair hid and for points that the fit dropped.
+        After True a new search follows, for points that the pair masked or that the fit dropped.
         """
         before = len(self.pairs.found)
         while len(self.motion) + 2 * len(self.pairs.found) < self.receiver.most_detections:
@@ -352,14 +355,14 @@ class _Search:
         return pair is not None
 
     def _is_subtracted(self, pair: Pair | None) -> bool:
-        """True if there is a pair; it is then subtracted from the spectra for good."""
+        """True if ``pair`` is not None; the pair is then subtracted from `spectra` permanently."""
         if pair is not None:
             phases = self.model.phases(pair.motion)
             self.spectra = self.band.subtract(self.spectra, phases, pair.amplitude)
         return pair is not None
 
     def _append_pairs(self) -> None:
-        """Measure all pairs again, without the points found since, and add them to the points."""
+        """Fit all pairs again with later points subtracted, and append them to the points."""
         for pair in self.pairs.found:
             again = self.pairs.fit(
                 self.pairs.isolated(self.residual, pair.motion, pair.amplitude),
@@ -371,7 +374,7 @@ class _Search:
             self.floor = np.append(self.floor, [pair.floor, pair.floor])
 
     def excess(self) -> FloatArray:
-        """Height of the fitted points above the floor, in the map's statistic, ``(point,)``."""
+        """Height of the fitted points above the floor, nepers (mean of log power): ``(point,)``."""
         return self._above(self.amplitude, self.floor)
 
     def _above(self, amplitude: ComplexArray, floor: FloatArray) -> FloatArray:
@@ -384,11 +387,11 @@ class _Search:
         return is_strong & (self._coherence(self.amplitude, self.motion) >= self.least)
 
     def _is_detection(self) -> BoolArray:
-        """Mask of the points inside the receiver's limits that are on up- and down-ramps.
+        """Mask of the points within the receiver's limits with power on both up- and down-ramps.
 
-        A target just outside the limits is found at the edge, or by its cross-pairing ridges,
-        which are on half of the ramps. It is subtracted, so that its side lobes are not detected,
-        and is not reported itself.
+        A target just outside the limits is found at the map's edge or on one of its cross-pairing
+        ridges, whose cells match its beats on half of the ramps only. Such a point is subtracted,
+        so that its side lobes are not detected, but it is not reported.
         """
         limits, (distance, rate, _) = self.receiver, self.motion.T
         is_near = (distance >= limits.least_range) & (distance <= limits.greatest_range)
@@ -405,11 +408,11 @@ class _Search:
         self.amplitude = self.amplitude[which]
 
     def _refine_by_phases(self) -> ComplexArray:
-        """Refine points that keep one phase history over the frame; snapshots for their azimuths.
+        """Refine points whose phases fit one motion over the frame; snapshots for all azimuths.
 
-        The snapshots, ``(point, channel, ramp)``, have equal noise and refer to the frame's start.
-        Those of refined points weight all samples alike, those of others are fitted under the
-        window.
+        The snapshots, ``(point, channel, ramp)``, are the points' amplitudes, scaled to equal noise
+        and referred to the frame's start. Those of refined points weight all samples alike; those
+        of other points are fitted to the windowed spectra.
         """
         if len(self.motion) == 0:
             return self.amplitude
@@ -433,7 +436,7 @@ class _Search:
         )
 
     def _coherent_steps(self) -> tuple[Readings, FloatArray, BoolArray]:
-        """Readings of all points, and what `coherent_steps` makes of them."""
+        """Readings of all points, their corrections and the mask, both by `coherent_steps`."""
         readings = read_points(
             self.frame.samples,
             self.presence > 0,
@@ -445,7 +448,7 @@ class _Search:
         return readings, *coherent_steps(readings, self.model, motion=self.motion, noise=noise)
 
     def detections(self) -> Detections:
-        """All points but those outside the limits and side lobes of stronger ones."""
+        """All points except those outside the limits and those on side lobes of stronger points."""
         self._keep(self._is_point())
         self._append_pairs()
         is_detection = self._is_detection()
@@ -454,7 +457,7 @@ class _Search:
         distance, rate = self.motion[:, 0], self.motion[:, 1]
         kept = reject_sidelobes(self.frame, distance=distance, range_rate=rate, power=power)
         kept = kept[is_detection[kept]]
-        sines = np.full(len(kept), np.nan)  # of a single channel
+        sines = np.full(len(kept), np.nan)  # the azimuth from a single channel is unknown
         if self.frame.array.num_channels > 1:
             sines = AZIMUTH_ESTIMATORS[self.receiver.angle](
                 snapshots[kept],
@@ -471,7 +474,10 @@ class _Search:
 
 
 def search_grid(receiver: Receiver, frame: IfFrame, time: float) -> Grid:
-    """Axes of the map: steps of half a range cell and a third of a Doppler cell miss no peak."""
+    """Axes of the map, in steps of half a range cell and a third of one ramp's Doppler cell.
+
+    The cells are those of the largest bandwidth and the longest ramp. Chosen: no peak is missed.
+    """
     wavelength = SPEED_OF_LIGHT / float(np.max(frame.schedule.centre_frequency))
     step = wavelength / (6.0 * float(np.max(frame.schedule.duration)))
     count = int(np.ceil(receiver.greatest_speed / step))
@@ -483,7 +489,7 @@ def search_grid(receiver: Receiver, frame: IfFrame, time: float) -> Grid:
 
 
 def range_axis(receiver: Receiver, schedule: RampSchedule) -> FloatArray:
-    """Range axis of the map, m.
+    """Range axis of the map, m, in steps of half the range cell of the largest bandwidth.
 
     Raises
     ------

@@ -14,9 +14,10 @@ from polychirp.units import Metres, MetresPerSecond, Radians
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Gate(Spec):
-    """Largest errors with which a detection still belongs to a target.
+    """Largest errors, to either side, with which a detection can still belong to a target.
 
-    An azimuth that is not known (NaN, from a single channel) is within any gate.
+    The errors are those of the range (m), range rate (m/s) and azimuth (rad); the defaults are
+    chosen. A detection without azimuth (NaN, from a single channel) meets any limit of azimuth.
     """
 
     range: Metres = 0.4
@@ -25,7 +26,7 @@ class Gate(Spec):
 
 
 class Association(NamedTuple):
-    """Numbers of the targets found, and of their detections, in the same order."""
+    """Numbers of the detected targets, and of the detection of each, in the same order."""
 
     target: IntArray
     detection: IntArray
@@ -34,15 +35,15 @@ class Association(NamedTuple):
 def associate(
     detections: Detections, truth: Truth, *, gate: Gate, may_be_target: BoolArray | None = None
 ) -> Association:
-    """Pairs of targets and detections.
+    """Pairs of targets and detections, in which each target and each detection occurs once at most.
 
-    Inside the gate the **strongest** detection is taken, not the nearest, which would make errors
-    look smaller than they are. A detection belongs to one target at most. Of all pairings with the
-    most pairs, that with the greatest sum of powers in dB is chosen (Kuhn–Munkres).
+    Of the detections inside its gate a target gets the **strongest**: the nearest to the truth
+    would make errors look smaller than they are. Of all pairings with the greatest number of pairs,
+    the one with the greatest sum of detected powers in dB is chosen (Kuhn–Munkres algorithm).
 
     Parameters
     ----------
-    may_be_target : mask of the detections that may be taken, ``(detection,)``; by default all
+    may_be_target : mask of the detections that may be paired, ``(detection,)``; by default all
     """
     from scipy.optimize import linear_sum_assignment
 
@@ -59,7 +60,7 @@ def associate(
 
 
 def _inside(detections: Detections, truth: Truth, gate: Gate) -> BoolArray:
-    """Mask of the pairs inside the gate, ``(target, detection)``; hidden targets have none."""
+    """Mask of the pairs inside the gate, ``(target, detection)``, false for hidden targets."""
 
     def within(found: FloatArray, true: FloatArray, limit: float) -> BoolArray:
         return np.asarray(np.abs(found[None, :] - true[:, None]) <= limit)

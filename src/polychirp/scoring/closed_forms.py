@@ -1,14 +1,16 @@
 r"""Closed forms of the probability that radars cause ghosts, or pulses, in each other.
 
 **Synchronous radars.** An interferer sends the victim's own ramps a time s late, with a clock that
-is fast by ε, over a path of delay τ. The victim receives what it sent
+is fast by ε, over a path of delay τ. At time t the victim
+receives what it sent itself a time
 
 .. math:: D(t) = s + \tau(t) - \varepsilon\,t
 
-ago, to first order in ε. That is the round-trip delay of a point at range cD/2 whose range rate is
+earlier, to first order in ε. D is the round-trip delay of a point at range cD/2 whose range rate
+is
 :math:`c(\dot\tau - \varepsilon)/2`. A clock error has the same effect on all phases as a speed, so
-that no receiver can distinguish the ghost from a target. It is detected if the point is in the
-receiver's map.
+that no receiver can distinguish the ghost from a target. It can be detected if the point is
+in the receiver's range-rate map.
 
 The other forms are from the literature, each with its source. All are probabilities that signals
 meet, whether or not the receiver then makes a detection.
@@ -58,7 +60,8 @@ def ghost_by_start(
 ) -> FloatArray:
     r"""Probability that a radar with equal ramps and a random start appears inside the map.
 
-    The start is uniform within 0…S. The ghost is between :math:`R_-` and :math:`R_+` for starts of
+    The interferer's start, relative to the victim's, is uniform within 0…S.
+    The ghost is between :math:`R_-` and :math:`R_+` for starts of
     :math:`2R_-/c - \tau` to :math:`2R_+/c - \tau`; the probability is the share of S that they
     fill. For a start anywhere in a period P it is :math:`2(R_+ - R_-)/(cP)`, whatever τ.
 
@@ -90,7 +93,7 @@ def ghost_by_clock(
 
     Parameters
     ----------
-    delay_rate : ratio, of the path between the radars, of any shape
+    delay_rate : ratio, time derivative of the delay of the path between the radars, of any shape
     spread : ratio, E; 0 for equal clocks
 
     Examples
@@ -167,7 +170,7 @@ def any_of(probability: FloatArray | float, number: float = 1) -> float:
     Parameters
     ----------
     probability : of each interferer, or one for all of them
-    number : N, multiplicity of each of them
+    number : N, number of interferers with each of these probabilities
 
     Examples
     --------
@@ -216,9 +219,9 @@ def parallel_in_a_bin(
 
     Parameters
     ----------
-    bin_delay : s, of one bin
-    duration : s, T_c
-    num_chirps : N, of the frame
+    bin_delay : s, width of a range bin in round-trip delay
+    duration : s, T_c, of a chirp
+    num_chirps : N, number of chirps of the frame
     clock_spread : ratio, greatest error of a clock
     duty : share of the time in which frames are active
 
@@ -267,7 +270,7 @@ def same_band(*, chirp_band: float, total_band: float, tolerated: float = 0.0) -
     Parameters
     ----------
     chirp_band, total_band : Hz
-    tolerated : share x of a chirp
+    tolerated : share x of the chirp's band that may overlap
 
     Examples
     --------

@@ -21,13 +21,14 @@ def compare(
     floor_rise: float,
     gate: Gate | None = None,
 ) -> Score:
-    """Score one radar's detections.
+    """Score the detections of one radar, the victim, in one frame.
 
     Parameters
     ----------
     powers : W, power of every part in every detection, ``(detection, part)``
-    own_paths : of the victim to itself, at the time of the detections
-    floor_rise : ratio
+    own_paths : paths from the victim back to itself, at the time of the detections
+    floor_rise : ratio of the range spectra's floor to the noise alone; the score passes it on
+    gate : largest differences between a detection and its target; None is `Gate` by default
     """
     gate = gate or Gate()
     target, detection = associate(
@@ -61,7 +62,7 @@ def compare(
 
 
 def _sinr(powers: FloatArray) -> FloatArray:
-    """Power of the own echo over that of all other parts, ``(detection,)``."""
+    """Power of echo and multipath over that of all other parts, ``(detection,)``."""
     is_own = np.isin(PARTS, ("echo", "multipath"))
     disturbed = powers[:, ~is_own].sum(axis=1)
     return np.asarray(powers[:, is_own].sum(axis=1) / np.maximum(disturbed, 1e-300))

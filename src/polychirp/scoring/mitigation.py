@@ -1,7 +1,8 @@
 """Measures of mitigation: signal to disturbance, error vector magnitude, share of samples changed.
 
-Amplitudes are those at a target's cell, ``(target, ramp)``. Mitigation is linear once it is chosen,
-so that the amplitudes of the target's own echo and of everything else are known separately.
+Amplitudes are those at a target's cell, ``(target, ramp)``. Once a frame has fixed which samples
+mitigation changes and how, that change is linear, so that it can be applied separately to the
+target's own echo and to the sum of all other parts.
 """
 
 import numpy as np
@@ -10,7 +11,7 @@ from polychirp.axes import BoolArray, ComplexArray, FloatArray
 
 
 def signal_to_disturbance(own: ComplexArray, rest: ComplexArray) -> FloatArray:
-    r"""Ratio of powers over all ramps, ``(target,)``.
+    r"""Power ratio of the own echo S (``own``) to the rest I, summed over ramps k: ``(target,)``.
 
     .. math:: \frac{\sum_k |S_k|^2}{\sum_k |I_k|^2}
 
@@ -21,11 +22,12 @@ def signal_to_disturbance(own: ComplexArray, rest: ComplexArray) -> FloatArray:
 
 
 def error_vector_magnitude(found: ComplexArray, clean: ComplexArray) -> FloatArray:
-    r"""Rms error of the complex amplitude over that without interference, ``(target,)``.
+    r"""Rms error of amplitudes A (``found``) relative to the rms of C (``clean``): ``(target,)``.
 
     .. math:: \sqrt{\frac{\sum_k |A_k - C_k|^2}{\sum_k |C_k|^2}}
 
-    It includes the distortion of echoes by mitigation, which their power does not show.
+    ``clean`` has no interference. The error includes the distortion of the echo by mitigation,
+    which a ratio of powers does not show.
 
     >>> error_vector_magnitude(np.array([[1.0, 1.1]]), np.array([[1.0, 1.0]])).round(3)
     array([0.071])
@@ -38,13 +40,13 @@ def share_touched(
 ) -> float:
     """Share of the samples that mitigation changed, or whose weight it lowered.
 
-    A change below 1e-9 of the strongest sample is rounding.
+    Changes of at most 1e-9 of the strongest sample's magnitude are ignored as rounding (chosen).
 
     Parameters
     ----------
-    before, after : V, ``(channel, ramp, fast)``
-    weight : of each sample, ``(ramp, fast)``, 0 … 1
-    is_sample : false in the padding, ``(ramp, fast)``
+    before, after : samples before and after mitigation, V, ``(channel, ramp, fast)``
+    weight : weight that mitigation gives each sample, 0 … 1, ``(ramp, fast)``
+    is_sample : false in the padding of short ramps, ``(ramp, fast)``
 
     Examples
     --------

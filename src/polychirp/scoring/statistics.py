@@ -1,7 +1,7 @@
 """Estimates over many trials, each with a confidence interval.
 
-Targets of one trial share street, waveform and interference, so that they are found or missed
-together: **a trial counts as one draw**, however many targets it has. All functions take sums per
+Targets of one trial share street, waveform and interference, so that their detections are
+correlated: **a trial counts as one draw**, however many targets it has. All functions take sums per
 trial, ``(trial,)``, and are deterministic.
 """
 
@@ -15,12 +15,12 @@ import numpy as np
 from polychirp.axes import FloatArray
 
 CONFIDENCE_LEVEL: Final = 0.95
-"""Probability with which an interval contains the true value, by default."""
+"""Default probability with which an interval contains the true value; 95 % is the convention."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Estimate:
-    """A value and the limits of its interval; NaN where data are missing."""
+    """A value and the limits of its confidence interval; NaN where data do not suffice."""
 
     value: float
     low: float
@@ -42,8 +42,8 @@ def wilson(share: float, number: float, *, level: float = CONFIDENCE_LEVEL) -> E
 
         \frac{\hat p + z^2/2n \pm z\sqrt{\hat p(1-\hat p)/n + z^2/4n^2}}{1 + z^2/n}
 
-    Wilson, J. Am. Stat. Assoc. 22 (1927) 209. It stays within 0…1, and has a width also where no
-    draw or every draw succeeds.
+    Wilson, J. Am. Stat. Assoc. 22 (1927) 209. The interval stays within 0…1, and its width
+    is positive even if no draw or every draw succeeds.
 
     >>> found = wilson(1.0, 20)
     >>> round(found.low, 3), found.high
@@ -73,10 +73,10 @@ def proportion(
     :math:`v = \frac{k}{k-1}\sum_i(h_i - \hat p m_i)^2/(\sum_i m_i)^2`, times :math:`(z/t_{k-1})^2`
     because :math:`v` itself is an estimate (Korn and Graubard, Survey Methodology 24 (1998) 193;
     Dean and Pagano, J. Surv. Stat. Methodol. 3 (2015) 484). A few misses do not show how misses
-    cluster; therefore a quarter of a trial of hits and a quarter of one of misses are added for
-    :math:`n`. It is at most the number of counts, and at least :math:`(\sum m_i)^2/\sum m_i^2`,
-    that of trials which hit or miss as a whole. It has this least value where all or none are hits,
-    as :math:`v` is then not known.
+    cluster; therefore :math:`n` is computed with two more trials, one of hits and one of misses,
+    each with a weight of a quarter. Before the factor of :math:`t`, :math:`n` is at most the total
+    of ``counts``, and at least :math:`(\sum m_i)^2/\sum m_i^2`, the value for trials that hit or
+    miss as a whole. It has this value if all or none are hits, as :math:`v` is then unknown.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def proportion(
 
 
 def _independent_draws(hits: FloatArray, counts: FloatArray) -> float:
-    """Number of independent draws that vary like ``hits``, with two added parts of trials."""
+    """Number n of independent draws with the variance of ``hits``, with the two added trials."""
     extra = _ADDED_TRIAL_SHARE * counts.mean()
     share = (hits.sum() + extra) / (counts.sum() + 2 * extra)
     weight = np.append(np.ones(counts.size), [_ADDED_TRIAL_SHARE, _ADDED_TRIAL_SHARE])
@@ -118,17 +118,18 @@ def _independent_draws(hits: FloatArray, counts: FloatArray) -> float:
 
 
 _ADDED_TRIAL_SHARE: Final = 0.25
-"""Weight of the added trials. With it the intervals of probabilities of 0.02 to 0.98 contain the
-true value in at least 94 of 100 cases, from 20 trials on."""
+"""Weight of each of the two added trials. Chosen: with it the 95 % intervals of probabilities of
+0.02 to 0.98 contain the true value in at least 94 of 100 cases if there are 20 trials or more."""
 
 
 def mean_count(counts: FloatArray, *, level: float = CONFIDENCE_LEVEL) -> Estimate:
     r"""Mean of a number per trial, such as ghosts in a frame.
 
-    Garwood's interval (Biometrika 28 (1936) 437) of a Poisson number, for a total scaled by the
-    counts' dispersion, variance over mean, and by :math:`(z/t_{n-1})^2`. Equal counts get the
-    variance of counts that differ in :math:`1 - (\alpha/2)^{1/n}` of the trials, the largest share
-    with which equal counts still occur with the probability α/2.
+    Garwood's interval (Biometrika 28 (1936) 437) of a Poisson number, for the total divided by the
+    counts' dispersion (variance over mean) and multiplied by :math:`(z/t_{n-1})^2`. The variance is
+    taken as at least :math:`1 - (\alpha/2)^{1/n}`: if counts differed in this share of the trials,
+    n equal counts would occur with the probability α/2. A single trial and counts
+    that are all zero are not scaled.
 
     >>> found = mean_count(np.zeros(100))
     >>> found.value, round(found.high, 3)
@@ -153,10 +154,11 @@ def mean_count(counts: FloatArray, *, level: float = CONFIDENCE_LEVEL) -> Estima
 def rms(squares: FloatArray, counts: FloatArray, *, level: float = CONFIDENCE_LEVEL) -> Estimate:
     r"""Root mean square of errors, from their sum of ``squares`` and number in every trial.
 
-    The logarithm of the mean square is assumed to be Student-distributed about its value, with the
-    variance between trials of a ratio of sums. The variance is at least that of independent normal
-    errors, :math:`\psi_1(K/2) \approx 2/K`. If all errors of a trial are equal, the interval
-    contains the true value in 91 of 100 cases with 20 trials, and in 94 with 100.
+    The logarithm of the mean square is assumed to be Student-distributed about its true value, with
+    the variance of a ratio of sums, estimated between trials. The variance is at least that of K
+    independent normal errors, :math:`\psi_1(K/2) \approx 2/K`. If all errors of a trial are
+    equal, the interval contains the true value in 91 of 100 cases with 20 trials, and in 94 of 100
+    with 100 trials.
 
     Parameters
     ----------
@@ -194,7 +196,8 @@ def ratio_difference(
 
     Common variations cancel in the difference of their influences
     :math:`u_i = (a_i - R b_i)/\bar b`, whose mean is Student-distributed. If no trial differs, the
-    limits are ± the upper limit of the probability that one does, :math:`1 - (\alpha/2)^{1/n}`.
+    interval is ± the upper limit of the probability that a trial differs,
+    :math:`1 - (\alpha/2)^{1/n}`, about the value.
 
     Parameters
     ----------

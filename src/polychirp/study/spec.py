@@ -1,4 +1,4 @@
-"""`Study` — a whole experiment as one frozen value, and the scene and schedules that follow."""
+"""`Study`: a whole experiment as one frozen value; its scene, ramp schedules and targets."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -25,11 +25,12 @@ from polychirp.units import Between, Fraction, FractionPerSecond, Seconds
 from polychirp.waveform import AnyCoding, AnyWaveform, coded
 
 GREATEST_DRIFT: Final = 10e-6
-"""Greatest drift of a clock, 1/s. It bends a ramp of 1 GHz and 1 ms by 0.005 cycles, which
-`as_clocked` neglects."""
+"""Greatest drift of a clock, 1/s; chosen: the cubic phase that `RampSchedule.as_clocked` neglects
+is then 0.005 cycles at the end of a ramp of 1 GHz and 1 ms."""
 
 MOST_SNAPSHOTS: Final = 20_000
-"""Greatest number of times at which a scene is traced for one trial; chosen."""
+"""Greatest number of times at which a scene is traced for one trial; chosen: they are
+20 s of simulated time at the default refresh interval of 1 ms."""
 
 AnyTracer = Annotated[Composite | FreeSpace | PointVehicles | SionnaRt, ByKind()]
 
@@ -41,10 +42,11 @@ class StudyRadar(Radar):
     Parameters
     ----------
     vehicle : name of the vehicle that carries the radar
-    waveform : of its ramps
+    waveform : frequency and timing of its ramps
     coding : weights of the transmitting elements from sweep to sweep; if not given, only the first
         element transmits
-    array_errors : rms errors drawn for its array, in place of any that are listed there
+    array_errors : rms values from which errors of its array are drawn; the drawn errors replace
+        any errors that `array` lists
     start_time : s, start of its first ramp
     clock_offset : relative error of its oscillator at its start, positive for a fast clock
     clock_drift : growth of that error, 1/s
@@ -92,7 +94,7 @@ class Study(Spec):
     targets : names of the vehicles and points that count as targets; if empty, all but the
         radar's own vehicle
     tracer : finds the propagation paths
-    refresh_interval : s, interval at which the scene is traced again
+    refresh_interval : s, greatest interval at which the scene is traced again
     receiver : receiver of every victim
 
     Examples
@@ -120,7 +122,7 @@ class Study(Spec):
 
 
 def schedule_of(study: Study, radar: StudyRadar) -> RampSchedule:
-    """Ramps of one radar, on the common clock of the scene."""
+    """Ramps of one radar, with the errors of its clock, in the true time of the scene."""
     streams = Streams(seed=study.seed).of("radar", radar.name)
     schedule = radar.waveform.schedule(num_sweeps=study.num_sweeps, streams=streams)
     if radar.coding is not None:
@@ -153,7 +155,7 @@ def scene_of(study: Study) -> Scene:
 
 
 def as_built(study: Study, radar: StudyRadar) -> StudyRadar:
-    """Radar with the array errors that are drawn for it, if any."""
+    """The radar with drawn errors in its array; unchanged if it has no ``array_errors``."""
     if radar.array_errors is None:
         return radar
     streams = Streams(seed=study.seed).of("radar", radar.name)
@@ -189,9 +191,10 @@ def target_names(study: Study, radar: StudyRadar) -> tuple[str, ...]:
 
 
 def refresh_times(schedules: Sequence[RampSchedule], refresh_interval: float) -> FloatArray:
-    """Times at which the scene is traced, s: the middles of equal parts of the frames.
+    """Times at which the scene is traced, s: the middles of equal parts of the simulated time.
 
-    No part is longer than ``refresh_interval``.
+    That time lasts from the first start to the last end of any radar's ramps. No part is longer
+    than ``refresh_interval``.
 
     Raises
     ------

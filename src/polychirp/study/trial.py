@@ -1,4 +1,4 @@
-"""One trial: all stages in order, from the traffic to the score."""
+"""One trial of a study: all stages in order, from the drawn street to the score."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -57,7 +57,7 @@ class VictimResult:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Trial:
-    """Scene, paths and results of one run of a study."""
+    """Scene, paths (one snapshot per refresh time) and the victims' results of one trial."""
 
     scene: Scene
     snapshots: tuple[PropagationPaths, ...]
@@ -78,14 +78,14 @@ class Trial:
 
 
 def run_trial(study: Study, *, progress: Progress = no_progress) -> Trial:
-    """Run a study once: traffic, scene, ramps, paths, samples, detections, score."""
+    """Run one trial: draw the street, trace paths, synthesize frames, detect targets, score."""
     study = sample_street(study)
     scene = scene_of(study)
     schedules = schedules_of(study)
     refuse_too_large(study, schedules)
     victims = victim_indices(study)
     for victim in victims:
-        code_blocks(schedules[victim])  # refuses elements that cannot be told apart, before tracing
+        code_blocks(schedules[victim])  # raises, before the tracing, if codes are not orthogonal
     compile_parts(parts_of(study), progress=progress)
     snapshots = trace_frame(
         study.tracer,
@@ -115,7 +115,7 @@ def simulate_victim(
     *,
     victim: int,
 ) -> VictimResult:
-    """Frame that one radar receives over these paths, with its detections and their score."""
+    """Frame that radar ``victim`` receives over the snapshots' paths, its detections and score."""
     streams = Streams(study.seed)
     frame, parts = synthesize(
         Oscillating(inner=Stretch(), streams=streams),
@@ -146,7 +146,10 @@ def trace_frame(
     receivers: Sequence[int] | None = None,
     progress: Progress = no_progress,
 ) -> tuple[PropagationPaths, ...]:
-    """Paths to ``receivers`` (None: all), once for each refresh interval of the frames."""
+    """Paths to ``receivers`` (numbers of radars; None: all) at the refresh times of the frames.
+
+    ``schedules`` are those whose ramps must be covered; ``refresh_interval`` is in s.
+    """
     return interpolate_paths(
         tracer,
         scene,
@@ -166,10 +169,10 @@ def receive_and_score(
     parts: IfParts,
     targets: Sequence[str],
 ) -> VictimResult:
-    """Detections in a frame, scored against the truth at the time to which they refer.
+    """Detections in a frame, scored against the truth at the detections' reference time.
 
-    If several elements transmit, the frame is decoded first, and the result holds the frame and
-    parts of the virtual array.
+    If several transmit elements are used (MIMO), the frame is decoded first, and the result holds
+    the frame and the parts of the virtual array.
     """
     received = frame
     is_coded = received.schedule.num_elements > 1

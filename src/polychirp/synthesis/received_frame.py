@@ -34,24 +34,24 @@ def synthesize(
 
     Parameters
     ----------
-    schedules : one per radar of the scene, clocked, in absolute time
-    snapshots : geometry during the frame, in order of time; every ramp of the victim uses the
-        one whose reference time is nearest to the middle of the ramp
-    victim : number of the radar
+    schedules : one per radar of the scene, in absolute time, errors of its clock included
+    snapshots : paths during the frame, in order of time; every ramp of the victim uses the
+        snapshot whose reference time is nearest to the middle of the ramp
+    victim : number of the radar that receives
     interferers : numbers of the radars that disturb it; None: all others
-    streams : noise comes from ``streams["noise", name of the victim]``
-    neglected_share : limit, relative to the noise's rms, of the radars that are left out together
-        (`audible_radars`); at 0 none is left out that is received at all
+    streams : random streams; noise is drawn from ``streams["noise", name of the victim]``
+    neglected_share : greatest rms of the sum of all radars that are left out, relative to the
+        noise's rms (`audible_radars`); at 0 only radars without any received signal are left out
 
     Raises
     ------
     InputError
-        A radar without schedule, a number without a radar, an interferer named twice or the
-        victim itself, no or unordered snapshots, or a ramp too short for the converter.
+        A radar has no schedule, a number has no radar, an interferer is given twice or is the
+        victim, snapshots are missing or unordered, or a ramp is too short for the converter.
 
     Examples
     --------
-    An empty world gives noise alone:
+    A scene without paths gives noise alone:
 
     >>> from polychirp.model.radar import Radar
     >>> from polychirp.model.scene import Actor
@@ -110,7 +110,7 @@ def _behind_the_filter(
     names: Sequence[str],
     streams: Streams,
 ) -> ComplexArray:
-    """Samples behind the victim's IF filter, V ``(part, channel, ramp, fast)``, parts as named."""
+    """Samples behind the victim's IF filter, V ``(part, channel, ramp, fast)``, for ``names``."""
     radar, schedule = scene.radars[victim], schedules[victim]
     times = sample_times(schedule, radar.converter)
     samples = np.zeros(
@@ -126,7 +126,8 @@ def _behind_the_filter(
             scene, schedules, snapshots, victim=victim, transmitter=transmitter
         )
     samples[4] = thermal_noise(radar, times, streams["noise", radar.name])
-    # the mixer conjugates what a channel received; its error scales its noise as well
+    # the mixer conjugates the received signal, and with it the channel's complex gain error, which
+    # scales the noise as well
     samples *= np.conj(radar.array.channel_response)[:, None, None]
     return samples
 

@@ -1,4 +1,4 @@
-"""Meshes from files (GLB, OBJ, STL), and to GLB."""
+"""Reading of meshes from GLB, OBJ and STL files, and writing of meshes to GLB files."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ TABLE_MATERIALS: Final = ("metal", "glass", "rubber", "plastic", "asphalt", "bri
 """Names of materials that need no mapping: those of the paper's table 1."""
 
 FARTHEST_VERTEX: Final = 1e6
-"""Largest coordinate of a vertex, m; chosen: beyond it, edges of a centimetre lose digits."""
+"""Largest magnitude of a vertex's coordinate, m. Chosen: beyond it, edges of 1 cm lose digits."""
 
 _MATERIAL_COLOUR: Final = {
     "metal": (140, 155, 190, 255),
@@ -52,10 +52,10 @@ def load_mesh(
     path : of the file
     materials : material of polychirp by material name in the file; names of table 1 such as
         "metal" need no entry
-    default_material : of polychirp, for all others; an STL file names none
+    default_material : material of polychirp for all others; an STL file names no materials
     scale : metres per unit of the file
     up_axis : "y" as in glTF (x forward, z right), or "z" as in polychirp
-    max_edge : m, longer edges are halved
+    max_edge : m; edges that are longer are halved until none is
 
     Raises
     ------
@@ -82,7 +82,7 @@ def load_mesh(
                 for part, geometry in _placed(scene, trimesh)
                 if len(geometry.faces)
             ]
-    except ImportError:  # of a reader that is tried when the right one fails
+    except ImportError:  # after a failure trimesh tries a reader that is not installed
         raise InputError(
             f"'{file}' cannot be read as a mesh; it is damaged, or not what its name says"
         ) from None
@@ -114,7 +114,7 @@ def load_mesh(
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep trimesh from printing tracebacks of what it then does without."""
+    """Keep trimesh from logging the tracebacks of errors from which it recovers."""
     log = logging.getLogger("trimesh")
     before = log.level
     log.setLevel(logging.CRITICAL + 1)
@@ -125,7 +125,7 @@ def _quiet() -> Iterator[None]:
 
 
 def _check_vertices(file: Path, vertex: FloatArray, face: IntArray) -> None:
-    """Refuse vertices that are no plausible places, and triangles all of which are lines."""
+    """Refuse vertices beyond `FARTHEST_VERTEX` or NaN, and meshes whose triangles have no area."""
     is_bad = ~np.all(np.abs(vertex[face]) <= FARTHEST_VERTEX, axis=(1, 2))  # NaN as well
     if np.any(is_bad):
         raise InputError(

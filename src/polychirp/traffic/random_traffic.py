@@ -1,4 +1,4 @@
-"""Random traffic for statistics: another street for every seed, without collisions."""
+"""Random traffic for statistics: every seed gives another street, without overlapping vehicles."""
 
 import math
 from dataclasses import dataclass, replace
@@ -26,21 +26,27 @@ from polychirp.traffic.vehicle import vehicle_size
 from polychirp.units import Between, Metres, MetresPerSecond, SquareMetres, from_db
 
 LEAST_DRAWN: Final = 10
-"""Least number of targets that are drawn; a street with fewer is a part of that street."""
+"""Least number of targets that are drawn. If fewer are asked for, the first ones drawn are taken,
+so that streets of one seed share them. Chosen."""
 
 POINT_HEIGHT: Final = 0.5
-"""Height of targets that are points, m: that of the radars."""
+"""Height of targets that are points, m: the default height of radars in `traffic.mounting`."""
 
 _PLACES_TRIED: Final = 100
-"""Number of places that are tried for a vehicle before the street is drawn again; chosen."""
+"""Number of random places tried for one vehicle before the whole street is drawn again. Chosen."""
 
 _STREETS_TRIED: Final = 300
-"""Number of streets that are tried before the traffic is refused for lack of room; chosen."""
+"""Number of streets drawn before the best of them is taken or, if too few vehicles are on it, an
+error reports the lack of room. Chosen."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Lane(Spec):
-    """A lane along x with its middle at ``y`` and limits of speed; ``oncoming``: towards −x."""
+    """A lane along x with its middle at ``y``, m.
+
+    Vehicles head along +x, or along −x if the lane is ``oncoming``. Their speeds are uniformly
+    distributed between the two of ``speed``, m/s (the default is chosen: urban traffic).
+    """
 
     y: Metres
     oncoming: bool = False
@@ -59,34 +65,36 @@ URBAN_LANES: Final = (
     Lane(y=-5.0, speed=(0.0, 0.0)),
     Lane(y=5.0, oncoming=True, speed=(0.0, 0.0)),
 )
-"""One lane in each direction, and parked cars on both sides."""
+"""Default lanes: one in each direction, 3.5 m apart, and one of parked vehicles beside each.
+Positions are chosen."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class RandomTraffic(Spec):
     """Vehicles at random places in front of a viewing vehicle that heads along +x.
 
-    Targets are visible: no other vehicle hides the nearest point of any of them from the middle of
-    the viewing vehicle's front. Streets of one seed that differ only in the number of targets, up
-    to `LEAST_DRAWN`, have vehicles in common.
+    Targets are visible: no other random vehicle hides a target's nearest point from the middle of
+    the viewing vehicle's front. Streets of one seed that differ only in the number of targets share
+    their carriers and the targets of the smaller street, up to `LEAST_DRAWN` targets.
 
     Parameters
     ----------
     seen_from : name of the viewing vehicle
-    num_targets : vehicles to be found, called target-1, target-2, …
-    num_carriers : further vehicles, called carrier-1, …, up to twice as far, which may carry radars
-    reach : greatest distance of the nearest points of targets, m
+    num_targets : number of vehicles to be detected, called target-1, target-2, …
+    num_carriers : number of further vehicles, carrier-1, …, within twice the ``reach``, on which
+        a study may mount radars; they need not be visible
+    reach : greatest distance from the viewer's front to the nearest point of a target, m
     gap : least distance between vehicles of one lane, m
     shape : with ``points``, an isotropic scatterer stands for every target, at the nearest point
         of the place that the vehicle would cover
     rcs : radar cross section of such a scatterer, m²
     lanes : lanes on which vehicles stand and drive
-    max_edge, coarseness : as of `Vehicle`
+    max_edge, coarseness : those of every random `Vehicle`
 
     Raises
     ------
     InputError
-        A number is out of its limits.
+        A parameter is out of its limits, or there is no lane.
 
     Examples
     --------
@@ -133,7 +141,7 @@ class RandomTraffic(Spec):
         Raises
         ------
         InputError
-            The viewing vehicle is missing or heads elsewhere, or there is no room.
+            The viewing vehicle is missing or does not head along +x, or there is no room.
         """
         viewer = self._viewer(street)
         eye = (viewer.x + vehicle_size(viewer.body)[0] / 2, viewer.y)
@@ -165,11 +173,11 @@ class RandomTraffic(Spec):
         )
 
     def _places(self, street: Street, eye: Eye, streams: Streams) -> list[Place]:
-        """Places of all carriers, and of ten or more targets where there is room for them."""
+        """Places of all carriers, then of at least `LEAST_DRAWN` targets if they fit."""
         taken = [_bounds(vehicle) for vehicle in street.vehicles]
         wanted = max(self.num_targets, LEAST_DRAWN)
         shortest = min(vehicle_size(body)[0] for body in RANDOM_BODIES)
-        # carriers reach twice as far; more than these cannot be there, wherever they are drawn
+        # bound on the vehicles that fit on all lanes within the carriers' reach, twice the targets'
         room = len(self.lanes) * (2 + 2 * self.reach / (shortest + self.gap))
         if self.num_carriers + self.num_targets > room:
             raise InputError(
@@ -194,7 +202,7 @@ class RandomTraffic(Spec):
     def _street_of(
         self, draw: np.random.Generator, taken: list[Rectangle], eye: Eye, wanted: int
     ) -> list[Place]:
-        """Places of carriers, then of targets, until there is no place for the next one."""
+        """Places of carriers, then of targets, until no place is found for the next vehicle."""
         places: list[Place] = []
         boxes: list[Rectangle] = []
         points: list[Eye] = []

@@ -1,4 +1,4 @@
-"""Dimensions of the four bodies: chosen as typical of their classes, of no particular make."""
+"""Dimensions of four vehicle bodies, chosen as typical of their classes; none is a real model."""
 
 from dataclasses import dataclass
 from typing import Final, Literal
@@ -16,8 +16,10 @@ Body = Literal["sedan", "hatchback", "van", "truck"]
 class Tier:
     """A cabin or box on the lower body: ends and half widths of its base and of its roof (m).
 
-    ``walls`` are vertical radii of curvature at front, side and rear, ``crown`` the roof's along
-    and across, ``panes`` the windows' lower and upper ends as fractions of the walls' height.
+    ``height`` is z of the roof's middle. ``walls`` are the radii of the walls at front, side and
+    rear in vertical section, ``side`` that of the sides from above, ``edge`` that of the roof's
+    edge, and ``crown`` those of the roof along and across (m). ``panes`` are the windows' lower and
+    upper ends as fractions of the walls' height.
     """
 
     base_front: End
@@ -39,7 +41,7 @@ class Tier:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wheels:
-    """Axles and tyres (m)."""
+    """Axles and tyres (m): x of both axles, radius and width of a tyre, gap from tyre to arch."""
 
     front: float
     rear: float
@@ -50,7 +52,7 @@ class Wheels:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Mirror:
-    """Inner, lower corner of a mirror's glass, and its size (m)."""
+    """Inner, lower corner of the left outside mirror's glass, and the glass's size (m)."""
 
     x: float
     y: float
@@ -61,10 +63,14 @@ class Mirror:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shape:
-    """All dimensions of one body (m), x from the middle of its length.
+    """All dimensions of one body (m); x is forward from the middle of its length, z is up.
 
-    The plastic skins reach ±length/2; the metal ends behind them, at ``metal_front`` and
-    ``metal_rear``. ``deck`` lists (x, z) of the bonnet, belt and boot along the middle.
+    The bumpers' plastic skins reach ±length/2; the metal ends behind them, at ``metal_front`` and
+    ``metal_rear``. ``side`` is the radius of the sides from above, ``widest`` x of the widest
+    place, ``shoulder`` the radius between flank and deck. ``deck`` lists (x, z) of bonnet, belt and
+    boot along the middle; ``deck_crown`` is the deck's radius across. Names with ``start`` or
+    ``stop`` give x where a part begins or ends; ``rear_bumper_top`` is z of the rear bumper's
+    ledge.
     """
 
     length: float
@@ -93,19 +99,19 @@ class Shape:
     tiers: tuple[Tier, ...]
 
     def deck_height(self, x: FloatArray, y: FloatArray) -> FloatArray:
-        """Z of bonnet, belt and boot: a smooth line along the middle, arched across."""
+        """Z (m) of bonnet, belt and boot: a smooth line along the middle, a parabola across."""
         return line_through(self.deck, x) - y * y / (2 * self.deck_crown)
 
     @property
     def deck_radius(self) -> float:
-        """The smallest radius of the deck along the middle, m."""
+        """The smallest radius of curvature of the deck's line along the middle, m."""
         x = np.linspace(-self.length / 2, self.length / 2, 1001)
         bend = np.diff(line_through(self.deck, x), 2) / (x[1] - x[0]) ** 2
         return float(1 / np.abs(bend).max())
 
 
 def line_through(points: tuple[tuple[float, float], ...], x: FloatArray) -> FloatArray:
-    """Cubic Hermite spline through (x, z) with central slopes, straight beyond its ends.
+    """Z of a cubic Hermite spline through (x, z): central slopes inside, straight beyond the ends.
 
     >>> line_through(((0.0, 1.0), (1.0, 2.0), (3.0, 4.0)), np.array([0.5, 2.0, 4.0]))
     array([1.5, 3. , 5. ])

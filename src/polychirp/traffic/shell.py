@@ -1,9 +1,9 @@
 """Curved shells of a vehicle's left half: lower body, bumper skins, cabin; and their covers.
 
-A shell is made of ribs. A rib is a line upwards in a vertical plane, of tangent arcs: long ones
-(nose, flank, window) and a short one (shoulder or roof edge), which joins the deck or roof without
-a kink. Each arc is cut according to its own radius, so facets are short only in places and
-directions of strong curvature.
+A shell is made of ribs. A rib is a line in a vertical plane that rises in tangent arcs: long
+ones (nose, flank, window) and then a short one (shoulder or roof edge), which joins the deck or
+roof without a kink. Each arc is divided into edges that suit its own radius, so facets are short
+only where, and in the direction in which, the surface is strongly curved.
 """
 
 from __future__ import annotations
@@ -21,14 +21,15 @@ from polychirp.traffic.outline import Outline, unit
 from polychirp.traffic.surface import Fineness, SurfaceBuilder
 
 Height = Callable[[FloatArray, FloatArray], FloatArray]
-"""z (m) of a deck or roof over x and y (m)."""
+"""Function that gives the height z (m) of a deck or roof at x and y (m)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Profile:
-    """A flank in section (m): its lower end, its radius up to the waist, and its waist.
+    """Vertical section of a front, side or rear, m.
 
-    The waist is its widest place; ``inset`` is the distance from there inwards to the deck.
+    ``sill`` is the height of its lower end, ``radius`` the radius of its arc up to the waist,
+    ``waist`` the height of its widest place, ``inset`` the distance from there inwards to the deck.
     """
 
     sill: float
@@ -39,7 +40,7 @@ class Profile:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Arch:
-    """Opening for a wheel: half an ellipse on the sill (m)."""
+    """Opening for a wheel: upper half of an ellipse on the sill; all values in m."""
 
     x: float
     half_width: float
@@ -47,14 +48,15 @@ class Arch:
     height: float
 
     def edge(self, x: FloatArray) -> FloatArray:
-        """Z of the opening's edge at ``x``; −inf beside it."""
+        """Z of the opening's edge at ``x``, m; −inf where ``x`` is outside the opening."""
         inside = 1 - ((x - self.x) / self.half_width) ** 2
         return np.where(inside >= 0, self.sill + self.height * np.sqrt(np.abs(inside)), -np.inf)
 
     def places(self, fine: Fineness) -> FloatArray:
-        """X of ribs that are evenly spaced along the edge, from front to rear.
+        """X of ribs, m, at equal steps of the ellipse's parameter, from front to rear.
 
-        Chords are twice as long as edges on a surface, up to λ/16 off, since the error is narrow.
+        Chords may be twice as long as edges on a curved surface, and so up to λ/16 off the arc:
+        the error affects only a narrow strip along the opening.
         """
         radius = min(self.half_width, self.height)
         count = fine.steps(math.pi / 2 * radius, radius)
@@ -63,7 +65,7 @@ class Arch:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stations:
-    """Places of ribs on an outline: arc number and normal angle (rad), ``(rib,)``."""
+    """Places of ribs on an outline: number of the arc and angle of its normal (rad), ``(rib,)``."""
 
     arc: IntArray
     angle: FloatArray
@@ -76,7 +78,7 @@ class Stations:
         return found
 
     def fractions(self, outline: Outline) -> FloatArray:
-        """Place of each rib along its arc, 0…1."""
+        """Fraction of its arc's angle at which each rib stands, 0 … 1."""
         start, stop = np.array([outline.angles(arc) for arc in range(5)])[self.arc].T
         return np.asarray((self.angle - start) / (stop - start))
 
@@ -86,7 +88,7 @@ class Stations:
         return Stations(arc=self.arc, angle=start + self.fractions(outline) * (stop - start))
 
     def weights(self, outline: Outline) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Weights of front, side and rear at each rib: 1 on the faces, smooth at the corners."""
+        """Weights of front, side and rear at each rib: 0 or 1 on faces, smooth at corners."""
         at = self.fractions(outline)
         rise = at * at * (3 - 2 * at)
         front = np.select([self.arc == 0, self.arc == 1], [1.0, 1 - rise], 0.0)
@@ -95,7 +97,7 @@ class Stations:
 
 
 def join(pieces: list[tuple[int, FloatArray]]) -> Stations:
-    """Stations from consecutive runs of normal angles that share their ends."""
+    """Stations from pieces (arc number, normal angles); each piece begins where one before ends."""
     runs = [angle if k == 0 else angle[1:] for k, (_, angle) in enumerate(pieces)]
     arc = np.repeat([arc for arc, _ in pieces], [len(run) for run in runs])
     return Stations(arc=arc, angle=np.concatenate(runs))
@@ -103,9 +105,9 @@ def join(pieces: list[tuple[int, FloatArray]]) -> Stations:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rim:
-    """Border of a cover: point numbers ``(rib,)`` and places ``(rib, xyz)``, from nose to tail.
+    """Border of a cover: point numbers ``(rib,)`` and places ``(rib, xyz)``, m, from nose to tail.
 
-    ``corners`` are the numbers with which the front face ends and the rear face begins.
+    ``corners`` are the numbers of the ribs at which the front face ends and the rear face begins.
     """
 
     line: IntArray
@@ -115,7 +117,7 @@ class Rim:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ribs:
-    """Ribs as segments of point numbers that share their ends, and the places of both ends."""
+    """Ribs: point numbers by arc and rib (arcs share their ends), and places of both ends, m."""
 
     stations: Stations
     segments: list[list[IntArray]]
@@ -124,7 +126,7 @@ class Ribs:
 
     @property
     def corners(self) -> tuple[int, int]:
-        """Numbers of the ribs with which the front face ends and the rear face begins."""
+        """Numbers of the ribs at which the front face ends and the rear face begins."""
         arc = self.stations.arc
         return int((arc == 0).sum()) - 1, int((arc < 4).sum()) - 1
 
@@ -162,7 +164,7 @@ class Shell:
     def stations(
         self, fine: Fineness, *, start: float = math.inf, stop: float = -math.inf
     ) -> Stations:
-        """Places of ribs from ``start`` back to ``stop`` (m, x on the flank; inf: to the end)."""
+        """Ribs' places from ``start`` back to ``stop`` (x on the flank, m; ±inf: to the end)."""
         outline = self.outline
         limits = outline.point(2, np.array(outline.angles(2)))[:, 0]
         places = self._side_places(fine, min(start, limits[0]), max(stop, limits[1]))
@@ -179,7 +181,7 @@ class Shell:
         return np.linspace(*outline.angles(arc), count + 1)
 
     def _side_places(self, fine: Fineness, start: float, stop: float) -> FloatArray:
-        """X from ``start`` back to ``stop``, closer together where a wheel arch is steep."""
+        """X of ribs, m, from ``start`` back to ``stop``; closer where a wheel arch is steep."""
         arched = [arch.places(fine) for arch in self.arches]
         fixed = np.concatenate([[start], *arched, [stop]])
         fixed = np.sort(fixed[(fixed <= start) & (fixed >= stop)])[::-1]
@@ -191,7 +193,7 @@ class Shell:
         return np.concatenate([[start], *gaps])
 
     def blend(self, stations: Stations, quantity: str) -> FloatArray:
-        """A quantity of the profiles at every rib, ``(rib,)``."""
+        """Weighted mean of one quantity of the three profiles at every rib, ``(rib,)``."""
         weights = stations.weights(self.outline)
         profiles = (self.front, self.side, self.rear)
         parts = [w * getattr(p, quantity) for w, p in zip(weights, profiles, strict=True)]
@@ -200,7 +202,8 @@ class Shell:
     def planes(self, stations: Stations) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Waist points ``(rib, xy)``, outward directions of the ribs, and their horizontal depth.
 
-        A rib leads from the outline to the corresponding point of the rim, a smaller outline.
+        A rib leads from the outline to the point of the same arc and fraction on `_rim`, a smaller
+        outline.
         """
         plan = stations.points(self.outline)
         run = plan - stations.on(self.outline, self._rim).points(self._rim)
@@ -270,10 +273,10 @@ class Shell:
         part: str,
         material: str,
     ) -> Rim:
-        """Add straight lines from the ribs' lower ends to a flat floor; gives the floor's rim.
+        """Add straight lines from the ribs' lower ends to a flat floor; return the floor's rim.
 
         The floor is at the height of the flank's sill and begins ``inset`` (m) inside the outline.
-        At the wheels' arches the lines form the wheel houses.
+        Above the wheels, where ribs end at an arch, the lines form the wheel houses.
         """
         stations, inner = ribs.stations, self._within(inset)
         level = np.full(len(ribs.bottom), self.side.sill)
@@ -296,7 +299,7 @@ class Shell:
         return replace(outline, front=front, rear=rear, half_width=outline.half_width - inset)
 
     def _upper(self, stations: Stations) -> tuple[FloatArray, FloatArray, FloatArray]:
-        r"""Radius above the waist, and elevations where shoulder and deck begin, ``(rib,)``.
+        r"""Radius above the waist, m, and elevations of the shoulder's begin and end, ``(rib,)``.
 
         An arc of radius :math:`R`, vertical at the waist, turns by :math:`\theta` up to the
         shoulder of radius :math:`r`. It rises by :math:`h = (R - r)\sin\theta` and recedes by
@@ -313,7 +316,7 @@ class Shell:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Arcs:
-    """One arc per rib in the vertical plane along ``normal``: centre, radius and elevations."""
+    """One arc per rib, in a vertical plane along ``normal``: centre, radius (m), angles (rad)."""
 
     origin: FloatArray
     normal: FloatArray
@@ -322,18 +325,18 @@ class Arcs:
     stop: FloatArray
 
     def cut(self, number: int, elevation: FloatArray) -> FloatArray:
-        """Points ``(point, xyz)`` of one rib."""
+        """Points ``(point, xyz)``, m, of rib ``number`` at these elevations."""
         offset = self.radius[number] * np.stack([np.cos(elevation), np.sin(elevation)], axis=-1)
         return np.asarray(self.origin[number] + _lift(offset, self.normal[number]))
 
 
 def _lift(offset: FloatArray, normal: FloatArray) -> FloatArray:
-    """Vectors (outward, up) in the planes along ``normal`` as ``(…, xyz)``."""
+    """Convert vectors (outward, up) in the vertical planes along ``normal`` to ``(…, xyz)``."""
     return np.concatenate([offset[..., :1] * normal, offset[..., 1:]], axis=-1)
 
 
 def draw(builder: SurfaceBuilder, fine: Fineness, stations: Stations, arcs: list[Arcs]) -> Ribs:
-    """Add ribs of consecutive arcs, each cut according to its own radius."""
+    """Add ribs of consecutive arcs; each arc gets as many edges as its radius needs."""
     segments: list[list[IntArray]] = [[] for _ in arcs]
     bottoms, tops = [], []
     for number in range(len(arcs[0].radius)):
@@ -369,15 +372,17 @@ def rim_elevation(surface: Height, end: FloatArray, normal: FloatArray) -> Float
 class Cover:
     """A deck, roof or floor between the ends of ribs, by lines across the vehicle.
 
-    The lines are bowed like the nose in front, like the tail behind, and straight in the middle.
+    In plan, the lines are curved like the nose in front, like the tail at the rear, and straight in
+    the middle.
     They end slightly inside the rim, and a ring of triangles joins them to all points of the rim:
     lines up to the rim would give very thin triangles between points that are nearly in line.
 
     Parameters
     ----------
     height : z over x and y, m
-    across, along : radii in the two directions, m
-    part, rim_part : part of a line by its x (m), and part of the ring
+    across, along : radii of curvature across and along the vehicle, m
+    part : function that gives the name of the part that begins with the line at x (m)
+    rim_part : name of the ring's part
     turn : 1 for a surface that faces up, −1 for a floor
     """
 
@@ -400,7 +405,7 @@ class Cover:
             y = np.linspace(0.0, width, fine.steps(width, self.across) + 1)
             x = bow.places(int(number), y)
             lines.append(builder.line(np.column_stack([x, y, self.height(x, y)])))
-            # the ring's inner side: along the first line, down the ends, back along the last
+            # inner border of the ring: first line, outer ends of the others, last line reversed
             ends = slice(0, None) if number in (chosen[0], chosen[-1]) else slice(-1, None)
             order = slice(None, None, -1 if number == chosen[-1] else 1)
             inner.append(lines[-1][ends][order])
@@ -423,7 +428,7 @@ class Cover:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bow:
-    """Shape of lines across a vehicle: as nose or tail at a corner, less towards the middle."""
+    """Plan of lines across a vehicle: like nose or tail near these, straight half-way between."""
 
     rim: FloatArray
     nose: int
@@ -442,7 +447,7 @@ class Bow:
 
 
 def _matching(y: FloatArray, rim_y: FloatArray, number: int) -> FloatArray:
-    """Places on the rim that match the points ``y`` of a line which ends beside ``number``."""
+    """Rim places (fractional numbers) that match ``y`` of a line that ends beside ``number``."""
     if len(y) == 1:
         return np.array([float(number)])
     scaled = y / y.max() * rim_y[number]
@@ -468,7 +473,7 @@ def _sparse(path: FloatArray, spacing: float) -> IntArray:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Window:
-    """A pane: its part, its arc of the outline, and its ends in x (m) if it is on the side."""
+    """A pane: name of its part, number of its arc, and its ends in x (m) if it is on the side."""
 
     part: str
     arc: int
@@ -513,7 +518,7 @@ class Cabin:
         return ribs
 
     def _stations(self, fine: Fineness) -> tuple[Stations, list[str | None]]:
-        """Ribs, and the pane between each two neighbours (None: a pillar)."""
+        """Ribs, and the part of the pane between each two neighbours (None: no pane, a pillar)."""
         pieces: list[tuple[int, FloatArray]] = []
         panes: list[str | None] = []
         for arc in range(5):
@@ -542,10 +547,11 @@ class Cabin:
         return next((w.part for w in windows if arc != 2 or w.stop < x < w.start), None)
 
     def _arcs(self, stations: Stations) -> list[Arcs]:
-        """Frame, pane, frame and roof edge of every rib: two tangent circles, the first cut twice.
+        """Arcs of every rib on two tangent circles: frame, pane, frame (large), roof edge (small).
 
         The small circle ends on the roof with the roof's slope. The large one passes through the
-        base and is tangent to the small one, so its centre lies on circles about both.
+        base and encloses the small one, which it touches. Its centre is thus at the distance
+        ``radius`` from the base, and ``radius - edge`` from the small circle's centre.
         """
         low = stations.points(self.base)
         high = stations.on(self.base, self.roof).points(self.roof)
@@ -557,7 +563,7 @@ class Cabin:
             front * math.log(self.front) + side * math.log(self.side) + rear * math.log(self.rear)
         )
         rim = rim_elevation(self.top, high, normal)
-        # in the rib's plane: (outward, up) from the base
+        # centres of both circles in the rib's plane: (outward, up), m, from the base
         small = np.stack([-run, head - foot], -1) - self.edge * unit(rim)
         reach = np.linalg.norm(small, axis=1)
         along = (reach**2 + radius**2 - (radius - self.edge) ** 2) / (2 * reach)
@@ -584,6 +590,6 @@ class Cabin:
 
 
 def flank(builder: SurfaceBuilder, ribs: Ribs, *, part: str, material: str) -> None:
-    """Add strips between neighbouring ribs."""
+    """Add strips of triangles between neighbouring ribs, for every arc of the ribs."""
     for segment in ribs.segments:
         builder.net(segment[::-1], part=part, material=material)

@@ -29,13 +29,13 @@ FacetEdge = Annotated[float, Unit("m", least="0 m", greatest="1 km")]
 """Longest edge of a facet, m."""
 
 Coarseness = Annotated[float, Between(least=0.0, greatest=1000.0)]
-"""Factor on the edges of facets on curves."""
+"""Factor on the edge lengths of facets on curved parts."""
 
 Extent = Annotated[float, Unit("m", least="0 m", greatest="10 km")]
 """Length, width or height of a road or a building, m."""
 
 Footprint = tuple[str, FloatArray]
-"""A name for messages, and corners ``(4, xy)``, m."""
+"""A name for error messages, and the corners of a rectangle in the world, ``(4, xy)``, m."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,11 +46,12 @@ class Vehicle(Spec):
     ----------
     body : built-in body, used unless ``mesh`` is given
     mesh : path of a GLB or OBJ file with x forward and the origin on the ground below the middle
-    materials : pairs (material name in the file, material here); names of table 1 need none
+    materials : pairs (material name in the file, material here), not needed for
+        `mesh_file.TABLE_MATERIALS`
     scale : metres per unit of the file
     up_axis : vertical axis of the file
-    max_edge : greatest edge of facets on flats, m
-    coarseness : factor on the edges on curves, see `vehicle_mesh`
+    max_edge : greatest edge of facets on flat parts, m
+    coarseness : factor on edges on curved parts, see `vehicle_mesh`
     """
 
     name: str

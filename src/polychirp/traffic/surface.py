@@ -1,4 +1,4 @@
-"""Meshes from lines of points: the longest edge allowed, and strips between lines."""
+"""Meshes made of strips of triangles between lines of points, and their longest edges."""
 
 import math
 from dataclasses import dataclass, replace
@@ -14,17 +14,17 @@ from polychirp.errors import InputError
 from polychirp.model.mesh import Mesh
 
 WAVELENGTH: Final = SPEED_OF_LIGHT / 79e9
-"""Wavelength for which vehicles are meshed, m."""
+"""Wavelength at 79 GHz, for which vehicles are meshed, m."""
 
 
 FINEST_EDGE: Final = 5e-3
-"""Least edge limit of the flats of a built-in body, m; chosen: facets are counted in millions."""
+"""Least ``max_edge`` of a `Fineness`, m. Chosen: smaller edges give a body millions of facets."""
 
 FINEST_CURVES: Final = 0.1
-"""Least factor on the edge limit of the curves of a built-in body, chosen for the same reason."""
+"""Least ``coarseness`` of a `Fineness`, a factor; chosen to limit the number of facets too."""
 
 MOST_FACES: Final = 3_000_000
-"""Greatest number of faces of a mesh; chosen: cutting a mesh to it takes seconds."""
+"""Greatest number of faces that `subdivided` makes. Chosen: so many faces take it seconds."""
 
 
 def edge_limit(radius: float, distance: float = math.inf) -> float:
@@ -33,10 +33,10 @@ def edge_limit(radius: float, distance: float = math.inf) -> float:
     .. math:: e = \min\left(\tfrac12\sqrt{\lambda r/2},\ \sqrt{\lambda R/8}\right)
               = \sqrt{\lambda \min(r, R)/8}
 
-    The middle of such an edge is λ/64 off the surface (:math:`e^2/8r`) or off the wave front, 11°
-    of two-way phase. In convergence runs at 79 GHz with a sphere of r = 0.25 m, the error of facet
-    physical optics was 0.03 dB with edges of 5 mm and 1.5 dB with 20 mm. The rule applies along
-    the direction of curvature; across it a facet may be longer.
+    The middle of such an edge is λ/64 off the surface (:math:`e^2/8r`) or off the wave front, which
+    is 11° of two-way phase. In convergence runs at 79 GHz with a sphere of r = 0.25 m, the error of
+    facet physical optics was 0.03 dB with edges of 5 mm and 1.5 dB with 20 mm. The rule applies
+    along the direction of curvature; across it a facet may be longer.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def edge_limit(radius: float, distance: float = math.inf) -> float:
 class Fineness:
     """Longest edges of a mesh: ``max_edge`` (m) on flats, ``edge_limit`` on curves.
 
-    ``coarseness`` multiplies the limit on curves: 1 for echoes; 4 is enough for shadows.
+    ``coarseness`` multiplies the limit on curves: echoes need 1, and 4 is fine enough for shadows.
     """
 
     max_edge: float
@@ -94,14 +94,14 @@ class SurfaceBuilder:
         self._labels: list[tuple[str, str]] = []
 
     def line(self, points: FloatArray) -> IntArray:
-        """Add points ``(point, xyz)``; gives their numbers."""
+        """Add points ``(point, xyz)`` and return their numbers."""
         points = np.atleast_2d(points)
         self._points.append(points)
         self._num_points += len(points)
         return np.arange(self._num_points - len(points), self._num_points)
 
     def triangles(self, faces: IntArray, *, part: str, material: str) -> None:
-        """Add triangles ``(face, 3)``; those with a corner twice are left out."""
+        """Add triangles ``(face, 3)``; triangles with two equal corners are left out."""
         a, b, c = faces.T
         self._faces.append(faces[(a != b) & (b != c) & (c != a)])
         self._labels.append((part, material))
@@ -118,7 +118,7 @@ class SurfaceBuilder:
     ) -> None:
         """Add triangles between two lines, which may have different numbers of points.
 
-        The outside is where (along the lines) × (from first to second) points. Points are
+        The outward normal is (direction of the lines) × (from first to second). Points are
         matched by their places ``*_at`` along the lines, by default evenly spread.
         """
         if first_at is None and second_at is None:
@@ -133,7 +133,7 @@ class SurfaceBuilder:
             self.strip(first, second, part=part, material=material)
 
     def mesh(self) -> Mesh:
-        """Everything that was added; points without a face are left out."""
+        """Mesh of all added faces; points without a face are left out."""
         vertex = np.concatenate(self._points)
         face = np.concatenate(self._faces)
         parts = tuple(dict.fromkeys(part for part, _ in self._labels))
@@ -209,7 +209,7 @@ def subdivided(mesh: Mesh, max_edge: float) -> Mesh:
     owner = np.arange(mesh.num_faces)
     while True:
         ends = np.sort(face[:, [[0, 1], [1, 2], [2, 0]]], axis=-1).reshape(-1, 2)
-        # one number for both ends: pairs take many times as long to sort
+        # each edge is one number made of both ends: sorting pairs takes many times as long
         both, of_face = np.unique(ends[:, 0] * len(vertex) + ends[:, 1], return_inverse=True)
         edge = np.stack(np.divmod(both, len(vertex)), axis=-1)
         of_face = of_face.reshape(-1, 3)
@@ -230,7 +230,7 @@ def _least_faces(mesh: Mesh, max_edge: float) -> float:
     a, b, c = mesh.corners[:, 0], mesh.corners[:, 1], mesh.corners[:, 2]
     area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
     edges = np.linalg.norm(np.stack([b - a, c - b, a - c]), axis=-1)
-    # the largest triangle with such edges is equilateral; a long edge needs a face for each piece
+    # the largest such triangle is equilateral; a long edge needs one face for each of its pieces
     by_area = float(np.sum(area)) / max_edge / max_edge / 0.4331
     return max(by_area, float(np.max(edges, initial=0.0)) / max_edge)
 
@@ -244,7 +244,7 @@ def _refuse_too_many(num_faces: float, max_edge: float) -> None:
 
 
 def _split(face: IntArray, middle: IntArray) -> tuple[IntArray, IntArray]:
-    """Faces cut at the middles of their edges (ab, bc, ca; −1: not cut), and their old numbers."""
+    """Faces cut at the middles of their edges (ab, bc, ca; −1: not cut), and their old faces."""
     pieces, origins = [], []
     count = (middle >= 0).sum(axis=1)
     # turn each face so that its only cut edge, or its only whole edge, comes first

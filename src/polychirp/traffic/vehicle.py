@@ -16,19 +16,19 @@ from polychirp.traffic.shell import Arch, Cabin, Cover, Shell, flank
 from polychirp.traffic.surface import Fineness, SurfaceBuilder, mirrored
 
 LOWER_BODY_COARSENESS = 0.8
-"""Factor on `edge_limit` for the curves of the lower body, which gives a car's strongest echo."""
+"""Factor on `edge_limit` for curves of the lower body (chosen: it gives a car's strongest echo)."""
 
 BUMPER_COARSENESS = 1.28
-"""Factor for bumpers, which reflect less than −8 dB (3 mm of polypropylene, n = 1.48)."""
+"""Factor on `edge_limit` for bumpers (chosen: 3 mm of polypropylene reflect less than −8 dB)."""
 
 WHEEL_COARSENESS = 2.0
-"""Factor for wheels: edges of 2 cm, whose middles are λ/16 off the circle."""
+"""Factor on `edge_limit` for wheels (chosen: 2-cm edges, whose middles are λ/16 off the circle)."""
 
 FLOOR_INSET = 0.3
-"""Distance from the outline inwards to the flat floor, m: room for a wheel."""
+"""Distance from the body's outline inwards to the flat floor, m (chosen: room for a wheel)."""
 
 BUMPER_GAP = 0.008
-"""Distance of the bumpers' plastic from the metal beside it, m."""
+"""Distance of the bumpers' plastic from the metal beside it, m (chosen)."""
 
 
 def vehicle_mesh(body: Body, *, max_edge: float = 0.05, coarseness: float = 1.0) -> Mesh:
@@ -37,8 +37,9 @@ def vehicle_mesh(body: Body, *, max_edge: float = 0.05, coarseness: float = 1.0)
     The origin is on the ground below the middle of the length, x forward, y left, z up. Body,
     bonnet, boot lid and rims are metal; windows, mirrors (glass) and bumpers (plastic) are single
     sheets; tyres are rubber: table 1 of the paper. The metal begins about 0.45 m behind the
-    plastic nose and 0.15 m before the plastic tail. It is convex and smooth there, so that one
-    specular point is visible from a radar at bumper height, and nothing opaque hides it.
+    plastic nose and ends 0.15 m before the plastic tail. The metal is convex and smooth at both
+    ends, so that one specular point is visible from a radar at bumper height, and nothing opaque
+    hides it.
 
     Parameters
     ----------
@@ -251,7 +252,7 @@ def _cabin(builder: SurfaceBuilder, fine: Fineness, shape: Shape, tier: Tier) ->
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ring:
-    """A circle about an axle (m), with part and material of the strip that ends there."""
+    """A circle about an axle, m; ``part`` and ``material`` are of the strip before it."""
 
     radius: float
     y: float
@@ -327,7 +328,7 @@ def _mirror(builder: SurfaceBuilder, fine: Fineness, shape: Shape) -> None:
 
 
 def _frame(x: float, right: float, left: float, low: float, high: float) -> FloatArray:
-    """Corners, counter-clockwise from the front, ``(4, xyz)``."""
+    """Corners of an upright rectangle, counter-clockwise seen from the front, m, ``(4, xyz)``."""
     return np.array([[x, right, low], [x, left, low], [x, left, high], [x, right, high]])
 
 
@@ -341,7 +342,10 @@ def sheet(
     bulge: float = 0.0,
     radius: float = math.inf,
 ) -> None:
-    """Add a bilinear sheet, corners counter-clockwise from outside, raised by ``bulge`` (m)."""
+    """Add a bilinear sheet, its middle raised outwards by ``bulge`` (m).
+
+    ``corners`` are counter-clockwise seen from outside; ``radius`` (m) limits the edges.
+    """
     a, b, c, d = corners
     normal = np.cross(b - a, d - a)
     normal /= np.linalg.norm(normal)

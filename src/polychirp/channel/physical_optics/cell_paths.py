@@ -1,4 +1,4 @@
-"""Paths over one body from the moments of cells, which `delay_cells` sums."""
+"""Paths over one body: one for each cell of path length whose moments `delay_cells` sums."""
 
 from __future__ import annotations
 
@@ -26,9 +26,10 @@ from polychirp.model.paths import Bounce, PropagationPaths
 class PathEnds(NamedTuple):
     """Radars at one end of paths over a body, ``(path, …)``.
 
-    ``plate`` mirrors the radar; it is None if the paths have no mirror at this end. ``image`` m is
-    the radar's position as the body sees it; ``velocity`` m/s the body's, relative to that image;
-    ``towards`` the unit vector from the image to the body's middle.
+    ``radar`` is its number. ``plate`` is the number of the plate that mirrors it; None if the paths
+    have no mirror at this end. ``image`` is the position of the radar's mirror image, or of the
+    radar itself without a plate, m. ``velocity`` is the body's relative to ``image``, m/s;
+    ``towards`` is the unit vector from ``image`` to the body's centre.
     """
 
     radar: IntArray
@@ -38,7 +39,7 @@ class PathEnds(NamedTuple):
     towards: FloatArray
 
     def select(self, number: IntArray) -> PathEnds:
-        """The ends of these paths, with repetitions."""
+        """The ends of the paths with these numbers; a number may occur more than once."""
         return PathEnds(
             self.radar[number],
             None if self.plate is None else self.plate[number],
@@ -49,7 +50,7 @@ class PathEnds(NamedTuple):
 
 
 def path_ends(views: list[View], world: World, body: int) -> PathEnds:
-    """Ends of as many paths as there are views, which are all direct or all mirrored."""
+    """Ends of paths, one for each view; the views are all direct, or all mirrored by plates."""
     image = np.array([view.image for view in views]).reshape(-1, 3)
     way = world.centre[body] - image
     plates = [view.plate for view in views if view.plate is not None]
@@ -63,7 +64,7 @@ def path_ends(views: list[View], world: World, body: int) -> PathEnds:
 
 
 def velocity_in_views(views: list[View], world: World, body: int) -> FloatArray:
-    """Velocity of a body relative to the views' images, m/s ``(view, xyz)`` in the world."""
+    """Velocity of a body relative to the views' images, m/s in the world, ``(view, xyz)``."""
     image_velocity = np.array([view.image_velocity for view in views]).reshape(-1, 3)
     return np.asarray(world.velocity[body] - image_velocity)
 
@@ -77,10 +78,11 @@ def cell_paths(
 ) -> PropagationPaths:
     """Paths over a body from the first view of every combination to the second, and back.
 
-    The first views are all mirrored or all direct, and so are the second ones. Combinations of a
-    view with itself have no path back. Cells that are weaker than the strongest of their
-    combination by more than the dynamic range are left out. ``moments``
-    ``(combination, cell, moment)`` are as `sum_in_cells` gives them.
+    The first views are all mirrored or all direct, and so are the second ones. A combination of a
+    view with itself has no separate path back. Cells that are weaker than the strongest of their
+    combination by more than the dynamic range are left out. ``first_cell`` is the number of the
+    first cell, ``(combination,)``; ``moments`` ``(combination, cell, moment)`` are as
+    `sum_in_cells` gives them.
     """
     power = np.max(np.abs(moments[:, :, TRANSFER]), axis=-1, initial=0.0) ** 2
     strongest = np.max(power, axis=1, keepdims=True, initial=0.0)
@@ -138,7 +140,7 @@ def _dot(one: FloatArray, other: FloatArray) -> FloatArray:
 
 
 def _departure(world: World, end: PathEnds, direction: FloatArray) -> FloatArray:
-    """Directions at the radar, from the directions from its image to the body."""
+    """Unit vectors from the radar, given ``direction``, those from its image to the body."""
     if end.plate is None:
         return direction
     normal = world.plates.normal[end.plate]
@@ -148,7 +150,7 @@ def _departure(world: World, end: PathEnds, direction: FloatArray) -> FloatArray
 def _mirror_bounce(
     world: World, end: PathEnds, point: FloatArray
 ) -> list[tuple[Bounce, IntArray, FloatArray]]:
-    """The bounce at the plates between radars and points, if there are plates."""
+    """The bounce at the plate between radar and ``point``; an empty list if there is no plate."""
     if end.plate is None:
         return []
     plates = world.plates
@@ -161,11 +163,11 @@ def _mirror_bounce(
 def _means(
     moments: ComplexArray, middle: FloatArray, ends: list[PathEnds], rotation: FloatArray
 ) -> tuple[FloatArray, list[FloatArray]]:
-    """Lengths (m) and both directions in the world of paths, from the moments of their cells.
+    """Lengths of paths (m), and directions from both ends in the world, from the cells' moments.
 
-    Where the contributions to a cell nearly cancel, ratios of moments have no meaning, and the
-    cell's centre and the body's direction replace them. The field at the centre frequency is right
-    in any case.
+    Where the contributions to a cell nearly cancel, ratios of moments are no means. So a length is
+    kept within `CELL_LENGTH` of the middle of its cell, and a direction whose magnitude is not near
+    1 is replaced by that to the body's centre. The transfer at the centre frequency stays right.
     """
     total = moments[:, 0]
     divisor = np.where(total == 0, 1.0, total)
@@ -185,15 +187,16 @@ def _is_direction(vectors: FloatArray) -> BoolArray:
 def _coherence_time(
     moments: ComplexArray, velocity: list[FloatArray], rate: FloatArray, wavenumber: float
 ) -> FloatArray:
-    r"""Coherence time of the contributions c to a cell, s ``(path,)``.
+    r"""Time for which one rate describes the contributions c to a cell well, s, ``(path,)``.
 
-    If their sum is extrapolated with the common rate :math:`\nu_0`, it is wrong by
+    Each c has its own rate ν of the path length, m/s. If their sum is extrapolated over the time t
+    with the path's rate :math:`\nu_0`, its relative error is
 
     .. math:: \frac{\sum c\,e^{-jk(\nu-\nu_0)t}}{\sum c} - 1 \approx
         -jkt\,\overline{(\nu-\nu_0)} - \tfrac12 k^2t^2\,\overline{(\nu-\nu_0)^2}
 
-    with means over c, which are complex. At the coherence time the magnitudes of both terms add up
-    to one half: if the first term vanishes, phases then spread by 1 rad rms.
+    with means weighted by c, which are complex. The coherence time is the t at which the magnitudes
+    of both terms add up to one half (chosen): without the first term, phases spread by 1 rad rms.
     """
     divisor = np.where(moments[:, 0] == 0, 1.0, moments[:, 0])
     out = np.sum(moments[:, OUTWARD] * velocity[0], -1)
@@ -201,7 +204,7 @@ def _coherence_time(
     mean = (out + back) / divisor
     square = moments[:, SQUARED_RATE] / divisor - 2 * rate * mean + rate**2
     first, second = wavenumber * np.abs(mean - rate), 0.5 * wavenumber**2 * np.abs(square)
-    # ½ = first·t + second·t², written so that nothing cancels
+    # the root t of ½ = first·t + second·t², in the form without a difference of near numbers
     below = first + np.sqrt(first**2 + 2 * second)
     return np.asarray(1.0 / np.maximum(below, 1e-12))
 
@@ -209,7 +212,7 @@ def _coherence_time(
 def _ellipse_point(
     start: FloatArray, end: FloatArray, direction: FloatArray, length: FloatArray
 ) -> FloatArray:
-    """Bounce points, m ``(path, xyz)``, of paths of ``length`` (m) that leave in ``direction``."""
+    """Bounce points, m ``(path, xyz)``; ``length`` is a path's, m, ``direction`` that at start."""
     unit = direction / np.linalg.norm(direction, axis=-1, keepdims=True)
     base = end - start
     divisor = 2 * np.maximum(length - _dot(unit, base), 1e-9)

@@ -1,10 +1,11 @@
 r"""Terms at the corners of the facets that two views see, for many facets at a time.
 
-A path over a facet's corner c has one leg per view. `LitFacets.aspect` holds the legs' lengths
-:math:`r + d \cdot c`, so three sums per facet give the paths' lengths. This module computes
-the terms of a batch of facets without branches, by vector instructions. Each term is divided by
-differences of the corners' phases; facets with too small a difference are left to `facet_terms`,
-which computes one facet at a time.
+A view is a radar, or its image in a plate, seen from the body. A path from one view over a
+facet's corner c to the other has one leg per view. `LitFacets.aspect` holds the legs' lengths
+:math:`r + d \cdot c`, so three sums per facet give the paths' lengths. This module computes the
+terms of a batch of facets without branches, by vector instructions. Each term is divided by
+differences of the corners' phases. A facet with too small a difference (`ONE_TERM_SPAN`,
+`TWO_TERMS_GAP`) is left to `facet_terms`, which computes one facet at a time.
 """
 
 from __future__ import annotations
@@ -31,12 +32,13 @@ from polychirp.channel.physical_optics.kernels import (
 from polychirp.jit import compiled, inlined, inner
 
 BATCH_SIZE: Final = 256
-"""Facets in a batch (chosen to fit the level-1 cache)."""
+"""Number of facets in a batch (chosen: a batch takes 40 KiB, about a level-1 cache)."""
 
 BEYOND_ALL_CELLS: Final = 1 << 40
-"""Larger than every cell number: it means that no kept cell follows."""
+"""Value of `next_kept_cells` where no kept cell follows (chosen: above every cell number)."""
 
 CELLS_PER_METRE: Final = 1.0 / CELL_LENGTH
+"""Cells per metre of total path length."""
 
 
 class PairTable(NamedTuple):
@@ -54,7 +56,7 @@ class PairTable(NamedTuple):
 
 
 class RowPair(NamedTuple):
-    """Row of a facet in the table of each of two views."""
+    """Rows of one facet in the `LitFacets` of the first and of the second view."""
 
     first: int
     second: int
@@ -63,8 +65,8 @@ class RowPair(NamedTuple):
 class ViewPair(NamedTuple):
     """Two views whose common facets are summed: one row of a `PairTable`.
 
-    ``end`` is one past the last row of each view. `next_kept_cells` gives ``next_kept``
-    ``(cell,)``.
+    ``end`` is one past the last row of each view. ``next_kept`` ``(cell,)`` is the result of
+    `next_kept_cells`, ``first_cell`` that of the `PairTable`.
     """
 
     first: LitFacets
@@ -79,8 +81,8 @@ class FacetBatch(NamedTuple):
 
     `fill_batch` writes ``row`` ``(view, facet)``; ``length`` ``(corner, facet)``, m, of the whole
     path over a corner; and ``(facet,)`` the terms' factor ``weight`` = A/(8π r₁r₂), ``facing`` =
-    cos θ₁ + cos θ₂ and ``aside`` = n·(d₁×d₂). A is the area, n the normal; r, d and the angle θ
-    to n belong to one leg each. `expand_terms` writes ``is_plain`` ``(facet,)``, false if
+    cos θ₁ + cos θ₂ and ``aside`` = n·(d₁×d₂). A is the area, n the normal; each leg has its length
+    r, direction d and angle θ to n. `expand_terms` writes ``is_plain`` ``(facet,)``, false if
     the facet is left to `facet_terms`; ``term`` ``(part, corner, facet)``, real and imaginary,
     zero in that case; and, ``(corner, facet)``, ``cell``, the first of the two cells beside a
     path's length, and ``share``, the second cell's share of the term.
@@ -132,10 +134,10 @@ def view_pair(
 
 @inner
 def common_facet(first: IntArray, second: IntArray, place: RowPair, end: RowPair) -> RowPair:
-    """Rows of the first facet from ``place`` on that both views see, or ``end``.
+    """Rows of the first facet, from ``place`` on, that both views see; ``end`` if there is none.
 
-    ``first`` and ``second`` ``(row,)`` are the facets of the views' rows. Arrays are arguments of
-    what runs for every facet: Numba counts references for each array that it takes out of a record.
+    ``first`` and ``second`` ``(row,)`` are the facets' numbers in the views' rows. They are passed
+    as arrays, since Numba would count references each time it took them out of a named tuple.
     """
     a, b = place.first, place.second
     while a < end.first and b < end.second:
@@ -162,7 +164,7 @@ def next_kept_cells(is_kept: BoolArray) -> IntArray:
 
 @inlined
 def meets_kept_cell(next_kept: IntArray, first_cell: int, shortest: float, longest: float) -> bool:
-    """True if path lengths from ``shortest`` to ``longest`` (m) fall into a kept cell."""
+    """True if a path of a length from ``shortest`` to ``longest`` (m) adds to a kept cell."""
     cell = max(int(shortest * CELLS_PER_METRE) - first_cell, 0)
     last = min(int(longest * CELLS_PER_METRE) - first_cell + 1, next_kept.size - 1)
     return bool(cell <= last and next_kept[cell] <= last)
@@ -172,9 +174,10 @@ def meets_kept_cell(next_kept: IntArray, first_cell: int, shortest: float, longe
 def fill_batch(
     batch: FacetBatch, pair: ViewPair, area: FloatArray, place: RowPair
 ) -> tuple[int, RowPair]:
-    """Fill a batch with common facets from ``place`` on; return their number and the next place.
+    """Fill a batch with facets that both views see; return their number and the next place.
 
-    Facets that fall into no kept cell are left out. ``area`` ``(face,)`` is in m².
+    It starts at ``place`` and leaves out facets whose terms add to no kept cell. ``area``
+    ``(face,)`` is in m².
     """
     one, other = pair.first.aspect, pair.second.aspect
     faces, other_faces = pair.first.face, pair.second.face
@@ -200,10 +203,10 @@ def fill_batch(
 
 @inlined
 def two_cells(position: float) -> tuple[int, float]:
-    """The first of the two cells beside a position (in cells), and the second cell's share."""
+    """The cell at or below a position (in cells), and the share of the cell after it."""
     whole = math.floor(position)
     rest = position - whole
-    # a smooth step; both shares add to one
+    # the share is a smooth step from 0 to 1; the first cell has the rest
     return int(whole), rest * rest * (3.0 - 2.0 * rest)
 
 

@@ -1,4 +1,7 @@
-"""Sums of what facets scatter from one view to another, in smooth cells of path length."""
+"""Sums of the waves that facets scatter from one view to another, in cells of path length.
+
+Cells overlap: each term is shared between two neighbouring cells with smooth weights.
+"""
 
 from __future__ import annotations
 
@@ -34,26 +37,27 @@ from polychirp.jit import compiled, inlined, inner
 from polychirp.threads import in_ranges
 
 TRANSFER, EXCESS, OUTWARD, RETURN, SQUARED_RATE = slice(0, 4), 4, slice(5, 8), slice(8, 11), 11
-"""Moments of a cell. `TRANSFER` is the sum of the transfer matrices. The others are sums of V–V
-transfers times the length beyond the cell's centre, m; times the directions from the first and
-from the second view, unit vectors; and times the squared rate of the length, m²/s²."""
+"""Columns of the moments of a cell. `TRANSFER` is the sum of the transfer matrices, four entries.
+The other moments are sums of V–V transfers, each multiplied by a quantity of its path: `EXCESS` by
+the length beyond the cell's centre, m; `OUTWARD` and `RETURN` by the unit vectors from the first
+and from the second view; `SQUARED_RATE` by the squared rate of the length, m²/s²."""
 
 NUM_MOMENTS: Final = 12
 
 TERM_WIDTH: Final = 2 * NUM_MOMENTS
-"""Real numbers of a term, and of a cell while terms are added: the transfer's real and imaginary
-parts (4 + 4), and the V–V part's times the eight that it weighs (8 + 8)."""
+"""Real numbers of a term, and of a cell while terms are added: real parts (4) and imaginary parts
+(4) of `TRANSFER`, then real parts (8) and imaginary parts (8) of the other moments."""
 
 QUEUE_LENGTH: Final = 32
-"""Terms that wait before they are added to their cells (chosen): the processor reads a whole row of
-what it has just written in parts only with a delay."""
+"""Number of terms that wait before they are added to their cells. Chosen: a processor is slow to
+read several numbers at once right after they were written one by one."""
 
 
 class FacetLegs(NamedTuple):
     """Two legs of a path over one facet, one from each view.
 
-    ``directions`` are unit vectors to the facet's centroid, ``lengths`` m the distances,
-    ``velocities`` m/s the body's relative to the views' images.
+    ``directions`` are unit vectors from the views to the facet's centroid, ``lengths`` m are their
+    distances from it, ``velocities`` m/s are those of the facet's body relative to the views.
     """
 
     directions: tuple[Vector, Vector]
@@ -73,9 +77,9 @@ def _scattering_matrix(
     r"""F ``(receiving, transmitting)`` of a facet, times ``scale``.
 
     ``first`` and ``second`` are two views' `LitFacets.wave`, a and b the facet's rows in them.
-    It is the mean of both directions of propagation, which makes it reciprocal. If one plane of
-    incidence is turned by φ from the other, then between the fields' components across (s) and in
-    (p) the planes of incidence
+    F is the mean over both directions of propagation, which makes it reciprocal. If one plane of
+    incidence is turned by φ from the other, F relates the fields' components normal to (s) and in
+    (p) the planes of incidence by
 
     .. math::
         F = \frac12 \begin{pmatrix}
@@ -111,9 +115,9 @@ def sum_in_cells(
     velocity: FloatArray,
     wavenumber: float,
 ) -> ComplexArray:
-    """Moments ``(pair, cell, moment)`` of all facets that both views of a pair see.
+    """Moments ``(pair, cell, moment)`` of all facets that both views of a pair illuminate.
 
-    ``velocity`` ``(pair, view, xyz)`` m/s is the body's relative to both views' images.
+    ``velocity`` ``(pair, view, xyz)`` m/s is that of the facets' body relative to each view.
     """
     out = np.zeros((*pairs.is_kept.shape, NUM_MOMENTS), dtype=np.complex128)
     bodies = faces, media, first, second
@@ -136,7 +140,7 @@ def _fill_moments(
 ) -> None:
     num_cells = pairs.is_kept.shape[1]
     for k in range(begin, end):
-        # a term in the last cell also adds to one cell behind it
+        # a term adds to its cell and to the next: one more cell is needed after the last
         cells = np.zeros((num_cells + 1) * TERM_WIDTH)
         pair, place = view_pair(first, second, pairs, k)
         batch = empty_batch()
@@ -158,7 +162,7 @@ def _add_batch(
     wavenumber: float,
     cells: FloatArray,
 ) -> None:
-    """Add what a batch of facets scatters to ``cells``, of `TERM_WIDTH` numbers each."""
+    """Add the terms of a batch of facets to ``cells``, of `TERM_WIDTH` numbers each."""
     weight, place = np.empty(3, dtype=np.complex128), np.empty((3, 3))
     matrix = np.empty(4, dtype=np.complex128)
     into, share = np.empty(QUEUE_LENGTH + 3, dtype=np.int64), np.empty(QUEUE_LENGTH + 3)
@@ -213,7 +217,7 @@ def _queue_term(
     legs: FacetLegs,
     offset: Vector,
 ) -> None:
-    """Write one term's `TERM_WIDTH` numbers; ``offset`` m is its place from the centroid."""
+    """Write one term's numbers to row ``number`` of a queue; ``offset`` m: from the centroid."""
     out = _direction_to(legs.directions[0], legs.lengths[0], offset)
     back = _direction_to(legs.directions[1], legs.lengths[1], offset)
     rate = dot(out, legs.velocities[0]) + dot(back, legs.velocities[1])
@@ -231,10 +235,10 @@ def _queue_term(
 def _add_queue(
     count: int, into: IntArray, share: FloatArray, queue: FloatArray, width: int, cells: FloatArray
 ) -> None:
-    """Add terms to the two cells from ``into`` on.
+    """Add each term to the cell that starts at ``into`` and, with weight ``share``, to the next.
 
-    ``width`` is `TERM_WIDTH`. It is an argument because the compiler writes out a short loop of
-    known length one number at a time, and does not add several numbers in one instruction.
+    ``width`` is `TERM_WIDTH`. It is an argument because the compiler unrolls a short loop of
+    known length into scalar additions, and so does not add several numbers in one instruction.
     """
     for i in range(count):
         more, start = share[i], into[i]
@@ -257,13 +261,13 @@ def _take_moments(cells: FloatArray, is_kept: BoolArray, out: ComplexArray) -> N
             out[cell, j] = complex(cells[o + j], cells[o + 4 + j])
         for j in range(8):
             out[cell, EXCESS + j] = complex(cells[o + 8 + j], cells[o + 16 + j])
-        # from the first cell's centre to this one's
+        # refer the excess to this cell's centre in place of the first cell's
         out[cell, EXCESS] -= cell * CELL_LENGTH * out[cell, 0]
 
 
 @inlined
 def _point_of_triangle(place: FloatArray, corner: FloatArray) -> Vector:
-    """A point of a triangle, m from its centroid, from its barycentric coordinates."""
+    """Point of a triangle, m from the centroid, with the barycentric coordinates ``place``."""
     p, q, r = place[0], place[1], place[2]
     return (
         p * corner[0, 0] + q * corner[1, 0] + r * corner[2, 0],
@@ -274,7 +278,7 @@ def _point_of_triangle(place: FloatArray, corner: FloatArray) -> Vector:
 
 @inlined
 def _direction_to(direction: Vector, length: float, offset: Vector) -> Vector:
-    """Unit direction to a point a little off the end of a leg."""
+    """Unit vector, to first order, to a point that is ``offset`` (m) from the end of a leg."""
     scale = 1.0 / (length + dot(direction, offset))
     return (
         scale * (length * direction[0] + offset[0]),

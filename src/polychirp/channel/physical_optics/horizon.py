@@ -1,7 +1,7 @@
-r"""Horizons of a body's own points: the elevation above which the body hides nothing of itself.
+r"""Horizons of points on a body: elevations above which a ray does not meet the same body again.
 
-A ray that leaves a body above the horizon of its starting point cannot meet that body again, so
-the body need not be tested.
+Elevation is measured from the plane that is normal to the surface's normal at the point. For a ray
+that starts above the horizon, the body need not be tested.
 """
 
 from __future__ import annotations
@@ -18,15 +18,16 @@ from polychirp.jit import compiled, inlined, inner
 from polychirp.threads import in_ranges
 
 FULL_HORIZON_SINE: Final = 0.95
-"""Sine of a horizon's elevation from which on the search stops and the horizon is taken as 1: so
-high a horizon spares hardly any ray (chosen)."""
+"""Limit of a horizon's sine (chosen). If a bound reaches it, the search stops and the sine is set
+to 1: so few rays start above such a horizon that hardly any test would be saved."""
 
 
 def horizons(tree: Tree, points: FloatArray, normals: FloatArray) -> FloatArray:
     r"""Sine of the elevation above which no ray from a point meets the tree, ``(point,)``.
 
-    An upper bound: the greatest height over the least distance, of all that reaches above the
-    plane through the point.
+    It is an upper bound. Each triangle that reaches above the plane through the point has a bound:
+    its greatest height above the plane, over the least distance of its bounding box. The greatest
+    bound is returned, or 1 from `FULL_HORIZON_SINE` on.
 
     Parameters
     ----------
@@ -34,7 +35,7 @@ def horizons(tree: Tree, points: FloatArray, normals: FloatArray) -> FloatArray:
 
     Examples
     --------
-    A wall of 1 m at 2 m:
+    A wall is 1 m high and 2 m away:
 
     >>> from polychirp.channel.geometry.bvh import grow_tree
     >>> wall = np.array([[[2.0, -1, 0], [2.0, 1, 0], [2.0, 0, 1]]])
@@ -81,7 +82,7 @@ def _height(low: Vector, high: Vector, point: Vector, normal: Vector) -> float:
 
 @inlined
 def _sine(low: Vector, high: Vector, point: Vector, height: float) -> float:
-    """Height over the least distance of a box, at most 1."""
+    """Ratio of ``height`` to the least distance of a box from a point, 0 … 1."""
     if height <= 0.0:
         return 0.0
     x = max(low[0] - point[0], 0.0, point[0] - high[0])

@@ -1,4 +1,4 @@
-"""Illumination of one body: the facets that views see, and the waves on them."""
+"""Illumination of one body: the facets that radars see, directly or mirrored, and their waves."""
 
 from __future__ import annotations
 
@@ -33,7 +33,11 @@ from polychirp.channel.scene.world import POLARISATION_AXES, Surface, World
 
 
 class FacetLevels(NamedTuple):
-    """All facets of a surface, and those in the middles of its patches and of its panels."""
+    """Facets of a surface at three levels, each a subset of the one before.
+
+    ``faces`` are all facets; ``patches`` are the middle facets of its patches (groups of facets);
+    ``panels`` are the middle facets of its panels (groups of patches).
+    """
 
     faces: Faces
     patches: Faces
@@ -42,7 +46,7 @@ class FacetLevels(NamedTuple):
 
 @lru_cache(maxsize=64)
 def facet_levels(surface: Surface) -> FacetLevels:
-    """Facet levels of a surface, kept for the next snapshot."""
+    """Facet levels of a surface; the cache keeps them for the next snapshot of the frame."""
     faces = faces_of(surface)
     patches = faces.select(surface.patch_face)
     above = patches.centroid + SHADOW_RAY_LIFT * patches.normal
@@ -52,7 +56,7 @@ def facet_levels(surface: Surface) -> FacetLevels:
 
 
 def faces_of(surface: Surface) -> Faces:
-    """A surface's arrays for the kernels, without horizons."""
+    """A surface's arrays for the kernels; every ``horizon`` is 1, which means unknown."""
     return Faces(
         centroid=surface.centroid,
         normal=surface.normal,
@@ -66,7 +70,10 @@ def faces_of(surface: Surface) -> Faces:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Illumination:
-    """Facets of one body that views see. The views are either all direct or all mirrored."""
+    """Facets of one body that the ``views`` see, a view being a radar or its mirror image.
+
+    The views are either all direct or all mirrored; ``body`` is the number of the body.
+    """
 
     world: World
     body: int
@@ -75,16 +82,19 @@ class Illumination:
 
     @cached_property
     def number(self) -> dict[View, int]:
-        """Place in ``lit.start`` of every view that sees a facet."""
+        """Index in ``views`` and ``lit.start`` of every view that sees at least one facet."""
         sees = np.diff(self.lit.start) > 0
         return {view: index for index, view in enumerate(self.views) if sees[index]}
 
     def select(self, is_kept: BoolArray) -> Illumination:
-        """The same with some of the rows of ``lit``; mask ``(row,)``."""
+        """The illumination with only those rows of ``lit`` that the mask ``(row,)`` keeps."""
         return replace(self, lit=self.lit.select(is_kept))
 
     def with_waves(self) -> Illumination:
-        """The same with fields and reflection coefficients, losses on the way included."""
+        """The illumination with ``lit.wave``: fields and reflection coefficients of the facets.
+
+        The fields include the losses between the radar and the facet.
+        """
         if not len(self.lit.face):
             return self
         world, rotation = self.world, self.world.rotation[self.body]
@@ -106,14 +116,14 @@ class Illumination:
 
 
 def media_of(world: World, materials: tuple[str, ...]) -> ReflectionTable:
-    """Reflection of some of a world's materials."""
+    """Reflection coefficients of the named materials of a world at its frequency."""
     return reflection_table(tuple(world.table[name] for name in materials), world.frequency)
 
 
 def illumination_of(world: World, body: int, views: Sequence[View]) -> Illumination:
-    """Facets of a body that views see, without waves. The views are all direct or all mirrored.
+    """Facets of a body that ``views`` see, without waves. The views are all direct or all mirrored.
 
-    A view that sees the middle of no panel is left out: it is taken to see nothing.
+    A view from which no panel's middle facet is visible is left out, as if it saw no facet.
     """
     blockers = in_frame_of(world, world.rotation[body], world.position[body])
     levels = facet_levels(world.surfaces[body])
@@ -133,8 +143,8 @@ def illumination_of(world: World, body: int, views: Sequence[View]) -> Illuminat
 def _lit_directly(surface: Surface, table: ViewTable, blockers: Blockers) -> BoolArray:
     """Mask of the facets that direct views see, ``(view, face)``.
 
-    Shadow rays go to the middle of every patch, and to every facet of a patch whose state differs
-    from that of patches around it: there is the edge of a shadow.
+    Shadow rays go to the middle facet of every patch. Where the states of a patch and of those
+    around it differ, the edge of a shadow is near: there a shadow ray goes to every facet.
     """
     levels = facet_levels(surface)
     found = illumination_states(levels.patches, table, blockers)
@@ -146,7 +156,7 @@ def _lit_directly(surface: Surface, table: ViewTable, blockers: Blockers) -> Boo
 def _lit_in_mirrors(surface: Surface, table: ViewTable, blockers: Blockers) -> BoolArray:
     """Mask of the facets that mirrored views see, ``(view, face)``.
 
-    Shadow rays go to the middle of every patch only: the shadow's edge is as coarse as a patch.
+    Shadow rays go only to the middle facet of every patch, so a shadow's edge follows the patches.
     """
     levels = facet_levels(surface)
     is_lit = illumination_states(levels.patches, table, blockers) == ILLUMINATED
@@ -154,7 +164,7 @@ def _lit_in_mirrors(surface: Surface, table: ViewTable, blockers: Blockers) -> B
 
 
 def _table(views: Sequence[View], world: World, body: int) -> ViewTable:
-    """Views in the body's frame."""
+    """Views as arrays in the frame of the body with number ``body``."""
     return view_table(views, world.rotation[body], world.position[body])
 
 

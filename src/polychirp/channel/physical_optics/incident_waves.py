@@ -1,4 +1,4 @@
-"""Waves that arrive at illuminated facets, and how the facets reflect them."""
+"""Waves that arrive at illuminated facets, and the facets' reflection coefficients."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ from polychirp.jit import fast, fast_inlined
 from polychirp.threads import in_ranges
 
 FieldPair = tuple[complex, complex]
-"""Components of a field along a unit vector a and along d×a, for a wave along d."""
+"""Components of the field of a wave along d: along a unit vector a ⊥ d, and along d×a."""
 
 
 class Mirrors(NamedTuple):
     """Plates that mirror waves, in a body's frame.
 
-    ``plate`` as `Blockers` has it; ``media`` of the plates; ``upwards`` ``(2, xyz)`` are the
-    world's z and y, which define the polarisations.
+    ``plate`` has the rows of `Blockers`; ``media`` holds the reflection by the plates' media;
+    ``upwards`` ``(2, xyz)`` holds the world's z and y axes, which define the polarisations.
     """
 
     plate: FloatArray
@@ -52,7 +52,7 @@ def incident_waves(
     lit: LitFacets,
 ) -> NDArray[np.complex64]:
     """Fields on facets and the facets' reflection coefficients, as `LitFacets.wave` has them."""
-    # single precision: a field's error of 1e-7 is no phase error
+    # single precision suffices: its error of 1e-7 of the field is a phase error of 1e-7 rad
     wave = np.empty((len(lit.face), 4, 2), dtype=np.complex64)
     what = faces, media, mirrors, views, losses, lit, lit.view
     in_ranges(_fill_waves, len(wave), *what, wave, least=500)
@@ -104,17 +104,18 @@ def _arriving(
     is_weakened: bool,
     loss: ComplexArray,
 ) -> tuple[Vector, FieldPair, FieldPair]:
-    """Waves sent with polarisations V and H, as they arrive along d, perhaps mirrored.
+    """Waves sent with polarisations V and H, as they arrive along d, directly or over a plate.
 
     The first result is a unit vector a; both fields are given along a and d×a. ``number`` is the
-    plate's; ``loss`` ``(leg, 2, 2)`` are the losses before and behind the mirror.
+    plate's; ``loss`` ``(leg, 2, 2)`` holds the transmission matrices of the parts of the path
+    before and behind the plate.
     """
     leaving, normal = d, d
     if is_mirrored:
         normal = vector_at(mirrors.plate, number, PLATE_NORMAL)
         turn = 2.0 * dot(d, normal)
         leaving = (d[0] - turn * normal[0], d[1] - turn * normal[1], d[2] - turn * normal[2])
-    # H of frames.polarisation_basis; V is d×H
+    # across is H of frames.polarisation_basis; V is d×H
     z, y = row(mirrors.upwards, 0), row(mirrors.upwards, 1)
     across = across_plane_of_incidence(z, leaving, y)
     v, h = (complex(0.0), complex(1.0)), (complex(1.0), complex(0.0))
@@ -148,6 +149,6 @@ def _in_basis(field: FieldPair, old: Vector, new: Vector, d: Vector) -> FieldPai
 
 @fast_inlined
 def _behind_sheet(field: FieldPair, matrix: ComplexArray) -> FieldPair:
-    """A field (H, V) after a matrix whose order is (V, H)."""
+    """A field, given and returned as (H, V), times a matrix whose rows and columns are (V, H)."""
     h, v = field
     return matrix[1, 0] * v + matrix[1, 1] * h, matrix[0, 0] * v + matrix[0, 1] * h

@@ -18,18 +18,18 @@ from polychirp.jit import compiled, inlined, inner
 from polychirp.threads import in_ranges
 
 SHADOW_RAY_LIFT: Final = 3e-3
-"""m by which a shadow ray starts above its facet, so that it misses the facet and its neighbours
-(chosen)."""
+"""Height above its facet of a shadow ray's end, m. Chosen: the ray must miss the facet and its
+neighbours."""
 
 CELL_LENGTH: Final = 0.04
-"""m of total path length: width of the smooth cells into which facets' terms are summed (chosen:
-longer cells make fewer paths, whose length and directions are means over more facets)."""
+"""Width of the cells of total path length into which facets' terms are summed, m; the cells overlap
+smoothly. Chosen: wider cells make fewer paths, but a path is then a mean over more facets."""
 
 FEWEST_FACETS: Final = 256
-"""Facets that are worth a call of their own (chosen)."""
+"""Least facets per parallel call of a kernel (chosen: fewer do not repay the call)."""
 
 TURNED_AWAY, SHADOWED, ILLUMINATED = 0, 1, 2
-"""State of a facet in a view: it faces away; it faces the view but lies in a shadow; it is seen."""
+"""State of a facet in a view: it faces away, it faces the view but is in a shadow, or it is lit."""
 
 MIXED = SHADOWED | ILLUMINATED
 """State of a patch if some patches around it are in a shadow and others are illuminated."""
@@ -37,10 +37,10 @@ MIXED = SHADOWED | ILLUMINATED
 StateArray = NDArray[np.int8]
 
 SENT_V, SENT_H, REFLECTION, INCIDENCE = 0, 1, 2, 3
-"""Rows of one facet's `LitFacets.wave`."""
+"""Rows of `LitFacets.wave` of one facet."""
 
 FACING, ALONG_FIRST, ALONG_SECOND, INVERSE_LENGTH, NUM_ASPECTS = 3, 4, 5, 6, 7
-"""Columns of `LitFacets.aspect` after the lengths to three corners."""
+"""Columns of `LitFacets.aspect` after columns 0 to 2, the lengths to the corners; their number."""
 
 ComplexVector = tuple[complex, complex, complex]
 
@@ -48,7 +48,8 @@ ComplexVector = tuple[complex, complex, complex]
 class Faces(NamedTuple):
     """A `Surface`'s arrays as the kernels need them, ``(face, …)``.
 
-    ``horizon`` is the facets' own body's, as `horizons` gives it; 1 if that is not known.
+    ``horizon`` is the sine of the elevation above which the facet's own body hides nothing, by
+    `horizons`; it is 1 if that is not known.
     """
 
     centroid: FloatArray
@@ -112,7 +113,7 @@ class LitFacets(NamedTuple):
 
 @inlined
 def across_plane_of_incidence(direction: Vector, normal: Vector, spare: Vector) -> Vector:
-    """Unit vector across the plane of incidence; ``spare`` where that plane is not defined."""
+    """Unit vector normal to the plane of incidence; ``spare`` at normal incidence."""
     c = cross(direction, normal)
     size = math.sqrt(dot(c, c))
     if size < 1e-9:
@@ -132,7 +133,7 @@ def any_normal_to(n: Vector) -> Vector:
 
 @inlined
 def mirror_point(centre: Vector, normal: Vector, image: Vector, point: Vector) -> Vector:
-    """Point where the line from an image to a point meets the plate."""
+    """Point where the line from an image to a point meets the plate at ``centre``."""
     gx, gy, gz = point[0] - image[0], point[1] - image[1], point[2] - image[2]
     above = dot(normal, (centre[0] - image[0], centre[1] - image[1], centre[2] - image[2]))
     t = above / dot(normal, (gx, gy, gz))
@@ -165,7 +166,7 @@ def _is_lit(
     )
     if not views.is_mirrored[view]:
         if _is_above_horizon(faces, f, lifted, source):
-            bodies = bodies[:-1]  # all but its own
+            bodies = bodies[:-1]  # the last is the facet's own body
         return not is_blocked(blockers, bodies, plates, source, lifted, RADAR_CLEARANCE)
     number, plate = views.plate[view], blockers.plate
     centre, upright = vector_at(plate, number, PLATE_CENTRE), vector_at(plate, number, PLATE_NORMAL)
@@ -186,7 +187,7 @@ def _is_lit(
 
 @inlined
 def _is_above_horizon(faces: Faces, f: int, start: Vector, end: Vector) -> bool:
-    """True if a ray from a facet leaves above its body's horizon."""
+    """True if a ray from a facet is above the horizon that the facet's own body makes."""
     way, sine = (end[0] - start[0], end[1] - start[1], end[2] - start[2]), faces.horizon[f]
     height = dot(way, row(faces.normal, f))
     return bool(height > 0.0 and height * height > sine * sine * dot(way, way))
@@ -206,7 +207,7 @@ def refine_shadow_edge(
     patch: IntArray,
     patch_state: StateArray,
 ) -> StateArray:
-    """State of every facet in every view, with rays only where its patch does not tell it.
+    """State of every facet in every view, with rays only where its patch's state is no answer.
 
     Parameters
     ----------
@@ -237,7 +238,7 @@ def _fill_states(
         if not _is_facing(faces, f, row(views.image, view)):
             continue
         state = patch_state[view, patch[f]]
-        if not SHADOWED <= state <= ILLUMINATED:  # the patches around do not tell
+        if not SHADOWED <= state <= ILLUMINATED:  # MIXED, or all turned away
             state = ILLUMINATED if _is_lit(views, blockers, view, faces, f) else SHADOWED
         out[view, f] = state
 
@@ -308,7 +309,7 @@ def lit_facets(faces: Faces, views: ViewTable, is_lit: BoolArray) -> LitFacets:
 def _fill_geometry(
     begin: int, end: int, faces: Faces, views: ViewTable, is_lit: BoolArray, lit: LitFacets
 ) -> None:
-    """Fill the rows of some views; of the rows only ``start`` is known."""
+    """Fill the rows of views ``begin`` to ``end``; only ``lit.start`` is filled before."""
     for view in range(begin, end):
         _fill_view(faces, row(views.image, view), is_lit[view], lit.start[view], lit)
 

@@ -2,8 +2,8 @@ r"""Echoes of vehicles: near-field physical optics of facets.
 
 A wave from the transmitter T travels along d over the distance r1 to a triangle of centroid C,
 normal n and area A, and from there along q over r2 to the receiver X. With the incident field E,
-the Fresnel-reflected field :math:`E_r`, which travels along r, and the field w that X would make
-at C if it transmitted,
+the Fresnel-reflected field :math:`E_r`, which travels along r, the field w that X would make at C
+if it transmitted, and the wavenumber k, the path's amplitude a is
 
 .. math::
     J = n\times(d\times E + r\times E_r),\quad M = -n\times(E + E_r),\quad
@@ -13,20 +13,21 @@ at C if it transmitted,
 
 where I is the mean of :math:`e^{-jp}` over the triangle and p the phase of the path, linear about
 C (Gordon 1975, applied facet by facet in the near field). F is averaged over both directions of
-propagation, because physical optics by itself is reciprocal only where it is right.
+propagation, because physical optics alone is not reciprocal where it is inaccurate.
 
-**Mirrored views.** Road and walls show transmitter and receiver a second time: the image radiates
-to the facet. Its field is multiplied by the plate's Fresnel coefficients at the angle of the
-mirrored leg. Both parts of the leg must be free, and the mirror point must be on the plate. A path
-has at most one plate, on one leg or on both; paths over two different plates are left out.
+**Mirrored views.** A plate (road, wall) gives transmitter and receiver an image behind it, which
+radiates to the facet. Its field is multiplied by the plate's Fresnel coefficients at the angle of
+the mirrored leg. Both parts of the leg must be free, and the mirror point must be on the plate. A
+path has at most one plate, on one leg or on both; paths over two different plates are left out.
 
 **From facets to paths.** Every integral is split into terms at the triangle's corners, each with
 its own path length L. The terms of a body are summed in cells of total path length with smooth
-weights (a partition of unity), as complex moments Σc, ΣcL, Σcd, Σcq. The ratios of moments are the
-path's length and directions. That is exact to first order in frequency, in the receiver's aperture
-and in time; hard range bins, or delays at centroids, are wrong by −7 dB.
+weights (a partition of unity), as complex moments Σc, ΣcL, Σcd, Σcq. Here c is a term's
+amplitude; ratios of moments to Σc are the path's length and directions. That is exact to first
+order in frequency, in the receiver's aperture and in time. Cells without overlap, or delays at
+centroids, have an error of −7 dB of the echo.
 
-Left out are the edges' own currents (decision 6), creeping waves, second bounces (`ray_tubes`
+Left out are the fringe currents at edges (decision 6), creeping waves, second bounces (`ray_tubes`
 computes them), and the motion of bodies during the flight (which changes a path by v·τ, less than
 3 µm).
 """
@@ -66,11 +67,11 @@ where the Fresnel zones of the body add up; a rectangle has at most 1.37² (both
 their maximum)."""
 
 SCATTERING_KINDS: Final = ("vehicle", "object")
-"""Kinds of actors whose facets scatter. Trees only block, because a crown is no surface."""
+"""Kinds of actors whose facets scatter. Trees only block, because a crown has no clear surface."""
 
 
 def scattering_bodies(world: World) -> tuple[int, ...]:
-    """Numbers of the bodies whose facets scatter, sorted by distance to the nearest other radar."""
+    """Numbers of scattering bodies, sorted by distance to the nearest radar not on the body."""
     chosen = [body for body in range(len(world.body)) if scatters(world, body)]
     return tuple(sorted(chosen, key=lambda body: _nearest(world, body)))
 
@@ -93,20 +94,21 @@ def facet_echoes(world: World, pairs: IntArray, *, body: int) -> PropagationPath
 def mirrored_echoes(
     world: World, pairs: IntArray, strongest: FloatArray, *, body: int
 ) -> PropagationPaths:
-    r"""Paths of ``pairs`` over the facets of one body that one end or both see in a plate.
+    r"""Paths of ``pairs`` over the facets of one body, with one leg or both mirrored by a plate.
 
     A plate is tried for a radar and a body if both are in front of it and it may hold a mirror
     point. A combination of views is left out before its facets are tested if its bound
 
     .. math:: |a| \le 2\,\frac{\lambda}{4\pi L}\,|\Gamma_1\Gamma_2|
 
-    (a mirror in the body's place, doubled; L, Γ and the antennas' gains have their most favourable
-    values over the body's sphere) is below the dynamic range of the pair.
+    (twice the amplitude of a mirror in the body's place, `MAX_ECHO_OVER_MIRROR`; L, Γ and the
+    antennas' gains have their most favourable values over the body's bounding sphere), in power, is
+    below ``strongest`` by more than the dynamic range.
 
     Parameters
     ----------
     pairs : ``(pair, 2)``
-    strongest : power of the strongest path known of every pair, ``(transmitter, receiver)``
+    strongest : power of the strongest path found so far, ``(transmitter, receiver)``
     body : number of the body
     """
     direct = _direct_views(world, body, _radars(pairs))
@@ -147,10 +149,10 @@ def _wanted(pairs: IntArray) -> set[tuple[int, int]]:
 
 @lru_cache(maxsize=4)
 def _direct_views(world: World, body: int, radars: tuple[int, ...]) -> tuple[View, ...]:
-    """Views of the radars that a body may see, without those on the body.
+    """Direct views of the radars within the greatest path length, without those on the body.
 
     A radar's own vehicle is within centimetres of the antenna, where physical optics does not hold:
-    its echoes are part of the installation.
+    its echoes count as part of the antenna's installation.
     """
     others = [radar for radar in radars if world.scene.carriers[radar] != world.body[body]]
     views = [View(world=world, radar=radar, body=body) for radar in others]
@@ -159,7 +161,7 @@ def _direct_views(world: World, body: int, radars: tuple[int, ...]) -> tuple[Vie
 
 @lru_cache(maxsize=2)
 def _direct_illumination(world: World, body: int, views: tuple[View, ...]) -> Illumination:
-    """Illumination of a body by direct views, kept because mirrored views need it next."""
+    """Illumination of a body by direct views, cached because mirrored echoes need it next."""
     return illumination_of(world, body, list(views)).with_waves()
 
 
@@ -173,7 +175,7 @@ def _only(pairs: IntArray, paths: PropagationPaths) -> PropagationPaths:
 def _within_dynamic_range(
     world: World, combinations: list[tuple[View, View]], known: FloatArray
 ) -> list[tuple[View, View]]:
-    """Combinations whose bound is within the dynamic range."""
+    """Combinations whose bound is within the dynamic range of the strongest ``known`` path."""
     return [
         (a, b)
         for a, b in combinations
@@ -217,7 +219,7 @@ def _combinations(
 
 
 def _check_facets(seen: Illumination) -> None:
-    """Warn if most lit facets are so near that the wave front bends within them."""
+    """Warn if the wave front's phase curvature over most illuminated facets exceeds π/2."""
     world, lit = seen.world, seen.lit
     bend = world.wavenumber * world.surfaces[seen.body].reach[lit.face] ** 2
     if len(bend) and np.median(bend / lit.length) > np.pi / 2:
@@ -231,10 +233,10 @@ def _check_facets(seen: Illumination) -> None:
 
 
 class _PairSums:
-    """Combinations of views that both see a part of one body, and the cells of their paths.
+    """Combinations of two views that both illuminate one body, and the cells of their paths.
 
-    With ``known``, the power of the strongest path of every pair, only cells are kept whose
-    estimated power is within the dynamic range of it.
+    If ``known``, the power of every pair's strongest path, is given, cells are kept only if their
+    estimated power is within its dynamic range.
     """
 
     def __init__(
@@ -292,12 +294,12 @@ class _PairSums:
         return np.asarray(power * world.dynamic_range >= least[:, None])
 
     def mark(self, is_needed: tuple[BoolArray, BoolArray]) -> None:
-        """Set ``is_needed`` for the rows of both illuminations that meet kept cells."""
+        """Set ``is_needed`` for the rows (facets) of both illuminations with kept cells."""
         first, second = self.first.lit, self.second.lit
         mark_needed_rows(self.surface.reach, first, second, self.table, is_needed)
 
     def paths(self, first: Illumination, second: Illumination) -> PropagationPaths:
-        """Paths over all combinations in both directions, from illuminations with waves."""
+        """Paths over all combinations in both directions, from illuminations that have waves."""
         world = self.world
         if not self.combinations:
             return no_paths(world.scene, world.frequency)

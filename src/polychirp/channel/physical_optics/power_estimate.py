@@ -1,26 +1,26 @@
-r"""Estimate of the power of echoes in mirrors, from scalar sums, before any field is computed.
+r"""Estimate of the power of echoes by way of road and walls, from scalar sums, without fields.
 
-Most of the echoes that a body has in road and walls end below the dynamic range, but no quick
-bound tells which: bounds from areas are 60 dB too high, because facets cancel each other. So the
-facets' phases are summed as `sum_in_cells` does, with one number for all components of the field.
-Let a perfect conductor have the normal n, and let the directions d₁ and d₂ towards it be at angles
-θ₁ and θ₂ from −n. If one plane of incidence is turned by φ from the other, then physical optics
-gives, between the components in and across the planes of incidence,
+Most echoes of a body with a reflection by road or wall are below the dynamic range. No quick bound
+tells which: bounds from areas are 60 dB too high, because the facets' terms cancel each other. So
+the facets' terms are summed with their phases as in `sum_in_cells`, but with one number in place of
+the field's components. Let a perfect conductor have the normal n, and let the directions d₁ and d₂,
+from transmitter and receiver to it, be at angles θ₁ and θ₂ from −n. If one plane of incidence is
+turned by φ from the other, then physical optics gives, between the components in and across them,
 
 .. math::
     F = \begin{pmatrix} a & b \\ -b & a \end{pmatrix}, \quad
     a = (\cos\theta_1 + \cos\theta_2) \cos\varphi, \quad
     b = (1 + \cos\theta_1 \cos\theta_2) \sin\varphi
 
-(from J = 2 n×H, both ways round). That is a rotation by some angle times
+from J = 2 n×H, averaged over both directions of propagation. F is a rotation times
 
 .. math:: \sqrt{a^2 + b^2} = \sqrt{(\cos\theta_1 + \cos\theta_2)^2 + (n \cdot d_1 \times d_2)^2}
 
-whatever the polarisations are. For other media that factor is multiplied by −Γs and by Γp at the
-mean of both cosines, in two separate sums: without them, the rim of a pane that is flush with metal
-would have no echo. The sum over a cell is an estimate and no bound: where facets turn fields
-differently, the numbers may cancel although the fields do not. The greatest of neighbouring cells,
-and `POWER_MARGIN`, make up for that.
+so that this factor is the same for every polarisation. For other media the factor is multiplied by
+−Γs in one sum and by Γp in another, at the mean of both cosines: without them, the edge between a
+pane and flush metal would have no echo. The sum over a cell is an estimate and no bound: where
+facets rotate fields differently, the numbers may cancel although the fields do not. Therefore the
+greatest of neighbouring cells is taken, and multiplied by `POWER_MARGIN`.
 """
 
 from __future__ import annotations
@@ -53,19 +53,19 @@ from polychirp.jit import compiled, inlined, inner
 from polychirp.threads import in_ranges
 
 POWER_MARGIN: Final = 10.0
-"""Power ratio by which an estimate may be too low (chosen: from any side of the built-in vehicles,
-no cell within 25 dB of the strongest is then underestimated)."""
+"""Power ratio that multiplies estimates (chosen: from any side of the built-in vehicles, no cell
+within 25 dB of the strongest is then underestimated)."""
 
 SUM_ACROSS, SUM_ALONG, NUM_SUMS = 3, 4, 5
-"""Sums of media that are no conductors, across and in the plane of incidence. The three sums before
-them are those of conductors, equal for both; one for each corner, so that no addition waits for the
-one before it."""
+"""Numbers of the sums over media that are no conductors, across and in the plane of incidence, and
+the number of all sums. Sums 0 to 2 are those over conductors, equal for both components: one for
+each corner of the facets, so that the processor need not add them one after another."""
 
 
 def estimated_power(cells: ComplexArray) -> FloatArray:
-    """Greatest power ``(pair, cell)`` of cells and those beside them, margin included.
+    """Greatest power ``(pair, cell)`` of each cell and the two beside it, times `POWER_MARGIN`.
 
-    ``cells`` as `estimated_amplitudes` gives them.
+    ``cells`` ``(pair, cell, 2)`` are the amplitudes from `estimated_amplitudes`.
     """
     power = np.max(np.abs(cells) ** 2, axis=-1)
     return np.asarray(POWER_MARGIN * maximum_filter1d(power, 3, axis=1, mode="nearest"))
@@ -81,7 +81,7 @@ def estimated_amplitudes(
 ) -> ComplexArray:
     """Estimate of the amplitudes that `sum_in_cells` finds, ``(pair, cell, 2)``.
 
-    The last axis is across and in the plane of incidence.
+    The last axis is the field's component, across and in the plane of incidence.
     """
     out = np.empty((*pairs.is_kept.shape, 2), dtype=np.complex128)
     in_ranges(_fill_estimates, len(out), faces, media, first, second, pairs, wavenumber, out)
@@ -119,7 +119,7 @@ def _fill_estimates(
 
 @inner
 def _scale_weights(batch: FacetBatch, count: int) -> None:
-    """Multiply the weights of a batch's facets by √(a² + b²)."""
+    """Multiply the weights of a batch's facets by √(a² + b²), see the module's docstring."""
     for i in range(count):
         facing, aside = batch.facing[i], batch.aside[i]
         batch.weight[i] *= math.sqrt(facing * facing + aside * aside)
@@ -135,7 +135,7 @@ def _add_batch(
     wavenumber: float,
     cells: FloatArray,
 ) -> None:
-    """Add a batch's terms to sums ``(sum, cell, part)``."""
+    """Add a batch's terms to sums ``(sum, cell, part)``, with real and imaginary part."""
     face, first_cell = pair.first.face, pair.first_cell
     for i in range(count):
         medium = faces.medium[face[batch.row[0, i]]]
@@ -149,7 +149,7 @@ def _add_batch(
                 term = complex(batch.term[0, c, i], batch.term[1, c, i])
                 cell, share = batch.cell[c, i], batch.share[c, i]
                 _add_both(cells, cell, share, -gamma_s * term, gamma_p * term)
-    # facets whose phases are too near each other for the plain terms
+    # facets with corners of nearly equal phase, where the plain terms lose their accuracy
     weight, place = np.empty(3, dtype=np.complex128), np.empty((3, 3))
     for i in range(count):
         if batch.is_plain[i]:
@@ -175,7 +175,7 @@ def _add_both(cells: FloatArray, cell: int, share: float, across: complex, along
 def _add(
     cells: FloatArray, number: int, cell: int, share: float, real: float, imaginary: float
 ) -> None:
-    """Add one term to two cells of one of the sums."""
+    """Add one term to sum ``number``, shared between ``cell`` and the next cell."""
     cells[number, cell, 0] += (1.0 - share) * real
     cells[number, cell, 1] += (1.0 - share) * imaginary
     cells[number, cell + 1, 0] += share * real
@@ -190,9 +190,9 @@ def mark_needed_rows(
     pairs: PairTable,
     is_needed: tuple[BoolArray, BoolArray],
 ) -> None:
-    """Set ``is_needed`` for rows of ``first`` and ``second`` whose facets meet kept cells.
+    """Set ``is_needed`` for rows of ``first`` and ``second`` whose facets may meet kept cells.
 
-    ``reach`` m, ``(face,)``, from a facet's centroid to its farthest corner.
+    ``reach`` m, ``(face,)``, is the distance from a facet's centroid to its farthest corner.
     """
     lengths, other_lengths = first.length, second.length
     faces, other_faces = first.face, second.face

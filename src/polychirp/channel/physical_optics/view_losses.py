@@ -1,7 +1,7 @@
-"""Losses in thin sheets and leaves between a view's radar and the patches that it sees.
+"""Losses in thin sheets and leaves between a view's radar and the patches that it illuminates.
 
-All facets of a patch have the losses at the patch's middle. So the shadow of a pane's rim is only
-as fine as the patches are, like the shadows in a mirrored view.
+All facets of a patch have the losses at the patch's middle. So the border of a pane's shadow is
+resolved only to the size of a patch, like the shadows in a mirrored view.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Losses(NamedTuple):
     """Loss matrices of the ways from views to patches.
 
     ``patch`` ``(face,)`` is the patch of each facet. ``number`` ``(view, patch)`` is the number of
-    the matrices that hold; 0, the unit matrices, where nothing is lost. ``matrix``
+    the way's matrices; number 0 are unit matrices, for ways without a loss. ``matrix``
     ``(number, leg, 2, 2)`` are as `transmission.transmission_matrices` gives them, of the leg from
     the radar to the mirror and of the leg from there to the patch. Without a mirror the second leg
     loses nothing.
@@ -52,7 +52,7 @@ def view_losses(
 ) -> Losses:
     """Losses of all views of a body on the ways to the patches that have lit facets.
 
-    ``patches`` are the facets in the middles of the body's patches.
+    ``patches`` holds, for every patch of the body, the facet in its middle.
     """
     surface = world.surfaces[body]
     number = np.zeros((len(table.image), len(surface.patch_face)), dtype=np.int64)
@@ -82,7 +82,7 @@ def _identities(count: int) -> ComplexArray:
 
 @compiled
 def _lit_patches(lit: LitFacets, patch: IntArray, num_patches: int) -> BoolArray:
-    """Mask of the patches of which a view sees facets, ``(view, patch)``."""
+    """Mask of the patches with at least one illuminated facet, ``(view, patch)``."""
     out = np.zeros((lit.start.size - 1, num_patches), dtype=np.bool_)
     for view in range(lit.start.size - 1):
         for i in range(lit.start[view], lit.start[view + 1]):
@@ -123,7 +123,7 @@ def _find_weakened(
     is_lit: BoolArray,
     out: BoolArray,
 ) -> None:
-    """Mark the lit patches with a pane or a cloud on the way, in ``out`` ``(view, patch)``."""
+    """Mark in ``out`` ``(view, patch)`` the lit patches with a pane or leaves on the way."""
     num_patches = is_lit.shape[1]
     for number in range(begin, end):
         view, patch = number // num_patches, number % num_patches

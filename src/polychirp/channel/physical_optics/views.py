@@ -1,6 +1,6 @@
 """Views: one radar as one body sees it, directly or mirrored in one plate.
 
-A path over a body joins two views of it: that of the transmitter and that of the receiver.
+A path that a body scatters joins two views of the body: the transmitter's and the receiver's.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class _Radars(NamedTuple):
 
 @lru_cache(maxsize=2)
 def _radars_of(world: World) -> _Radars:
-    """Radars of a world, cached because a scene computes them anew at every call."""
+    """Radars of a world; cached because a scene computes these arrays at every access."""
     scene = world.scene
     return _Radars(scene.radar_position, scene.radar_velocity, scene.radar_rotation)
 
@@ -49,12 +49,12 @@ class View:
 
     @cached_property
     def image(self) -> FloatArray:
-        """Position in the world where the body sees the radar, m ``(xyz,)``."""
+        """Position in the world of the radar or of its mirror image in the plate, m ``(xyz,)``."""
         return self.source if self.plate is None else self._mirror(self.source)
 
     @cached_property
     def image_velocity(self) -> FloatArray:
-        """Velocity of the image in the world, m/s ``(xyz,)``; the plate may move too."""
+        """Velocity of the image in the world, m/s ``(xyz,)``, for a moving plate too."""
         own = _radars_of(self.world).velocity[self.radar]
         if self.plate is None:
             return np.asarray(own)
@@ -71,13 +71,13 @@ class View:
 
     @cached_property
     def distance(self) -> float:
-        """Least distance from the image to the body's sphere, m; 0 inside."""
+        """Least distance from the image to the body's sphere, m; 0 if the image is inside it."""
         away = np.linalg.norm(self.world.centre[self.body] - self.image)
         return max(0.0, float(away - self.world.radius[self.body]))
 
     @cached_property
     def most_gain(self) -> float:
-        """Greatest power gain of the radar's element towards the body's sphere."""
+        """Greatest power gain of the radar's antenna element towards the body's sphere."""
         pattern = self.world.scene.radars[self.radar].array.pattern
         centre, radius = self.world.centre[self.body], float(self.world.radius[self.body])
         if self.plate is not None:
@@ -91,7 +91,7 @@ class View:
 
     @cached_property
     def most_reflection(self) -> float:
-        """Greatest amplitude factor of the mirror over the angles to the body's sphere."""
+        """Greatest magnitude of the plate's reflection over the angles to the body's sphere."""
         if self.plate is None:
             return 1.0
         world, plates = self.world, self.world.plates
@@ -106,14 +106,14 @@ class View:
 
     @property
     def mirrors(self) -> IntArray:
-        """Plates that can mirror the radar to the body, because both are in front of them."""
+        """Plates with the radar and the body in front of them and, possibly, a mirror point."""
         plates = self.world.plates
         radius = float(self.world.radius[self.body])
         start = self.source - plates.centre
         end = self.world.centre[self.body] - plates.centre
         height, body_height = (np.sum(way * plates.normal, axis=-1) for way in (start, end))
         found = (height > 0) & (body_height + radius > 0)
-        # mirror points lie between the foot of the radar and those of the body
+        # mirror points lie between the projections of radar and body on the plate
         for axis, half in (
             (plates.across, plates.half_across),
             (plates.along, plates.half_along),
@@ -131,7 +131,7 @@ class View:
         """
         centre, radius = self.world.centre[self.body], float(self.world.radius[self.body])
         ways = [np.array([self.image, centre])]
-        if self.plate is not None:  # unfolded at the mirror, and folded back
+        if self.plate is not None:  # this way holds the leg before the plate, the first that after
             ways.append(np.array([self.source, self._mirror(centre)]))
         is_between = np.zeros(len(self.world.surfaces), dtype=np.bool_)
         crosses = np.zeros(len(self.world.plates.actor), dtype=np.bool_)
@@ -156,15 +156,15 @@ class View:
 
 
 NEAR_BODIES, NEAR_PLATES, NEAR_PANES, NEAR_VEILED = 0, 1, 2, 3
-"""Columns of `ViewTable.start`: bodies and plates that may hide the body, panes and bodies with
-veils that may weaken the wave."""
+"""Columns of `ViewTable.start`: bodies and opaque plates that may hide the body; plates that are
+panes, and bodies with panes or clouds, which may weaken the wave."""
 
 
 class ViewTable(NamedTuple):
     """Views of one body as arrays ``(view, …)`` in the body's frame, for the kernels.
 
-    ``plate`` holds where ``is_mirrored``. The obstacles of kind k, from `NEAR_BODIES` to
-    `NEAR_VEILED`, that may lie between view i and the body are
+    ``plate`` is a plate's number where ``is_mirrored``, and 0 elsewhere. The obstacles of kind k,
+    from `NEAR_BODIES` to `NEAR_VEILED`, that may lie between view i and the body are
     ``near[start[i, k]:start[i, k + 1]]``.
     """
 
@@ -177,7 +177,7 @@ class ViewTable(NamedTuple):
 
     @property
     def has_sheets(self) -> bool:
-        """True if there are panes or clouds in any view's way."""
+        """True if panes or clouds may lie between any view and the body."""
         return bool(np.any(self.start[:, NEAR_PANES] < self.start[:, -1]))
 
 

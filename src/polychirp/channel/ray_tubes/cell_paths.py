@@ -6,9 +6,9 @@ of total path length with smooth weights w, a partition of unity. With S = Σwc,
 .. math:: A = S e^{jkL}, \qquad
     \langle x\rangle = \mathrm{Re}\,\frac{\sum w\,\langle S, c\rangle x}{\langle S, S\rangle}
 
-for its length L, rate and directions x, where :math:`\langle S, c\rangle = \sum S^*_{rt} c_{rt}`
-over all four entries of the transfer: the ratio of moments as in `physical_optics.cell_paths`, but
-for any polarisation.
+where x is its length L, its rate or one of its directions, and
+:math:`\langle S, c\rangle = \sum S^*_{rt} c_{rt}` over all four entries of the transfer.
+`physical_optics.cell_paths` uses the same ratio of moments, but with the V–V entry alone.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ from polychirp.model.paths import Bounce, PropagationPaths
 
 
 class Contributions(NamedTuple):
-    """Radiation of hits to receivers, ``(contribution, …)``.
+    """Waves that points hit by rays radiate to receivers, ``(contribution, …)``.
 
-    ``pair`` (transmitter, receiver) and ``body`` (first, last) ``(contribution, 2)``;
-    ``transfer`` ``(contribution, receiving, transmitting)`` with all phase in it; ``length`` m and
-    its ``rate`` m/s; ``direction`` of departure and arrival and ``point`` on the first and the
-    last body, ``(contribution, 2, xyz)``.
+    ``pair`` (transmitter, receiver) and ``body`` (first, last) are numbers, ``(contribution, 2)``.
+    ``transfer`` ``(contribution, receiving, transmitting)`` includes the phase of ``length``, m,
+    whose ``rate`` is in m/s. ``direction`` (of departure, of arrival) and ``point``, m, on (the
+    first, the last) body are ``(contribution, 2, xyz)``.
     """
 
     pair: IntArray
@@ -44,7 +44,7 @@ class Contributions(NamedTuple):
     point: FloatArray
 
     def of(self, which: IntArray) -> Contributions:
-        """Some of them, by number."""
+        """The contributions with the numbers ``which``."""
         return Contributions._make(field[which] for field in self)
 
     @property
@@ -68,7 +68,7 @@ NO_CONTRIBUTIONS: Final = Contributions(
     direction=np.zeros((0, 2, 3)),
     point=np.zeros((0, 2, 3)),
 )
-"""No contributions at all."""
+"""Table of contributions without rows."""
 
 
 def joined(parts: Sequence[Contributions]) -> Contributions:
@@ -77,7 +77,10 @@ def joined(parts: Sequence[Contributions]) -> Contributions:
 
 
 def both_ways(found: Contributions) -> Contributions:
-    """Half of all contributions and of their reverse, from radars to those of no smaller number."""
+    """Contributions and their reverse, each with half the amplitude, as their mean is reciprocal.
+
+    Only those are kept whose transmitter has no greater number than their receiver.
+    """
     half = found._replace(transfer=0.5 * found.transfer)
     other = half.reversed
     return joined(
@@ -86,7 +89,7 @@ def both_ways(found: Contributions) -> Contributions:
 
 
 class _Sums:
-    """Sums of contributions over cells; ``cell`` is the cell of each."""
+    """Sums of contributions over cells; ``cell`` is the number of each contribution's cell."""
 
     def __init__(self, cell: IntArray, num_cells: int) -> None:
         self.cell, self.num_cells = cell, num_cells
@@ -101,14 +104,14 @@ class _Sums:
 
 
 def cell_paths(world: World, found: Contributions) -> PropagationPaths:
-    """Paths of contributions and of their reverse, each with half the amplitude: reciprocity."""
+    """Paths of contributions: one for each cell of the means of `both_ways`, and its reverse."""
     if not len(found.length):
         return no_paths(world.scene, world.frequency)
     half = both_ways(found)
     number = np.floor(half.length / CELL_LENGTH).astype(np.int64)
     x = half.length / CELL_LENGTH - number
     share = x * x * (3.0 - 2.0 * x)
-    # every contribution twice: in the cell below and in the one above
+    # every contribution counts twice: in the cell at its length or below, and in the next one
     weight = np.concatenate([1.0 - share, share])
     some = np.flatnonzero(weight > 0)
     twice, weight = np.tile(np.arange(len(x)), 2)[some], weight[some]
@@ -122,7 +125,7 @@ def cell_paths(world: World, found: Contributions) -> PropagationPaths:
 
 
 def _paths(world: World, key: IntArray, sums: _Sums, parts: Contributions) -> PropagationPaths:
-    """One path and its reverse for every cell; ``key``: its pair, bodies and number."""
+    """One path and its reverse for every cell; ``key`` ``(cell, 5)``: pair, bodies, number."""
     flat = parts.transfer.reshape(-1, 4)
     total = sums(flat.real) + 1j * sums(flat.imag)
     power = np.sum(np.abs(total) ** 2, axis=-1)
@@ -136,7 +139,7 @@ def _paths(world: World, key: IntArray, sums: _Sums, parts: Contributions) -> Pr
          parts.direction.reshape(-1, 6)], axis=1
     )  # fmt: skip
     mean, plain = sums(share[:, None] * numbers), sums(weight[:, None] * numbers)
-    # where contributions almost cancel, the ratios of moments are meaningless
+    # where contributions almost cancel, power-weighted means replace the ratios of moments
     size = np.linalg.norm(mean[:, 2:].reshape(-1, 2, 3), axis=-1)
     is_wild = (np.abs(mean[:, 0]) > CELL_LENGTH) | np.any(np.abs(size - 1.0) > 0.2, axis=1)
     mean = np.where(is_wild[:, None], plain, mean)

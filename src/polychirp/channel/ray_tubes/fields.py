@@ -1,4 +1,4 @@
-"""Tubes as rays with their fields: at launch, and after reflection and transmission."""
+"""Ray tubes and their fields: at launch, and after reflection and transmission."""
 
 from __future__ import annotations
 
@@ -17,16 +17,18 @@ from polychirp.channel.ray_tubes.launch_grid import Launch
 from polychirp.jit import inlined, inner
 
 MIN_FIELD_POWER: Final = 1e-8
-"""|E|², over that at launch, below which a ray is dropped (chosen): 80 dB."""
+"""Ratio of |E|² (spreading loss excluded) to its value at launch, below which a ray is dropped:
+−80 dB, chosen: weaker rays cost time."""
 
 
 class Ray(NamedTuple):
-    """A tube on its way, and the fields of a wave that left V- and H-polarised, without 1/L.
+    """A tube's central ray, with the fields of waves sent with V and with H, without their 1/L.
 
-    ``edge_a`` and ``edge_b`` are the changes of the direction from this tube to its neighbours;
-    ``length`` is the path length so far, m, and ``rate`` its rate, m/s; ``num_bodies`` counts
-    reflections by bodies, ``turns`` all reflections; ``departure`` is the direction at launch;
-    ``first_point`` is the point on the first body.
+    ``point`` is where the ray starts; ``edge_a`` and ``edge_b`` are the changes of direction from
+    this tube to its neighbours; ``length`` is the path length so far, m, and ``rate`` its time
+    derivative, m/s; ``num_bodies`` counts reflections by bodies, ``turns`` those by bodies and
+    plates; ``departure`` is the direction at launch; ``first_point`` is the point of the first
+    reflection by a body.
     """
 
     point: Vector
@@ -51,7 +53,7 @@ def _turned_field(
     side: Vector,
     factor: tuple[complex, complex],
 ) -> ComplexVector:
-    """A field in a new direction, its parts along ``side`` and across it times two factors."""
+    """A field in a new direction; ``factor`` (s, p) scales its parts along and across ``side``."""
     into, out = cross(before, side), cross(after, side)
     s = factor[0] * (field[0] * side[0] + field[1] * side[1] + field[2] * side[2])
     p = factor[1] * (field[0] * into[0] + field[1] * into[1] + field[2] * into[2])
@@ -64,7 +66,7 @@ def _turned_field(
 
 @inlined
 def ahead(point: Vector, direction: Vector, distance: float) -> Vector:
-    """The point at a distance along a direction."""
+    """The point at ``distance``, m, from ``point`` along a unit vector."""
     return (
         point[0] + distance * direction[0],
         point[1] + distance * direction[1],
@@ -74,7 +76,7 @@ def ahead(point: Vector, direction: Vector, distance: float) -> Vector:
 
 @inlined
 def mirrored(a: Vector, normal: Vector) -> Vector:
-    """A direction after reflection at a plane with a normal."""
+    """A direction after reflection at a plane with the unit vector ``normal``."""
     turn = 2.0 * dot(a, normal)
     return a[0] - turn * normal[0], a[1] - turn * normal[1], a[2] - turn * normal[2]
 
@@ -93,7 +95,7 @@ def _power(a: ComplexVector) -> float:
 
 @inlined
 def is_strong(ray: Ray) -> bool:
-    """True if one of a ray's waves exceeds `MIN_FIELD_POWER`."""
+    """True if |E|² of the wave sent with V or of that sent with H exceeds `MIN_FIELD_POWER`."""
     return max(_power(ray.wave_v), _power(ray.wave_h)) > MIN_FIELD_POWER
 
 
@@ -106,7 +108,7 @@ def _continued(
     factor: tuple[complex, complex],
     turns: int,
 ) -> Ray:
-    """The ray after a surface in a new direction, its fields s and p times factors."""
+    """The ray behind a contact, in a new direction; factors scale its field parts s and p."""
     side = across_plane_of_incidence(ray.direction, met.normal, any_normal_to(met.normal))
     return Ray(
         met.point,
@@ -126,7 +128,7 @@ def _continued(
 
 @inner
 def passed(ray: Ray, met: Contact, media: Media, wavenumber: float) -> Ray:
-    """The ray behind a sheet that it met."""
+    """The ray after transmission through the sheet that it met, with its direction unchanged."""
     cosine = abs(dot(ray.direction, met.normal))
     factor = sheet_transmission(media, met.medium, cosine, wavenumber)
     return _continued(ray, met, ray.direction, (ray.edge_a, ray.edge_b), factor, ray.turns)
@@ -134,7 +136,10 @@ def passed(ray: Ray, met: Contact, media: Media, wavenumber: float) -> Ray:
 
 @inner
 def reflected(ray: Ray, met: Contact, media: Media, wavenumber: float) -> Ray:
-    """The ray after a surface that it met, as if that were smooth, at rest and no body."""
+    """The ray after reflection by a surface, as if the surface were smooth and at rest.
+
+    `weakened` adds roughness, the surface's motion and the count of bodies.
+    """
     normal = met.normal
     factor = smooth_reflection(media, met.medium, -dot(ray.direction, normal), wavenumber)
     edges = mirrored(ray.edge_a, normal), mirrored(ray.edge_b, normal)
@@ -143,7 +148,7 @@ def reflected(ray: Ray, met: Contact, media: Media, wavenumber: float) -> Ray:
 
 @inner
 def weakened(ray: Ray, factor: float, rate: float, num_bodies: int) -> Ray:
-    """The ray with its amplitude times a factor, and more in its rate and its count of bodies."""
+    """The ray, its fields times ``factor``, with ``rate`` and ``num_bodies`` added to its own."""
     v, h = ray.wave_v, ray.wave_h
     return Ray(
         ray.point,
@@ -163,7 +168,7 @@ def weakened(ray: Ray, factor: float, rate: float, num_bodies: int) -> Ray:
 
 @inner
 def launched(launch: Launch, tube: int) -> Ray:
-    """The ray of a tube, by its number row by row, at the radar."""
+    """The ray at the radar of the tube with this number; tubes are numbered row by row."""
     origin, u, v = vector(launch.origin), row(launch.axes, 1), row(launch.axes, 2)
     step_a, step_b = launch.step[0], launch.step[1]
     a = launch.start[0] + (tube // launch.columns) * step_a

@@ -40,19 +40,20 @@ NO_SURFACE, FACE, PANE, PLATE = 0, 1, 2, 3
 """Kinds of `Intersection`: none; opaque face of a body; thin sheet of a body; plate."""
 
 Notes = NDArray[np.float32]
-"""Room for what `nearest_hit` notes on its way: `Space.room` numbers."""
+"""Working memory of `nearest_hit`: `Space.room` numbers."""
 
 Span = tuple[float, float]
 """Least and greatest distance along a ray, m, between which hits count."""
 
 NO_BODY: Final = -1
-"""Number in the place of the body that a ray leaves, where it leaves none."""
+"""Number that stands for no body where a ray does not start on a body."""
 
 
 class Intersection(NamedTuple):
-    """A surface that a ray meets, at a ``distance`` along the ray, m, which is infinite for none.
+    """A surface that a ray meets, at a ``distance`` along the ray, m, infinite if it meets none.
 
-    ``number`` is that of the body or plate; ``triangle``, on a body, is a row of `Space.triangle`.
+    ``kind`` is `NO_SURFACE`, `FACE`, `PANE` or `PLATE`; ``number`` is a row of `Space.body` or
+    `Space.plate`; ``triangle`` is a row of `Space.triangle` if the surface is a body's.
     """
 
     distance: float
@@ -62,14 +63,14 @@ class Intersection(NamedTuple):
 
 
 NO_INTERSECTION: Final = Intersection(np.inf, NO_SURFACE, 0, 0)
-"""No intersection."""
+"""The `Intersection` of a ray that meets no surface."""
 
 
 class Contact(NamedTuple):
     """A point at which a ray meets a surface.
 
-    ``distance`` is that from the ray's last point, m; ``normal``, ``medium`` (its number) and
-    ``velocity``, m/s, are those of the surface.
+    ``point`` is in the world, m; ``distance`` is the ray's length to it, m; ``normal``, ``medium``
+    (a number) and ``velocity``, m/s, are those of the surface.
     """
 
     point: Vector
@@ -81,27 +82,27 @@ class Contact(NamedTuple):
 
 BODY: Final = np.dtype(
     [
-        ("rotation", np.float64, (3, 3)),  # matrix that takes a vector to the body's frame
-        ("shift", np.float64, 3),  # m, to be added then to a point
-        ("centre", np.float64, 3),  # of the sphere around the body, m
+        ("rotation", np.float64, (3, 3)),  # takes a vector of the world to the body's frame
+        ("shift", np.float64, 3),  # m, added to a point after the rotation
+        ("centre", np.float64, 3),  # of the sphere around the body, m, in the world
         ("velocity", np.float64, 3),  # m/s
         ("radius", np.float64),  # of the sphere around the body, m
         ("first_row", np.int64),  # where the body begins in `Space.bundle`
         ("first_triangle", np.int64),  # where the body begins in `Space.triangle`
-        ("is_solid", np.bool_),  # has faces or sheets, and is near enough
-        ("has_leaves", np.bool_),  # has leaves, and is near enough
-        ("scatters", np.bool_),  # reflects
-        ("is_vehicle", np.bool_),  # its sheets reflect only outwards
+        ("is_solid", np.bool_),  # has faces or sheets, and is within the longest path
+        ("has_leaves", np.bool_),  # has leaves, and is within the longest path
+        ("scatters", np.bool_),  # its faces reflect; other bodies only block
+        ("is_vehicle", np.bool_),  # its thin sheets reflect on their outer side only
     ],
     align=True,
 )
-"""A body as the kernels take it."""
+"""Record of a body, as the compiled functions take it."""
 
 
 class Space(NamedTuple):
-    """All that tubes meet, in few arrays: a kernel takes every array as some eight words.
+    """All surfaces that ray tubes meet, in few arrays, as each costs time in compiled calls.
 
-    ``bundle``, ``triangle`` as in `Bundles`, those of all bodies behind one another; ``body``
+    ``bundle``, ``triangle`` as in `Bundles`, those of all bodies one after another; ``body``
     ``(body,)`` of type `BODY`; ``plate`` as in `Blockers`, with ``plate_velocity`` m/s ``(plate,
     xyz)`` and ``plate_is_pane`` ``(plate,)``, true for thin sheets; ``room``: `Bundles.stack_size`.
     """
@@ -117,7 +118,7 @@ class Space(NamedTuple):
 
 @lru_cache(maxsize=64)
 def _bundles(surface: Surface, materials: tuple[str, ...]) -> Bundles:
-    """Boxes of a surface's opaque faces and panes; media as numbers into ``materials``."""
+    """Search tree of a surface's opaque faces and panes; media are indices of ``materials``."""
     number = np.array([materials.index(name) for name in surface.materials], dtype=np.int64)
     opaque, pane = (number[surface.tree_medium[role]] for role in ("opaque", "pane"))
     return bundles_of(
@@ -129,7 +130,7 @@ def _bundles(surface: Surface, materials: tuple[str, ...]) -> Bundles:
 def _all_bundles(
     surfaces: tuple[Surface, ...], materials: tuple[str, ...]
 ) -> tuple[Bundles, IntArray]:
-    """Boxes of all surfaces behind one another, and where those of each begin, ``(body, 2)``."""
+    """Search trees of all surfaces, and the first bundle and triangle of each, ``(body, 2)``."""
     kinds = tuple(dict.fromkeys(surfaces))
     found = [_bundles(surface, materials) for surface in kinds]
     begin = np.cumsum([[0, 0]] + [[len(p.bundle), len(p.triangle)] for p in found], axis=0)
@@ -142,9 +143,9 @@ def _all_bundles(
 
 
 def space_of(world: World, faces: Blockers) -> Space:
-    """The surfaces that tubes meet in a world of bodies, ``faces`` in the world's frame.
+    """The surfaces of a world that ray tubes meet; ``faces`` has the bodies' poses and the plates.
 
-    Bodies farther from all radars than the longest path are left out.
+    Bodies farther from all radars than the longest path are marked as neither solid nor leafy.
     """
     bundles, begin = _all_bundles(world.surfaces, world.materials)
     actors = world.scene.actors
@@ -190,7 +191,7 @@ def _body_table(world: World, faces: Blockers, begin: IntArray) -> NDArray[np.vo
 
 @inlined
 def is_in_reach(body: np.void, point: Vector, direction: Vector, span: Span) -> bool:
-    """True if a ray meets the sphere around a body."""
+    """True if a ray meets the sphere around a body within ``span``."""
     c, radius = vector(body["centre"]), body["radius"]
     gap = (c[0] - point[0], c[1] - point[1], c[2] - point[2])
     along = dot(gap, direction)
@@ -209,7 +210,7 @@ def _meet_plates(plate: FloatArray, point: Vector, direction: Vector, span: Span
         n, c = vector_at(plate, p, PLATE_NORMAL), vector_at(plate, p, PLATE_CENTRE)
         gx, gy, gz = point[0] - c[0], point[1] - c[1], point[2] - c[2]
         height = n[0] * gx + n[1] * gy + n[2] * gz
-        # most plates are farther away than the best, or behind: their borders do not matter
+        # most plates are farther than ``best``, or behind the ray: they need no test of borders
         if abs(height) >= best:
             continue
         slope = n[0] * direction[0] + n[1] * direction[1] + n[2] * direction[2]
@@ -228,7 +229,7 @@ def _meet_plates(plate: FloatArray, point: Vector, direction: Vector, span: Span
 def _nearest_of_body(
     space: Space, b: int, point: Vector, direction: Vector, span: Span, wanted: int, notes: Notes
 ) -> tuple[float, int]:
-    """Distance and triangle that `nearest_hit` gives, the triangle counted through all bodies."""
+    """Distance of the nearest hit on body ``b``, m, and the row of `Space.triangle` that is hit."""
     body = space.body[b]
     x, y, z = row(body["rotation"], 0), row(body["rotation"], 1), row(body["rotation"], 2)
     c, shift = vector(body["centre"]), vector(body["shift"])
@@ -248,7 +249,7 @@ def _nearest_of_body(
 def meet_body(
     space: Space, b: int, point: Vector, direction: Vector, span: Span, notes: Notes
 ) -> Intersection:
-    """First intersection of a ray with a body."""
+    """First intersection of a ray with body ``b`` within ``span``."""
     distance, triangle = _nearest_of_body(space, b, point, direction, span, EITHER_KIND, notes)
     if distance == np.inf:
         return NO_INTERSECTION
@@ -269,8 +270,8 @@ def meet(
 ) -> Intersection:
     """First intersection of a ray beyond ``nearest`` m.
 
-    ``known`` is that with the body ``home``. If nothing is known, ``home`` is the body that the
-    ray leaves, or `NO_BODY`; that body is tried first.
+    ``known`` is the ray's intersection with the body ``home``, or `NO_INTERSECTION` if it has not
+    been searched. ``home``, from which the ray starts, or `NO_BODY`, is then searched first.
     """
     best = known
     if best.kind == NO_SURFACE and home != NO_BODY:
@@ -291,13 +292,13 @@ def meet(
 
 @inlined
 def is_sheet(space: Space, met: Intersection) -> bool:
-    """True if an intersection is with a thin sheet, of a body or by itself."""
+    """True if an intersection is with a thin sheet, be it of a body or a plate."""
     return bool(met.kind == PANE or (met.kind == PLATE and space.plate_is_pane[met.number]))
 
 
 @inlined
 def is_near_leaves(space: Space, point: Vector, direction: Vector, distance: float) -> bool:
-    """True if a ray comes near a cloud of leaves within a distance."""
+    """True if a ray meets the sphere around a body with leaves within ``distance`` m."""
     for b in range(space.body.size):
         body = space.body[b]
         if body["has_leaves"] and is_in_reach(body, point, direction, (0.0, distance)):
@@ -309,7 +310,7 @@ def is_near_leaves(space: Space, point: Vector, direction: Vector, distance: flo
 def fade(
     space: Space, faces: Blockers, media: Media, point: Vector, d: Vector, distance: float
 ) -> float:
-    """Factor by which clouds of leaves reduce the amplitude of a ray within a distance."""
+    """Factor, 0 to 1, by which leaves reduce a ray's amplitude along ``distance`` m."""
     loss = 0.0
     way = (distance * d[0], distance * d[1], distance * d[2])
     for b in range(space.body.size):
@@ -330,7 +331,7 @@ def _unscaled_normal(space: Space, triangle: int) -> Vector:
 
 @inner
 def contact(space: Space, point: Vector, met: Intersection) -> Contact:
-    """The surface at an intersection, which is at a point."""
+    """The surface at the intersection ``met``, which is at ``point``."""
     number = met.number
     if met.kind == PLATE:
         return Contact(
@@ -364,7 +365,7 @@ def is_in_front(space: Space, met: Intersection, direction: Vector) -> bool:
 def is_behind(
     space: Space, hider: int, body: int, point: Vector, direction: Vector, notes: Notes
 ) -> bool:
-    """True if a body hides all of the sphere around another from a ray that starts at a radar."""
+    """True if ``hider`` blocks a ray from a radar before the sphere around ``body`` begins."""
     c = vector(space.body[body]["centre"])
     away = (c[0] - point[0], c[1] - point[1], c[2] - point[2])
     near = math.sqrt(dot(away, away)) - space.body[body]["radius"]
@@ -377,7 +378,7 @@ def is_behind(
 def is_hit(
     space: Space, b: int, point: Vector, direction: Vector, span: Span, wanted: int, notes: Notes
 ) -> bool:
-    """True if a ray meets any face (`OPAQUE_KIND`), or any thin `SHEET_KIND`, of a body."""
+    """True if a ray meets a face of kind ``wanted`` of body ``b`` within ``span``."""
     body = space.body[b]
     if not (body["is_solid"] and is_in_reach(body, point, direction, span)):
         return False

@@ -11,7 +11,7 @@ from polychirp.axes import FloatArray
 from polychirp.channel.scene.world import Surface, World
 
 FULL_WIDTH_DISTANCE: Final = 10.0
-"""Distance of a body up to which tubes are as wide as asked for, m (chosen); see `windows_over`."""
+"""Distance of a body, m, beyond which tubes widen with distance (chosen); see `windows_over`."""
 
 
 class Launch(NamedTuple):
@@ -76,8 +76,8 @@ def box_of(surface: Surface) -> tuple[FloatArray, FloatArray]:
 def windows_over(world: World, radar: int, body: int, tube: float) -> list[Window]:
     """Windows of a radar over a body, whose tubes are ``tube`` m wide where the body is nearest.
 
-    Beyond `FULL_WIDTH_DISTANCE` the width grows with the root of the distance: the wave front
-    then bends as much within every tube.
+    Beyond `FULL_WIDTH_DISTANCE` the width grows with the square root of the distance, so that the
+    sagitta of the wave front across a tube stays the same.
     """
     low, high = box_of(world.surfaces[body])
     rotation, position = world.rotation[body], world.position[body]
@@ -95,7 +95,7 @@ def box_windows(place: FloatArray, low: FloatArray, high: FloatArray, tube: floa
 
     From outside one window is enough: its middle direction goes to the nearest point of the box,
     so that all of the box lies ahead. The window ends at the outline of the box, and has even
-    numbers of rows and columns: the crease of a symmetric corner falls between two tubes.
+    numbers of rows and columns, so that the edge of a symmetric corner lies between two tubes.
 
     >>> window, = box_windows(
     ...     np.array([10.0, 0, 0]), np.array([-1, -0.5, -0.5]), np.array([0, 0.5, 0.5]), 0.1)
@@ -108,7 +108,7 @@ def box_windows(place: FloatArray, low: FloatArray, high: FloatArray, tube: floa
     if distance < 1e-6 * float(np.linalg.norm(high - low)):
         return _all_around(place, low, high, tube)
     middle = away / distance
-    # the side of the box that is most nearly upright in the window
+    # the axis of the box that is most nearly perpendicular to the middle direction
     side = np.eye(3)[np.argmin(np.abs(middle))]
     along = side - (side @ middle) * middle
     along /= np.linalg.norm(along)
@@ -124,7 +124,7 @@ def box_windows(place: FloatArray, low: FloatArray, high: FloatArray, tube: floa
 
 
 def _all_around(place: FloatArray, low: FloatArray, high: FloatArray, tube: float) -> list[Window]:
-    """Six windows that fill all directions, with tubes for a body at half the box's least side."""
+    """Six windows for all directions; tubes are ``tube`` m wide at half the box's shortest side."""
     count = 2 * int(np.ceil(0.5 * np.min(high - low) / tube - 1e-6) + 1)
     step = np.full(2, 2.0 / count)
     return [

@@ -1,16 +1,17 @@
-r"""Ray tubes: paths that meet two bodies or more between transmitter and receiver.
+r"""Ray tubes: paths with reflections at bodies twice or more between transmitter and receiver.
 
 A window of narrow tubes covers each body as seen from a transmitter. A tube is a ray with
-differentials: D is its direction, and ∂D the change of D from this tube to the next. On a plane of
-normal n, after a path length L, the footprint of the tube has the sides
+differentials: D is its direction, and ∂D the change of D from one row (a) or column (b) of tubes to
+the next. On a plane of normal n, after a path length L, the footprint of the tube has the sides
 
 .. math:: A = L\,(\partial D + g D), \qquad g = -(\partial D\cdot n)/(D\cdot n)
 
-Every surface reflects the fields of two waves, which left V- and H-polarised, by Fresnel's
-formulas, and ∂D like D. Flat facets spread a wave like mirrors, with 1/L. At every body after the
-first, the currents on the footprint radiate to each receiver that is before the surface and not
-hidden, by the formula of `physical_optics.paths`, with the directions d of arrival and q of
-departure:
+A tube carries the fields F of two waves, transmitted with V and with H polarisation. Every surface
+reflects F by Fresnel's formulas, and ∂D as a mirror reflects D. Facets are flat, so the amplitude
+falls with 1/L as after mirrors. At every body after the first, the currents on the footprint
+radiate to each receiver that is before the surface and not hidden, by the formula of
+`physical_optics.paths`, with the directions d of arrival and q of departure and the distance
+:math:`r_2` to the receiver:
 
 .. math:: a = -\frac{j}{8\pi}\,\frac{F\,|A_a\times A_b|}{L\,r_2}\,e^{-jk(L+r_2)}\,
     \mathrm{sinc}\frac{k(d-q)\cdot A_a}{2}\,\mathrm{sinc}\frac{k(d-q)\cdot A_b}{2}
@@ -18,51 +19,55 @@ departure:
 with sinc x = sin x / x (Ling, Chou and Lee 1989, shooting and bouncing rays; ray differentials:
 Igehy 1999).
 
-**Which paths.** The first surface that reflects is a body, and so is the last; plates (road,
-walls) and bodies reflect in between; bodies reflect at least twice. `physical_optics` has the
-echoes of one body alone, seen directly or in a plate. A radar's own carrier is neither first nor
-last, for the reason given there. Only vehicles and objects reflect; all other opaque meshes absorb,
+**Which paths.** The first reflection and the last are at bodies; plates (road, walls) and bodies
+reflect in between. `physical_optics` has the echoes of one body alone, seen directly or in a plate.
+The body that carries a radar is neither first nor last of its paths, for the reason given in
+`physical_optics.paths`. Only vehicles and objects reflect; all other opaque meshes absorb,
 and clouds of leaves weaken.
 
-**Width.** All tubes start wide. If ``tube`` is less than ``coarsest``, some are cut in quarters,
-again and again, until they are narrow. The power that a hit may bring to a receiver is estimated
-with 1/√(1 + x²) for \|sinc x\|; a hit that is hidden from the receiver brings none. The tubes of
-the strongest hits are cut, together with their eight neighbours, until the hits that remain have
-less than `UNHALVED_SHARE` of the visible power of the pair, or less than `HALVING_FLOOR` of its
-strongest known path. From the second level on, the quarters of a tube are followed only up to the
-number of reflections of its strong hits; its hits after more reflections are kept. So weak
-contributions to a pair come from wide tubes only.
+**Width.** All tubes start with a width of ``coarsest`` at most. If ``tube`` is less, some are cut
+in quarters, repeatedly, down to the width ``tube``. The power that a hit may
+bring to a receiver is estimated with 1/√(1 + x²) for \|sinc x\|; a hit that is hidden from the
+receiver brings none. The tubes of the strongest hits are cut, together with their eight neighbours,
+until the hits that remain have less than `UNHALVED_SHARE` of the visible power of the pair, or less
+than `HALVING_FLOOR` of the power of its strongest known path. From the second level on, the
+quarters of a tube are followed only up to the number of reflections of its strong hits; the wide
+tube's hits after more reflections are kept. So weak contributions to a pair come from wide tubes
+only.
 
 **Sheets.** At a thin sheet a ray branches: one branch is reflected, and one goes on behind the
-sheet with its transmission; both faces of a sheet are alike. On the last leg the wave loses what
-the sheets there take. Passing a sheet is no reflection: a body behind a pane can be the first. The
-panes of vehicles reflect only outwards: within are seats and people that no mesh has (decision 9).
+sheet with its transmission; both faces of a sheet are alike. On the way to the receiver, the
+transmission of all sheets there multiplies the wave. Transmission is not counted as a reflection: a
+body behind a pane can be the first. The panes of vehicles reflect only outside: seats and people
+inside would stop the wave, and no mesh contains them (decision 9, ``docs/adr``).
 
 **Reciprocity.** Physical optics at the last surface only is not reciprocal. So a path from i to j
 is half of what tubes from i radiate to j, and half of the reverse of what tubes from j radiate to
 i.
 
-**What is left out.** Tubes with \|E\|² below 1e-8 of that at launch. Windows whose bound
+**What is left out.** Tubes are left out with \|E\|² below 1e-8 of that at launch, and first bodies
+if the bound
 
 .. math:: |a| \le 4\,\frac{\lambda}{4\pi(r_1 + r_2)}
 
 (two mirrors in the place of two bodies, each with twice the amplitude; r₁ and r₂ are the least
-distances of transmitter and receiver from the body), with the gains of the elements, is below the
-pair's dynamic range. Contributions are tested for shadow strongest first, until the power of all
-that remain is below the dynamic range of those that are visible (weak ones are off every glint, so
-that their phases cancel), or until their sum would be below that of the strongest known path even
-in phase.
+distances of transmitter and receiver from the body), with the gains of the elements, is below that
+of the pair's strongest known path by more than the dynamic range. Contributions are tested for
+shadow strongest first, until the sum of the powers of those that remain is below that of the
+visible ones by the dynamic range (weak ones are off every specular point, so that their phases
+cancel), or until even their sum in phase would be below the strongest known path by the dynamic
+range.
 
-**Limits.** Between two surfaces a wave spreads like rays: a body's shadow on the next body is
+**Limits.** Between two surfaces a wave follows rays, so the shadow of a body on the next body is
 sharp. That is right where the Fresnel zone of the first body towards the next, √(λx) over a
 distance x, is small against the body. The wave front must not bend within a footprint A: k A² (1/L
 + 1/r₂)/8 ≪ 1, and tubes widen with L beyond the first body. A curved body focuses well only if it
 has many facets per tube. Paths that pass between the widest tubes, and next to no tube that is cut,
 are missed.
 
-Between cars the power converges slowly with the width. For the ten pairs of four radars in the
-paper's street at three times, powers of all paths summed, the error against tubes that are all
-2.5 mm wide is, in dB:
+Between cars the power converges slowly with the width. The table gives the error of the summed
+power of all paths of a pair, in dB, against tubes that are all 2.5 mm wide, for the ten pairs of
+four radars in the paper's street at three times:
 
 =========================  ======  ====  =====
 tubes                      median  rms   worst
@@ -73,8 +78,9 @@ tubes                      median  rms   worst
 2 cm, cut down to 2.5 mm   0.98    3.9   -10.6
 =========================  ======  ====  =====
 
-At single times the median of the last is 1.53, 1.27 and 0.97 dB; it costs 2.4 times as much as the
-first. Phases of single paths between cars are not converged: they are one draw of many.
+At each of the three times, the median of the last row is 1.53, 1.27 and 0.97 dB. The last row costs
+2.4 times as much as the first. Phases of single paths between cars have not converged: they are to
+be taken as one random draw.
 """
 
 from dataclasses import dataclass, field
@@ -113,16 +119,16 @@ from polychirp.errors import InputError
 from polychirp.model.paths import PropagationPaths
 
 TUBES_PER_BATCH: Final = 1 << 16
-"""Tubes that are followed at a time (chosen): bounds the memory."""
+"""Largest number of tubes that are followed at a time. Chosen to limit the memory."""
 
 UNHALVED_SHARE: Final = (0.005, 0.05, 0.1)
-"""Share of the estimated power of the visible hits that may remain with tubes that are not halved:
-at the first level, at the second, and later. Chosen; the last row of the table above is with these.
-Smaller shares cost time."""
+"""Share of the estimated power of the visible hits whose tubes need not be cut in quarters: at the
+first level, at the second, and at later ones. Chosen: the last row of the table above shows the
+error with these; smaller shares take longer."""
 
 HALVING_FLOOR: Final = 1e-4
-"""Power of hits, over that of the strongest known path of the pair, below which their tubes are not
-halved (chosen)."""
+"""Summed power of hits, over the power of the strongest known path of the pair, below which their
+tubes are not cut in quarters. Chosen: such hits hardly change the power of the pair."""
 
 
 def tube_paths(
@@ -135,7 +141,7 @@ def tube_paths(
     max_bounces: int = 3,
     first: int | None = None,
 ) -> PropagationPaths:
-    """Paths of ``pairs`` ``(pair, 2)`` that meet two bodies or more.
+    """Paths of ``pairs`` ``(pair, 2)`` with two reflections at bodies or more.
 
     Parameters
     ----------
@@ -144,8 +150,8 @@ def tube_paths(
     tube : m, width of the narrowest tubes where they meet the first body, up to 10 m away; see
         `launch_grid.windows_over`
     coarsest : m, width of the widest tubes; if it equals ``tube``, all have this width
-    max_bounces : most reflections to follow, by bodies and plates together; at least 2
-    first : number of the body that tubes meet first; None: any
+    max_bounces : largest number of reflections, at bodies and plates together; at least 2
+    first : number of the body that tubes meet first; None: every body in turn
 
     Raises
     ------
@@ -186,7 +192,7 @@ def _check(tube: float, coarsest: float, max_bounces: int) -> None:
 
 @dataclass(frozen=True, eq=False)
 class _Surroundings:
-    """Tables of a world that tubes need; those of receivers are made when they are needed."""
+    """Tables of a world for ray tubes; those of a receiver are made at its first use."""
 
     world: World
     faces: Blockers
@@ -215,7 +221,7 @@ class _Surroundings:
 
 @lru_cache(maxsize=40)
 def _surroundings_of(world: World) -> _Surroundings:
-    """Tables of a world, kept for its next part: a frame comes back to all its times."""
+    """Tables of a world, kept because a frame requests paths of the same world several times."""
     faces = in_frame_of(world, np.eye(3), np.zeros(3))
     views = {
         (radar, body): View(world=world, radar=radar, body=body)
@@ -230,8 +236,8 @@ class _Request:
     """The request of `tube_paths`, with all that is known before the first tube is followed.
 
     ``is_wanted`` and ``known_power``, that of the strongest known path, are ``(transmitter,
-    receiver)``, and the same both ways round; ``may_be_last`` ``(receiver, body)`` is false for
-    the receiver's carrier; ``widths`` are those of the narrowest and the widest tubes, m.
+    receiver)`` and symmetric; ``may_be_last`` ``(receiver, body)`` is false for the body that
+    carries the receiver; ``widths`` are those of the narrowest and the widest tubes, m.
     """
 
     world: World
@@ -247,7 +253,7 @@ class _Request:
     first_bodies: tuple[int, ...]
 
     def receivers(self, radar: int) -> list[int]:
-        """Receivers that are wanted of a transmitter."""
+        """Numbers of the receivers whose paths from this transmitter are wanted."""
         return [int(receiver) for receiver in np.flatnonzero(self.is_wanted[radar])]
 
     def gain(self, radar: int, direction: FloatArray) -> FloatArray:
@@ -266,7 +272,7 @@ def _request(
 ) -> _Request:
     """The request for the wanted pairs and their reverse."""
     surroundings, scene = _surroundings_of(world), world.scene
-    # half of every path is the reverse of another
+    # tubes of both directions contribute half of every path each (see Reciprocity)
     is_wanted = is_wanted | is_wanted.T
     known_power = surroundings.direct_power(is_wanted)
     if strongest is not None:
@@ -298,24 +304,24 @@ def _contributions(request: _Request) -> Contributions:
 
 
 def _final_hits(request: _Request, radar: int) -> Hits:
-    """Hits of the tubes of a transmitter that are not halved any more."""
+    """Hits of those tubes of a transmitter that are not cut in quarters further."""
     bodies = _first_bodies(request, radar)
     level = first_level(request.world, radar, bodies, request.widths, request.max_bounces)
     kept, depth = [np.empty(0, dtype=HIT)], 0
     while level.windows:
         hits = _hits_of_level(request, radar, level)
         wanted = _hits_to_halve(request, radar, level, hits, depth)
-        # parts of a wide tube may be reflected more often than its middle
+        # at the first level: quarters of a wide tube may be reflected more often than its ray
         turns = hits["turns"][wanted] if depth else np.full(len(wanted), request.max_bounces)
         halved = level.with_neighbours(hits["tube"][wanted], turns)
-        # hits after more reflections than are followed of the quarters stay
+        # hits after more reflections than the quarters are followed for are kept
         kept.append(hits.take(np.flatnonzero(hits["turns"] > halved[hits["tube"]])))
         level, depth = level.halved(halved), depth + 1
     return np.concatenate(kept)
 
 
 def _first_bodies(request: _Request, radar: int) -> list[int]:
-    """Bodies over which a path may be strong enough, near ones first."""
+    """Numbers of first bodies over which a path may be strong enough, near ones first."""
     world, views = request.world, request.surroundings.views
     bodies = [
         body
@@ -343,7 +349,7 @@ def _power_bound(request: _Request, radar: int, body: int, receiver: int) -> flo
 
 
 def _hits_of_level(request: _Request, radar: int, level: Level) -> Hits:
-    """Hits of the tubes of a level, which are numbered through all its windows."""
+    """Hits of a level's tubes, whose numbers count through all its windows."""
     near, found = request.surroundings, [np.empty(0, dtype=HIT)]
     media, k = request.world.media, request.world.wavenumber
     for window, body, start, number, max_turns in zip(
@@ -360,7 +366,7 @@ def _hits_of_level(request: _Request, radar: int, level: Level) -> Hits:
 
 
 def _hits_to_halve(request: _Request, radar: int, level: Level, hits: Hits, depth: int) -> IntArray:
-    """Numbers of hits, with repeats, whose tubes are to be halved for some receiver."""
+    """Numbers of hits whose tubes are to be cut for some receiver; a hit may occur repeatedly."""
     found = [np.zeros(0, dtype=np.int64)]
     can = np.flatnonzero(level.left[level.window_of(hits["tube"])] > 0)
     if not len(can):
@@ -384,7 +390,7 @@ def _hits_to_halve(request: _Request, radar: int, level: Level, hits: Hits, dept
 def _visible(
     request: _Request, receiver: int, hits: Hits, some: HitPowers, stop: StopRule
 ) -> HitPowers:
-    """The hits among ``some`` that a receiver sees, strongest first."""
+    """The hits among ``some`` that are visible from a receiver, strongest first, until ``stop``."""
     near, sink = request.surroundings.obstacles(receiver), request.position[receiver]
     return visible_hits(request.surroundings.space, near, hits, sink, some, stop)
 
@@ -392,7 +398,7 @@ def _visible(
 def _to_receiver(
     request: _Request, radar: int, receiver: int, hits: Hits, gain: FloatArray
 ) -> Contributions:
-    """Contributions of hits to one receiver; ``gain`` of the transmitter towards them."""
+    """Contributions of hits to one receiver; ``gain`` is the transmitter's towards them."""
     world, sink = request.world, request.position[receiver]
     out = radiate(hits, sink, request.may_be_last[receiver], world.wavenumber)
     some = np.flatnonzero(out.power)

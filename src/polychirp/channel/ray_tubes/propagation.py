@@ -1,4 +1,4 @@
-"""Propagation of ray tubes over several reflections; `paths` has the theory."""
+"""Propagation of ray tubes over several reflections; `ray_tubes.paths` describes the method."""
 
 from __future__ import annotations
 
@@ -48,18 +48,19 @@ from polychirp.jit import compiled, inlined, inner
 from polychirp.threads import in_ranges
 
 TUBES_PER_CHUNK: Final = 256
-"""Tubes that one thread follows before the next chunk (chosen)."""
+"""Number of tubes in a chunk, which one thread follows as a unit of work (chosen)."""
 
 HITS_PER_BOUNCE: Final = 2
-"""Hits per tube and reflection but the first for which memory is reserved: sheets make branches.
-If it is too little, the tubes are followed again with more (chosen)."""
+"""Number of hits for which memory is reserved per tube and reflection after the first (chosen). It
+exceeds 1 since rays branch at sheets. If that is too few, all tubes are traced again with more."""
 
 MIN_STEP: Final = 1e-6
-"""Distance from a surface, m, from which on a ray that leaves it meets others: above rounding."""
+"""Distance, m, behind a surface that a ray leaves, at which the search for the next intersection
+begins. Chosen: above the rounding of positions, so that the ray does not meet the point again."""
 
 
 class Tubes(NamedTuple):
-    """Some tubes of a window: their numbers, and the most reflections to follow of each."""
+    """Some tubes of a launch window: the number and the greatest count of reflections of each."""
 
     number: IntArray
     max_turns: IntArray
@@ -68,7 +69,8 @@ class Tubes(NamedTuple):
 class Tracing(NamedTuple):
     """Scene, limits and memory for the rays of one tube.
 
-    ``waiting`` are the rays still to be followed, each with its next intersection.
+    ``wavenumber`` is in 1/m; ``max_turns`` limits the reflections of a ray; ``waiting`` holds the
+    rays still to be followed, each with its next intersection; ``notes`` is memory for searches.
     """
 
     space: Space
@@ -81,9 +83,9 @@ class Tracing(NamedTuple):
 
 @inlined
 def _leads_on(tracing: Tracing, met: Intersection, direction: Vector, turns: int) -> bool:
-    """True if a ray may still hit a last body if this is its next intersection, after ``turns``."""
+    """True if a ray with ``turns`` reflections can still end on a body after the intersection."""
     if met.kind == FACE:
-        # most rays that enter a vehicle by a window end at the back of a panel
+        # a face reflects only on its front: most rays inside a vehicle meet the back of a panel
         scatters = tracing.space.body[met.number]["scatters"]
         return bool(scatters and is_in_front(tracing.space, met, direction))
     if met.kind == PLATE and not tracing.space.plate_is_pane[met.number]:
@@ -93,7 +95,7 @@ def _leads_on(tracing: Tracing, met: Intersection, direction: Vector, turns: int
 
 @inlined
 def _pass(tracing: Tracing, ray: Ray, met: Intersection, at: Contact) -> None:
-    """Let a ray through a sheet; it waits if it meets anything behind."""
+    """Pass a ray through a sheet; add it to ``waiting`` if it leads on and is strong enough."""
     home = met.number if met.kind == PANE else NO_BODY
     next_met = meet(
         tracing.space, at.point, ray.direction, MIN_STEP, NO_INTERSECTION, home, tracing.notes
@@ -108,9 +110,10 @@ def _pass(tracing: Tracing, ray: Ray, met: Intersection, at: Contact) -> None:
 def _reflect(
     tracing: Tracing, ray: Ray, met: Intersection, at: Contact, hits: Hits, count: int
 ) -> int:
-    """Reflect a ray, which then waits if it leads on; record a hit if the surface can be the last.
+    """Reflect a ray and add it to ``waiting`` if it leads on and is strong enough.
 
-    Returns the number of hits so far. Hits for which there is no room are only counted.
+    A hit is recorded if the surface is a body's and the ray was reflected by a body before. The
+    function returns the number of hits so far; hits that do not fit into ``hits`` are only counted.
     """
     normal, roughness = at.normal, tracing.media.roughness[at.medium]
     is_plate, next_met, after = met.kind == PLATE, NO_INTERSECTION, ray.direction
@@ -122,7 +125,7 @@ def _reflect(
         )
     goes_on = _leads_on(tracing, next_met, after, ray.turns + 1)
     is_last = not is_plate and ray.num_bodies > 0
-    # fields take most of the time: only for rays that lead somewhere
+    # fields take most of the time: they are computed only for a hit or a ray that goes on
     if not (goes_on or is_last):
         return count
     turned = reflected(ray, at, tracing.media, tracing.wavenumber)
@@ -134,7 +137,8 @@ def _reflect(
     if goes_on:
         cosine = -dot(ray.direction, normal)
         phase = tracing.wavenumber * roughness * cosine
-        # v·(d − r): by Fermat's principle the point may glide along the surface
+        # rate of the path length, v·(d − r) for directions d before and r after: only the normal
+        # part of v counts, since by Fermat's principle a shift along the surface changes no length
         rate = -2.0 * cosine * dot(at.velocity, normal)
         factor = math.exp(-2.0 * phase * phase) if phase != 0.0 else 1.0
         turned = weakened(turned, factor, rate, 0 if is_plate else 1)
@@ -145,7 +149,7 @@ def _reflect(
 
 @inlined
 def _follow(tracing: Tracing, faces: Blockers, first_body: int, hits: Hits, count: int) -> int:
-    """Follow all rays that wait, and their branches; return the number of hits after them."""
+    """Follow all rays in ``waiting`` and their branches; return the number of hits so far."""
     space = tracing.space
     while len(tracing.waiting) > 0:
         ray, met = tracing.waiting.pop()
@@ -155,7 +159,7 @@ def _follow(tracing: Tracing, faces: Blockers, first_body: int, hits: Hits, coun
             ray = weakened(ray, loss, 0.0, 0)
         is_body, is_within = met.kind != PLATE, dot(ray.direction, at.normal) > 0.0
         if is_sheet(space, met):
-            # both faces of a sheet are alike
+            # a sheet acts alike on both sides: its normal is turned towards the ray
             if is_within:
                 n = at.normal
                 away = (-n[0], -n[1], -n[2])
@@ -163,7 +167,7 @@ def _follow(tracing: Tracing, faces: Blockers, first_body: int, hits: Hits, coun
             _pass(tracing, ray, met, at)
             if is_within and is_body and space.body[met.number]["is_vehicle"]:
                 continue
-        # the first to reflect is the window's body
+        # the first reflection must be by the body that the launch window encloses
         is_turn = ray.num_bodies > 0 or (is_body and met.number == first_body)
         if dot(ray.direction, at.normal) >= 0.0 or not is_turn:
             continue
@@ -183,11 +187,11 @@ def _trace_some(
     wavenumber: float,
     hits: Hits,
 ) -> int:
-    """Follow some tubes of a window; return the number of hits, kept or not."""
+    """Follow some tubes of a window; return the number of hits, also of those that did not fit."""
     count, body = 0, launch.body
     has_hider, hider = False, body
     notes = np.empty(space.room, dtype=np.float32)
-    # an empty list of a known type
+    # Numba needs the type of the empty list's items
     waiting = [(launched(launch, launch.columns), NO_INTERSECTION) for _ in range(0)]
     for place in range(tubes.number.size):
         ray = launched(launch, tubes.number[place])
@@ -226,9 +230,9 @@ def _trace(
     hits: Hits,
     counts: IntArray,
 ) -> None:
-    """Fill ``hits`` ``(chunk, hit)`` with those of some tubes, and ``counts`` ``(chunk,)``.
+    """Fill the rows ``begin:end`` of ``hits`` ``(chunk, hit)`` and ``counts`` ``(chunk,)``.
 
-    A count may exceed the room of its chunk; hits beyond the room are lost.
+    A count may exceed the length of its row of ``hits``; the hits beyond that length are lost.
     """
     for chunk in range(begin, end):
         some = slice(chunk * TUBES_PER_CHUNK, (chunk + 1) * TUBES_PER_CHUNK)
@@ -239,7 +243,7 @@ def _trace(
 def hits_of(
     launch: Launch, tubes: Tubes, space: Space, faces: Blockers, media: Media, wavenumber: float
 ) -> Hits:
-    """Hits of some tubes of a window, in their order; ``wavenumber`` in 1/m."""
+    """Hits of some tubes of a window, in the order of the tubes; ``wavenumber`` in 1/m."""
     num_chunks = -(-len(tubes.number) // TUBES_PER_CHUNK)
     most = HITS_PER_BOUNCE * TUBES_PER_CHUNK * (int(np.max(tubes.max_turns, initial=2)) - 1)
     while True:

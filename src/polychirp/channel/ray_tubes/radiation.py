@@ -1,4 +1,4 @@
-"""Hits, where tubes end on a body: the currents on their footprints, and what these radiate."""
+"""Hits of ray tubes on bodies: the currents on the footprints, and the waves that they radiate."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ HIT: Final = np.dtype(
         ("point", np.float64, 3),  # m
         ("direction", np.float64, 3),  # of the ray before the point
         ("normal", np.float64, 3),  # towards where the ray came from
-        ("side_a", np.float64, 3),  # of the footprint, m
-        ("side_b", np.float64, 3),  # of the footprint, m
-        ("departure", np.float64, 3),  # direction at launch
-        ("first_point", np.float64, 3),  # on the first body, m
-        ("length", np.float64),  # of the path up to the point, m
-        ("rate", np.float64),  # of the length, without this surface, m/s
-        ("roughness", np.float64),  # rms, m
+        ("side_a", np.float64, 3),  # first side of the footprint, m
+        ("side_b", np.float64, 3),  # second side of the footprint, m
+        ("departure", np.float64, 3),  # direction in which the tube left the transmitter
+        ("first_point", np.float64, 3),  # where the tube met the first body, m
+        ("length", np.float64),  # L, of the path up to the point, m
+        ("rate", np.float64),  # of change of the length, without this surface's motion, m/s
+        ("roughness", np.float64),  # rms height of this surface, m
         ("body", np.int64),
         ("first_body", np.int64),
         ("turns", np.int64),  # number of reflections, this one included
         ("tube", np.int64),  # number of the tube
-        ("current", np.complex64, (2, 2, 3)),  # (polarisation, J or M, xyz), without 1/L
+        ("current", np.complex64, (2, 2, 3)),  # (polarisation, J or M, xyz), without the factor 1/L
     ]
 )
 """A hit: a point where a tube meets a body after another body."""
@@ -60,7 +60,7 @@ def _induce(
     reflected: ComplexVector,
     current: NDArray[np.complex64],
 ) -> None:
-    """J = n×(d×E + r×E_r) and M = −n×(E + E_r)."""
+    """Currents J = n×(d×E + r×E_r), M = −n×(E + E_r) of a wave along d, reflected along r."""
     one, other = _across_field(before, wave), _across_field(after, reflected)
     j = _across_field(normal, (one[0] + other[0], one[1] + other[1], one[2] + other[2]))
     total = (wave[0] + reflected[0], wave[1] + reflected[1], wave[2] + reflected[2])
@@ -71,7 +71,7 @@ def _induce(
 
 @inlined
 def _footprint(edge: Vector, ray: Ray, normal: Vector, cosine: float, length: float) -> Vector:
-    """Side of a tube's footprint: L (∂D + g D), g = −(∂D·n)/(D·n)."""
+    """Side of a tube's footprint: L (∂D + g D), g = −(∂D·n)/(D·n), D the ray's direction."""
     g = dot(edge, normal) / cosine
     d = ray.direction
     return (
@@ -88,7 +88,7 @@ def _put(out: FloatArray, a: Vector) -> None:
 
 @inner
 def record(hit: np.void, ray: Ray, after: Ray, normal: Vector, roughness: float) -> None:
-    """Fill a hit of a ray before and after a body, except for `HIT`'s bodies and tube."""
+    """Fill a hit from the ray before and after it; the caller sets the bodies and the tube."""
     cosine = -dot(ray.direction, normal)
     _put(hit["point"], after.point)
     _put(hit["direction"], ray.direction)
@@ -121,7 +121,7 @@ def _square(a: complex) -> float:
 
 @inlined
 def _received(current: NDArray[np.complex64], back: Vector, field: Vector) -> complex:
-    """F = J·w + (M×q)·w of one wave."""
+    """F = J·w + (M×q)·w for the polarisation ``field`` w and the direction ``back`` q."""
     turned = cross(back, field)
     total = 0j
     for x in range(3):
@@ -140,7 +140,7 @@ def _last_leg(hit: np.void, sink: FloatArray) -> tuple[Vector, float]:
 
 @inner
 def _basis(q: Vector) -> tuple[Vector, Vector]:
-    """(V, H) of `frames.polarisation_basis` from the receiver towards a hit, against q."""
+    """(V, H) of `frames.polarisation_basis` for the direction −q, from the receiver to a hit."""
     away = (-q[0], -q[1], -q[2])
     h = across_plane_of_incidence((0.0, 0.0, 1.0), away, (0.0, 1.0, 0.0))
     return cross(away, h), h
@@ -148,7 +148,7 @@ def _basis(q: Vector) -> tuple[Vector, Vector]:
 
 @inner
 def _weight(hit: np.void, back: Vector, r2: float, wavenumber: float) -> complex:
-    """Factor of F: −(j/8π) dS e^{−jk(L+r2)}/(L r2) and the footprint's phases."""
+    """Factor of F: −(j/8π) dS e^{−jk(L+r2)}/(L r2), phase integral of the footprint, roughness."""
     a, b, d = vector(hit["side_a"]), vector(hit["side_b"]), vector(hit["direction"])
     turn = (d[0] - back[0], d[1] - back[1], d[2] - back[2])
     square, length, half = cross(a, b), hit["length"], 0.5 * wavenumber
@@ -161,7 +161,7 @@ def _weight(hit: np.void, back: Vector, r2: float, wavenumber: float) -> complex
 
 
 FEWEST_HITS: Final = 1000
-"""Hits that are worth a call of their own (chosen)."""
+"""Least number of hits in a range that `in_ranges` gives to one thread. Chosen."""
 
 
 class Radiated(NamedTuple):
@@ -181,7 +181,7 @@ class Radiated(NamedTuple):
 def radiate(hits: Hits, sink: FloatArray, may_be_last: BoolArray, wavenumber: float) -> Radiated:
     """Radiation of hits to a receiver, from bodies that ``may_be_last`` ``(body,)``.
 
-    Nothing blocks or weakens the last legs yet.
+    Obstacles on the last leg, from the hit to the receiver, are not considered here.
     """
     size = len(hits)
     transfer = np.zeros((size, 4), dtype=np.complex128)
@@ -222,7 +222,7 @@ def estimated_power(
 ) -> tuple[FloatArray, FloatArray]:
     """Power that hits may radiate to a receiver ``(hit,)``, and the receiver's direction from them.
 
-    As in `radiate`, with 1/√(1 + x²) for |sinc x| and without roughness.
+    The power is that of `radiate`, with 1/√(1 + x²) in place of |sinc x| and without roughness.
     """
     power, direction = np.zeros(len(hits)), np.zeros((len(hits), 3))
     what = hits, sink, may_be_last, wavenumber

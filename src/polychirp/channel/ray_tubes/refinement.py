@@ -1,6 +1,6 @@
-"""Levels of tubes: wide tubes first, then quarters of those that matter and of their neighbours.
+"""Levels of tubes: wide tubes first, then quarters of some tubes and of their neighbours.
 
-`paths` decides which tubes matter.
+`paths` chooses those tubes, by the power that their hits may bring to a receiver.
 """
 
 from __future__ import annotations
@@ -15,15 +15,17 @@ from polychirp.channel.ray_tubes.launch_grid import Window, windows_over
 from polychirp.channel.scene.world import World
 
 MIN_TUBES: Final = 256
-"""Least number of tubes over a body (chosen): fewer could miss a small body's surfaces."""
+"""Least number of tubes in a body's first window, unless the narrowest tubes are wider than that
+allows. Chosen: fewer tubes could miss surfaces of a small body."""
 
 
 class Level(NamedTuple):
-    """Tubes of one transmitter that have been halved equally often.
+    """Tubes of one transmitter that have been cut in quarters equally often.
 
-    Every window has its first ``body``, the number of times ``left`` that its tubes may still be
-    halved, the numbers of those of its ``tubes`` that are there, row by row, and the most
-    reflections ``max_turns`` to follow of each.
+    The other fields have one entry for every window: ``body``, the number of the body that it
+    covers; ``left``, how often its tubes may still be cut in quarters; ``tubes``, the numbers of
+    its tubes that are followed, counted row by row; ``max_turns``, the largest number of
+    reflections to follow along each of these tubes.
     """
 
     windows: list[Window]
@@ -34,19 +36,19 @@ class Level(NamedTuple):
 
     @property
     def start(self) -> IntArray:
-        """First numbers of all windows if tubes are numbered through them, ``(window + 1,)``."""
+        """Number of every window's first tube, counted through all windows, ``(window + 1,)``."""
         sizes = [window.num_tubes for window in self.windows]
         return np.concatenate([[0], np.cumsum(sizes, dtype=np.int64)])
 
     def window_of(self, tube: IntArray) -> IntArray:
-        """The windows of tubes that are numbered through all windows."""
+        """Numbers of the windows of tubes, whose numbers count through all windows."""
         return np.searchsorted(self.start, tube, side="right") - 1
 
     def with_neighbours(self, wanted: IntArray, turns: IntArray) -> IntArray:
-        """Most reflections to follow of the quarters of every tube, ``(tube,)``; 0: no quarters.
+        """Number of reflections to follow along every tube's quarters, ``(tube,)``; 0: no quarters.
 
-        Tubes that are ``wanted`` (with repeats) for ``turns`` reflections are cut in quarters with
-        their eight neighbours.
+        The tubes ``wanted``, where a number may occur more than once, are cut in quarters with
+        their eight neighbours; ``turns`` is the number of reflections to follow for each entry.
         """
         start = self.start
         found = np.zeros(start[-1], dtype=np.int64)
@@ -62,7 +64,7 @@ class Level(NamedTuple):
         return found
 
     def halved(self, turns: IntArray) -> Level:
-        """The next level: quarters of the tubes with ``turns``, as `with_neighbours` gives them."""
+        """The next level: quarters of tubes whose ``turns``, from `with_neighbours`, exceed 0."""
         some, tubes, most, start = [], [], [], self.start
         for number, window in enumerate(self.windows):
             here = turns[start[number] + self.tubes[number]]
@@ -76,7 +78,7 @@ class Level(NamedTuple):
 
 
 def _quarters(tube: IntArray, columns: int) -> IntArray:
-    """Numbers of four tubes for each, side by side, so that they meet what is near in memory."""
+    """Numbers of each tube's quarters, one after another: their rays read the same memory."""
     row, column = np.divmod(tube, columns)
     corner = 4 * row * columns + 2 * column
     return np.asarray(corner[:, None] + [0, 1, 2 * columns, 2 * columns + 1]).reshape(-1)
@@ -85,10 +87,11 @@ def _quarters(tube: IntArray, columns: int) -> IntArray:
 def first_level(
     world: World, radar: int, bodies: list[int], widths: tuple[float, float], max_bounces: int
 ) -> Level:
-    """All tubes over some bodies, of ``widths`` (m) from narrowest to widest.
+    """All tubes over some bodies; ``widths`` are those of the narrowest and of the widest, m.
 
-    They have the width of the narrowest times the greatest power of 2 that the widest allows.
-    Tubes over bodies that seem small are narrower: `MIN_TUBES` or more, if the narrowest allow it.
+    The width is that of the narrowest tubes times the greatest power of 2 that does not exceed the
+    widest. It is halved for a body that seems small from the radar until there are `MIN_TUBES`, but
+    not below that of the narrowest.
     """
     windows, whose, left = [], [], []
     narrowest, widest = widths

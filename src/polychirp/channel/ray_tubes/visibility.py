@@ -1,4 +1,4 @@
-"""Legs from receivers to hits: which are free, and what sheets and leaves take from the wave."""
+"""Legs from receivers to hits of tubes: which are not blocked, and what they transmit."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ from polychirp.jit import compiled, inlined, inner
 from polychirp.threads import in_ranges
 
 FEWEST_HITS: Final = 64
-"""Hits that are worth a call of their own (chosen)."""
+"""Least hits per parallel call of a kernel (chosen: fewer do not repay the call)."""
 
 HITS_PER_SHADOW_TEST: Final = 512
-"""Hits that are tested for shadow before the power of the rest is compared again (chosen)."""
+"""Hits tested for shadow before the rest's power is compared with `StopRule` again (chosen)."""
 
 BODIES, PLATES, PANES, VEILED_BODIES = 0, 1, 2, 3
 """Kinds in `Obstacles`, in the order of `View.near`: all bodies; opaque plates; sheets among
-plates; bodies with sheets or leaves."""
+plates; bodies with sheets or leaves, which attenuate the wave."""
 
 
 class Obstacles(NamedTuple):
     """Bodies and plates that may block or weaken the legs between one receiver and every body.
 
-    Those of kind k on the leg to body b are ``number[start[k, b]:start[k, b + 1]]``.
+    Obstacles of kind k on the leg to body b are ``number[start[k, b]:start[k, b + 1]]``.
     """
 
     number: IntArray
@@ -44,7 +44,7 @@ class Obstacles(NamedTuple):
 
 
 def obstacles_of(views: list[View]) -> Obstacles:
-    """Obstacles of the receiver whose ``views`` by all bodies are given, in the bodies' order."""
+    """Obstacles of one receiver, from its ``views`` by all bodies in the bodies' order."""
     lists = [view.near[kind] for kind in (BODIES, PLATES, PANES, VEILED_BODIES) for view in views]
     ends = np.cumsum([len(numbers) for numbers in lists]).reshape(4, -1)
     start = np.column_stack([np.concatenate([[0], ends[:-1, -1]]), ends])
@@ -59,7 +59,7 @@ def _obstacles(table: Obstacles, kind: int, body: int) -> IntArray:
 
 @inlined
 def _lifted(hit: np.void) -> Vector:
-    """A point just before the surface that a tube meets."""
+    """The hit's point, `SHADOW_RAY_LIFT` in front of the surface."""
     return ahead(vector(hit["point"]), vector(hit["normal"]), SHADOW_RAY_LIFT)
 
 
@@ -75,7 +75,7 @@ def _heading(start: Vector, end: Vector) -> tuple[Vector, float]:
 def _is_hidden(
     space: Space, bodies: IntArray, plates: IntArray, start: Vector, end: Vector, notes: Notes
 ) -> bool:
-    """True if a body or a plate blocks a leg from a radar to a point, as `occlusion.is_blocked`."""
+    """True if a body or plate blocks a leg from radar to point; see `occlusion.is_blocked`."""
     direction, length = _heading(start, end)
     span, way = (RADAR_CLEARANCE, length), (end[0] - start[0], end[1] - start[1], end[2] - start[2])
     if length <= RADAR_CLEARANCE:
@@ -95,7 +95,7 @@ def _find_veils(
 ) -> int:
     """Fill ``found`` with the bodies that veil the leg from a radar to a point; return their count.
 
-    These are, in their order, bodies with sheets on the leg, and those with leaves near it.
+    These are the bodies with a sheet on the leg, or with leaves and the leg within their reach.
     """
     direction, length = _heading(start, end)
     span, size = (RADAR_CLEARANCE, length), 0
@@ -120,7 +120,7 @@ def _find_visible(
     which: IntArray,
     out: BoolArray,
 ) -> None:
-    """Mark the hits ``which`` in ``out`` if nothing opaque is between them and the receiver."""
+    """Mark in ``out`` the hits ``which`` with nothing opaque on the leg to the receiver."""
     start = vector(sink)
     notes = np.empty(space.room, dtype=np.float32)
     for i in range(begin, end):
@@ -140,7 +140,7 @@ def last_legs(
     upwards: FloatArray,
     wavenumber: float,
 ) -> ComplexArray:
-    """Transmission of sheets and leaves from a receiver to hits, ``(hit, 2, 2)``."""
+    """Transmission of sheets and leaves on legs from a receiver to hits, ``(hit, 2, 2)``."""
     out = np.zeros((len(hits), 2, 2), dtype=np.complex128)
     what = space, faces, media, obstacles, hits, sink, Wave(upwards, wavenumber)
     in_ranges(_fill_last_legs, len(hits), *what, out, least=FEWEST_HITS)
@@ -177,7 +177,7 @@ def _fill_last_legs(
 
 
 class HitPowers(NamedTuple):
-    """Some of many hits by ``number``, with the ``power`` that they may bring to a receiver."""
+    """``number`` of some hits, and their estimated ``power`` at a receiver if they are visible."""
 
     number: IntArray
     power: FloatArray
@@ -186,8 +186,9 @@ class HitPowers(NamedTuple):
 class StopRule(NamedTuple):
     """Limits below which the weaker hits are not tested for shadow.
 
-    They apply if the sum of their powers is below ``share`` of that of the visible hits, or below
-    ``floor``; or if the power of their amplitudes, summed in phase, is below ``floor_in_phase``.
+    The tests stop if the sum of the untested hits' powers is below ``share`` of the visible hits'
+    or below ``floor``, or if the power of the sum of their amplitudes, as if in phase, is below
+    ``floor_in_phase``. The floors are in the unit of `HitPowers.power`.
     """
 
     share: float

@@ -1,9 +1,9 @@
-"""Trees, poses and plates of a scene as compiled code takes them, in the frame of one body.
+"""Trees, poses and plates of a scene in flat tables for compiled code, in any one frame.
 
-A kernel takes every array of a tuple as some eight words and copies them for every call of
-another kernel. Few large tables are therefore faster than many small ones: the sides of a plate
-are one row, the pose of a body is one row, and the trees of all bodies lie behind one another.
-Parallel loops take tuples of arrays, but no tuples of tuples.
+Compiled code passes an array as some eight machine words, which it copies at every call of another
+compiled function. Few large tables are therefore faster than many small ones: each plate is one
+row, each pose of a body is one row, and the trees of all bodies share tables, one body after the
+other. `Blockers` is a flat tuple, as parallel loops cannot take tuples of tuples.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from polychirp.channel.scene.world import World
 from polychirp.jit import inlined, inner
 
 OPAQUE_ROLE, PANE_ROLE, CLOUD_ROLE = 0, 1, 2
-"""Rows of `Blockers.root`, in the order of `world.ROLES`."""
+"""First indices of `Blockers.root`, in the order of `world.ROLES`."""
 
 PLATE_NORMAL: Final = 0
 PLATE_CENTRE: Final = 3
@@ -29,7 +29,8 @@ PLATE_ALONG: Final = 9
 PLATE_HALF_ACROSS: Final = 12
 PLATE_HALF_ALONG: Final = 13
 PLATE_MEDIUM: Final = 14
-"""Columns of `Blockers.plate`: four vectors and three numbers."""
+"""First columns of the fields of `Blockers.plate`: four vectors of three columns (unit normal,
+centre in m, two unit vectors along the sides), two half lengths in m, number of the material."""
 
 
 class Blockers(NamedTuple):
@@ -37,9 +38,9 @@ class Blockers(NamedTuple):
 
     ``box`` to ``triangle`` are as in `Tree`, for the trees of all bodies, each in its body's own
     frame: body b has the nodes ``root[role, b, 0]:root[role, b, 1]``. ``medium`` ``(triangle,)`` is
-    a number into the world's materials; ``pose`` ``(body, 12)`` the matrix, row by row, and the
-    shift that take a point to the frame of each body; ``plate`` ``(plate, 15)`` m, columns
-    `PLATE_NORMAL` to `PLATE_MEDIUM`.
+    the number of a triangle's material in the world. ``pose`` ``(body, 12)`` holds the rotation
+    matrix, row by row, and then the shift, m, that take a point to the frame of each body.
+    ``plate`` ``(plate, 15)`` has the columns `PLATE_NORMAL` to `PLATE_MEDIUM`.
     """
 
     box: FloatArray
@@ -98,7 +99,7 @@ def into_body(blockers: Blockers, b: int, start: Vector, way: Vector) -> tuple[V
 
 @inlined
 def nodes_of(blockers: Blockers, role: int, b: int) -> tuple[int, int]:
-    """First node, and node behind the last, of a body's tree of one role."""
+    """Number of the first node of a body's tree of one role, and of the last node plus 1."""
     return blockers.root[role, b, 0], blockers.root[role, b, 1]
 
 
@@ -115,7 +116,7 @@ def first_hit_in_body(
     way: Vector,
     span: tuple[float, float],
 ) -> tuple[float, int]:
-    """Share of a leg (in the body's frame) at its first hit, infinite for none, and triangle."""
+    """Fraction of a leg (in the body's frame) at its first hit (∞: none), and triangle's number."""
     return first_hit(_boxes(blockers), nodes, start, way, span, False)
 
 
@@ -127,7 +128,7 @@ def hits_body(
     way: Vector,
     span: tuple[float, float],
 ) -> bool:
-    """True if a leg (in the body's frame) meets any triangle of the nodes."""
+    """True if a leg (in the body's frame) meets any triangle of the tree's ``nodes``."""
     return first_hit(_boxes(blockers), nodes, start, way, span, True)[0] < math.inf
 
 
@@ -145,7 +146,7 @@ def face_normal(blockers: Blockers, b: int, triangle: int) -> Vector:
 
 @inlined
 def is_beside(plate: FloatArray, p: int, gap: Vector) -> bool:
-    """True if a point of a plate's plane, ``gap`` m from the plate's centre, is off the plate."""
+    """True if a point in a plate's plane lies outside the plate; ``gap`` m: from its centre."""
     if abs(dot(vector_at(plate, p, PLATE_ACROSS), gap)) > plate[p, PLATE_HALF_ACROSS]:
         return True
     return bool(abs(dot(vector_at(plate, p, PLATE_ALONG), gap)) > plate[p, PLATE_HALF_ALONG])
@@ -153,7 +154,7 @@ def is_beside(plate: FloatArray, p: int, gap: Vector) -> bool:
 
 @inner
 def crosses_plate(plate: FloatArray, p: int, start: Vector, way: Vector, nearest: float) -> bool:
-    """True if a leg crosses a plate beyond a share ``nearest`` of the leg."""
+    """True if a leg crosses a plate after the fraction ``nearest`` of its length and before 1."""
     n, c = vector_at(plate, p, PLATE_NORMAL), vector_at(plate, p, PLATE_CENTRE)
     slope = dot(n, way)
     if slope == 0.0:

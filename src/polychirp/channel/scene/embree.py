@@ -1,9 +1,10 @@
-"""Rays among triangles on Embree, if the package ``embreex`` is installed.
+"""Casting of rays among triangles by the library Embree, if ``embreex`` is installed.
 
-Embree works in single precision: the rounding of a ray's start is 6e-8 of its coordinates. Meshes
-are therefore moved to their own middle, and the distance of every hit is computed again in double
-precision from the triangle that was hit. The triangle can differ from that of `bvh.Caster` for
-rays that pass an edge by less than the rounding.
+Embree works in single precision: the rounding error of a ray's start is up to 6e-8 of its
+coordinates. Meshes are therefore moved so that the middle of their bounding box is the origin, and
+the distance of every hit is computed again in double precision from the triangle that was hit. For
+rays that pass an edge at a distance below the rounding error, the triangle can differ from that of
+`bvh.Caster`.
 """
 
 from functools import lru_cache
@@ -18,12 +19,12 @@ from polychirp.channel.scene.world import Surface, World
 from polychirp.errors import InputError
 
 END_MARGIN: Final = 1e-6
-"""Share of a leg's length, at both its ends, within which no hit counts, chosen: more than the
-rounding of single precision."""
+"""Share of a ray's length, at each of its two ends, within which hits are ignored. Chosen: it
+exceeds the relative rounding error of single precision, 6e-8."""
 
 
 class RayCaster(Protocol):
-    """A set of triangles among which rays can be cast, such as `bvh.Caster`."""
+    """Interface of a set of triangles among which rays can be cast, such as `bvh.Caster`."""
 
     def closest(self, origins: FloatArray, directions: FloatArray) -> tuple[FloatArray, IntArray]:
         """Distance in m and face of the first hits, both ``(ray,)``."""
@@ -64,7 +65,7 @@ def caster_of(triangles: FloatArray, name: CasterName = "auto") -> RayCaster:
 
 
 def caster_name(name: CasterName) -> Literal["numba", "embree"]:
-    """Caster that a name means on this machine.
+    """Caster that a name selects on this machine: "auto" becomes "embree" or "numba".
 
     Raises
     ------
@@ -89,8 +90,8 @@ def caster_name(name: CasterName) -> Literal["numba", "embree"]:
 class EmbreeCaster:
     """Casts rays among triangles, m ``(triangle, corner, xyz)``, on Embree.
 
-    It has the methods of `bvh.Caster`. A start or an end on a triangle is not a hit of that
-    triangle, within `END_MARGIN` of the leg.
+    It has the methods of `bvh.Caster`. In `occluded`, triangles within the share
+    `END_MARGIN` of a ray's length from its origin or its end do not block it.
 
     Raises
     ------
@@ -147,7 +148,7 @@ class EmbreeCaster:
 
 @lru_cache(maxsize=64)
 def embree_of(surface: Surface) -> EmbreeCaster:
-    """Caster of a surface's opaque faces in its own frame; kept for the next snapshot."""
+    """Caster of a surface's opaque faces in the body's frame, cached for later snapshots."""
     rows = surface.trees["opaque"].triangle
     return EmbreeCaster(
         np.stack([rows[:, :3], rows[:, :3] + rows[:, 3:6], rows[:, :3] + rows[:, 6:]], axis=1)
@@ -157,9 +158,9 @@ def embree_of(surface: Surface) -> EmbreeCaster:
 def blocked_by_bodies(
     world: World, bodies: IntArray, starts: FloatArray, ends: FloatArray, clearance: float
 ) -> BoolArray:
-    """Mask of the rays between points of the world that one of ``bodies`` blocks.
+    """Mask of the rays from ``starts`` to ``ends`` (world frame, m) that one of ``bodies`` blocks.
 
-    Nothing within ``clearance`` m of the start blocks.
+    Triangles within ``clearance``, m, of a ray's start do not block it.
     """
     out = np.zeros(len(starts), dtype=np.bool_)
     way = ends - starts

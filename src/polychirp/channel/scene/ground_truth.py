@@ -19,19 +19,20 @@ if TYPE_CHECKING:
     from polychirp.channel.scene.world import World
 
 VISIBLE_POWER: Final = 0.5
-"""Least power ratio that sheets and leaves must transmit, in both polarisations, for a point to be
-visible. Chosen between a bumper (0.87) and a pane of glass (0.29)."""
+"""Least power ratio that sheets and leaves must transmit, in every polarisation, for a point to be
+visible. Chosen: a bumper transmits more (0.87), a pane of glass less (0.29)."""
 
 PIECE_SIZE: Final = 0.05
 """Longest edge of the pieces into which the faces of a partly hidden body are cut to find its
-nearest visible point, m (chosen)."""
+nearest visible point, m. Chosen: far below the size of a target."""
 
 FIRST_BATCH_SIZE: Final = 64
-"""Points in the first batch, the nearest ones; each next batch has four times as many (chosen)."""
+"""Points in the first batch of visibility tests, the nearest ones; each later batch is four times
+larger. Chosen: mostly one of the nearest points is visible, so that few are tested."""
 
 ENCLOSED_SHARE: Final = 0.6
-"""Share of the full sphere that a body's faces must span around a point for the point to be inside.
-Chosen: a point close behind one open sheet has 0.5, a point in a body with windows almost 1."""
+"""Share of the full solid angle that a body's faces must span at a point that is inside.
+Chosen: it is 0.5 close behind a single sheet, and almost 1 in a body with windows."""
 
 
 def truth(
@@ -44,18 +45,19 @@ def truth(
 ) -> Truth:
     r"""Nearest visible point of the metal of every target, from a radar's phase centre.
 
-    Without metal, all faces of the body count; without faces, its plates; without plates, its
-    point scatterers. The nearest point is exact if it is visible; on a partly hidden body, the
-    result is the nearest visible point of pieces of 5 cm.
+    Without metal, all faces of the body are searched; without faces, its plates; without plates,
+    its point scatterers. If the nearest point is visible, it is exact. If not, the result is the
+    nearest visible one of pieces of `PIECE_SIZE`; on a hidden body, it is the nearest point.
 
-    The range rate is that of the body along the line of sight, :math:`(v_B - v_X)\cdot u`: the
-    nearest point moves over a curved body, but to first order across the line of sight.
+    The range rate is :math:`(v_B - v_X)\cdot u`, with the velocities of body and radar and the
+    unit vector u from the radar to the point. The movement of the nearest point over a curved body
+    is neglected: to first order it is across the line of sight.
 
     Parameters
     ----------
     receiver : number of the radar; targets : names of actors
-    materials : added to the known materials, for the test of what blocks
-    frequency : Hz
+    materials : added to the known materials, for the transmission of what is in between
+    frequency : Hz, at which that transmission is computed
 
     Raises
     ------
@@ -98,7 +100,7 @@ def _actor(scene: Scene, name: str) -> Actor:
 
 
 def _nearest_visible(world: World, actor: Actor, eye: FloatArray) -> tuple[FloatArray, bool]:
-    """The nearest visible point in world axes and True, or the nearest hidden one and False."""
+    """Nearest visible point in world axes and True; if all are hidden, the nearest and False."""
     from polychirp.channel.geometry.closest_point import closest_points
 
     corners = target_corners(actor)
@@ -124,7 +126,7 @@ def _nearest_visible(world: World, actor: Actor, eye: FloatArray) -> tuple[Float
 
 
 def _first_visible(world: World, candidates: FloatArray, eye: FloatArray) -> FloatArray | None:
-    """The nearest of points ``(candidate, xyz)`` visible from the radar at ``eye``, or None.
+    """The nearest of points ``(candidate, xyz)`` that is visible from ``eye``, or None.
 
     A point is visible if nothing opaque hides it, and if sheets and leaves transmit at least
     `VISIBLE_POWER` in every polarisation.
@@ -147,7 +149,7 @@ def _first_visible(world: World, candidates: FloatArray, eye: FloatArray) -> Flo
 
 
 def _growing(numbers: IntArray) -> Iterator[IntArray]:
-    """Numbers in order, in batches: `FIRST_BATCH_SIZE`, then each four times the last."""
+    """Batches of numbers in order: `FIRST_BATCH_SIZE`, then each four times the one before."""
     begin, size = 0, FIRST_BATCH_SIZE
     while begin < len(numbers):
         yield numbers[begin : begin + size]
@@ -185,12 +187,12 @@ def target_corners(actor: Actor) -> FloatArray:
 
 
 def _plate_corners(actor: Actor) -> FloatArray:
-    """Two triangles for every plate."""
+    """Two triangles per plate, m, ``(face, corner, xyz)`` in the actor's frame."""
     return np.array([plate.triangles for plate in actor.plates]).reshape(-1, 3, 3)
 
 
 def _cut(corners: FloatArray) -> FloatArray:
-    """Triangles, cut by halving longest edges until none is longer than `PIECE_SIZE`."""
+    """Triangles ``(face, corner, xyz)``, halved at the longest edge until all fit `PIECE_SIZE`."""
     done = []
     while len(corners):
         edge = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=-1)
@@ -211,13 +213,13 @@ def _cut(corners: FloatArray) -> FloatArray:
 
 
 def refuse_radar_inside_body(scene: Scene) -> None:
-    """Check that every radar is in the open.
+    """Check that no radar is inside a body or below a road.
 
     Raises
     ------
     InputError
         A radar is inside a closed mesh (its own vehicle's body too), inside a building, or below
-        the road. Sheets that block nothing, such as bumpers, do not count.
+        the road. Faces of sheets that transmit `VISIBLE_POWER`, such as bumpers, do not count.
     """
     for radar, position in zip(scene.radars, scene.radar_position, strict=True):
         for actor in scene.actors:

@@ -1,4 +1,4 @@
-"""Shadow tests of rays between two points, against all opaque bodies and plates."""
+"""Tests whether an opaque body or plate lies between two points."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ def is_blocked(
     end: Vector,
     clearance: float,
 ) -> bool:
-    """True if one of ``bodies`` or ``plates`` is between two points.
+    """True if one of ``bodies`` or ``plates`` lies between two points (m).
 
-    Nothing within ``clearance`` m of the start blocks.
+    Surfaces within ``clearance`` (m) of the start are ignored.
     """
     way = (end[0] - start[0], end[1] - start[1], end[2] - start[2])
     length = math.sqrt(dot(way, way))
@@ -87,12 +87,13 @@ def blocked(
     clearance: float = RADAR_CLEARANCE,
     but_body: int | None = None,
 ) -> BoolArray:
-    """Mask of the rays with something opaque between their ends, m ``(ray, xyz)``: ``(ray,)``.
+    """Mask ``(ray,)`` of the rays that an opaque body or plate blocks between their ends.
 
     Parameters
     ----------
-    clearance : m from the start within which nothing blocks
-    but_body : number of the one body that does not block
+    starts, ends : m, in the world, ``(ray, xyz)``
+    clearance : distance from the start, m, within which surfaces are ignored
+    but_body : number of a body that is ignored, such as the ray's own; none by default
     """
     bodies, plates = opaque_obstacles(world)
     bodies = bodies[bodies != but_body]

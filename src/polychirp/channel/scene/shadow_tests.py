@@ -1,4 +1,4 @@
-"""Shadow rays for the strongest paths first, so that paths which are too weak need none."""
+"""Shadow tests of the strongest paths first, so that paths that are too weak are not tested."""
 
 from collections.abc import Callable
 from typing import Final
@@ -8,8 +8,8 @@ import numpy as np
 from polychirp.axes import BoolArray, FloatArray, IntArray
 
 FIRST_ROUND_SIZE: Final = 8
-"""Paths of each pair that are tested in the first round; every round has twice as many as the one
-before. Chosen."""
+"""Number of paths of each pair of radars that are tested in the first round; every later round
+tests twice as many as the one before. Chosen: few, since often one of the strongest is visible."""
 
 
 def strongest_visible(
@@ -20,15 +20,14 @@ def strongest_visible(
 ) -> IntArray:
     """Numbers of the visible paths within a dynamic range of their group's strongest visible path.
 
-    Paths that are weaker are not tested: a hidden path costs a ray only if it would be among the
-    strong ones.
+    A path is not tested for shadow if it is too weak beside a visible path of an earlier round.
 
     Parameters
     ----------
-    power : ratio, ``(path,)``
-    group : number of the pair, ``(path,)``
-    is_visible : mask ``(number,)`` of the visible ones among the paths with some numbers
-    dynamic_range : ratio of powers
+    power : received over transmitted power, ``(path,)``
+    group : number of the pair of radars, ``(path,)``
+    is_visible : function from numbers of paths to a mask of those that are visible, ``(number,)``
+    dynamic_range : ratio of the group's strongest visible power to the least power that is kept
 
     Examples
     --------

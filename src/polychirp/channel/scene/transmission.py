@@ -1,13 +1,14 @@
-r"""Losses of a straight leg of a path in the thin sheets and clouds of leaves on its way.
+r"""Losses of a straight leg of a path in the thin sheets and clouds of leaves that it crosses.
 
-A sheet of glass or plastic changes the field of a wave along d, with s across the plane of
-incidence and p in it, to
+A sheet of glass or plastic changes the field E of a wave that travels along d to
 
 .. math:: E' = T_s (E\cdot s)\,s + T_p (E\cdot p)\,p
 
-with the transmission of `fresnel.sheet` relative to the air that the sheet displaces. The wave
-keeps its direction, since a sheet's faces are parallel. Echoes between two sheets, and the shift
-of the beam within one (1 mm for a pane), are neglected. A cloud attenuates the power by
+where the unit vector s is perpendicular to the plane of incidence and p lies in it, both
+perpendicular to d; `fresnel.sheet_transmission` gives T relative to the air that the sheet
+displaces. The wave keeps its direction, since a sheet's faces are parallel. Echoes between two
+sheets, and the sideways shift of the wave within one (1 mm for a pane), are neglected. A cloud
+attenuates the power by
 :math:`e^{-\alpha x}` over the length x inside; `clutter.foliage` adds the power that it scatters.
 """
 
@@ -40,12 +41,12 @@ from polychirp.jit import compiled, inlined, inner
 from polychirp.threads import in_ranges
 
 HIT_SEPARATION: Final = 1e-9
-"""Share of a leg by which the search goes on behind a hit, chosen: two triangles that share an
-edge are then one crossing."""
+"""Distance by which the search for the next hit begins behind the last one, as a share of the
+latter's distance. Chosen: a hit on the common edge of two triangles then counts once."""
 
 
 class Wave(NamedTuple):
-    """`world.POLARISATION_AXES` in the frame of the blockers, ``(2, xyz)``; wavenumber, 1/m."""
+    """``axes``: `world.POLARISATION_AXES` in the blockers' frame, ``(2, xyz)``; wavenumber, 1/m."""
 
     axes: FloatArray
     wavenumber: float
@@ -54,7 +55,7 @@ class Wave(NamedTuple):
 class Leg(NamedTuple):
     """Start and end of a straight part of a path, m.
 
-    A named tuple, since parallel loops refuse plain tuples of tuples.
+    It is a named tuple since Numba's parallel loops refuse plain tuples of tuples.
     """
 
     start: Vector
@@ -69,17 +70,17 @@ def transmission_matrices(
     clearance: float = RADAR_CLEARANCE,
     but_body: int | None = None,
 ) -> ComplexArray:
-    """Transmission of the straight legs between points of the world, m ``(ray, xyz)``.
+    """Transmission of the straight legs from ``starts`` to ``ends``, m in the world ``(ray, xyz)``.
 
     Parameters
     ----------
-    clearance : m from the start within which nothing is met
-    but_body : number of the one body that does not count
+    clearance : m from the start within which sheets are ignored and clouds do not attenuate
+    but_body : number of a body whose sheets and leaves are ignored; None: no body is
 
     Returns
     -------
     matrix : ``(ray, 2, 2)``, from (V, H) at the start to (V, H) at the end, both of
-        `frames.polarisation_basis` along the way. Whatever is opaque counts as absent.
+        `frames.polarisation_basis` for the leg's direction. Opaque surfaces are ignored.
 
     Notes
     -----
@@ -110,9 +111,10 @@ def transmission_matrices(
 def with_leg_losses(
     transfer: ComplexArray, first: ComplexArray, last: ComplexArray
 ) -> ComplexArray:
-    """A transfer ``(path, 2, 2)`` with the losses of its first and its last leg.
+    """Transfer matrices ``(path, 2, 2)`` times the losses of each path's first and last leg.
 
-    Both losses are `transmission_matrices` from the radar at that end outwards.
+    ``first`` and ``last`` are `transmission_matrices` from the radar at that end of the path
+    outwards.
 
     >>> half = 0.5 * np.eye(2, dtype=complex)[None]
     >>> float(with_leg_losses(np.ones((1, 2, 2), dtype=complex), half, half)[0, 0, 0].real)
@@ -143,7 +145,7 @@ def _fill_matrices(
 
 @inlined
 def _has_cloud(blockers: Blockers, b: int) -> bool:
-    # a tree without triangles has one node
+    # the search tree of a body without a cloud has no triangles: it is a single node
     begin, end = nodes_of(blockers, CLOUD_ROLE, b)
     return bool(end - begin > 1)
 
@@ -157,7 +159,7 @@ def is_attenuated(
     end: Vector,
     clearance: float,
 ) -> bool:
-    """True if a pane or a cloud of ``bodies`` or ``plates`` is on the way between two points."""
+    """True if one of ``plates``, or a sheet or cloud of ``bodies``, lies between two points."""
     way = (end[0] - start[0], end[1] - start[1], end[2] - start[2])
     length = math.sqrt(dot(way, way))
     if length <= clearance:
@@ -180,10 +182,11 @@ def is_attenuated(
 def chord(
     blockers: Blockers, b: int, start: Vector, way: Vector, span: tuple[float, float]
 ) -> tuple[float, int]:
-    """Share of a leg inside a body's closed cloud, and a triangle of its border.
+    """Share of a leg inside a body's closed cloud, and the first triangle of its border on the way.
 
-    The leg begins inside if it leaves the cloud without having entered it; the first border
-    behind the leg's end shows if it ends inside.
+    ``span`` holds the shares of the leg between which it counts. If the first crossing leaves the
+    cloud, the leg began inside. The search goes on up to the first crossing beyond the leg's end:
+    if that one leaves the cloud, the leg ends inside.
     """
     inside, entered, stop = 0.0, span[0], span[1]
     border = nodes_of(blockers, CLOUD_ROLE, b)
@@ -203,14 +206,14 @@ def chord(
 
 @inner
 def _leaves(triangle: FloatArray, way: Vector) -> bool:
-    """True if a way crosses a triangle from behind."""
+    """True if a ray along ``way`` crosses a triangle from behind, along its normal."""
     u, v = (triangle[3], triangle[4], triangle[5]), (triangle[6], triangle[7], triangle[8])
     return dot(cross(u, v), way) > 0.0
 
 
 @inner
 def _polarisation_basis(direction: Vector, axes: FloatArray) -> tuple[Vector, Vector]:
-    """(V, H) of `frames.polarisation_basis`."""
+    """(V, H) of `frames.polarisation_basis` for a direction, with `Wave.axes`."""
     h = cross(row(axes, 0), direction)
     size = math.sqrt(dot(h, h))
     h = row(axes, 1) if size < 1e-9 else (h[0] / size, h[1] / size, h[2] / size)
@@ -228,7 +231,7 @@ def transmission_matrix(
     clearance: float,
     out: ComplexArray,
 ) -> None:
-    """Fill the matrix ``(2, 2)`` of a leg, as in `transmission_matrices`."""
+    """Fill ``out`` with the matrix ``(2, 2)`` of a leg, as `transmission_matrices` defines it."""
     start, end = leg
     way = (end[0] - start[0], end[1] - start[1], end[2] - start[2])
     length = math.sqrt(dot(way, way))
@@ -268,7 +271,7 @@ def _cross_sheet(
     wavenumber: float,
     out: ComplexArray,
 ) -> None:
-    """Multiply a matrix from the left by a sheet's transmission."""
+    """Multiply the matrix ``out`` from the left by a sheet's transmission; ``vh``: V and H."""
     pass_s, pass_p = sheet_transmission(media, medium, abs(dot(normal, d)), wavenumber)
     s = cross(d, normal)
     size = math.sqrt(dot(s, s))

@@ -1,8 +1,8 @@
-"""A scene prepared for rays: what does not change is prepared once and then moved rigidly.
+"""A scene prepared for rays: every mesh is prepared once and then only moved rigidly.
 
 Every mesh becomes a `Surface` in its own frame, with a tree of its faces for every `Role`; the
-trees of all bodies of a scene lie behind one another in one `Tree`. A snapshot adds only poses, so
-that tracing the scene a millisecond later rebuilds nothing.
+trees of all bodies of a scene are concatenated in one `Tree`. A later snapshot of the scene changes
+only the poses, so that nothing is rebuilt for it.
 """
 
 from __future__ import annotations
@@ -26,21 +26,24 @@ from polychirp.model.scene import Scene
 from polychirp.threads import side_by_side
 
 PATCH_SIZE: Final = 0.08
-"""Size of the patches of a surface, m: facets of a patch share a shadow ray and losses. Chosen."""
+"""Side of the cubes that divide a surface into patches, m. The facets of a patch share a shadow ray
+and transmission losses. Chosen."""
 
 PANEL_SIZE: Final = 0.24
-"""Size of the panels of patches, m. A view examines the patches of a body only if it sees at least
-one panel. Chosen."""
+"""Side of the cubes that divide patches into panels, m. A view examines the patches of a body only
+if it sees at least one panel. Chosen."""
 
 NUM_NEAR_PATCHES: Final = 9
 """Number of patches, the patch itself and its nearest ones, whose shadow rays must agree before its
-facets are taken for lit or hidden without rays of their own. Chosen."""
+facets are taken as lit or hidden without shadow rays of their own. Chosen."""
 
 RADAR_CLEARANCE: Final = 0.02
-"""Distance from a radar within which nothing blocks, m: its own cover and its mount. Chosen."""
+"""Distance from a radar within which nothing blocks its rays, m. Chosen: its cover and its mount
+lie within it."""
 
 POLARISATION_AXES: Final = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])
-"""World's z axis, and y, which replaces z for waves along z, as in `frames.polarisation_basis`."""
+"""World's z axis, the reference of polarisation, and its y axis, which replaces z for waves along
+z, as in `frames.polarisation_basis`."""
 
 Role = Literal["opaque", "pane", "cloud"]
 """Role of a face for a ray: opaque, a thin sheet to cross, or the border of a cloud of leaves."""
@@ -60,19 +63,20 @@ def role_of(material: Material, *, transmission: bool = True) -> Role:
 class Surface:
     """A mesh in its own frame, prepared for physical optics and for rays.
 
-    Clouds of leaves have trees, but none of the faces that scatter.
+    Faces of clouds of leaves are in the trees, but not among the faces that scatter.
 
     Parameters
     ----------
     centroid, normal, tangent : m and unit vectors, ``(face, xyz)``; normal × tangent is the
         second tangent
-    corner : m from the centroid, ``(face, corner, xyz)``; the farthest is at ``reach`` ``(face,)``
+    corner : m from the centroid, ``(face, corner, xyz)``
+    reach : distance of the farthest corner from the centroid, m ``(face,)``
     area : m², ``(face,)``; medium : number into ``materials``, ``(face,)``
     trees : trees of the faces of every `Role`
     tree_medium : number into ``materials`` of the triangles of every tree
     patch : number of the patch of neighbouring faces of similar direction, ``(face,)``
     patch_face : the face in the middle of every patch, ``(patch,)``
-    patch_near : the patch itself and the patches around it, ``(patch, near)``
+    patch_near : numbers of the patch itself and of the nearest patches, ``(patch, near)``
     panel_face : the face in the middle of every panel of patches of similar direction, ``(panel,)``
     centre, radius : m, of a sphere around all faces
     """
@@ -97,7 +101,7 @@ class Surface:
 
 @lru_cache(maxsize=64)
 def surface_of(mesh: Mesh, roles: tuple[Role, ...]) -> Surface:
-    """Surface of a mesh whose materials have these roles; kept for the next snapshot."""
+    """Surface of a mesh whose materials have these roles; cached for later snapshots."""
     corners = mesh.corners
     double = _double_area(corners)
     real = double > 0  # a face without area neither scatters nor blocks
@@ -173,7 +177,7 @@ def _near(middle: FloatArray) -> IntArray:
 
 
 class Forest(NamedTuple):
-    """Trees of several bodies, one behind the other; bodies with the same surface share them.
+    """Trees of several bodies, concatenated; bodies with the same surface share their trees.
 
     Body b has the nodes ``root[role, b, 0]:root[role, b, 1]``, with roles as in `ROLES`.
     """
@@ -184,7 +188,7 @@ class Forest(NamedTuple):
 
 @lru_cache(maxsize=6)
 def forest_of(surfaces: tuple[Surface, ...]) -> Forest:
-    """Trees of all surfaces behind one another."""
+    """Concatenated trees of all surfaces."""
     none = grow_tree(np.zeros((0, 3, 3)))
     kinds = tuple(dict.fromkeys(surfaces))
     trees = [s.trees[role] for role in ROLES for s in kinds] or [none]
@@ -233,7 +237,7 @@ class Plates(NamedTuple):
     medium: IntArray
 
     def of(self, number: IntArray) -> Plates:
-        """Plates of these numbers, with repetitions."""
+        """Plates of these numbers; a number that is repeated gives a repeated plate."""
         return Plates._make(column[number] for column in self)
 
 
@@ -264,17 +268,17 @@ def _plates(scene: Scene, materials: tuple[str, ...]) -> Plates:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class World:
-    """A scene at one instant, prepared for the mechanisms.
+    """A scene at one instant, prepared for the mechanisms that find paths.
 
     Parameters
     ----------
     scene : the scene itself
     frequency : Hz
-    dynamic_range : ratio by which a path may be weaker than its pair's strongest
+    dynamic_range : power ratio by which a path may be weaker than its pair of radars' strongest
     surfaces : surfaces of the bodies, in the order of ``body``
     body : numbers of the bodies' actors, ``(body,)``
     rotation, position, velocity : of the bodies, ``(body, xyz, xyz)``, m and m/s ``(body, xyz)``
-    plates : in the world
+    plates : plates of the scene, in the frame of the world
     materials : names of all media
     table : materials by name
     transmission : True if thin sheets transmit waves; otherwise they block
@@ -395,7 +399,7 @@ def world_of(
 
 
 def bodies_near(world: World, ends: FloatArray, radius: float) -> IntArray:
-    """Bodies that can block between a point and a sphere: m ``(2, xyz)`` and its radius at end 1.
+    """Bodies that can block rays from the point ``ends[0]`` to the sphere about ``ends[1]``, m.
 
     The point and the sphere span a cone, of radius t·``radius`` at the share t of the way. A body
     can block if its own sphere touches that cone. The gap between them is a convex function of t,
@@ -416,7 +420,7 @@ def bodies_near(world: World, ends: FloatArray, radius: float) -> IntArray:
 
 
 def plates_near(world: World, ends: FloatArray, radius: float) -> IntArray:
-    """Plates that can come between a point and a sphere: those not wholly on one side."""
+    """Plates whose planes pass between a point and a sphere, or cut the sphere."""
     sides = np.einsum("epx,px->ep", ends[:, None] - world.plates.centre, world.plates.normal)
     return np.flatnonzero(
         (np.minimum(sides[0], sides[1] - radius) <= 0)

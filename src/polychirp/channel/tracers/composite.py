@@ -36,16 +36,16 @@ if TYPE_CHECKING:
 
 
 MAX_BOUNCES: Final = 8
-"""Greatest number of bounces that a study may ask for (chosen). Each bounce costs as much time as
+"""Greatest number of bounces that a study may ask for. Chosen: each bounce costs as much time as
 the one before it, and adds less power."""
 
 WIDEST_TUBE: Final = 0.02
-"""m: width of ray tubes where they are not cut. It gives the right echo of a street; the weakest
-pairs of radars need narrower tubes."""
+"""Width of ray tubes before they are cut, m. Chosen: it gives the right echo power of a street;
+only the weakest pairs of radars need narrower tubes."""
 
 NARROWEST_TUBE: Final = 5e-4
-"""m: least width that a study may ask for (chosen: below it, a body of a few metres needs too many
-tubes)."""
+"""Least width of ray tubes that a study may ask for, m. Chosen: below it, a body of a few metres
+needs too many tubes."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,10 +62,10 @@ class Composite(Spec):
     Parameters
     ----------
     frequency : Hz, at which amplitudes and materials are evaluated
-    dynamic_range : ratio by which a path may be weaker than the strongest of its transmitter and
-        receiver, as their antennas' elements see it
-    reflecting_planes : true if road and walls mirror; they block in any case
-    max_bounces : surfaces that a path between bodies may meet; 1 leaves these paths out
+    dynamic_range : power ratio by which a path may be weaker than the strongest path of its
+        transmitter and receiver, weighted with the gains of their antennas' elements
+    reflecting_planes : true if road and walls mirror waves; they block waves in any case
+    max_bounces : bounces that a path between bodies may have; 1 leaves out paths between bodies
     narrowest_tube : m, width to which the ray tubes that search these paths are cut where it
         matters; 2 cm cuts none. At 2.5 mm the power of weak pairs is right to 1 dB in the median,
         at 2.4 times the cost
@@ -73,13 +73,13 @@ class Composite(Spec):
     transmission : true if thin sheets let waves through; otherwise they block
     diffuse : true if rough planes and leaves scatter. Every radar then has hundreds of weak paths
         more, most of them from the road within 5 m, which receivers take for as many objects
-    diffuse_range : like ``dynamic_range``, of a single diffuse path
+    diffuse_range : like ``dynamic_range``, for each single diffuse path
     max_length : m, of the longest path that is traced; a few hundred save time in long streets
     caster : of the rays that test for obstacles. "numba" is always available, "embree" needs the
         extra of that name, "auto" takes Embree if it is installed. Their results differ only for
         rays that pass an edge within some micrometres
     seed : of the random places and phases of diffuse scattering
-    materials : added to the known ones or instead of them
+    materials : materials added to the known ones; one with a known name replaces that material
 
     Examples
     --------
@@ -130,7 +130,7 @@ class Composite(Spec):
 
     @property
     def capabilities(self) -> frozenset[Capability]:
-        """Mechanisms that the tracer has."""
+        """Mechanisms that are switched on."""
         found: set[Capability] = {"line-of-sight", "occlusion", "points", "facets"}
         switched: dict[Capability, bool] = {
             "planes": self.reflecting_planes,
@@ -165,8 +165,8 @@ class Composite(Spec):
     def parts(self, world: World) -> tuple[Part, ...]:
         """Parts of the scene's paths: one for every mechanism, strong mechanisms first.
 
-        Facets and bounces have one part for each body, so that a body close by can be traced again
-        more often than the rest. A new mechanism is one more part.
+        Facets and bounces have one part for each body, so that a body near the radars can be traced
+        again more often than the rest.
         """
         parts = [*self._direct_parts(), *self._mirror_parts(), *self._body_parts(world)]
         if self.max_bounces > 1:
@@ -258,5 +258,5 @@ class Composite(Spec):
 
 
 def _part(name: str, mechanism: Mechanism, whole: str = "") -> Part:
-    """A part that is traced regardless of the strongest path."""
+    """A part whose paths are traced without regard to the strongest path found so far."""
     return Part(name, lambda world, pairs, _: mechanism(world, pairs), whole)

@@ -1,4 +1,4 @@
-"""`FreeSpace` — the exact reference: line of sight and point scatterers in an empty world."""
+"""`FreeSpace`, the reference tracer: lines of sight and echoes of points, without obstacles."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -16,12 +16,12 @@ from polychirp.units import Hertz
 class FreeSpace(Spec):
     """A world without surfaces, in which radars see each other and every point scatterer.
 
-    Powers are those of Friis and of the radar equation; delays are exact for bodies in linear
-    motion. Every other tracer must agree with this one if there are no obstacles.
+    The powers follow from the Friis formula and the radar equation. The delays are exact for radars
+    and points that move at constant velocity. Other tracers must give the same without obstacles.
 
     Parameters
     ----------
-    frequency : Hz, at which amplitudes are evaluated
+    frequency : Hz, at which the amplitudes of all paths are evaluated
 
     Examples
     --------
@@ -41,11 +41,11 @@ class FreeSpace(Spec):
 
     @property
     def capabilities(self) -> frozenset[Capability]:
-        """Mechanisms that the tracer has."""
+        """Propagation mechanisms that the tracer computes."""
         return frozenset({"line-of-sight", "points"})
 
     def trace(self, scene: Scene) -> PropagationPaths:
-        """Every path between the radars of ``scene``, at its time."""
+        """Direct paths between the radars of ``scene``, and echoes of its points, at its time."""
         pairs = all_pairs(scene)
         return gather(
             [

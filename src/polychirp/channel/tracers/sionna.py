@@ -1,16 +1,17 @@
-r"""`SionnaRt` — NVIDIA's Sionna RT as a tracer: an independent check of mirrors and Doppler.
+r"""`SionnaRt` — NVIDIA's Sionna RT as a tracer: an independent check of reflections and Doppler.
 
 Sionna writes a path's field as :math:`a\,e^{-j2\pi f\tau}` (with e^{+jωt}), so a does not contain
-the phase of the delay, and it receives with :math:`\hat\theta, \hat\varphi` of outward directions.
-With S the change of basis, our matrix A and our rate of the delay are
+the phase of the delay. Sionna's polarisations are :math:`\hat\theta` and :math:`\hat\varphi` of the
+directions out of both antennas. Our ``transfer`` A and ``delay_rate`` are, with Sionna's Doppler
+shift :math:`f_\Delta`,
 
 .. math:: A = S\,a\,S,\quad S = \begin{bmatrix}-1 & 0\\ 0 & 1\end{bmatrix},
     \qquad \dot\tau = -f_\Delta/f
 
-because :math:`V = -\hat\theta` and :math:`H = \hat\varphi`.
+because our polarisations are :math:`V = -\hat\theta` and :math:`H = \hat\varphi`.
 
-Sionna is imported only when a scene is traced, and only after a test of the LLVM library that it
-would compile with: versions 15 and 16 abort the process without a message.
+Sionna is imported only when a scene is traced, and only after a check of the version of the LLVM
+library that compiles its kernels: with versions 15 and 16 the process aborts.
 """
 
 import ctypes
@@ -38,35 +39,39 @@ from polychirp.spec import Spec
 from polychirp.units import Between, Hertz, Ratio, from_db
 
 OLDEST_LLVM: Final = 17
-"""Oldest major version of LLVM that works. Dr.Jit refuses 14; code compiled with 15 and 16 aborts
-("cannot select fmaximum")."""
+"""Oldest major version of LLVM that works. Dr.Jit, which compiles for Sionna, refuses 14; with
+15 and 16 the process aborts ("cannot select fmaximum")."""
 
 OLDEST_SIONNA: Final = 2
 """Oldest major version of Sionna RT that works."""
 
 CONDUCTOR_CONDUCTIVITY: Final = 1e12
-"""S/m that represent a perfect conductor: |1 + Γs| is 4e-6 at 79 GHz."""
+"""Conductivity that represents a perfect conductor, S/m. Chosen: |1 + Γs|, which is 0 for a perfect
+conductor, is then 4e-6 at 79 GHz."""
 
 CONDUCTOR_THICKNESS: Final = 1e-3
-"""m of a slab of that conductor. In a thicker one, Γ is not a number in single precision."""
+"""Thickness of a slab of that conductor, m. Chosen: with thicker slabs, Sionna's single precision
+gives Γ = NaN."""
 
 HALF_SPACE_THICKNESS: Final = 10.0
-"""m of a slab that represents a half-space, because Sionna has only slabs."""
+"""Thickness of a slab that represents a half-space, m, because Sionna has only slabs. Chosen: at
+`MIN_LOSS_TANGENT`, no wave returns from the far side."""
 
 MIN_LOSS_TANGENT: Final = 2e-3
-"""Least ε″/ε′ of such a slab, so that no wave returns from its far side.
+"""Least ε″/ε′ of a slab that represents a half-space, so that no wave returns from its far side.
 
-It changes the phase of Γ by less than 2e-3 rad. A smaller value does not work: single precision
-loses the imaginary part of √ε, and with it the slab's loss."""
+Chosen: it changes the phase of Γ by less than 2e-3 rad, whereas with a smaller value single
+precision loses the imaginary part of √ε, and with it the slab's loss."""
 
 _INSTALL = 'pip install "polychirp[sionna]"'
 _ADVICE = f"install one with {_INSTALL}, or name another in DRJIT_LIBLLVM_PATH"
 
 
 def llvm_version(library: str) -> int | None:
-    """Major version of an LLVM library by its name, else by a call to it; None if it is unknown.
+    """Major version of an LLVM library, by its file name or else by a call; None if unknown.
 
-    The call (LLVMGetVersion) exists since LLVM 16, so a library without it is older.
+    The call is LLVMGetVersion, which exists since LLVM 16; older libraries without a number in
+    their names are unknown.
 
     >>> [llvm_version(name) for name in ("libLLVM-15.so.1", "lib/libLLVM.so.23.1")]
     [15, 23]
@@ -92,19 +97,19 @@ def usable_llvm(
 ) -> str:
     """The LLVM library that Sionna shall compile with.
 
-    If the user has chosen one, it is taken or refused. Otherwise a Python package's library is
-    preferred to the newest of the system.
+    If the user has chosen one, it is taken, or refused if too old. Otherwise it is the newest one
+    of the Python packages, or, if they have none that is new enough, of the system.
 
     Parameters
     ----------
-    chosen : value of DRJIT_LIBLLVM_PATH, if it is set
-    packaged, installed : libraries of Python packages, and of the system
-    version_of : major version of a library
+    chosen : value of the environment variable DRJIT_LIBLLVM_PATH, None if it is not set
+    packaged, installed : paths of libraries in Python packages, and in the system's folders
+    version_of : function that gives the major version of a library, None if unknown
 
     Raises
     ------
     CapabilityError
-        There is none, or none that is new enough.
+        There is no library, or none that is new enough.
 
     Examples
     --------
@@ -139,7 +144,7 @@ def _called(version: int | None) -> str:
 
 
 def llvm_for_sionna() -> str:
-    """Path of the LLVM library that Sionna RT will use here; nothing of it is imported.
+    """Path of the LLVM library that Sionna RT will use here; Sionna RT is not imported.
 
     Raises
     ------
@@ -187,36 +192,36 @@ def _installed_libraries() -> list[str]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SionnaRt(Spec):
-    """Sionna RT 2: line of sight, mirrors, and transmission through sheets, on the processor.
+    """Sionna RT 2 on the CPU: line of sight, reflection, and transmission through sheets.
 
     This is an independent check of line of sight, roads, walls, Fresnel coefficients and Doppler,
-    not a tracer for studies: it mirrors waves in the flat triangles of bodies, whose echoes are
-    wrong by 5 to 30 dB. Further limits:
+    not a tracer for studies: it reflects waves from each triangle of a body as from a flat mirror,
+    and the bodies' echoes are wrong by 5 to 30 dB. Further limits:
 
     - All surfaces are sheets that reflect and transmit on both sides; half-spaces are slabs of
-      `HALF_SPACE_THICKNESS`. A plate reflects as an infinite mirror up to its edge (no Fresnel
-      integral).
+      `HALF_SPACE_THICKNESS`. A plate reflects as an infinite mirror if the mirror point is on the
+      plate, and else not at all.
     - Positions are those at the instant of reception, without motion during the flight, and
       rounded to single precision around the middle of the radars. Bounce points are right to about
-      0.5 mm along the surface, which hardly changes lengths, and Doppler to 5 mHz.
+      0.5 mm along the surface, which hardly changes lengths, and Doppler shifts to 5 mHz.
     - A radar's own cover blocks or weakens waves that pass it; legs below 1 cm are dropped.
-    - Point scatterers are refused. Clouds such as foliage are left out. Diffuse reflection is left
-      out, because Sionna gives it a phase that is not random, so that it adds up coherently.
-    - Roughness, which Sionna does not have, is applied here: `fresnel.roughness_factor`.
+    - Scenes with point scatterers are refused. Clouds such as foliage are left out. So is diffuse
+      reflection, because Sionna gives it a phase that is not random, so that it adds up coherently.
+    - Sionna has no roughness; this tracer applies it to reflections: `fresnel.roughness_factor`.
 
-    `trace` sets the environment variable DRJIT_LIBLLVM_PATH, unless it is set.
+    `trace` sets the environment variable DRJIT_LIBLLVM_PATH to the LLVM library that is used.
 
     Parameters
     ----------
     frequency : Hz, at which amplitudes and materials are evaluated
-    dynamic_range : ratio by which a path may be weaker than the strongest of its transmitter and
-        receiver, as their antennas' elements see it
-    max_depth : number of bounces, transmissions included
-    num_samples : rays that every radar sends to find bounces; a mirror that fills a share p of
-        its sphere is missed with probability (1 − p)^num_samples
-    diffraction : true if edges and wedges diffract, once in a path
-    seed : of the rays' random choices
-    materials : added to the known ones or instead of them
+    dynamic_range : power ratio by which a path may be weaker than the strongest path of the same
+        transmitter and receiver; the gains of their antennas' elements are included
+    max_depth : greatest number of bounces of a path, transmissions included
+    num_samples : rays that every radar sends to find bounces; a surface that fills a share p of
+        the directions around the radar is missed with probability (1 − p)^num_samples
+    diffraction : true if edges and wedges diffract, at most once in a path
+    seed : number that starts Sionna's random numbers, which choose what rays do at surfaces
+    materials : materials added to the known ones; one of the same name replaces the known one
 
     Examples
     --------
@@ -249,14 +254,14 @@ class SionnaRt(Spec):
 
     @property
     def capabilities(self) -> frozenset[Capability]:
-        """Mechanisms that the tracer has; its echoes of bodies do not count."""
+        """Mechanisms that the tracer models; echoes of bodies are no such, as they are wrong."""
         found: set[Capability] = {"line-of-sight", "occlusion", "planes", "transmission"}
         if self.diffraction:
             found.add("diffraction")
         return frozenset(found)
 
     def trace(self, scene: Scene) -> PropagationPaths:
-        """Every path between the radars of ``scene``, at its time.
+        """Every path between the radars of ``scene``, at the scene's time.
 
         Raises
         ------
@@ -302,7 +307,7 @@ class SionnaRt(Spec):
 
 @cache
 def _sionna() -> Any:
-    """The module ``sionna.rt``, on the processor."""
+    """The module ``sionna.rt``, set to compute on the CPU."""
     os.environ["DRJIT_LIBLLVM_PATH"] = llvm_for_sionna()
     import mitsuba
 
@@ -314,7 +319,7 @@ def _sionna() -> Any:
 
 
 class _Part(NamedTuple):
-    """All faces of an actor that are of one material: m in the world, ``(face, corner, xyz)``."""
+    """Faces of one material of an actor; ``corner`` m, in the world, ``(face, corner, xyz)``."""
 
     actor: int
     material: str
@@ -367,7 +372,7 @@ def _sionna_scene(
     origin: FloatArray,
     diffraction: bool,
 ) -> tuple[Any, dict[int, int]]:
-    """Sionna's scene around ``origin`` (m), and the part of every shape's number in it."""
+    """Sionna's scene with its origin at ``origin`` (m), and the part of every object's id."""
     import mitsuba as mi
 
     there = rt.Scene()
@@ -426,9 +431,10 @@ def _radio_material(rt: Any, name: str, material: Material, frequency: float) ->
 class _SionnaPaths(NamedTuple):
     """Paths as Sionna found them, as NumPy arrays and in the world.
 
-    ``pair`` ``(path, 2)`` transmitter and receiver; ``response`` ``(path, 2, 2)`` receiving and
-    transmitting (θ, φ); ``shift`` Hz ``(path,)``; ``kind`` ``(path, bounce)`` Sionna's, 0 after
-    the last; ``part`` ``(path, bounce)``; ``point`` m ``(path, bounce, xyz)``
+    ``pair`` ``(path, 2)`` transmitter and receiver; ``response`` ``(path, 2, 2)``, over receiving
+    and transmitting (θ, φ); ``shift`` Doppler, Hz ``(path,)``; ``kind`` ``(path, bounce)``,
+    Sionna's number, 0 after the last bounce; ``part`` ``(path, bounce)``, an index of the parts;
+    ``point`` m ``(path, bounce, xyz)``
     """
 
     pair: IntArray
@@ -472,8 +478,8 @@ def _table(
 ) -> PropagationPaths:
     """Table of Sionna's paths in our conventions.
 
-    Lengths are summed in double precision over the points where the paths bounce: Sionna's own
-    delays are of single precision, which is some 0.02 rad of phase at 100 m.
+    Lengths are summed in double precision over the bounce points: Sionna's own delays are in
+    single precision, whose rounding is some 0.02 rad of phase at 100 m.
     """
     num_paths = len(found.pair)
     is_bounce = found.kind != 0
@@ -494,7 +500,7 @@ def _table(
             mirrored = found.kind[mine, :count] == 1
             heights = rough[found.part[mine, :count]] * mirrored
             kept[mine] = _roughness_factor(heights, ways, frequency)
-    sign = np.array([-1.0, 1.0])  # V = −θ, H = φ
+    sign = np.array([-1.0, 1.0])  # our V is −θ, our H is φ
     turned = found.response * sign[:, None] * sign
     kinds = np.zeros(max(_BOUNCE_KINDS) + 1, dtype=np.int64)
     kinds[list(_BOUNCE_KINDS)] = list(_BOUNCE_KINDS.values())
@@ -516,12 +522,12 @@ def _table(
 
 
 def _roughness_factor(heights: FloatArray, ways: FloatArray, frequency: float) -> FloatArray:
-    """Amplitude factor ``(path,)`` of roughness (rms m, ``(path, bounce)``).
+    """Amplitude factor ``(path,)`` of surfaces of rms ``heights``, m, ``(path, bounce)``.
 
     ``ways`` ``(path, leg, xyz)`` are the directions of the legs.
     """
     from polychirp.channel.materials.fresnel import roughness_factor
 
-    # a mirror turns a way by twice cosθ along its normal
+    # reflection changes the direction by a vector of length 2 cosθ, θ the angle of incidence
     cosine = 0.5 * np.linalg.norm(np.diff(ways, axis=1), axis=-1)
     return np.asarray(np.prod(roughness_factor(1.0, heights * cosine, frequency), axis=1))

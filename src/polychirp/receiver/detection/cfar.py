@@ -6,8 +6,9 @@ channels: exponential for one look, Gamma for more. Then the multiple for a want
 probability follows exactly, for every number of training cells; near an edge, where there are
 fewer of them, the multiple is larger and the probability the same.
 
-The training cells must be independent of each other. A taper correlates neighbouring cells: with
-every other one (`CfarWindow.step`) the false-alarm probability is as stated within some 15 %.
+The training cells must be independent of each other. A taper correlates neighbouring cells: if
+only every other cell is used (`CfarWindow.step`), the actual false-alarm probability is within
+some 15 % of the wanted one.
 """
 
 from __future__ import annotations
@@ -28,14 +29,14 @@ class CfarWindow(Spec):
     """Training cells around a cell of a map ``(row, column)``: a frame around guard cells.
 
     A cell i rows and j columns away is a training cell if the magnitude of i or of j exceeds
-    ``guard`` and neither exceeds ``guard + training``. For a map of a single row, both are 0
-    along the rows.
+    ``guard`` and neither exceeds ``guard + training``. For a map of a single row, the first number
+    of ``guard`` and of ``training`` must be 0.
 
     Parameters
     ----------
-    guard, training : cells on either side, along rows and columns
-    step : only every so many-th cell is a training cell, along rows and columns: tapers correlate
-        neighbours, and training cells must be independent
+    guard, training : numbers of cells on either side: in row number, in column number
+    step : spacing of the training cells, in row number and in column number; a spacing of 2 or
+        more leaves out neighbours, which tapers correlate
     is_circular : true if the first and the last cell of an axis are neighbours, as in a Doppler
         spectrum; otherwise the window is cut off at the edge
     """
@@ -55,7 +56,7 @@ class CfarWindow(Spec):
 
     @property
     def reach(self) -> tuple[int, int]:
-        """Cells from the middle to the outermost training cell, along rows and columns."""
+        """Rows, and columns, from the tested cell to the outermost cell of the window."""
         return self.guard[0] + self.training[0], self.guard[1] + self.training[1]
 
     def fitted(self, shape: tuple[int, ...]) -> CfarWindow:
@@ -74,7 +75,7 @@ class CfarWindow(Spec):
 
     @property
     def offsets(self) -> IntArray:
-        """Row and column of each training cell from the middle: ``(training cell, 2)``."""
+        """Row and column of each training cell from the tested cell on: ``(training cell, 2)``."""
         rows, columns = (
             _shifts(far, step) for far, step in zip(self.reach, self.step, strict=True)
         )
@@ -85,7 +86,7 @@ class CfarWindow(Spec):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Crossings:
-    """Cells of a map above their threshold, in the map's order.
+    """Cells of a map above their threshold, row after row.
 
     Parameters
     ----------
@@ -109,7 +110,7 @@ class Crossings:
 def cell_averaging_factor(
     num_cells: int, *, false_alarm_probability: float, num_looks: int = 1
 ) -> float:
-    r"""Multiple of the training cells' mean that noise exceeds with the given probability.
+    r"""Factor α: noise exceeds α times the mean of N training cells with the given probability.
 
     .. math:: \alpha = N\left(P_{fa}^{-1/N} - 1\right)
 
@@ -133,11 +134,11 @@ def cell_averaging_factor(
 def ordered_statistic_factor(
     num_cells: int, rank: int, *, false_alarm_probability: float, num_looks: int = 1
 ) -> float:
-    r"""Multiple of the ``rank``-th smallest training cell that noise exceeds with the probability.
+    r"""Factor α: noise exceeds α times the ``rank``-th smallest training cell with the probability.
 
     .. math:: P_{fa} = \prod_{i=0}^{k-1} \frac{N-i}{N-i+\alpha}
 
-    for one look (Rohling 1983, with ranks from 1). For M looks
+    for one look, N training cells and rank k (Rohling 1983, ranks from 1). For M looks
     :math:`P_{fa} = E\left[Q_M(\alpha\,Q_M^{-1}(1-u))\right]` with the order statistic's
     quantile :math:`u \sim \mathrm{Beta}(k, N-k+1)` and :math:`Q_M` the tail of the Gamma
     distribution, by Gauss–Jacobi quadrature.
@@ -158,7 +159,7 @@ def ordered_statistic_factor(
 
 
 def _order_statistic_tail(num_cells: int, rank: int, num_looks: int) -> Callable[[float], float]:
-    """False-alarm probability as a function of the multiple."""
+    """False-alarm probability as a function of the factor α of `ordered_statistic_factor`."""
     remaining = num_cells - np.arange(rank)
     if num_looks == 1:
         return lambda alpha: float(np.exp(-np.sum(np.log1p(alpha / remaining))))
@@ -170,7 +171,10 @@ def _order_statistic_tail(num_cells: int, rank: int, num_looks: int) -> Callable
 
 @lru_cache(maxsize=4096)
 def _order_statistic(num_cells: int, rank: int, num_looks: int) -> tuple[FloatArray, FloatArray]:
-    """Nodes and weights of the ``rank``-th smallest of ``num_cells`` Gamma variables."""
+    """Quadrature values and weights of the ``rank``-th smallest of ``num_cells`` Gamma variables.
+
+    The weights add up to 1; each variable has the shape ``num_looks`` and the scale 1.
+    """
     from scipy.special import gammaincinv, roots_jacobi
 
     node, weight = roots_jacobi(60, num_cells - rank, rank - 1)
@@ -194,14 +198,15 @@ def cell_averaging(
     false_alarm_probability: float,
     num_looks: int = 1,
 ) -> Crossings:
-    """Cells of ``power`` ``(row, column)`` above a multiple of the mean around them.
+    """Cells of ``power`` ``(row, column)`` above a multiple of the mean of their training cells.
 
-    Best in even noise; a second target among the training cells masks the first.
+    This detector has the least loss in noise of uniform power. A target among the training cells
+    of another one raises their mean and may mask it.
 
     Raises
     ------
     InputError
-        The map is smaller than the window, or the probability none.
+        The map is smaller than the window, or the probability is not between 0 and 1.
 
     Examples
     --------
@@ -235,16 +240,17 @@ def ordered_statistic(
 ) -> Crossings:
     """Cells of ``power`` ``(row, column)`` above a multiple of an order statistic around them.
 
-    The statistic is the training cell of rank ``quantile`` × their number. Targets that fill
-    fewer than the remaining cells do not mask each other.
+    The statistic is the k-th smallest of N training cells, k = ``quantile`` × N, rounded. Other
+    targets do not mask a cell while they fill no more than N − k of its training cells.
 
-    A cell exceeds α times the k-th smallest exactly if at least k training cells are below 1/α of
-    it: counting replaces sorting, which is slower.
+    A cell exceeds α times the k-th smallest training cell exactly if at least k training cells
+    are below the cell divided by α. So they are counted, which is faster than to sort them.
 
     Raises
     ------
     InputError
-        The map is smaller than the window, or a probability none.
+        The map is smaller than the window, the probability is not between 0 and 1, or the
+        quantile is not in (0, 1].
 
     Examples
     --------
@@ -303,8 +309,9 @@ def training_count(shape: tuple[int, ...], window: CfarWindow) -> IntArray:
 def training_sum(power: FloatArray, window: CfarWindow) -> FloatArray:
     """Sum of every cell's training cells: ``(row, column)``.
 
-    Shifted sums, first along the columns, then along the rows. They are only additions, so that a
-    target in the guard cells causes no rounding error, as it does with integral images.
+    Copies of the map, shifted by the offsets of the training cells, are added, first in column
+    number, then in row number. Nothing is subtracted: a strong target in the guard cells causes no
+    rounding error, as it would with integral images.
     """
     padded = _padded(power, window, fill=0.0)
     rows, columns = (
@@ -325,7 +332,7 @@ def _shifts(far: int, step: int) -> list[int]:
 
 
 def _shifted_sum(array: FloatArray, axis: int, shifts: list[int], margin: int) -> FloatArray:
-    """Sum of the array's copies shifted along an axis, without its margins."""
+    """Sum of the array's copies shifted along an axis, without ``margin`` cells at both ends."""
     size = array.shape[axis] - 2 * margin
     total = np.zeros([size if k == axis else length for k, length in enumerate(array.shape)])
     for shift in shifts:
@@ -336,7 +343,7 @@ def _shifted_sum(array: FloatArray, axis: int, shifts: list[int], margin: int) -
 
 
 def _padded(power: FloatArray, window: CfarWindow, *, fill: float) -> FloatArray:
-    """The map continued by the window's reach: circularly, or with ``fill``."""
+    """The map continued on all sides by the window's reach: circularly, or with ``fill``."""
     for axis in (0, 1):
         width = [(0, 0), (0, 0)]
         width[axis] = (window.reach[axis], window.reach[axis])

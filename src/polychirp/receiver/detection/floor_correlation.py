@@ -1,13 +1,14 @@
-r"""Correlation of a cell of the map with the floor that is estimated from the same map.
+r"""Correlation of a cell of the map with the noise floor that is estimated from the same map.
 
-The floor at a cell is a median over cells that include the cell itself and neighbours that read
-the same bins. It therefore rises with the cell, and fewer cells cross a threshold above it than
-above the true floor. With the correlation ρ between cells and their weights w in the floor,
+The floor F at a cell is a median over cells that include the cell itself, S, and neighbours that
+read the same bins. F therefore rises with S, and fewer cells cross a threshold above F than above
+the true floor. With the correlation ρ between cells and the cells' weights w in the floor,
 
 .. math:: C = \frac{\mathrm{cov}(S, F)}{\mathrm{var}\,S} = \sum_j w_j \rho_{0j}, \qquad
           V = \frac{\mathrm{var}\,F}{\mathrm{var}\,S} = \sum_{jl} w_j w_l \arcsin\rho_{jl}
 
-for normal variables; the arcsine is the covariance of signs, and a median depends on the mean sign.
+for normal variables. The arcsine stands in V because a median depends on the cells' signs about it,
+and the covariance of two signs is proportional to the arcsine of ρ.
 """
 
 from functools import lru_cache
@@ -20,15 +21,16 @@ from polychirp.receiver.detection.range_rate_map import cosine_sum
 from polychirp.receiver.signal_model.spectral_fit import BINS_PER_CELL
 
 MOST_RAMPS_USED = 4
-"""Number of ramps, evenly spread over the frame, that stand for all of them: the threshold of all
-ramps is the same to 0.001 nepers."""
+"""Greatest number of ramps, evenly spread over the frame, from which C and V are computed. Chosen:
+all ramps would change the threshold by less than 0.001 nepers."""
 
 CORRELATION_REACH = 3
-"""Distance in resolution cells beyond which the correlation of noise is below 0.001."""
+"""Distance in resolution cells beyond which the correlation of noise is taken as zero, because
+`log_correlation` is below 0.001 there."""
 
 
 class FloorCorrelation(NamedTuple):
-    """Covariance C of the floor with its cell, and its variance V, in variances of a cell."""
+    """Covariance C of floor and cell, and the floor's variance V, both over the cell's variance."""
 
     covariance: float
     variance: float
@@ -37,8 +39,9 @@ class FloorCorrelation(NamedTuple):
 def log_correlation(cells: FloatArray) -> FloatArray:
     r"""Correlation of ln(power) of noise at distances in resolution cells, under Hann's window.
 
-    The amplitudes' correlation μ is the transform of the window's square; exponential variables
-    with it have the covariance of logarithms :math:`\mathrm{Li}_2(\mu^2)`, against π²/6 of each.
+    The correlation μ of the complex amplitudes is the transform of the window's square. The powers
+    are exponential variables; their logarithms have the covariance :math:`\mathrm{Li}_2(\mu^2)`
+    and each the variance π²/6.
 
     >>> log_correlation(np.array([0.0, 0.5, 1.0, 2.0])).round(2)
     array([1.  , 0.68, 0.31, 0.02])
@@ -58,8 +61,8 @@ def floor_correlation(
     ----------
     place : start of each row on each ramp's spectrum, range steps, ``(range_rate, ramp)``
     step : bins per range step, ``(ramp,)``
-    sampled : the floor is estimated from every so many-th row
-    block : range steps of a median
+    sampled : number of rows from one row that the floor is estimated from to the next
+    block : number of range steps over which one median is taken
     """
     ramps = np.linspace(0, step.size - 1, min(MOST_RAMPS_USED, step.size)).astype(np.int64)
     chosen, pitch = place[::sampled, ramps], step[ramps]
@@ -94,7 +97,7 @@ def _lag_weights(block: int) -> tuple[FloatArray, FloatArray]:
 def _mean_correlation(
     some: FloatArray, others: FloatArray, pitch: FloatArray, weight: FloatArray
 ) -> float:
-    """Sum of correlations with weights by distance along range; mean over rows and ramps."""
+    """Sum of correlations weighted by lag along range, averaged over pairs of rows and ramps."""
     apart = some[:, None] - others  # range steps; (row, other row, ramp)
     nearest = np.rint(apart).astype(np.int64)
     reach = int(np.ceil(CORRELATION_REACH * BINS_PER_CELL / np.min(np.abs(pitch))))

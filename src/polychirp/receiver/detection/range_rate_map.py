@@ -1,4 +1,4 @@
-"""The log range-rate map: mean of ln(power) over ramps of any slopes."""
+"""The range-rate map: mean over ramps, of any slopes, of ln(power) at a point's beats."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from polychirp.threads import in_ranges
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Grid:
-    """Evenly spaced axes of a map: range (m) at ``time`` (s), and range rate (m/s)."""
+    """Evenly spaced axes of a map: range (m) at the instant ``time`` (s), and range rate (m/s)."""
 
     range: FloatArray
     range_rate: FloatArray
@@ -36,15 +36,15 @@ class Grid:
 
 
 def spectrum_size(times: SampleTimes) -> int:
-    """Length of the zero-padded transforms: at least two points per resolution cell."""
+    """Length of the zero-padded transforms: at least two bins per resolution cell of every ramp."""
     return int(2 ** np.ceil(np.log2(2 * times.most_samples)))
 
 
 def log_spectra(samples: ComplexArray, weight: FloatArray, size: int) -> FloatArray:
-    """Ln of every ramp's windowed power spectrum, ``(beam, ramp, frequency)``.
+    """Natural logarithm of every ramp's windowed power spectrum, ``(beam, ramp, frequency)``.
 
-    ``samples`` ``(beam, ramp, fast)``, ``weight`` ``(ramp, fast)``. White noise of power σ² per
-    sample gives cells of mean power σ² (before the logarithm), whatever the window.
+    ``samples`` are ``(beam, ramp, fast)``; ``weight`` is the window, ``(ramp, fast)``. White noise
+    of power σ² per sample has the mean power σ² in every bin before the logarithm, for any window.
     """
     energy = np.sum(weight**2, axis=-1)
     scale = 1.0 / np.sqrt(np.maximum(energy, 1e-30))
@@ -54,11 +54,12 @@ def log_spectra(samples: ComplexArray, weight: FloatArray, size: int) -> FloatAr
 
 
 def noise_share(cells: FloatArray) -> FloatArray:
-    r"""Share of the noise, 0 … 1, that subtraction of a point removes, over distance in cells.
+    r"""Share of the noise power, 0 … 1, that subtraction of a point removes near its beat.
 
-    A point's amplitude, fitted on each ramp, includes noise near its beat. W is the transform of
-    the window w, and :math:`W_n` that of :math:`w^n`. Subtraction with an amplitude that is fitted
-    to the spectrum (`spectral_fit.Band.fit`) removes this share of the noise at distance x:
+    ``cells`` is the distance x of a frequency from the beat, in resolution cells. The amplitude
+    that is fitted to the spectrum of each ramp (`spectral_fit.Band.fit`) includes noise near the
+    beat, so subtraction removes this share of it, with W the transform of the window w, here sin²,
+    and :math:`W_n` that of :math:`w^n`:
 
     .. math:: \frac{2 W(x) W_3(x)}{W_2(0)^2} - \frac{W(x)^2\,W_4(0)}{W_2(0)^3}
     """
@@ -69,9 +70,10 @@ def noise_share(cells: FloatArray) -> FloatArray:
 
 
 def cosine_sum(cells: FloatArray, coefficients: tuple[float, ...]) -> FloatArray:
-    """Transform of a window c₀ + 2 Σ c_m cos(2πmx), 0 ≤ x ≤ 1, at distances in cells.
+    """Transform of a window c₀ + 2 Σ c_m cos(2πmx), 0 ≤ x ≤ 1, at frequencies ``cells``.
 
-    About the middle, x = 1/2, the terms alternate in sign, hence (−1)^m.
+    The unit of frequency is the resolution cell, 1 over the window's length. Phases refer to the
+    middle, x = 1/2, where cos(2πmx) = (−1)^m; hence this factor.
     """
     out = coefficients[0] * np.sinc(cells)
     for m, c in enumerate(coefficients[1:], start=1):
@@ -88,9 +90,9 @@ def log_range_rate_map(
 
     The point's beat follows from the slope, carrier and time of each ramp, range migration
     included, so ramps may differ. The mean of the logarithm (a geometric mean of power) is high
-    only if every ramp has power at its beat; it stays low for an up-beat with a wrong down-beat
-    and for interference on single ramps. The nearest bin is read: a mean of two bins would change
-    the noise's distribution. The shape is ``(beam, range_rate, range)``.
+    only if every ramp has power at its beat; it stays low at a cross-pairing
+    ridge, and for interference on single ramps. The bin nearest to the beat is read: a mean of two
+    bins would change the distribution of the noise. The shape is ``(beam, range_rate, range)``.
     """
     line = beat_lines(schedule, times, grid, logs.shape[-1])
     out = np.zeros((len(logs), grid.range_rate.size, grid.range.size))
@@ -99,7 +101,7 @@ def log_range_rate_map(
 
 
 class BeatLines(NamedTuple):
-    """Beats, linear in range: the bin at ``grid.range[0]``, and bins per range step."""
+    """Beats, linear in range: ``first``, the bin at ``grid.range[0]``; ``step``, bins per cell."""
 
     first: FloatArray
     step: FloatArray
@@ -108,7 +110,7 @@ class BeatLines(NamedTuple):
 def beat_lines(
     schedule: RampSchedule, times: SampleTimes, grid: Grid, size: int | IntArray
 ) -> BeatLines:
-    """`BeatLines` ``(range_rate, ramp)``; transforms have one ``size``, or one per ramp."""
+    """`BeatLines` ``(range_rate, ramp)``; ``size``: length of all transforms, or of each ramp's."""
     ends = [
         beat_frequency(
             schedule,
@@ -141,11 +143,12 @@ def _read_along(  # pragma: no cover
 
 
 def floor_over_range(statistic: FloatArray, block: int) -> FloatArray:
-    """Level of the map without targets, ``(beam, 1, range)``.
+    """Floor of the map: its level without targets, ``(beam, 1, range)``.
 
-    The level is the median over all range rates and ``block`` range cells, interpolated linearly
-    between blocks. A target, its cross-pairing ridges and the notch that its subtraction leaves
-    fill few of those cells, but would change a mean, and thus the false-alarm probability.
+    The level is the median over all range rates and about ``block`` range cells, interpolated
+    linearly between the middles of blocks. A target, its cross-pairing ridges and the notch that
+    its subtraction leaves fill few of those cells, so the median hardly changes; a mean would
+    change, and with it the probability of false alarm.
     """
     beams, _, ranges = statistic.shape
     edges = np.linspace(0, ranges, max(1, round(ranges / block)) + 1).astype(np.int64)

@@ -1,4 +1,4 @@
-"""The log range-rate map of a frame, computed again each time points are subtracted."""
+"""The map of ln(power) over range and range rate, computed again after every subtraction."""
 
 from __future__ import annotations
 
@@ -23,28 +23,30 @@ from polychirp.receiver.detection.range_rate_map import (
 from polychirp.receiver.signal_model.spectral_fit import BINS_PER_CELL, Band
 
 SUBSTEPS = 8
-"""Parts of a range step to which the start of a row of the map is rounded: a thirty-second of a
-resolution cell. Rows are then sums of contiguous pieces of resampled spectra."""
+"""Parts of a range step to one of which the beat at a row's first range is rounded (chosen). A step
+is half a resolution cell, so that the error is at most a thirty-second of a cell. Because of the
+rounding, a row is a sum of contiguous pieces of `SUBSTEPS` resampled spectra per ramp."""
 
 NUM_FLOOR_RATES = 16
-"""Approximate number of range rates from which the floor is estimated: see `ResidualMap.floor`."""
+"""Greatest number of range rates from which the floor is estimated (chosen: more would take longer
+and add little, see `ResidualMap.floor`)."""
 
 
 class ResidualMap:
-    """Mean over ramps of ln(power) at each point's beats, of spectra without the points found.
+    """Mean over ramps of ln(power) at the beats of each range and range rate.
 
-    It equals `log_range_rate_map` of the same bins up to the rounding of `SUBSTEPS`, in single
-    precision and with another order of axes.
+    The spectra are those that remain when the points found so far are subtracted. The map equals
+    `log_range_rate_map` but for the rounding by `SUBSTEPS`, single precision and the axes' order.
 
     Parameters
     ----------
-    beams : weights ``(beam, channel)``
+    beams : complex weights of the channels in each beam, ``(beam, channel)``
 
     Attributes
     ----------
     logs : ln(power), ``(ramp, bin, beam)``
     statistic : mean over ramps, ``(range_rate, range, beam)``
-    noise : mean power of the noise by the median over bins, ``(ramp,)``, mean over beams
+    noise : mean noise power, ``(ramp,)``: median over bins / ln 2, averaged over the beams
     """
 
     def __init__(
@@ -69,10 +71,11 @@ class ResidualMap:
         self._block = round(6.0 / grid.range_step)
 
     def update(self, spectra: FloatArray, beats: FloatArray) -> None:
-        """Compute the map of spectra ``(part, ramp, channel, bin)`` without points of ``beats``.
+        """Compute the map of spectra from which the points with ``beats`` were subtracted.
 
-        ``beats`` is Hz, ``(point, ramp)``. The mean of the noise that was subtracted with the
-        points (`noise_share`) is added again, so that their notches do not lower the floor.
+        ``spectra`` is ``(part, ramp, channel, bin)`` with real and imaginary parts, ``beats`` Hz,
+        ``(point, ramp)``. The mean noise power that subtraction of a point removes (`noise_share`)
+        is added again, so that the notches at the points' beats do not lower the floor.
         """
         power = _beam_powers(spectra, np.ascontiguousarray(self.beams))
         noise = medians(np.swapaxes(power[:, ::BINS_PER_CELL], 1, 2)) / np.log(2.0)
@@ -83,7 +86,7 @@ class ResidualMap:
         )
 
     def _depletion(self, beats: FloatArray) -> FloatArray:
-        """Share of the noise that was subtracted, ``(ramp, bin)``: that of the nearest point."""
+        """Share of the noise that was subtracted, ``(ramp, bin)``: the largest of any point."""
         band = self.band
         out = np.zeros((band.length.size, band.num_bins))
         if len(beats) == 0:
@@ -97,16 +100,17 @@ class ResidualMap:
         return out
 
     def floor(self) -> FloatArray:
-        """Level without targets, ``(range, beam)``: `floor_over_range` of some 16 rates.
+        """Level without targets, ``(range, beam)``: `floor_over_range` of a few range rates.
 
-        A median is then over a thousand cells, and right to 0.03 nepers with 32 ramps; neighbouring
-        rates read almost the same bins and would add little.
+        With at most `NUM_FLOOR_RATES` evenly spaced rates each median is over about a thousand
+        cells, and its error is 0.03 (in ln(power)) with 32 ramps. The rates between them read
+        almost the same bins and would add little.
         """
         some = np.moveaxis(self.statistic[:: self._apart], -1, 0).astype(np.float64)
         return floor_over_range(some, self._block)[:, 0].T
 
     def floor_correlation(self) -> FloorCorrelation:
-        """Correlation of the floor with the map on noise alone."""
+        """Correlation of the floor with the map when the samples contain noise alone."""
         return floor_correlation(
             self._start + self._fraction / SUBSTEPS,
             self._step,
@@ -115,7 +119,7 @@ class ResidualMap:
         )
 
     def peak_level(self) -> float:
-        """Statistic of all beams together at the cell with the highest beam."""
+        """Ln of the beams' summed exp(statistic), at the cell with the highest single beam."""
         beams = self.statistic.reshape(-1, self.statistic.shape[-1])
         cell = int(np.argmax(self.statistic)) // beams.shape[1]
         return float(np.logaddexp.reduce(beams[cell].astype(np.float64)))
@@ -123,10 +127,11 @@ class ResidualMap:
     def excess(
         self, floor: FloatArray, least: float
     ) -> tuple[NDArray[np.float32], NDArray[np.int8]]:
-        """Strongest beam's height above the floor, and its number: ``(range_rate, range)`` each.
+        """Greatest height of a beam above its floor, and that beam's number.
 
-        The height is −∞ where all beams together are below ``least``. They are taken together
-        because a target between two orthogonal beams has 40 % of its power in either.
+        Both are ``(range_rate, range)``. The height is −∞ where ln of the beams' summed
+        exp(statistic) is below ``least``. The sum is compared because a target half-way between
+        two orthogonal beams has only 40 % of its power in each.
         """
         return _excess(  # type: ignore[no-any-return]
             self.statistic, floor.astype(np.float32), np.float32(least)
@@ -135,7 +140,7 @@ class ResidualMap:
 
 @reordered
 def _beam_powers(spectra: Any, beams: Any) -> Any:  # pragma: no cover - compiled
-    """``(ramp, bin, beam)``."""
+    """Power of every beam, ``(ramp, bin, beam)``."""
     _, ramps, channels, bins = spectra.shape
     out = np.empty((ramps, bins, len(beams)))
     real, imag = np.empty(bins), np.empty(bins)
@@ -170,7 +175,7 @@ def _logs(power: Any, noise: Any, depletion: Any) -> Any:  # pragma: no cover - 
 def _sum_of_rows(  # pragma: no cover - compiled
     logs: Any, start: Any, fraction: Any, step: Any, num_ranges: int
 ) -> Any:
-    """Every row of the map is a sum over ramps of contiguous pieces of resampled spectra."""
+    """The map's statistic: each row is a mean over ramps of pieces of resampled spectra."""
     ramps, bins, beams = logs.shape
     rates = start.shape[0]
     out = np.zeros((rates, num_ranges * beams), dtype=np.float32)
@@ -199,7 +204,7 @@ def _excess(statistic: Any, floor: Any, least: Any) -> Any:  # pragma: no cover 
     rates, ranges, beams = statistic.shape
     out = np.full((rates, ranges), -np.inf, dtype=np.float32)
     beam = np.zeros((rates, ranges), dtype=np.int8)
-    nearly = np.float32(least - np.log(beams))  # below it all beams together cannot reach least
+    nearly = np.float32(least - np.log(beams))  # the sum of beams below it is below least
     for i in range(rates):
         for j in range(ranges):
             highest, best, number = np.float32(-np.inf), np.float32(-np.inf), 0
@@ -225,25 +230,25 @@ def _excess(statistic: Any, floor: Any, least: Any) -> Any:  # pragma: no cover 
 def strongest_peaks(
     excess: NDArray[np.float32], threshold: float, apart: int, most: int
 ) -> IntArray:
-    """Peaks within 15 % of the strongest, ``(peak, 2)``: row and column, strongest first.
+    """Peaks of at least 85 % of the greatest excess, ``(peak, 2)``: row and column, highest first.
 
     Parameters
     ----------
-    excess : ``(row, column)``
-    threshold : least height of a peak
-    apart : cells within which, along rows and columns, there is no second peak
+    excess : height above the floor, in ln(power), ``(row, column)``
+    threshold : least excess of a peak
+    apart : cells; of two peaks no farther apart along both axes only the higher one is kept
     most : greatest number of peaks
     """
     enough = max(np.float64(threshold), 0.85 * np.float64(excess.max()))
     rows, columns = np.nonzero(excess >= enough)
-    # NumPy sorts: a compiled sort takes seconds to compile
+    # NumPy sorts here, since a sort in Numba would take seconds to compile
     order = np.argsort(-excess[rows, columns], kind="stable")
     return _apart(rows[order], columns[order], apart, most)  # type: ignore[no-any-return]
 
 
 @compiled
 def _apart(rows: Any, columns: Any, apart: int, most: int) -> Any:  # pragma: no cover - compiled
-    """The first so many cells that are apart from those before them, ``(cell, 2)``."""
+    """The first ``most`` cells not within ``apart`` of a cell kept before, ``(cell, 2)``."""
     peaks = np.empty((most, 2), dtype=np.int64)
     count = 0
     for n in range(rows.size):

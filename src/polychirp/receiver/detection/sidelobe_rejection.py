@@ -8,14 +8,17 @@ from polychirp.model.if_frame import IfFrame
 
 
 def without_cross_pairs(beats: FloatArray, resolution: FloatArray) -> list[int]:
-    """Numbers of the candidates, strongest first, that share beats with no stronger one.
+    """Row numbers of the candidates that share their beats with no stronger candidate kept here.
 
-    The up-beats of a strong point form a ridge in the map, and so do its down-beats. Where the
-    up-ridge of one point crosses the down-ridge of another there is a false peak, stronger than
-    weak targets. It has the beats of the first on all up-ramps: such a candidate is tried again
-    after the stronger ones are subtracted, and has then vanished.
+    The beats of a strong point on the up-ramps form a ridge in the map, and so do those on the
+    down-ramps. Where the up-ridge of one point crosses the down-ridge of another there is a false
+    peak, often stronger than weak targets. Its beats are those of the first point on all up-ramps.
+    The caller searches the map again after it has subtracted the candidates kept: a false peak has
+    then vanished, and a target is found. Two candidates share beats if these differ by less than
+    3 resolutions on at least 20 % of the ramps (both limits are chosen).
 
-    ``beats`` is Hz, ``(candidate, ramp)``, ``resolution`` Hz, ``(ramp,)``.
+    ``beats`` is Hz, ``(candidate, ramp)``, strongest candidate first; ``resolution``, Hz
+    ``(ramp,)``, is 1 over the length of the sampling window.
     """
     apart = np.abs(beats[:, None] - beats) < 3.0 * resolution
     is_related = np.mean(apart, axis=-1) >= 0.2
@@ -29,11 +32,12 @@ def without_cross_pairs(beats: FloatArray, resolution: FloatArray) -> list[int]:
 def reject_sidelobes(
     frame: IfFrame, *, distance: FloatArray, range_rate: FloatArray, power: FloatArray
 ) -> IntArray:
-    """Numbers of the points, strongest first, that are no side lobe of a stronger one.
+    """Numbers of the points, strongest first, that are no side lobe of a stronger point.
 
-    The subtraction of a body as points leaves a few per cent of its echo in the cells around it. A
-    point more than 20 dB below a stronger one, within one range cell and two Doppler cells of it,
-    is taken for such a residue.
+    An extended body is subtracted as a few points, which leaves a few per cent of its echo in the
+    cells around it. A point is rejected as such a residue if it is at least 20 dB weaker than a
+    kept point within one range cell, c/2B, and two Doppler cells of a single ramp, λ/2T each (B is
+    the greatest bandwidth, T the shortest duration of a ramp). The three limits are chosen.
     """
     cell = SPEED_OF_LIGHT / (2.0 * float(np.max(frame.schedule.bandwidth)))
     wavelength = SPEED_OF_LIGHT / float(np.mean(frame.schedule.centre_frequency))

@@ -1,13 +1,13 @@
 r"""Azimuths at the frame's start of targets whose azimuth changes within the frame.
 
-The azimuth of a body that passes at 5 m with 20 m/s changes by 1.5° in half a frame, so that the
-mean over the frame is not the azimuth at its start. On a straight path at constant velocity the
+The azimuth of a body that passes at 5 m with 20 m/s changes by 1.5° in 6.5 ms, so that the mean
+over a frame of 13 ms is not the azimuth at its start. On a straight path at constant velocity the
 lateral coordinate :math:`y = R\sin\theta` is linear in time. With :math:`s = \sin\theta` and its
 rate, both at the frame's start, and the time :math:`\Delta` since then,
 
 .. math:: s(t) = s_0\,\frac{R_0 + v\,\Delta}{R(t)} + \dot s_0\,\frac{R_0\,\Delta}{R(t)} .
 
-R(t) is known from the beats and phases, so two unknowns are left.
+R₀, v and R(t) are known from the beats and phases, so s₀ and its rate are the only unknowns.
 """
 
 import numpy as np
@@ -17,14 +17,16 @@ from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.receiver.signal_model.point_signal import LEAST_RANGE_SHARE, path_of
 
 TYPICAL_CROSSING_SPEED = 10.0
-"""Speed across the line of sight, m/s; over the range it is the prior's deviation of the rate of
-the azimuth's sine. Chosen for streets."""
+"""Standard deviation of the speed across the line of sight, m/s (chosen for streets). Divided by
+the range it is the prior's standard deviation of the rate of the azimuth's sine."""
 
 LEAST_RESIDUAL_SHARE = 1e-9
-"""Share of a ramp's power below which the residual of a wave is rounding."""
+"""Least residual of a fitted wave as a share of the ramp's power. A smaller residual is only a
+rounding error, and weights from it would be arbitrary (chosen)."""
 
 LARGEST_SINE_STEP = 0.2
-"""Largest change of the sine in one step of the fit: less than the beam width of four channels."""
+"""Largest change of the azimuth's sine in one step of the fit (chosen: less than 0.5, which is the
+beamwidth of four channels at half a wavelength, so that no step leaves the main lobe)."""
 
 
 def sine_basis(motion: FloatArray, elapsed: FloatArray) -> FloatArray:
@@ -32,13 +34,13 @@ def sine_basis(motion: FloatArray, elapsed: FloatArray) -> FloatArray:
 
     Parameters
     ----------
-    motion : R, v, a at the frame's start, ``(point, 3)``
-    elapsed : s since then, ``(ramp,)``
+    motion : range, its rate and acceleration at the frame's start (m, s), ``(point, 3)``
+    elapsed : s since the frame's start, ``(ramp,)``
 
     Examples
     --------
-    At 10 m, receding at 10 m/s, after 1 s: the range has doubled, which halves the effect of a
-    lateral speed.
+    A point at 10 m recedes at 10 m/s. After 1 s its range has doubled, which halves the effect of
+    the rate of the sine.
 
     >>> sine_basis(np.array([[10.0, 10.0, 0.0]]), np.array([1.0]))[:, 0, 0]
     array([1. , 0.5])
@@ -52,9 +54,9 @@ def sine_basis(motion: FloatArray, elapsed: FloatArray) -> FloatArray:
 def ramp_weights(left: FloatArray) -> FloatArray:
     """Weights of the ramps, 0 … 1, from the residual power ``left`` of a fit: ``(point, ramp)``.
 
-    A burst, or another echo that the point is not separated from, leaves a higher residual on its
-    ramps. Residuals above six times the lower quartile are weighted down to that limit. Noise on
-    four channels alone exceeds it on 0.2 % of the ramps.
+    A burst of interference, or another echo in the same cell, leaves a higher residual on some
+    ramps. The limit is six times the lower quartile over the ramps: the weight is 1 below it, and
+    limit/residual above. Noise alone on four channels exceeds the limit on 0.2 % of the ramps.
     """
     place = 0.25 * (left.shape[1] - 1)
     below, above = int(place), min(int(place) + 1, left.shape[1] - 1)
@@ -74,22 +76,23 @@ def sines_and_rates(
 ) -> FloatArray:
     r"""Sine of every point's azimuth at the frame's start, and its rate, 1/s: ``(point, 2)``.
 
-    Maximum likelihood for amplitudes free on every ramp, in white noise,
+    The estimate has maximum likelihood for white noise and an unknown amplitude on every ramp,
 
     .. math:: \max_{s_0, \dot s_0} \sum_k \Big|\sum_m x_{mk}\,
               e^{j2\pi f_k y_m s(t_k)/c}\Big|^2 ,
 
-    by Gauss–Newton steps from the mean phase between neighbours, with `ramp_weights`. The noise is
-    estimated from the residual, so that where several scatterers share a cell the prior on the rate
-    prevails: zero with the deviation ``TYPICAL_CROSSING_SPEED``/R.
+    with `ramp_weights`, and a Gaussian prior on the rate: mean zero, standard deviation
+    ``TYPICAL_CROSSING_SPEED``/R. Four Gauss–Newton steps start from the mean phase between
+    neighbouring channels. The noise power is estimated from the residual, which is large where
+    several scatterers share a cell, so that the prior prevails there.
 
     Parameters
     ----------
-    snapshots : of equal noise, ``(point, channel, ramp)``
-    motion : R, v, a at the frame's start, ``(point, 3)``
+    snapshots : x, complex, with equal noise power in all, ``(point, channel, ramp)``
+    motion : R, v, a at the frame's start, as for `sine_basis`, ``(point, 3)``
     channel_y : m, y of the channels' elements, evenly spaced, ``(channel,)``
-    frequency : Hz, in the middle of the snapshots, ``(ramp,)``
-    elapsed : s from the frame's start to there, ``(ramp,)``
+    frequency : Hz, radio frequency in the middle of each ramp's snapshot, ``(ramp,)``
+    elapsed : s from the frame's start to the middle of the snapshot, ``(ramp,)``
     """
     channels = snapshots.shape[1]
     centred = channel_y - np.mean(channel_y)
@@ -99,7 +102,7 @@ def sines_and_rates(
     prior = (motion[:, 0] / TYPICAL_CROSSING_SPEED) ** 2
     found = np.zeros((len(motion), 2))
     if channels == 1:
-        return found  # one channel tells no azimuth
+        return found  # the azimuth cannot be measured with one channel
     found[:, 0] = _mean_sines(snapshots, centred[1] - centred[0], float(np.mean(wavenumber)))
     for _ in range(4):
         turned = snapshots * _phasors(np.einsum("pi,ipk->pk", found, basis), centred, wavenumber)
@@ -129,10 +132,10 @@ def snapshots_at_start(
     frequency: FloatArray,
     elapsed: FloatArray,
 ) -> ComplexArray:
-    """The snapshots with every ramp's phases as at the frame's start; same axes.
+    """The snapshots with the phases that they would have at the frame's start; same axes.
 
-    They refer to the mean frequency and carry the square root of their `ramp_weights`. Parameters
-    of `sines_and_rates`.
+    The phases are those at the mean frequency over the ramps. Each snapshot is multiplied by the
+    square root of its ramp's weight (`ramp_weights`). For the parameters see `sines_and_rates`.
     """
     found = sines_and_rates(
         snapshots, motion=motion, channel_y=channel_y, frequency=frequency, elapsed=elapsed
@@ -148,12 +151,12 @@ def snapshots_at_start(
 
 
 def _phasors(sine: FloatArray, channel_y: FloatArray, wavenumber: FloatArray) -> ComplexArray:
-    """Phasors that remove a wave's phases, ``(point, channel, ramp)``."""
+    """Phasors that cancel a plane wave's phases at the channels, ``(point, channel, ramp)``."""
     return np.asarray(np.exp(1j * (sine * wavenumber)[:, None] * channel_y[:, None]))
 
 
 def _mean_sines(snapshots: ComplexArray, spacing: float, wavenumber: float) -> FloatArray:
-    """Sines from the mean phase between neighbours, all ramps weighted alike: ``(point,)``."""
+    """Sines from the mean phase between neighbouring channels, all ramps alike: ``(point,)``."""
     products = np.sum(snapshots[:, 1:] * snapshots[:, :-1].conj(), axis=1)
     power = np.sum(np.abs(snapshots) ** 2, axis=1) + 1e-300
     return np.asarray(-np.angle(np.sum(products / power, axis=1)) / (wavenumber * spacing))

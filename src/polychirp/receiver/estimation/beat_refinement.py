@@ -1,4 +1,4 @@
-"""Range and range rate of a cell of the map from its beats: the generalised up/down pairing."""
+"""Range and range rate of a cell of the map from the beats on all ramps, of any slopes."""
 
 from __future__ import annotations
 
@@ -11,14 +11,15 @@ from polychirp.axes import FloatArray, IntArray
 from polychirp.jit import compiled, inner
 
 TYPICAL_ACCELERATION = 20.0
-"""Deviation of the second derivative of a range, m/s², as a prior: braking, and bodies that pass
-by. Chosen for streets."""
+"""Standard deviation of the prior on a range's second derivative, m/s². Chosen for streets: larger
+than braking alone, since the range of a body that passes by has a second derivative also."""
 
 LARGEST_RANGE_CHANGE = 0.3
-"""Largest correction of a range, m: somewhat more than a cell; farther away is another point."""
+"""Largest correction of a range, m. Chosen: less than two range cells of a ramp of 900 MHz (0.17 m
+each), since a peak farther from the guess is that of another point."""
 
 LARGEST_RATE_CHANGE = 0.8
-"""Largest correction of a range rate, m/s, for the same reason."""
+"""Largest correction of a range rate, m/s. Chosen for the same reason."""
 
 
 def range_and_rate_from_beats(
@@ -33,20 +34,20 @@ def range_and_rate_from_beats(
 ) -> FloatArray:
     r"""Least-squares range and rate from the beats measured on all ramps: ``(point, 2)``.
 
-    Near the guess the beat of ramp k is linear in (R, v); with peaks :math:`\hat f_k` of the
-    spectra these are eqs 9 and 10 of the paper, for any number of ramps of any slopes. Tukey's
-    biweight weights ramps down on which another echo or interference shifts the peak. A point whose
-    correction is too large keeps its guess.
+    Near the guess the beat of ramp k is linear in (R, v). The fit to the peaks :math:`\hat f_k` of
+    the spectra extends eqs 9 and 10 of the paper to any number of ramps of any slopes. Tukey's
+    biweight gives little weight to ramps on which another echo or interference shifts the peak. A
+    point keeps its guess if its correction exceeds `LARGEST_RANGE_CHANGE` or `LARGEST_RATE_CHANGE`.
 
     Parameters
     ----------
     logs : ln(power), ``(ramp, bin, beam)``
-    guess : m and m/s, ``(point, 2)``
+    guess : range and range rate, m and m/s, ``(point, 2)``
     beam : number of each point's beam, ``(point,)``
-    place : bin of each point's beat by its guess, ``(point, ramp)``
-    slope : bins per m and per m/s, ``(ramp, 2)``
-    reach : bins to either side in which the peak is searched
-    resolution : bins per cell
+    place : bin, as a real number, of the beat of each point's guess, ``(point, ramp)``
+    slope : derivatives of the beat, bins per m and per m/s, ``(ramp, 2)``
+    reach : bins on either side of the prediction in which the peak is searched
+    resolution : bins per resolution cell of a ramp
     """
     return np.asarray(_from_beats(logs, guess, beam, place, slope, reach, resolution))
 
@@ -87,7 +88,7 @@ def _from_beats(  # pragma: no cover - compiled
 
 @inner
 def _median(values: Any) -> float:  # pragma: no cover - compiled
-    """The median of a few values, which are sorted in place: numba's takes seconds to compile."""
+    """The median of a few values, sorted in place; numba's own median takes seconds to compile."""
     for n in range(1, values.size):
         value, place = values[n], n
         while place > 0 and values[place - 1] > value:
@@ -102,7 +103,7 @@ def _median(values: Any) -> float:  # pragma: no cover - compiled
 
 @inner
 def _peak_near(values: Any, predicted: float, reach: int) -> float:  # pragma: no cover - compiled
-    """Place of the peak near a prediction, by a parabola through the strongest bin."""
+    """Bin of the peak near a prediction; a parabola through three bins interpolates it."""
     centre = int(np.rint(predicted))
     low, high = max(1, centre - reach), min(values.size - 1, centre + reach + 1)
     if high <= low:
@@ -124,15 +125,17 @@ def motion_steps(
 ) -> FloatArray:
     r"""Corrections of (R, v, a) from the beat errors of all ramps: ``(point, 3)``.
 
-    Least squares over ramps, weighted by the point's power on each and by Tukey's biweight against
-    ramps with another echo or a burst; the prior on a has the deviation `TYPICAL_ACCELERATION`.
+    R is the range, v its first and a its second derivative. The fit is one of least squares over
+    ramps, weighted by the point's power on each ramp and by Tukey's biweight, which gives little
+    weight to ramps that another echo or interference disturbs. The prior on the correction of a
+    has the mean 0 and the standard deviation `TYPICAL_ACCELERATION`.
 
     Parameters
     ----------
-    errors : Hz, ``(point, ramp)``
-    strength : power, ``(point, ramp)``
-    sensitivity : Hz per m, m/s, m/s², ``(ramp, 3)``
-    resolution : Hz, ``(ramp,)``, one over a ramp's window
+    errors : measured minus predicted beats, Hz, ``(point, ramp)``
+    strength : power of the point in any unit, ``(point, ramp)``
+    sensitivity : derivatives of the beat, Hz per m, per m/s and per m/s², ``(ramp, 3)``
+    resolution : 1 over the length of a ramp's window, Hz, ``(ramp,)``
     """
     bounded = np.clip(errors, -0.5 * resolution, 0.5 * resolution)
     spread = np.median(np.abs(bounded), axis=1, keepdims=True) + 1e-4 * resolution

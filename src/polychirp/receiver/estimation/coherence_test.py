@@ -10,27 +10,33 @@ from polychirp.axes import BoolArray, ComplexArray, FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
 
 GREATEST_ACCELERATION = 60.0
-"""Greatest second derivative of a range, m/s²: v²/R at 3.3 m from a body that passes at 14 m/s."""
+"""Greatest second derivative of range that the test compensates, m/s²; chosen: v²/R = 60 m/s² for a
+body that passes at v = 14 m/s and a distance of R = 3.3 m."""
 
 LEAST_COHERENCE = 0.4
-"""Coherence that a point on many ramps needs (`least_coherence`). In 4000 random draws of each,
-noise stays below 0.19 and one point above 0.88, whatever its beats leave open. Up-ramps of one echo
-with down-ramps of another have a median of 0.26 with equal slopes (8 % above 0.4, 17 % above 0.35)
-and 0.21 with diverse ones (1 % above 0.4)."""
+"""Coherence that a point on many ramps needs (`least_coherence`); chosen from 4000 random draws of
+each case. Noise stays below 0.19. One point stays above 0.88 with any error of speed that its
+beats permit. False pairs (up-beat of one echo, down-beat of another) have a median of 0.26 if the
+slopes of all ramps are equal in magnitude (8 % exceed 0.4, 17 % exceed 0.35), and of 0.21 if the
+magnitudes differ (1 % exceed 0.4)."""
 
 MOST_COHERENCE = 0.6
-"""Greatest coherence that a point on few ramps needs; one 2 dB above the noise has it."""
+"""Upper limit of the threshold of `least_coherence`, which rises as the ramps become fewer; chosen:
+a point 2 dB above the noise of its ramps has this coherence."""
 
 CHANCE_COHERENCE_PROBABILITY = 1e-3
-"""Probability with which random amplitudes on every ramp pass the test of coherence."""
+"""Greatest probability with which amplitudes that are random from ramp to ramp exceed the threshold
+`least_coherence`; chosen."""
 
 HIGHEST_HALF_THRESHOLD = 0.15
-"""Coherence that the weaker half of a point's many ramps needs (`coherence_of_halves`). Of 600
-targets found, ten points or bodies a frame, the least had 0.17 and 99 % had 0.3. Cross-pairing
-ridges have less than 0.01, unless they cross an echo on the other half."""
+"""Greatest threshold for each half, up-ramps and down-ramps (`half_threshold`); chosen from 600
+detected targets in frames of ten points or bodies. In the weaker half, the least coherence of a
+target was 0.17, and 99 % had at least 0.3. Cross-pairing ridges have less than 0.01 in the half
+that they are not from, unless an echo of that half lies in the same cell."""
 
 FALSE_REJECTION_PROBABILITY = 1e-3
-"""Probability that noise lets a point of the least coherence fail the test of the two halves."""
+"""Probability with which noise makes a point of coherence `LEAST_COHERENCE` fail the test
+`is_on_both_slopes`; chosen."""
 
 
 def coherence(amplitude: ComplexArray, frequency: FloatArray, elapsed: FloatArray) -> FloatArray:
@@ -39,14 +45,15 @@ def coherence(amplitude: ComplexArray, frequency: FloatArray, elapsed: FloatArra
     .. math:: \max_{\delta v, \delta a} \frac{\left\|\sum_k a_k\,
               e^{-j4\pi f_k(\delta v\,t_k + \delta a\,t_k^2/2)/c}\right\|^2}{K\sum_k \|a_k\|^2}
 
-    Beats give the speed to a few cm/s only; within that uncertainty a correction of speed and
-    acceleration must bring all phases to agree. A false pair (the up-beat of one echo with the
-    down-beat of another) has two phase histories, and about a quarter of its power adds up.
+    Beat frequencies give the speed to a few cm/s only. For one point, some correction of speed and
+    acceleration within that uncertainty brings the phases of all K ramps to agree. A false pair
+    (the up-beat of one echo with the down-beat of another) has two phase histories: no correction
+    fits both, and about a quarter of its power adds up.
 
     Parameters
     ----------
-    amplitude : ``(point, channel, ramp)``, relative to the point's own motion
-    frequency : Hz, mean on each ramp, ``(ramp,)``
+    amplitude : ``(point, channel, ramp)``, with the phase of the point's estimated motion removed
+    frequency : Hz, mean transmitted frequency of each ramp, ``(ramp,)``
     elapsed : s, middle of each ramp, ``(ramp,)``
     """
     return aligned(amplitude, frequency, elapsed).coherence
@@ -62,11 +69,12 @@ class Alignment(NamedTuple):
 def aligned(amplitude: ComplexArray, frequency: FloatArray, elapsed: FloatArray) -> Alignment:
     """`coherence`, and the amplitudes after the correction with which most power adds up.
 
-    The amplitudes of a point have the total power 1/K. Parameters as of `coherence`.
+    The amplitudes are scaled: those of a point, over all channels and ramps, have the total power
+    1/K. Parameters as of `coherence`.
     """
     phasors = _tried_phasors(frequency.tobytes(), elapsed.tobytes())
     power = elapsed.size * np.sum(np.abs(amplitude) ** 2, axis=(1, 2))
-    # single precision, hence the points' own scale
+    # scaled to the same power for every point, as the sums are in single precision
     scaled = amplitude / np.sqrt(np.maximum(power, 1e-300))[:, None, None]
     in_phase = _power_in_phase(scaled, phasors)
     best = np.argmax(in_phase, axis=1)
@@ -77,10 +85,11 @@ def aligned(amplitude: ComplexArray, frequency: FloatArray, elapsed: FloatArray)
 def least_coherence(frequency: FloatArray, elapsed: FloatArray) -> float:
     r"""Threshold on the `coherence` of a point on these ramps.
 
-    Bursts of another radar come from one direction, so that all channels agree. If their amplitudes
-    are Gaussian with a random phase on each of K ramps, one correction gives a coherence above C
-    with the probability :math:`(1 - C)^{K-1}`, a beta distribution's tail, and N corrections with
-    N times that at most. At `CHANCE_COHERENCE_PROBABILITY`, C is 0.59 for 16 ramps of 1.5 ms. For
+    The threshold rejects bursts of another radar. They come from one direction, so that more
+    channels do not lower their coherence. If their amplitudes are complex Gaussian, independent on
+    each of K ramps, one correction gives a coherence above C with the probability
+    :math:`(1 - C)^{K-1}` (tail of a beta distribution), and the best of N corrections with N times
+    that at most. At `CHANCE_COHERENCE_PROBABILITY`, C is 0.59 for 16 ramps of 1.5 ms. For
     32 it would be less than `LEAST_COHERENCE`, which is then the threshold.
 
     >>> ramps = np.arange(16)
@@ -97,7 +106,7 @@ def least_coherence(frequency: FloatArray, elapsed: FloatArray) -> float:
 def best_corrections(
     amplitude: ComplexArray, frequency: FloatArray, elapsed: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """The δv and δa, m/s and m/s² at the middle of the frame, with which most power adds up.
+    """Corrections δv, m/s, at the frame's middle, and δa, m/s², with which most power adds up.
 
     ``(point,)`` each; parameters as of `coherence`.
     """
@@ -117,10 +126,11 @@ def coherence_of_halves(
               {\left(\sum_{k \in h} w_k\right)^2} \Bigg/
               \frac{\sum_k w_k \|a_k\|^2}{\sum_k w_k}
 
-    with the phases φ of the correction with which most power of all ramps adds up: the square of
-    the mean amplitude on a half over the mean power on all. A point has nearly its `coherence` on
-    both halves. The up-beats of a target beyond the map, a cross-pairing ridge, appear in the map
-    at other ranges and speeds; their coherence is one half, and near 0 on the other half.
+    It is the squared magnitude of the mean amplitude on half h, divided by the mean power on all
+    ramps; φ are the phases of the correction with which most power of all ramps adds up. A point
+    has nearly its `coherence` on both halves. A target beyond the map may leave a cross-pairing
+    ridge: its up-beats alone, say, appear in the map at other ranges and speeds. The ridge has a
+    high coherence on that half, and one near 0 on the other half.
 
     Parameters
     ----------
@@ -142,9 +152,9 @@ def coherence_of_halves(
 def is_on_both_slopes(
     straight: ComplexArray, *, slope: FloatArray, present: FloatArray
 ) -> BoolArray:
-    """Mask of the points that are on the up-ramps and on the down-ramps, ``(point,)``.
+    """Mask of the points that are coherent on up-ramps and on down-ramps, ``(point,)``.
 
-    Parameters as of `coherence_of_halves`. Points pass if all ramps have one direction.
+    Parameters as of `coherence_of_halves`. All points pass the test of a half without ramps.
     """
     halves = coherence_of_halves(straight, slope=slope, present=present)
     least = [
@@ -156,7 +166,7 @@ def is_on_both_slopes(
 
 @lru_cache(maxsize=256)
 def half_threshold(*, num_ramps: int, channels: int) -> float:
-    r"""Threshold for a half of so many ramps: `HIGHEST_HALF_THRESHOLD`, or less for few ramps.
+    r"""Threshold for a half of ``num_ramps``: `HIGHEST_HALF_THRESHOLD`, or less for few ramps.
 
     A point of amplitude A per channel in noise of σ² has the coherence
     :math:`C = A^2/(A^2 + \sigma^2)`, and on H ramps and M channels
@@ -191,7 +201,7 @@ def _power_in_phase(amplitude: ComplexArray, phasors: NDArray[np.complex64]) -> 
 
 @lru_cache(maxsize=4)
 def _tried_phasors(frequencies: bytes, times: bytes) -> NDArray[np.complex64]:
-    """Phasors of all corrections, ``(correction, ramp)``; bytes, so that a frame computes once."""
+    """Phasors of all corrections, ``(correction, ramp)``; bytes can be keys of the cache."""
     frequency, elapsed = np.frombuffer(frequencies), np.frombuffer(times)
     return correction_phasors(
         *_tried_corrections(frequency, elapsed), frequency=frequency, elapsed=elapsed
@@ -203,7 +213,8 @@ def correction_phasors(
 ) -> NDArray[np.complex64]:
     """Phasors that compensate every rate with every acceleration, ``(rate × acceleration, ramp)``.
 
-    m/s and m/s² at the middle of the ramps; the acceleration varies fastest.
+    The rates, m/s, are those at the mean time of the ramps; accelerations are in m/s². In the rows
+    of the result, the acceleration varies fastest.
     """
     centred = elapsed - float(np.mean(elapsed))
     scale = -4j * np.pi * frequency / SPEED_OF_LIGHT
@@ -215,7 +226,8 @@ def correction_phasors(
 def _tried_corrections(frequency: FloatArray, elapsed: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Rates, m/s, and accelerations, m/s², of all corrections.
 
-    The steps are a third of a cycle at the frame's ends, over the range that beats leave open.
+    A step of either changes the phase by a sixth of a cycle at the ends of the frame, relative to
+    its middle. Rates reach ±2 wavelengths per frame, accelerations ±`GREATEST_ACCELERATION`.
     """
     span = float(np.ptp(elapsed)) or 1.0
     wavelength = SPEED_OF_LIGHT / float(np.mean(frequency))

@@ -1,18 +1,20 @@
-r"""The Cramér–Rao bound of a point: the least deviations of any unbiased receiver.
+r"""The Cramér–Rao bound of a point: the least standard deviations of unbiased estimates.
 
 The point keeps one complex amplitude A over the frame and over the array, and moves with constant
-acceleration; its azimuth changes as on a straight path (`azimuth_rate`). Sample n of ramp k on
-channel m is
+acceleration; its azimuth changes as on a straight path (`azimuth_rate`). A sample at the
+time t of a ramp of slope b, on channel m, is
 
 .. math:: y = A\,e^{j\Phi} + w, \qquad \Phi = 2\pi\left[f\,\tau - \tfrac12 b\,\tau^2
           - \tfrac{\bar f}{c}\,y_m\,s(t)\right], \qquad \tau = \frac{2R(t)}{c + \dot R(t)}
 
-in white noise of power σ². With unknown R, v, a, θ, its rate and A Fisher's information of the
-phase's parameters is :math:`2\,\mathrm{SNR} \sum \partial_i\Phi\,\partial_j\Phi`, SNR = |A|²/σ² per
-sample and channel; |A| is orthogonal to them, arg A is one of them (Kay 1993, §3.9). With an
-amplitude of its own on every ramp only the beats would give information, and the bound of the rate
-would be many times weaker. Prior knowledge of the azimuth's rate adds its information (Van Trees
-1968, §2.4).
+with f the frequency that is sent at t, :math:`\bar f` its mean over the schedule, y_m the channel's
+place across the boresight, s(t) = sin θ and w white noise of power σ². Unknown are R, v, a, θ, the
+rate of sin θ, and A. Fisher's information on the phase's parameters is
+:math:`2\,\mathrm{SNR} \sum \partial_i\Phi\,\partial_j\Phi`, with SNR = |A|²/σ² per sample and
+channel. arg A is one of these parameters; |A| is not, and its error is independent of theirs (Kay
+1993, §3.9). If every ramp had an unknown amplitude of its own, only the beats would give
+information, and the bound on the range rate would be many times greater. Prior knowledge of the
+rate of sin θ adds its information (Van Trees 1968, §2.4).
 """
 
 import math
@@ -31,7 +33,7 @@ from polychirp.receiver.signal_model.point_signal import path_of, path_slopes
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bound:
-    """Least standard deviations: m, m/s and rad, of range and rate at the reference time."""
+    """Least standard deviations of range, m, range rate, m/s, and azimuth, rad, at ``time``."""
 
     range: float
     range_rate: float
@@ -50,15 +52,17 @@ def cramer_rao_bound(
     is_acceleration_known: bool = False,
     sine_rate_deviation: float = math.inf,
 ) -> Bound:
-    """The bound for an isolated point.
+    """The bound for one point without neighbours.
 
     Parameters
     ----------
-    motion : R, v, a at ``time``
+    motion : range R, m, range rate v, m/s, and acceleration a, m/s², of the range at ``time``
+    azimuth : rad, θ at ``time``
     snr : power ratio per sample and channel
-    is_acceleration_known : true for targets at rest or at constant velocity
+    time : s, on the time axis of ``times``, the instant of which R, v, a and θ are estimated
+    is_acceleration_known : true if a is not estimated, as for targets at constant velocity
     sine_rate_deviation : 1/s, standard deviation of the prior of the rate of sin θ, whose mean is
-        small: 0 for a known rate, inf for no prior
+        taken as 0; 0 for a known rate, inf for no prior knowledge
 
     Examples
     --------
@@ -75,7 +79,8 @@ def cramer_rao_bound(
     slopes = _phase_slopes(schedule, times, motion, time)[:, times.is_sample]
     frequency = float(np.mean(schedule.centre_frequency))
     by_sine = -2.0 * np.pi * frequency / SPEED_OF_LIGHT * array.position[:, 1]
-    # rows: R, v, a, arg A, common to all channels; θ and its rate, by the y of each channel
+    # derivatives by R, v, a, arg A are equal on all channels; by θ and the rate of sin θ they
+    # are proportional to the y of each channel
     common = np.concatenate([slopes, np.ones((1, slopes.shape[1]))])
     elapsed = (times.time - time)[times.is_sample]
     own = sine_basis(motion[None], elapsed)[:, 0] * np.array([[np.cos(azimuth)], [1.0]])
@@ -91,7 +96,7 @@ def cramer_rao_bound(
 def _phase_slopes(
     schedule: RampSchedule, times: SampleTimes, motion: FloatArray, time: float
 ) -> FloatArray:
-    """Derivatives of Φ by R, v and a, ``(3, ramp, fast)``."""
+    """Derivatives of Φ, rad, by R, v and a, ``(3, ramp, fast)``."""
     elapsed = times.time - time
     distance, rate, _ = path_of(motion[None], elapsed)[:, 0]
     speed = SPEED_OF_LIGHT + rate
@@ -100,7 +105,7 @@ def _phase_slopes(
         times.time - schedule.start_time[:, None]
     )
     by_delay = 2.0 * np.pi * (frequency - schedule.slope[:, None] * delay) / speed
-    # the dependence of the delay on the rate, R/c = 0.1 µs times it, is neglected
+    # the derivative of τ by v through the denominator, −R/c times that by R, is neglected
     by_motion = 2.0 * np.moveaxis(path_slopes(motion[None], elapsed)[0], -1, 0)
     return np.asarray(by_delay * by_motion)
 
@@ -108,7 +113,7 @@ def _phase_slopes(
 def _bound_of(
     information: FloatArray, unknown_acceleration: bool, sine_rate_deviation: float
 ) -> Bound:
-    """Bound from the information of (R, v, a, θ, rate of θ, …) and the prior knowledge of them."""
+    """Bound from the information on (R, v, a, θ, rate of sin θ, arg A) and the prior knowledge."""
     information = information.copy()
     free = np.ones(len(information), dtype=bool)
     free[2], free[4] = unknown_acceleration, sine_rate_deviation > 0.0

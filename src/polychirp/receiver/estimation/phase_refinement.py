@@ -1,8 +1,8 @@
-"""Motion of a point from one amplitude for the whole frame: as precise as the Cramér–Rao bound.
+"""Motion of a point from phases over the whole frame; its errors reach the Cramér–Rao bound.
 
-Beats measure the rate to a few cm/s. The phase from ramp to ramp measures it a hundred times
-better, but only up to multiples of half a wavelength per ramp interval. So beats come first, and
-phases refine the motion where beats are unambiguous and all ramps share one phase history.
+Beats measure the range rate to a few cm/s. The phase from ramp to ramp measures it a hundred times
+better, but with an ambiguity of half a wavelength per ramp interval. So beats are used first, and
+phases refine the motion if the beats resolve this ambiguity and one motion fits all phases.
 """
 
 from __future__ import annotations
@@ -23,24 +23,27 @@ from polychirp.receiver.signal_model.frame_model import FrameModel
 from polychirp.receiver.signal_model.point_signal import beat_sensitivity, path_of, path_slopes
 
 ONE_POINT_SHARE = 0.8
-"""Share of a point's power, without noise, that must add up in phase. Chosen."""
+"""Least share of a point's power, less the noise in it, that adds up in phase over all ramps if the
+point counts as one point. Chosen: points with less are tried as pairs of points in one cell."""
 
 ALIAS_MARGIN = 3.0
-"""Standard deviations of the rate from beats that must fit between a rate and the middle to its
-nearest alias. Chosen: the usual three."""
+"""Least distance from a range rate to the midpoint between it and its nearest alias, in standard
+deviations of the rate from beats. Chosen: three, so that a wrong alias is rare."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Readings:
-    """Moments of all samples of a ramp, equally weighted, relative to each point's phase.
+    """Mean and first moment in time of each ramp's samples, after each point's phase is removed.
+
+    All samples have equal weight.
 
     Parameters
     ----------
     value : mean of the samples with the point's phase removed, ``(point, channel, ramp)``
-    slope : mean of the same times the time from the ramp's middle, s, ``(point, channel, ramp)``
+    slope : mean of these samples times their time from ``middle``, s, ``(point, channel, ramp)``
     count : number of samples, ``(ramp,)``
-    spread : mean square time from the middle, s², ``(ramp,)``
-    middle : s, ``(ramp,)``
+    spread : mean square time of the samples from ``middle``, s², ``(ramp,)``
+    middle : mean time of the ramp's samples, s, ``(ramp,)``
     """
 
     value: ComplexArray
@@ -50,11 +53,11 @@ class Readings:
     middle: FloatArray
 
     def turned(self, turn: ComplexArray) -> Readings:
-        """The same with phases added, ``(point, 1, ramp)``."""
+        """The readings times phasors ``turn``, ``(point, 1, ramp)``."""
         return replace(self, value=self.value * turn, slope=self.slope * turn)
 
     def of(self, point: int) -> Readings:
-        """The same of one point."""
+        """The readings of the point with this number alone."""
         return replace(
             self, value=self.value[point : point + 1], slope=self.slope[point : point + 1]
         )
@@ -68,15 +71,15 @@ def read_points(
     phases: FloatArray,
     amplitude: ComplexArray,
 ) -> Readings:
-    """Readings of every point with all the others subtracted.
+    """Readings of every point, from samples from which all other points are subtracted.
 
-    As the other points are subtracted with their side lobes, no window is needed, and all samples
-    count fully.
+    The side lobes of the other points are subtracted with them, so that no window is needed and all
+    samples have equal weight.
 
     Parameters
     ----------
-    samples : ``(channel, ramp, fast)``
-    present : ``(ramp, fast)``
+    samples : of the frame, ``(channel, ramp, fast)``
+    present : mask of the samples that are used, ``(ramp, fast)``
     phases : `beat_phase` of each point, ``(point, ramp, 3)``
     amplitude : of each point, ``(point, channel, ramp)``
     """
@@ -97,14 +100,15 @@ def read_points(
 def coherent_steps(
     readings: Readings, model: FrameModel, *, motion: FloatArray, noise: float
 ) -> tuple[FloatArray, BoolArray]:
-    """Corrections of (R, v, a) for a single phase history, and which points have one.
+    """Corrections of range R, range rate v and acceleration a, and a mask of the points to correct.
 
-    ``(point, 3)`` and a mask ``(point,)``.
+    The corrections, ``(point, 3)``, fit one motion to the phases of all ramps. The mask,
+    ``(point,)``, is true where the fit reaches `ONE_POINT_SHARE` and the rate is unambiguous.
 
     Parameters
     ----------
     motion : R, v, a with which the points were read, ``(point, 3)``
-    noise : power per sample
+    noise : noise power per sample and channel
     """
     readings = readings.turned(model.high_pass_correction(motion))
     schedule, time = model.schedule, model.time
@@ -143,11 +147,11 @@ def coherent_steps(
 
 
 def _without_acceleration(motion: FloatArray, readings: Readings, time: float) -> FloatArray:
-    """Step to the steady motion with the same range and rate in the middle of the frame.
+    """Step to a motion without acceleration, of equal range and rate in the middle of the frame.
 
-    Weak beats may give a wrong acceleration of 15 m/s², and with it a third derivative 3va/R, for
-    which no correction of rate and acceleration compensates: at 10 m and 20 m/s it is a cycle at
-    the end of 50 ms.
+    Beats of weak points may give a wrong acceleration, e.g. 15 m/s². It adds a third derivative of
+    range, 3va/R, for which no correction of rate and acceleration compensates: at 10 m and 20 m/s
+    its phase at the end of a frame of 50 ms is one cycle.
     """
     half = float(np.mean(readings.middle)) - time
     acceleration = float(motion[2])
@@ -171,11 +175,12 @@ def _first_guesses(readings: Readings, frequency: FloatArray, time: float) -> Fl
 def _cubic(
     readings: Readings, model: FrameModel, frequency: FloatArray, motion: FloatArray
 ) -> FloatArray:
-    """Mean and tilt of the cubic phase that `beat_phase` neglects, ``(point, 2, ramp)``.
+    """Mean and tilt of the cubic phase that `beat_phase` neglects: ``(point, 2, ramp)`` rad, rad s.
 
-    The cubic is (b a + f j/3) t³/c cycles at t after a ramp's first sample, with the range's third
-    derivative j = −3 v a/R. With t = h + u about the ramp's middle, its mean over the ramp and its
-    mean times u follow from the mean of u² and of u⁴ (9/5 of its square).
+    The cubic is (b a + f j/3) t³/c cycles at t after a ramp's first sample, with the ramp's slope b
+    and frequency f, and the range's third derivative j = −3 v a/R. With t = h + u, u being the time
+    from the ramp's middle, the means of the cubic and of the cubic times u (the tilt) follow from
+    the means of u² and of u⁴; the latter is 9/5 of the former's square.
     """
     distance, rate, acceleration = path_of(motion, readings.middle - model.time)
     third = model.schedule.slope * acceleration - frequency * rate * acceleration / distance
@@ -198,7 +203,7 @@ def _fit_history(
 ) -> FloatArray:
     """Gauss–Newton fit of (R, v, a) to the phases and beats of all ramps.
 
-    ``change`` gives the exact change of phases and beats for a step: ``(2, ramp)``.
+    ``change`` gives the exact changes of phase, rad, and beat, rad/s, by a step: ``(2, ramp)``.
     """
     value, slope = readings.value[p], readings.slope[p]
     columns = np.column_stack([phase, np.ones(len(phase))])
@@ -209,7 +214,7 @@ def _fit_history(
     for _ in range(3):
         turned, beaten = change(step)
         turn = np.exp(-1j * turned)
-        mean = (value * turn) @ weight / np.sum(weight)  # a phase of its own on every channel
+        mean = (value * turn) @ weight / np.sum(weight)  # every channel has its own phase
         power = float(np.sum(np.abs(mean) ** 2)) + 1e-300
         along = np.angle(mean.conj() @ (value * turn))
         tilt = np.imag(mean.conj() @ (slope * turn)) / power - beaten * readings.spread
@@ -219,9 +224,9 @@ def _fit_history(
 
 
 def _amplitude_weights(readings: Readings) -> FloatArray:
-    """Weights of the ramps, 0 … 1, by the deviation of amplitudes from their median.
+    """Weights of the ramps, 0 … 1, ``(point, ramp)``, by `ramp_weights`.
 
-    ``(point, ramp)``.
+    They fall with the squared deviation of a ramp's magnitudes from their median over all ramps.
     """
     magnitude = np.abs(readings.value)
     apart = magnitude - np.median(magnitude, axis=2, keepdims=True)
@@ -231,10 +236,10 @@ def _amplitude_weights(readings: Readings) -> FloatArray:
 def _share(
     readings: Readings, p: int, turn: ComplexArray, noise: float, ramp_weight: FloatArray
 ) -> float:
-    """Power that adds up in phase over all power, both without the noise in them."""
+    """Power that adds up in phase over total power, each less the expected power of its noise."""
     value = readings.value[p]
     weight = ramp_weight / np.sum(ramp_weight)
-    own = noise * value.shape[0]  # in the samples of all channels
+    own = noise * value.shape[0]  # noise power of one sample, summed over channels
     together = float(np.sum(np.abs((value * turn) @ weight) ** 2))
     together -= own * float(np.sum(weight**2 / readings.count))
     every = float(np.sum(np.abs(value) ** 2 @ weight))
@@ -245,7 +250,7 @@ def _share(
 def _is_unambiguous(
     readings: Readings, p: int, beat: FloatArray, frequency: FloatArray, noise: float
 ) -> bool:
-    """True if beats alone separate the rate from its nearest alias, λ/(2 × ramp interval) away."""
+    """True if beats separate the rate from its nearest alias, λ/(2 × longest interval) away."""
     power = np.sum(np.abs(readings.value[p]) ** 2, axis=0) * readings.count * readings.spread
     information = 2.0 / noise * (beat[:, :2].T * power) @ beat[:, :2]
     deviation = float(np.sqrt(np.linalg.inv(information)[1, 1]))
@@ -255,13 +260,13 @@ def _is_unambiguous(
 
 
 RECURRENCE_LANES = 16
-"""Recurrences that run side by side, each over every so many-th sample: a single one would wait for
-each product, which prevents vector instructions."""
+"""Number of recurrences that run side by side, each for every 16th sample. Chosen: a single one
+waits for each product, which prevents vector instructions."""
 
 
 @reordered
 def _unit_signal_into(real: Any, imag: Any, phase: Any, rate: float) -> None:  # pragma: no cover
-    """Unit signal of one point on one ramp, by recurrences of a quadratic phase."""
+    """Signal of amplitude 1 of one point on one ramp; recurrences compute its quadratic phase."""
     slope, bend = phase[1] / rate, phase[2] / rate**2
     tr, ti, sr, si = (
         np.empty(RECURRENCE_LANES),
@@ -292,7 +297,7 @@ def _unit_signal_into(real: Any, imag: Any, phase: Any, rate: float) -> None:  #
 def _read(  # pragma: no cover - compiled
     samples: Any, present: Any, phases: Any, amplitude: Any, centre: Any, rate: float
 ) -> Any:
-    """Sums over the residual with a point's phase removed, and times the ticks from the middle."""
+    """Sums of the residual without each point's phase; the same times ticks from ``centre``."""
     channels, ramps, fast = samples.shape
     points = phases.shape[0]
     value = np.zeros((points, channels, ramps), dtype=np.complex128)
@@ -300,7 +305,7 @@ def _read(  # pragma: no cover - compiled
     real, imag = np.empty((points, fast)), np.empty((points, fast))
     x, y = np.empty((channels, fast)), np.empty((channels, fast))
     for k in range(ramps):
-        # residual x + jy of all channels: the samples without all points
+        # residual x + jy of all channels: the samples less the signals of all points
         for m in range(channels):
             for n in range(fast):
                 x[m, n] = samples[m, k, n].real if present[k, n] else 0.0

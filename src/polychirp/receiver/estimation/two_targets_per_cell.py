@@ -1,15 +1,18 @@
 r"""Two points in one cell of range and range rate, separated by their phases.
 
-Beats separate points that are a cell of one ramp apart, 0.15 m or 1 to 2 m/s; phases over a frame
-do so from λ/2T = 4 cm/s on. A cell with two points has one beat on every ramp, but two phase
-histories:
+The beats of single ramps separate points that are a cell apart, 0.15 m or 1 to 2 m/s. The phases
+over a frame of length T separate points from λ/2T on, 4 cm/s at T = 48 ms. A cell with two points
+has one beat on every ramp, but two phase histories:
 
 .. math:: a_{mk} = \sum_{i=1}^{2} A_i(t_k)\,H_{ik}\,
           e^{j4\pi f_k\,\delta R_i(t_k)/c - j2\pi f_k y_m s_i(t_k)/c}
 
-Where one history does not explain the power, `two_histories` searches for two. Then each point is
-measured with the other subtracted, in turn (RELAX, Li and Stoica 1996), like an isolated point but
-with one amplitude for the whole frame. The two replace the point if they explain its power.
+Point i has on ramp k, at :math:`t_k` and frequency :math:`f_k`, the amplitude :math:`A_i`, the high
+pass's response H, the range :math:`\delta R_i` relative to the cell's motion, and the sine of the
+azimuth :math:`s_i`; channel m is at :math:`y_m`. If one history explains too little of the power,
+`two_histories` searches for two. Then each point is measured with the other subtracted, in turn
+(RELAX, Li and Stoica 1996), like an isolated point, but its amplitude is a line in time. The two
+replace the point if they explain at least `LEAST_PAIR_SHARE` of its power.
 """
 
 from dataclasses import dataclass, replace
@@ -29,48 +32,48 @@ from polychirp.receiver.signal_model.frame_model import FrameModel
 from polychirp.receiver.signal_model.spectral_fit import BINS_PER_CELL, FIT_REACH, Band
 
 WIDEST_RATE = 1.3
-"""Range rate to either side of the point's own in which the two are searched, m/s. Chosen."""
+"""Largest difference of a history's range rate from the cell's, m/s. Chosen to cover a cell."""
 
 WIDEST_ACCELERATION = 12.0
-"""The same for the acceleration, m/s². Chosen."""
+"""Largest difference of a history's acceleration from the cell's, m/s². Chosen: above braking's."""
 
 LEAST_SHARE_TO_REFINE = 0.7
 """Share of a point's power that two phase histories must explain before they are refined. Chosen:
-a lower one costs fits of pairs that fail `LEAST_PAIR_SHARE`."""
+with a lower share, more pairs are fitted that then fail `LEAST_PAIR_SHARE`."""
 
 LEAST_PAIR_SHARE = 0.97
-"""Share of the power, without noise, that the two refined points must explain. Chosen."""
+"""Share of the power less noise that two refined points must explain to be accepted. Chosen."""
 
 LARGEST_OFFSETS = (0.3, 1.3)
-"""Range, m, and range rate, m/s, from the point within which both must stay: what lies farther
-away belongs to another point. Chosen."""
+"""Largest differences in range, m, and range rate, m/s, of both points from the one that they
+replace. Chosen: an echo farther away belongs to another cell."""
 
 SEARCHES_PER_HISTORY = 3
-"""Number of searches of each history beside the other. Chosen."""
+"""Number of searches for one history with the other removed, alternately. Chosen."""
 
 MOST_ROUNDS = 6
-"""Greatest number of rounds in which the two are measured in turn. Chosen."""
+"""Largest number of rounds; a round measures both points once. Chosen to limit the time."""
 
 LEAST_SHARE_TO_GO_ON = 0.8
-"""Share of the power explained after a round, below which the pair is given up. Chosen."""
+"""Share of the power explained after a round, below which no further round follows. Chosen."""
 
 LEAST_RELATIVE_GAIN = 0.05
-"""Gain of a round, as a share of the power not yet explained; a smaller one ends the rounds."""
+"""Least increase of the share in a round, relative to the rest 1 − share, to go on. Chosen."""
 
 LEAST_ALIAS_CORRELATION = 0.9
-"""Correlation of two histories above which only beats, and not phases, separate them."""
+"""Correlation of two histories from which on their phases do not separate them. Chosen."""
 
 LEAST_ALIAS_DISTANCE = 0.5
-"""Difference of rates, m/s, below which two histories are neighbours and no aliases."""
+"""Difference of rates, m/s, below which similar histories are neighbours, not aliases. Chosen."""
 
 MOST_GROUPS = 4
-"""Number of groups of points that are tried as pairs, least coherent first. Chosen: time."""
+"""Most groups of points tried as pairs, least coherent first. Chosen to limit the time."""
 
 MOST_REFUSED_PEAKS = 8
-"""Number of refused peaks that are tried as pairs, highest first. Chosen: time."""
+"""Most refused peaks tried as pairs, highest first. Chosen to limit the time."""
 
 HANN_MEAN_SQUARE_TIME = 1.0 / 12.0 - 0.5 / np.pi**2
-"""Mean square time under Hann's window from its middle, in squares of its length."""
+"""Mean square time from the middle, weighted by Hann's window, over the window's length squared."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -79,10 +82,10 @@ class Pair:
 
     Parameters
     ----------
-    motion : R, v, a, ``(2, 3)``
-    amplitude : each that of a single wave, ``(2, channel, ramp)``
-    share : of the power there, without noise, that the two explain, 0 … 1
-    floor : of the map at that cell
+    motion : R, v, a in m, m/s, m/s², ``(2, 3)``
+    amplitude : of each point, as of one wave from one direction, ``(2, channel, ramp)``
+    share : share of the power near their beats, less noise, that the two explain
+    floor : local floor of the residual map at their cell
     """
 
     motion: FloatArray
@@ -92,7 +95,7 @@ class Pair:
 
 
 class RefusedPeak(NamedTuple):
-    """A peak that is no single point: its height above the floor, R, v, a, and that floor."""
+    """A peak that is not coherent enough for one point: height over the floor, R, v, a, floor."""
 
     height: float
     motion: FloatArray
@@ -100,7 +103,7 @@ class RefusedPeak(NamedTuple):
 
 
 class Histories(NamedTuple):
-    """Corrections of rate and acceleration ``(history, 2)``, and phasors that apply them."""
+    """Rates and accelerations ``(history, 2)``; phasors ``(history, ramp)`` that remove them."""
 
     correction: FloatArray
     phasors: NDArray[np.complex64]
@@ -111,8 +114,8 @@ class Pairs:
 
     Attributes
     ----------
-    found : in the order in which they were found
-    refused : peaks that are no single points, and may be pairs
+    found : accepted pairs, in the order of acceptance
+    refused : peaks that are not single points and may be pairs
     """
 
     def __init__(self, *, model: FrameModel, band: Band) -> None:
@@ -126,13 +129,13 @@ class Pairs:
         return _histories(self.model.schedule.centre_frequency, self.middle)
 
     def refuse(self, height: float, motion: FloatArray, floor: float) -> None:
-        """Note a peak that is no single point."""
+        """Store a peak that is not a single point, for `of_refused`."""
         self.refused.append(RefusedPeak(height, motion, floor))
 
     def isolated(
         self, residual: FloatArray, motion: FloatArray, amplitude: ComplexArray
     ) -> FloatArray:
-        """Spectra with everything subtracted but these points."""
+        """Spectra in which only these points remain: they are added to the residual."""
         return self.band.subtract(residual, self.model.phases(motion), -amplitude)
 
     def of_point(
@@ -143,9 +146,9 @@ class Pairs:
         Parameters
         ----------
         spectra : with all but this point subtracted, ``(part, ramp, channel, bin)``
-        motion : its R, v, a, ``(3,)``
+        motion : R, v, a of the point, ``(3,)``
         noise : power per bin, ``(ramp,)``
-        floor : of the map at the point
+        floor : local floor of the residual map at the point
         """
         value = self.band.match(spectra, self.model.phases(motion[None]))
         straight = (value * self.model.high_pass_correction(motion[None]))[0]
@@ -166,7 +169,7 @@ class Pairs:
         return None
 
     def _aliases(self, history: int) -> list[int]:
-        """The history itself, and its alias where even ramp intervals give it one."""
+        """The history, and its alias at another rate if regular ramp intervals cause one."""
         phasors = self._histories.phasors
         shared = np.abs(phasors @ phasors[history].conj()) / self.middle.size
         rate = self._histories.correction[:, 0]
@@ -175,10 +178,10 @@ class Pairs:
         return [history, other] if shared[other] > LEAST_ALIAS_CORRELATION else [history]
 
     def of_refused(self, residual: FloatArray, noise: FloatArray) -> Pair | None:
-        """The first pair at the highest refused peaks, or None; the list of them is then empty.
+        """The first accepted pair at the highest refused peaks, or None; the others are dropped.
 
         Two points may have the same beat on some ramps only. The rate from their beats is then
-        wrong by up to 1 m/s, and the search starts at the rate that most phases agree with.
+        wrong by up to 1 m/s; the search starts from the single history with the most power.
         """
         self.refused.sort(key=lambda peak: -peak.height)
         peaks, self.refused = self.refused[:MOST_REFUSED_PEAKS], []
@@ -193,7 +196,7 @@ class Pairs:
         return None
 
     def _corrected(self, motion: FloatArray, correction: FloatArray) -> FloatArray:
-        """The motion with rates and accelerations ``(…, 2)`` at the frame's middle added."""
+        """The motion plus rates and accelerations ``(…, 2)`` that hold at the frame's middle."""
         offset = float(np.mean(self.middle)) - self.model.time
         rate, acceleration = correction.T
         way = 0.5 * acceleration * offset**2 - rate * offset
@@ -201,7 +204,7 @@ class Pairs:
         return np.asarray(motion + step)
 
     def fit(self, spectra: FloatArray, start: Pair, noise: FloatArray) -> Pair:
-        """Both points measured in turn, each with the other subtracted, from ``start`` on.
+        """The pair after rounds from ``start`` on that measure each point without the other.
 
         Parameters
         ----------
@@ -242,7 +245,7 @@ class Pairs:
         return motion, self._one_wave(value[0], motion)
 
     def _one_wave(self, value: ComplexArray, motion: FloatArray) -> ComplexArray:
-        """Amplitude ``(channel, ramp)`` of a single wave whose amplitude is linear in time."""
+        """Amplitude ``(channel, ramp)`` of a wave from one direction, as a line in time."""
         model, schedule = self.model, self.model.schedule
         frequency = schedule.start_frequency + schedule.slope * (self.middle - schedule.start_time)
         elapsed = self.middle - model.time
@@ -264,7 +267,7 @@ class Pairs:
     def _share(
         self, spectra: FloatArray, left: FloatArray, motion: FloatArray, noise: FloatArray
     ) -> float:
-        """Share of the power near the two that they explain, without noise."""
+        """Share of the power within `FIT_REACH` of the beats, less noise, that both explain."""
         band = self.band
         beats = np.mean(self.model.beats(motion[:, 0], motion[:, 1]), axis=0)
         place = np.rint(beats * band.size / band.rate).astype(np.int64) - band.first
@@ -283,13 +286,13 @@ class Pairs:
 def two_histories(amplitude: ComplexArray, phasors: NDArray[np.complex64]) -> list[int] | None:
     """Numbers of the two histories that a point has, or None.
 
-    None where one history explains the point, or two do not. On every channel both have an
-    amplitude of their own.
+    None means that one history explains `ONE_POINT_SHARE` of the power, or that two explain less
+    than `LEAST_SHARE_TO_REFINE`. Both histories have a separate amplitude on every channel.
 
     Parameters
     ----------
     amplitude : relative to the point's own motion, ``(channel, ramp)``
-    phasors : compensation of each history, ``(history, ramp)``
+    phasors : factors that remove each history's phase, ``(history, ramp)``
     """
     ramps = phasors.shape[1]
     scaled = _scaled(amplitude)
@@ -324,7 +327,7 @@ def _power(phasors: NDArray[np.complex64], amplitude: NDArray[np.complex64]) -> 
 
 
 def _histories(frequency: FloatArray, elapsed: FloatArray) -> Histories:
-    """Histories half a cycle apart over the frame, or a sixth of one for accelerations."""
+    """Histories in steps of 1/2 cycle over the frame (rate), 1/6 cycle over half (acceleration)."""
     span = float(np.ptp(elapsed)) or 1.0
     wavelength = SPEED_OF_LIGHT / float(np.mean(frequency))
     rate = _around_zero(WIDEST_RATE, wavelength / (4.0 * span))
@@ -342,7 +345,7 @@ def _around_zero(widest: float, step: float) -> FloatArray:
 def _straight_line(
     amplitude: ComplexArray, elapsed: FloatArray, weight: FloatArray
 ) -> ComplexArray:
-    """Line in time through the amplitudes ``(ramp,)``; ramps far from it count less."""
+    """Values ``(ramp,)`` of a line in time fitted to the amplitudes, with `ramp_weights`."""
     centred = elapsed - np.mean(elapsed)
     shape = np.stack([np.ones_like(centred), centred / (np.ptp(centred) or 1.0)], axis=-1)
     robust, fitted = weight, amplitude

@@ -15,14 +15,14 @@ from polychirp.receiver.signal_model.point_signal import beat_frequency, beat_ph
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FrameModel:
-    """Signals of points in frames of one schedule.
+    """Beats, phases and high-pass responses of points in frames of one schedule.
 
     Parameters
     ----------
-    schedule, times : of the ramps and their samples
-    high_pass : of the front end, known to the receiver
-    channel_y : m, y of every channel's element, ``(channel,)``
-    time : s, to which motions refer
+    schedule, times : the ramps, and the times of their samples
+    high_pass : filter of the front end, which the receiver knows; None if there is none
+    channel_y : m, y of every channel's element in the radar's frame, ``(channel,)``
+    time : s, at which a motion (R, v, a) has its range, range rate and acceleration
     """
 
     schedule: RampSchedule
@@ -33,7 +33,7 @@ class FrameModel:
 
     @classmethod
     def of(cls, frame: IfFrame) -> FrameModel:
-        """The model of a frame; motions refer to its first ramp's start."""
+        """The model of a frame; motions refer to the start of the frame's first ramp."""
         return cls(
             schedule=frame.schedule,
             times=frame.times,
@@ -43,17 +43,17 @@ class FrameModel:
         )
 
     def beats(self, distance: FloatArray, range_rate: FloatArray) -> FloatArray:
-        """Beat frequencies of points ``(…)``, Hz, ``(…, ramp)``."""
+        """Beat frequencies ``(…, ramp)``, Hz, of points ``(…)`` in m and m/s."""
         return beat_frequency(
             self.schedule, self.times, distance=distance, range_rate=range_rate, time=self.time
         )
 
     def phases(self, motion: FloatArray) -> FloatArray:
-        """`beat_phase` of points ``(point, 3)``: ``(point, ramp, 3)``."""
+        """`beat_phase` of motions R, v, a ``(point, 3)``: ``(point, ramp, 3)``."""
         return beat_phase(self.schedule, self.times, motion=motion, time=self.time)
 
     def response(self, motion: FloatArray) -> ComplexArray:
-        """Complex response of the high pass at each point's beats, ``(point, 1, ramp)``."""
+        """Complex response of the high pass at the points' beats, ``(point, 1, ramp)``."""
         beats = self.beats(motion[:, 0], motion[:, 1])
         if self.high_pass is None:
             return np.ones((len(motion), 1, beats.shape[1]), dtype=np.complex128)
@@ -62,7 +62,7 @@ class FrameModel:
     def high_pass_correction(self, motion: FloatArray) -> ComplexArray:
         """Phasors that remove the high pass's phase, ``(point, 1, ramp)``.
 
-        It has opposite signs on up- and down-ramps. ``motion`` is ``(point, 3)``.
+        That phase has opposite signs on up- and down-ramps. ``motion`` is ``(point, 3)``.
         """
         if self.high_pass is None:
             return self.response(motion)

@@ -11,21 +11,23 @@ from polychirp.model.ramp import RampSchedule
 def beat_phase(
     schedule: RampSchedule, times: SampleTimes, *, motion: FloatArray, time: float
 ) -> FloatArray:
-    r"""Phase of the beat at the first sample of a ramp and its derivatives: ``(point, ramp, 3)``.
+    r"""Phase of the beat at each ramp's first sample, and its derivatives: ``(point, ramp, 3)``.
 
     A point at range R at ``time`` :math:`t_0`, receding at v and accelerating at a, has the R(t) of
-    `path_of`, the round-trip delay :math:`\tau = 2R(t)/(c + \dot R(t))` at reception time t, and
-    the phase
+    `path_of`. At reception time t its round-trip delay is
+    :math:`\tau = 2R(t)/(c + \dot R(t))`. With f(t) the transmitted frequency, of slope b, the beat
+    has the phase
 
     .. math:: \varphi(t) - \varphi(t-\tau) = f(t)\,\tau(t) - \tfrac12 b\,\tau(t)^2
 
-    in cycles, on each ramp a polynomial of second degree in t (the cubic of an acceleration,
-    b a t³/c, is neglected: 1e-4 cycles at 10 m/s² and 1 ms). Last axis: value at the first sample,
-    cycles; slope there, Hz; curvature, Hz/s.
+    in cycles. On each ramp it is a polynomial of second degree in t: the cubic term of an
+    acceleration, b a t³/c, is neglected (1e-4 cycles at b = 3 GHz/ms, 10 m/s² and 1 ms). The last
+    axis holds the phase at the first sample, cycles; its slope there, Hz; its curvature, Hz/s.
 
     Parameters
     ----------
-    motion : R, v, a, ``(point, 3)``
+    motion : R in m, v in m/s and a in m/s² at ``time``, ``(point, 3)``
+    time : reference time :math:`t_0` of ``motion``, s
     """
     distance, rate, acceleration = path_of(motion, times.first - time)
     drift = 2.0 * rate / (SPEED_OF_LIGHT + rate)
@@ -44,20 +46,21 @@ def beat_phase(
 
 
 LEAST_RANGE_SHARE = 0.2
-"""Least range within a frame as a share of the range at its start. Chosen: a limit that keeps the
-range of unphysical trial motions positive."""
+"""Least range that `path_of` returns, as a share of the range at the reference time. Chosen: it
+keeps the range positive for the unphysical motions that a search tries."""
 
 
 def path_of(motion: FloatArray, elapsed: FloatArray) -> FloatArray:
-    r"""Range, its rate and acceleration, of points ``(point, 3)`` after ``elapsed`` s.
+    r"""Range, range rate and range acceleration of points, ``elapsed`` s after the reference time.
 
     .. math:: R(t)^2 = R^2 + 2Rv\,\Delta + (v^2 + R a)\,\Delta^2
 
-    This is exact for straight motion at constant velocity, whose speed across the line of sight is
-    :math:`\sqrt{Ra}`. For a body that brakes ahead it is within 3/2 v a Δ³/3R of
-    :math:`R + v\Delta + \tfrac12 a\Delta^2`: 0.1 mm at 5 m, 10 m/s, 8 m/s² after 24 ms. Bodies that
-    pass nearby need it: at 4 m, 14 m/s inwards and as much across, the third derivative changes the
-    phase by a cycle within a frame of 48 ms.
+    ``motion`` ``(point, 3)`` holds R, v and a; Δ is the elapsed time. The formula is exact for
+    straight motion at constant velocity, whose speed across the line of sight is :math:`\sqrt{Ra}`.
+    For a body that brakes on the line of sight it differs from
+    :math:`R + v\Delta + \tfrac12 a\Delta^2` by about v a Δ³/2R: 0.1 mm at 5 m, 10 m/s, 8 m/s² after
+    24 ms. Bodies that pass nearby need the formula: at 4 m, with 14 m/s inwards and 14 m/s across,
+    the third derivative of R changes the phase by a cycle within a frame of 48 ms.
 
     Returns
     -------
@@ -73,7 +76,10 @@ def path_of(motion: FloatArray, elapsed: FloatArray) -> FloatArray:
 
 
 def path_slopes(motion: FloatArray, elapsed: FloatArray) -> FloatArray:
-    """Derivatives of the range of `path_of` by R, v and a: ``(point, …, 3)``, axes as above."""
+    """Derivatives of the range of `path_of` with respect to R, v and a: ``(point, …, 3)``.
+
+    The axes in the middle are those of ``elapsed``.
+    """
     ends = (..., *(None,) * np.ndim(elapsed))
     distance, rate, acceleration = (motion[:, i][ends] for i in range(3))
     now = path_of(motion, elapsed)[0]
@@ -91,7 +97,10 @@ def beat_frequency(
     range_rate: FloatArray,
     time: float,
 ) -> FloatArray:
-    """Beat frequency in the middle of each ramp's samples, Hz: ``(…, ramp)`` for points ``(…)``."""
+    """Beat frequency in the middle of each ramp's sampling window, Hz: ``(…, ramp)``.
+
+    The points have ``distance`` m at ``time`` s and a constant ``range_rate`` m/s, both ``(…)``.
+    """
     middle = times.first + 0.5 * (times.num_samples - 1) / times.rate
     away = np.asarray(range_rate)[..., None]
     drift = 2.0 * away / (SPEED_OF_LIGHT + away)
@@ -103,7 +112,10 @@ def beat_frequency(
 
 
 def beat_sensitivity(schedule: RampSchedule, times: SampleTimes, time: float) -> FloatArray:
-    """Beat per metre, per m/s and per m/s² in the middle of each ramp: ``(ramp, 3)``."""
+    """Change of the beat, Hz, per m, m/s and m/s² of a point's motion at ``time``: ``(ramp, 3)``.
+
+    The beat is that in the middle of each ramp's sampling window.
+    """
     middle = times.first + 0.5 * (times.num_samples - 1) / times.rate
     elapsed = middle - time
     frequency = schedule.start_frequency + schedule.slope * (middle - schedule.start_time)
@@ -119,7 +131,11 @@ def beat_sensitivity(schedule: RampSchedule, times: SampleTimes, time: float) ->
 
 
 def hann_weights(present: BoolArray | FloatArray) -> FloatArray:
-    """Hann's window over every ramp times the weight of each sample, 0 … 1: ``(ramp, fast)``."""
+    """Hann window over every ramp times ``present``: weights 0 … 1, ``(ramp, fast)``.
+
+    ``present`` is a mask of the samples or a weight 0 … 1 of each; a ramp's window ends with its
+    last sample of a weight above 0.
+    """
     length = np.max(np.where(present > 0, np.arange(present.shape[1]) + 1, 0), axis=1)
     n = np.arange(present.shape[1])
     window = np.sin(np.pi * (n + 0.5) / np.maximum(length, 1)[:, None]) ** 2
@@ -132,19 +148,19 @@ def fit_amplitudes(
     r"""Amplitudes of several points at once, and the residual of the samples without them.
 
     On every ramp and channel they are the weighted least-squares solution of
-    :math:`y(t) = \sum_p a_p e^{j\varphi_p(t)}`: points with the same beat on one ramp share the
-    power there.
+    :math:`y(t) = \sum_p a_p e^{j2\pi\varphi_p(t)}`, with the phases in cycles. Points with the same
+    beat on a ramp share the amplitude there.
 
     Parameters
     ----------
     samples : ``(channel, ramp, fast)``
     weight : ``(ramp, fast)``, zero where there is no sample
     phases : `beat_phase` of each point, ``(point, ramp, 3)``
-    rate : 1/s
+    rate : sample rate, 1/s
 
     Returns
     -------
-    amplitude : ``(point, channel, ramp)``
+    amplitude : in the unit of ``samples``, ``(point, channel, ramp)``
     residual : ``(channel, ramp, fast)``, zero where there is no sample
     """
     signal, by_ramp = _unit_signals(phases, rate, samples.shape[2]), np.moveaxis(samples, 1, 0)
@@ -159,9 +175,10 @@ def fit_amplitudes(
 def matched_amplitudes(
     samples: ComplexArray, weight: FloatArray, phases: FloatArray, rate: float
 ) -> ComplexArray:
-    """Amplitude of every point as if it were alone: `fit_amplitudes` of single points.
+    """Amplitude that `fit_amplitudes` would give every point if it were the only one.
 
-    It costs a fifth, as no residual is computed. Parameters and the result's axes are the same.
+    It takes a fifth of the time of `fit_amplitudes`, as no residual is computed. The parameters and
+    the axes of the amplitude are those of `fit_amplitudes`.
     """
     by_ramp, energy = np.moveaxis(samples, 1, 0), np.sum(weight, axis=1) + _ridge(weight)
     out = np.empty((len(phases), *samples.shape[:2]), dtype=np.complex128)
@@ -173,17 +190,20 @@ def matched_amplitudes(
 
 
 REGULARISATION = 1e-7
-"""Share of a point's own energy added to the normal equations: it bounds the amplitudes of points
-closer than a resolution cell, and gives a ramp without samples a solution. Chosen."""
+"""Share of a unit signal's weighted energy that is added to the diagonal of the normal equations:
+it bounds the amplitudes of points closer than a resolution cell. Chosen: small beside 1."""
 
 
 def _ridge(weight: FloatArray) -> FloatArray:
-    """Number added to the diagonal of the normal equations, ``(ramp,)``."""
+    """Number added to the diagonal of the normal equations, ``(ramp,)``.
+
+    It is above zero also on a ramp without samples, whose amplitudes then come out as zero.
+    """
     return np.asarray(REGULARISATION * np.sum(weight, axis=1) + 1e-300)
 
 
 def _unit_signals(phases: FloatArray, rate: float, fast: int) -> ComplexArray:
-    """Signals of magnitude 1 of points, ``(ramp, point, fast)``."""
+    """Signals of magnitude 1 with the phases of `beat_phase`, ``(ramp, point, fast)``."""
     elapsed = np.arange(fast) / rate
     start, beat, drift = np.moveaxis(phases, (2, 1), (0, 1))[..., None]
     cycles = start + elapsed * (beat + 0.5 * elapsed * drift)
@@ -193,7 +213,10 @@ def _unit_signals(phases: FloatArray, rate: float, fast: int) -> ComplexArray:
 def replica(
     schedule: RampSchedule, times: SampleTimes, *, motion: FloatArray, time: float
 ) -> ComplexArray:
-    """Unit signal of a point (R, v, a), ``(ramp, fast)``: slow reference of `beat_phase`."""
+    """Signal of magnitude 1 of one point with ``motion`` (R, v, a) at ``time``, ``(ramp, fast)``.
+
+    Its phase is evaluated at every sample: this is the slow reference for `beat_phase`.
+    """
     distance, rate, _ = path_of(np.asarray(motion)[None], times.time - time)[:, 0]
     delay = 2.0 * distance / (SPEED_OF_LIGHT + rate)
     frequency = schedule.start_frequency[:, None] + schedule.slope[:, None] * (

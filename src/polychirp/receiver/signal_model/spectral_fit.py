@@ -1,4 +1,4 @@
-r"""Points fitted in the frequency domain, where a windowed beat is a few bins wide.
+r"""Fits of point echoes to the spectra of ramps, where a windowed beat is a few bins wide.
 
 With Hann's window w a point of amplitude a, beat f and curvature b contributes to the spectrum of a
 ramp of L samples
@@ -6,13 +6,14 @@ ramp of L samples
 .. math:: S(f_m) = a\,e^{j\varphi}\,g\,K(x, c), \qquad
           K(x, c) = \int w(u)\,e^{-j2\pi x u + j\pi c u^2}\,du
 
-where :math:`x = (f_m - f) L/f_s` counts resolution cells, :math:`c = b (L/f_s)^2` is the curvature
-in cycles over the ramp, φ the phase in the middle of the ramp, and :math:`g = L/\sqrt{\sum w^2}`
-keeps the power of white noise. K falls as :math:`1/\pi |x|^3`, so that sums over a thousand
-samples become sums over a dozen bins, two to a cell. Its dependence on c is the series
+where :math:`x = (f_m - f) L/f_s` is the distance from the beat in resolution cells,
+:math:`c = b (L/f_s)^2` is the curvature in cycles over the ramp, φ the phase in the middle of the
+ramp, and :math:`g = L/\sqrt{\sum w^2}` keeps the power of white noise. For c = 0, K is 1/2 at its
+peak and falls as :math:`1/2\pi |x|^3`, so that sums over a thousand samples become sums over a
+dozen bins, two per cell. Its dependence on c is the series
 :math:`\sum_q (j\pi c)^q/q!\,M_{2q}(x)` in the window's even moments, cut after q = 5: the error is
-below −110 dB up to c = 1 (a car at 32 m/s, 1 GHz, 2 ms: 0.85). Ramps with blanked samples have
-moments of their own, which do not fall with x. The reference in the time domain is
+below −110 dB up to c = 1 (a car at 32 m/s, 1 GHz, 2 ms: 0.85). Each ramp with blanked samples
+has its own moments, which do not fall with x. The reference in the time domain is
 `polychirp.receiver.signal_model.point_signal`.
 """
 
@@ -30,23 +31,25 @@ from polychirp.model.if_frame import SampleTimes
 from polychirp.receiver.signal_model.point_signal import hann_weights
 
 NUM_MOMENTS = 6
-"""Number of terms of the series in the curvature: see above."""
+"""Number of terms, q = 0 … 5, of the series in the curvature in the module's text."""
 
 TABLE_POINTS_PER_CELL = 16
-"""Points of a moment's table per resolution cell: cubic interpolation has an error of −115 dB."""
+"""Points of a moment's table per resolution cell. Chosen: cubic interpolation between them has an
+error of −115 dB."""
 
 BINS_PER_CELL = 2
-"""Bins of the spectra per resolution cell."""
+"""Bins of the spectra per resolution cell: every transform is twice as long as its window."""
 
 FIT_REACH = 3.0
-"""Resolution cells to either side of a beat to which its amplitude and error are fitted. Chosen."""
+"""Resolution cells on either side of a beat in which its amplitude and its frequency error are
+fitted. Chosen: the main lobe of Hann's window reaches 2 cells."""
 
 COUPLING_REACH = 9.0
-"""Cells between two points beyond which their normal equations are not coupled: the kernel is
-1/(2π 9³) = −73 dB there, and the second pass removes the rest."""
+"""Distance of two points in resolution cells up to which the normal equations couple them fully.
+Chosen: the kernel is 1/(2π 9³) = −73 dB there, and the second pass of `_fit` corrects the rest."""
 
 REMOVAL_LIMIT = 0.03
-"""Share of the noise's rms down to which the side lobes of a point are subtracted. Chosen."""
+"""Share of the noise's rms down to which a point's side lobes are subtracted. Chosen."""
 
 REGULARISATION = 1e-7
 """Share of a point's own energy added to the normal equations, as in `fit_amplitudes`."""
@@ -56,21 +59,22 @@ REGULARISATION = 1e-7
 class Band:
     """The bins of every ramp's spectrum that hold the beats of a map's points.
 
-    Real and imaginary parts are separate, ``(part, …)``, so that compilers vectorise.
+    Real and imaginary parts are separate, ``(part, …)``, so that compilers vectorise loops.
 
     Parameters
     ----------
     first : number of the first bin, ``(ramp,)``; may be negative
-    num_bins : of every ramp
-    rate : of the samples, 1/s
-    length : samples under the window, ``(ramp,)``; bins are ``rate/(BINS_PER_CELL·length)`` apart
+    num_bins : number of bins, the same for every ramp
+    rate : sample rate, 1/s
+    length : L, samples under the window, ``(ramp,)``; a bin is ``rate/(BINS_PER_CELL·length)``
     gain : L/√Σw², ``(ramp,)``
     weight : the window over √Σw², zero for samples that are not used, ``(ramp, fast)``
     is_whole : true if no sample under the window is missing, ``(ramp,)``
-    moments : M_2q of each kind of ramp, ``(table, part, phase, moment, place)`` from −``farthest``
-        cells on; ``phase`` is the place between two bins
+    moments : M_2q, one table for all whole ramps and one for each other ramp, ``(table, part,
+        phase, moment, place)``; ``place`` counts bins from −``farthest`` cells on, ``phase`` the
+        table's points between two bins
     table : number of each ramp's table of moments, ``(ramp,)``
-    farthest : cells that the tables reach to either side
+    farthest : resolution cells that the tables reach on either side of a beat
     """
 
     first: IntArray
@@ -91,7 +95,7 @@ class Band:
 
     @property
     def noise_gain(self) -> FloatArray:
-        """(Σw)²/Σw², ``(ramp,)``: gain of a point over the noise of a sample."""
+        """(Σw)²/Σw², ``(ramp,)``: signal-to-noise ratio in a point's peak over that in a sample."""
         return np.asarray(np.sum(self.weight, axis=1) ** 2)
 
     def spectra(self, samples: ComplexArray) -> FloatArray:
@@ -112,7 +116,7 @@ class Band:
         return out
 
     def places(self, phases: FloatArray) -> FloatArray:
-        """From `beat_phase`: phase in the middle, bin, curvature in cycles; same shape."""
+        """From `beat_phase`: phase at mid-window (cycles), bin, c (cycles); in the same shape."""
         centre = 0.5 * (self.length - 1) / self.rate
         value, slope, bend = phases[..., 0], phases[..., 1], phases[..., 2]
         beat = slope + bend * centre
@@ -126,7 +130,7 @@ class Band:
         )
 
     def match(self, spectra: FloatArray, phases: FloatArray) -> ComplexArray:
-        """Amplitude of every point as if it were alone, ``(point, channel, ramp)``."""
+        """Amplitude of every point if no other were present, ``(point, channel, ramp)``."""
         return np.asarray(_match(spectra, self.places(phases), *self._kernel()))
 
     def fit(
@@ -135,19 +139,20 @@ class Band:
         r"""Amplitudes of several points at once, and the residual of the spectra.
 
         For every point p the residual is orthogonal to its kernel :math:`V_p` within ``FIT_REACH``
-        cells: :math:`\langle V_p, S - \sum_q a_q K_q\rangle = 0`. This is exact for spectra that
-        are sums of points.
+        cells: :math:`\langle V_p, S - \sum_q a_q K_q\rangle = 0`. The
+        amplitudes are exact for spectra that are sums of these points.
 
         Parameters
         ----------
         spectra : ``(part, ramp, channel, bin)``
         phases : `beat_phase`, ``(point, ramp, 3)``
-        noise : rms of the noise in a bin, ``(ramp,)``; side lobes far below it are not removed
+        noise : rms of the noise in a bin, ``(ramp,)``; side lobes below
+            `REMOVAL_LIMIT` times this are not removed
 
         Returns
         -------
         amplitude : ``(point, channel, ramp)``
-        residual : as ``spectra``
+        residual : the spectra without the points, in the shape of ``spectra``
         """
         _, ramps, channels, _ = spectra.shape
         if len(phases) == 0:
@@ -158,13 +163,13 @@ class Band:
     def beat_errors(
         self, residual: FloatArray, phases: FloatArray, amplitude: ComplexArray
     ) -> FloatArray:
-        """Error of each point's beat by the residual: Hz, ``(point, ramp)``."""
+        """Error of each point's beat, estimated from the residual: Hz ``(point, ramp)``."""
         above = np.sum((self.tilts(residual, phases) * amplitude.conj()).real, axis=1)
         strength = np.sum(np.abs(amplitude) ** 2, axis=1)
         return np.asarray(above / np.maximum(strength, 1e-300))
 
     def tilts(self, residual: FloatArray, phases: FloatArray) -> ComplexArray:
-        """Beat errors times amplitudes, by the residual: ``(point, channel, ramp)``, Hz."""
+        """Beat errors times amplitudes, from the residual: ``(point, channel, ramp)``, Hz·V."""
         cells = _tilts(residual, self.places(phases), *self._kernel())
         return np.asarray(cells * (self.rate / self.length))
 
@@ -186,8 +191,8 @@ def band_of(
 ) -> Band:
     """The band from beat ``lowest`` to ``highest``, Hz, ``(ramp,)``, with a margin of eight cells.
 
-    Windows have a length that is fast to transform, a per cent shorter than the ramp at most; the
-    window is almost zero there.
+    Windows have a length that is fast to transform, a per cent shorter than the ramp at most; this
+    costs almost no energy, because the window is almost zero at the end of the ramp.
 
     Parameters
     ----------
@@ -238,7 +243,7 @@ def _smooth_below(length: int) -> int:
 
 @lru_cache(maxsize=8)
 def _hann_moments(farthest: int) -> FloatArray:
-    """Moments of a long window: the error of its finite number of samples is 1/(2π 1024³)."""
+    """Moments of Hann's window from 2048 samples; the error of this number is 1/(2π 1024³)."""
     u = (np.arange(2048) + 0.5) / 2048
     return _moments(np.sin(np.pi * u) ** 2, farthest)
 
@@ -373,7 +378,7 @@ def _fit(  # pragma: no cover - compiled
         gram = _gram(kernel, wide, near)
         _factorize(gram, order)
         found = _solve(gram, order, _readings(kernel, near, residual[:, k]))
-        # kernels of strong points reach farther: all that exceeds the noise is subtracted
+        # kernels of strong points reach farther, to where they fall to REMOVAL_LIMIT of the noise
         for p in range(points):
             above = np.abs(found[p]).max() / (2.0 * np.pi * REMOVAL_LIMIT * noise[k] + 1e-300)
             removal_reach = min(above ** (1.0 / 3.0), 2.0 * farthest)
@@ -382,7 +387,7 @@ def _fit(  # pragma: no cover - compiled
                     kernel, wide, p, removal_reach, places[p, k], own, farthest, is_whole[k]
                 )
         _remove(residual[:, k], kernel, wide, found)
-        # the second pass corrects for what lies beyond the reach of the first
+        # the second pass corrects for side lobes that the first solution did not couple
         change = _solve(gram, order, _readings(kernel, near, residual[:, k]))
         _remove(residual[:, k], kernel, wide, change)
         for p in range(points):
@@ -403,7 +408,7 @@ def _kernel_near(  # pragma: no cover - compiled
     farthest: int,
     is_whole: bool,
 ) -> None:
-    """Write a point's kernel within so many cells of its beat, and that range of bins."""
+    """Write a point's kernel within ``cells`` of its beat, and its range of bins to ``wide``."""
     low, high = _span(place[1], cells, kernel.shape[2])
     wide[p, 0], wide[p, 1] = low, high
     start = (low - place[1]) / BINS_PER_CELL

@@ -1,19 +1,19 @@
-r"""Inaudible radars: a strict and cheap bound on the interference of each in a victim's samples.
+r"""Inaudible radars: an upper bound on each one's interference finds those that can be left out.
 
-A sample is :math:`\int h(s)\,e^{j\phi(s)} ds` over pieces on which both radars stay on one ramp.
-There the beat :math:`\dot\phi/2\pi` never comes nearer to zero than some f, and
-:math:`\ddot\phi = 2\pi\mu` is constant. After integration by parts, twice, with
-:math:`\omega = 2\pi f`, a sample of a path of amplitude 1 is at most
+A sample is :math:`\int h(s)\,e^{j\phi(s)} ds`, with the impulse response h of the IF filter, over
+pieces on which both radars stay on one ramp. There the magnitude of the beat frequency
+:math:`\dot\phi/2\pi` is at least f, and :math:`\ddot\phi = 2\pi\mu` is constant. Two integrations
+by parts, with :math:`\omega = 2\pi f`, show that a sample of a path of amplitude 1 is at most
 
 .. math:: \sum_{ends} \left(\frac{|h|}{\omega} + \frac{|\dot h|}{\omega^2}
           + \frac{|h||\ddot\phi|}{\omega^3}\right) + \int\left(\frac{|\ddot h|}{\omega^2}
           + \frac{3|\dot h||\ddot\phi|}{\omega^3} + \frac{3|h|\ddot\phi^2}{\omega^4}\right) ds .
 
-Ends are those of the filter's support, where h is nearly zero, and of ramps within it: a
-transmitter far out of band is received only as a click, when it is switched on or off. Phases,
-kernels and links are not computed: delays and amplitudes enter by their extremes and sums.
-
-Interferers that are not *audible* by this bound are left out of the victim's samples.
+The sum is over the ends of the filter's support, where h is nearly zero, and over ends of ramps
+within the support: a transmitter far out of band contributes only a click when a ramp begins or
+ends. The bound is cheap, as it needs only the extremes of the paths' delays and the sums of their
+amplitudes, no phases. Interferers that are not *audible* by this bound are left out of the victim's
+samples.
 """
 
 from __future__ import annotations
@@ -40,11 +40,13 @@ from polychirp.synthesis.links.thermal_noise import noise_density
 NEGLIGIBLE_SHARE: Final = 1e-2
 """Limit of the rms of all inaudible radars together, relative to the rms of the victim's noise.
 
-It raises the floor by 0.0004 dB. A smaller limit would keep radars far out of band for the clicks
-with which a model's ramps begin and end; no real transmitter makes these."""
+Chosen: with 1e-2, what is left out would raise the noise floor by 0.0004 dB at most. A smaller
+limit would keep radars far out of band because of clicks, which come from the abrupt begin and end
+of the modelled ramps and not from real transmitters."""
 
 _ROWS_PER_BLOCK: Final = 1 << 16
-"""Victim's ramps times transmitters that are held at once: some 20 MB."""
+"""Greatest product of victim's ramps and transmitters that are computed together; chosen, as the
+arrays then take some 20 MB."""
 
 _SENT_COLUMNS: Final = ("start_time", "end_time", "start_frequency", "stop_frequency", "slope")
 
@@ -56,8 +58,8 @@ class AudibleRadars:
     Parameters
     ----------
     numbers : of the radars, in the order in which they were given
-    neglected : V, bound on the rms of all others together, over all samples of any channel: the
-        root of the sum of their bounds' squares, as their oscillators' phases are independent
+    neglected : V, bound on the rms of all others together, over all samples of any one channel: it
+        is the root of the sum of their bounds' squares, as their phases are independent
     """
 
     numbers: tuple[int, ...]
@@ -71,8 +73,8 @@ class InterferenceBounds:
     Parameters
     ----------
     rms : V, over all samples of a channel, ``(radar,)``
-    closest : Hz, least magnitude of the beat while it can reach a sample, ``(radar,)``; ∞ if no
-        signal arrives
+    closest : Hz, least magnitude of the beat frequency at times within the filter's support of any
+        sample, ``(radar,)``; ∞ if no signal arrives
     """
 
     rms: Annotated[FloatArray, Axes("radar")]
@@ -91,10 +93,11 @@ def audible_radars(
     interferers: Sequence[int],
     share: float = NEGLIGIBLE_SHARE,
 ) -> AudibleRadars:
-    """All interferers but the weakest, which together stay below ``share`` of the noise's rms.
+    """All interferers but the weakest, whose rms together is ``share`` of the noise's rms at most.
 
-    An interferer is always audible if its beat comes within the IF filter's stop edge, or if its
-    or the victim's oscillator is not ideal, since its noise may come there.
+    An interferer is always audible if its beat frequency comes within the IF filter's stop edge. It
+    is audible too if its or the victim's oscillator is not ideal, as its noise may reach the
+    passband.
     """
     radar = scene.radars[victim]
     bounds = interference_bounds(
@@ -127,7 +130,7 @@ def interference_bounds(
     victim: int,
     interferers: Sequence[int],
 ) -> InterferenceBounds:
-    """The bounds of all ``interferers``; a radar without paths has 0 V."""
+    """The bounds of all ``interferers``; an interferer without a path to the victim has 0 V."""
     radar, own = scene.radars[victim], schedules[victim]
     band = _VictimBand.of(radar, own)
     chosen = nearest_snapshots(own, snapshots)
@@ -154,7 +157,7 @@ def interference_bounds(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _PathExtremes:
-    """Sums of path amplitudes ``(snapshot, radar)``; extremes of delays and rates ``(radar,)``."""
+    """Sums of amplitudes ``(snapshot, radar)``; extremes of delays, s, and rates ``(radar,)``."""
 
     amplitude: FloatArray
     earliest: FloatArray
@@ -199,7 +202,7 @@ def _path_extremes(
 
 
 def _norm(transfer: ComplexArray) -> FloatArray:
-    """Largest singular value of matrices ``(…, 2, 2)``: the most that any polarisations couple."""
+    """Largest singular value of matrices ``(…, 2, 2)``: bound for any two polarisations."""
     square = np.sum(np.abs(transfer) ** 2, axis=(-2, -1))
     product = transfer[..., 0, 0] * transfer[..., 1, 1]
     determinant = product - transfer[..., 0, 1] * transfer[..., 1, 0]
@@ -208,9 +211,10 @@ def _norm(transfer: ComplexArray) -> FloatArray:
 
 
 def _root_power(scene: Scene, victim: int, transmitter: int, num_elements: int) -> float:
-    """V, of a path of amplitude 1 along the axes of both antennas, all elements in phase.
+    """Received voltage, V, by a path of amplitude 1 at the peak gain of both antennas.
 
-    The victim's own errors of gain are left out, as they scale its noise by the same factor.
+    All transmitting elements add in phase. The gain errors of the victim's channels are left out,
+    as they scale its noise by the same factor.
     """
     sender, receiver = scene.radars[transmitter], scene.radars[victim]
     elements = np.abs(sender.array.transmitter_response[:num_elements]).sum()
@@ -243,7 +247,7 @@ class _Interferers:
         return np.concatenate([getattr(schedule, name) for schedule in self.schedules])
 
     def arriving(self, begin: FloatArray, end: FloatArray) -> tuple[IntArray, IntArray]:
-        """First ramp and number of ramps that arrive between begin and end ``(n, k)``."""
+        """First ramp (index into `ramps`) and number of ramps from begin to end ``(n, k)``."""
         first = np.array(
             [
                 np.searchsorted(schedule.end_time, early)
@@ -292,7 +296,7 @@ class _VictimBand:
         return int(self.times.num_samples.sum())
 
     def response(self, others: _Interferers) -> tuple[FloatArray, FloatArray]:
-        """Root of the energy of each ramp's samples for a path of 1 V, and the closest beat."""
+        """Bound on the root of Σ|sample|² of each ramp for a path of 1 V; closest beat, Hz."""
         shape = (len(others.schedules), self.begin.size)
         first, count = others.arriving(self.begin, self.end)
         # one row for each overlap of a transmitter's ramp i with a ramp k of the victim
@@ -338,7 +342,7 @@ class _VictimBand:
         high = np.maximum(at_begin, at_end) + np.maximum(later, 0.0)
         away = np.maximum(np.maximum(low, -high), 0.0)
         highest = np.maximum(sent["start_frequency"], sent["stop_frequency"])
-        # the rectangle may reach past a ramp by the spread of delays
+        # the rectangle may include times up to the spread of delays before or after the ramp
         highest = highest + np.abs(later)
         return np.asarray(np.maximum(away - rate * highest, 0.0))
 
@@ -378,7 +382,8 @@ class _Norms:
 @lru_cache(maxsize=32)
 def _norms(if_filter: IfFilter, rate: float) -> _Norms:
     support = if_filter.support
-    # two panels to a cycle: |h| has corners at its zeros, which change the integrals by under 1e-4
+    # eight panels to a cycle of the stop edge: the corners of |h| at its zeros change the
+    # integrals by less than 1e-4
     node, weight = gauss_panels(8 * math.ceil(support * if_filter.stopband))
     value = np.abs(if_filter.derivatives(0.5 * support * node, 2))
     at_end = np.abs(if_filter.derivatives(np.array([0.5 * support]), 1))[:, 0]
@@ -390,7 +395,7 @@ def _norms(if_filter: IfFilter, rate: float) -> _Norms:
     click = 1.01 * float(np.max(np.sum(if_filter.impulse_response(moment) ** 2, axis=1)))
     return _Norms(
         integral=(float(integral[0]), float(integral[1]), float(integral[2])),
-        # maxima between the nodes are missed by less than this
+        # the greatest value at a node is less than 0.1 % below the true maximum
         peak=(1.001 * float(value[0].max()), 1.001 * float(value[1].max())),
         edge=(float(at_end[0]), float(at_end[1])),
         click=math.sqrt(click),

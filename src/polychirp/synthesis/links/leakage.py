@@ -18,9 +18,9 @@ from polychirp.model.scene import Scene
 from polychirp.synthesis.links.links import Links, links_of_all
 
 LEAKAGE_PART: Final = 2
-"""Number of the leakage's part in the contribution of a radar to itself.
+"""Number of the part of a radar's contribution to itself that holds leakage and bumper.
 
-Parts 0 and 1 are unmirrored and mirrored paths."""
+Part 0 holds the paths without a mirror, part 1 those with one."""
 
 
 def all_links(
@@ -31,7 +31,7 @@ def all_links(
     transmitter: int,
     num_elements: int = 1,
 ) -> list[Links]:
-    """The traced links of every snapshot, and for a radar's own signal its leakage and bumper."""
+    """The traced links of every snapshot; of a radar's own signal, leakage and bumper also."""
     traced = links_of_all(
         scene, snapshots, victim=victim, transmitter=transmitter, num_elements=num_elements
     )
@@ -55,27 +55,28 @@ def all_links(
 def own_links(
     radar: Radar, *, frequency: float, reference_time: float, num_elements: int = 1
 ) -> Links:
-    r"""Leakages, then the bumper: at rest with the radar, so the same at every snapshot.
+    r"""Links of all leakages, then that of the bumper; both are at rest in the radar's frame.
 
-    A leakage reaches all channels alike, with :math:`|a|^2 = P_t G_{ft} G_{fr} / I`. The bumper at
-    distance d, with r its reflected share, gives
+    A leakage with isolation I reaches all channels alike, with the power
+    :math:`|a|^2 = P_t G_{ft} G_{fr} / I`. The bumper at distance d, which reflects a share r of the
+    power, gives, with the gain G of an element along the axis,
 
     .. math:: |a|^2 = P_t G_{ft} G_{fr}\; r \left(\frac{G\lambda}{4\pi\cdot 2d}\right)^2
 
-    at delays :math:`\sqrt{4d^2 + y_m^2}/c`, exact for each element; amplitude and antenna gain
-    are those along the axis, for all elements. The sheet is flat, large and square to the axis;
-    multiple reflections between it and the radar are neglected.
+    at delays :math:`\sqrt{4d^2 + y_m^2}/c` for an element at :math:`y_m`. All elements have the
+    same amplitude, that along the axis. The sheet is flat, large and perpendicular to the axis;
+    multiple reflections between sheet and radar are neglected.
 
     Parameters
     ----------
     frequency : Hz, for the wavelength of Friis's law
-    num_elements : transmitting elements in use; all of them leak alike
+    num_elements : number of transmitting elements in use; each has the same leakages and bumper
 
     Warns
     -----
     ModelWarning
-        The bumper is so near to antennas so large that Friis's law returns more power than is
-        sent: then the power that is sent is taken.
+        The bumper is in the antennas' near field: Friis's law with r = 1 gives more power than is
+        transmitted. Then the transmitted power is used instead.
     """
     power = radar.transmit_power * radar.transmit_gain * radar.receive_gain
     delay = [leak.delay for leak in radar.leakage]
@@ -101,14 +102,14 @@ def own_links(
 
 
 def joined(first: Links, second: Links) -> Links:
-    """The links of both tables, of one snapshot."""
+    """The links of two tables of the same snapshot, in one table."""
     columns = [field.name for field in fields(Links) if field.name != "reference_time"]
     both = {name: np.concatenate([getattr(first, name), getattr(second, name)]) for name in columns}
     return Links(reference_time=first.reference_time, **both)
 
 
 def num_parts(radar: Radar, *, is_own: bool) -> int:
-    """Parts of a contribution: three for a radar that receives its own leakage, else two."""
+    """Number of parts: three for a radar's own signal with leakage or bumper, otherwise two."""
     return LEAKAGE_PART + 1 if is_own and radar.receives_itself else LEAKAGE_PART
 
 
@@ -128,7 +129,7 @@ def _coupling(radar: Radar, bumper: Bumper, frequency: float) -> float:
 
 
 def _detour(radar: Radar, bumper: Bumper) -> FloatArray:
-    """Distance of each element from the transmitter's image, less that of the centre, m."""
+    """Distance of each element from the transmitter's image, minus the centre's distance, m."""
     image = np.array([2.0 * bumper.distance, 0.0, 0.0])
     away = np.linalg.norm(radar.array.position - image, axis=1)
     return np.asarray(away - 2.0 * bumper.distance)

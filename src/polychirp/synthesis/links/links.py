@@ -27,27 +27,29 @@ from polychirp.model.scene import Scene
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Links:
-    r"""Delays and amplitudes of one transmitter's signal at one victim, at one snapshot.
+    r"""Delays and amplitudes of one transmitter's signal at one victim, for one tracing of paths.
 
-    Every propagation path appears once for each transmitting element in use, as "path" p: its delay
-    includes that element's position, and its amplitude that element's error. The victim's element m
-    receives it, at time t of reception, as :math:`\sqrt{W}` times the unit signal that the element
+    Every propagation path appears once for each transmitting element in use, as "path" p. The
+    victim's element m receives at time t the signal of magnitude 1 that the transmitting element
     sent at :math:`t - \tau_p - \dot\tau_p (t - t_0) - \delta_{pm}`, times
 
-    .. math:: a_p = \sqrt{P_t G_{ft} G_t}\;(j_r^T A_p\, j_t)\,\sqrt{G_r G_{fr}}.
+    .. math:: a_p = e_p\,\sqrt{P_t G_{ft} G_t}\;(j_r^T A_p\, j_t)\,\sqrt{G_r G_{fr}}
 
-    The weights of the schedule are not in the amplitude, since they change from ramp to ramp.
-    Both arrays are small against the paths' lengths: wave fronts are planes across them.
+    with the transmit power P_t, the front ends' gains G_f, the patterns' gains G and polarisations
+    j towards the path, its transfer A_p and the transmitting element's error e_p. The weights of
+    the schedule are not in a_p, since they change from ramp to ramp. A wave front is taken to be
+    a plane across an array, because the arrays are small against the paths' lengths.
 
     Parameters
     ----------
-    reference_time : s, :math:`t_0`
-    delay, delay_rate : s and s/s, ``(path,)``
+    reference_time : s, :math:`t_0`, the time for which the paths were traced
+    delay, delay_rate : s and s/s, :math:`\tau_p, \dot\tau_p` from the transmitting element to the
+        origin of the victim's frame, ``(path,)``
     transmit_element : number of the transmitting element, ``(path,)``
-    element_delay : s, :math:`\delta_{pm}`, delay at an element less that at the phase centre,
-        ``(path, channel)``
-    amplitude : V, :math:`a_p`, ``(path,)`` complex
-    part : number of the contribution's part that the path belongs to, ``(path,)``
+    element_delay : s, :math:`\delta_{pm}`, delay at the victim's element m less the delay at the
+        origin of its frame, ``(path, channel)``
+    amplitude : :math:`a_p`, V across 1 Ω (its square is W), ``(path,)`` complex
+    part : 1 for a victim's own mirrored echo and for an interferer's indirect path, else 0
     """
 
     reference_time: float
@@ -70,16 +72,17 @@ class Links:
 def links_between(
     scene: Scene, paths: PropagationPaths, *, victim: int, transmitter: int, num_elements: int = 1
 ) -> Links:
-    """The links of one snapshot from one transmitter to one victim.
+    """The links from one transmitter to one victim, of the paths traced for one time.
 
     Parameters
     ----------
-    num_elements : elements that the transmitter's schedule drives, from the array's first on
+    num_elements : number of transmitting elements that the schedule drives; they are the array's
+        first ones
 
     Raises
     ------
     InputError
-        The array has fewer transmitting elements.
+        The array has fewer than ``num_elements`` transmitting elements.
     """
     return links_of_all(
         scene, [paths], victim=victim, transmitter=transmitter, num_elements=num_elements
@@ -94,7 +97,7 @@ def links_of_all(
     transmitter: int,
     num_elements: int = 1,
 ) -> list[Links]:
-    """`links_between` of every snapshot, with the same antennas."""
+    """`links_between` of every snapshot, with the antennas directed as in ``scene``."""
     sender, receiver = scene.radars[transmitter], scene.radars[victim]
     if num_elements > sender.array.num_transmitters:
         raise InputError(
@@ -114,7 +117,7 @@ def links_of_all(
     received = _field(receiver.array.pattern, arrival, turn_in)
     power = (
         sender.transmit_power * sender.transmit_gain * receiver.receive_gain
-    )  # G_t and G_r are in the fields
+    )  # sent and received contain the patterns' gains
     amplitude = np.sqrt(power) * np.einsum("pi,pij,pj->p", received, transfer, sent)
     amplitude = np.outer(amplitude, sender.array.transmitter_response[:num_elements])
     ahead = _lead(sender.array.transmit_position[:num_elements], departure, turn_out)
@@ -140,9 +143,9 @@ def _links(
     lead: FloatArray,
     amplitude: ComplexArray,
 ) -> Links:
-    """Every path once for each element: ``ahead``, ``amplitude`` ``(path, element)``.
+    """The links of one snapshot, with every path once for each transmitting element.
 
-    ``lead`` is ``(path, channel)``.
+    ``ahead`` (s) and ``amplitude`` are ``(path, element)``, ``lead`` (s) is ``(path, channel)``.
     """
     num_elements = ahead.shape[1]
     return Links(
@@ -157,15 +160,15 @@ def _links(
 
 
 def _lead(position: FloatArray, direction: FloatArray, turn: FloatArray) -> FloatArray:
-    """Lead of a plane wave at an element over the origin, s, ``(path, element)``."""
+    """Time by which a plane wave's delay at an element is shorter than at the origin, s."""
     return np.asarray(direction @ (position @ turn.T).T / SPEED_OF_LIGHT)
 
 
 def _field(pattern: ElementPattern, direction: FloatArray, turn: FloatArray) -> FloatArray:
-    """Root of the gain times the polarisation in the world's (V, H) basis: ``(path, 2)``.
+    """Square root of the gain times the polarisation in the world's (V, H) basis, ``(path, 2)``.
 
-    The antenna's own V and H are fixed to the radar: in the world they are turned about the
-    direction of the wave. Without pitch and roll the two bases agree.
+    The antenna's V and H are defined in the radar's frame, and pitch or roll of the radar turns
+    them about the direction of the wave. Without pitch and roll they are those of the world.
     """
     local = direction @ turn
     polarisation = pattern.jones @ polarisation_basis(local) @ turn.T
@@ -174,7 +177,7 @@ def _field(pattern: ElementPattern, direction: FloatArray, turn: FloatArray) -> 
 
 
 def nearest_snapshots(schedule: RampSchedule, snapshots: Sequence[PropagationPaths]) -> IntArray:
-    """Number of the snapshot nearest to the middle of every ramp, ``(ramp,)``."""
+    """Index of the snapshot nearest in time to the middle of every ramp, ``(ramp,)``."""
     moments = np.array([paths.reference_time for paths in snapshots])
     middle = schedule.start_time + 0.5 * schedule.duration
     return np.asarray(np.argmin(np.abs(middle[:, None] - moments), axis=1), dtype=np.int64)

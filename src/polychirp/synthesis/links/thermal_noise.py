@@ -1,4 +1,4 @@
-"""Thermal noise behind the IF filter, at the converter."""
+"""Thermal noise after the IF filter, at the analogue-to-digital converter."""
 
 import math
 
@@ -12,7 +12,9 @@ from polychirp.model.radar import Radar
 
 
 def noise_density(radar: Radar) -> float:
-    r"""W/Hz before the IF filter: :math:`k T_0 F G_{fr}`, on both sides of zero.
+    r"""Noise density before the IF filter, W/Hz: :math:`k T_0 F G_{fr}`, at all frequencies.
+
+    F is the noise figure and :math:`G_{fr}` the receive gain, both power ratios.
 
     >>> from polychirp.model.radar import Radar
     >>> level = noise_density(Radar(name="r", noise_figure=2.0, receive_gain=100.0))
@@ -23,21 +25,22 @@ def noise_density(radar: Radar) -> float:
 
 
 def thermal_noise(radar: Radar, times: SampleTimes, generator: np.random.Generator) -> ComplexArray:
-    r"""Noise, V, ``(channel, ramp, fast)``: independent channels and ramps, zero in the padding.
+    r"""Noise, V, ``(channel, ramp, fast)``, independent between channels and between ramps.
 
-    Its power is :math:`k T_0 F G_{fr} B_n`; its autocovariance over samples is
+    It is zero where a ramp has no sample. Its power is :math:`k T_0 F G_{fr} B_n`, with the
+    noise bandwidth :math:`B_n = \int h^2 ds`, and its autocovariance at a lag of m samples is
 
     .. math:: r_m = k T_0 F G_{fr} \int h(s)\, h(s + m/f_s)\, ds
 
-    whose spectrum is \|H\|² folded at the sample rate. r is zero beyond the filter's support, so
-    a circulant longer than ramp and support together has it exactly (Davies & Harte 1987).
+    with h the filter's impulse response. r is zero beyond the duration of h, so that a circulant
+    covariance matrix as long as ramp and r together has it exactly (Davies & Harte 1987).
     """
     covariance = filter_covariance(radar.if_filter, times.rate)
     length = times.most_samples + covariance.size
     ring = np.zeros(length)
     ring[: covariance.size] = covariance
     ring[-covariance.size + 1 :] += covariance[:0:-1]
-    # folded |H|² times the rate; rounding may leave −1e-16 in the stop band
+    # the transform of the covariance is at least 0, but rounding may leave −1e-16 in the stop band
     level = np.sqrt(noise_density(radar) * np.maximum(np.fft.fft(ring).real, 0.0) / length)
     shape = (radar.array.num_channels, times.num_samples.size, length)
     white = generator.standard_normal((*shape, 2)).view(np.complex128)[..., 0] / np.sqrt(2.0)
@@ -46,10 +49,10 @@ def thermal_noise(radar: Radar, times: SampleTimes, generator: np.random.Generat
 
 
 def filter_covariance(if_filter: IfFilter, rate: float) -> FloatArray:
-    """∫h(s)h(s + m/rate) ds, 1/s, for lags m = 0, 1, … until it vanishes."""
+    """∫h(s)h(s + m/rate) ds, 1/s, for lags m = 0, 1, … up to the filter's support."""
     support = if_filter.support
     lag = np.arange(int(np.ceil(support * rate)) + 1) / rate
-    # h² oscillates up to twice the stop band, and a panel takes two cycles
+    # the product of two h has at most 2 · support · stop band cycles; each gets a panel
     node, weight = gauss_panels(math.ceil(2 * support * if_filter.stopband))
     overlap = np.maximum(support - lag, 0.0)
     first = -0.5 * support + 0.5 * overlap[:, None] * (node + 1.0)
