@@ -84,5 +84,5 @@ def test_every_quantity_has_a_unit_an_example_and_a_readable_default():
 
 def test_a_field_is_described_by_the_docstring_that_declares_it():
     texts = parameter_texts(StudyRadar)
-    assert texts["noise_figure"] == parameter_texts(Radar)["noise_figure"] == "ratio"
+    assert texts["noise_figure"] == parameter_texts(Radar)["noise_figure"] == "ratio, 1 or more"
     assert texts["vehicle"].startswith("name of the vehicle")
