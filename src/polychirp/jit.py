@@ -37,7 +37,7 @@ def compiled(function: F) -> F:
 def inner(function: F) -> F:
     """A kernel that only kernels call: it has no entry point for Python.
 
-    Making that takes a quarter of the compilation where arguments are records.
+    Making that takes a fifth of the compilation where arguments are records.
     """
     return _without_entry(function)
 

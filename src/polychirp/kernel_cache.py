@@ -264,7 +264,7 @@ def kernel_modules() -> dict[str, str]:
     for path in PACKAGE.rglob("*.py"):
         inner = path.relative_to(PACKAGE.parent).with_suffix("").parts
         texts[".".join(inner)] = path.read_text(encoding="utf-8")
-    has_kernels = {name for name, text in texts.items() if _DECORATED.search(text)}
+    has_kernels = {name for name, text in texts.items() if _KERNEL_IMPORT.search(text)}
     own = {name: _hash(text) for name, text in texts.items()}
     taken = {
         name: {
@@ -277,7 +277,7 @@ def kernel_modules() -> dict[str, str]:
     return {name: _hash("".join(own[n] for n in sorted(_reach(name, taken)))) for name in taken}
 
 
-_DECORATED: Final = re.compile(r"^from (polychirp\.jit|numba) import\b", re.MULTILINE)
+_KERNEL_IMPORT: Final = re.compile(r"^from (polychirp\.jit|numba) import\b", re.MULTILINE)
 """Import of a decorator of kernels."""
 
 

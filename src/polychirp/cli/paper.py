@@ -102,13 +102,11 @@ def _statistics(
 
 
 def _say_row(row: PaperRow) -> None:
-    """Print one of the paper's own cases on stderr as soon as it is known."""
+    """Print a case of the paper on stderr as soon as it is known."""
     from polychirp.report.verdict import row_in_words
     from polychirp.report.words import variant_name
 
-    is_variant = row.scenario == "all" or row.antenna != "table 2" or row.mitigation != "none"
-    if row.synchronous and not is_variant:
-        say(f"{variant_name(row)}: {row_in_words(row)}")
+    say(f"{variant_name(row)}: {row_in_words(row)}")
 
 
 def _print_tables(results: Any) -> None:

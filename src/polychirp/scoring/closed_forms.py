@@ -1,13 +1,11 @@
 r"""Closed forms of the probability that radars cause ghosts, or pulses, in each other.
 
 **Synchronous radars.** An interferer sends the victim's own ramps a time s late, with a clock that
-is fast by ε, over a path of delay τ. At time t the victim
-receives what it sent itself a time
+is fast by ε, over a path of delay τ. At time t the victim receives what it sent itself a time
 
 .. math:: D(t) = s + \tau(t) - \varepsilon\,t
 
-earlier, to first order in ε. D is the round-trip delay of a point at range cD/2 whose range rate
-is
+earlier, to first order in ε. D is the round-trip delay of a point at range cD/2 whose range rate is
 :math:`c(\dot\tau - \varepsilon)/2`. A clock error has the same effect on all phases as a speed, so
 that no receiver can distinguish the ghost from a target. It can be detected if the point is
 in the receiver's range-rate map.

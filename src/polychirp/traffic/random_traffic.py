@@ -1,6 +1,7 @@
 """Random traffic for statistics: every seed gives another street, without overlapping vehicles."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Annotated, Final, Literal
 
@@ -174,7 +175,7 @@ class RandomTraffic(Spec):
 
     def _places(self, street: Street, eye: Eye, streams: Streams) -> list[Place]:
         """Places of all carriers, then of at least `LEAST_DRAWN` targets if they fit."""
-        taken = [_bounds(vehicle) for vehicle in street.vehicles]
+        taken = {vehicle.name: _bounds(vehicle) for vehicle in street.vehicles}
         wanted = max(self.num_targets, LEAST_DRAWN)
         shortest = min(vehicle_size(body)[0] for body in RANDOM_BODIES)
         # bound on the vehicles that fit on all lanes within the carriers' reach, twice the targets'
@@ -200,9 +201,10 @@ class RandomTraffic(Spec):
         return best
 
     def _street_of(
-        self, draw: np.random.Generator, taken: list[Rectangle], eye: Eye, wanted: int
+        self, draw: np.random.Generator, taken: Mapping[str, Rectangle], eye: Eye, wanted: int
     ) -> list[Place]:
         """Places of carriers, then of targets, until no place is found for the next vehicle."""
+        hiding = [box for name, box in taken.items() if name != self.seen_from]
         places: list[Place] = []
         boxes: list[Rectangle] = []
         points: list[Eye] = []
@@ -214,9 +216,9 @@ class RandomTraffic(Spec):
                 box = place.rectangle
                 if (
                     is_ahead(eye, nearest_point(eye, box), reach)
-                    and all(are_apart(box, other, self.gap) for other in (*taken, *boxes))
+                    and all(are_apart(box, other, self.gap) for other in (*taken.values(), *boxes))
                     and hides_none(eye, box, points)
-                    and not (is_target and not is_seen(eye, box, boxes))
+                    and not (is_target and not is_seen(eye, box, [*hiding, *boxes]))
                 ):
                     break
             else:

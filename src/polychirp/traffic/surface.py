@@ -68,7 +68,7 @@ class Fineness:
             raise InputError(
                 f"with a max_edge of {self.max_edge:g} m and a coarseness of {self.coarseness:g} a "
                 f"body has too many facets; use at least {1e3 * FINEST_EDGE:g} mm and "
-                f"{2 * FINEST_CURVES:g}"
+                f"{FINEST_CURVES:g}"
             )
 
     def edge(self, radius: float = math.inf) -> float:

@@ -166,7 +166,7 @@ def test_edges_that_would_fill_the_memory_are_refused(glb, max_edge):
         subdivided(CAR, max_edge)
     with pytest.raises(InputError, match="use a longer max_edge"):
         load_mesh(glb, max_edge=max_edge)
-    with pytest.raises(InputError, match=r"too many facets; use at least 5 mm and 0\.2"):
+    with pytest.raises(InputError, match=r"too many facets; use at least 5 mm and 0\.1"):
         Fineness(max_edge=max_edge)
 
 

@@ -14,6 +14,7 @@ from polychirp.rng import Streams
 from polychirp.traffic.placing import is_clear, nearest_point
 from polychirp.traffic.random_traffic import Lane, RandomTraffic
 from polychirp.traffic.street import Street, Vehicle, overlap
+from polychirp.traffic.vehicle import vehicle_size
 
 STREET = Street(vehicles=(Vehicle(name="ego", x=3.0, y=-1.75),))
 TRAFFIC = RandomTraffic(seen_from="ego", num_targets=8, num_carriers=3)
@@ -59,6 +60,21 @@ def test_dense_sampling_of_every_sight_line_meets_no_other_vehicle() -> None:
                 if other != name:
                     inside = (way > corners.min(axis=0)) & (way < corners.max(axis=0))
                     assert not np.any(np.all(inside, axis=1)), (name, other)
+
+
+def test_no_target_hides_behind_a_vehicle_of_the_street() -> None:
+    """A truck right ahead leaves only the other lanes for targets."""
+    truck = Vehicle(name="truck", x=12.0, y=-1.75, body="truck")
+    eye = (3.0 + vehicle_size("sedan")[0] / 2, -1.75)
+    box = truck.footprint()[1]
+    low, high = box.min(axis=0), box.max(axis=0)
+    street = replace(STREET, vehicles=(*STREET.vehicles, truck))
+    for seed in range(5):
+        cars = replace(TRAFFIC, num_targets=3).on(street, Streams(seed)).vehicles
+        for car in (car for car in cars if car.name.startswith("target")):
+            corners = car.footprint()[1]
+            point = np.clip(eye, corners.min(axis=0), corners.max(axis=0))
+            assert is_clear(eye, (point[0], point[1]), (low[0], high[0], low[1], high[1]), 0.0)
 
 
 def test_a_street_with_fewer_targets_is_part_of_one_with_more() -> None:

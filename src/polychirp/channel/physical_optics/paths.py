@@ -62,9 +62,9 @@ from polychirp.errors import ModelWarning
 from polychirp.model.paths import PropagationPaths
 
 MAX_ECHO_OVER_MIRROR: Final = 2.0
-"""Greatest amplitude ratio of a body's echo to that of a mirror in the body's place. It exceeds 1
-where the Fresnel zones of the body add up; a rectangle has at most 1.37² (both Fresnel integrals at
-their maximum)."""
+r"""Greatest amplitude ratio of a body's echo to that of a mirror in the body's place. It exceeds 1
+where the Fresnel zones of the body add up; a rectangle has at most 1.342² = 1.80, each side
+with the greatest :math:`\sqrt2\,|C(w) + jS(w)|` of the Fresnel integrals."""
 
 SCATTERING_KINDS: Final = ("vehicle", "object")
 """Kinds of actors whose facets scatter. Trees only block, because a crown has no clear surface."""
@@ -226,7 +226,7 @@ def _check_facets(seen: Illumination) -> None:
         name = world.scene.actors[world.body[seen.body]].name
         warnings.warn(
             f"most facets of '{name}' are too large for a radar this near; "
-            "their edges should not exceed √(λR/8)",
+            "their edges should not exceed √(λR/2)",
             ModelWarning,
             stacklevel=2,
         )

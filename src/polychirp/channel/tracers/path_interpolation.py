@@ -71,8 +71,8 @@ FAINT_ECHO_ERROR: Final = 2.5e-5
 """Power of one part's errors that is tolerated, as a ratio to that of all own echoes of a radar.
 
 Chosen by trial: receivers search down to 40 dB below the strongest echo. At four times this value,
-residuals of strong echoes are sometimes detected; at forty times, the receiver fits points to
-thousands of residuals."""
+residuals of strong echoes are sometimes detected; at −25 dB, the receiver tries points on thousands
+of residuals (decision 7)."""
 
 FAINT_INTERFERENCE_ERROR: Final = 1e-3
 """Power of one part's errors that is tolerated, as a ratio to the mean power that a radar receives

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
@@ -171,7 +170,7 @@ def _logs(power: Any, noise: Any, depletion: Any) -> Any:  # pragma: no cover - 
     return out
 
 
-@njit(cache=True, nogil=True, fastmath={"contract", "nsz"})
+@reordered
 def _sum_of_rows(  # pragma: no cover - compiled
     logs: Any, start: Any, fraction: Any, step: Any, num_ranges: int
 ) -> Any:

@@ -163,13 +163,18 @@ def fit_amplitudes(
     amplitude : in the unit of ``samples``, ``(point, channel, ramp)``
     residual : ``(channel, ramp, fast)``, zero where there is no sample
     """
-    signal, by_ramp = _unit_signals(phases, rate, samples.shape[2]), np.moveaxis(samples, 1, 0)
-    weighted = signal.conj() * weight[:, None]
-    ridge = _ridge(weight)[:, None, None] * np.eye(len(phases))
-    gram = weighted @ np.swapaxes(signal, 1, 2) + ridge
-    solution = np.linalg.solve(gram, weighted @ np.swapaxes(by_ramp, 1, 2))
-    left = (by_ramp - np.swapaxes(solution, 1, 2) @ signal) * (weight > 0.0)[:, None]
-    return np.transpose(solution, (1, 2, 0)), np.moveaxis(left, 0, 1)
+    amplitude = np.empty((len(phases), *samples.shape[:2]), dtype=np.complex128)
+    residual = np.empty(samples.shape, dtype=np.complex128)
+    ridge, diagonal = _ridge(weight), np.arange(len(phases))
+    for m in range(samples.shape[1]):  # ramp by ramp, so that the signals fit a core's cache
+        signal = _unit_signals(phases[:, m], rate, samples.shape[2])
+        weighted = signal.conj() * weight[m]
+        gram = weighted @ signal.T
+        gram[diagonal, diagonal] += ridge[m]
+        amplitude[:, :, m] = np.linalg.solve(gram, weighted @ samples[:, m].T)
+        left = samples[:, m] - amplitude[:, :, m].T @ signal
+        residual[:, m] = left * (weight[m] > 0.0)
+    return amplitude, residual
 
 
 def matched_amplitudes(
@@ -177,15 +182,13 @@ def matched_amplitudes(
 ) -> ComplexArray:
     """Amplitude that `fit_amplitudes` would give every point if it were the only one.
 
-    It takes a fifth of the time of `fit_amplitudes`, as no residual is computed. The parameters and
-    the axes of the amplitude are those of `fit_amplitudes`.
+    The parameters and the axes of the amplitude are those of `fit_amplitudes`.
     """
-    by_ramp, energy = np.moveaxis(samples, 1, 0), np.sum(weight, axis=1) + _ridge(weight)
+    energy = np.sum(weight, axis=1) + _ridge(weight)
     out = np.empty((len(phases), *samples.shape[:2]), dtype=np.complex128)
-    for p in range(len(phases)):
-        signal = _unit_signals(phases[p : p + 1], rate, samples.shape[2])
-        matched = by_ramp @ np.swapaxes(signal.conj() * weight[:, None], 1, 2)
-        out[p] = matched[..., 0].T / energy
+    for m in range(samples.shape[1]):
+        signal = _unit_signals(phases[:, m], rate, samples.shape[2])
+        out[:, :, m] = (signal.conj() * weight[m]) @ samples[:, m].T / energy[m]
     return out
 
 
@@ -203,11 +206,11 @@ def _ridge(weight: FloatArray) -> FloatArray:
 
 
 def _unit_signals(phases: FloatArray, rate: float, fast: int) -> ComplexArray:
-    """Signals of magnitude 1 with the phases of `beat_phase`, ``(ramp, point, fast)``."""
+    """Signals of magnitude 1 with one ramp's phases of `beat_phase`, ``(point, fast)``."""
     elapsed = np.arange(fast) / rate
-    start, beat, drift = np.moveaxis(phases, (2, 1), (0, 1))[..., None]
+    start, beat, drift = phases.T[..., None]
     cycles = start + elapsed * (beat + 0.5 * elapsed * drift)
-    return np.asarray(np.exp(2j * np.pi * (cycles % 1.0)))
+    return np.asarray(np.exp(2j * np.pi * (cycles - np.rint(cycles))))
 
 
 def replica(

@@ -204,7 +204,7 @@ def run_paper(
 
     Parameters
     ----------
-    show : is given every row as soon as it is known; those of the paper's own cases come first
+    show : is given each of the paper's own cases as soon as it is known
     """
     compile_parts(OF_PAPER, progress=progress)
     started = time.perf_counter()
@@ -271,7 +271,8 @@ def _case_rows(
     progress("radars", 0, len(distinct))
     for case, row in zip(distinct, made, strict=True):
         rows[case] = row
-        show(row)
+        if not _is_variant(case):
+            show(row)
         progress("radars", len(rows), len(distinct))
     return {case: replace(rows[equivalent(case)], synchronous=case.synchronous) for case in cases}
 
