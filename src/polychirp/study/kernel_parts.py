@@ -17,14 +17,15 @@ WORKER: Final = "polychirp.study.warm_up"
 PARTS: Final = {
     part.name: part
     for part in (
-        Part(name="receiver", duration=22.0, kernels=39),
-        Part(name="visibility", duration=14.0, kernels=58),
-        Part(name="bounces", duration=27.0, kernels=58),
+        Part(name="receiver", duration=22.0, kernels=26),
+        Part(name="visibility", duration=14.0, kernels=51),
+        Part(name="bounces", duration=27.0, kernels=79),
         Part(name="facets", duration=27.0, kernels=58),
-        Part(name="synthesis", duration=11.0, kernels=40),
-        Part(name="bundles", duration=13.0, kernels=25),
-        Part(name="edges", duration=13.0, kernels=30),
-        Part(name="tables", duration=4.0, kernels=6),
+        Part(name="synthesis", duration=11.0, kernels=32),
+        Part(name="bundles", duration=13.0, kernels=17),
+        Part(name="edges", duration=13.0, kernels=43),
+        Part(name="tables", duration=1.0, kernels=1),
+        Part(name="targets", duration=1.0, kernels=4),
         Part(name="profiles", duration=2.0, kernels=2),
         Part(name="point vehicles", duration=4.0, kernels=5),
     )
@@ -40,12 +41,12 @@ FEWEST_BUNDLED: Final = 20
 """Points and radars of a free space from which on paths may be synthesised in bundles: the engine
 begins at 24 paths."""
 
-_ANY_TRIAL: Final = ("receiver", "visibility", "synthesis", "tables")
-_STREET: Final = ("bounces", "facets", "bundles", "edges")
+_ANY_TRIAL: Final = ("receiver", "synthesis", "targets", "tables")
+_STREET: Final = ("visibility", "bounces", "facets", "bundles", "edges")
 _OF_TRACER: Final = {
     "free-space": (),
-    "point-vehicles": ("point vehicles", "bundles"),
-    "sionna": ("bundles",),
+    "point-vehicles": ("visibility", "point vehicles", "bundles"),
+    "sionna": ("visibility", "bundles"),
 }
 """Parts for a tracer's paths; those of all mechanisms for a tracer that is not listed."""
 
@@ -55,7 +56,7 @@ def parts_of(study: Study) -> tuple[str, ...]:
 
     >>> from polychirp.study.paper.scenarios import paper_study
     >>> parts_of(paper_study("diverse"))
-    ('receiver', 'visibility', 'bounces', 'facets', 'synthesis', 'bundles', 'edges', 'tables')
+    ('receiver', 'visibility', 'bounces', 'facets', 'synthesis', 'bundles', 'edges', 'tables', 'targets')
     """
     names = [*_ANY_TRIAL, *_OF_TRACER.get(study.tracer.kind, _STREET)]
     if len(study.street.points) + len(study.radars) >= FEWEST_BUNDLED:

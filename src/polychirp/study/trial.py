@@ -134,6 +134,7 @@ def simulate_victim(
         frame=frame,
         parts=parts,
         targets=target_names(study, study.radars[victim]),
+        has_occlusion="occlusion" in study.tracer.capabilities,
     )
 
 
@@ -168,9 +169,11 @@ def receive_and_score(
     frame: IfFrame,
     parts: IfParts,
     targets: Sequence[str],
+    has_occlusion: bool = True,
 ) -> VictimResult:
     """Detections in a frame, scored against the truth at the detections' reference time.
 
+    ``has_occlusion`` is False if the paths come from a tracer without it: no target is hidden then.
     If several transmit elements are used (MIMO), the frame is decoded first, and the result holds
     the frame and the parts of the virtual array.
     """
@@ -182,7 +185,7 @@ def receive_and_score(
     powers = part_powers(receiver, frame, parts, found)
     if is_coded:
         found = azimuths_in_motion(receiver, received, found)
-    true = truth(scene.at(found.time), victim, targets)
+    true = truth(scene.at(found.time), victim, targets, has_occlusion=has_occlusion)
     nearest = min(snapshots, key=lambda paths: abs(paths.reference_time - found.time))
     own = (nearest.transmitter == victim) & (nearest.receiver == victim)
     score = compare(

@@ -196,6 +196,13 @@ def _cloud_of_points() -> Scene:
 # ── the channel ───────────────────────────────────────────────────────────────
 
 
+def targets() -> None:
+    """Compile kernels of the nearest points of targets."""
+    from polychirp.channel.scene.ground_truth import truth
+
+    truth(_street(), 0, ("target-2",), has_occlusion=False)
+
+
 def visibility() -> None:
     """Compile kernels of bodies' trees, of occlusion and of transmission."""
     from polychirp.channel.scene.ground_truth import truth
@@ -253,6 +260,7 @@ PARTS: Final[Mapping[str, Callable[[], None]]] = {
     "facets": facets,
     "synthesis": synthesis,
     "tables": tables,
+    "targets": targets,
     "bundles": bundles,
     "edges": edges,
     "profiles": profiles,

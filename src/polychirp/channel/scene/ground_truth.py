@@ -42,6 +42,7 @@ def truth(
     *,
     materials: Mapping[str, Material] | None = None,
     frequency: float = 79e9,
+    has_occlusion: bool = True,
 ) -> Truth:
     r"""Nearest visible point of the metal of every target, from a radar's phase centre.
 
@@ -58,6 +59,7 @@ def truth(
     receiver : number of the radar; targets : names of actors
     materials : added to the known materials, for the transmission of what is in between
     frequency : Hz, at which that transmission is computed
+    has_occlusion : False for paths that no body blocks: all nearest points are then visible
 
     Raises
     ------
@@ -66,7 +68,10 @@ def truth(
     """
     from polychirp.channel.scene.world import world_of
 
-    world = world_of(scene, frequency=frequency, dynamic_range=1.0, table=material_table(materials))
+    world = None
+    if has_occlusion:
+        table = material_table(materials)
+        world = world_of(scene, frequency=frequency, dynamic_range=1.0, table=table)
     eye = scene.radar_position[receiver]
     points, seen = [], []
     for name in targets:
@@ -99,8 +104,11 @@ def _actor(scene: Scene, name: str) -> Actor:
     raise InputError(f"there is no actor '{name}'; the scene has {known}")
 
 
-def _nearest_visible(world: World, actor: Actor, eye: FloatArray) -> tuple[FloatArray, bool]:
-    """Nearest visible point in world axes and True; if all are hidden, the nearest and False."""
+def _nearest_visible(world: World | None, actor: Actor, eye: FloatArray) -> tuple[FloatArray, bool]:
+    """Nearest visible point in world axes and True; if all are hidden, the nearest and False.
+
+    Without a world, all points are visible.
+    """
     from polychirp.channel.geometry.closest_point import closest_points
 
     corners = target_corners(actor)
@@ -125,12 +133,16 @@ def _nearest_visible(world: World, actor: Actor, eye: FloatArray) -> tuple[Float
     return (nearest, False) if found is None else (found, True)
 
 
-def _first_visible(world: World, candidates: FloatArray, eye: FloatArray) -> FloatArray | None:
+def _first_visible(
+    world: World | None, candidates: FloatArray, eye: FloatArray
+) -> FloatArray | None:
     """The nearest of points ``(candidate, xyz)`` that is visible from ``eye``, or None.
 
     A point is visible if nothing opaque hides it, and if sheets and leaves transmit at least
-    `VISIBLE_POWER` in every polarisation.
+    `VISIBLE_POWER` in every polarisation; without a world, every point is visible.
     """
+    if world is None:
+        return np.asarray(candidates[np.argmin(np.linalg.norm(candidates - eye, axis=-1))])
     from polychirp.channel.scene.occlusion import blocked
     from polychirp.channel.scene.transmission import transmission_matrices
 

@@ -235,3 +235,15 @@ def test_a_radar_under_the_road_is_refused():
     refuse_radar_inside_body(around([road], [(0, 0, 0.5)]))
     with pytest.raises(InputError, match="radar '0' is below 'road'; raise its mount"):
         refuse_radar_inside_body(around([road], [(0, 0, -0.1)]))
+
+
+def test_without_occlusion_the_nearest_point_is_visible_behind_a_wall():
+    wall = Actor(name="wall", kind="object", mesh=mesh_of(box((0.1, 8, 8), 4.0), "metal"))
+    wall = replace(wall, pose=Pose(x=3.0))
+    point = PointScatterer(position=(0.0, 0.0, 0.0), rcs=1.0)
+    target = Actor(name="point", kind="object", pose=Pose(x=9.0), points=(point,))
+    scene = around([wall, body(box((2, 2, 2), 1.0), x=6.0), target], EYE)
+    assert not truth(scene, 0, ["body", "point"]).is_visible.any()
+    seen = truth(scene, 0, ["body", "point"], has_occlusion=False)
+    assert seen.is_visible.all()
+    np.testing.assert_allclose(seen.range, [5.0, 9.0])
