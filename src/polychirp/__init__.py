@@ -1,6 +1,6 @@
 """Simulator of mutual interference between FMCW automotive radars in ray-traced traffic.
 
-The public names are imported when they are first used, so that ``import polychirp`` is fast.
+Each public name is imported when it is first used, so that ``import polychirp`` is fast.
 """
 
 from importlib import import_module
@@ -28,6 +28,7 @@ _HOMES = {
     "run_paper": "polychirp.study.paper.scenarios",
     "run_trial": "polychirp.study.trial",
 }
+"""Module of every public name."""
 
 __all__ = ["Blanking", "Receiver", "Study", "StudyRadar", "load_run", "load_study"]
 __all__ += ["paper_study", "run_paper", "run_trial"]

@@ -1,4 +1,4 @@
-"""Axis names of arrays: every array field of a data type has them, and `seal` checks them."""
+"""Axis names of arrays: every array field of a data type names its axes; `seal` checks them."""
 
 from dataclasses import fields
 from functools import cache
@@ -11,7 +11,7 @@ from polychirp.errors import InputError
 
 
 class Axes:
-    """Names of an array's axes, and its element type; an axis named by a digit has that length."""
+    """Names of an array's axes, and its element type; an axis named by a number has that length."""
 
     def __init__(self, *names: str, dtype: type = np.float64) -> None:
         self.names = names
@@ -58,7 +58,7 @@ def axes_of(cls: type) -> dict[str, tuple[str, ...]]:
 
 
 def seal(instance: Any) -> None:
-    """Check that an instance's arrays agree in their axes, and make them read-only.
+    """Check that an instance's arrays agree in the lengths of their axes; make them read-only.
 
     A data type calls it at the end of ``__post_init__``. Arrays are converted to the declared
     element type, without a copy if possible; the instance's own view of them cannot be written to.
@@ -66,7 +66,7 @@ def seal(instance: Any) -> None:
     Raises
     ------
     InputError
-        An array has a wrong number of axes, or an axis has two lengths.
+        An array has a wrong number of axes, or an axis has two different lengths.
     """
     lengths: dict[str, tuple[int, str]] = {}
     for name, axes in _array_fields(type(instance)):  # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""Text files of strangers, read with bounds on their size, their depth and their numbers."""
+"""Untrusted TOML and JSON files, read with limits on their size, nesting and integers."""
 
 import json
 import re
@@ -11,17 +11,17 @@ from polychirp.errors import InputError
 Value = TypeVar("Value")
 
 MOST_BYTES: Final = 16 << 20
-"""Greatest size of a TOML or JSON file, chosen; a vehicle in a study takes some 150 bytes."""
+"""Greatest size of a file, bytes. Chosen: a vehicle takes only some 150 bytes of a study file."""
 
 MOST_LEVELS: Final = 32
-"""Greatest depth of tables and lists within each other, chosen; a study needs about 8."""
+"""Greatest depth of tables and lists within each other. Chosen: a study needs about 8."""
 
 _KEY: Final = r"""(?:[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')"""
-
+"""Pattern of one part of a dotted TOML key, bare or in quotation marks."""
 _LONG_KEY: Final = re.compile(
     rf"(?<![A-Za-z0-9_-]){_KEY}(?:[ \t]*+\.[ \t]*+{_KEY}){{{MOST_LEVELS},}}"
 )
-"""A dotted key of more than `MOST_LEVELS` parts, on which the TOML reader spends its time."""
+"""Dotted key of more than `MOST_LEVELS` parts; the TOML reader can take very long to read one."""
 
 
 def text_of(path: Path) -> str:
@@ -32,7 +32,7 @@ def text_of(path: Path) -> str:
     InputError
         The file is too large.
     OSError, UnicodeDecodeError
-        As of `pathlib.Path.read_text`.
+        The file cannot be read, or is not in UTF-8.
     """
     with path.open("rb") as file:
         content = file.read(MOST_BYTES + 1)
@@ -61,7 +61,7 @@ def toml_tables(text: str) -> dict[str, Any]:
         raise
     except RecursionError:
         raise _too_deep() from None
-    except ValueError:  # of integers only, whose digits Python bounds
+    except ValueError:  # only integers raise it: Python limits the number of their digits
         raise InputError("an integer has thousands of digits; write a smaller one") from None
 
 
@@ -86,7 +86,7 @@ def json_value(text: str) -> Any:
 
 
 def _shallow(value: Value) -> Value:
-    """The value itself, unless it is nested too deeply."""
+    """The value itself; raises `InputError` if it is nested too deeply."""
     level: list[Any] = [value]
     for _ in range(MOST_LEVELS + 1):
         level = [

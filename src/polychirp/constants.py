@@ -1,4 +1,4 @@
-"""Physical constants in SI units; those marked exact are so by the definition of 2019."""
+"""Physical constants in SI units; those marked exact are exact by the SI's definitions of 2019."""
 
 from typing import Final
 

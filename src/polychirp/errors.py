@@ -39,7 +39,7 @@ class ModelWarning(UserWarning):
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """A hint for a misspelt word: the closest known word, or all of them.
+    """A hint for a misspelt word: the closest known word, or all known words if none is close.
 
     >>> did_you_mean("duraton", ["duration", "slope"])
     "did you mean 'duration'?"
@@ -54,7 +54,7 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
 
 
 def no_such(what: str, name: str, known: Iterable[str]) -> str:
-    """A sentence about a name that does not exist, with all that do.
+    """A sentence which says that a name does not exist, and lists all names that do.
 
     >>> no_such("radar", "frnt", ["front", "rear"])
     "there is no radar 'frnt'; there are 'front', 'rear'; did you mean 'front'?"

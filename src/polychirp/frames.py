@@ -25,12 +25,12 @@ class Pose(Spec):
 
     @property
     def position(self) -> FloatArray:
-        """Position in the outer frame, m, ``(xyz,)``."""
+        """Position in the outer frame (the world's, or a radar's vehicle's), m, ``(xyz,)``."""
         return np.array([self.x, self.y, self.z])
 
     @property
     def rotation(self) -> FloatArray:
-        """Matrix ``(xyz, xyz)`` that turns a vector of the inner frame into the outer frame."""
+        """Matrix ``(xyz, xyz)`` from the inner frame (the body's own) to the outer frame."""
         return rotation(self.yaw, self.pitch, self.roll)
 
     def to_outer(self, points: FloatArray) -> FloatArray:
@@ -43,7 +43,7 @@ class Pose(Spec):
 
 
 def rotation(yaw: float, pitch: float = 0.0, roll: float = 0.0) -> FloatArray:
-    """Matrix of a rotation by yaw (left), pitch (nose up) and roll (right side down).
+    """Matrix of a rotation by yaw (left), pitch (nose up) and roll (right side down) in rad.
 
     >>> rotation(np.pi / 2).round(12) @ np.array([1.0, 0.0, 0.0])
     array([0., 1., 0.])

@@ -1,13 +1,13 @@
-"""Numba kernels compiled ahead, in parallel, into the cache on disk.
+"""Compilation of numba kernels ahead of their use, in parallel, into the cache on disk.
 
 A program that compiles kernels one after another on their first use is slow when it runs for the
-first time, and its results can differ in the last digits from those of later runs, since callees
-that were compiled just now are inlined differently from those that were read from the cache. Here
-worker processes compile first, and the program itself only loads.
+first time, and its results can differ in the last digits from those of later runs, since numba
+inlines a callee that it has just compiled differently from one that it read from the cache. Here
+worker processes compile all kernels first, and the program itself only loads them.
 
 Kernels are compiled in parts: a worker calls the Python functions of a part once, on small data.
-Numba finds by itself which kernels and types they need. A stamp beside the cache says which parts
-are there, so that a later start costs some milliseconds.
+Numba finds by itself which kernels and types these functions need. A stamp file in the cache folder
+says which parts are there, so that a later start costs some milliseconds.
 """
 
 import ast
@@ -41,13 +41,13 @@ PACKAGE: Final = Path(__file__).parent
 """Folder of the sources whose kernels are compiled."""
 
 ANNOUNCED: Final = 5.0
-"""Seconds of compilation above which it is announced on stderr."""
+"""Estimated duration of a compilation, s, above which it is announced on stderr (chosen)."""
 
 MOST_WORKERS: Final = 8
-"""Worker processes: each takes up to 1 GB, and there are few parts."""
+"""Greatest number of worker processes. Chosen: each takes up to 1 GB, and there are few parts."""
 
 Progress = Callable[[str, int, int], None]
-"""Function that is given the kind of work, the steps done, and the number of steps."""
+"""Callback with the name of a task, the number of its steps done, and their total."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,9 +56,9 @@ class Part:
 
     Parameters
     ----------
-    name : argument of the worker
-    duration : s of one core that the compilation takes, roughly
-    kernels : number of specialisations that are compiled, roughly
+    name : name by which a worker is told to compile the part
+    duration : approximate time of the compilation on one core, s
+    kernels : approximate number of compiled kernels; each combination of argument types counts
     """
 
     name: str
@@ -72,11 +72,11 @@ class Compiled:
 
     Parameters
     ----------
-    folder : folder of the stamp, and of the cache if it is one folder
-    parts : names of the parts that were compiled; empty if all were there
-    kernels : names of the compiled kernels, once per specialisation
-    duration : s
-    failures : one sentence per worker that ended early
+    folder : folder of the stamp, and of all kernels unless numba keeps them beside their sources
+    parts : names of the parts that workers finished, also with a failure; empty if none was missing
+    kernels : names of the compiled kernels, once per combination of argument types
+    duration : time that the compilation took, s
+    failures : one sentence per worker that ended early, and per part that could not be compiled
     """
 
     folder: Path
@@ -98,8 +98,8 @@ def is_enabled() -> bool:
 def cache_folder() -> Path:
     """Folder of the stamp: the first of numba's cache folders that can be written.
 
-    If none can be written, kernels go into a temporary folder that is deleted at the end, since
-    numba refuses to define kernels that it cannot keep. A note on stderr says so. Call this
+    If none can be written, kernels go into a temporary folder that is deleted at the program's end,
+    since numba refuses to define kernels that it cannot keep. A note on stderr says so. Call this
     function before kernels are imported.
     """
     given = os.environ.get("NUMBA_CACHE_DIR")
@@ -131,12 +131,12 @@ def _is_writable(folder: Path) -> bool:
 
 
 def _candidates() -> Iterator[Path]:
-    """Numba's folders in its order; the user's is for sources where nothing can be written."""
+    """Numba's cache folders in its order: the one given, beside the sources, the user's."""
     given = os.environ.get("NUMBA_CACHE_DIR")
     if given:
         yield Path(given)
     yield PACKAGE / "__pycache__"
-    from numba.misc.appdirs import AppDirs  # slow, so late
+    from numba.misc.appdirs import AppDirs  # here, since it is a slow import
 
     yield Path(AppDirs(appname="numba", appauthor=False).user_cache_dir)  # type: ignore[no-untyped-call]
 
@@ -155,13 +155,13 @@ def _say(line: str) -> None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stamp:
-    """Record of what is in the cache.
+    """Record of the parts that are in the cache.
 
     Parameters
     ----------
-    sources : hash of the names, sizes and times of all sources
-    modules : hash of the content of every module with kernels, and of what it takes from others
-    parts : cache files of every part that was compiled, each with the module of its kernel
+    sources : hash of the names, sizes and times of change of all sources (`source_hash`)
+    modules : hash of the content behind every module with kernels (`kernel_modules`)
+    parts : index files in numba's cache of every finished part, each with its kernel's module
     """
 
     sources: str
@@ -170,7 +170,7 @@ class Stamp:
 
 
 def stamp_path() -> Path:
-    """File of the stamp: one per place of the package, interpreter, compiler and processor."""
+    """File of the stamp: one per folder of the package, interpreter, compiler and processor."""
     return cache_folder() / f"polychirp-{_machine()}.json"
 
 
@@ -201,13 +201,13 @@ def _hash(text: str) -> str:
 
 
 def source_hash() -> str:
-    """Hash of the names, sizes and times of all sources of the package."""
+    """Hash of the names, sizes and times of change of all sources of the package."""
     found = [(path, path.stat()) for path in PACKAGE.rglob("*.py")]
     return _hash(repr(sorted((str(p), stat.st_size, stat.st_mtime_ns) for p, stat in found)))
 
 
 def read_stamp() -> Stamp | None:
-    """The stamp; None if there is none that can be read."""
+    """The stamp on disk; None if there is none that can be read."""
     try:
         return Stamp(**json.loads(stamp_path().read_text(encoding="utf-8")))
     except (OSError, ValueError, TypeError):
@@ -216,14 +216,14 @@ def read_stamp() -> Stamp | None:
 
 def _write_stamp(stamp: Stamp) -> None:
     path = stamp_path()
-    with suppress(OSError):  # without a stamp the next start looks again
+    with suppress(OSError):  # without a stamp, the next start asks workers for all parts
         fresh = path.with_suffix(f".{os.getpid()}")
         fresh.write_text(json.dumps(asdict(stamp), indent=1), encoding="utf-8")
         fresh.replace(path)
 
 
 def missing(names: Sequence[str]) -> tuple[str, ...]:
-    """Those of the parts of these names that are not in the cache."""
+    """Those of ``names`` whose parts the cache lacks; all if no stamp has the present sources."""
     stamp = read_stamp()
     if stamp is None or stamp.sources != source_hash():
         return tuple(names)
@@ -235,10 +235,10 @@ def _is_there(files: Mapping[str, str] | None) -> bool:
 
 
 def _current_stamp() -> Stamp:
-    """The stamp, without what changed sources made wrong; its cache files are deleted.
+    """The stamp for the present sources; it has no parts if a module with kernels has changed.
 
-    Numba looks at the file of a kernel alone. It does not notice a change of a function or a
-    constant that the kernel takes from another file.
+    Numba looks at the file of a kernel alone, and overlooks a change of a function or a constant
+    that the kernel takes from another file. So cache files of changed modules are deleted here.
     """
     sources, modules = source_hash(), kernel_modules()
     stamp = read_stamp() or Stamp(sources=sources, modules=modules, parts={})
@@ -256,9 +256,9 @@ def _current_stamp() -> Stamp:
 
 
 def kernel_modules() -> dict[str, str]:
-    """Hash of every module with kernels and of the modules that they take kernels or numbers from.
+    """Hash of every module with kernels and of the modules whose kernels or constants it imports.
 
-    Names in capitals are numbers, which numba compiles into the kernels.
+    Names in capitals are constants, which numba compiles into the kernels.
     """
     texts = {}
     for path in PACKAGE.rglob("*.py"):
@@ -277,8 +277,13 @@ def kernel_modules() -> dict[str, str]:
     return {name: _hash("".join(own[n] for n in sorted(_reach(name, taken)))) for name in taken}
 
 
+<<<<<<< HEAD
 _KERNEL_IMPORT: Final = re.compile(r"^from (polychirp\.jit|numba) import\b", re.MULTILINE)
 """Import of a decorator of kernels."""
+=======
+_DECORATED: Final = re.compile(r"^from (polychirp\.jit|numba) import\b", re.MULTILINE)
+"""Import of a decorator of kernels, by which a module with kernels is recognised."""
+>>>>>>> words2
 
 
 def _imports(text: str) -> Iterator[tuple[str, list[str]]]:
@@ -288,7 +293,7 @@ def _imports(text: str) -> Iterator[tuple[str, list[str]]]:
 
 
 def _reach(name: str, taken: Mapping[str, set[str]]) -> set[str]:
-    """The module, and those that it takes something from, and so on."""
+    """The module ``name``, those that ``taken`` names for it, and those that it names for them."""
     reached, ahead = {name}, [name]
     while ahead:
         new = taken.get(ahead.pop(), set()) - reached
@@ -309,15 +314,15 @@ def compile_ahead(
 ) -> Compiled:
     """Compile those parts that the cache does not have, in worker processes.
 
-    Workers take the parts in their order: those that others build upon should come first. Programs
-    that want the same kernels at the same time wait for each other. If a worker fails, a
-    note says so, and its kernels are compiled where they are needed.
+    Workers take the parts in the given order: parts whose kernels other parts call should come
+    first. Programs that need the same kernels at the same time wait for each other. If a part or
+    its worker fails, a note says so, and the missing kernels are compiled on their first use.
 
     Parameters
     ----------
-    worker : module to be run as ``python -m``, which calls `serve`
-    progress : is given the number of kernels done
-    announce : one line on stderr before a compilation of more than `ANNOUNCED` seconds
+    worker : name of the module that calls `serve`; it is run with ``python -m``
+    progress : callback that is given the number of kernels compiled and their approximate total
+    announce : true for a line on stderr before a wait or before an estimated `ANNOUNCED` s or more
     """
     names = [part.name for part in parts]
     if not (is_enabled() and missing(names)):
@@ -366,7 +371,7 @@ def _announce(parts: Sequence[Part], total: int) -> None:
 
 
 def _run(parts: Sequence[Part], worker: str) -> Iterator[tuple[str, Any]]:
-    """Reports of the workers: a kernel, a part with its cache files, or a failure."""
+    """Reports of the workers, by kind: "kernel", "part" (with its cache files) or "failure"."""
     count = min(num_cores(), len(parts), MOST_WORKERS)
     ahead = deque(part.name for part in parts)
     news: SimpleQueue[tuple[str, Any] | None] = SimpleQueue()
@@ -389,7 +394,7 @@ def _run(parts: Sequence[Part], worker: str) -> Iterator[tuple[str, Any]]:
 
 
 def _started(module: str, locks: str) -> subprocess.Popen[str]:
-    """A worker: a process that compiles one part after another."""
+    """A worker that was started: a process of one thread that compiles one part after another."""
     paths = [str(PACKAGE.parent), *filter(None, [os.environ.get("PYTHONPATH")])]
     threads = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
     return subprocess.Popen(
@@ -406,14 +411,14 @@ def _employ(
     ahead: deque[str],
     news: SimpleQueue[tuple[str, Any] | None],
 ) -> None:
-    """Give a worker one part after another and pass its reports on; None at the end."""
+    """Give a worker one part after another, and put its reports into ``news``; then put None."""
     orders, reports = cast("IO[str]", process.stdin), cast("IO[str]", process.stdout)
     try:
-        # without a part left the worker is closed, and ends
+        # if no part is left, popleft raises IndexError, and the worker ends as its pipes are closed
         with suppress(IndexError, OSError), reports, orders:
             while True:
                 name = ahead.popleft()
-                with suppress(OSError):  # a worker that died gives no report either
+                with suppress(OSError):  # the worker died: below, no report arrives
                     print(name, file=orders, flush=True)
                 row: dict[str, Any] = {}
                 for line in reports:
@@ -436,12 +441,12 @@ def _employ(
 
 
 def serve(parts: Mapping[str, Callable[[], None]]) -> None:
-    """Be a worker: names of parts come in on stdin, JSON lines go out on stdout."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the program that started it decides
+    """Run as a worker: names of parts come in on stdin, reports as JSON lines go out on stdout."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C: the starting program ends its workers
     gc.freeze()
-    gc.set_threshold(100_000, 20, 20)  # numba makes many objects: a sixteenth of its time was here
+    gc.set_threshold(100_000, 20, 20)  # collecting numba's many objects took 1/16 of the time
     with os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8") as out:
-        # what a library prints must not get among the reports
+        # text that a library prints goes to stderr, not among the reports
         os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
 
         def tell(**row: Any) -> None:
@@ -460,7 +465,7 @@ def serve(parts: Mapping[str, Callable[[], None]]) -> None:
 
 
 def _compile_each_once(locks: Path, files: dict[str, str], tell: Callable[[str], None]) -> None:
-    """Make numba wait while another worker compiles the same kernel, and then load it."""
+    """Make numba wait while another worker compiles the same kernel, and then load the kernel."""
     from numba.core.caching import NullCache
     from numba.core.dispatcher import Dispatcher
 
@@ -484,14 +489,14 @@ def _compile_each_once(locks: Path, files: dict[str, str], tell: Callable[[str],
 
 
 _HELD_LOCKS: Final[set[Path]] = set()
-"""Locks that this process holds."""
+"""Lock files that this process holds."""
 
 
 @contextmanager
 def _locked(path: Path, *, say: str = "") -> Iterator[None]:
-    """Hold a lock file, and say something if that takes waiting.
+    """Hold a lock file; print ``say`` on stderr if another process holds it and this one waits.
 
-    Nothing is locked on systems without ``fcntl``.
+    On Windows, which lacks ``fcntl``, nothing is locked.
     """
     if path in _HELD_LOCKS or sys.platform == "win32":
         yield

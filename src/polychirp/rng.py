@@ -16,10 +16,10 @@ def _number(name: str | int) -> int:
 
 @dataclass(frozen=True, slots=True)
 class Streams:
-    """All random numbers of one trial.
+    """Random streams of one trial, by name.
 
-    Two studies that differ in their waveform have the same traffic and noise, because each of these
-    uses a stream of its own, chosen by name.
+    Two studies that differ only in their waveform have the same traffic and noise, because each of
+    these uses a stream of its own, chosen by name.
 
     Examples
     --------

@@ -21,7 +21,7 @@ class ByKind:
     __slots__ = ()
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> dict[str, Any]:
-        """Let ``kind`` choose (pydantic's hook, a plain dictionary)."""
+        """Schema by which ``kind`` chooses the member; pydantic calls this method."""
         return {
             "type": "tagged-union",
             "discriminator": "kind",

@@ -1,9 +1,9 @@
 """Parallel work in threads: independent pieces of work, and the rows of one kernel's result.
 
 Kernels release the interpreter while they run; the code between them does not. Two pieces therefore
-keep two cores busy, while one piece with its kernels in two threads keeps one and a half busy:
-small kernels hardly gain from a second thread, and wait for it. Linear algebra runs in one thread
-here, because its matrices are small, and its waiting threads would take the cores of other pieces.
+keep two cores busy, while one piece with its kernels in two threads keeps one and a half busy,
+since a second thread hardly makes small kernels faster. Linear algebra runs in one thread here,
+because its matrices are small, and its waiting threads would take the cores of other pieces.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from typing import Any, Final, TypeVar
 Result = TypeVar("Result")
 
 MOST_PIECES_AT_ONCE: Final = 4
-"""Greatest number of pieces that run at once (chosen, since each has its tables in memory)."""
+"""Greatest number of pieces that run at once (chosen: each has its own tables in memory)."""
 
 RANGES_PER_CORE: Final = 2
-"""Ranges of rows per core, since some rows take longer than others (chosen)."""
+"""Ranges of rows per core (chosen: more than 1, since some rows take longer than others)."""
 
 
 def num_cores() -> int:
-    """Cores that this process may use."""
+    """Number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
 
 
@@ -39,7 +39,7 @@ _share = _Share()
 
 
 def cores_here() -> int:
-    """Cores that this thread's kernels may use: its share, or those of the process.
+    """Number of cores for this thread's kernels: the thread's share, or all of the process.
 
     The environment variable ``NUMBA_NUM_THREADS`` may name a smaller number for the process.
     """
@@ -47,12 +47,12 @@ def cores_here() -> int:
 
 
 def limit_cores(count: int | None) -> None:
-    """Give the kernels of this thread ``count`` cores; None ends the limit."""
+    """Limit the kernels of this thread to ``count`` cores; None removes the limit."""
     _share.cores = count
 
 
 def side_by_side(pieces: Sequence[Callable[[], Result]]) -> Iterator[Result]:
-    """Results of ``pieces``, in the order of the pieces. After an error no further piece begins.
+    """Results of ``pieces``, in their order; after an error in one, no further piece begins.
 
     >>> list(side_by_side([lambda: 1, lambda: 2]))
     [1, 2]
@@ -74,13 +74,13 @@ def side_by_side(pieces: Sequence[Callable[[], Result]]) -> Iterator[Result]:
 
 
 def in_ranges(kernel: Callable[..., object], count: int, *arguments: Any, least: int = 1) -> None:
-    """Call ``kernel(begin, end, *arguments)`` for ranges that make up ``range(count)``, at once.
+    """Call ``kernel(begin, end, *arguments)`` in threads, for ranges that make up ``range(count)``.
 
-    The kernel must release the interpreter and write only its own rows of what it fills.
+    The kernel must release the interpreter and write only the rows ``begin:end`` of its results.
 
     Parameters
     ----------
-    least : number of rows that are worth a call of their own
+    least : fewest rows of a range, so that its work outweighs the cost of a call
 
     Examples
     --------
@@ -111,5 +111,5 @@ def in_ranges(kernel: Callable[..., object], count: int, *arguments: Any, least:
 
 @cache
 def _pool(_process: int) -> ThreadPoolExecutor:
-    """Threads for ranges; a process that was forked has none of its parent's."""
+    """Threads for ranges, made anew in each process: a forked one has none of its parent's."""
     return ThreadPoolExecutor(num_cores())

@@ -1,9 +1,8 @@
 """Units of study files: text such as ``"79 GHz"`` becomes an SI number.
 
-A field declared ``duration: Seconds`` states its unit once. The same annotation documents the
-field, reads it from a study file, bounds it, and describes it in the JSON schema. All numbers
-inside polychirp are SI, linear and in radians; they are converted only here and in
-`config.quantity`, which writes them.
+A field declared ``duration: Seconds`` states its unit once. This annotation documents the field,
+reads it from a study file, bounds it, and describes it in the JSON schema. All numbers inside
+polychirp are SI, linear and in radians; only this module and `config.quantity` convert them.
 """
 
 import math
@@ -71,6 +70,7 @@ _READERS: Final[Mapping[str, Mapping[str, Callable[[float], float]]]] = {
     "dBc/Hz": {"dBc/Hz": from_db},
     "ppm/s": {"ppm/s": _scaled(1e-6), "ppb/s": _scaled(1e-9)},
 }
+"""Units that a study file may use for each `Unit.symbol`, and functions from their values to SI."""
 
 _EXAMPLE: Final = {
     "Hz": "79 GHz",
@@ -107,14 +107,14 @@ _PLAUSIBLE: Final[Mapping[str, tuple[str, str]]] = {
     "dBc/Hz": ("-300 dBc/Hz", "100 dBc/Hz"),
     "ppm/s": ("-1e6 ppm/s", "1e6 ppm/s"),
 }
-"""Least and greatest plausible value of each quantity. They are chosen wide, so that they refuse
+"""Least and greatest plausible value in each unit. They are chosen wide, so that they refuse
 mistakes of the unit and numbers that overflow, but no unusual radar. A field may have narrower
 bounds (`Unit`)."""
 
 _QUANTITY: Final = re.compile(r"^\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S.*?)\s*$")
 
 _LONGEST_TEXT: Final = 100
-"""Characters of a quantity's text; longer text is refused without a search for a quantity."""
+"""Most characters of a quantity's text; longer text is refused without being parsed (chosen)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,7 +123,7 @@ class Unit:
 
     Parameters
     ----------
-    symbol : of the SI unit
+    symbol : SI unit; for ratios the unit of their text, such as dB or ppm, while values are linear
     least, greatest : bounds as a study file writes them; where none is given, those that are
         plausible for any field of this unit
 
@@ -173,7 +173,7 @@ class Unit:
         return value
 
     def parse(self, text: object) -> float:
-        """SI value of ``text``, plausible or not; raises `InputError` as `read` does otherwise."""
+        """SI value of ``text``, even out of bounds; raises `InputError` if it is no quantity."""
         if isinstance(text, bool) or not isinstance(text, str):
             raise InputError(f"{_short(repr(text))} needs a unit; write it like '{self.example}'")
         match = _QUANTITY.match(text) if len(text) <= _LONGEST_TEXT else None
@@ -199,7 +199,7 @@ class Unit:
         }
 
     def __get_pydantic_json_schema__(self, core: Any, handler: Any) -> dict[str, Any]:
-        """Unit, bounds and an example for editors; JSON schema cannot compare text itself."""
+        """Unit, bounds and an example for editors; JSON schema cannot bound values in text."""
         del core, handler
         least, greatest = self.bounds
         return {
@@ -213,7 +213,7 @@ class Unit:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Between:
-    """Bounds of a plain number that has no unit, such as a count.
+    """Bounds of a number without a unit, such as a count.
 
     Examples
     --------
@@ -227,7 +227,7 @@ class Between:
     greatest: float
 
     def checked(self, value: float) -> float:
-        """The value itself; raises `InputError` where it lies outside of the bounds."""
+        """The value itself; raises `InputError` if it lies outside of the bounds."""
         if value > self.greatest:
             raise InputError(f"{_written(value)} is too large; use at most {self.greatest}")
         if not value >= self.least:
@@ -235,7 +235,7 @@ class Between:
         return value
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> dict[str, Any]:
-        """Check the number once it is one (pydantic's hook, a plain dictionary)."""
+        """Check the value after it was read as a number (pydantic's hook, a plain dictionary)."""
         return {
             "type": "function-after",
             "function": {"type": "no-info", "function": self.checked},
@@ -249,7 +249,7 @@ class Between:
 
 
 def _written(value: float) -> str:
-    """A number as text; Python refuses to write integers of thousands of digits."""
+    """A number as text; of huge integers, which Python refuses to write, the number of bits."""
     if isinstance(value, int) and value.bit_length() > 128:
         return f"a number of {value.bit_length()} bits"
     return f"{value}"

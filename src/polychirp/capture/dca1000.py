@@ -1,6 +1,6 @@
-r"""Raw files of TI's DCA1000 capture card: int16, little endian, by the device's LVDS lanes.
+r"""Raw files of TI's DCA1000 capture card: int16, little endian, in the order of the LVDS lanes.
 
-After TI's application report SWRA581, "Mmwave Radar Device ADC Raw Data Capture":
+TI's application report SWRA581, "Mmwave Radar Device ADC Raw Data Capture", gives the order:
 
 ==================  ===========================================================================
 xWR16xx, 18xx, 68xx two lanes; per ramp one receiver after the other;
@@ -9,8 +9,8 @@ xWR14xx             four lanes, one for each receiver; per sample complex: I of 
                     of all four; real: one of each. Unused receivers hold zeros
 ==================  ===========================================================================
 
-Ramps follow each other in time without headers. Where the device was told to swap I and Q, or its
-targets beat at negative frequencies, set ``conjugate`` in the parameter file.
+Ramps follow each other in time without headers. If the device was set to swap I and Q, or if its
+targets beat at negative frequencies, ``conjugate`` must be set in the parameter file.
 """
 
 from collections.abc import Iterable
@@ -26,7 +26,7 @@ from polychirp.capture.recording import Recording, frames_needed, way_out
 from polychirp.errors import InputError
 
 NUM_LANES: Final = 4
-"""Number of lanes of the xWR14xx; lanes without a receiver hold zeros."""
+"""Number of lanes of the xWR14xx (SWRA581), and the greatest number of receivers of any device."""
 
 Words = NDArray[np.int16]
 
@@ -41,13 +41,13 @@ def open_raw(
 
     Parameters
     ----------
-    frames : numbers of the frames that will be read; if they are given, others may be missing
+    frames : numbers of the frames that will be read; if given, later frames may be missing
 
     Raises
     ------
     InputError
-        The parameters name no device; the file is not there, or was cut off before the last frame
-        that is needed. The message says how many bytes are missing and what is whole.
+        The parameters name no device or do not fit it; the file cannot be read, or ends before or
+        in the last frame needed. The message then says what is missing, and which frames are whole.
     """
     path = Path(path)
     device = parameters.device

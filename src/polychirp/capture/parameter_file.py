@@ -48,7 +48,7 @@ num_receivers = 4
 #axes = ["frame", "ramp", "receiver", "fast"]
 #stored_as = "signed"           # "unsigned" where int16 samples were saved as if uint16
 """
-"""Text of a parameter file to start from."""
+"""Parameter file with examples and defaults, which ``polychirp process --describe`` prints."""
 
 
 def read_parameters(path: Path | str) -> CaptureParameters:
@@ -57,8 +57,8 @@ def read_parameters(path: Path | str) -> CaptureParameters:
     Raises
     ------
     InputError
-        The file is not there, is not TOML, or a value is wrong; every problem with its place, as
-        in "walk.toml: slope: …".
+        The file cannot be read or is not TOML, or a key is unknown, missing or has a wrong value.
+        The message names the place of every problem, as in "walk.toml: slope: …".
     """
     path = Path(path)
     try:
@@ -85,7 +85,7 @@ def parameters_from(data: dict[str, Any], *, name: str) -> CaptureParameters:
     Raises
     ------
     InputError
-        As `read_parameters`.
+        A key is unknown, missing or has a wrong value.
 
     Examples
     --------
@@ -125,7 +125,7 @@ def _missing(hints: dict[str, Any], data: dict[str, Any]) -> Iterator[str]:
 
 
 def _read(hint: Any, value: object) -> Any:
-    """Value of a field as its type; raises `InputError` if the file's value does not fit."""
+    """A file's value as the type ``hint`` of its field; raises `InputError` if it does not fit."""
     unit = _unit(hint)
     if unit is not None:
         return unit.read(value)

@@ -22,21 +22,21 @@ Side = Literal["right", "left"]
 Device = Literal["xwr14xx", "xwr16xx", "xwr18xx", "xwr68xx"]
 
 COMBINED_AXES: Final = {"ramp": ("sweep", "transmitter"), "channel": ("transmitter", "receiver")}
-"""Axes that combine two others, of which the second runs faster."""
+"""Axes that combine two other axes; the second of the two changes faster."""
 
 LARGEST_FRAME: Final = 4 << 30
-"""Greatest number of bytes of the samples of a frame; chosen."""
+"""Greatest size of a frame's samples in memory, bytes. Chosen."""
 
 _USABLE_SHARE: Final = {"complex": 0.9, "real": 0.45}
-"""Pass band of the decimation filters of TI's converters, as a share of the sample rate."""
+"""Default edge of the pass band, that of TI's decimation filters, as a share of the sample rate."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CaptureParameters(Spec):
     """Ramps, converter, antennas and file layout of a recording.
 
-    Times are counted as TI's tools do: a ramp waits ``idle_time``, then rises for
-    ``ramp_end_time``; the converter starts ``adc_start`` after the rise began.
+    Times are defined as in TI's tools: a ramp waits for ``idle_time``, then rises for
+    ``ramp_end_time``; the first sample is taken ``adc_start`` after the start of the rise.
 
     Parameters
     ----------
@@ -47,20 +47,20 @@ class CaptureParameters(Spec):
     sample_rate : 1/s
     num_samples : number of samples of a ramp
     sampling : "complex", or "real" if only the real part was stored
-    highest_beat : Hz, edge of the converter's pass band; 0.9 of the sample rate (0.45 for real
-        samples) where it is not given
+    highest_beat : Hz, edge of the converter's pass band; by default 0.9 of the sample rate (0.45
+        for real samples)
     num_transmitters : number of transmitters; they take turns, ramp by ramp
     num_receivers : number of receivers, which are recorded together
-    spacing : m, of the receiving elements; half a wavelength where it is not given. Transmitters
-        are a whole receiving array apart, so that together they make one longer array
-    first_receiver : side on which receiver 0 sits, seen along the radar's line of sight
-    axes : of the array in a NumPy or Zarr file, slowest first
-    stored_as : "unsigned" where int16 samples were saved as if they were uint16
-    full_scale : stored value that fills the converter
+    spacing : m, of the receiving elements; by default half a wavelength at `middle_frequency`.
+        Transmitters are a whole receiving array apart, so that together they make one longer array
+    first_receiver : side of the array on which receiver 0 is, seen from behind the radar
+    axes : names of the axes of the array in a NumPy or Zarr file, slowest first
+    stored_as : "unsigned" if int16 samples were saved as if they were uint16
+    full_scale : stored value that is the converter's full scale, 0 dBFS
     conjugate : take the complex conjugate, for recordings whose targets beat at negative
         frequencies (or whose I and Q are swapped)
-    device : device of TI whose lanes wrote a raw file; needed for ``.bin`` only
-    num_frames : number of frames that the recording should have; not checked where it is absent
+    device : TI device that wrote a raw file; needed for ``.bin`` only
+    num_frames : number of frames that the recording should have; not checked if not given
     """
 
     start_frequency: Hertz
@@ -144,11 +144,9 @@ class CaptureParameters(Spec):
         if twice:
             raise InputError(f"axes: '{twice[0]}' is there twice; name each axis once")
 
-    # ── derived ────────────────────────────────────────────────────────────────
-
     @property
     def lengths(self) -> dict[str, int]:
-        """Length of every axis but the frames'."""
+        """Length of every axis except ``frame``."""
         return {
             "sweep": self.num_ramps // self.num_transmitters,
             "transmitter": self.num_transmitters,
@@ -160,7 +158,7 @@ class CaptureParameters(Spec):
 
     @property
     def usable_beat(self) -> float:
-        """Edge of the pass band, Hz."""
+        """Edge of the converter's pass band, Hz: ``highest_beat`` or its default."""
         if self.highest_beat is not None:
             return self.highest_beat
         return _USABLE_SHARE[self.sampling] * self.sample_rate
@@ -178,7 +176,7 @@ class CaptureParameters(Spec):
 
     @property
     def range_resolution(self) -> float:
-        """Cell of the map in range, m: c/2B with the sampled bandwidth B."""
+        """Range resolution, m: c/2B with the sampled bandwidth B."""
         return SPEED_OF_LIGHT / (2.0 * self.slope * self.num_samples / self.sample_rate)
 
     @property
@@ -188,18 +186,18 @@ class CaptureParameters(Spec):
 
     @property
     def speed_span(self) -> float:
-        """Range rate between aliases, m/s: λ/2T, T from a transmitter's ramp to its next one."""
+        """Width of the unambiguous range rates, m/s: λ/2T, T between a transmitter's ramps."""
         wavelength = SPEED_OF_LIGHT / self.middle_frequency
         return wavelength / (2.0 * self.repetition_interval * self.num_transmitters)
 
     @property
     def speed_resolution(self) -> float:
-        """Cell of the map in range rate, m/s."""
+        """Range-rate resolution, m/s: `speed_span` over the number of sweeps."""
         return self.speed_span / self.lengths["sweep"]
 
     @property
     def array(self) -> AntennaArray:
-        """The receiving elements; their pattern is not known."""
+        """The receiving elements; their pattern is not known, and taken to be isotropic."""
         spacing = self.spacing
         if spacing is None:
             spacing = 0.5 * SPEED_OF_LIGHT / self.middle_frequency
@@ -207,7 +205,7 @@ class CaptureParameters(Spec):
 
     @property
     def schedule(self) -> RampSchedule:
-        """Ramps of a frame; time 0 is the beginning of its first rise."""
+        """Ramps of a frame; time 0 is the start of the first ramp's rise."""
         ramp = np.arange(self.num_ramps)
         start: FloatArray = ramp * np.float64(self.repetition_interval)
         return RampSchedule(
@@ -221,7 +219,7 @@ class CaptureParameters(Spec):
 
     @property
     def times(self) -> SampleTimes:
-        """Sample times of a frame."""
+        """Sample times of a frame, from the start of the first ramp's rise."""
         return SampleTimes(
             first=self.schedule.start_time + self.adc_start,
             num_samples=np.full(self.num_ramps, self.num_samples),

@@ -17,7 +17,7 @@ from polychirp.errors import InputError
 from polychirp.model.if_frame import IfFrame
 
 LARGEST_SAMPLE: Final = 1e100
-"""Greatest plausible sample in parts of full scale; squares of spectra stay finite below it."""
+"""Greatest plausible I or Q as a ratio to full scale. Chosen: squares of spectra stay finite."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -38,10 +38,10 @@ class Recording:
     read: Callable[[int], ComplexArray]
 
     def frame(self, number: int) -> IfFrame:
-        """Frame ``number``, in parts of full scale, in polychirp's conventions.
+        """Frame ``number`` with samples as ratios to full scale, in polychirp's conventions.
 
-        A real recording holds half of each tone's amplitude at its negative frequency; it is
-        doubled, so that the positive half has the tone's own.
+        Of each tone in a real recording, one half of the amplitude is at the negative frequency.
+        Real samples are doubled, so that the tone at the positive frequency has the whole.
 
         Raises
         ------
@@ -94,12 +94,12 @@ def from_array(
     Parameters
     ----------
     array : array of NumPy or of Zarr
-    frames : numbers of the frames that will be read; if they are given, others may be missing
+    frames : numbers of the frames that will be read; if given, later frames may be missing
 
     Raises
     ------
     InputError
-        The array's shape is not what the parameters say, or frames are missing.
+        The array has another shape than the parameters say, or frames are missing.
     """
     axes = parameters.axes
     expected = [parameters.lengths.get(axis) for axis in axes]
@@ -131,8 +131,8 @@ def from_array(
 
 
 def frames_needed(there: int, parameters: CaptureParameters, frames: Iterable[int] | None) -> int:
-    """Number of frames that must be there: up to the last one asked for, or all of them."""
-    if isinstance(frames, range):  # not walked, for it may have any length
+    """Number of frames that must be there: up to the last of ``frames``; if that is None, all."""
+    if isinstance(frames, range):  # not iterated over, because it may have any length
         return max(frames[0], frames[-1]) + 1 if frames else 0
     if frames is not None:
         return max(frames, default=-1) + 1
@@ -152,7 +152,7 @@ def way_out(whole: int, mistake: str) -> str:
 
 
 def _signed(array: NDArray[Any]) -> ComplexArray:
-    """int16 values that were stored as if they were uint16."""
+    """int16 values, as complex numbers, of an array that holds them as if they were uint16."""
 
     def wrap(values: NDArray[Any]) -> NDArray[np.float64]:
         words = values.astype(np.int64).astype(np.uint16)
@@ -181,7 +181,7 @@ def _ordered(array: NDArray[Any], parameters: CaptureParameters) -> ComplexArray
 
 
 def _numpy_header(file: BinaryIO) -> tuple[tuple[int, ...], np.dtype[Any]]:
-    """Shape and data type of a ``.npy`` file; raises all that a wrong header may raise."""
+    """Shape and data type of a ``.npy`` file; a wrong header raises many types of exceptions."""
     version = np.lib.format.read_magic(file)
     read = np.lib.format.read_array_header_1_0
     if version != (1, 0):
@@ -205,7 +205,7 @@ def open_numpy(
     Raises
     ------
     InputError
-        The file is not there, is no array of numbers, was cut off, or has another shape.
+        The file cannot be read, is no array of numbers, was cut off, or has another shape.
     """
     path = Path(path)
     try:
@@ -217,7 +217,7 @@ def open_numpy(
         raise InputError(f"there is no recording '{path}'") from None
     except OSError as error:
         raise InputError(f"'{path}' cannot be read: {error.strerror}") from None
-    except Exception:  # the header is a Python literal, whose readers have errors of their own
+    except Exception:  # the header is a Python literal, whose parsers raise many types of errors
         raise InputError(f"{path.name}: is not a NumPy file; save one with numpy.save") from None
     if dtype.kind not in "iufc":
         raise InputError(f"{path.name}: holds {_shown(dtype)}, not numbers")

@@ -1,16 +1,16 @@
 r"""SigMF recordings: complex samples in ``NAME.sigmf-data``, JSON in ``NAME.sigmf-meta``.
 
 They follow the Signal Metadata Format 1.2. Fields that radars need and the format lacks have the
-namespace ``polychirp:``, declared as an optional extension, which other readers may ignore.
+namespace ``polychirp:``. It is declared as an optional extension, which other readers may ignore.
 
 ========================== ==================================================================
 ``polychirp:schedule``     the ramps that were played: equally long lists, in SI
-``polychirp:num_samples``  number of samples written, by which a cut file is recognised
+``polychirp:num_samples``  number of samples written; with fewer, a file was cut off
 ``polychirp:start_time``   time of the first sample on the clock of the schedule, s
 ========================== ==================================================================
 
-Integers are read as parts of full scale, 2¹⁵ for 16 bits, and written in the same way, so that a
-recording that is read and written has the same bytes.
+Integers are read as ratios to full scale, 2¹⁵ for 16 bits, and written in the same way, so that
+samples of 16 bits that are read and written again have the same bytes.
 """
 
 import json
@@ -31,10 +31,11 @@ from polychirp.model.ramp import RampSchedule
 
 META: Final = ".sigmf-meta"
 DATA: Final = ".sigmf-data"
+"""Suffixes of the files of metadata and of samples."""
 
 SIGMF_VERSION: Final = "1.2.0"
-
 SIGMF_EXTENSION: Final = {"name": "polychirp", "version": "0.1.0", "optional": True}
+"""Version of the format that is written; declaration of the namespace ``polychirp:`` in it."""
 
 Written = Literal["ci16_le", "cf32_le"]
 
@@ -52,7 +53,7 @@ FORMATS: Final[Mapping[str, tuple[str, float, float]]] = {
     "ci8": ("i1", 0.0, 2.0**7),
     "cu8": ("u1", 2.0**7, 2.0**7),
 }
-"""Every data type that is read: element type, stored value of zero, and of full scale."""
+"""Data types that are read: element type, stored value of zero, steps from zero to full scale."""
 
 RAMP_FIELDS: Final = (
     "start_time",
@@ -62,25 +63,26 @@ RAMP_FIELDS: Final = (
     "start_phase",
     "sweep",
 )
+"""Fields of `RampSchedule` that the metadata hold, each as a list."""
 
 LEAST_RATE: Final = 1.0
 GREATEST_RATE: Final = 1e12
-"""Bounds of plausible sample rates, 1/s."""
+"""Bounds of plausible sample rates, 1/s. Chosen."""
 
 GREATEST_FREQUENCY: Final = 1e12
-"""Greatest magnitude of a carrier frequency, Hz."""
+"""Greatest plausible magnitude of a carrier frequency, Hz. Chosen."""
 
 GREATEST_TIME: Final = 1e12
-"""Greatest magnitude of a start time, s; seconds since 1970 are below it."""
+"""Greatest plausible magnitude of a start time, s. Chosen: seconds since 1970 are below it."""
 
 GREATEST_OF_RAMP: Final = 1e18
-"""Greatest magnitude of any number in a schedule, in SI: a slope of 1 GHz in 1 ns."""
+"""Greatest plausible magnitude of any number in a schedule, in SI. Chosen: 1 GHz in 1 ns, Hz/s."""
 
 MOST_SAMPLES: Final = 1 << 29
-"""Greatest number of samples that are read into memory at once; they take 8 GB."""
+"""Greatest number of samples that are read into memory at once. Chosen: they take 8 GB."""
 
 HASHED_AT_ONCE: Final = 1 << 24
-"""Bytes that are hashed at once."""
+"""Number of bytes that are hashed between two reports of progress. Chosen."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -90,14 +92,14 @@ class SigmfRecording:
     Parameters
     ----------
     name : name of the recording, for messages
-    path : path of the data
+    path : path of the samples' file
     datatype : one of `FORMATS`
     sample_rate : 1/s
-    centre_frequency : Hz; zero where the file names none
+    centre_frequency : Hz; zero if the metadata name none
     num_samples : number of samples in the file
     start_time : time of the first sample, s
-    schedule : ramps that were played; None where the file names none
-    metadata : content of the JSON file
+    schedule : ramps that were played; None if the metadata name none
+    metadata : content of the metadata's file
     """
 
     name: str
@@ -111,7 +113,7 @@ class SigmfRecording:
     metadata: Mapping[str, Any]
 
     def read(self, first: int, last: int) -> ComplexArray:
-        """Samples ``first`` up to before ``last``, ``(time,)``.
+        """Samples from ``first`` to ``last - 1``, ``(time,)``, integers as ratios to full scale.
 
         Raises
         ------
@@ -124,7 +126,7 @@ class SigmfRecording:
             self.path, dtype=kind, count=2 * (last - first), offset=2 * width * first
         )
         values = (words.astype(np.float64) - zero) / full
-        # squares of correlations must stay finite
+        # below 1e100, squares of correlations stay finite
         if not np.all(np.abs(values) < 1e100):
             raise InputError(
                 f"{self.name}: holds values that are no numbers or beyond all bounds; its "
@@ -138,7 +140,7 @@ class SigmfRecording:
         Raises
         ------
         InputError
-            There are too many, or some are no numbers.
+            There are more than `MOST_SAMPLES`, or some are NaN or too large.
         """
         if self.num_samples > MOST_SAMPLES:
             raise InputError(
@@ -153,17 +155,14 @@ class SigmfRecording:
         )
 
 
-# ── in ────────────────────────────────────────────────────────────────────────
-
-
 def open_sigmf(path: Path | str) -> SigmfRecording:
     """A recording by the path of either of its files; no sample is read yet.
 
     Raises
     ------
     InputError
-        A file is not there; the metadata are no SigMF, contradict themselves, or describe samples
-        that are not complex numbers of one channel; the data were cut off.
+        A file cannot be read; the metadata are no SigMF, contradict themselves, or describe samples
+        that are not complex numbers of one channel; the number of samples in the file is wrong.
     """
     path = Path(path)
     meta = path.with_suffix(META)
@@ -201,12 +200,12 @@ def open_sigmf(path: Path | str) -> SigmfRecording:
 
 
 def check_sha512(recording: SigmfRecording, *, progress: Progress = no_progress) -> None:
-    """Refuse samples whose SHA-512 is not the one in their metadata, if they have one.
+    """Refuse samples whose SHA-512 differs from the one in their metadata, if one is there.
 
     Raises
     ------
     InputError
-        The hash differs.
+        The two differ.
     """
     told = recording.metadata["global"].get("core:sha512")
     if told is None:
@@ -306,7 +305,7 @@ def _shown(value: object) -> str:
 
 
 def _count(data: Path, datatype: str, fields: Mapping[str, Any]) -> int:
-    """Number of samples in the data file; it must be whole and the number that was written."""
+    """Number of samples in the file; it must be whole, and the one in the metadata, if any."""
     try:
         size = data.stat().st_size
     except FileNotFoundError:
@@ -351,7 +350,7 @@ def _schedule(fields: Mapping[str, Any], name: str) -> RampSchedule | None:
 
 
 def _bounded(values: Any) -> NDArray[Any]:
-    """An array of a list of plain numbers; raises `ValueError` where it is none."""
+    """Array of a list of plausible numbers; raises `ValueError` for anything else."""
     is_list = isinstance(values, list) and all(type(one) in (int, float) for one in values)
     if not is_list or not all(abs(one) <= GREATEST_OF_RAMP for one in values):
         raise ValueError(values)
@@ -359,7 +358,7 @@ def _bounded(values: Any) -> NDArray[Any]:
 
 
 def _check_band(schedule: RampSchedule | None, rate: float, centre: float, name: str) -> None:
-    """Refuse a schedule all of whose ramps lie outside of the recorded band."""
+    """Refuse a schedule whose ramps are all outside of the recorded band."""
     if schedule is None or centre == 0.0:
         return
     middle = schedule.centre_frequency
@@ -368,9 +367,6 @@ def _check_band(schedule: RampSchedule | None, rate: float, centre: float, name:
             f"{name}: its ramps are about {float(middle[0]) / 1e9:g} GHz, but core:frequency is "
             f"{centre / 1e9:g} GHz and core:sample_rate {rate / 1e6:g} MS/s; correct what is wrong"
         )
-
-
-# ── out ───────────────────────────────────────────────────────────────────────
 
 
 def write_sigmf(
@@ -388,13 +384,13 @@ def write_sigmf(
     Parameters
     ----------
     path : path with either suffix, or with none
-    datatype : 16-bit integers hold magnitudes of I and Q below 1
+    datatype : data type of the file; "ci16_le" holds I and Q from −1 to just below 1
     schedule : ramps that were played
 
     Raises
     ------
     InputError
-        A sample is beyond full scale.
+        A sample is beyond full scale of 16-bit integers.
     """
     path = Path(path)
     if path.suffix not in (META, DATA):

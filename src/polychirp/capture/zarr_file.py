@@ -1,9 +1,9 @@
-"""Zarr arrays of strangers: checked before they are opened, and each chunk before it is read.
+"""Untrusted Zarr arrays: checked before they are opened, and each chunk before it is decoded.
 
-A codec of a Zarr array may be any that is installed, and the ``pickle`` codec runs code that the
-file brings. So metadata, which are plain JSON, are read first: an array is opened only if it holds
-plain numbers that went through codecs of the list below. A chunk is decoded only if its file is
-there and announces no more bytes than the chunk can have.
+A Zarr array may use any codec that is installed, and the ``pickle`` codec runs code that the file
+contains. So the metadata, which are plain JSON, are read first: an array is opened only if it holds
+plain numbers, stored with codecs of the list below. A chunk is decoded only if its file announces
+no more bytes than the chunk can have.
 
 =========  ====================================================================================
 version 2  compressors blosc, gzip, zlib, zstd, lz4 or none; filters delta and shuffle
@@ -46,24 +46,26 @@ FILTERS: Final[Mapping[int, frozenset[str]]] = {
     2: frozenset(("delta", "shuffle")),
     3: frozenset(("transpose", "bytes", "crc32c")),
 }
-"""Codecs that are read and do not compress, by the version of the format."""
+"""Other codecs that are read, by the version of the format."""
 
 LARGEST_CHUNK: Final = 2 << 30
-"""Bytes of a chunk as it is decoded; Blosc has the same limit."""
+"""Greatest size of a decoded chunk, bytes. Chosen: Blosc has about the same limit."""
 
 LARGEST_READ: Final = 8 << 30
-"""Bytes that are read at once, chosen: a frame of 64 channels, 1024 ramps and 8192 samples."""
+"""Greatest size of a read, bytes. Chosen: 64 channels, 1024 ramps, 8192 samples in complex128."""
 
 MOST_CHUNKS: Final = 1_000_000
-"""Chunks that are read at once."""
+"""Greatest number of chunks that are read at once. Chosen."""
 
 LONGEST_AXIS: Final = 1 << 40
+"""Greatest plausible length of an axis of an array or of a chunk. Chosen."""
 
 _WIDEST_NUMBER: Final = 16
-"""Bytes of the widest number, complex128; a filter may widen a narrower one to it."""
+"""Bytes of the widest number, complex128; a filter may convert narrower numbers to it."""
 
 _V2_TYPE: Final = re.compile(r"[<>|]([biufc])(1|2|4|8|16)")
 _V2_KIND: Final = {"b": "bool", "i": "int", "u": "uint", "f": "float", "c": "complex"}
+"""Data types of version 2: byte order, kind and bytes; names of the kinds."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,12 +74,12 @@ class ZarrMetadata:
 
     Parameters
     ----------
-    version : of the format, 2 or 3
-    shape, chunks : lengths of the array and of a chunk, equally many
+    version : version of the format, 2 or 3
+    shape, chunks : lengths of all axes, of the array and of a chunk
     dtype : name of the data type, one of `TYPES`
     compressor : name of the compressor, or None
     prefix, separator : parts of a chunk's name, such as ``c`` and ``/`` in ``c/0/1``
-    attributes : of the array
+    attributes : the array's attributes
     """
 
     version: Literal[2, 3]
@@ -91,7 +93,7 @@ class ZarrMetadata:
 
     @property
     def chunk_bytes(self) -> int:
-        """Bytes of a chunk as it is decoded."""
+        """Size of a decoded chunk, bytes."""
         return math.prod(self.chunks) * np.dtype(self.dtype).itemsize
 
     def chunk_name(self, place: tuple[int, ...]) -> str:
@@ -105,7 +107,7 @@ class ZarrArray:
     Parameters
     ----------
     path : folder of the array
-    has_all_chunks : True if a chunk without a file is an error, and not zeros
+    has_all_chunks : True if a chunk without a file is an error; otherwise it has the fill value
     """
 
     def __init__(self, path: Path, *, has_all_chunks: bool = True) -> None:
@@ -125,7 +127,7 @@ class ZarrArray:
 
     @property
     def dtype(self) -> np.dtype[Any]:
-        """Type of a number."""
+        """Data type of the numbers."""
         return np.dtype(self.metadata.dtype)
 
     def __getitem__(self, place: tuple[slice, ...]) -> NDArray[Any]:
@@ -134,7 +136,7 @@ class ZarrArray:
         Raises
         ------
         InputError
-            A chunk is missing, cut off or damaged, or there are too many numbers.
+            A chunk is missing, cut off or damaged, or too much would be read at once.
         """
         import zarr
 
@@ -152,7 +154,7 @@ class ZarrArray:
         try:
             array = zarr.open_array(self.path, mode="r", zarr_format=self.metadata.version)
             return np.asarray(array[place])
-        except Exception as error:  # each codec has errors of its own
+        except Exception as error:  # each codec raises its own types of exceptions
             raise InputError(
                 f"{self.path.name}: cannot be decoded ({_first_line(error)}); copy it again"
             ) from None
@@ -178,7 +180,7 @@ class ZarrArray:
             yield self.metadata.chunk_name(place)
 
     def _check_chunk(self, name: str) -> None:
-        """Refuse a chunk that is not there, or is not what its array announces."""
+        """Refuse a chunk that is missing, damaged, or larger than its array announces."""
         label = f"{self.path.name}: chunk {name}"
         try:
             content = (self.path / name).read_bytes()
@@ -211,7 +213,7 @@ def open_zarr(path: Path | str) -> ZarrArray:
     Raises
     ------
     InputError
-        The folder is not there, holds no array, or an array that is not safe to open.
+        The folder is not there, or it holds no array, or one that is not safe to open.
     """
     path = Path(path)
     if not path.exists():
@@ -244,7 +246,7 @@ def read_metadata(path: Path) -> ZarrMetadata:
     Raises
     ------
     InputError
-        There is no array, or one that is not safe to open or implausible.
+        The folder holds no array, or one that is implausible or not safe to open.
     """
     name = path.name
     try:
@@ -262,7 +264,7 @@ def read_metadata(path: Path) -> ZarrMetadata:
 
 
 def _object(path: Path, name: str) -> dict[str, Any]:
-    """The object of a JSON file; a file that is not there is the caller's."""
+    """The object in a JSON file; raises `FileNotFoundError` if there is no file."""
     try:
         content = json_value(text_of(path))
     except (FileNotFoundError, NotADirectoryError):
@@ -348,7 +350,7 @@ def _version_2(content: Mapping[str, Any], told: dict[str, Any], name: str) -> Z
 
 
 def _checked(metadata: ZarrMetadata, *, fill_value: object, name: str) -> ZarrMetadata:
-    """The metadata themselves, if their numbers agree and are plausible."""
+    """The metadata themselves; raises `InputError` if their numbers disagree or are implausible."""
     if len(metadata.shape) != len(metadata.chunks) or not metadata.shape:
         raise InputError(
             f"{name}: has {len(metadata.shape)} axes and chunks of {len(metadata.chunks)}; copy it "
@@ -368,7 +370,7 @@ def _checked(metadata: ZarrMetadata, *, fill_value: object, name: str) -> ZarrMe
 
 
 def _compressor(codecs: list[str], version: int, name: str) -> str | None:
-    """The one compressor among the names of codecs, all of which must be known."""
+    """The one compressor among the names of codecs, or None; all of them must be known."""
     for codec in codecs:
         if codec not in COMPRESSORS[version] | FILTERS[version]:
             known = ", ".join(sorted(COMPRESSORS[version] | FILTERS[version]))
@@ -400,7 +402,7 @@ def _v2_id(codec: object, name: str) -> str:
 
 
 def _v2_dtype(told: object) -> str | None:
-    """Name of a data type of version 2, such as "<f4"; None where it is no plain number."""
+    """Name of a data type of version 2, such as "<f4"; None if it is no plain number."""
     match = _V2_TYPE.fullmatch(told) if isinstance(told, str) else None
     if match is None:
         return None
@@ -442,11 +444,11 @@ def _first_line(error: Exception) -> str:
 
 
 def decoded_size(content: bytes, compressor: str | None, *, limit: int) -> int | None:
-    """Bytes that a chunk becomes, found without room for them; None if it cannot be decoded.
+    """Size of a decoded chunk, bytes, found in little memory; None if it cannot be decoded.
 
     Parameters
     ----------
-    limit : size in bytes beyond which no more is looked at
+    limit : size in bytes beyond which counting stops
 
     Examples
     --------
@@ -469,7 +471,7 @@ def decoded_size(content: bytes, compressor: str | None, *, limit: int) -> int |
 
 
 def _inflated_size(content: bytes, window_bits: int, limit: int) -> int | None:
-    """Size after zlib or gzip, which may have several members; piece by piece."""
+    """Size of decompressed zlib data, or of all members of gzip data, counted piece by piece."""
     total, rest = 0, content
     while rest:
         reader = zlib.decompressobj(window_bits)
@@ -489,14 +491,14 @@ def _inflated_size(content: bytes, window_bits: int, limit: int) -> int | None:
 
 
 def _blosc_size(content: bytes) -> int | None:
-    """Size that the header of Blosc names, if the content is as long as it says."""
+    """Size that a Blosc header names; None if the content is not as long as the header says."""
     if len(content) < 16 or int.from_bytes(content[12:16], "little") != len(content):
         return None
     return int.from_bytes(content[4:8], "little")
 
 
 def _zstd_size(content: bytes) -> int | None:
-    """Size that the header of a Zstandard frame names (RFC 8878, section 3.1.1.1)."""
+    """Size that the header of a Zstandard frame names, if any (RFC 8878, section 3.1.1.1)."""
     if len(content) < 6 or content[:4] != b"\x28\xb5\x2f\xfd":
         return None
     descriptor = content[4]

@@ -1,21 +1,21 @@
 """Ray tracing: from a scene to its propagation paths, from every transmitter to every receiver.
 
-The rooms from the lowest to the highest; each imports only from those above it in this list:
+These are its packages, and two modules; each imports only from those above it in this list:
 
 * `geometry`: rays among triangles, nearest points, delays between moving points;
 * `materials`: permittivities, and reflection and transmission of layers;
 * `scene`: a scene prepared for rays; shadows, losses in sheets and leaves, ground truth;
-* `base` (a module): the protocol `RayTracer`, and functions that build path tables;
+* `base` (a module): `RayTracer`, the protocol of all tracers; functions that build path tables;
 * `direct`: line of sight, and echoes of point scatterers;
 * `specular`: mirror images in large plates and in pairs of plates;
 * `physical_optics`: echoes of meshed bodies, facet by facet;
 * `diffraction`: waves around the edges of bodies;
 * `ray_tubes`: reflections between bodies;
-* `clutter`: rough plates and foliage, as scatterers of random phase;
+* `clutter`: echoes with random phases, of rough plates and foliage;
 * `tracers`: the tracers that a study may name, and interpolation of their paths in time;
 * `point_vehicles`: a tracer that represents each vehicle by a few scattering points;
-* `rcs` (a module): cross sections of meshes.
+* `rcs` (a module): radar cross sections of meshes.
 
-Other packages use `base`, `rcs`, `tracers`, `point_vehicles.tracer`, `scene.ground_truth`,
+Packages outside use `base`, `rcs`, `tracers`, `point_vehicles.tracer`, `scene.ground_truth`,
 `materials.library`, and two single names: `geometry.bvh.Caster` and `direct.line_of_sight`.
 """

@@ -18,14 +18,14 @@ Capability = Literal[
     "line-of-sight", "occlusion", "points", "vehicle-points", "facets", "planes", "tubes",
     "diffraction", "transmission", "diffuse",
 ]  # fmt: skip
-"""Mechanisms that a tracer may have; a study that needs others is refused before it runs."""
+"""Mechanisms that a tracer may have; a study that needs one its tracer lacks is refused."""
 
 
 @runtime_checkable
 class RayTracer(Protocol):
     """A model of the channel, which turns a scene into its propagation paths.
 
-    A tracer is a spec: frozen, comparable, and without state that a caller could notice.
+    A tracer is a `Spec`: frozen, comparable, and without state that could change its results.
     """
 
     @property
@@ -39,10 +39,10 @@ class RayTracer(Protocol):
 class Part(NamedTuple):
     """Paths of one mechanism, or over one body, which are traced and refreshed together.
 
-    ``trace`` takes the world, (transmitter, receiver) pairs ``(pair, 2)``, and the known power of
-    the strongest path of every pair ``(transmitter, receiver)``: much weaker paths may be left out.
-    The error of a part is compared with the power of all parts of the same ``whole``; if that is
-    empty, with the power of the part itself.
+    ``trace`` takes the world, (transmitter, receiver) pairs ``(pair, 2)``, and the `strength` of
+    the strongest path known of every pair ``(transmitter, receiver)``: it may leave out much weaker
+    paths. `path_interpolation` compares the error of a part between traces with the power of all
+    parts of the same ``whole``; if ``whole`` is empty, with the power of the part itself.
     """
 
     name: str
@@ -53,7 +53,7 @@ class Part(NamedTuple):
 def all_pairs(
     scene: Scene, receivers: Sequence[int] | None = None, *, max_length: float = np.inf
 ) -> IntArray:
-    """Every (transmitter, receiver), own echoes included, of some or all receivers: ``(pair, 2)``.
+    """Pairs (transmitter, receiver), own echoes included, of some or all receivers: ``(pair, 2)``.
 
     Radars that are farther apart than ``max_length`` (m) form no pair.
 
@@ -90,7 +90,7 @@ def path_table(  # noqa: PLR0913 -- a field of the table each
     Parameters
     ----------
     pair : (transmitter, receiver), ``(path, 2)``
-    bounces : for every bounce its kind, the actors ``(path,)`` and the points, m ``(path, xyz)``
+    bounces : for every bounce its kind, its actors ``(path,)`` and its points, m ``(path, xyz)``
     coherence_time : s, ``(path,)``; by default infinite
     delay_acceleration : 1/s, ``(path,)``; by default 0
     """
@@ -167,8 +167,8 @@ def gather(tables: Sequence[PropagationPaths]) -> PropagationPaths:
 def strength(paths: PropagationPaths, scene: Scene) -> FloatArray:
     """Greatest power ratio of every path, ``(path,)``, with the gains of the two radars' elements.
 
-    The greatest entry of the transfer matrix, as power, times both elements' gains towards the
-    path. Without the gains, a glint straight below a radar could exclude the paths ahead of it.
+    It is the greatest squared magnitude in the transfer matrix, times both elements' gains towards
+    the path. Without these gains, a reflection from below a radar could exclude the paths ahead.
     """
     power = np.max(np.abs(paths.transfer) ** 2, axis=(-2, -1))
     turn = scene.radar_rotation
@@ -184,7 +184,7 @@ def strength(paths: PropagationPaths, scene: Scene) -> FloatArray:
 
 
 def strongest_of_pair(paths: PropagationPaths, power: FloatArray, num_radars: int) -> FloatArray:
-    """Greatest of ``power`` ``(path,)`` for every (transmitter, receiver)."""
+    """Greatest of the paths' ``power`` ``(path,)`` for every ``(transmitter, receiver)``."""
     strongest = np.zeros((num_radars, num_radars))
     np.maximum.at(strongest, (paths.transmitter, paths.receiver), power)
     return strongest

@@ -2,10 +2,10 @@ r"""Radar cross section of a mesh, from its echo by the radar equation.
 
 .. math:: \sigma = |a|^2\,\frac{(4\pi)^3 R^4}{\lambda^2}
 
-with the echo's amplitude a between isotropic antennas and R from the radar to the middle of the
-mesh's bounding box, from which azimuth and elevation count as well. At a finite R that is the
-*apparent* cross section: closer than :math:`2D^2/\lambda` (11 km for a car at 79 GHz) it depends
-on R, and a radar there would measure it.
+The echo has the amplitude a between isotropic antennas; R, azimuth and elevation are those of the
+radar from the middle of the mesh's bounding box. At a finite R, σ is the *apparent* cross section,
+which a radar would measure there: closer than :math:`2D^2/\lambda` for a body of size D (11 km for
+a car at 79 GHz), it depends on R.
 
 The body is in free space, without road or walls.
 """
@@ -32,28 +32,29 @@ if TYPE_CHECKING:
     from polychirp.channel.tracers.composite import Composite
 
 MOST_ASPECTS: Final = 1_000_000
-"""Greatest number of aspects of one call; around a body they are 0.0004 degrees apart."""
+"""Greatest number of aspects of one call. Chosen: around a body they are 0.0004 degrees apart."""
 
 ASPECTS_PER_SCENE: Final = 16
-"""Aspects in one scene. Chosen: each lit facet of each aspect takes about 200 bytes."""
+"""Aspects traced together. Chosen: each illuminated facet takes about 200 bytes per aspect."""
 
 UNLIMITED_DYNAMIC_RANGE: Final = 1e30
-"""Dynamic range, as a ratio, that leaves no path out."""
+"""Dynamic range, as a power ratio, that leaves out no path. Chosen: no path is that weak."""
 
 FAR_FIELD_PHASE: Final = 0.01
-"""Greatest phase, rad, by which a wave front from afar may bend over the body, there and back."""
+"""Greatest difference of phase, rad, there and back, between spherical and plane waves over a body
+at `far_distance`. Chosen: its effect on a cross section is negligible."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CrossSections:
-    """Cross sections over azimuth, at one distance and elevation.
+    """Cross sections of a mesh over azimuth, at one distance and elevation.
 
     Parameters
     ----------
     azimuth : rad, ``(aspect,)``: 0 from the front (+x), positive towards the body's left
     rcs : m², ``(aspect, receiving, transmitting)``, polarisations V and H
     distance : m, from ``centre`` to the radar
-    elevation : rad, of the radar over ``centre``
+    elevation : rad, of the radar as seen from ``centre``
     centre : m, ``(x, y, z)`` in the mesh's frame: the middle of its bounding box
     """
 
@@ -83,10 +84,10 @@ def cross_sections(
 
     Parameters
     ----------
-    azimuth : rad, ``(aspect,)``
-    distance : m, from the middle of the mesh; see `far_distance` for plane waves
-    elevation : rad
-    progress : called with the number of finished aspects, and of all
+    azimuth : of the radar, rad ``(aspect,)``, as in `CrossSections`
+    distance : m, from the middle of the mesh's box to the radar; for plane waves see `far_distance`
+    elevation : of the radar, rad, as in `CrossSections`
+    progress : called with the number of finished aspects, and that of all
 
     Raises
     ------
@@ -96,7 +97,7 @@ def cross_sections(
 
     Examples
     --------
-    A sphere of 10 cm has πr² from everywhere: −15.0 dBsm.
+    A sphere with a radius of 10 cm has πr² from all directions: −15.0 dBsm.
 
     >>> from polychirp.channel.tracers.composite import Composite
     >>> from polychirp.testing.shapes import mesh_of, sphere
@@ -147,7 +148,7 @@ def num_aspects(step: float) -> int:
     Raises
     ------
     InputError
-        There are more than `MOST_ASPECTS`.
+        There would be more than `MOST_ASPECTS`.
 
     Examples
     --------
@@ -164,7 +165,7 @@ def num_aspects(step: float) -> int:
 
 
 def _echoes(tracer: Composite, mesh: Mesh, places: FloatArray) -> ComplexArray:
-    """Sums of the paths back to places, m ``(radar, xyz)``: ``(radar, receiver, transmitter)``."""
+    """Sums of own echoes at places, m ``(radar, xyz)``: ``(radar, receiving, transmitting)``."""
     radars = tuple(
         Radar(
             name=str(number),
@@ -185,7 +186,7 @@ def _echoes(tracer: Composite, mesh: Mesh, places: FloatArray) -> ComplexArray:
 
 
 def sphere_around(mesh: Mesh) -> tuple[FloatArray, float]:
-    """Middle of a mesh's bounding box, m ``(xyz,)``, and the distance of the farthest corner, m.
+    """Middle of a mesh's bounding box, m ``(xyz,)``, and the greatest distance of a corner, m.
 
     Raises
     ------
@@ -200,20 +201,20 @@ def sphere_around(mesh: Mesh) -> tuple[FloatArray, float]:
 
 
 def far_distance(mesh: Mesh, frequency: float) -> float:
-    r"""Distance, m, from which the waves over a mesh are plane.
+    r"""Distance, m, beyond which the waves over a mesh are plane at ``frequency``, Hz.
 
     .. math:: R = k\rho^2 / \varphi
 
-    There and back a wave front bends by φ = `FAR_FIELD_PHASE` over a body within ρ of its middle:
-    0.01 rad, at 1000 km for a car. A phase of 2kR = 3·10⁹ rad is accurate to 5·10⁻⁷ rad in double
-    precision, so the sum needs no other formula than for short distances.
+    Over a body within ρ of its middle, the phase there and back differs by φ = `FAR_FIELD_PHASE`
+    from that of a plane wave. For a car, R is 1000 km. There a phase of 2kR = 3·10⁹ rad is accurate
+    to 5·10⁻⁷ rad in double precision, so the sum needs no other formula than for short distances.
     """
     wavenumber = 2 * np.pi * frequency / SPEED_OF_LIGHT
     return wavenumber * sphere_around(mesh)[1] ** 2 / FAR_FIELD_PHASE
 
 
 def running_median(values: FloatArray, azimuth: FloatArray, window: float) -> FloatArray:
-    """Median of the values within ± ``window`` (rad) of every azimuth (rad), around the circle.
+    """Median of the values within ± ``window`` (rad) of every azimuth (rad), modulo 2π.
 
     >>> turns = np.radians([-180.0, -90.0, 0.0, 90.0])
     >>> running_median(np.array([1.0, 5.0, 2.0, 3.0]), turns, np.radians(91.0))
@@ -223,6 +224,6 @@ def running_median(values: FloatArray, azimuth: FloatArray, window: float) -> Fl
 
 
 def is_within_window(azimuth: FloatArray, middle: float, window: float) -> FloatArray:
-    """Mask of the azimuths (rad) within ± ``window`` (rad) of ``middle``, around the circle."""
+    """Mask of the azimuths (rad) within ± ``window`` (rad) of ``middle`` (rad), modulo 2π."""
     off = np.angle(np.exp(1j * (azimuth - middle)))
     return np.asarray(np.abs(off) <= window + 1e-9)

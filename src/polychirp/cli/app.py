@@ -1,4 +1,4 @@
-"""The command ``polychirp``: its verbs, its errors in one sentence, its exit codes."""
+"""The command ``polychirp``: its verbs, its error messages of one sentence, its exit codes."""
 
 import argparse
 import io
@@ -25,13 +25,13 @@ VERBS: Final = (
     "paper",
     "warm-up",
 )
-"""Commands, in the order of the help; each has a module in this folder."""
+"""Verbs in the order in which the help lists them; each has a module in this folder."""
 
 _STOPPED: Final = 130
-"""Exit code after Ctrl-C, as of a program that signal 2 ended."""
+"""Exit code after Ctrl-C: 128 + 2, as shells report a program that SIGINT, signal 2, ended."""
 
 _TERMINATED: Final = 143
-"""Exit code after SIGTERM, signal 15."""
+"""Exit code after SIGTERM, signal 15: 128 + 15."""
 
 _EPILOG: Final = """\
 start with:
@@ -45,7 +45,7 @@ exit codes: 0 done, 2 bad input, 3 refused by physics or engine, 4 failed while 
 
 
 class Parser(argparse.ArgumentParser):
-    """Parser whose complaint about wrong arguments is one sentence, as all errors are."""
+    """Parser that reports wrong arguments in one sentence, like all other errors."""
 
     def error(self, message: str) -> NoReturn:
         """Raise `InputError`, which `main` prints."""
@@ -53,10 +53,10 @@ class Parser(argparse.ArgumentParser):
 
 
 class Version(argparse.Action):
-    """Option that prints the version and ends; the version is looked up only then."""
+    """Option that prints the version, which is looked up for this option only, and ends."""
 
     def __call__(self, parser: argparse.ArgumentParser, *unused: object) -> NoReturn:
-        """Print and end."""
+        """Print the version and end the program."""
         from importlib.metadata import version
 
         del unused
@@ -65,7 +65,7 @@ class Version(argparse.Action):
 
 
 class Terminated(KeyboardInterrupt):
-    """SIGTERM, which ends a command in the same order as Ctrl-C."""
+    """SIGTERM as an exception, on which a command cleans up as it does after Ctrl-C."""
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -90,12 +90,12 @@ def build_parser() -> argparse.ArgumentParser:
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code.
 
-    Errors that polychirp raises on purpose, and those of the system (a full disk, too little
-    memory), become one sentence on stderr. All other errors are faults of polychirp and keep their
-    traceback.
+    One sentence on stderr reports errors that polychirp raises on purpose, errors of the system (a
+    full disk, too little memory), input that is nested too deeply and numbers that overflow. All
+    other errors are faults of polychirp and keep their traceback.
     """
-    # matrices are small here; set before NumPy is imported, whose threads would wait for work on
-    # the cores that the kernels use
+    # matrices are small, and waiting BLAS threads would occupy cores that the kernels use; NumPy
+    # reads the variable when it is imported
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # a file name need not be valid text
@@ -108,7 +108,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             sys.stdout.flush()
             return code
     except BrokenPipeError:
-        # the reader of a pipe (`| head`) has seen enough
+        # the reader of the pipe, such as `head`, has closed it
         _give_up_stdout()
         return 0
     except KeyboardInterrupt as stop:
@@ -121,7 +121,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _explained(error: BaseException) -> PolychirpError:
-    """The error as one that polychirp raises on purpose, whose text is a sentence."""
+    """The error as a `PolychirpError`, whose message is one sentence."""
     match error:
         case PolychirpError():
             return error
@@ -151,7 +151,7 @@ def _give_up_stdout_if_full() -> None:
 
 
 def _give_up_stdout() -> None:
-    """Keep the interpreter from writing at its end what cannot be written."""
+    """Send stdout to the null device, so that the interpreter's last flush of it cannot fail."""
     try:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except (OSError, ValueError):
@@ -160,7 +160,7 @@ def _give_up_stdout() -> None:
 
 @contextmanager
 def _sigterm_as_interrupt() -> Iterator[None]:
-    """Raise `Terminated` on SIGTERM, so that what Ctrl-C tidies up is tidied up then too."""
+    """Raise `Terminated` on SIGTERM, so that a command cleans up as it does after Ctrl-C."""
 
     def stop(*unused: object) -> NoReturn:
         del unused
@@ -168,7 +168,7 @@ def _sigterm_as_interrupt() -> Iterator[None]:
 
     try:
         before = signal.signal(signal.SIGTERM, stop)
-    except ValueError:  # only the main thread may
+    except ValueError:  # only the main thread may set handlers
         yield
         return
     try:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def add_study_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments that all verbs share which read a study."""
+    """Add the arguments that are common to all verbs that read a study."""
     parser.add_argument("study", metavar="STUDY", help="a study file (TOML)")
     parser.add_argument(
         "--set",
@@ -29,13 +29,13 @@ def add_study_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def all_overrides(arguments: argparse.Namespace) -> list[str]:
-    """Changes to the study that the arguments ask for, the seed last."""
+    """Changes ``PATH=VALUE`` to the study that the arguments ask for, that of the seed last."""
     seed = [] if arguments.seed is None else [f"seed={arguments.seed}"]
     return [*arguments.overrides, *seed]
 
 
 def add_parser(subparsers: Any) -> None:
-    """Add this verb."""
+    """Add the parser of the verb ``check``."""
     parser = subparsers.add_parser(
         "check",
         help="read a study and print what its radars resolve",
@@ -46,7 +46,7 @@ def add_parser(subparsers: Any) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Check and print."""
+    """Check the study and print what its radars resolve."""
     from polychirp.config.load import load_study
     from polychirp.study.check import check
 
@@ -63,7 +63,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def next_command(verb: str, arguments: argparse.Namespace) -> str:
-    """The command that does ``verb`` to the same study with the same changes, for a shell."""
+    """Shell command that runs ``verb`` on the same study with the same changes."""
     changes = [word for change in all_overrides(arguments) for word in ("--set", change)]
     return shlex.join([command_name(), verb, arguments.study, *changes])
 

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from polychirp.study.section_v.operands import Operand, Pair
 
 RADIOS: Final = ("loopback", "soapy", "pluto")
+"""Kinds of radios that ``--radio`` accepts."""
 
 _DESCRIPTION: Final = """\
 Correlate A with B (or with itself) on one scale: a signal with itself has a peak of 1.
@@ -40,7 +41,7 @@ test slope diversity, in theory, through transceivers at three SNRs, and by loop
 
 
 def add_parser(subparsers: Any) -> None:
-    """Add this verb."""
+    """Add the parser of the verb ``correlate``."""
     parser = subparsers.add_parser(
         "correlate",
         help="auto- and cross-correlation of waveforms and recordings",
@@ -92,7 +93,7 @@ def _add_bench(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Read, correlate, print, write."""
+    """Read A and B, correlate them, write the files and print the table."""
     if arguments.seed < 0:
         raise InputError(f"--seed: {arguments.seed} is negative; use 0 or more")
     _refuse_unwritable(arguments)
@@ -126,7 +127,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _refuse_unwritable(arguments: argparse.Namespace) -> None:
-    """Refuse, before the work, places where results cannot be written."""
+    """Refuse, before the computation, places where results cannot be written."""
     is_paper = arguments.a == "paper"
     if arguments.figure and is_paper:
         usable_folder(arguments.figure, option="--figure")
@@ -137,11 +138,8 @@ def _refuse_unwritable(arguments: argparse.Namespace) -> None:
         usable_folder(arguments.save, option="--save")
 
 
-# ── in ────────────────────────────────────────────────────────────────────────
-
-
 def _read(arguments: argparse.Namespace, name: str, unit: str) -> float | None:
-    """An option's positive value in SI, if it is given."""
+    """Positive value of the option ``name`` in SI; None if the option is not given."""
     return None if getattr(arguments, name) is None else positive_value(arguments, name, unit)
 
 
@@ -176,7 +174,7 @@ def _operand(text: str, arguments: argparse.Namespace) -> Operand:
 
 
 def _which_radar(path: str) -> str:
-    """The sentence about a study that is named without one of its radars."""
+    """Error message about an operand that names a study without one of its radars."""
     from polychirp.config.load import load_study
 
     names = [radar.name for radar in load_study(path).radars] if Path(path).exists() else []
@@ -185,11 +183,8 @@ def _which_radar(path: str) -> str:
     return f"'{path}' is a whole study; name one of its radars, as in '{path}:{one}'{others}"
 
 
-# ── bench ─────────────────────────────────────────────────────────────────────
-
-
 def _on_the_bench(arguments: argparse.Namespace, pair: Pair) -> Pair:
-    """The pair with A passed through the model or a radio, where that is asked for."""
+    """The pair, with A passed through the transceiver model or a radio if an option asks for it."""
     from polychirp.study.section_v.operands import through_model, through_radio
 
     snr = _read(arguments, "snr", "dB")
@@ -220,13 +215,10 @@ def _radio(arguments: argparse.Namespace) -> Radio:
     raise InputError(f"--radio: there is no '{kind}'; {did_you_mean(kind, RADIOS)}")
 
 
-# ── out ───────────────────────────────────────────────────────────────────────
-
-
 def _write(
     arguments: argparse.Namespace, pair: Pair, measured: Correlation, theory: Correlation | None
 ) -> None:
-    """Write figure, data and recordings, as far as they are asked for."""
+    """Write the figures, data and recordings that options ask for."""
     if arguments.figure or arguments.csv:
         from polychirp.report.figures.correlation import pair_picture
 
@@ -294,11 +286,8 @@ def _db(ratio: float) -> str:
 
 
 def _fixed(value: float, digits: int) -> str:
-    """The value with ``digits`` digits after the point, and no minus before a zero."""
+    """The value with ``digits`` decimals; a value that is rounded to zero has no minus sign."""
     return f"{round(value, digits) + 0.0:.{digits}f}"
-
-
-# ── long recordings, and the paper ────────────────────────────────────────────
 
 
 def _search(arguments: argparse.Namespace) -> int:

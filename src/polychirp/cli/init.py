@@ -10,7 +10,7 @@ from polychirp.errors import InputError, RunError
 
 
 def add_parser(subparsers: Any) -> None:
-    """Add this verb."""
+    """Add the parser of the verb ``init``."""
     parser = subparsers.add_parser(
         "init",
         help="write a study with comments",
@@ -21,7 +21,7 @@ def add_parser(subparsers: Any) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Write the file."""
+    """Write the study file."""
     path = Path(arguments.path)
     if path.is_dir():
         path /= "study.toml"
@@ -37,7 +37,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def template() -> str:
-    """The study that `init` writes."""
+    """Text of the study file that `init` writes."""
     from importlib.resources import files
 
     return files("polychirp.cli").joinpath("quickstart.toml").read_text(encoding="utf-8")

@@ -1,4 +1,4 @@
-"""``polychirp paper`` — the paper's scenarios, its claims beside what comes out."""
+"""``polychirp paper`` — run the paper's scenarios, and show its claims beside our results."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ if TYPE_CHECKING:
     from polychirp.study.paper.results import PaperRow, StatisticsRow
 
 KEPT_FILES: Final = "files that were written stay in the folder, and the same command begins again"
-"""Part of the message after an interrupt."""
+"""Part of the message that `cli.app` prints after an interrupt."""
 
 MARK: Final = "written-by-polychirp-paper.txt"
-"""Name of the file that marks a folder of statistics as this command's own."""
+"""Name of the file that marks a folder of statistics as written by this command."""
 
 
 def add_parser(subparsers: Any) -> None:
-    """Add this verb."""
+    """Add the parser of the verb ``paper``."""
     parser = subparsers.add_parser(
         "paper",
         help="the paper's scenarios and figures, beside its claims",
@@ -42,7 +42,7 @@ def add_parser(subparsers: Any) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Run, write, print."""
+    """Run the scenarios, write the results and print the tables."""
     if arguments.seed < 0:
         raise InputError(f"--seed: {arguments.seed} is negative; use 0 or more")
     folder = usable_folder(arguments.out)
@@ -81,7 +81,7 @@ def _refuse_other_statistics(folder: Path) -> None:
 def _statistics(
     folder: Path, *, seed: int, progress: Callable[[str, int, int], None]
 ) -> tuple[StatisticsRow, ...]:
-    """Figures 12 and 13 from few trials, run again each time; their results stay in ``folder``."""
+    """Rows of figures 12 and 13, from few trials, always run anew and then kept in ``folder``."""
     from polychirp.study.monte_carlo.executor import LocalWorkers
     from polychirp.study.monte_carlo.run import LOG
     from polychirp.study.paper.statistics import TRIALS, run_statistics, statistics_plan
@@ -102,7 +102,11 @@ def _statistics(
 
 
 def _say_row(row: PaperRow) -> None:
+<<<<<<< HEAD
     """Print a case of the paper on stderr as soon as it is known."""
+=======
+    """Print a row on stderr as soon as it is computed, if it is one of the paper's own cases."""
+>>>>>>> words2
     from polychirp.report.verdict import row_in_words
     from polychirp.report.words import variant_name
 

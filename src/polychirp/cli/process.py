@@ -1,4 +1,4 @@
-"""``polychirp process`` — the receiver on recorded converter samples."""
+"""``polychirp process`` — run the receiver on recorded converter samples."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from polychirp.receiver.alternatives.sawtooth_receiver import SawtoothReceiver
 
 _LONGEST_RANGE = 30
-"""Characters of a range of frames; longer numbers count no frames."""
+"""Greatest number of characters of ``--frames``. Chosen: no recording needs as many digits."""
 KEPT_FILES: Final = "maps and pictures of finished frames stay in the folder"
-"""Part of the message after an interrupt."""
+"""Part of the message that `cli.app` prints after an interrupt."""
 
 _NO_TRUTH = (
     "A recording has no ground truth: nothing here says which detections are right. Echoes at rest "
@@ -29,7 +29,7 @@ _NO_TRUTH = (
 
 
 def add_parser(subparsers: Any) -> None:
-    """Add this verb."""
+    """Add the parser of the verb ``process``."""
     parser = subparsers.add_parser(
         "process",
         help="run the receiver on a recording",
@@ -53,7 +53,7 @@ def add_parser(subparsers: Any) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Read, detect, print, write."""
+    """Read the recording, detect in its frames, write the results and print them."""
     from polychirp.capture.parameter_file import TEMPLATE, read_parameters
     from polychirp.receiver.alternatives.sawtooth_receiver import SawtoothReceiver
 
@@ -95,9 +95,6 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-# ── in ────────────────────────────────────────────────────────────────────────
-
-
 def _open(path: Path, parameters: CaptureParameters, chosen: range | None) -> Recording:
     from polychirp.capture.dca1000 import open_raw
     from polychirp.capture.recording import from_array, open_numpy
@@ -118,7 +115,7 @@ def _open(path: Path, parameters: CaptureParameters, chosen: range | None) -> Re
 
 
 def _frames(text: str | None) -> range | None:
-    """Frames that ``--frames`` names; None for all."""
+    """Numbers of the frames that ``--frames`` asks for; None if the option is not given."""
     if text is None:
         return None
     first, _, last = text.partition("-")
@@ -142,13 +139,10 @@ def _probability(text: str) -> float:
     return value
 
 
-# ── one frame ─────────────────────────────────────────────────────────────────
-
-
 def _process(
     recording: Recording, receiver: SawtoothReceiver, number: int, folder: Path
 ) -> dict[str, Any]:
-    """Detect in one frame, write its picture and map; give its part of the record."""
+    """Detect in one frame, write its picture and its map, and return its entry of the results."""
     from polychirp.report.figures.range_rate import range_rate_picture
 
     frame: IfFrame = recording.frame(number)
@@ -178,7 +172,7 @@ def _process(
 
 
 def _rows(found: Detections) -> list[dict[str, float | None]]:
-    """Detections as SI numbers, strongest first; no azimuth where there is one channel."""
+    """Detections in SI units, strongest first; the azimuth is None if there is one channel."""
     import numpy as np
 
     columns = {
@@ -195,9 +189,6 @@ def _rows(found: Detections) -> list[dict[str, float | None]]:
             for values in zip(*columns.values(), strict=True)
         )
     ]
-
-
-# ── out ───────────────────────────────────────────────────────────────────────
 
 
 def _derived(parameters: CaptureParameters) -> dict[str, float]:
@@ -241,7 +232,7 @@ def _print_frame(frame: dict[str, Any]) -> None:
     print("  range    range rate   azimuth      SNR      power")
     for row in rows:
         azimuth = row["azimuth_rad"]
-        rate = round(row["range_rate_m_per_s"], 2) + 0.0  # no −0.00
+        rate = round(row["range_rate_m_per_s"], 2) + 0.0  # 0.00, not −0.00
         shown = "      –" if azimuth is None else f"{degrees(azimuth):+6.1f}°"
         print(
             f"{row['range_m']:6.2f} m  {rate:+7.2f} m/s   {shown}"

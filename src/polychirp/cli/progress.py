@@ -1,4 +1,4 @@
-"""Progress of long commands on stderr: a bar on a terminal, removed at the end; else lines."""
+"""Progress of long commands on stderr: a temporary bar on a terminal, else lines."""
 
 from __future__ import annotations
 
@@ -14,27 +14,27 @@ if TYPE_CHECKING:
     from polychirp.model.baseband import Progress
 
 _LINE_INTERVAL: Final = 60.0
-"""s between lines where there is no terminal."""
+"""Time between lines of progress where stderr is no terminal, s. Chosen."""
 
 _LEAST_TIME: Final = 5.0
-"""s of one kind of work before its end is estimated; chosen, as are the next two."""
+"""Time that one kind of work must have taken before its end is estimated, s. Chosen."""
 
 _LEAST_SHARE: Final = 0.1
-"""Share of the steps that must be done before the end is estimated."""
+"""Share of the steps that must be done before the end is estimated. Chosen."""
 
 _STEADY_RATIO: Final = 2.0
-"""Greatest ratio of the times that the two halves of the steps so far took per step. The first
-steps may wait for kernels to be compiled, which says nothing of the others."""
+"""Greatest ratio of the times per step in both halves of the steps done, for an estimate of the
+end. Chosen: the first steps may wait for kernels to be compiled, and the others are faster."""
 
 
 class TimeLeft:
-    """Estimates the end of one kind of work from steps that were done at a steady rate."""
+    """Estimator of the end of one kind of work, from steps that were done at a steady rate."""
 
     def __init__(self, began: float) -> None:
         self._steps: list[tuple[int, float]] = [(0, began)]
 
     def update(self, done: int, total: int, now: float) -> float | None:
-        """Seconds left when ``done`` of ``total`` steps are done; None where nobody can know."""
+        """Time left with ``done`` of ``total`` steps done, s; None if it cannot be estimated."""
         first, began = self._steps[0]
         if done > self._steps[-1][0]:
             self._steps.append((done, now))
@@ -60,7 +60,7 @@ def _in_words(seconds: float | None) -> str:
 
 @contextmanager
 def progress_bar(name: str) -> Iterator[Progress]:
-    """Callback that shows what is done, how far it is, and the time left where that is known."""
+    """Callback that shows the kind of work, the steps done and, if it is known, the time left."""
     name = printable(name)
     if not sys.stderr.isatty():
         yield _lines(name)
@@ -96,7 +96,7 @@ def progress_bar(name: str) -> Iterator[Progress]:
 
 
 def _lines(name: str) -> Progress:
-    """Callback that prints a line at start and end of each kind of work, and one each minute."""
+    """Callback that prints a line at the start and end of each kind of work, and every minute."""
     kind, left, shown = "", TimeLeft(0.0), 0.0
 
     def show(what: str, done: int, total: int) -> None:

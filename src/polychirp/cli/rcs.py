@@ -1,4 +1,4 @@
-"""``polychirp rcs`` — the radar cross section of a body over aspect."""
+"""``polychirp rcs`` — compute the radar cross section of a body over aspect."""
 
 from __future__ import annotations
 
@@ -23,16 +23,17 @@ if TYPE_CHECKING:
 
 BODIES: Final = ("sedan", "hatchback", "van", "truck")
 SUFFIXES: Final = (".glb", ".obj", ".stl")
+"""Names of the built-in bodies, and suffixes of the mesh files that can be read."""
 
 LARGEST_BODY: Final = 100.0
-"""m; chosen: a larger body is taken for a mistake of units."""
+"""Greatest size of a body from a file, m. Chosen: a larger one is taken for a wrong unit."""
 
 SMALLEST_BODY: Final = 0.02
-"""m, five wavelengths: physical optics is not valid for smaller bodies."""
+"""Least size of a body from a file, m: five wavelengths at 79 GHz, for physical optics to hold."""
 
 
 def add_parser(subparsers: Any) -> None:
-    """Add this verb."""
+    """Add the parser of the verb ``rcs``."""
     parser = subparsers.add_parser(
         "rcs",
         help="radar cross section of a mesh over aspect",
@@ -78,7 +79,7 @@ def add_parser(subparsers: Any) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Trace, print, plot."""
+    """Trace the body at all aspects, print and plot its cross sections."""
     import numpy as np
 
     from polychirp.channel.rcs import cross_sections, far_distance, num_aspects
@@ -118,11 +119,8 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-# ── in ────────────────────────────────────────────────────────────────────────
-
-
 def _mesh(arguments: argparse.Namespace) -> Mesh:
-    """The body, of a sensible size, cut to the edges asked for."""
+    """Mesh of the body with edges of ``--max-edge`` or less; the size of a file's is checked."""
     from dataclasses import replace
 
     from polychirp.channel.materials.library import known_materials
@@ -180,7 +178,7 @@ def _from_file(arguments: argparse.Namespace) -> Mesh:
 
 
 def _check_size(name: str, mesh: Mesh) -> None:
-    """Refuse what is metres taken for millimetres, or the reverse."""
+    """Refuse a size that is probably one of millimetres read as metres, or the reverse."""
     corners = mesh.corners.reshape(-1, 3)
     size = float((corners.max(axis=0) - corners.min(axis=0)).max())
     if size > LARGEST_BODY:
@@ -190,9 +188,6 @@ def _check_size(name: str, mesh: Mesh) -> None:
             f"'{name}' is {1e3 * size:.3g} mm large, too small for physical optics; "
             "say --scale with the metres per unit of the file"
         )
-
-
-# ── out ───────────────────────────────────────────────────────────────────────
 
 
 def _report(

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Any) -> None:
-    """Add this verb."""
+    """Add the parser of the verb ``run``."""
     parser = subparsers.add_parser(
         "run",
         help="run a study",
@@ -34,7 +34,7 @@ def add_parser(subparsers: Any) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Check, run, store, print."""
+    """Check the study, run it, store the results and print them."""
     from polychirp.config.load import MONTE_CARLO, load_study, read_toml
     from polychirp.study.check import check
     from polychirp.study.provenance import provenance
@@ -46,7 +46,7 @@ def run(arguments: argparse.Namespace) -> int:
     folder = arguments.out or Path("out") / f"{study.name}-{origin.study_hash[:8]}"
     path = usable_folder(folder) / "run.zarr"
     _refuse_other_results(path, study_hash=origin.study_hash, force=arguments.force)
-    # kernels are loaded only now that nothing is left to refuse
+    # this import loads the kernels, which takes time, and so follows all refusals
     from polychirp.study.trial import run_trial
 
     with progress_bar(study.name) as progress:
@@ -63,7 +63,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _refuse_other_results(path: Path, *, study_hash: str, force: bool) -> None:
-    """Refuse, before the run, to write over what is not this study's own result."""
+    """Refuse, before the run, to replace another study's results unless ``force`` is true."""
     from polychirp.study.store import stored_hash
 
     if path.exists() and stored_hash(path) != study_hash and not force:
@@ -92,7 +92,7 @@ def _summary(name: str, seed: int, path: Path, trial: Trial) -> dict[str, Any]:
 
 
 def _counts(victim: VictimResult) -> dict[str, int]:
-    """Numbers of targets, of those found and missed, and of detections that are no target."""
+    """Numbers of targets, of targets found and missed, of ghosts and of other echoes."""
     score = victim.score
     return {
         "targets": len(victim.truth.name),
@@ -146,5 +146,5 @@ def _error_rows(victim: VictimResult) -> Iterator[tuple[str, ...]]:
 
 
 def _degrees(azimuth: float) -> str:
-    """An azimuth with its unit, or a dash for a radar of one channel, which measures none."""
+    """Azimuth error with its unit; a dash for a radar of one channel, which has no azimuths."""
     return "–" if math.isnan(azimuth) else f"{math.degrees(azimuth):+.2f}°"

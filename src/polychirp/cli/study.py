@@ -1,4 +1,4 @@
-"""``polychirp study`` — many trials over a grid of parameters: resumable, on many workers."""
+"""``polychirp study`` — run trials over a grid of parameters, on many workers and resumably."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ if TYPE_CHECKING:
     from polychirp.study.monte_carlo.tasks import Executor
 
 KEPT_FILES: Final = "finished trials are kept, and the same command goes on"
-"""Part of the message after an interrupt."""
+"""Part of the message that `cli.app` prints after an interrupt."""
 
 
 def add_parser(subparsers: Any) -> None:
-    """Add this verb."""
+    """Add the parser of the verb ``study``."""
     parser = subparsers.add_parser(
         "study",
         help="run many trials of a study, over a grid of its parameters",
@@ -57,7 +57,7 @@ def add_parser(subparsers: Any) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Check all points, run what is missing, store, print."""
+    """Check all points, run the missing trials, store the results and print them."""
     from polychirp.config.monte_carlo import load_plan
     from polychirp.study.monte_carlo.plan import check_plan
     from polychirp.study.monte_carlo.run import run_plan
@@ -107,7 +107,7 @@ def _executor(arguments: argparse.Namespace) -> Executor:
 
 
 def _refuse_other_files(folder: Path) -> None:
-    """Refuse a folder with files that are not those of trials."""
+    """Refuse a folder that holds files but no log of trials."""
     from polychirp.study.monte_carlo.run import LOG
 
     if folder.exists() and any(folder.iterdir()) and not (folder / LOG).exists():
@@ -186,7 +186,7 @@ def _errors(row: Summary) -> dict[str, str]:
 
 
 def _shown(estimate: Estimate, *, scale: float = 1.0, digits: int = 2) -> str:
-    """The estimate with its limits on the next line, as 0.812 and 0.774–0.845."""
+    """The estimate and, on the next line, the limits of its interval: 0.812 and 0.774–0.845."""
     if math.isnan(estimate.value):
         return "–"
     value, low, high = (scale * v for v in (estimate.value, estimate.low, estimate.high))
@@ -195,7 +195,7 @@ def _shown(estimate: Estimate, *, scale: float = 1.0, digits: int = 2) -> str:
 
 
 def _short(value: float, digits: int) -> str:
-    """The value with ``digits`` digits after the point, or two digits where it is small."""
+    """The value with ``digits`` decimals; with two significant digits below 10^(1 − digits)."""
     if value == 0.0 or abs(value) >= 10.0**-digits * 10:
         return f"{value:.{digits}f}"
     return f"{value:.2g}"

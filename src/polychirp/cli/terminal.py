@@ -1,4 +1,4 @@
-"""Shared by all commands: text on the terminal, output folders that work, values of options."""
+"""Common to all commands: text on the terminal, checks of output places, values of options."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 FILE_WIDTH: Final = 150
-"""Columns of a table that goes to a file or a pipe, which have no width of their own; chosen so
-that the widest table, of the paper's claims, wraps little."""
+"""Width in characters of tables that go to a file or a pipe, which have no width of their own.
+Chosen: the widest table, that of the paper's claims, wraps few lines."""
 
 
 def command_name() -> str:
-    """Name that this program was called by: ``polychirp``, or the path of the script ``run``."""
+    """Name by which this program was called: ``polychirp``, or the path of the script ``run``."""
     return os.environ.get("POLYCHIRP_NAME", "polychirp")
 
 
 def printable(text: str) -> str:
-    r"""The text without characters that control a terminal; line ends stay.
+    r"""The text without characters that control a terminal, except for line ends.
 
     >>> printable("a\x1b[31mb\nc")
     'a[31mb\nc'
@@ -37,7 +37,7 @@ def printable(text: str) -> str:
 
 
 def figure_text(text: str) -> str:
-    r"""The text for a figure, where a pair of ``$`` would begin a formula.
+    r"""The text for a figure, with ``$`` escaped, as a pair of them would enclose a formula.
 
     >>> figure_text("a$b$")
     'a\\$b\\$'
@@ -46,7 +46,7 @@ def figure_text(text: str) -> str:
 
 
 def decibels(ratio: float) -> str:
-    """The ratio in dB, without a minus before a zero.
+    """The power ratio in dB, as text; a level that is rounded to zero has no minus sign.
 
     >>> decibels(0.999), decibels(10.0)
     ('0.0 dB', '10.0 dB')
@@ -78,14 +78,14 @@ def tables() -> Console:
 
 
 def usable_folder(name: str | Path, *, option: str = "--out") -> Path:
-    """The folder that results go to, refused before the work if it cannot be one.
+    """The folder for results; it is refused, before the computation, if it cannot be used.
 
     Raises
     ------
     InputError
-        A file is in its place.
+        The folder or one of its parents is a file.
     RunError
-        It may not be written.
+        No file can be created in it.
     """
     folder = Path(name)
     for place in (folder, *folder.parents):
@@ -98,7 +98,7 @@ def usable_folder(name: str | Path, *, option: str = "--out") -> Path:
 
 
 def _try_to_write(folder: Path, *, option: str) -> None:
-    """Refuse a folder where no file can be made; rights alone do not tell, as on a full disk."""
+    """Refuse a folder in which no file can be created; permissions alone do not show that."""
     import tempfile
 
     try:
@@ -110,14 +110,14 @@ def _try_to_write(folder: Path, *, option: str) -> None:
 
 
 def usable_file(name: str, *, option: str) -> Path:
-    """The file that a result goes to, refused before the work if it cannot be written.
+    """The file for a result; it is refused, before the computation, if it cannot be written.
 
     Raises
     ------
     InputError
-        Its folder does not exist, or a folder has its name.
+        The file's folder does not exist, or a folder has the file's name.
     RunError
-        It may not be written.
+        The file cannot be written.
     """
     path = Path(name)
     if not path.parent.is_dir():
@@ -134,7 +134,7 @@ def usable_file(name: str, *, option: str) -> Path:
 
 
 def si_value(arguments: argparse.Namespace, name: str, unit: str) -> float:
-    """An option's value in SI."""
+    """Value in SI of the option ``name``, whose text has a unit of the quantity of ``unit``."""
     from polychirp.units import Unit
 
     try:
@@ -144,7 +144,7 @@ def si_value(arguments: argparse.Namespace, name: str, unit: str) -> float:
 
 
 def positive_value(arguments: argparse.Namespace, name: str, unit: str) -> float:
-    """An option's value in SI, refused if it is not above zero."""
+    """Value of the option ``name`` in SI; it is refused if it is not above zero."""
     value = si_value(arguments, name, unit)
     if not value > 0:
         raise InputError(f"--{name.replace('_', '-')}: use a value above zero")

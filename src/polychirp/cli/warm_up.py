@@ -1,4 +1,4 @@
-"""``polychirp warm-up`` — compile all kernels ahead, for images and clusters."""
+"""``polychirp warm-up`` — compile all kernels in advance, for container images and clusters."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def add_parser(subparsers: Any) -> None:
-    """Add this verb."""
+    """Add the parser of the verb ``warm-up``."""
     parser = subparsers.add_parser(
         "warm-up",
         help="compile all kernels ahead of their first use",
@@ -27,7 +27,7 @@ def add_parser(subparsers: Any) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Compile, print."""
+    """Compile the kernels that the cache lacks, and print which."""
     from polychirp.kernel_cache import is_enabled
     from polychirp.study.kernel_parts import compile_all
 

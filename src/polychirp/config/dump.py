@@ -25,7 +25,7 @@ def dump(spec: Any) -> str:
 
 
 def as_tables(spec: Any) -> dict[str, Any]:
-    """A spec as nested dicts and lists of the values in a study file."""
+    """A spec as nested dicts and lists of its values as a study file has them, without defaults."""
     hints = get_type_hints(type(spec), include_extras=True)
     tables = {}
     for field in fields(spec):
@@ -42,7 +42,7 @@ def _default(field: Field[Any]) -> Any:
 
 
 def written(value: Any, hint: Any, place: str) -> Any:
-    """A value of type ``hint`` as written in a file; error messages name ``place``."""
+    """A value of type ``hint`` as a study file has it; error messages name ``place``."""
     if is_dataclass(value):
         return as_tables(value)
     if get_origin(hint) is Annotated:

@@ -22,16 +22,16 @@ from polychirp.study.spec import Study
 S = TypeVar("S", bound=Spec)
 
 MONTE_CARLO: Final = "monte_carlo"
-"""Key of the table that makes a study file one of many trials."""
+"""Key of the table in a study file that asks for many trials."""
 
 
 def load_study(path: Path | str, *, overrides: Iterable[str] = ()) -> Study:
     """The study that a TOML file describes.
 
-    The ``overrides``, each like ``radars.0.start_time=1 ms``, change the file as it is written;
-    then keys of ``[defaults.radar]`` go into every ``[[radars]]`` that does not give them itself.
-    Paths of mesh files are relative to the study file. A table ``[monte_carlo]`` is not read here;
-    see `config.monte_carlo`.
+    The ``overrides``, each like ``radars.0.start_time=1 ms``, change the tables of the file first.
+    Then keys of ``[defaults.radar]`` go into every ``[[radars]]`` that does not give them itself.
+    Paths of mesh files are relative to the study file. A table ``[monte_carlo]`` is not read here,
+    but in `config.monte_carlo`.
 
     Raises
     ------
@@ -64,7 +64,7 @@ def study_of_tables(data: dict[str, Any], *, folder: Path) -> Study:
 
 
 def _with_meshes_from(folder: Path, study: Study) -> Study:
-    """The study with the paths of its mesh files, which are relative to ``folder``."""
+    """The study with ``folder`` put before the paths of its mesh files."""
     vehicles = tuple(
         vehicle if vehicle.mesh is None else replace(vehicle, mesh=str(folder / vehicle.mesh))
         for vehicle in study.street.vehicles
@@ -73,7 +73,7 @@ def _with_meshes_from(folder: Path, study: Study) -> Study:
 
 
 def read_toml(path: Path) -> dict[str, Any]:
-    """Tables of a TOML file; raises `InputError` with the line that is not TOML."""
+    """Tables of a TOML file; an `InputError` says why it cannot be read, with the line if known."""
     try:
         return toml_tables(text_of(path))
     except FileNotFoundError:
@@ -97,7 +97,7 @@ def read_toml(path: Path) -> dict[str, Any]:
 def with_defaults(data: dict[str, Any]) -> dict[str, Any]:
     """The tables with ``defaults.radar`` moved into every radar.
 
-    Tables are merged key by key, unless a radar chooses another ``kind``.
+    Inner tables are merged key by key, unless a radar's table has another ``kind``.
 
     Raises
     ------
@@ -166,7 +166,7 @@ def build(spec: type[S], data: object, *, where: Callable[[Place], Place] = tupl
     >>> build(Triangular, {"bandwidth": "1 GHz"}).bandwidth
     1000000000.0
     """
-    # Strict JSON makes lists tuples and tables specs, but never text or true a number.
+    # strict mode turns JSON's lists into tuples and objects into specs, but not "3" or true into 3
     text = json.dumps(data, default=str)
     try:
         built: S = _reader(cast("Any", spec)).validate_json(text, strict=True)
@@ -195,7 +195,7 @@ def _indented(text: str) -> str:
 
 
 def _with_its_place_first(message: str) -> str:
-    """'line 3, column 5: …' from the TOML reader's '… (at line 3, column 5)'."""
+    """Message 'line 3, column 5: …' from the TOML reader's '… (at line 3, column 5)'."""
     found = re.fullmatch(r"(.*) \(at (.*)\)", message, re.DOTALL)
     if found is None:
         return message

@@ -26,7 +26,7 @@ from polychirp.study.monte_carlo.plan import Plan, Point, complaints
 from polychirp.study.provenance import provenance
 
 MOST_TRIALS: Final = 10_000_000
-"""Greatest number of trials of a study over its whole grid; chosen."""
+"""Greatest number of trials over all points of a study's grid. Chosen."""
 
 Changes = list[tuple[str, Any]]
 
@@ -34,14 +34,14 @@ Changes = list[tuple[str, Any]]
 def load_plan(path: Path | str, *, overrides: Iterable[str] = ()) -> Plan:
     """The Monte Carlo study that a TOML file describes.
 
-    The ``overrides`` change the file as it is written, its grid too, as in
-    ``monte_carlo.trials=20``; what the grid sets comes after them.
+    The ``overrides`` change the tables of the file first, those of the grid included, as in
+    ``monte_carlo.trials=20``. Then each point of the grid sets its own values.
 
     Raises
     ------
     InputError
-        The file has no such table, the table is wrong, or points of its grid are no studies; the
-        message lists every problem with its place, and the points that have it.
+        The file has no table ``[monte_carlo]``, the table is wrong, or points of its grid are no
+        valid studies; the message lists every problem with its place and the points that have it.
     """
     path, overrides = Path(path), [*overrides]
     data = read_toml(path)
@@ -110,6 +110,6 @@ def _changed(data: dict[str, Any], changes: Changes) -> dict[str, Any]:
 
 
 def _command(path: Path, changes: Iterable[str]) -> str:
-    """Command line that runs one point; its seed is to be added."""
+    """Command line that runs one point, without the seed, which the caller adds."""
     options = [word for change in changes for word in ("--set", change)]
     return shlex.join(["polychirp", "run", str(path), *options])

@@ -8,19 +8,18 @@ from polychirp.bounded_text import MOST_LEVELS, toml_tables
 from polychirp.errors import InputError, did_you_mean
 
 LONGEST_PATH: Final = 1000
-"""Greatest number of characters in a path; paths to keys of a study are far shorter."""
+"""Greatest number of characters in a path. Chosen: paths to keys of a study are far shorter."""
 
 
 def apply_override(data: dict[str, Any], change: str) -> None:
     """Set one value of a study's tables, in place, as ``path=value`` says; see `set_value`.
 
-    The value is TOML where it can be read so, and text otherwise, because shells take quotes
-    away.
+    The value is read as TOML if it is TOML, and as text otherwise, because shells remove quotes.
 
     Raises
     ------
     InputError
-        The change has no '=', or leads through something that is no table or list.
+        The change has no '=' or an empty key, or `set_value` refuses its path.
 
     Examples
     --------
@@ -38,14 +37,13 @@ def apply_override(data: dict[str, Any], change: str) -> None:
 def set_value(data: dict[str, Any], path: str, value: Any) -> None:
     """Set one value of a study's tables, in place.
 
-    Entries of a list go by their number, counted from 0, or by their name; ``*`` stands for all.
-
-    Tables on the way are made where they are missing; entries of lists are not.
+    A key selects an entry of a list by its number, counted from 0, or by its name; ``*`` selects
+    all entries. Tables on the path that are missing are added; entries of lists are not.
 
     Raises
     ------
     InputError
-        The path leads through something that is no table or list.
+        The path is malformed, names a missing entry, or leads through a plain value.
 
     Examples
     --------
@@ -60,7 +58,7 @@ def set_value(data: dict[str, Any], path: str, value: Any) -> None:
 def _keys(path: str) -> list[str]:
     """Keys of a dotted path."""
     keys = [key.strip() for key in path.split(".", MOST_LEVELS)]
-    # such as '²', a digit in which no number is written
+    # `str.isdigit` accepts characters such as '²', which `int` refuses
     is_odd = any(key.isdigit() and not key.isdecimal() for key in keys)
     if not all(keys) or is_odd or len(keys) > MOST_LEVELS or len(path) > LONGEST_PATH:
         shown = path if len(path) <= 40 else f"{path[:37]}…"
@@ -83,7 +81,7 @@ def _set(here: Any, keys: list[str], value: Any, *, place: list[str]) -> None:
 
 
 def read_value(text: str) -> Any:
-    """Value of ``text``: TOML if it can be read as such, else the text itself.
+    """Value of ``text``: what it means as TOML, or the text itself if it is not TOML.
 
     >>> read_value("3"), read_value("79 GHz"), read_value('["1 ms", "2 ms"]')
     (3, '79 GHz', ['1 ms', '2 ms'])
@@ -113,7 +111,7 @@ def _assign(here: Any, key: str, value: Any, *, place: list[str]) -> None:
 
 
 def _index(entries: list[Any], key: str, *, place: list[str]) -> int:
-    """Number of the entry that ``key`` means: itself, or the entry of that name."""
+    """Number of the entry that ``key`` selects by its number or by its name."""
     if key.isdigit() and int(key) < len(entries):
         return int(key)
     names = [str(entry.get("name", "")) for entry in entries if isinstance(entry, dict)]

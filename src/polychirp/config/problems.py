@@ -24,7 +24,7 @@ def problems(errors: Iterable[Mapping[str, Any]], *, spec: type) -> list[tuple[P
 def _locate(loc: Sequence[str | int], spec: type) -> tuple[Place, Any]:
     """Keys of the file on the way to ``loc``, and the type that owns the last of them.
 
-    Pydantic's location also holds the kinds of unions, which are no keys.
+    Pydantic's location ``loc`` also names the member of each union, which is no key of the file.
     """
     place: list[str | int] = []
     here: Any = spec
@@ -40,7 +40,7 @@ def _locate(loc: Sequence[str | int], spec: type) -> tuple[Place, Any]:
 
 
 def _members(hint: Any) -> list[Any]:
-    """Members of a union without None and annotations; another type is its only member."""
+    """Members of a union without None and annotations; of another type, that type alone."""
     if get_origin(hint) is Annotated:
         return _members(get_args(hint)[0])
     if get_origin(hint) in (Union, UnionType):
@@ -54,7 +54,7 @@ def _members(hint: Any) -> list[Any]:
 
 
 def _kind(member: Any) -> str:
-    """Kind by which a file chooses a spec; empty if the spec has none."""
+    """Value of ``kind`` by which a file chooses the spec; empty if the spec has none."""
     if not is_dataclass(member):
         return ""
     hint = get_type_hints(member).get("kind")
@@ -79,7 +79,7 @@ def _keys(hint: Any) -> list[str]:
 
 
 def _shown(value: object) -> str:
-    """Short text of a value, for a sentence."""
+    """Text of a value for a sentence, of at most 40 characters."""
     text = str(value).lower() if isinstance(value, bool) else repr(value)
     return text if len(text) <= 40 else f"{text[:37]}…"
 

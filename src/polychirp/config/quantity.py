@@ -29,14 +29,14 @@ _SPELLINGS: Final[dict[str, dict[str, Callable[[float], float]]]] = {
     "dBc/Hz": {"dBc/Hz": _level},
     "ppm/s": {"ppm/s": lambda v: v * 1e6},
 }
-"""Customary units of each quantity besides its symbol, with the conversion from SI."""
+"""For each unit symbol, its customary units, with the conversion of an SI value to them."""
 
 _NEVER_BARE: Final = {"dB", "dB/m", "dBc/Hz", "ppm", "ppm/s", "W"}
-"""Symbols without a spelling of their own: their quantities are written as levels or in ppm."""
+"""Symbols that never follow an SI value: their quantities are written as levels or in ppm."""
 
 
 def write_quantity(value: float, unit: Unit) -> str:
-    """Text of an SI value, the shortest in a unit that people use.
+    """Shortest text of an SI value in its SI unit or a customary one.
 
     It reads back as exactly ``value`` if there is such a text. Levels in dB do not represent every
     number; then the last of 16 digits may differ. Bounds of the unit are not checked.
@@ -44,7 +44,7 @@ def write_quantity(value: float, unit: Unit) -> str:
     Raises
     ------
     InputError
-        The value is infinite, or has no level in dB.
+        The value is not finite, or has no level in dB.
 
     Examples
     --------
@@ -65,7 +65,7 @@ def write_quantity(value: float, unit: Unit) -> str:
 
 
 def _spellings(value: float, unit: Unit) -> Iterator[str]:
-    """Candidate texts; the SI unit comes first, so that it is taken among equally short ones."""
+    """Candidate texts; those in the SI unit are first, and so win among equally short ones."""
     scales = dict(_SPELLINGS[unit.symbol])
     if unit.symbol not in _NEVER_BARE:
         scales = {unit.symbol: float, **scales}
@@ -76,11 +76,11 @@ def _spellings(value: float, unit: Unit) -> Iterator[str]:
 
 
 def _effort(text: str) -> int:
-    """Length of a text, one more below 1, because 800 MHz reads easier than 0.8 GHz."""
+    """Length of a text, plus 1 for a number below 1: 800 MHz is easier to read than 0.8 GHz."""
     return len(text) + text.lstrip("-").startswith("0.")
 
 
 def _plain(number: str) -> str:
-    """The number without an exponent if it is a small whole number: 1e+02 becomes 100."""
+    """The number without an exponent if it is whole and below 10 000: 1e+02 becomes 100."""
     value = float(number)
     return str(int(value)) if value == int(value) and abs(value) < 1e4 else number

@@ -1,4 +1,4 @@
-"""JSON schema of study files, made from the dataclasses, with which editors complete and check."""
+"""JSON schema of study files, made from the dataclasses, for completion and checks in editors."""
 
 import json
 import re
@@ -24,7 +24,7 @@ def study_schema() -> dict[str, Any]:
 
     It describes the text of the file: quantities are strings with ``x-unit``, ``x-minimum``,
     ``x-maximum`` and ``examples``, and ``kind`` chooses a member of a union. No key of a radar is
-    required, because ``[defaults.radar]`` may give it; the reader checks that.
+    required, because ``[defaults.radar]`` may give it; `config.load` finds keys that both lack.
     """
     schema = TypeAdapter(Study).json_schema()
     definitions: dict[str, Any] = schema["$defs"]
@@ -53,7 +53,7 @@ def schema_text() -> str:
 
 
 def _specs(hint: Any, seen: frozenset[type] = frozenset()) -> Iterator[type]:
-    """Every dataclass that a spec can hold, itself first."""
+    """Every dataclass that a type can hold, the type itself first if it is one."""
     if get_origin(hint) is Annotated:
         yield from _specs(get_args(hint)[0], seen)
     elif get_origin(hint) in (Union, UnionType, tuple):
@@ -94,7 +94,7 @@ def parameter_texts(spec: type) -> dict[str, str]:
             cleandoc(base.__doc__ or ""),
             re.MULTILINE | re.DOTALL,
         )
-        # one-line statements "a, b : text; c : text", continued on indented lines
+        # each statement "a, b : text" begins on an unindented line and may go on on indented ones
         joined = re.sub(r"\n\s+", " ", found[1]) if found else ""
         for names, text in re.findall(r"^([\w, ]+?) : (.+)$", joined, re.MULTILINE):
             texts.update(dict.fromkeys(names.split(", "), text.strip()))

@@ -12,10 +12,10 @@ from polychirp.errors import InputError
 from polychirp.model.baseband import Baseband
 
 PEAK_OVERSAMPLING: Final = 8
-"""Lags per sample at which the peak is searched (chosen: accuracy of the delay against time)."""
+"""Lags per sample at which the peak is searched. Chosen: accuracy of the delay against time."""
 
 MOST_SHIFTS: Final = 20_001
-"""Greatest number of Doppler shifts that are tried (chosen: it limits the time of a search)."""
+"""Greatest number of Doppler shifts that are tried. Chosen: it limits the time of a search."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -35,13 +35,13 @@ class Aligned:
 
 
 def comparable(signal: Baseband, reference: Baseband) -> Baseband:
-    """The radio signal at the reference's sample rate and carrier.
+    """The signal at the reference's sample rate and carrier.
 
     Raises
     ------
     InputError
-        The carriers are farther apart than both bands reach: at radio frequency the two have
-        nothing in common.
+        The carriers differ by at least the mean of the sample rates, so that the bands of the two
+        signals do not overlap.
     """
     gap = abs(signal.centre_frequency - reference.centre_frequency)
     reach = 0.5 * (signal.sample_rate + reference.sample_rate)
@@ -101,7 +101,7 @@ def _turned(signal: Baseband, reference: Baseband, offset: float) -> Baseband:
 
 
 def _offset(signal: Baseband, reference: Baseband, greatest: float) -> float:
-    """Doppler shift of the ambiguity function's peak, Hz, on half a cell and by a parabola."""
+    """Doppler shift of the ambiguity function's peak, Hz: on half a cell, then by a parabola."""
     step = 0.5 / reference.duration
     count = int(np.ceil(greatest / step))
     if 2 * count + 1 > MOST_SHIFTS:

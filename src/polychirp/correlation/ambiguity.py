@@ -3,7 +3,7 @@ r"""Ambiguity function: correlation over delay and Doppler shift, in bounded mem
 .. math:: \chi(\tau, \nu) =
           \frac{\int a(t+\tau)\,\overline{b(t)}\,e^{-j2\pi\nu t}\,dt}{\sqrt{E_a E_b}}
 
-Narrow-band: a Doppler shift is one frequency for the whole band. t counts from the beginning of b.
+The form is narrow-band: one Doppler shift holds for the whole band. t is 0 at b's first sample.
 """
 
 import math
@@ -18,10 +18,10 @@ from polychirp.errors import InputError
 from polychirp.model.baseband import Baseband, Progress, no_progress
 
 LEAST_BLOCK: Final = 1 << 16
-"""Least number of samples of b that are transformed at once (chosen: memory against time)."""
+"""Least number of samples of b in a block. Chosen: longer blocks take more memory, less time."""
 
 MOST_CELLS: Final = 1 << 26
-"""Greatest number of cells of one ambiguity function: 1 GB."""
+"""Greatest number of cells of one ambiguity function. Chosen: they take 1 GB."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -55,13 +55,12 @@ def ambiguity(
 
     The second signal is divided into blocks. Each block is transformed once for every Doppler
     shift, and multiplied with the transform of the samples of the first signal within its lags.
-    Besides the result, memory holds a block of a few times the lags, for signals of any length.
+    Besides the result, memory holds one block, of a few times the lags, for signals of any length.
 
     Raises
     ------
     InputError
-        The signals cannot be correlated (`correlation.base.correlate`), or the result has more
-        than `MOST_CELLS`.
+        `need_comparable` refuses the signals, or the result has more cells than `MOST_CELLS`.
 
     Examples
     --------

@@ -72,8 +72,8 @@ def need_comparable(a: Baseband, b: Baseband) -> None:
 def correlate(a: Baseband, b: Baseband, *, oversampling: int = 1) -> Correlation:
     """Correlation of two signals at every lag at which they overlap, by three Fourier transforms.
 
-    With ``oversampling``, lags are as many times closer: zeros are inserted between the halves of
-    the spectrum, which interpolates band-limited samples exactly.
+    ``oversampling`` is the number of lags per sample: zeros are inserted between the halves of the
+    spectrum, which interpolates band-limited samples exactly.
 
     Raises
     ------

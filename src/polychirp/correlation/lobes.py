@@ -14,12 +14,12 @@ class Lobes:
 
     Parameters
     ----------
-    peak : amplitude |R| of the highest lobe, between lags by a parabola
-    lag : s, place of the peak
-    width : s, full width at half the peak's power; infinite if the lags end before
-    peak_side_lobe : ratio, power of the highest other lobe to the peak's
-    integrated_side_lobe : ratio, energy outside the highest lobe's nulls to that inside
-    median : ratio, median power over all lags to the peak's
+    peak : amplitude |R| of the main lobe, interpolated between lags by a parabola
+    lag : s, lag of the peak, interpolated in the same way
+    width : s, full width at half the peak's power; infinite if the power does not fall that far
+    peak_side_lobe : ratio, greatest power outside the main lobe to the power of the peak
+    integrated_side_lobe : ratio, energy outside the main lobe to the energy in it
+    median : ratio, median power over all lags to the power of the peak
     """
 
     peak: float
@@ -31,10 +31,10 @@ class Lobes:
 
 
 def lobes(correlation: Correlation) -> Lobes:
-    """Measure a correlation; lags should be closer than a quarter of 1/bandwidth.
+    """Measure a correlation, whose lags should be closer than a quarter of 1/bandwidth.
 
-    The main lobe reaches to the first minimum on each side of the highest lag. The correlation of
-    different signals is a plateau with ripples, so that its width and side lobes say little.
+    The main lobe reaches to the first minimum on each side of the lag of greatest power. The
+    correlation of different signals is a plateau with ripples: its width and side lobes say little.
 
     Examples
     --------
@@ -62,7 +62,7 @@ def lobes(correlation: Correlation) -> Lobes:
 
 
 def _parabola(power: FloatArray, top: int) -> tuple[float, float]:
-    """Height of the peak by a parabola, and its place in steps from ``top``."""
+    """Power of the peak by a parabola over three lags, and its place in steps from ``top``."""
     if not 0 < top < power.size - 1:
         return float(power[top]), 0.0
     left, middle, right = (float(value) for value in power[top - 1 : top + 2])
@@ -74,13 +74,13 @@ def _parabola(power: FloatArray, top: int) -> tuple[float, float]:
 
 
 def _null(side: FloatArray) -> int:
-    """Number of steps from the peak to the first minimum."""
+    """Number of steps from the first lag of ``side`` to the first minimum."""
     rises = np.flatnonzero(np.diff(side) > 0)
     return int(rises[0]) if rises.size else side.size - 1
 
 
 def _half(side: FloatArray, peak: float, place: float) -> float:
-    """Number of steps from the peak to half its power, by Bessel's formula on four lags."""
+    """Steps from the peak, ``place`` after ``side[0]``, to half its power: Bessel, on four lags."""
     below = np.flatnonzero(side < 0.5 * peak)
     if not below.size:
         return float("inf")

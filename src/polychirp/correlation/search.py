@@ -2,8 +2,8 @@ r"""Search for a short reference in a long recording, block by block (overlap an
 
 .. math:: \rho(\tau) = \frac{|\int a(t+\tau)\,\bar b(t)\,dt|}{\sqrt{E_b\,E_a(\tau)}}
 
-with :math:`E_a(\tau)` the recording's energy under the reference. :math:`\rho` is 1 where the
-recording is the reference and nothing else, independent of samples before and after.
+with the energy :math:`E_a(\tau)` of the recording's samples under the reference. :math:`\rho` is 1
+where these are a multiple of the reference, whatever the samples before and after are.
 """
 
 import math
@@ -20,10 +20,10 @@ PerPeak = Annotated[FloatArray, Axes("peak")]
 PerBin = Annotated[FloatArray, Axes("bin")]
 
 NUM_BINS: Final = 2000
-"""Number of bins of the envelope: more than a picture has columns."""
+"""Greatest number of bins of the envelope. Chosen: more than a picture has columns."""
 
 LEAST_BLOCK: Final = 1 << 20
-"""Least number of samples that are read at once (chosen: memory against time)."""
+"""Default number of samples that are read at once. Chosen: more take more memory, but less time."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -32,10 +32,10 @@ class Found:
 
     Parameters
     ----------
-    peak : ρ of every lobe above the threshold, ``(peak,)``
+    peak : ρ at every place where the reference is found, ``(peak,)``
     lag : s, from the recording's first sample to that of the reference, ``(peak,)``, growing
-    envelope : greatest ρ of every bin, ``(bin,)``
-    bin_start : s, ``(bin,)``
+    envelope : greatest ρ in every bin of lags, ``(bin,)``
+    bin_start : s, first lag of every bin, ``(bin,)``
     """
 
     peak: PerPeak
@@ -57,18 +57,18 @@ def search(
 ) -> Found:
     """Search for ``reference`` at every sample of ``recording`` at which it fits completely.
 
-    Memory holds one block of the recording and its transforms, for recordings of any length. Among
-    lobes closer than half the reference's length only the highest is kept.
+    Memory holds one block of the recording and its transforms, for recordings of any length. Of
+    places closer than half the reference's length, only the one with the greatest ρ is kept.
 
     Parameters
     ----------
-    threshold : least ρ of a peak
-    block : samples to read at once; four times the reference if that is more
+    threshold : least ρ of a place that is kept
+    block : number of samples to read at once; at least four times the reference's are read
 
     Raises
     ------
     InputError
-        Rates differ, or the recording is shorter than the reference.
+        Rates differ, the recording is shorter than the reference, or that has no energy.
 
     Examples
     --------
@@ -135,7 +135,7 @@ def _heights(
     power = piece.real**2 + piece.imag**2
     running = np.cumsum(np.concatenate([[0.0], power]))
     under = running[length:] - running[:count]
-    # below 1e-12 of the piece's own energy a difference of sums is rounding
+    # a difference of sums below 1e-12 of the piece's energy may be a rounding error
     floor = 1e-12 * running[-1]
     has_energy = under > floor
     out = np.zeros(count)
@@ -153,7 +153,7 @@ def _into_bins(envelope: FloatArray, height: FloatArray, first: int, width: int)
 def _keep(
     peaks: list[tuple[int, float]], height: FloatArray, first: int, threshold: float, apart: int
 ) -> None:
-    """Add the lobes of a block; a lobe near the previous one replaces it if it is higher."""
+    """Add the places of a block; one near the previous place replaces it if its ρ is greater."""
     for n in np.flatnonzero(height >= threshold):
         place, value = first + int(n), float(height[n])
         if not peaks or place - peaks[-1][0] > apart:

@@ -1,8 +1,8 @@
 r"""Correlation of ramps in closed form, and laws for its peaks.
 
 On the overlap of two ramps, the product of one with the conjugate of the other is a chirp whose
-slope is the difference of their slopes. Its integral is a difference of Fresnel integrals (Cook and
-Bernfeld, Radar Signals, 1967, chapter 6), or a sinc if the slopes are equal.
+slope is the difference of their slopes. The integral of this chirp is a difference of Fresnel
+integrals (Cook and Bernfeld, Radar Signals, 1967, chapter 6), or a sinc if the slopes are equal.
 """
 
 import math
@@ -15,22 +15,22 @@ from polychirp.correlation.base import Correlation
 from polychirp.model.ramp import RampSchedule
 
 OVERSHOOT: Final = 1.370437
-"""Maximum of |∫₋∞ˣ exp(jπu²/2) du|²/2, +1.37 dB: overshoot by one end of the overlap."""
+"""Maximum of |∫₋∞ˣ exp(jπu²/2) du|²/2, +1.37 dB: power overshoot by one end of the overlap."""
 
 BOTH_ENDS_OVERSHOOT: Final = 1.801416
-"""Maximum of 2|∫₀ˣ exp(jπu²/2) du|², +2.56 dB: overshoot by both ends at once."""
+"""Maximum of 2|∫₀ˣ exp(jπu²/2) du|², +2.56 dB: power overshoot by both ends at once."""
 
 NEGLIGIBLE_CURVATURE: Final = 1e-4
-"""Slope times squared width, |μ|w², below which a chirp is treated as a tone. The relative error is
-at most π/12 of this value."""
+"""Greatest |μ|w², slope times squared width, of a chirp that is treated as a tone. Chosen: the
+integral's error is at most π/12 of this value times the width w."""
 
 
 def expected(a: RampSchedule, b: RampSchedule, lag: FloatArray) -> Correlation:
-    """Correlation of what two schedules play, in closed form, at ``lag`` s ``(lag,)``, growing.
+    """Correlation of the signals of two schedules, in closed form, at growing lags (s, ``(lag,)``).
 
-    It holds for continuous signals, without aliasing by sampling. The time is proportional to the
-    number of ramps of one schedule times that of the other times the lags. The phase is that of
-    signals about zero frequency.
+    It holds for continuous signals, without aliasing by sampling. The computing time grows with the
+    product of the numbers of ramps of ``a``, ramps of ``b`` and lags. Carriers are not removed: the
+    phase is that of signals at the schedules' radio frequencies.
 
     Examples
     --------
@@ -43,7 +43,7 @@ def expected(a: RampSchedule, b: RampSchedule, lag: FloatArray) -> Correlation:
     total = np.zeros(lag.shape, dtype=np.complex128)
     for k in range(a.num_ramps):
         for n in range(b.num_ramps):
-            # at other lags the two ramps do not overlap
+            # the two ramps overlap at the lags from first to last - 1 only
             first = np.searchsorted(lag, a.start_time[k] - b.end_time[n])
             last = np.searchsorted(lag, a.end_time[k] - b.start_time[n])
             if first < last:
@@ -53,7 +53,7 @@ def expected(a: RampSchedule, b: RampSchedule, lag: FloatArray) -> Correlation:
 
 
 def _pair(a: RampSchedule, k: int, b: RampSchedule, n: int, lag: FloatArray) -> ComplexArray:
-    """Integral ∫ a(t + τ) b̄(t) dt for ramp k of one schedule and ramp n of the other, s."""
+    """Integral ∫ a(t + τ) b̄(t) dt over the overlap of ramp k of ``a`` and ramp n of ``b``, s."""
     begin = np.maximum(a.start_time[k] - lag, b.start_time[n])
     end = np.minimum(a.end_time[k] - lag, b.end_time[n])
     width = np.maximum(end - begin, 0.0)
@@ -68,7 +68,7 @@ def _pair(a: RampSchedule, k: int, b: RampSchedule, n: int, lag: FloatArray) -> 
 
 
 def _chirp(beat: FloatArray, bend: float, width: FloatArray) -> ComplexArray:
-    """Integral ∫ exp(j2π(fu + μu²/2)) du over |u| ≤ w/2, s."""
+    """Integral ∫ exp(j2π(fu + μu²/2)) du over |u| ≤ w/2, s, of beat f, slope μ and width w."""
     from scipy.special import fresnel
 
     out = (width * np.sinc(beat * width)).astype(np.complex128)
@@ -86,16 +86,16 @@ def _chirp(beat: FloatArray, bend: float, width: FloatArray) -> ComplexArray:
 
 
 def crossing_peak(a_slope: float, b_slope: float, a_duration: float, b_duration: float) -> float:
-    r"""Power of the highest lobe of two ramps whose frequencies cross, as a ratio.
+    r"""Power |R|² of the highest lobe in the correlation of two ramps whose frequencies cross.
 
     .. math:: \max_\tau |R|^2 \approx \frac{C}{|\beta_a - \beta_b|\,T_a T_b}
 
-    The law follows from stationary phase. C is the overshoot where the crossing is one Fresnel zone
-    from an end of the overlap: `OVERSHOOT`, 1.37 dB. For ramps of equal time T the peak is
-    −10 log₁₀(\|ΔB\| T) + 1.4 dB. If slopes are opposite, the crossing is in the middle of the
-    overlap at every lag, both ends overshoot at once, and C is `BOTH_ENDS_OVERSHOOT`, 2.56 dB. The
-    law needs \|Δβ\|T_a T_b of some tens; below, no whole zone fits into the overlap (use
-    `expected`).
+    The law is that of stationary phase times C, the overshoot where the crossing is about one
+    Fresnel zone from an end of the overlap: `OVERSHOOT`, 1.37 dB. For ramps of equal duration T
+    and bandwidths that differ by ΔB the peak is −10 log₁₀(\|ΔB\| T) + 1.4 dB. If slopes are
+    opposite, the crossing is in the middle of the overlap at every lag, both ends overshoot, and C
+    is `BOTH_ENDS_OVERSHOOT`, 2.56 dB. The law needs \|Δβ\|T_a T_b of some tens; below, no whole
+    Fresnel zone fits into the overlap (use `expected`).
 
     >>> round(10 * math.log10(crossing_peak(1.2e12, 1e12, 1e-4, 1e-4)), 1)
     -31.6
@@ -105,12 +105,12 @@ def crossing_peak(a_slope: float, b_slope: float, a_duration: float, b_duration:
 
 
 def disjoint_peak(gap: float, a_duration: float, b_duration: float) -> float:
-    r"""Greatest power of the lobes of two ramps whose bands are ``gap`` Hz apart, a ratio.
+    r"""Upper bound of the power |R|² of all lobes of two ramps whose bands are ``gap`` Hz apart.
 
     .. math:: |R| \le \frac{1}{\pi\,\Delta f \sqrt{T_a T_b}}
 
-    The beat is never lower than Δf, so that only the two ends contribute to the integral, each by
-    1/2πΔf at most.
+    Δf is the gap. The difference of the ramps' frequencies is never smaller than Δf, so that only
+    the two ends of the overlap contribute to the integral, each by 1/2πΔf at most.
 
     >>> round(10 * math.log10(disjoint_peak(140e6, 1e-4, 1e-4)), 1)
     -92.9

@@ -11,10 +11,10 @@ class Detections:
 
     Parameters
     ----------
-    time : s, to which range and azimuth refer
-    range : m; range_rate : m/s, positive = away; azimuth : rad, positive left; NaN where a
-        single channel tells none
-    power : W at the converter, of one channel, the detection's amplitude squared
+    time : instant to which range and azimuth refer, s
+    range, range_rate : m, m/s (positive = away)
+    azimuth : rad, positive left; NaN if the radar has a single channel, which measures none
+    power : W at the converter, squared amplitude of the detection in one channel
     snr : ratio of the detection statistic to its local floor
     """
 

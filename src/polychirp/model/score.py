@@ -12,16 +12,16 @@ class Score:
 
     Parameters
     ----------
-    is_detected : ``(target,)``
+    is_detected : true for a target that has a detection, ``(target,)``
     range_error, range_rate_error, azimuth_error : m, m/s, rad, found minus true, ``(target,)``;
-        zero where the target was not detected: read them with ``is_detected``
-    sinr : ratio of the own echo to all other parts in the target's cell, ``(target,)``
-    nature : of every detection: "target", "echo" (a real echo of another body), or the kind of
-        ghost: "multipath", "direct", "indirect", "front-end", "unexplained"
-    power : W, of every detection, ``(detection,)``
-    target_detection : numbers of the detections that belong to detected targets, in their order
-    num_missed : visible targets without a detection
-    floor_rise : ratio, of the range spectra's floor over noise alone
+        zero also where ``is_detected`` is false
+    sinr : power ratio of the own echo to all other parts in the target's cell, ``(target,)``
+    nature : nature of every detection: "target", "echo" (a real echo of another body), or the kind
+        of ghost: "multipath", "direct", "indirect", "front-end", "unexplained"
+    power : power of every detection, W, ``(detection,)``
+    target_detection : number of the detection of each detected target, in the order of the targets
+    num_missed : number of visible targets without a detection
+    floor_rise : power ratio of the range spectra's floor to the floor of noise alone
     """
 
     is_detected: Annotated[BoolArray, Axes("target", dtype=bool)]

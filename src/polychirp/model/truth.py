@@ -10,14 +10,14 @@ from polychirp.axes import Axes, BoolArray, FloatArray, PerTarget, seal
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Truth:
-    """Nearest visible point of every target body, from a radar's phase centre.
+    """Visible point of every target body that is nearest to a radar's phase centre.
 
     Parameters
     ----------
-    time : s
-    name : of the target, ``(target,)``
+    time : instant of all values, s
+    name : names of the targets, ``(target,)``
     range, range_rate, azimuth : m, m/s (positive = away), rad (positive left), ``(target,)``
-    point : m, ``(target, xyz)`` in the world
+    point : position of the point in the world, m, ``(target, xyz)``
     is_visible : ``(target,)``; if false, the other values are those of the nearest hidden point
     """
 

@@ -1,4 +1,4 @@
-"""Services that use radio bands, for warnings before a transmission; no legal advice."""
+"""Services that use radio bands, for warnings before a transmission; they are no legal advice."""
 
 from collections.abc import Iterator
 from typing import Final
@@ -18,15 +18,15 @@ SERVICE_BANDS: Final = (
     (4200e6, 4400e6, "radio altimeters of aircraft, on which lives depend"),
     (76e9, 81e9, "automotive radar, for type-approved radars only"),
 )
-"""Lowest and highest frequency, Hz, and the service there in most countries (ITU Radio
-Regulations)."""
+"""Lowest and highest frequency of a band, Hz, and the service that uses it in most countries (ITU
+Radio Regulations)."""
 
 LICENCE_FREE_BANDS: Final = ((433.05e6, 434.79e6), (2400e6, 2483.5e6), (5725e6, 5875e6))
-"""Bands for industry, science and medicine, Hz, in which low power needs no licence."""
+"""Edges of bands for industry, science and medicine, Hz, in which low power needs no licence."""
 
 
 def band_warnings(low: float, high: float) -> Iterator[str]:
-    """Sentences about the services in ``low`` to ``high`` Hz, at least one.
+    """Sentences, at least one, about the services that use the band from ``low`` to ``high`` Hz.
 
     >>> list(band_warnings(3.95e9, 4.05e9))
     ['3.95 to 4.05 GHz is used by mobile networks and satellite downlinks']

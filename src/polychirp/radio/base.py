@@ -16,8 +16,8 @@ class Abilities:
     Parameters
     ----------
     name : name of the radio in messages
-    lowest_carrier, highest_carrier : Hz
-    highest_rate : samples/s
+    lowest_carrier, highest_carrier : limits of the centre frequency, Hz
+    highest_rate : greatest sample rate, 1/s
     radiates : true if it can transmit over the air, so that a licence may be needed
     """
 
@@ -37,10 +37,10 @@ class Radio(Protocol):
         """Limits of the radio."""
 
     def play(self, signal: Baseband) -> None:
-        """Begin to repeat ``signal``, of magnitude 1 at most, without gaps until `stop`."""
+        """Begin to repeat ``signal``, whose magnitude is 1 at most, without gaps until `stop`."""
 
     def record(self, *, num_samples: int, sample_rate: float, centre_frequency: float) -> Baseband:
-        """The next received samples, relative to full scale."""
+        """The next ``num_samples`` received samples; full scale is 1."""
 
     def stop(self) -> None:
         """Stop playing; do nothing if nothing is played."""
@@ -52,24 +52,24 @@ def measured(
     """Recording of a radio while it plays ``signal``, ``repetitions`` + 1 periods long.
 
     The recording begins anywhere within a period, so that it contains the whole signal
-    ``repetitions`` times. The radio stops afterwards, also after an error.
+    ``repetitions`` times, 1 or more. The radio stops afterwards, also after an error.
 
     Parameters
     ----------
-    i_hold_a_licence : states that you may transmit there, or that a cable with an attenuator joins
-        the radio's connectors; without it, no radio that radiates plays anything
+    i_hold_a_licence : states that you may transmit in the signal's band, or that a cable with an
+        attenuator joins the radio's connectors; without it, no radio that radiates plays anything
 
     Raises
     ------
     InputError
-        The radio radiates and ``i_hold_a_licence`` is not set; or a sample is above magnitude 1.
+        ``i_hold_a_licence`` is missing, a sample is above magnitude 1, or repetitions are below 1.
     CapabilityError
-        The carrier or the rate is outside of the radio's limits.
+        The carrier or the sample rate is outside of the radio's limits.
 
     Warns
     -----
     ModelWarning
-        The band is used by other services, which the warning names.
+        The radio radiates: `band_warnings` about the signal's band.
     """
     check(radio.abilities, signal)
     if repetitions < 1:

@@ -1,4 +1,4 @@
-"""Radio without hardware: played samples are received again through a function."""
+"""Radio without hardware: a function of the played samples is received."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -15,21 +15,21 @@ Channel = Callable[[Baseband], Baseband]
 
 
 def ideal_cable(signal: Baseband) -> Baseband:
-    """The signal itself: a cable without loss."""
+    """The signal itself, as through a cable without loss."""
     return signal
 
 
 @dataclass(slots=True, kw_only=True)
 class LoopbackRadio:
-    """A radio that receives its own signal, from a random instant on, as 16-bit integers.
+    """A radio that receives its own signal, from a random instant on, quantised to 16 bits.
 
     Parameters
     ----------
-    channel : function between transmitter and receiver
+    channel : function from the played to the received signal
     seed : seed of the instant at which a recording begins
-    abilities : limits of the radio that it replaces
-    full_scale : V, amplitude at the recording's greatest integer; if it is not given, 3 dB above
-        the strongest I or Q of each recording
+    abilities : limits of the radio that the loop-back replaces
+    full_scale : V, magnitude of I or Q that becomes 1 in a recording; by default 3 dB above the
+        strongest I or Q of each recording
     """
 
     channel: Channel = ideal_cable

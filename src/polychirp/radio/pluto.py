@@ -1,9 +1,9 @@
 """Adapter to radios of Analog Devices (ADALM-Pluto and similar ones) by pyadi-iio.
 
-``pip install pyadi-iio 'pylibiio<1'``, and libiio 0.2x of the operating system. A Pluto has 12-bit
-converters, takes up to 61.44 MS/s, and streams a few MS/s over USB: a recording is one buffer. The
-adapter is tested without hardware, with a stand-in of pyadi-iio's interface; it has not been tested
-with a radio.
+It needs ``pip install pyadi-iio 'pylibiio<1'``, and libiio 0.2x of the operating system. A Pluto
+has 12-bit converters and takes up to 61.44 MS/s, but streams only a few MS/s over USB; therefore a
+recording is one buffer. The adapter is tested without hardware, with a stand-in of pyadi-iio's
+interface; it has not been tested with a radio.
 """
 
 from importlib import import_module
@@ -16,15 +16,15 @@ from polychirp.model.baseband import Baseband
 from polychirp.radio.base import Abilities
 
 SENT_SCALE: Final = 2.0**14
-"""Integer of amplitude 1 in samples to pyadi-iio: 16 bits, of which the converter uses the upper
-12, with a margin of 6 dB."""
+"""Integer for amplitude 1 in samples to pyadi-iio: 6 dB (chosen) below the full scale of 16 bits,
+of which the converter uses the upper 12."""
 
 READ_SCALE: Final = 2.0**11
-"""Integer of amplitude 1 in samples from pyadi-iio: 12 bits with their sign."""
+"""Integer from pyadi-iio that becomes amplitude 1: full scale of 12 bits with their sign."""
 
 STALE_BUFFERS: Final = 4
-"""Number of received buffers that are discarded, because they were filled before the carrier was
-tuned."""
+"""Number of received buffers that are discarded, because they may have been filled before the
+carrier was tuned (chosen)."""
 
 
 class PlutoRadio:
@@ -32,10 +32,10 @@ class PlutoRadio:
 
     Parameters
     ----------
-    address : as in ``"ip:192.168.2.1"`` or ``"usb:"``
-    transmit_gain : dB, 0 is the strongest; −30 by default, because two Plutos on a bench are near
+    address : libiio's name of the connection, such as ``"ip:192.168.2.1"`` or ``"usb:"``
+    transmit_gain : dB, at most 0; −30 by default, because two Plutos on a bench are close together
     receive_gain : dB
-    module : replacement of pyadi-iio in tests
+    module : module that replaces pyadi-iio in tests
 
     Raises
     ------

@@ -1,6 +1,6 @@
-"""Adapter to the radios that SoapySDR has drivers for.
+"""Adapter to the radios for which SoapySDR has drivers.
 
-SoapySDR is not on the Python package index: it comes with the operating system (Debian:
+SoapySDR is not on the Python package index. It comes with the operating system (Debian:
 ``python3-soapysdr`` and a module for the radio), so the virtual environment needs
 ``--system-site-packages``. The adapter is tested without hardware, with a stand-in of SoapySDR's
 interface; it has not been tested with a radio.
@@ -17,28 +17,28 @@ from polychirp.model.baseband import Baseband
 from polychirp.radio.base import Abilities
 
 DRIVER_TIMEOUT: Final = 1_000_000
-"""Time limit of one call of the driver, µs."""
+"""Time limit of one call of the driver, µs: 1 s (chosen)."""
 
 MOST_EMPTY_REPLIES: Final = 10
-"""Number of successive replies without samples after which a transfer fails."""
+"""Greatest number of successive replies without samples; one more ends a transfer (chosen)."""
 
 SETTLING_TIME: Final = 0.05
-"""Time of reception, s, that is discarded while tuning and gain control settle."""
+"""First part of a reception, s, that is discarded while tuning and gain settle (chosen)."""
 
 
 class SoapyRadio:
-    """One device of SoapySDR, its first transmitting and receiving channel.
+    """One device of SoapySDR, of which the first transmitting and receiving channels are used.
 
     Parameters
     ----------
-    arguments : choice of the device, as in ``"driver=lime"``
-    transmit_gain, receive_gain : in the driver's own decibels; the driver's default if absent
-    module : replacement of SoapySDR in tests
+    arguments : SoapySDR's choice of the device, such as ``"driver=lime"``
+    transmit_gain, receive_gain : dB, on the driver's own scale; None for the driver's default
+    module : module that replaces SoapySDR in tests
 
     Raises
     ------
     CapabilityError
-        SoapySDR is not installed, no device answers, or the device cannot play.
+        SoapySDR is not installed, no device answers, or the device cannot transmit.
     """
 
     def __init__(
@@ -79,7 +79,7 @@ class SoapyRadio:
         )
 
     def play(self, signal: Baseband) -> None:
-        """See `Radio.play`; a thread feeds the driver."""
+        """See `Radio.play`; a thread writes the samples to the driver."""
         self.stop()
         stream = self._stream("tx", signal.sample_rate, signal.centre_frequency)
         samples = signal.samples.astype(np.complex64)
@@ -94,7 +94,7 @@ class SoapyRadio:
         Raises
         ------
         RunError
-            The driver lost samples or stopped giving them.
+            The driver lost samples or gives none, or the transmitter has stopped.
         """
         stream = self._stream("rx", sample_rate, centre_frequency)
         try:

@@ -1,6 +1,6 @@
 """From dechirped samples of one frame to detections.
 
-The rooms and modules in reading order; others may use the names beside them:
+The subpackages and modules in reading order; other packages may use the names beside them:
 
 - `mitigation`: reduction of interference in the samples: `AnyMitigation` and its methods.
 - `signal_model`: signals of moving points, and their fit in the spectra.
@@ -11,7 +11,7 @@ The rooms and modules in reading order; others may use the names beside them:
 - `chain`: all of these in order: `Receiver`.
 - `mimo`: the virtual array of several transmitting elements: `virtual_array`, `virtual_parts`,
   `azimuths_in_motion`, `element_streams`.
-- `attribution`: detections and floor by part of the signal: `part_powers`, `part_amplitudes`,
-  `floor_rise`, `range_response`.
+- `attribution`: powers of detections and floor, for each part of the samples: `part_powers`,
+  `part_amplitudes`, `floor_rise`, `range_response`.
 - `alternatives`: other receivers: `PaperReceiver`, `SawtoothReceiver`.
 """

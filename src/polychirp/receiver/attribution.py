@@ -26,10 +26,10 @@ from polychirp.receiver.signal_model.point_signal import (
 def part_powers(
     receiver: Receiver, frame: IfFrame, parts: IfParts, detections: Detections
 ) -> FloatArray:
-    r"""Power that each part puts into each detection, W, ``(detection, part)`` as in `PARTS`.
+    r"""Power that each part contributes to each detection, W, ``(detection, part)`` as in `PARTS`.
 
-    The geometric mean over ramps of `part_amplitudes`, as in the map. The part that has the beats
-    of the detection on all ramps causes it. Parts that the frame does not have contribute 0.
+    It is the geometric mean over ramps of the power of `part_amplitudes`, as in the map. The part
+    that has the detection's beats on all ramps causes it. Parts that the frame lacks contribute 0.
     """
     amplitude = part_amplitudes(receiver, frame, parts, detections)
     power = np.maximum(np.abs(amplitude) ** 2, 1e-300)
@@ -41,11 +41,11 @@ def part_powers(
 def part_amplitudes(
     receiver: Receiver, frame: IfFrame, parts: IfParts, detections: Detections
 ) -> ComplexArray:
-    """Amplitude of each part at each detection: V, ``(detection, part, ramp)``, parts as given.
+    """Amplitude of each of ``parts`` at each detection: V, ``(detection, part, ramp)``.
 
-    The mitigation that was chosen for the whole is applied to the part, which is then steered to
-    the detection's azimuth and matched to a point of its range and rate on every ramp. These steps
-    are linear, so that the amplitudes of all parts add up to that of the whole.
+    The mitigation that was chosen for the whole frame is applied to each part. The part is then
+    steered to the detection's azimuth and matched to a point of its range and range rate on every
+    ramp. These steps are linear, so that the amplitudes of all parts add up to that of the frame.
     """
     cleaned = mitigated(receiver.mitigation, frame)
     weight = hann_weights(cleaned.weight)
@@ -54,7 +54,7 @@ def part_amplitudes(
     )
     phases = beat_phase(frame.schedule, frame.times, motion=motion, time=detections.time)
     weights = _steering(frame, np.sin(np.nan_to_num(detections.azimuth)))
-    stacked = cleaned.repair(parts.samples).reshape(-1, *weight.shape)  # parts and channels
+    stacked = cleaned.repair(parts.samples).reshape(-1, *weight.shape)  # part × channel
     amplitude = matched_amplitudes(stacked, weight, phases, frame.times.rate)
     by_part = amplitude.reshape(len(motion), *parts.samples.shape[:3])
     return np.asarray(np.einsum("nc,npck->npk", weights, by_part))
@@ -63,10 +63,10 @@ def part_amplitudes(
 def floor_rise(receiver: Receiver, frame: IfFrame, parts: IfParts) -> float:
     """Rise of the floor of the range spectra over thermal noise: power ratio, 1 for no rise.
 
-    The floor is the mean over ramps of the median over range cells, up to the receiver's greatest
-    range, of the power averaged over channels; a ghost fills few cells and hardly changes it. The
-    floor of interference, leakage, distortion and noise together is divided by that of noise
-    alone, both after the mitigation that was chosen for the whole.
+    The power averaged over channels has a median over range cells, up to the receiver's greatest
+    range. The floor is the mean of these medians over ramps; a ghost fills few cells and hardly
+    changes it. The floor of interference, leakage, distortion and noise together is divided by
+    that of noise alone, both after the mitigation that was chosen for the whole frame.
     """
     cleaned = mitigated(receiver.mitigation, frame)
     weight = hann_weights(cleaned.weight)
@@ -87,14 +87,14 @@ def floor_rise(receiver: Receiver, frame: IfFrame, parts: IfParts) -> float:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RangeResponse:
-    """The range-rate map as a function of range alone.
+    """Maximum of the range-rate map over beams and range rates, as a function of range.
 
     Parameters
     ----------
     range : m, ``(range,)``
-    power : W of one channel, ``(range,)``: geometric mean over ramps, strongest beam and range
-        rate, without the array's gain
-    noise : W, the same for thermal noise alone, mean over range
+    power : W, ``(range,)``, geometric mean over ramps; a tone has the power that it has in one
+        channel, without the array's gain
+    noise : W, mean over range of the same quantity for thermal noise alone
     """
 
     range: FloatArray
@@ -103,7 +103,7 @@ class RangeResponse:
 
 
 def range_response(receiver: Receiver, frame: IfFrame, parts: IfParts) -> RangeResponse:
-    """Power over range from all ramps together, on the scale of the detector."""
+    """Power over range from all ramps together, from the map in which the receiver detects."""
     cleaned = mitigated(receiver.mitigation, frame)
     weight = hann_weights(cleaned.weight)
     grid = search_grid(receiver, frame, float(frame.schedule.start_time[0]))
@@ -115,7 +115,7 @@ def range_response(receiver: Receiver, frame: IfFrame, parts: IfParts) -> RangeR
         statistic = log_range_rate_map(logs, frame.schedule, frame.times, grid)
         return np.asarray(np.exp(statistic.max(axis=(0, 1))))
 
-    # a tone of power P per channel gives a cell of P M (Σw)²/Σw²; the result is P
+    # a tone of power P per channel gives P M (Σw)²/Σw² in a cell of the beam of M channels
     gain = frame.array.num_channels * float(
         np.mean(np.sum(weight, axis=1) ** 2 / np.sum(weight**2, axis=1))
     )

@@ -18,12 +18,12 @@ class Body(Spec):
 
     Parameters
     ----------
-    gap : m, between neighbouring detections on the road's plane
-    range_rate : m/s, between neighbours: the same motion differs with the direction by a few
-        degrees, and wheels and limbs move differently
-    extent : m, between any two of its detections; a long car by default
-    place : range, range rate and azimuth of the body: those of its nearest detection, of its
-        strongest, or the mean of all, weighted by power
+    gap : m, greatest distance between neighbouring detections on the road's plane
+    range_rate : m/s, greatest difference between neighbours: in different directions one motion
+        has different range rates, and wheels and limbs move differently
+    extent : m, greatest distance between any two detections of the body; a long car by default
+    place : source of the body's range, range rate and azimuth: its "nearest" detection, its
+        "strongest", or the "mean" of all, weighted by power
     """
 
     gap: Metres = 2.0
@@ -39,11 +39,11 @@ class Body(Spec):
 
 
 def objects(detections: Detections, body: Body | None = None) -> IntArray:
-    """Number of the object that each detection belongs to, ``(detection,)``, strongest first.
+    """Number of the object to which each detection belongs, from 0, ``(detection,)``.
 
-    Density clustering with single members allowed (DBSCAN, Ester et al. 1996, of one point and
-    more): the strongest detection that is left starts an object, and neighbours of its members are
-    added while its extent is no more than that of a body.
+    This is density clustering in which one detection suffices for an object (DBSCAN, Ester et al.
+    1996): the strongest detection that is left starts the next object, and neighbours of its
+    members are added unless its extent would exceed that of a body.
 
     Examples
     --------
@@ -69,7 +69,7 @@ def objects(detections: Detections, body: Body | None = None) -> IntArray:
 
 
 def merged(detections: Detections, body: Body | None = None) -> Detections:
-    """One detection per object of `objects`: its place and rate, total power and greatest SNR.
+    """One detection per object of `objects`, with the total power and the greatest SNR.
 
     Examples
     --------
@@ -102,7 +102,7 @@ def _detection(detections: Detections, members: IntArray, body: Body) -> tuple[f
     power, rate = detections.power[members], detections.range_rate[members]
     if body.place == "mean":
         weight = power / power.sum()
-        if np.any(np.isnan(azimuth)):  # a single channel tells no azimuth
+        if np.any(np.isnan(azimuth)):  # a single channel measures no azimuth
             return float(weight @ distance), float(weight @ rate), float("nan")
         place = weight @ (distance * np.exp(1j * azimuth))
         return float(np.abs(place)), float(weight @ rate), float(np.angle(place))
@@ -111,7 +111,7 @@ def _detection(detections: Detections, members: IntArray, body: Body) -> tuple[f
 
 
 def _distances(detections: Detections) -> FloatArray:
-    # a single channel tells no azimuth: ranges alone then decide
+    # distances on the road's plane, m; ranges alone decide if a single channel measures no azimuth
     place = detections.range * np.exp(1j * np.nan_to_num(detections.azimuth))
     return np.asarray(np.abs(place[:, None] - place))
 
@@ -119,7 +119,7 @@ def _distances(detections: Detections) -> FloatArray:
 def _grown(
     first: int, is_neighbour: BoolArray, apart: FloatArray, is_free: BoolArray, extent: float
 ) -> list[int]:
-    """Members of the object that starts with ``first``, nearest added first."""
+    """Members of the object that starts with ``first``; those nearest to it are added first."""
     members = [first]
     while True:
         reach = np.any(is_neighbour[members], axis=0) & is_free

@@ -1,26 +1,26 @@
 r"""From a MIMO frame to the frame of a virtual array, where every pair of elements is a channel.
 
-A wave that leaves element l at :math:`y_l` and reaches channel m at :math:`y_m`, both towards
-azimuth θ, is ahead by :math:`(y_l + y_m)\sin\theta/c`: as if one element at the origin had sent
-it, and an element at :math:`y_l + y_m` received it.
+A wave that leaves element l at :math:`y_l` towards azimuth θ, and returns from there to channel m
+at :math:`y_m`, is ahead of a wave from and to the origin by :math:`(y_l + y_m)\sin\theta/c`, as if
+an element at the origin had sent it, and an element at :math:`y_l + y_m` received it.
 
-The beat of ramp k is the sum over elements of :math:`\overline{w_{kl}}\,x_l` with the known
-weights, which the mixer conjugates. Over a *block* of K sweeps on which the codes are orthogonal,
-the elements are separated by
+The beat :math:`y_k` of ramp k is the sum over elements of :math:`\overline{w_{kl}}\,x_l`, with
+:math:`x_l` the beat of element l alone and the known weights, which the mixer conjugates. Over a
+*block* of K sweeps on which the codes are orthogonal, the elements are separated by
 
 .. math:: \hat x_l = \frac{\sum_k w_{kl}\, y_k}{\sum_k |w_{kl}|^2} .
 
-The noise of a channel is that of a ramp over :math:`\sum_k |w_{kl}|^2`: 1 for elements that take
-turns, K for those that all send.
+The noise power of a virtual channel is that of a ramp divided by :math:`\sum_k |w_{kl}|^2`, which
+is 1 for elements that take turns, and K for elements that all send on every sweep.
 
 The cost is that a frame has K times fewer sweeps, and so a K times smaller span of unambiguous
 range rates. The phase of a moving target grows by :math:`2\pi\,2vT/\lambda` from sweep to sweep, T
-apart. With time division the channels of element l are therefore ahead by l times that, and
+apart. With time division the channels of element l are therefore ahead by l times this phase, and
 azimuths are wrong; with codes on all elements, energy leaks between them. Both errors vanish for
-targets at the ``range_rate`` for which a frame is decoded; `azimuths_in_motion` does so for each
-detection.
+targets with the ``range_rate`` for which a frame is decoded; `azimuths_in_motion` decodes for the
+range rate of each detection.
 
-`element_streams` keeps all sweeps: every element's stream then contains the codes of the others.
+`element_streams` keeps all sweeps; every element's stream then contains echoes of the others too.
 """
 
 from dataclasses import dataclass, replace
@@ -44,7 +44,7 @@ from polychirp.receiver.signal_model.point_signal import beat_phase, fit_amplitu
 def virtual_array(frame: IfFrame, *, range_rate: float = 0.0) -> IfFrame:
     r"""The frame that a virtual array would have received from one transmitting element.
 
-    Its ramps are those of the first sweep of every block, and all phases refer to its time. Its
+    Its ramps are those of the first sweep of every block, and all phases refer to that sweep. Its
     channels run from right to left, as all estimators expect. With a range rate v, the phase
     :math:`2\pi f(t)\,2v\Delta t/c` is removed from sweeps :math:`\Delta t` after the first one,
     where f is the instantaneous frequency, so that range migration within the block is removed as
@@ -52,13 +52,13 @@ def virtual_array(frame: IfFrame, *, range_rate: float = 0.0) -> IfFrame:
 
     Parameters
     ----------
-    range_rate : m/s, of the targets whose channels shall agree in phase
+    range_rate : range rate of the targets for which all channels shall agree in phase, m/s
 
     Raises
     ------
     CapabilityError
-        The codes are not orthogonal over any block into which the frame divides, or the ramps of
-        a block differ, or the virtual elements are not at equal distances.
+        The codes are not orthogonal over any block into which the frame divides, the sweeps of a
+        block differ, weights change within a sweep, or virtual elements are unequally spaced.
 
     Examples
     --------
@@ -108,15 +108,15 @@ def virtual_parts(frame: IfFrame, parts: IfParts, *, range_rate: float = 0.0) ->
 def azimuths_in_motion(receiver: Receiver, frame: IfFrame, detections: Detections) -> Detections:
     """The detections of ``virtual_array(frame)`` with azimuths that are right for moving targets.
 
-    A point of every detection's range and rate is fitted to every ramp as it was received, and its
-    amplitudes are decoded. The fitted phase includes the motion within a block, so that elements
-    that take turns agree at any range rate; an error δ of the rate causes a phase of 2π·2δT/λ from
-    sweep to sweep.
+    A point of every detection's range and range rate is fitted to every ramp as it was received,
+    and its amplitudes are decoded. The fitted phase includes the motion within a block, so that
+    elements that take turns agree at any range rate; an error δ of the range rate causes a phase
+    error of 2π·2δT/λ from sweep to sweep.
 
     Parameters
     ----------
-    receiver : whose mitigation is applied
-    frame : as it was received
+    receiver : receiver whose mitigation is applied
+    frame : frame as it was received, before `virtual_array`
     """
     array, order = _virtual_line(frame.array, frame.schedule.num_elements)
     blocks = code_blocks(frame.schedule)
@@ -145,21 +145,21 @@ def azimuths_in_motion(receiver: Receiver, frame: IfFrame, detections: Detection
 def element_streams(frame: IfFrame) -> ComplexArray:
     r"""All ramps times every element's code: ``(element, channel, ramp, fast)``.
 
-    :math:`w_{kl}\,y_k`. Echoes of element l are at their own Doppler frequency in stream l. Echoes
-    of another element keep its code times the conjugate of this one's. With time division they
-    vanish, as do all ramps that are not the element's own; with Doppler division in N bands those
-    of element i are (l − i)/N cycles per sweep higher; with signs they spread over N lines.
+    Stream l has :math:`w_{kl}\,y_k` on ramp k. Its echoes of element l are at their own Doppler
+    frequency. Its echoes of another element i keep the factor :math:`w_{kl}\overline{w_{ki}}`: with
+    time division they vanish, as do all ramps that element l does not send; with Doppler division
+    in N bands they are (l − i)/N cycles per sweep higher; with N signs they spread over N lines.
     """
     return np.asarray(np.einsum("kl,ckn->lckn", frame.schedule.transmit_weight, frame.samples))
 
 
 def virtual_position(array: AntennaArray) -> FloatArray:
-    """m, ``(element, channel, xyz)`` of the virtual elements in the radar's frame."""
+    """Positions of the virtual elements in the radar's frame, m, ``(element, channel, xyz)``."""
     return np.asarray(array.transmit_position[:, None] + array.position)
 
 
 def _virtual_line(array: AntennaArray, num_elements: int) -> tuple[AntennaArray, IntArray]:
-    """The virtual array, and for each of its channels the flat number of (element, channel)."""
+    """The virtual array, and for each of its channels the flat index into (element, channel)."""
     y = virtual_position(array)[:num_elements, :, 1].ravel()
     order = np.argsort(y, kind="stable")
     gap = np.diff(y[order])
@@ -183,7 +183,7 @@ def _virtual_line(array: AntennaArray, num_elements: int) -> tuple[AntennaArray,
 def _virtual_errors(
     array: AntennaArray, num_elements: int, order: IntArray
 ) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Gains and phases of the virtual channels, none where all are ideal."""
+    """Gains (power ratios) and phases (rad) of the virtual channels, empty if all are ideal."""
     response = np.outer(array.transmitter_response[:num_elements], array.channel_response)
     if np.all(response == 1.0):
         return (), ()
@@ -195,7 +195,7 @@ def _virtual_errors(
 class CodeBlocks:
     """Numbers of the ramps ``(block, sweep of the block, ramp of the sweep)``, and the code.
 
-    ``weight`` is ``(sweep of the block, element)``.
+    The code is ``weight``, the elements' weights on a block, ``(sweep of the block, element)``.
     """
 
     ramps: IntArray
@@ -203,14 +203,14 @@ class CodeBlocks:
 
 
 def code_blocks(schedule: RampSchedule) -> CodeBlocks:
-    """The shortest blocks with which the codes repeat, and over which elements are orthogonal.
+    """The shortest blocks after which the codes repeat, and over which the elements are orthogonal.
 
     Every element sends the same energy in a block, so that all channels have the same noise.
 
     Raises
     ------
     CapabilityError
-        No such block divides the schedule, or sweeps of a block differ.
+        No such block divides the schedule, sweeps of a block differ, or weights change in a sweep.
     """
     num_sweeps = np.unique(schedule.sweep).size
     ramps_each, rest = divmod(schedule.num_ramps, num_sweeps)
@@ -230,7 +230,7 @@ def code_blocks(schedule: RampSchedule) -> CodeBlocks:
 
 
 def _is_code(block: ComplexArray, weight: ComplexArray) -> bool:
-    """True if the weights repeat the block, with orthogonal elements of equal energy."""
+    """True if ``weight`` repeats ``block``, whose elements are orthogonal and of equal energy."""
     repeated = np.tile(block, (weight.shape[0] // block.shape[0], 1))
     products = block.conj().T @ block
     power = products[0, 0].real
@@ -262,7 +262,7 @@ def _motion_correction(frame: IfFrame, blocks: CodeBlocks, range_rate: float) ->
 
 
 def _first_sweeps(schedule: RampSchedule, ramps: IntArray) -> RampSchedule:
-    """The ramps with these numbers, from one element; sweeps are numbered from 0 again."""
+    """Schedule of the ramps with these numbers, sent by one element; sweeps count from 0 again."""
     kept = {
         name: getattr(schedule, name)[ramps]
         for name in axes_of(RampSchedule)

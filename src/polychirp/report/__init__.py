@@ -11,6 +11,6 @@ The modules in reading order; others may use the names beside them:
 - `correlation`: tables and files of section V: `correlation_table`, `shape_table`,
   `correlation_csv`, `correlation_json`, `write_correlation`.
 - `record`: all results as JSON: `results_json`.
-- `html`, `templates`: the page.
+- `html`, `templates`: the HTML page.
 - `paper`: all files of `polychirp paper`: `write_paper`.
 """

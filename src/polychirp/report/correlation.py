@@ -1,4 +1,4 @@
-"""Tables and files of section V: the paper, theory, model and loop-back side by side."""
+"""Tables and files of the paper's section V: paper, theory, model and loop-back side by side."""
 
 import csv
 import io
@@ -33,7 +33,7 @@ CORRELATION_CAPTIONS: Final[dict[str, str]] = {
 
 
 def interval_words(value: Interval, digits: int = 1) -> str:
-    """A mean and the half width of its interval.
+    """A mean and the half width of its 95 % interval, with ``digits`` decimals.
 
     >>> interval_words(Interval(mean=-31.62, half_width=0.25))
     '−31.6 ± 0.2'
@@ -42,7 +42,7 @@ def interval_words(value: Interval, digits: int = 1) -> str:
 
 
 def correlation_table(results: CorrelationResults) -> Table:
-    """One row for each case: peaks in dB relative to the signal's energy."""
+    """One row for each case: peaks, dB relative to the energy of the signal without noise."""
     head, rows = peak_head(results), peak_rows(results)
     return plain_table("Section V: highest peak, dB", head, rows, num_words=NUM_WORD_COLUMNS)
 
@@ -98,7 +98,7 @@ def shape_rows(results: CorrelationResults) -> list[list[str]]:
 
 
 def correlation_csv(results: CorrelationResults) -> str:
-    """All numbers of the tables, one line for each case and SNR."""
+    """Peaks of all cases, and lobes by the model, as CSV: one line for each case and SNR."""
     file = io.StringIO()
     writer = csv.DictWriter(file, list(_lines(results)[0]), lineterminator="\n")
     writer.writeheader()
@@ -126,7 +126,7 @@ def _lines(results: CorrelationResults) -> list[dict[str, object]]:
 
 
 def correlation_json(results: CorrelationResults) -> dict[str, Any]:
-    """All results except the curves; the names contain the units."""
+    """All results except the curves; theory and loop-back in SI, others with units in names."""
     return {
         "seed": results.seed,
         "draws": results.num_seeds,
@@ -146,7 +146,7 @@ def correlation_json(results: CorrelationResults) -> dict[str, Any]:
 
 
 def write_correlation(results: CorrelationResults, folder: Path) -> dict[str, bytes]:
-    """Write figures, their data and the table into ``folder``; gives the pictures by name."""
+    """Write figures, their data and ``correlation.csv``; gives the PNG files by figure name."""
     folder.mkdir(parents=True, exist_ok=True)
     pictures = {name: draw().save(folder, name) for name, draw in correlation_drawings(results)}
     (folder / "correlation.csv").write_text(correlation_csv(results), encoding="utf-8")

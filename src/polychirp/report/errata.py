@@ -1,4 +1,4 @@
-"""Errors and omissions of the paper in a few sentences each; the documentation derives them."""
+"""Errors and omissions of the paper in a few sentences; docs/explanation/errata.md derives them."""
 
 from typing import Final
 

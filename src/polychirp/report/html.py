@@ -47,6 +47,7 @@ FIGURE_CAPTIONS: Final[dict[str, str]] = {
     "floor-and-masking": "The cost of every variant: diversity removes ghosts and raises the "
     "floor; blanking lowers it again.",
 }
+"""Captions by figure name; `page` adds those of figures 9 to 11."""
 FINDING_COLUMNS: Final = (
     "True targets",
     "Found",
@@ -54,7 +55,7 @@ FINDING_COLUMNS: Final = (
     "Missed",
     "Floor rise (dB)",
 )
-"""Columns that all tables of rows have."""
+"""Columns that the tables of claims and of variants share."""
 
 WIDE_FIGURES: Final = (FIGURE_CAPTIONS | CORRELATION_CAPTIONS).keys() - {"slope-law"}
 """Figures that take the whole width of the page; others stand side by side."""
@@ -191,7 +192,7 @@ def _figure(name: str, picture: bytes, caption: str) -> dict[str, str]:
 
 
 def _cases(rows: Sequence[PaperRow]) -> list[dict[str, Any]]:
-    """A table for every scenario and victim, and a section that opens for every row."""
+    """A table for every scenario and victim, and a section to unfold for every row."""
     cases = []
     for scenario, radar in dict.fromkeys((row.scenario, row.radar) for row in rows):
         chosen = [row for row in rows if (row.scenario, row.radar) == (scenario, radar)]
@@ -219,7 +220,7 @@ def _variants(rows: Sequence[PaperRow]) -> Table:
 
 
 def _fold(row: PaperRow) -> dict[str, Any]:
-    """Single targets and ghosts of one row."""
+    """Section of one row: tables of its targets and of its ghosts."""
     targets = [
         [
             _text(target.name),

@@ -28,12 +28,8 @@ def write_paper(
 ) -> Path:
     """Write all files of a run into ``folder``; gives the path of the page, ``report.html``.
 
-    The others are ``results.json``, and ``figures/NAME.png`` with the data of the figure in
-    ``figures/NAME.csv``.
-
-    Parameters
-    ----------
-    progress : is called with the name of each file before it is written
+    The other files are ``results.json``, and ``figures/NAME.png`` with the data of the figure in
+    ``figures/NAME.csv``. ``progress`` is called with the name of each file before it is written.
     """
     figures = folder / "figures"
     figures.mkdir(parents=True, exist_ok=True)

@@ -11,9 +11,9 @@ from polychirp.study.paper.results import PaperResults, PaperRow
 
 
 def results_json(results: PaperResults) -> dict[str, Any]:
-    """Results as values for ``json.dumps(…, allow_nan=False)``: NaN becomes null.
+    """Results as values for ``json.dumps(…, allow_nan=False)``: NaN and infinity become null.
 
-    Range profiles are left out; they are in the CSV files beside the figures.
+    Range profiles are left out; those of figures 9 to 11 are in the CSV files beside the figures.
     """
     record = {
         "seed": results.seed,

@@ -89,7 +89,7 @@ def brief_rows(rows: Iterable[StatisticsRow]) -> Iterator[tuple[str, ...]]:
 
 
 def findings(rows: Sequence[StatisticsRow]) -> list[str]:
-    """Comparison of the curves with the paper's claims, in sentences; empty if rows are missing."""
+    """Sentences that compare the curves with the paper's claims; none if rows are missing."""
     at = {(row.waveform, row.situation): row for row in rows if row.num_targets == PAPER_TARGETS}
     if not {("conventional", "interfered"), ("diverse", "interfered")} <= at.keys():
         return []

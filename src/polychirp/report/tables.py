@@ -29,7 +29,7 @@ def claims_table(results: PaperResults) -> Table:
 
 
 def variants_table(rows: Sequence[PaperRow]) -> Table:
-    """All rows, each with its waveform, its timing and its receiver."""
+    """All rows, each with its waveform, start times and mitigation, and what was detected."""
     table = _empty("Every case", ("Case", "Waveform", "Starts", "Receiver"))
     for row in rows:
         table.add_row(

@@ -13,10 +13,9 @@ from polychirp.study.paper.results import (
 )
 
 RANGE_AGREEMENT: Final = 0.3
-"""Largest difference from a range of the paper that counts as agreement, m.
-
-It is one and a half range cells of 800 MHz, and the accuracy with which the paper's figures can be
-read."""
+"""Largest difference from a range of the paper that counts as agreement, m; chosen: one and a half
+range cells at a bandwidth of 800 MHz, and the accuracy with which the paper's figures can be read.
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,7 +38,7 @@ def interference_ghosts(row: PaperRow) -> tuple[GhostRow, ...]:
 
 
 def row_in_words(row: PaperRow) -> str:
-    """Targets that are there, that were found, and ghosts of interference, in one line."""
+    """True targets, detected targets and ghosts of interference of a row, in one line."""
     there = ", ".join(f"{target.name} at {decimal(target.range_m)} m" for target in row.targets)
     found = ", ".join(target_words(target) for target in row.targets if target.detected) or "none"
     ghosts = ", ".join(
@@ -49,7 +48,7 @@ def row_in_words(row: PaperRow) -> str:
 
 
 def row_of(results: PaperResults, claim: PaperClaim) -> PaperRow | None:
-    """The row to compare with a claim: no mitigation; radars that start together are preferred."""
+    """The row to compare with a claim: without mitigation, if possible of synchronous radars."""
     candidates = [
         row
         for row in results.rows

@@ -1,4 +1,4 @@
-"""Words and numbers as tables, figures and pages share them: one wording for each thing."""
+"""Wording and formats of numbers that tables, figures and pages share."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -47,7 +47,7 @@ def variant_name(row: PaperRow) -> str:
 
 
 def figure_name(claim: PaperClaim) -> str:
-    """Name of the figure that answers a claim.
+    """Name of the figure of the row that is compared with a claim.
 
     >>> from polychirp.study.paper.results import paper_claims
     >>> figure_name(paper_claims(radar_1="v1", radar_2="v2")[0])

@@ -9,5 +9,5 @@ The modules in reading order; others may use the names beside them:
   `share_touched`.
 - `statistics`: estimates over trials with confidence intervals: `Estimate`, `proportion`,
   `mean_count`, `rms`, `ratio_difference`, `rms_difference`, `wilson`.
-- `closed_forms`: probabilities of ghosts and of interference, to compare with.
+- `closed_forms`: probabilities of ghosts and of interference, to compare estimates with.
 """

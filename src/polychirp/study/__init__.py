@@ -1,6 +1,6 @@
-"""Whole experiments: studies, their trials, and what is stored of them.
+"""Whole experiments: studies, their trials and their stored results.
 
-The modules and rooms in reading order; others may use the names beside them:
+The modules and subpackages in reading order; others may use the names beside them:
 
 - `spec`: a study as one frozen value, its scene and schedules: `Study`, `StudyRadar`, `scene_of`,
   `schedules_of`.
@@ -10,7 +10,7 @@ The modules and rooms in reading order; others may use the names beside them:
 - `kernel_parts`, `warm_up`: compilation of the kernels before a study runs: `compile_parts`.
 - `trial`: all stages in order, from the traffic to the score: `run_trial`, `trace_frame`.
 - `check`: problems of a study and resolutions of its radars, before it runs: `check`.
-- `provenance`: canonical text, hash and versions: `provenance`, `canonical_json`.
+- `provenance`: canonical text and hash of a study, versions: `provenance`, `canonical_json`.
 - `store`: a run on disk: `save_run`, `load_run`.
 - `monte_carlo`: many trials over a grid.
 - `section_v`: the correlation experiment of the paper.

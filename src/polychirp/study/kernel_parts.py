@@ -30,16 +30,16 @@ PARTS: Final = {
         Part(name="point vehicles", duration=4.0, kernels=5),
     )
 }
-"""All parts, in the order in which they are compiled: bounces and facets need what visibility has.
-Durations are estimates from runs on a busy machine, numbers are counted; only the announcement and
-the progress use them."""
+"""All parts, in the order of compilation: bounces and facets use kernels of visibility. Durations,
+in s of one core, are estimates from runs on a busy machine, and numbers of kernels are counted;
+only the announcement and the progress use them."""
 
 OF_PAPER: Final = tuple(name for name in PARTS if name != "point vehicles")
 """Parts that the paper's scenarios need."""
 
 FEWEST_BUNDLED: Final = 20
-"""Points and radars of a free space from which on paths may be synthesised in bundles: the engine
-begins at 24 paths."""
+"""Number of points and radars of a study from which on the kernels of bundles are compiled; chosen
+below 24, the number of paths from which on the engine synthesises them in bundles."""
 
 _ANY_TRIAL: Final = ("receiver", "synthesis", "targets", "tables")
 _STREET: Final = ("visibility", "bounces", "facets", "bundles", "edges")
@@ -48,7 +48,7 @@ _OF_TRACER: Final = {
     "point-vehicles": ("visibility", "point vehicles", "bundles"),
     "sionna": ("visibility", "bundles"),
 }
-"""Parts for a tracer's paths; those of all mechanisms for a tracer that is not listed."""
+"""Parts that a tracer's paths need, by its ``kind``; `_STREET` for one that is not listed."""
 
 
 def parts_of(study: Study) -> tuple[str, ...]:
@@ -81,7 +81,7 @@ def _ordered(names: Sequence[str]) -> tuple[str, ...]:
 def compile_parts(names: Sequence[str], *, progress: Progress | None = None) -> Compiled:
     """Compile what the cache does not have of these parts; `compile_ahead` says how.
 
-    The cache is looked at once for each set of names in a process.
+    A process looks at the cache once for each set of names.
     """
     key = tuple(names)
     if key in _known():
@@ -98,5 +98,5 @@ def compile_all(*, progress: Progress | None = None) -> Compiled:
 
 @cache
 def _known() -> set[tuple[str, ...]]:
-    """Sets of parts that this process found, or made."""
+    """Sets of names of parts that this process found in the cache or compiled."""
     return set()

@@ -13,17 +13,17 @@ from polychirp.errors import InputError
 from polychirp.study.spec import Study
 
 LIBRARIES: Final = ("polychirp", "numpy", "scipy", "numba", "zarr")
-"""Packages whose versions can change a number."""
+"""Packages whose versions can change a result; each result is stored with them."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Provenance:
-    """All that is needed to compute the same numbers again.
+    """All that is needed to compute the same results again.
 
     Parameters
     ----------
-    study : the study as canonical JSON, in SI, defaults included
-    study_hash : SHA-256 of that text
+    study : the study as canonical JSON, in SI units, defaults included
+    study_hash : SHA-256 of the text ``study``
     seed : seed of all random streams
     versions : version of each of `LIBRARIES`, by name
     platform : operating system, processor and Python
@@ -42,10 +42,10 @@ def versions() -> dict[str, str]:
 
 
 def provenance(study: Study) -> Provenance:
-    """Provenance of numbers that are computed from ``study``.
+    """Provenance of results that are computed from ``study``.
 
-    Equal studies give equal bytes: the time of day is not kept, and mesh files are identified by
-    their contents.
+    Equal studies have equal text and hash: no time of day is stored, and a mesh file is identified
+    by its name without folder and by its contents.
 
     Raises
     ------
@@ -88,7 +88,7 @@ def canonical_json(spec: Any) -> str:
 
 
 def plain(value: Any) -> Any:
-    """Spec as dicts, lists and values, without the types of its parts."""
+    """A spec as dicts, lists and plain values; the names of its types are left out."""
     if is_dataclass(value):
         return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
     if isinstance(value, tuple | list):

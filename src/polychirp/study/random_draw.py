@@ -11,7 +11,7 @@ from polychirp.traffic.street import Vehicle
 
 
 def sample_street(study: Study) -> Study:
-    """Study with its random traffic on the street, and its interferers among the radars.
+    """The study with its random traffic on the street, and its interferers among the radars.
 
     Unless the study names victims and targets, the victims are the radars that it lists, and the
     targets are those of the traffic. A study without random traffic is returned as it is.
@@ -19,7 +19,7 @@ def sample_street(study: Study) -> Study:
     Raises
     ------
     InputError
-        The study has no radar to copy, or its street has too little space.
+        There is no radar to copy, too little space, or no viewing vehicle that heads along +x.
 
     Examples
     --------
@@ -62,7 +62,7 @@ def _interferer(
     template: StudyRadar, carrier: Vehicle, traffic: StudyTraffic, streams: Streams
 ) -> StudyRadar:
     draw = streams["timing", carrier.name]
-    # both are always drawn, so that a spread of zero does not move the other draw
+    # both are always drawn, so that a spread of zero does not change the other draw
     start, error = draw.uniform(0.0, 1.0), draw.uniform(-1.0, 1.0)
     return replace(
         template,

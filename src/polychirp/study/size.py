@@ -1,4 +1,4 @@
-"""Memory that a study needs, estimated before any of it is taken."""
+"""Memory that a study needs, estimated before any of it is allocated."""
 
 import math
 from collections.abc import Sequence
@@ -15,33 +15,33 @@ from polychirp.receiver.estimation.coherence_test import GREATEST_ACCELERATION
 from polychirp.study.spec import Study, StudyRadar, victim_indices
 
 MOST_MEMORY: Final = 32 << 30
-"""Greatest number of bytes of one frame with its receiver, and of all frames together; chosen."""
+"""Greatest memory, bytes, of one victim's frame and receiver, and of all frames; chosen."""
 
 _SAMPLE: Final = 16
-"""Bytes of a complex sample."""
+"""Size of a complex sample, bytes."""
 
 _SPECTRA: Final = 10
-"""Size of the spectra that the receiver holds, in sizes of a frame's samples: an estimate, from
-the two copies (as recorded, and less the points found) with several bins for each sample."""
+"""Size of the receiver's spectra relative to the frame's samples; chosen above 4, the size of two
+copies (as recorded, and without the points found) with two bins for each sample."""
 
 _CELL: Final = 24
-"""Bytes of a cell of the range-rate map, all beams together, besides its statistic."""
+"""Bytes for each cell of the range-rate map besides the 8 bytes of each beam; an estimate."""
 
 _RATES_TRIED: Final = 25
-"""Corrections of range rate that the test of coherence tries (`coherence_test`)."""
+"""Number of corrections of range rate that the coherence test tries (`coherence_test`)."""
 
 
 def refuse_too_large(study: Study, schedules: Sequence[RampSchedule]) -> None:
-    """Refuse a study whose frames, maps or tables do not fit into `MOST_MEMORY`, or are empty.
+    """Refuse a study that needs more than `MOST_MEMORY`, or whose range-rate map is empty.
 
     Parameters
     ----------
-    schedules : schedules of all radars
+    schedules : schedules of all radars of the study
 
     Raises
     ------
     InputError
-        The message says which radar needs how much, and what needs less.
+        The message says which radar needs how much memory, and how to reduce it.
     """
     total = 0.0
     for number in victim_indices(study):
@@ -79,7 +79,7 @@ _WAYS_OUT: Final = {
 
 
 def _parts(receiver: Receiver, radar: StudyRadar, schedule: RampSchedule) -> dict[str, float]:
-    """Bytes of what grows with the numbers of a study, by its name in `_NAMES`."""
+    """Bytes of everything whose size depends on the study, by its name in `_NAMES`."""
     times = sample_times(schedule, radar.converter)
     elements = schedule.num_elements
     return {
@@ -90,7 +90,7 @@ def _parts(receiver: Receiver, radar: StudyRadar, schedule: RampSchedule) -> dic
 
 
 def frame_memory(times: SampleTimes, radar: StudyRadar) -> float:
-    """Bytes of a frame's samples, padding included, of their parts and their spectra."""
+    """Bytes of a frame's samples, with padding, of their parts and of their spectra."""
     padded = float(radar.array.num_channels) * times.num_samples.size * times.most_samples
     return padded * (1 + len(parts_of(radar)) + _SPECTRA) * _SAMPLE
 
@@ -106,7 +106,7 @@ def map_memory(receiver: Receiver, schedule: RampSchedule, *, num_beams: int) ->
 
 
 def acceleration_memory(schedule: RampSchedule) -> float:
-    """Bytes of the corrections of range rate and acceleration that the test of coherence tries."""
+    """Bytes of the phasors of all corrections that the coherence test tries: rate, acceleration."""
     span = float(schedule.end_time[-1] - schedule.start_time[0])
     wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
     step = wavelength / (1.5 * span**2)

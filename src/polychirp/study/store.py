@@ -2,11 +2,11 @@
 
 .. code-block:: text
 
-    run.zarr                          format, version, provenance, names of the victims
-    └── victim-0                      name, antenna array, high-pass
+    run.zarr                          attributes: format, version, provenance, names of victims
+    └── victim-0                      attributes: name, antenna array, high-pass
         ├── samples                   V (channel, ramp, fast)
-        ├── parts                     V (part, channel, ramp, fast); attributes part, their names,
-        │                             and neglected, V
+        ├── parts                     V (part, channel, ramp, fast); attributes part, the names of
+        │                             the parts, and neglected, V
         ├── times/first …             s (ramp); attribute rate, 1/s
         ├── schedule/start_time …     (ramp)
         ├── detections/range …        (detection); attribute time, s
@@ -72,7 +72,7 @@ UNITS: Final[Mapping[type, Mapping[str, str]]] = {
     },
     Truth: {"range": "m", "range_rate": "m/s", "azimuth": "rad", "point": "m", "is_visible": "1"},
 }
-"""Unit of every stored array."""
+"""Unit of every stored array, by data type and field; "1" for numbers, ratios and masks."""
 
 _FOLDERS: Final[Mapping[type, str]] = {
     SampleTimes: "times",
@@ -81,14 +81,15 @@ _FOLDERS: Final[Mapping[type, str]] = {
     Truth: "truth",
     Score: "score",
 }
-"""Group of every noun in the group of its victim."""
+"""Name of the group of each data type, within the group of a victim."""
 
 _AXIS_NAMES: Final = {"3": "xyz"}
+"""Stored names of axes that are named by their length in the data types."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StoredVictim:
-    """`VictimResult` as it was stored: samples have single precision."""
+    """A `VictimResult` as it was stored: its samples have been rounded to single precision."""
 
     name: str
     frame: IfFrame
@@ -100,7 +101,7 @@ class StoredVictim:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StoredRun:
-    """A run as it was stored."""
+    """A run as it was stored: its provenance and the results of its victims."""
 
     provenance: Provenance
     victims: tuple[StoredVictim, ...]
@@ -111,7 +112,7 @@ class StoredRun:
         Raises
         ------
         InputError
-            The run has no such radar; the message names those that it has.
+            The run has no such victim; the message names the victims that it has.
         """
         for victim in self.victims:
             if victim.name == name:
@@ -197,7 +198,7 @@ def _write_array(group: Group, name: str, values: NDArray[Any], *, noun: type, f
     from zarr.codecs import BloscCodec
 
     stored = values.astype(np.complex64) if field == "samples" else values
-    # each part is one chunk, so that a single part can be read
+    # each part is one chunk, so that a part can be read without the others
     whole = tuple(max(1, length) for length in stored.shape)
     chunks = (1, *whole[1:]) if name == "parts" else whole
     array = group.create_array(
@@ -208,7 +209,7 @@ def _write_array(group: Group, name: str, values: NDArray[Any], *, noun: type, f
         compressors=BloscCodec(cname="lz4", shuffle="bitshuffle", typesize=stored.dtype.itemsize),
         dimension_names=[_AXIS_NAMES.get(axis, axis) for axis in axes_of(noun)[field]],
         attributes={"units": UNITS[noun][field]},
-        # a chunk of zeros is stored too, so that a missing one is seen
+        # a chunk of zeros is stored too, so that a missing chunk is noticed
         config={"write_empty_chunks": True},
     )
     if stored.size:
@@ -221,7 +222,7 @@ def load_run(path: Path | str) -> StoredRun:
     Raises
     ------
     InputError
-        There is no complete run at ``path``, or another version of polychirp wrote it.
+        There is no complete run at ``path``, or it has another format version.
     """
     path = Path(path)
     try:

@@ -1,4 +1,4 @@
-"""`StudyTraffic` — random traffic of a study, and the radars that it carries."""
+"""`StudyTraffic` — random traffic of a study, and the radars of its vehicles."""
 
 from dataclasses import dataclass
 
@@ -10,18 +10,18 @@ from polychirp.waveform import AnyWaveform
 
 @dataclass(frozen=True, kw_only=True)
 class StudyTraffic(RandomTraffic):
-    """Random traffic in which some vehicles carry a radar like the first one of the study.
+    """Random traffic in which some carriers have a copy of the study's first radar.
 
-    Interferers are mounted in the middle of the front bumpers of the first carriers. The street
-    does not depend on the number of carriers that transmit.
+    These interferers are in the middle of the front bumpers of the first carriers. The street does
+    not depend on their number.
 
     Parameters
     ----------
-    num_interferers : number of carriers that transmit
-    start_spread : s; each start is drawn uniformly between 0 s and this
-    clock_spread : relative error of each interferer's oscillator, drawn uniformly between minus
-        and plus this
-    waveform : of the interferers; if not given, that of the first radar
+    num_interferers : number of carriers with a radar
+    start_spread : s; each interferer starts up to this later than the first radar, drawn uniformly
+    clock_spread : each interferer's relative clock error is drawn uniformly between minus and plus
+        this value
+    waveform : waveform of the interferers; if not given, that of the first radar
     """
 
     num_interferers: int = 0

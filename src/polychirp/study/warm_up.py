@@ -1,7 +1,7 @@
 """Worker that compiles kernels: it calls the functions of each part once, on small data.
 
-A part is a piece of a real trial, so that numba meets the types that trials have. Nothing here
-lists kernels; a kernel that a stage calls from now on is compiled with the part of its stage.
+A part is a piece of a real trial, so that numba compiles the kernels for the types of real trials.
+No kernel is listed here: one that is added to a stage is compiled with the part of that stage.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ if TYPE_CHECKING:
     from polychirp.study.spec import Study
 
 NUM_SWEEPS: Final = 4
-"""Triangles in a frame: the receiver needs some ramps to find points."""
+"""Number of triangles in a frame; chosen: the receiver needs some ramps to find points."""
 
 VEHICLES: Final = ("vehicle-2", "vehicle-4", "target-2")
-"""Vehicles on the street: two with radars, and one whose facets and panes they see."""
+"""Vehicles on the street: two with radars, and one whose facets and panes return echoes."""
 
 NUM_POINTS: Final = 400
-"""Point scatterers: as many paths are synthesised in bundles, not one by one."""
+"""Number of point scatterers; chosen: so many paths are synthesised in batches."""
 
 
 @cache
 def _study() -> Study:
-    """Two cars that meet, with radars, and a van; their meshes are coarse, so that work is short.
+    """Study of two approaching cars with radars, and a van; coarse meshes make the work short.
 
-    Radars are mounted by hand, since the paper's mounts are found on fine meshes.
+    The mounts are given as numbers, since a search for the paper's mounts needs fine meshes.
     """
     from polychirp.frames import Pose
     from polychirp.study.spec import Study, StudyRadar
@@ -72,14 +72,14 @@ def _street() -> Scene:
 
 
 def receiver() -> None:
-    """Compile kernels that find points, with points in noise."""
+    """Compile kernels that find points, by a detection of points in noise."""
     from polychirp.receiver.chain import Receiver
 
     Receiver().detect(_frame())
 
 
 def profiles() -> None:
-    """Compile kernels of the map over range, of the paper's receiver and of that of recordings."""
+    """Compile kernels of the range response and of the paper's and the sawtooth receiver."""
     from polychirp.model.radar import Converter
     from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
     from polychirp.receiver.alternatives.sawtooth_receiver import SawtoothReceiver
@@ -96,7 +96,7 @@ def profiles() -> None:
 
 
 def _parts() -> IfParts:
-    """The frame of points as an echo alone."""
+    """Parts of the frame of points: all samples are the echo, and the other parts are zero."""
     from polychirp.model.if_frame import IfParts
 
     echo = _frame().samples
@@ -114,14 +114,14 @@ def _frame() -> IfFrame:
 
 
 def _frame_of_points(schedule: RampSchedule) -> IfFrame:
-    """Echoes of which two share a cell, one accelerates and one is weak, in noise."""
+    """Frame of five echoes in noise: two share a cell, one accelerates and one is weak."""
     from polychirp.model.antenna import AntennaArray
     from polychirp.model.if_frame import IfFrame, sample_times
     from polychirp.model.radar import Converter
     from polychirp.receiver.signal_model.point_signal import replica
 
     points = (
-        # m, m/s, m/s², amplitude over that of the noise
+        # range, m; range rate, m/s; its derivative, m/s²; amplitude over the noise's rms
         (6.0, 0.0, 0.0, 30.0),
         (9.0, -4.0, 0.0, 10.0),
         (9.04, -4.3, 0.0, 9.0),
@@ -144,12 +144,12 @@ def _frame_of_points(schedule: RampSchedule) -> IfFrame:
 
 
 def synthesis() -> None:
-    """Compile kernels of the stretch engine that take path by path."""
+    """Compile kernels of the stretch engine that sum path by path."""
     _synthesize(_street())
 
 
 def tables() -> None:
-    """Compile kernels of the IF filter's response to chirps, and of oscillators that err."""
+    """Compile kernels of the IF filter's response to chirps, and of phase noise."""
     from polychirp.model.if_filter import IfFilter
     from polychirp.model.oscillator import PhaseNoise
     from polychirp.rng import Streams
@@ -164,12 +164,12 @@ def tables() -> None:
 
 
 def bundles() -> None:
-    """Compile kernels of the stretch engine that take many paths together."""
+    """Compile kernels of the stretch engine that sum many paths in a batch."""
     _synthesize(_cloud_of_points())
 
 
 def _synthesize(scene: Scene) -> None:
-    """Give a radar its own echo and the other's signal, with the paper's two waveforms."""
+    """Synthesise one radar's own echoes and the other's signal, with the paper's two waveforms."""
     from polychirp.channel.tracers.free_space import FreeSpace
     from polychirp.study.paper.scenarios import WAVEFORMS
     from polychirp.study.spec import schedules_of
@@ -204,7 +204,7 @@ def targets() -> None:
 
 
 def visibility() -> None:
-    """Compile kernels of bodies' trees, of occlusion and of transmission."""
+    """Compile kernels of the trees of boxes of bodies, of occlusion and of transmission."""
     from polychirp.channel.scene.ground_truth import truth
 
     truth(_street(), 0, ("vehicle-4", "target-2"))
@@ -218,7 +218,7 @@ def _world() -> World:
 
 
 def _trace(is_wanted: Callable[[Mechanism], bool]) -> None:
-    """Trace the mechanisms that are wanted, between all radars of the street."""
+    """Trace the mechanisms for which ``is_wanted`` is true, between all radars of the street."""
     from polychirp.channel.base import all_pairs
     from polychirp.channel.tracers.composite import Composite
 
@@ -231,23 +231,23 @@ def _trace(is_wanted: Callable[[Mechanism], bool]) -> None:
 
 
 def edges() -> None:
-    """Compile kernels of the direct path, of edges, of mirrors and of rough planes."""
+    """Compile kernels of direct paths, diffraction, mirrors, rough planes and leaves."""
     _trace(lambda part: not part.name.startswith(("facets", "mirrored", "bounces")))
 
 
 def facets() -> None:
-    """Compile kernels of physical optics."""
+    """Compile kernels of physical optics, which computes the echoes of facets."""
     bodies = ("vehicle-4", "target-2")
     _trace(lambda part: part.name.endswith(bodies) and not part.name.startswith("bounces"))
 
 
 def bounces() -> None:
-    """Compile kernels of ray tubes."""
+    """Compile kernels of ray tubes, which follow bounces between bodies."""
     _trace(lambda part: part.name == "bounces from vehicle-4")
 
 
 def point_vehicles() -> None:
-    """Compile kernels of vehicles as points."""
+    """Compile kernels of the tracer that replaces vehicles by points."""
     from polychirp.channel.point_vehicles.tracer import PointVehicles
 
     PointVehicles().trace(_street())
@@ -266,7 +266,7 @@ PARTS: Final[Mapping[str, Callable[[], None]]] = {
     "profiles": profiles,
     "point vehicles": point_vehicles,
 }
-"""Functions of the parts, by the names of `kernel_parts.PARTS`."""
+"""Function of each part, by the part's name in `kernel_parts.PARTS`."""
 
 if __name__ == "__main__":
     serve(PARTS)

@@ -1,4 +1,4 @@
-"""`SynthesisEngine`, the seam between paths and samples."""
+"""`SynthesisEngine`, the protocol of engines that compute samples from paths."""
 
 from collections.abc import Sequence
 from typing import Protocol, runtime_checkable
@@ -11,7 +11,7 @@ from polychirp.model.scene import Scene
 
 @runtime_checkable
 class SynthesisEngine(Protocol):
-    """Maker of samples from paths: exact for delays that are linear in time during a ramp."""
+    """Engine that computes samples from paths; exact if delays are linear in time on a ramp."""
 
     def contribution(
         self,
@@ -22,10 +22,10 @@ class SynthesisEngine(Protocol):
         victim: int,
         transmitter: int,
     ) -> ComplexArray:
-        """Signal of one transmitter in the victim's IF: V, ``(part, channel, ramp, fast)``.
+        """One transmitter's signal after the victim's IF filter, V ``(part, channel, ramp, fast)``.
 
-        For the victim's own transmitter, the parts are unmirrored and mirrored paths
+        For the victim's own transmitter, the parts are unmirrored paths, mirrored paths
         (`PropagationPaths.is_mirrored`) and, if it has any (`Radar.receives_itself`), leakage; for
-        another transmitter they are direct and other paths (`is_direct`). The signal is free of
-        noise and ahead of the front end; behind the last sample of a short ramp it is zero.
+        another transmitter they are direct (`is_direct`) and all other paths. Noise, the channels'
+        errors and the `FrontEnd` are not included; after a short ramp's last sample it is zero.
         """

@@ -10,7 +10,7 @@ from polychirp.model.paths import Bounce, PropagationPaths
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HandPath:
-    """One path that keeps the polarisation. `PropagationPaths` describes the fields."""
+    """One path of `PropagationPaths`; its transfer matrix is ``gain`` times the unit matrix."""
 
     delay: float
     delay_rate: float = 0.0
@@ -49,7 +49,7 @@ def paths_of(
 
 
 def free_space_gain(distance: float, *, frequency: float = 79e9) -> float:
-    """Amplitude λ/4πd between isotropic antennas (Friis).
+    """Amplitude λ/4πd between isotropic antennas at the ``distance`` d, m (Friis).
 
     >>> round(float(20 * np.log10(free_space_gain(10.0))), 2)
     -90.4

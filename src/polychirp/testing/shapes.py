@@ -1,4 +1,4 @@
-"""Canonical bodies as triangles, and scenes of bodies with isotropic radars around them."""
+"""Canonical bodies as triangles, halves of cells, and scenes with isotropic radars around them."""
 
 from collections.abc import Sequence
 
@@ -14,7 +14,7 @@ from polychirp.model.scene import Actor, Scene
 
 
 def mesh_of(corners: FloatArray, material: str = "metal") -> Mesh:
-    """A mesh of triangles, m ``(face, corner, xyz)``, of one material."""
+    """A mesh of one material, of triangles with ``corners``, m ``(face, corner, xyz)``."""
     size = len(corners)
     return Mesh(
         vertex=corners.reshape(-1, 3),
@@ -27,7 +27,7 @@ def mesh_of(corners: FloatArray, material: str = "metal") -> Mesh:
 
 
 def _sheet(points: FloatArray) -> FloatArray:
-    """Two triangles for every cell of a grid of points ``(row, column, xyz)``."""
+    """Two triangles, ``(face, corner, xyz)``, for each cell of a grid ``(row, column, xyz)``."""
     a, b, c, d = points[:-1, :-1], points[1:, :-1], points[1:, 1:], points[:-1, 1:]
     return np.concatenate(
         [
@@ -38,7 +38,7 @@ def _sheet(points: FloatArray) -> FloatArray:
 
 
 def plate(side: float, edge: float) -> FloatArray:
-    """A square in the plane x = 0 that faces +x: m ``(face, corner, xyz)``, edges below ``edge``.
+    """A square in the plane x = 0 that faces +x: m ``(face, corner, xyz)``, cells up to ``edge``.
 
     >>> plate(0.1, 0.06).shape
     (8, 3, 3)
@@ -49,7 +49,7 @@ def plate(side: float, edge: float) -> FloatArray:
 
 
 def sphere(radius: float, edge: float) -> FloatArray:
-    """A sphere about the origin, m ``(face, corner, xyz)``, edges below about ``edge``."""
+    """A sphere about the origin, m ``(face, corner, xyz)``, cells up to about ``edge``."""
     count = int(np.ceil(np.pi / 2 * radius / edge))
     line = np.tan(np.linspace(-np.pi / 4, np.pi / 4, count + 1))
     u, v = np.meshgrid(line, line, indexing="ij")
@@ -63,7 +63,7 @@ def sphere(radius: float, edge: float) -> FloatArray:
 
 
 def box(size: Sequence[float], edge: float) -> FloatArray:
-    """A box about the origin with sides ``size`` (m, xyz): m ``(face, corner, xyz)``."""
+    """A box about the origin of ``size`` xyz: m ``(face, corner, xyz)``, cells up to ``edge``."""
     faces = []
     for axis in range(3):
         u, v = (
@@ -77,7 +77,7 @@ def box(size: Sequence[float], edge: float) -> FloatArray:
 
 
 def dihedral(side: float, edge: float) -> FloatArray:
-    """Two squares at right angles, open towards +x: m ``(face, corner, xyz)``, crease along z.
+    """Two squares at right angles, m ``(face, corner, xyz)``, open towards +x, crease along z.
 
     >>> dihedral(0.1, 0.1).shape
     (4, 3, 3)
@@ -90,22 +90,22 @@ def dihedral(side: float, edge: float) -> FloatArray:
 
 
 def trihedral(side: float, edge: float) -> FloatArray:
-    """Three triangles with right angles at the origin, open along x: m ``(face, corner, xyz)``.
+    """Three triangles with right angles at the origin, open towards +x: m ``(face, corner, xyz)``.
 
     ``side`` is the length of the sides at the right angles. Each triangle is cut into similar ones,
-    whose sides at the right angle are below ``edge``.
+    whose sides at the right angle are at most ``edge``.
 
     >>> trihedral(0.1, 0.05).shape
     (12, 3, 3)
     """
     count = int(np.ceil(side / edge))
-    # corners of the small triangles in steps along both sides of the right angle
+    # corners of the small triangles, in steps along both sides at the right angle
     u, v = np.meshgrid(np.arange(count), np.arange(count), indexing="ij")
     cell = np.stack([u, v], axis=-1).reshape(-1, 1, 2)
     lower = cell + np.array([[0, 0], [1, 0], [0, 1]])
     upper = cell + np.array([[1, 0], [1, 1], [0, 1]])
     steps = np.concatenate([t[t.sum(axis=-1).max(axis=-1) <= count] for t in (lower, upper)])
-    # the sides, at equal angles about x
+    # directions of the three sides at the origin, at equal angles about x
     angle = 2 * np.pi / 3 * np.arange(3)
     ways = np.stack([np.full(3, np.sqrt(0.5)), np.cos(angle), np.sin(angle)], axis=-1)
     ways *= side / count * np.sqrt(2 / 3)
@@ -118,7 +118,7 @@ def around(
     *,
     velocities: Sequence[Sequence[float]] | None = None,
 ) -> Scene:
-    """Isotropic radars "0", "1", … at places (m) in the world, each on a carrier without a body."""
+    """Scene of ``actors`` and isotropic radars "0", "1", … at ``places`` (m) on bare carriers."""
     moves = velocities or [(0.0, 0.0, 0.0)] * len(places)
     carriers = tuple(
         Actor(
@@ -143,7 +143,7 @@ def around(
 def transfer_at(
     paths: PropagationPaths, frequency: float, transmitter: int = 0, receiver: int = 0
 ) -> ComplexArray:
-    """Sum of a pair's paths at a frequency (Hz), with phases: ``(receiving, transmitting)``."""
+    """Sum of a pair's paths with phases at ``frequency``, Hz: ``(receiving, transmitting)``."""
     mine = paths.select((paths.transmitter == transmitter) & (paths.receiver == receiver))
     turn = np.exp(-2j * np.pi * frequency * mine.delay)
     return np.asarray(np.sum(mine.transfer * turn[:, None, None], axis=0))

@@ -1,9 +1,9 @@
 """Traffic: vehicles, roadside and street become a `Scene`.
 
-The modules in reading order; others may use the names beside them:
+The modules in reading order, each with the names that other packages may use:
 
 - `surface`: meshes from lines of points: `subdivided`, `mirrored`.
-- `outline`, `shell`: arcs from above and in section, and shells made of them.
+- `outline`, `shell`: outlines of cars from above, made of arcs, and curved shells on them.
 - `shapes`: dimensions of the four bodies: `Body`.
 - `vehicle`: meshes of the bodies: `vehicle_mesh`, `vehicle_size`.
 - `mounting`: places of radars on bumpers: `bumper_mount`.

@@ -12,22 +12,24 @@ from polychirp.errors import InputError
 from polychirp.traffic.surface import MOST_FACES
 
 SUFFIXES: Final = (".glb", ".obj", ".stl")
-"""Suffixes of files that are read; archives and other formats are refused."""
+"""Suffixes of mesh files that are read; archives and other formats are refused."""
 
 LARGEST_FILE: Final = 256 << 20
 """Greatest size of a mesh file, bytes; chosen: binary STL of `MOST_FACES` faces takes 150 MB."""
 
 _ZERO_INDEX: Final = re.compile(rb"(?m)^[ \t]*f[ \t](?:[^\n]*[ \t])?[+-]?0+(?:[/ \t\r]|$)")
+"""Line of an OBJ file that makes a face of the vertex 0."""
 _MATERIAL: Final = re.compile(rb"(?m)^[ \t]*usemtl[ \t]+([^\r\n]+)")
+"""Line of an OBJ file that names a material."""
 _TRIANGLES: Final = 4
-"""Mode of a glTF primitive of separate triangles; it is the default."""
+"""Mode of a glTF primitive that consists of separate triangles: glTF's default."""
 
 
 class NoOtherFiles:
-    """Resolver for a mesh reader that asks for other files; none is ever opened.
+    """Resolver that a mesh reader asks for other files; it opens none.
 
-    For an OBJ file the answer is a table of the materials that the file itself names, so that they
-    keep their names whether the ``.mtl`` file is there or not.
+    Asked for the ``.mtl`` file of an OBJ file, it gives a table of the materials that the OBJ file
+    names, so that materials keep their names whether the ``.mtl`` file exists or not.
     """
 
     def __init__(self, name: str, content: bytes) -> None:
@@ -35,7 +37,7 @@ class NoOtherFiles:
         self._content = content
 
     def get(self, key: str) -> bytes:
-        """Content of the file called ``key``."""
+        """Content that stands for the file called ``key``."""
         if self.file_name.lower().endswith(".obj") and key.lower().endswith(".mtl"):
             names = dict.fromkeys(match.strip() for match in _MATERIAL.findall(self._content))
             return b"".join(b"newmtl " + name + b"\n" for name in names)
@@ -45,7 +47,7 @@ class NoOtherFiles:
         return self.get(key)
 
     def keys(self) -> tuple[str, ...]:
-        """Names of the files that are there: none."""
+        """Names of the files that can be read: none."""
         return ()
 
 
@@ -55,7 +57,7 @@ def checked_content(file: Path) -> bytes:
     Raises
     ------
     InputError
-        The file is of another kind, too large, cut off, or refers to other files or to itself.
+        The file is missing, of another kind, too large, cut off, or refers to others or to itself.
     """
     suffix = file.suffix.lower()
     if suffix not in SUFFIXES:
@@ -82,7 +84,7 @@ def _check_obj(content: bytes) -> None:
 
 
 def _check_stl(content: bytes) -> None:
-    """Refuse a binary file whose length is not that of the triangles that it announces."""
+    """Refuse a text file without an end, or a binary one of another length than its triangles."""
     if content[:5].lower() == b"solid" and b"facet" in content[:2000]:
         if b"endsolid" not in content[-2000:]:
             raise InputError("it was cut off before its 'endsolid'; copy it again")
@@ -101,7 +103,7 @@ def _check_stl(content: bytes) -> None:
 
 
 def _check_glb(content: bytes) -> None:
-    """Refuse a scene that refers to other files or to itself, or has too many faces."""
+    """Refuse a glTF scene that refers to other files or to itself, or has too many faces."""
     if len(content) < 20 or content[:4] != b"glTF" or content[16:20] != b"JSON":
         raise InputError("it is not a GLB file; export it again")
     length = int.from_bytes(content[12:16], "little")
@@ -125,7 +127,7 @@ def _check_glb(content: bytes) -> None:
 
 
 def _check_nodes(scene: Mapping[str, Any]) -> None:
-    """Refuse nodes that are their own ancestors, and more faces than a mesh may have."""
+    """Refuse nodes that do not form trees, and more faces than `MOST_FACES`."""
     nodes = _entries(scene, "nodes")
     children = [list(_numbers(node.get("children", []), len(nodes))) for node in nodes]
     inner = [child for own in children for child in own]
@@ -149,7 +151,7 @@ def _check_nodes(scene: Mapping[str, Any]) -> None:
 
 
 def _num_corners(primitive: Mapping[str, Any], accessors: list[dict[str, Any]]) -> int:
-    """Number of corners of a primitive's triangles."""
+    """Bound on the corners of a primitive's triangles: a strip or fan has up to 3 per vertex."""
     attributes = primitive.get("attributes")
     place = attributes.get("POSITION") if isinstance(attributes, dict) else None
     place = primitive.get("indices", place)
@@ -168,7 +170,7 @@ def _count(accessor: Mapping[str, Any], *, greatest: int) -> int:
 
 
 def _entries(table: Mapping[str, Any], key: str) -> list[dict[str, Any]]:
-    """The objects of a list in the description; none where it is not given."""
+    """The objects in the list ``key`` of the description; none if there is no such list."""
     found = table.get(key, [])
     if not (isinstance(found, list) and all(isinstance(entry, dict) for entry in found)):
         raise InputError(f"its {key} are not a list of objects; export it again")
@@ -176,7 +178,7 @@ def _entries(table: Mapping[str, Any], key: str) -> list[dict[str, Any]]:
 
 
 def _numbers(told: object, limit: int) -> Iterator[int]:
-    """Numbers of entries of a table of ``limit`` entries; an empty list stands for none."""
+    """Numbers of entries, each below ``limit``; an empty list in place of a number is left out."""
     if not isinstance(told, list):
         raise InputError("one of its lists of numbers is none; export it again")
     for number in told:
@@ -188,7 +190,7 @@ def _numbers(told: object, limit: int) -> Iterator[int]:
 
 
 def plausible_scale(scale: float) -> None:
-    """Refuse a scale that is no positive number, or one of other units than those in use."""
+    """Refuse a scale, m per unit of the file, that is not positive or outside of 1e-9 to 1e9."""
     if not scale > 0:
         raise InputError("the scale of a mesh file must be positive")
     if not (math.isfinite(scale) and 1e-9 <= scale <= 1e9):

@@ -12,7 +12,7 @@ from polychirp.traffic.shapes import Body
 from polychirp.traffic.vehicle import vehicle_mesh
 
 RADAR_STANDOFF: Final = 0.015
-"""Distance from the outermost plastic to the radar, m: the radar must not lie inside the mesh."""
+"""Distance from the outermost plastic to the radar, m (chosen): radars must be outside the mesh."""
 
 
 @cache
@@ -21,7 +21,7 @@ def bumper_mount(
 ) -> Pose:
     """Pose, in the vehicle's frame, of a radar on the surface of a bumper.
 
-    The radar is directed straight ahead or straight back, `RADAR_STANDOFF` before the plastic.
+    The radar is directed straight ahead or straight back, `RADAR_STANDOFF` outside the plastic.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def bumper_mount(
     Raises
     ------
     InputError
-        The bumper does not reach the offset and height.
+        The bumper has no surface at this offset and height.
 
     Examples
     --------
@@ -44,7 +44,7 @@ def bumper_mount(
     part = mesh.parts.index(f"{end}-bumper")
     corners = mesh.corners[mesh.part == part]
     sign = 1.0 if end == "front" else -1.0
-    # Seen along x: barycentric coordinates of (offset, height) in every triangle.
+    # barycentric coordinates of (offset, height) in every triangle, projected along x
     edges = corners[:, 1:, 1:] - corners[:, :1, 1:]
     point = np.array([offset, height]) - corners[:, 0, 1:]
     area = edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]

@@ -1,4 +1,4 @@
-"""`Outline` — the shape of a car from above, five tangent arcs on each side."""
+"""`Outline`: the shape of a car from above, with five tangent arcs on each side."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,7 +10,7 @@ from polychirp.axes import FloatArray
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class End:
-    """One end from above: its x, and the radii of its face and of its corners (m)."""
+    """One end of an outline: its x, and the radii of its face and of its corners (m)."""
 
     x: float
     radius: float
@@ -27,7 +27,7 @@ class Outline:
     Parameters
     ----------
     front, rear : `End`
-    half_width : m, at ``widest``
+    half_width : half of the width at ``widest``, m
     widest : x of the widest place, m
     side : radius of the side, m
     """
@@ -40,16 +40,16 @@ class Outline:
 
     @cached_property
     def _turns(self) -> tuple[float, float, float, float]:
-        """Normal angles at the joints between arcs."""
+        """Normal angles, rad, at the four joints between arcs, from front to rear."""
         front_face, front_side = self._joints(self.front, self.front.x - self.widest)
         rear_face, rear_side = self._joints(self.rear, self.widest - self.rear.x)
         half = np.pi / 2
         return front_face, half - front_side, half + rear_side, np.pi - rear_face
 
     def _joints(self, end: End, length: float) -> tuple[float, float]:
-        """Angles of half the face and of half the side, from the width and the length they span."""
+        """Angles, rad, of half the face and half the side, from the width and length they span."""
         face = side = 0.0
-        for _ in range(60):  # a contraction: the side's angle changes the face's by a few per cent
+        for _ in range(60):  # converges: the side's angle changes the face's by a few per cent
             across = self.half_width - end.corner * np.cos(side) - self.side * (1 - np.cos(side))
             face = float(np.arcsin(across / (end.radius - end.corner)))
             along = length - end.radius * (1 - np.cos(face)) - end.corner * np.cos(face)
@@ -91,5 +91,5 @@ class Outline:
 
 
 def unit(angle: FloatArray) -> FloatArray:
-    """Unit vectors ``(…, xy)``."""
+    """Unit vectors ``(…, xy)`` with the direction ``angle``, rad."""
     return np.stack([np.cos(angle), np.sin(angle)], axis=-1)

@@ -1,7 +1,7 @@
 """The paper's street: eight vehicles, four of them with a radar, between brick buildings.
 
-Lane 1 drives along +x at y = −1.75 m, lane 2 along −x at y = +1.75 m. The places of the vehicles
-were found by a root search, so that the nearest visible metal is at the paper's ranges:
+Vehicles drive along +x in lane 1 (y = −1.75 m), along −x in lane 2 (y = +1.75 m). Their places
+were found by a root search, so that the nearest visible metal is at the paper's ranges (m):
 
 ======== ========= ======== =======================================
 radar    target    m        surface
@@ -13,8 +13,8 @@ radar    target    m        surface
 2        radar 4   13.20    one way, as a synchronous ghost at 6.60 m
 ======== ========= ======== =======================================
 
-Radar 3 is directed along −x in lane 2, 3 m behind radar 1: its waves reach targets 4 and 3, return
-to radar 1, and become ghosts at half the length of their path, 5.6 and 7.4 m.
+Radars 1 and 3 are directed along −x, and radar 3, in lane 2, is 3 m further along −x. Its waves
+reach radar 1 by way of targets 4 and 3, as ghosts at half the length of their path, 5.6 and 7.4 m.
 """
 
 import math
@@ -26,13 +26,13 @@ from polychirp.traffic.shapes import Body
 from polychirp.traffic.street import Building, Road, Street, Tree, Vehicle
 
 LANE_1: Final = -1.75
-"""y of the middle of the lane with traffic along +x, m."""
+"""y of the middle of the lane with traffic along +x, m (chosen)."""
 
 LANE_2: Final = 1.75
-"""y of the middle of the lane with traffic along −x, m."""
+"""y of the middle of the lane with traffic along −x, m (chosen)."""
 
 _VEHICLES: Final[tuple[tuple[str, Body, int, float, float], ...]] = (
-    # name, body, lane, x in m, speed in m/s
+    # name, body, lane, x of the middle in m, speed in m/s
     ("vehicle-1", "sedan", 1, 0.0, 9.0),
     ("vehicle-2", "hatchback", 1, 22.0, 11.2),
     ("vehicle-3", "van", 2, -2.7, 11.8),
@@ -44,7 +44,7 @@ _VEHICLES: Final[tuple[tuple[str, Body, int, float, float], ...]] = (
 )
 
 _BUILDINGS: Final = (
-    # x, y, length, width, height in m
+    # x and y of the middle, length along x, width, height in m (chosen)
     (-12.0, -11.0, 18.0, 8.0, 9.0),
     (10.0, -13.5, 16.0, 10.0, 12.0),
     (35.0, -12.0, 24.0, 9.0, 8.0),
@@ -54,7 +54,7 @@ _BUILDINGS: Final = (
 )
 
 _TREES: Final = (
-    # x, y, height, crown radius in m
+    # x, y, height, crown radius in m (chosen)
     (-24.0, -5.6, 6.5, 1.4),
     (-0.5, -5.5, 5.5, 1.2),
     (20.5, -5.6, 7.0, 1.4),
@@ -69,7 +69,7 @@ def paper_street(*, max_edge: float = 0.05, coarseness: float = 1.0) -> Street:
 
     Parameters
     ----------
-    max_edge, coarseness : of the vehicles' meshes, see `vehicle_mesh`
+    max_edge, coarseness : fineness of the vehicles' meshes, see `vehicle_mesh`
 
     Examples
     --------
@@ -104,10 +104,10 @@ def paper_street(*, max_edge: float = 0.05, coarseness: float = 1.0) -> Street:
 
 
 def paper_mounts() -> dict[str, tuple[str, Pose]]:
-    """Carrier and mount of the four radars, by their names.
+    """Carrier and mount of the four radars, by the radars' names.
 
-    Radar 4 is 0.42 m left of the middle: at this place its distance to radar 2 and that of the
-    metal behind it are both those of the paper.
+    Radar 4 is 0.42 m left of its vehicle's middle. There, its own distance from radar 2 and the
+    distance of the metal behind it are both those of the paper.
 
     Examples
     --------

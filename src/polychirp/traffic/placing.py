@@ -1,4 +1,4 @@
-"""Places for vehicles on lanes along x: apart from each other, and visible from one vehicle."""
+"""Tests of places for vehicles on lanes along x: apart from each other, and visible from one."""
 
 import math
 from collections.abc import Sequence
@@ -11,13 +11,13 @@ RANDOM_BODIES: Final[tuple[Body, ...]] = ("sedan", "hatchback", "van")
 """Bodies of random vehicles, drawn with equal probability."""
 
 MAX_AZIMUTH: Final = math.radians(70.0)
-"""Greatest azimuth of a target to either side, rad; chosen: a beam of 160° falls by 3 dB at 80°."""
+"""Greatest azimuth of a vehicle to either side, rad; chosen: within a beam of ±80° (3 dB)."""
 
 MIN_DISTANCE: Final = 3.0
-"""Least distance to the nearest point of any vehicle, m; chosen."""
+"""Least distance from the viewer to the nearest point of a vehicle, m; chosen."""
 
 SIGHT_MARGIN: Final = 0.15
-"""Least distance of a line of sight from other vehicles, m; chosen."""
+"""Least distance of a line of sight from other vehicles, along x or y, m; chosen."""
 
 Rectangle = tuple[float, float, float, float]
 """Least and greatest x, least and greatest y, m."""
@@ -27,7 +27,7 @@ Eye = tuple[float, float]
 
 
 class Place(NamedTuple):
-    """A place for a vehicle: its middle (m), its direction, and its speed (m/s)."""
+    """A place for a vehicle of type ``body``: its middle (m), direction, and speed (m/s)."""
 
     body: Body
     x: float
@@ -37,7 +37,7 @@ class Place(NamedTuple):
 
     @property
     def rectangle(self) -> Rectangle:
-        """Rectangle that the vehicle covers, without mirrors."""
+        """Rectangle that the vehicle covers without its side mirrors, m."""
         length, width = vehicle_size(self.body)
         return (self.x - length / 2, self.x + length / 2, self.y - width / 2, self.y + width / 2)
 
@@ -52,7 +52,7 @@ def nearest_point(eye: Eye, box: Rectangle) -> Eye:
 
 
 def is_clear(eye: Eye, point: Eye, box: Rectangle, margin: float = SIGHT_MARGIN) -> bool:
-    """True if the line from ``eye`` to ``point`` stays ``margin`` (m) away from a rectangle.
+    """True if the line from ``eye`` to ``point`` misses ``box`` widened by ``margin`` (m).
 
     >>> is_clear((0.0, 0.0), (9.0, 0.0), (4.0, 5.0, -1.0, 1.0))
     False
@@ -74,7 +74,7 @@ def is_clear(eye: Eye, point: Eye, box: Rectangle, margin: float = SIGHT_MARGIN)
 
 
 def is_ahead(eye: Eye, point: Eye, reach: float) -> bool:
-    """True if a point lies within `MIN_DISTANCE` … ``reach`` (m) and `MAX_AZIMUTH`."""
+    """True if a point is at `MIN_DISTANCE` to ``reach`` (m), and within ±`MAX_AZIMUTH` of +x."""
     distance = math.dist(eye, point)
     azimuth = math.atan2(point[1] - eye[1], point[0] - eye[0])
     return MIN_DISTANCE < distance < reach and abs(azimuth) < MAX_AZIMUTH
@@ -91,11 +91,11 @@ def are_apart(first: Rectangle, second: Rectangle, gap: float) -> bool:
 
 
 def hides_none(eye: Eye, box: Rectangle, points: Sequence[Eye]) -> bool:
-    """True if a rectangle leaves all ``points`` visible."""
+    """True if the rectangle ``box`` hides none of ``points`` from ``eye``."""
     return all(is_clear(eye, point, box) for point in points)
 
 
 def is_seen(eye: Eye, box: Rectangle, others: Sequence[Rectangle]) -> bool:
-    """True if no other rectangle hides the nearest point of ``box``."""
+    """True if none of the ``others`` hides the nearest point of ``box`` from ``eye``."""
     point = nearest_point(eye, box)
     return all(is_clear(eye, point, other) for other in others)

@@ -12,16 +12,16 @@ from polychirp.model.scene import Actor
 from polychirp.traffic.surface import Fineness, SurfaceBuilder
 
 WINDOW_SIZE = (1.2, 1.4)
-"""Width and height of a building's windows, m."""
+"""Width and height of a building's windows, m; chosen, like the 0.9 m from the ground to them."""
 
 LEAF_EDGE = 0.25
-"""Edges of a tree's surface, m; chosen: leaves scatter, so the crown needs no exact curvature."""
+"""Longest edge of a tree's facets, m; chosen: leaves scatter, so curvature matters little."""
 
 
 def road(
     *, length: float, width: float, material: str = "asphalt", x: float = 0.0, y: float = 0.0
 ) -> Actor:
-    """A level road whose middle is at (x, y) (m), along x; it is one `Plate`.
+    """A level road along x with its middle at (x, y), m, as one `Plate`; all lengths are in m.
 
     >>> road(length=60.0, width=8.0).plates[0].normal.tolist()
     [0.0, 0.0, 1.0]
@@ -52,7 +52,7 @@ def building(
 ) -> Actor:
     """A box with four walls and a roof, its middle at (x, y) (m), its length along ``heading``.
 
-    ``num_windows`` panes of glass stand 1 cm before each of the two long walls.
+    ``num_windows`` panes of glass stand 1 cm before each of the two walls along the length.
     """
     if not (length > 0 and width > 0 and height > 0):
         raise InputError(f"building '{name}' needs a positive length, width and height")
@@ -103,7 +103,7 @@ def _upright(
     material: str,
     part: str,
 ) -> Plate:
-    """A vertical plate above ``foot`` whose normal is ``along`` × up."""
+    """A vertical plate above ``foot``, from ``low`` to ``high``, with the normal ``along`` × up."""
     px, py, _ = (float(v) for v in foot)
     ax, ay, _ = (float(v) for v in breadth * along)
     return Plate(
@@ -116,7 +116,7 @@ def _upright(
 
 
 def tree(name: str, *, x: float, y: float, height: float, crown_radius: float) -> Actor:
-    """A tree at (x, y) (m): a wooden trunk below a round crown of leaves."""
+    """A tree at (x, y) (m): a wooden trunk below an ellipsoidal crown of leaves."""
     if not 0 < 2 * crown_radius < height:
         raise InputError(
             f"tree '{name}' needs a crown that is less wide ({2 * crown_radius:g} m) than the "
@@ -127,7 +127,7 @@ def tree(name: str, *, x: float, y: float, height: float, crown_radius: float) -
 
 @cache
 def tree_mesh(height: float, crown_radius: float) -> Mesh:
-    """Trunk and crown (m) with their foot at the origin; equal calls share one `Mesh`."""
+    """Tree with its foot at the origin, m, of chosen proportions; equal calls share one `Mesh`."""
     builder = SurfaceBuilder()
     fine = Fineness(max_edge=LEAF_EDGE)
     crown_height = min(2.6 * crown_radius, 0.75 * height)
@@ -152,7 +152,7 @@ def _turned(
     part: str,
     material: str,
 ) -> None:
-    """Add a closed body of revolution about z; ``profile`` is (radius, z) from bottom to top."""
+    """Add a closed body of revolution about z; ``profile`` is (radius, z), m, from bottom up."""
     before = None
     for radius, z in profile:
         if radius < 1e-9:

@@ -1,7 +1,7 @@
 """Waveforms: what a radar transmits. A study file chooses a family by its ``kind``.
 
-`base` holds the interface, `sawtooth` and `triangular` the families, `coding` the codes of several
-transmitting elements, `design` sweep time and bandwidth, and `playing` samples for a radio.
+`base` has the interface, `sawtooth` and `triangular` the families, `coding` the codes of several
+transmitting elements, `design` equations for sweep time and bandwidth, `playing` a radio's samples.
 """
 
 from typing import Annotated

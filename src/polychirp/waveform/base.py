@@ -20,7 +20,7 @@ class Waveform(Protocol):
         Raises
         ------
         InputError
-            Fewer than one sweep is asked for.
+            ``num_sweeps`` is less than one.
         """
 
 
@@ -31,21 +31,21 @@ def need_sweeps(num_sweeps: int) -> None:
 
 
 def need_positive(owner: str, **values: float) -> None:
-    """Refuse values that are not positive; the message contains the name."""
+    """Refuse values that are not positive; the message names ``owner`` and the value."""
     for name, value in values.items():
         if not value > 0:
             raise InputError(f"{owner} needs a positive {name}, not {value:g}")
 
 
 def need_not_negative(owner: str, **values: float) -> None:
-    """Refuse negative values; the message contains the name."""
+    """Refuse negative values; the message names ``owner`` and the value."""
     for name, value in values.items():
         if not value >= 0:
             raise InputError(f"{owner} cannot have a negative {name}; use 0 or more")
 
 
 def need_limits(owner: str, **limits: tuple[float, float]) -> None:
-    """Refuse limits that are inverted or not positive; the message contains the name."""
+    """Refuse limits that are inverted or not positive; the message names ``owner`` and them."""
     for name, (lowest, highest) in limits.items():
         if not lowest > 0:
             raise InputError(f"{owner} needs a positive lower limit of {name}, not {lowest:g}")

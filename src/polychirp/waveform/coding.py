@@ -1,7 +1,7 @@
 r"""Codes by which several transmitting elements share a radar's ramps (MIMO), sweep by sweep.
 
-All ramps of a sweep have the same weights, so that the up- and the down-ramp of a triangle come
-from the same elements. A weight of magnitude 1 is full power: each element has its own amplifier,
+All ramps of a sweep have the same weights, so that the same elements send the up- and the down-ramp
+of a triangle. A weight of magnitude 1 is full power: each element has its own amplifier,
 and elements that transmit together do not share it.
 
 A beat carries the conjugate of the weight, since the mixer gives
@@ -21,21 +21,21 @@ from polychirp.spec import ByKind, Spec
 
 @runtime_checkable
 class Coding(Protocol):
-    """A rule that gives every element a weight on every sweep."""
+    """A rule that gives every transmitting element a weight on every sweep."""
 
     def weights(self, sweep: IntArray, *, num_elements: int) -> ComplexArray:
-        """Weights ``(len(sweep), element)`` on the sweeps with these numbers.
+        """Weights ``(len(sweep), element)`` on the sweeps with the numbers ``sweep``.
 
         Raises
         ------
         InputError
-            The rule cannot separate so many elements.
+            A receiver could not separate so many elements.
         """
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TimeDivision(Spec):
-    """Elements take turns, sweep by sweep; one sends while the others are silent.
+    """One element sends on each sweep, and the elements take turns from sweep to sweep.
 
     >>> TimeDivision().weights(np.arange(3), num_elements=2).real
     array([[1., 0.],
@@ -52,16 +52,16 @@ class TimeDivision(Spec):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DopplerDivision(Spec):
-    r"""All elements send; the phase of element l turns by l/N of a cycle from sweep to sweep.
+    r"""All elements send; the phase of element l advances by l/N cycles from sweep to sweep.
 
     .. math:: w_{kl} = e^{j2\pi k l / N}
 
-    Its echoes thus appear l/N of the Doppler band lower (in the beat) than those of element 0.
+    Beats of echoes of element l are lower than those of element 0 by l/N of the Doppler band.
 
     Parameters
     ----------
-    num_bands : N, parts of the Doppler band; not given, as many as elements. Parts left empty
-        tell a receiver which part holds element 0
+    num_bands : N, number of parts of the Doppler band, by default that of the elements. Parts that
+        remain empty tell a receiver which part belongs to element 0
 
     Examples
     --------
@@ -91,7 +91,7 @@ class PhaseCoded(Spec):
 
     .. math:: w_{kl} = (-1)^{\text{number of ones in } (k \bmod N) \wedge l}
 
-    Sylvester's matrix, of the least power of two N that is not below the number of elements.
+    This is Sylvester's matrix of N rows, the least power of two not below the number of elements.
 
     >>> PhaseCoded().weights(np.arange(4), num_elements=3).real.astype(int)
     array([[ 1,  1,  1],
@@ -113,7 +113,7 @@ AnyCoding = Annotated[TimeDivision | DopplerDivision | PhaseCoded, ByKind()]
 
 
 def coded(schedule: RampSchedule, coding: Coding, *, num_elements: int) -> RampSchedule:
-    """The schedule, played by ``num_elements`` transmitting elements as ``coding`` says.
+    """The schedule, sent by ``num_elements`` transmitting elements with the weights of ``coding``.
 
     Examples
     --------

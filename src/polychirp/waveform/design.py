@@ -6,13 +6,13 @@ from polychirp.waveform.base import need_positive
 
 
 def sweep_time(*, slope_factor: float, greatest_range: Metres) -> Seconds:
-    r"""Time of one ramp that lasts ``slope_factor`` round trips to ``greatest_range``, s.
+    r"""Duration, s, of a ramp of ``slope_factor`` times the round trip to ``greatest_range``.
 
     .. math:: T = \alpha\,\frac{2 R_{max}}{c}
 
-    Equation (7) of the paper. With its :math:`\alpha` of 5 to 6 and its 30 m this is 1.0 to
+    Equation (7) of the paper. With the paper's :math:`\alpha` of 5 to 6 and its 30 m this is 1.0 to
     1.2 **µs**, while its table 2 lists 1 to 2 **ms**, which needs :math:`\alpha` of 5 000 to
-    10 000. The defaults of the waveform families are those of table 2, because only its
+    10 000. The defaults of the waveform families are those of table 2, because only ramps of
     milliseconds resolve the speeds of the paper.
 
     Examples

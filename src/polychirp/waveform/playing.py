@@ -1,4 +1,4 @@
-r"""Samples of a `RampSchedule`, for the converters of a radio."""
+r"""Samples of a `RampSchedule`, for the converter of a transmitting radio."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from polychirp.model.baseband import Baseband
 from polychirp.model.ramp import RampSchedule
 
 MOST_SAMPLES = 200_000_000
-"""Greatest number of samples of one signal; a larger one is taken for a wrong rate or duration."""
+"""Greatest number of samples of one signal; more are taken for a mistake in rate or duration."""
 
 
 def band_edges(schedule: RampSchedule) -> tuple[float, float]:
@@ -23,13 +23,13 @@ def played(
 
     .. math:: s(t) = e^{j2\pi(\varphi(t) - f_c t)}
 
-    with φ of `RampSchedule`; s is zero between ramps. The default carrier is the middle of the
-    band. A sample at the instant at which a ramp ends is zero.
+    with φ of `RampSchedule` and the carrier :math:`f_c`, by default the middle of the band. Between
+    ramps s is zero. A ramp does not include the instant of its end.
 
     Raises
     ------
     InputError
-        The band does not fit into ± half the sample rate about the carrier.
+        The band exceeds ± half the sample rate about the carrier, or there are too many samples.
 
     Examples
     --------
@@ -64,7 +64,7 @@ def _add(
     out: np.ndarray, schedule: RampSchedule, ramp: int, begin: float, rate: float, centre: float
 ) -> None:
     start = float(schedule.start_time[ramp])
-    # differences below a thousandth of a sample are rounding errors
+    # differences below a thousandth of a sample (chosen) are taken as rounding errors
     first, last = (
         int(np.ceil((moment - begin) * rate - 1e-3))
         for moment in (start, float(schedule.end_time[ramp]))

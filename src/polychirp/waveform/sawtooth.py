@@ -1,4 +1,4 @@
-"""`Sawtooth`: equal ramps of one direction."""
+"""`Sawtooth`: equal ramps, all up or all down."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -14,7 +14,7 @@ from polychirp.waveform.base import need_not_negative, need_positive, need_sweep
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sawtooth(Spec):
-    """Conventional FMCW with one ramp per sweep, every ramp the same.
+    """Conventional FMCW with one ramp per sweep; all ramps are equal.
 
     Parameters
     ----------
@@ -22,7 +22,7 @@ class Sawtooth(Spec):
     bandwidth : Hz
     ramp_duration : s
     idle : s, silence between the end of a ramp and the start of the next
-    direction : direction of the frequency on a ramp, rising or falling
+    direction : whether the frequency rises or falls on a ramp
 
     Raises
     ------

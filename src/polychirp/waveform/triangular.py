@@ -1,6 +1,6 @@
-"""Triangular waveforms, with given slopes (`Triangular`) and with random ones.
+"""Triangular waveforms, with given slopes (`Triangular`) and with random slopes.
 
-`DiverseTriangular` draws slopes at every sweep, and `FixedTriangular` once per radar.
+`DiverseTriangular` draws a slope for every sweep, and `FixedTriangular` one per radar.
 """
 
 from dataclasses import dataclass
@@ -26,18 +26,18 @@ def triangles(
     is_up_first: BoolArray,
     idle: float,
 ) -> RampSchedule:
-    r"""Schedule of triangles, each an up- and a down-ramp of equal time.
+    r"""Schedule of triangles, each an up- and a down-ramp of equal duration.
 
     .. math:: \beta = \pm\frac{B}{T}
 
-    Equation (6) of the paper, with T the time of **one ramp**: a triangle lasts 2T.
+    Equation (6) of the paper, with T the duration of **one ramp**: a triangle lasts 2T.
 
     Parameters
     ----------
     start_frequency : Hz, ``(sweep,)``, lowest frequency of each triangle
     bandwidth : Hz, ``(sweep,)``
     ramp_duration : s, ``(sweep,)``
-    is_up_first : ``(sweep,)``
+    is_up_first : ``(sweep,)``, true if the up-ramp comes first
     idle : s, silence after every triangle
 
     Examples
@@ -69,9 +69,9 @@ def triangles(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Triangular(Spec):
-    """Conventional triangular FMCW: all triangles are equal, for every radar.
+    """Conventional triangular FMCW: all triangles of all radars are equal.
 
-    The defaults are the middle of the paper's table 2.
+    The defaults are the middle values of the paper's table 2.
 
     Parameters
     ----------
@@ -125,15 +125,15 @@ class Triangular(Spec):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DiverseTriangular(Spec):
-    """The paper's proposal: ramp time and bandwidth are drawn again at every triangle.
+    """The paper's proposal: ramp duration and bandwidth are drawn anew for every triangle.
 
-    Every quantity is uniform between its limits and has a random stream of its own, so that a
-    change of one limit does not change the draws of the others. The defaults are table 2.
+    Every quantity is uniformly distributed between its limits, and has its own random stream, so
+    that a change of one limit does not change other draws. The defaults are those of table 2.
 
     Parameters
     ----------
     start_frequency : Hz, lowest frequency a triangle can reach
-    start_frequency_spread : Hz, greatest random increase of a triangle's start frequency
+    start_frequency_spread : Hz, greatest random increase of a triangle's lowest frequency
     bandwidth, ramp_duration : Hz and s, lower and upper limit of the draws
     idle : s, silence between triangles
     random_order : if true, the first ramp of every triangle is up or down at random; else it is up
@@ -185,10 +185,10 @@ class DiverseTriangular(Spec):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FixedTriangular(Spec):
-    """One draw of ramp time and bandwidth per radar, the same at every triangle.
+    """One draw of ramp duration and bandwidth per radar, the same for every triangle.
 
     It is the fair comparison for `DiverseTriangular`: radars differ from each other, but no radar
-    changes from sweep to sweep. The limits have the same meaning.
+    changes from sweep to sweep. Draws are uniformly distributed between their limits.
 
     Parameters
     ----------

@@ -1,20 +1,20 @@
 r"""Paths over many small scatterers of random phase, for rough surfaces and for leaves.
 
-A scatterer p of mean cross section :math:`\sigma_p(t, x) = g_p(t)\,g_p(x)` between radars t and x
-makes the path
+A scatterer p of mean cross section :math:`\sigma_p(t, x) = g_p(t)\,g_p(x)` between radars t and x,
+at the distances :math:`r_t` and :math:`r_x` from them, makes a path of the amplitude
 
 .. math:: A = \frac{\lambda}{(4\pi)^{3/2}}\,\frac{\sqrt{g_p(t)}\,\sqrt{g_p(x)}}{r_t r_x}\,S_p
 
-(the radar equation), with a symmetric matrix S of fixed random phases,
+(the radar equation), with a symmetric matrix S of constant random phases φ,
 
 .. math:: S = \begin{pmatrix}
     \sqrt{1-\chi}\,e^{j\varphi_1} & \sqrt\chi\,e^{j\varphi_3} \\
     \sqrt\chi\,e^{j\varphi_3} & \sqrt{1-\chi}\,e^{j\varphi_2} \end{pmatrix}
 
-in (V, H) of `frames.polarisation_basis` at either end. χ is the share of the power that is
-scattered cross-polarised; both columns have power 1, so σ counts both received polarisations; and
-S is symmetric, so that paths are reciprocal. Close to the vertical above or below a scatterer the
-(V, H) basis turns quickly with the direction, and the phases with it.
+in (V, H) of `frames.polarisation_basis` at either end. χ is the cross-polarised share of the
+scattered power. Both columns have the power 1, so that σ is the sum over both received
+polarisations; S is symmetric, so that paths are reciprocal. In directions close to the vertical,
+the (V, H) basis turns quickly with the direction, and the phases with the basis.
 """
 
 from collections.abc import Sequence
@@ -32,14 +32,14 @@ from polychirp.channel.scene.world import World
 from polychirp.model.paths import Bounce, PropagationPaths
 
 MAX_POINTS_PER_PAIR: Final = 2000
-"""Greatest number of points that are tried for a pair of radars, the strongest first. Chosen."""
+"""Greatest number of points tried for a pair of radars; the strongest are taken. Chosen."""
 
 
 class Scatterers(NamedTuple):
-    """Points of one world, ``(point, …)``.
+    """Scattering points of one world.
 
-    ``position`` m ``(point, xyz)``, ``actor``, ``matrix`` S ``(point, 2, 2)``, and ``reach`` √m
-    ``(radar, point)``: √g towards every radar, 0 if the point certainly cannot be seen from there.
+    ``position`` m ``(point, xyz)``; ``actor`` number ``(point,)``; ``matrix`` S ``(point, 2, 2)``;
+    ``reach`` √m ``(radar, point)``: √g towards every radar, 0 if the point is certainly hidden.
     """
 
     position: FloatArray
@@ -66,7 +66,7 @@ def joined(parts: Sequence[Scatterers], num_radars: int) -> Scatterers:
 
 
 def random_matrices(rng: np.random.Generator, size: int, cross_share: float) -> ComplexArray:
-    """Matrices S ``(point, 2, 2)`` with a share ``cross_share`` (χ, 0…1) of cross-polarised power.
+    """Random matrices S ``(point, 2, 2)``; ``cross_share`` is χ, 0 to 1.
 
     >>> s = random_matrices(np.random.default_rng(0), 5, 0.1)
     >>> np.sum(np.abs(s[0]) ** 2, axis=0), float(np.abs(s[0, 0, 1]) ** 2)
@@ -82,9 +82,9 @@ def random_matrices(rng: np.random.Generator, size: int, cross_share: float) -> 
 def scattered_paths(world: World, pairs: IntArray, points: Scatterers) -> PropagationPaths:
     """Paths of ``pairs`` ``(pair, 2)`` over the strongest points, `MAX_POINTS_PER_PAIR` at most.
 
-    Of those, only points within the dynamic range of the strongest visible one are tested for
-    shadow and kept. The power that decides includes the elements' gains, and no losses in sheets
-    and leaves.
+    Of these points, those are kept that are visible and within the world's dynamic range of the
+    strongest visible one. Their powers include the gains of both radars' elements, but no losses
+    in sheets and leaves.
     """
     seen = _power_factors(world, points)
     group, number = [], []
@@ -110,7 +110,7 @@ def scattered_paths(world: World, pairs: IntArray, points: Scatterers) -> Propag
 
 
 def _power_factors(world: World, points: Scatterers) -> FloatArray:
-    """g/r² times the element's gain, ``(radar, point)``: factors of a path's power."""
+    """g/r² times the gain of the radar's element, 1/m ``(radar, point)``: factors of path power."""
     scene, seen = world.scene, np.zeros(points.reach.shape)
     for row, radar in enumerate(scene.radars):
         some = np.flatnonzero(points.reach[row])
@@ -121,7 +121,7 @@ def _power_factors(world: World, points: Scatterers) -> FloatArray:
 
 
 class _Visibility:
-    """Visibility of points from radars; every pair of them is tested once."""
+    """Visibility of points from radars; every pair of a radar and a point is tested once."""
 
     def __init__(self, world: World, position: FloatArray) -> None:
         self.world, self.position = world, position
@@ -129,7 +129,7 @@ class _Visibility:
         self.is_known, self.is_visible = np.zeros(shape, np.bool_), np.zeros(shape, np.bool_)
 
     def __call__(self, radar: IntArray, point: IntArray) -> BoolArray:
-        """Mask of the points that their radars see, ``(ray,)``."""
+        """Mask ``(ray,)``: true if the ray's point is visible from the ray's radar."""
         wanted = np.zeros(self.is_known.shape, dtype=np.bool_)
         wanted[radar, point] = True
         rows, columns = np.nonzero(wanted & ~self.is_known)
@@ -158,7 +158,8 @@ def _paths(world: World, pair: IntArray, number: IntArray, points: Scatterers) -
 def _losses(world: World, radar: IntArray, number: IntArray, position: FloatArray) -> ComplexArray:
     """Transmission through thin sheets and leaves on the ways to points, ``(end, path, 2, 2)``.
 
-    ``radar`` is ``(end, path)``, ``number`` of the point ``(path,)``; every way is computed once.
+    ``radar`` ``(end, path)`` are the radars at transmitting and receiving end, ``number``
+    ``(path,)`` the points; the way from a radar to a point is computed once.
     """
     ways, which = np.unique(radar * len(position) + number, return_inverse=True)
     start, end = np.divmod(ways, len(position))

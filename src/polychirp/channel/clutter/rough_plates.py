@@ -1,30 +1,31 @@
 r"""Diffuse echoes of rough plates, road and walls, by Lambert's law, with energy conserved.
 
-Roughness removes the share :math:`1-\rho^2` of a mirror's power. That share of the smooth
-surface's reflection is scattered,
+Of the power that a smooth surface with Fresnel's coefficients Γ reflects, roughness of the rms
+height :math:`\sigma_h` scatters the share :math:`1-\rho^2`. The scattered share of the power that
+is incident at the angle θ is
 
 .. math:: R_d(\theta) = \frac{|\Gamma_s|^2 + |\Gamma_p|^2}{2}\,(1 - \rho^2),\qquad
     \rho = e^{-2(k\sigma_h\cos\theta)^2}
 
-as by a Lambert surface, whose cross section per area is
+with the wavenumber k. It scatters as a Lambert surface, whose cross section per area is
 
 .. math:: \sigma^0 = 4 R_d(\theta_i)\cos\theta_i\cos\theta_s, \qquad
     \int \sigma^0\,\frac{d\Omega_s}{4\pi\cos\theta_i} = R_d(\theta_i)
 
 over the hemisphere (σ⁰ as defined by Ruck et al. 1970; the integral of :math:`\cos\theta_s/\pi` is
-1). :math:`R_d` of the angle of incidence alone is not reciprocal, so the geometric mean of both
-directions replaces it:
+1). With :math:`R_d` at the angle of incidence alone, σ⁰ is not reciprocal. So the geometric mean of
+both directions replaces it:
 :math:`\sigma^0 = 4\sqrt{R_d(\theta_i)R_d(\theta_s)}\cos\theta_i\cos\theta_s`.
-Over all angles of incidence together that is never more power than the law gives (Cauchy–Schwarz).
+Over all angles of incidence together, this is never more power than before (Cauchy–Schwarz).
 
-One point represents every cell of a grid on the plate. It has a random place in the cell and
-random phases, fixed in the plate's frame: speckle moves as the radars move, and its mean power is
+Each cell of a grid on the plate is represented by one point. It has a random place in the cell and
+random phases, fixed in the plate's frame: speckle changes as the radars move, and its mean power is
 the integral of σ⁰.
 
-Limits: Lambert's law is an assumption, for lack of bistatic measurements at 79 GHz; towards
-grazing, a real road scatters back more than :math:`\cos^2\theta`. σ⁰ is evaluated at the point:
-within about a cell of the radar the angles vary over the cell, and one point does not represent
-it well. Depolarisation is an assumption.
+Limits: Lambert's law is an assumption, for lack of bistatic measurements at 79 GHz; near grazing
+incidence, a real road scatters back more than :math:`\cos^2\theta`. σ⁰ is evaluated at the point:
+in cells that are less than about a cell away from the radar, the angles vary too much for that. The
+share of cross-polarised power is an assumption.
 """
 
 from dataclasses import replace
@@ -48,10 +49,10 @@ from polychirp.model.paths import PropagationPaths
 from polychirp.rng import Streams
 
 CELL_SIZE: Final = 1.0
-"""Greatest edge of a cell that one point represents, m. Chosen."""
+"""Greatest edge of a cell, m; each cell is represented by one point. Chosen."""
 
 CROSS_POLARISED_SHARE: Final = 0.1
-"""χ, share of the scattered power that is cross-polarised. ASSUMPTION: −10 dB."""
+"""χ, cross-polarised share of the scattered power. An assumption: −10 dB."""
 
 
 def diffuse_paths(world: World, pairs: IntArray, *, seed: int) -> PropagationPaths:
@@ -59,8 +60,8 @@ def diffuse_paths(world: World, pairs: IntArray, *, seed: int) -> PropagationPat
 
     .. math:: |A|^2 = \frac{\sigma^0 a\,\lambda^2}{(4\pi)^3 r_1^2 r_2^2}
 
-    with the cell's area a. The same seed gives the same points and phases in every snapshot; they
-    depend on the actor's name and the plate's part and size, not on other actors.
+    with the area a of a cell, and r₁, r₂ from its point to the radars. Points and phases depend on
+    the seed, the actor's name and the plate's part, number and size, but not on the snapshot.
 
     >>> from polychirp.channel.tracers.composite import Composite
     >>> from polychirp.model.scene import Scene
@@ -75,7 +76,7 @@ def diffuse_paths(world: World, pairs: IntArray, *, seed: int) -> PropagationPat
 
 
 def diffuse_share(material: Material, cosine: ArrayLike, frequency: float) -> FloatArray:
-    """R_d, share of the incident power that a rough surface scatters diffusely.
+    """Share R_d of the incident power, at a cosine of θ, that a rough surface scatters diffusely.
 
     >>> rough = Material(conductivity=np.inf, roughness=1.0)
     >>> float(diffuse_share(rough, 0.5, 79e9))
@@ -89,7 +90,7 @@ def diffuse_share(material: Material, cosine: ArrayLike, frequency: float) -> Fl
 def lambert(
     material: Material, incident: ArrayLike, scattered: ArrayLike, frequency: float
 ) -> FloatArray:
-    """σ⁰, reciprocal, from the cosines of incidence and of scattering."""
+    """Reciprocal σ⁰ from the cosines of the angles of incidence and of scattering."""
     share = diffuse_share(material, incident, frequency) * diffuse_share(
         material, scattered, frequency
     )
@@ -97,7 +98,7 @@ def lambert(
 
 
 class _Cells(NamedTuple):
-    """Points of a plate in its axes, m ``(point,)``, their matrices, and the cells' area, m²."""
+    """Points along a plate's axes, m ``(point,)``, their matrices S, and a cell's area, m²."""
 
     across: FloatArray
     along: FloatArray
@@ -123,7 +124,7 @@ def _cells(
 
 
 def _rough(world: World) -> list[int]:
-    """Numbers of the plates that scatter and have a radar in front."""
+    """Numbers of the plates that are rough and have a radar in front."""
     plates = world.plates
     rough = np.array([world.table[name].roughness > 0 for name in world.materials], dtype=np.bool_)
     height = world.scene.radar_position @ plates.normal.T
@@ -159,6 +160,6 @@ def _on_plate(world: World, plate: int, seed: int) -> Scatterers:
         position=position,
         actor=np.full(len(position), plates.actor[plate]),
         matrix=cells.matrix,
-        # the cross section between a radar and itself is g²
+        # between a radar and itself, σ is g², the fourth power of √g
         reach=(lambert(material, cosine, cosine, world.frequency) * cells.area) ** 0.25,
     )

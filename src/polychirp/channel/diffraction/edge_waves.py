@@ -29,31 +29,30 @@ from polychirp.channel.scene.world import RADAR_CLEARANCE
 from polychirp.jit import compiled, inlined, inner
 
 EXCESS_CELL_LENGTH = 0.02
-"""m of excess path length: width of the smooth cells into which edge waves are summed (chosen)."""
+"""Width of the smooth cells of excess path length in which edge waves are summed, m. Chosen."""
 
 FIELD, MEAN_EXCESS, OUTWARD, RETURN, NUM_MOMENTS = 0, 1, 2, 5, 8
-"""Columns of `EdgeWaves.moments`: field, and the field times the excess and times the directions
-from the transmitter (3) and from the receiver (3)."""
+"""Columns of `EdgeWaves.moments`: sums of the waves' fields, and of the fields times the excess and
+times the directions from the transmitter (3 columns) and from the receiver (3)."""
 
 WEIGHT, PLACE, RATE, SQUARED_RATE, NUM_SPREADS = 0, 1, 4, 5, 6
-"""Columns of `EdgeWaves.spreads`: magnitude of the field, and that times the edge point (3), the
-rate of the path length and its square."""
+"""Columns of `EdgeWaves.spreads`: sums of the fields' magnitudes, and of the magnitudes times the
+edge point (3 columns), times the rate of the path length and times the square of the rate."""
 
 TOUCHING_PHASE = 1e-5
-"""rad: blocked intervals less far apart in phase are one, and one that begins less far from the
-line of sight begins on it (chosen, above the rounding of lengths)."""
-
+"""Greatest gap between blocked intervals that count as one, rad of phase. An interval with a gap of
+at most this to the line of sight begins on it. Chosen: above the rounding of lengths."""
 
 NO_PARTNER = -1
-"""Number of no edge."""
+"""Number in place of an edge's partner if the edge has none."""
 
 
 class LinkFrame(NamedTuple):
     """A transmitter at the origin and a receiver ``length`` m away along the first axis.
 
-    ``farthest`` m is the excess up to which edges are sought; ``wavenumber`` 1/m. ``from_sender``
+    ``farthest`` m is the excess up to which edges are sought; ``wavenumber`` rad/m. ``from_sender``
     and ``from_receiver`` m/s ``(actor, xyz)`` are the velocities of the actors in the way, relative
-    to either radar.
+    to the transmitter and to the receiver.
     """
 
     length: float
@@ -72,7 +71,7 @@ def _smooth(x: float) -> float:
 
 @inner
 def _weight(depth: float, height: float, excess: float, length: float, farthest: float) -> float:
-    """½(1 + cos θ) of an edge's wave, times smooth cut-offs at both ends and at ``farthest``."""
+    """½(1 + cos θ) of an edge's wave, times smooth cut-offs near both radars and ``farthest``."""
     beyond, square = length - depth, height * height
     legs = math.sqrt((depth * depth + square) * (beyond * beyond + square))
     oblique = 0.5 * (1.0 + (depth * beyond - square) / legs)
@@ -130,7 +129,7 @@ def _point_between(a: Vector, b: Vector, t: float) -> Vector:
 def _add_chord(
     waves: EdgeWaves, slot: int, ends: tuple[Vector, Vector], sign: float, link: LinkFrame
 ) -> None:
-    """Add a straight piece of edge, in parts over which the phase is nearly linear."""
+    """Add a straight piece of edge, in at most 32 parts of about 2 rad of phase each."""
     p, q = ends
     before = excess_of(p[0], height_of(p), link.length)
     last = excess_of(q[0], height_of(q), link.length)
@@ -168,7 +167,7 @@ def _phasor(phase: float) -> complex:
 def _add_half(
     waves: EdgeWaves, slot: int, edge: FloatArray, azimuth: int, sign: float, link: LinkFrame
 ) -> None:
-    """Add an edge that ends at this half-plane: half a step of azimuth."""
+    """Add half a step of azimuth for an edge that begins or ends at this half-plane."""
     excess = edge[EXCESS]
     if excess >= link.farthest:
         return
@@ -229,7 +228,7 @@ def _add_edges(
                 _add_chord(waves, slot, (_point(edge, i), _point(other, j)), sign, link)
             elif side == FAR_SIDE or edge[EXCESS] > touch:
                 _add_half(waves, slot, edge, i, sign, link)
-        # edges that begin at half-plane j
+        # the edges that begin at half-plane j are those that continue none of half-plane i
         for b in range(blocked.filled[j]):
             edge = blocked.edge[j, b, side]
             is_edge = side == FAR_SIDE or edge[EXCESS] > touch
@@ -246,9 +245,9 @@ def _add_axis(
     is_clear: bool,
     link: LinkFrame,
 ) -> None:
-    """Add the correction of half-planes in which the line of sight is not as ``is_clear`` says.
+    """Add a correction for half-planes where the line of sight is not as ``is_clear`` says.
 
-    If an edge lies on the line of sight, half of the half-planes are blocked from there on.
+    If an edge is on the line of sight, half of all half-planes are blocked from the line outwards.
     """
     depth, slot, count = 0.0, 0, 0
     for i in range(NUM_AZIMUTHS):
@@ -269,8 +268,8 @@ def edge_waves(obstacles: Obstacles, slots: IntArray, is_clear: bool, link: Link
 
     Parameters
     ----------
-    slots : row of the result that each obstacle adds to, bodies first, ``(obstacle,)``
-    is_clear : True if the line of sight is free and its field is added elsewhere
+    slots : row of the result to which each obstacle adds, bodies first, ``(obstacle,)``
+    is_clear : True if the line of sight is free; its own field is not a part of the result
     """
     touch = TOUCHING_PHASE / link.wavenumber
     num_cells = int(link.farthest / EXCESS_CELL_LENGTH) + 2

@@ -1,7 +1,8 @@
 """Blocked intervals of excess path length in half-planes about a line of sight.
 
-A half-plane ends at the line of sight. A point of it has a depth z along the line of sight and a
-height ρ above it; its excess is r₁ + r₂ − d, the detour over it. Intervals that overlap are united.
+Each half-plane ends at the line of sight of two radars, which are d apart. A point in it has a
+depth z along the line of sight from the transmitter, a height ρ over the line, and distances r₁ and
+r₂ from the radars. Its excess is the detour r₁ + r₂ − d. Intervals that overlap are united.
 """
 
 from __future__ import annotations
@@ -16,23 +17,23 @@ from polychirp.channel.geometry.vectors import Vector
 from polychirp.jit import inlined, inner
 
 NUM_AZIMUTHS = 360
-"""Half-planes about a line of sight (chosen); straight edges between two of them are exact."""
+"""Number of half-planes about a line of sight. Chosen; between them, straight edges are exact."""
 
 MAX_INTERVALS = 48
-"""Separate blocked intervals kept in a half-plane (chosen); of more, the closest two are fused."""
+"""Greatest number of blocked intervals in a half-plane. Chosen; of more, the closest two unite."""
 
 NOT_BLOCKED = -1.0
-"""m: result of a search for a blocked interval that found none; less than every excess."""
+"""Result, m, of a search for a blocked interval that found none; less than every excess."""
 
 EXCESS, DEPTH, HEIGHT = 0, 1, 2
 """Columns of `Blocked.edge`."""
 
 NEAR_SIDE, FAR_SIDE = 0, 1
-"""Sides of a blocked interval: at the least and at the greatest excess."""
+"""Sides of a blocked interval: its least and its greatest excess."""
 
 
 class EdgePoint(NamedTuple):
-    """A point of a half-plane where something begins or ceases to block, m."""
+    """A point of a half-plane where an obstacle begins or ceases to block, m."""
 
     excess: float
     depth: float
@@ -42,9 +43,9 @@ class EdgePoint(NamedTuple):
 class Blocked(NamedTuple):
     """Blocked intervals of excess in every half-plane, in rising order.
 
-    ``filled`` ``(azimuth,)`` is their number; ``edge`` ``(azimuth, interval, side, 3)`` excess,
-    depth and height of the near and the far side, m; ``owner`` ``(azimuth, interval, side)`` the
-    number of the obstacle.
+    ``filled`` ``(azimuth,)`` is their number; ``edge`` ``(azimuth, interval, side, 3)`` are excess,
+    depth and height of the near and the far side, m; ``owner`` ``(azimuth, interval, side)`` is the
+    number of the obstacle at that side.
     """
 
     filled: IntArray
@@ -54,7 +55,7 @@ class Blocked(NamedTuple):
 
 @inlined
 def excess_of(depth: float, height: float, length: float) -> float:
-    """Excess of a point of a half-plane about a line of sight of ``length``, m."""
+    """Excess, m, of a point of a half-plane about a line of sight of ``length`` (m)."""
     beyond = length - depth
     near = math.sqrt(depth * depth + height * height)
     return near + math.sqrt(beyond * beyond + height * height) - length
@@ -89,7 +90,7 @@ def _remove(blocked: Blocked, azimuth: int, place: int) -> None:
 
 @inner
 def _fuse_closest(blocked: Blocked, azimuth: int) -> None:
-    """Close the narrowest gap between two intervals."""
+    """Unite the two intervals with the narrowest gap between them."""
     edge, best, least = blocked.edge, 0, np.inf
     for i in range(blocked.filled[azimuth] - 1):
         gap = edge[azimuth, i + 1, NEAR_SIDE, EXCESS] - edge[azimuth, i, FAR_SIDE, EXCESS]
@@ -103,7 +104,7 @@ def _fuse_closest(blocked: Blocked, azimuth: int) -> None:
 def _write_side(
     blocked: Blocked, azimuth: int, place: int, side: int, point: EdgePoint, owner: int
 ) -> None:
-    # by whole indices: a view of a row costs an atomic count of its owners
+    # element by element, because a view of a row would count references atomically
     blocked.edge[azimuth, place, side, EXCESS] = point.excess
     blocked.edge[azimuth, place, side, DEPTH] = point.depth
     blocked.edge[azimuth, place, side, HEIGHT] = point.height
@@ -116,7 +117,7 @@ def block(
 ) -> None:
     """Add an interval of excess to those of a half-plane, and unite it with those it overlaps.
 
-    ``touch`` m: intervals with a smaller gap between them overlap.
+    Intervals also count as overlapping if the gap between them is at most ``touch`` (m).
     """
     edge = blocked.edge
     count = blocked.filled[azimuth]
@@ -124,7 +125,7 @@ def block(
     while place < count and edge[azimuth, place, FAR_SIDE, EXCESS] < near.excess - touch:
         place += 1
     if place < count and edge[azimuth, place, NEAR_SIDE, EXCESS] <= far.excess + touch:
-        # widen the interval at hand, and unite it with those behind that it now reaches
+        # widen the interval, and unite it with the later ones that it now reaches
         if near.excess < edge[azimuth, place, NEAR_SIDE, EXCESS]:
             _write_side(blocked, azimuth, place, NEAR_SIDE, near, owner)
         if far.excess > edge[azimuth, place, FAR_SIDE, EXCESS]:
@@ -150,7 +151,7 @@ def block(
 
 @inlined
 def reach_from_axis(blocked: Blocked, azimuth: int, touch: float) -> float:
-    """Excess (m) up to which all is blocked from the line of sight on, or `NOT_BLOCKED`."""
+    """Excess (m) up to which all is blocked from the line of sight outwards, or `NOT_BLOCKED`."""
     if blocked.filled[azimuth] == 0 or blocked.edge[azimuth, 0, NEAR_SIDE, EXCESS] > touch:
         return NOT_BLOCKED
     return float(blocked.edge[azimuth, 0, FAR_SIDE, EXCESS])
@@ -169,10 +170,10 @@ def reach_from(blocked: Blocked, azimuth: int, excess: float) -> float:
 
 @inlined
 def half_plane_near(p: Vector) -> int:
-    """The half-plane of a point, or one beside it: quicker than an arctangent."""
+    """Number of the half-plane at a point, or of one beside it: quicker than an arctangent."""
     y, z = abs(p[1]), abs(p[2])
     ratio = min(y, z) / max(y, z, 1e-12)
-    angle = ratio * (0.9724 - 0.1919 * ratio * ratio)  # wrong by 0.005 rad at most
+    angle = ratio * (0.9724 - 0.1919 * ratio * ratio)  # arctangent, wrong by 0.005 rad at most
     angle = 0.5 * math.pi - angle if z > y else angle
     angle = math.pi - angle if p[1] < 0.0 else angle
     number = int(angle * (NUM_AZIMUTHS / (2 * math.pi)))

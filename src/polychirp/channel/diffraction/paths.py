@@ -1,20 +1,23 @@
 r"""Diffraction of direct paths at the silhouettes of obstacles in or near the line of sight.
 
-A radar at S illuminates another at distance d past obstacles. Kirchhoff's integral over the free
-aperture between them is the sum of the geometric wave, if nothing is on the line of sight, and of
-a wave from every point E of the silhouette's edge (Maggi 1888, Rubinowicz 1917; Born & Wolf §8.9):
+A radar illuminates another at distance d past obstacles. Kirchhoff's integral U over the free
+aperture between them is the sum of the geometric wave, if the line of sight is clear, and a wave
+from every point of the silhouette's edge (Maggi 1888, Rubinowicz 1917; Born & Wolf §8.9). With the
+unobstructed field U₀,
 
 .. math::
     \frac{U}{U_0} = [\text{clear}] + \frac{1}{2\pi}\oint d\varphi \sum_{\text{edges}} \pm
     \frac{1+\cos\theta}{2}\,e^{-jk(r_1+r_2-d)}
 
-where :math:`r_1, r_2` are the edge's distances from both ends, θ the angle by which the path bends
-there, and φ the azimuth about the line of sight. The sign is + (−) for an edge beyond which, away
-from the line of sight, the aperture is free (blocked). The boundary wave
+where [clear] is 1 or 0, k is the wavenumber, :math:`r_1, r_2` are the edge's distances from both
+radars, θ is the angle by which the path bends there, and φ the azimuth about the line of sight. The
+sign is + (−) for an edge beyond which, away from the line of sight, the aperture is free (blocked).
+With the edge's element dl and its distance ρ from the line of sight, the boundary wave
 :math:`\frac{1}{4\pi}\oint \frac{e^{-jk(r_1+r_2)}}{r_1 r_2}\frac{(\hat r_1\times\hat r_2)\cdot
 dl}{1-\cos\theta}` takes this form because :math:`(\vec r_1\times\vec r_2)\cdot dl = \rho^2 d\,
 d\varphi` and :math:`r_1^2 r_2^2\sin^2\theta = \rho^2d^2`. Nothing is singular at grazing
-incidence, where half of all azimuths are blocked and U = ½U₀. A straight edge has Fresnel's
+incidence, where half of all azimuths are blocked and U = ½U₀. For a straight edge at the height h
+over the line of sight, :math:`d_1` and :math:`d_2` along it from the radars, U/U₀ is Fresnel's
 :math:`\frac{1+j}{2}[(\frac12-C(\nu)) - j(\frac12-S(\nu))]`,
 :math:`\nu = h\sqrt{\frac2\lambda(\frac1{d_1}+\frac1{d_2})}`.
 
@@ -25,19 +28,18 @@ and the ends of the united intervals are the edges, each with its own depth. Bet
 an edge is straight.
 
 **Obstacles** are the surfaces that block, except those that both radars are in front of: these
-reflect, and other mechanisms compute that. A plate is an obstacle only if its plane lies between
-the radars. Nothing within `RADAR_CLEARANCE` of either radar, along the line of sight, is an
-obstacle.
+reflect, which other mechanisms compute. A plate is an obstacle only if its plane lies between the
+radars. Nothing within `RADAR_CLEARANCE` of either radar, along the line of sight, is an obstacle.
 
-**Limits.** There is one edge in every half-plane and direction: of several obstacles behind one
-another, and of both ends of a flat top, only the one that reaches farthest into the way counts.
-That is right if the path over it clears the others by a Fresnel zone. Two equal edges at grazing
-incidence give ½ instead of ⅓ (3.5 dB too much), and a long body's roof in deep shadow errs more.
+**Limits.** Each end of a united interval is one edge: of several obstacles behind one another, and
+of both ends of a flat top, only the edge that reaches farthest into the aperture counts. That is
+right if the path over it clears the others by a Fresnel zone. Two equal edges at grazing incidence
+give ½ instead of ⅓ (3.5 dB too much); for a long body's roof in deep shadow, the error is greater.
 Obstacles absorb: edges have no influence on polarisation, and there are no creeping waves and no
-fringe currents. Angles should not exceed some 20°. Edges are sought up to `MAX_ZONES_CLEAR` Fresnel
-zones if the line of sight is clear and to `MAX_ZONES_BLOCKED` if not; their weight falls from half
-of that on. A straight edge n zones away makes :math:`1/2\pi\sqrt n` of the unobstructed field, so
-the edges left out are below −33 dB and −38 dB of it.
+fringe currents. θ should not exceed some 20°. Edges are sought up to `MAX_ZONES_CLEAR` Fresnel
+zones from a clear line of sight, and up to `MAX_ZONES_BLOCKED` from a blocked one; from half of
+that on, their weight falls. A straight edge n zones away makes :math:`1/2\pi\sqrt n` of the
+unobstructed field, so the waves that are weakened or left out are below −33 dB and −38 dB of it.
 
 **From edges to paths.** As in `physical_optics.paths`, the edge waves of every actor are summed in
 smooth cells of excess length, with complex moments that are exact to first order in frequency,
@@ -75,19 +77,19 @@ from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.paths import Bounce, PropagationPaths
 
 MAX_ZONES_CLEAR: Final = 100.0
-"""Fresnel zones about a clear line of sight within which edges are sought (chosen: a straight edge
-farther away makes less than −33 dB of the unobstructed field)."""
+"""Number of Fresnel zones about a clear line of sight within which edges are sought. Chosen: from
+half of it on, a straight edge makes less than −33 dB of the unobstructed field."""
 
 MAX_ZONES_BLOCKED: Final = 300.0
-"""Fresnel zones about a blocked line of sight within which edges are sought (likewise −38 dB)."""
+"""The same number for a blocked line of sight. Chosen likewise, for −38 dB."""
 
 
 def diffracted_paths(world: World, pairs: IntArray) -> PropagationPaths:
     """Paths of ``pairs`` over the edges of obstacles in or near their line of sight.
 
     Together with `visible_line_of_sight` they are the field that arrives directly, which is
-    continuous while an obstacle moves into the way. The transfer matrices of both directions of a
-    pair are each other's transposes. The head of this module states the equation and its limits.
+    continuous while an obstacle moves into the way. The transfer matrices of the two directions
+    between two radars are transposes of each other. The module's docstring has the equation.
 
     Examples
     --------
@@ -122,7 +124,7 @@ def diffracted_paths(world: World, pairs: IntArray) -> PropagationPaths:
     clear = np.zeros((num_radars, num_radars), dtype=np.bool_)
     clear[seen.transmitter, seen.receiver] = True
     is_clear = clear[direct.transmitter, direct.receiver]
-    # edges are near the line of sight, so sheets that weaken it weaken their waves
+    # edges are near the line of sight, so sheets attenuate their waves as they attenuate it
     place = world.scene.radar_position
     start, end = place[direct.transmitter], place[direct.receiver]
     losses = transmission_matrices(world, start, points_before(start, end, RADAR_CLEARANCE))
@@ -148,7 +150,7 @@ class _Link(NamedTuple):
 
 
 def _max_excess(world: World, is_clear: bool) -> float:
-    """Greatest excess of an edge, m."""
+    """Excess up to which edges are sought, m."""
     zones = MAX_ZONES_CLEAR if is_clear else MAX_ZONES_BLOCKED
     return zones * float(np.pi / world.wavenumber)
 
@@ -156,7 +158,7 @@ def _max_excess(world: World, is_clear: bool) -> float:
 def _obstructing(
     world: World, direct: PropagationPaths, is_clear: BoolArray
 ) -> tuple[BoolArray, BoolArray]:
-    """Masks of bodies and of plates whose spheres meet the zones, ``(path, body or plate)``."""
+    """Masks of possible obstacles in the zones searched: ``(path, body)`` and ``(path, plate)``."""
     place, plates = world.scene.radar_position, world.plates
     ends = place[direct.transmitter], place[direct.receiver]
     length = np.linalg.norm(ends[1] - ends[0], axis=-1)
@@ -176,7 +178,7 @@ def _obstructing(
 
 
 def _hiding_most_first(world: World, link: _Link, chosen: BoolArray) -> IntArray:
-    """Numbers of the chosen bodies: first those on the line of sight, and those near its ends."""
+    """Numbers of the chosen bodies: on the line of sight first, then nearest to a radar first."""
     start, end = world.scene.radar_position[[link.first, link.second]]
     centre = world.centre[chosen]
     legs = [np.linalg.norm(centre - place, axis=-1) for place in (start, end)]
@@ -185,12 +187,12 @@ def _hiding_most_first(world: World, link: _Link, chosen: BoolArray) -> IntArray
 
 
 class _EdgePaths(NamedTuple):
-    """Paths from the first radar of a link to the second, in units of the unobstructed field.
+    """Paths from a link's first radar, of number ``first``, to its second.
 
-    ``field`` complex; ``excess`` m; ``rate`` m/s and ``acceleration`` m/s² of the path's length;
-    ``coherence_time`` s; all ``(path,)``. ``out`` and ``back`` are unit vectors from the first and
-    from the second radar, ``point`` m the edge's, all in the world, ``(path, xyz)``; ``actor``
-    ``(path,)`` is the edge's.
+    ``field`` complex, relative to the unobstructed one; ``excess`` m; ``rate`` m/s and
+    ``acceleration`` m/s² of the path's length; ``coherence_time`` s; ``actor`` number of the edge's
+    actor; all ``(path,)``. ``out`` and ``back`` are mean directions from the first and from the
+    second radar, ``point`` m is a mean edge point; these are in the world, ``(path, xyz)``.
     """
 
     first: int
@@ -206,7 +208,7 @@ class _EdgePaths(NamedTuple):
 
 
 def _edge_paths(world: World, link: _Link, bodies: IntArray, plates: IntArray) -> _EdgePaths:
-    """Edge waves from the link's first radar to its second."""
+    """Paths from the link's first radar to its second over edges of the given obstacles."""
     place, speed = world.scene.radar_position, world.scene.radar_velocity
     way = place[link.second] - place[link.first]
     length = float(np.linalg.norm(way))
@@ -237,7 +239,7 @@ def rotation_to(axis: FloatArray) -> FloatArray:
 def obstacles_of(
     world: World, rotation: FloatArray, origin: FloatArray, bodies: IntArray, plates: IntArray
 ) -> Obstacles:
-    """Bodies and plates in the frame at ``origin`` (m) into which ``rotation`` leads."""
+    """Bodies and plates of these numbers in the frame at ``origin`` (m) with axes ``rotation``."""
     forest = world.forest
     opaque = forest.root[ROLES.index("opaque")]
     some = world.plates.of(plates)
@@ -271,7 +273,7 @@ def _from_moments(
     rotation: FloatArray,
     actors: IntArray,
 ) -> _EdgePaths:
-    """Paths from the moments of cells, without those weaker than the dynamic range allows."""
+    """Paths from cells' moments, without those weaker than the strongest by the dynamic range."""
     power = np.abs(waves.moments[..., FIELD]) ** 2
     strongest = max(float(np.max(power, initial=0.0)), float(link.is_clear))
     slot, cell = np.nonzero((power > 0) & (power * world.dynamic_range >= strongest))
@@ -292,7 +294,7 @@ def _from_moments(
     rate = np.sum(out * velocity[0] + back * velocity[1], axis=-1)
     typical, square = spreads[:, RATE] / weight, spreads[:, SQUARED_RATE] / weight
     spread = np.sqrt(np.maximum(square - typical**2, 0.0))
-    # rounding leaves some µm/s to a single edge point
+    # by rounding, even a single edge point has a spread of some µm/s
     coherence = 1.0 / (world.wavenumber * np.maximum(spread, 1e-12))
     return _EdgePaths(
         first=link.first,
@@ -310,7 +312,7 @@ def _from_moments(
 
 
 def _or_towards(mean: FloatArray, way: FloatArray) -> FloatArray:
-    """Mean directions, or those of ``way`` where a mean is none."""
+    """Mean directions; that of ``way`` where a mean's length differs from 1 by 0.2 or more."""
     straight = way / np.linalg.norm(way, axis=-1, keepdims=True)
     is_direction = np.abs(np.linalg.norm(mean, axis=-1, keepdims=True) - 1.0) < 0.2
     return np.where(is_direction, mean, straight)
@@ -319,11 +321,11 @@ def _or_towards(mean: FloatArray, way: FloatArray) -> FloatArray:
 def _path_table(
     world: World, direct: PropagationPaths, number: int, edges: _EdgePaths
 ) -> PropagationPaths:
-    """Paths of the pair of a direct path, in either direction."""
+    """Edge paths of the pair of radars of direct path ``number``, in the direction of that path."""
     a, b = int(direct.transmitter[number]), int(direct.receiver[number])
     out, back = (edges.out, edges.back) if a == edges.first else (edges.back, edges.out)
     speed = world.scene.radar_velocity
-    # the direct path's delay is exact for moving ends: edges add their excess to it
+    # the direct path's delay is exact for moving radars; the excess is added to it
     axis = direct.departure[number]
     opening = axis @ (speed[b] - speed[a])
     amplitude = 1.0 / (4 * np.pi * world.frequency * direct.delay[number])

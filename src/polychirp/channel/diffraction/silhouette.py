@@ -1,7 +1,8 @@
 """Silhouettes of bodies and plates about a line of sight: what they block in its half-planes.
 
-`paths` states the equations. All vectors are in the frame of the pair: its origin is at the
-transmitter, its first axis points to the receiver. `half_planes` defines depth, height and excess.
+`paths` states the equations; `half_planes` defines depth, height and excess. Vectors are in the
+frame of the pair of radars, unless a body's frame is named. The pair's frame has its origin at the
+transmitter, and its first axis points to the receiver.
 """
 
 from __future__ import annotations
@@ -32,9 +33,10 @@ from polychirp.jit import compiled, inlined, inner
 class Obstacles(NamedTuple):
     """Bodies and plates that may stand between one pair of radars.
 
-    ``box`` … ``triangle`` as in `Tree`, of all bodies; ``nodes`` ``(body, 2)`` are the first node
-    of each body and the one behind its last. ``turn`` and ``shift`` ``(body, …)`` lead from a
-    body's frame to the pair's; ``sheet`` ``(sheet, 9)`` m are triangles in the pair's frame.
+    ``box`` to ``triangle`` are those of a `Tree` of all bodies; ``nodes`` ``(body, 2)`` are each
+    body's first node and the one after its last. The rotation ``turn`` ``(body, 3, 3)`` and then
+    ``shift`` m ``(body, 3)`` lead from a body's frame to the pair's. ``sheet`` m ``(sheet, 9)`` are
+    the corners of the plates' triangles in the pair's frame.
     """
 
     box: FloatArray
@@ -50,12 +52,12 @@ class Obstacles(NamedTuple):
 
 @inner
 def _nearest(az: float, ah: float, bz: float, bh: float, length: float) -> EdgePoint:
-    """Point of least excess on a straight line in a half-plane: where a mirror would reflect."""
+    """Point of least excess on a segment from a to b in a half-plane: where a mirror reflects."""
     wz, wh = bz - az, bh - ah
     square = wz * wz + wh * wh
     t = 0.0
     if square > 0.0:
-        # places and distances of both ends' feet on the line
+        # perpendiculars from both radars: lengths, and feet on the line, times the line's length
         above, below = abs(ah * wz - az * wh), abs((length - az) * wh + ah * wz)
         foot, other = -(az * wz + ah * wh), (length - az) * wz - ah * wh
         share = above / (above + below) if above + below > 0.0 else 0.5
@@ -73,7 +75,7 @@ def _block_line(
     owner: int,
     touch: float,
 ) -> None:
-    """Block what a straight line in the full plane at an azimuth covers in the upper half."""
+    """Block what a segment, ``line`` (m, depth and height of both ends), covers above height 0."""
     az, ah, bz, bh = line
     # the part in the upper half, and not within RADAR_CLEARANCE of the radars
     if ah < 0.0 and bh < 0.0:
@@ -91,7 +93,7 @@ def _block_line(
         az, ah = low, ah + (bh - ah) * (low - az) / (bz - az)
     if bz > high:
         bz, bh = high, bh + (ah - bh) * (bz - high) / (bz - az)
-    # the sum of two distances is convex: greatest at an end
+    # the sum of two distances is convex along the segment, and so greatest at an end
     a, b = excess_of(az, ah, length), excess_of(bz, bh, length)
     if max(a, b) <= max(touch, reach_from_axis(blocked, azimuth, touch)):
         return
@@ -102,24 +104,24 @@ def _block_line(
 
 @inner
 def _azimuths(p: Vector, q: Vector, r: Vector) -> tuple[int, int]:
-    """First and last of the half-planes that a triangle may meet; if none, last < first."""
+    """First and last half-plane that a triangle may meet; if it meets none, last < first."""
     a = p[1] * q[2] - p[2] * q[1]
     b = q[1] * r[2] - q[2] * r[1]
     c = r[1] * p[2] - r[2] * p[1]
     if (a >= 0.0 and b >= 0.0 and c >= 0.0) or (a <= 0.0 and b <= 0.0 and c <= 0.0):
         return 0, NUM_AZIMUTHS - 1
-    # off the axis a triangle spans less than π, on either side of its middle
+    # a triangle that the line of sight does not pass spans less than π, about its middle
     my, mx = p[2] + q[2] + r[2], p[1] + q[1] + r[1]
     low = high = 0.0
     for v in (p, q, r):
         across, along = mx * v[2] - my * v[1], mx * v[1] + my * v[2]
-        # a tangent is no less than its angle, and quicker
+        # a tangent is no less than its angle, and quicker to compute
         is_narrow = abs(across) < 0.2 * along
         off = across / along if is_narrow else math.atan2(across, along)
         low, high = min(low, off), max(high, off)
     step = 2 * math.pi / NUM_AZIMUTHS
     middle = math.atan2(my, mx)
-    # half a step off, so that no edge along the vertical or the horizontal falls on a half-plane
+    # half-planes are half a step off the vertical and the horizontal, where many edges are
     return (
         math.ceil((middle + low) / step - 0.5),
         math.floor((middle + high) / step - 0.5),
@@ -128,7 +130,7 @@ def _azimuths(p: Vector, q: Vector, r: Vector) -> tuple[int, int]:
 
 @inlined
 def _cut(p: Vector, q: Vector, cosine: float, sine: float) -> tuple[float, float]:
-    """Depth and height at which the side of a triangle crosses the plane at an azimuth."""
+    """Depth and height at which a triangle's side from p to q crosses the plane at an azimuth."""
     a, b = cosine * p[2] - sine * p[1], cosine * q[2] - sine * q[1]
     t = a / (a - b)
     low, high = cosine * p[1] + sine * p[2], cosine * q[1] + sine * q[2]
@@ -146,7 +148,7 @@ def _block_triangle(
 ) -> None:
     """Block what a triangle covers in every half-plane.
 
-    ``way`` ``(azimuth, 2)`` holds cosines and sines.
+    ``way`` ``(azimuth, 2)`` holds cosine and sine of every half-plane's azimuth.
     """
     p, q, r = corners
     begin, end = _azimuths(p, q, r)
@@ -156,7 +158,7 @@ def _block_triangle(
         a, b, d = c * p[2] - s * p[1] > 0, c * q[2] - s * q[1] > 0, c * r[2] - s * r[1] > 0
         if a == b == d:
             continue
-        # the corner that is alone on its side
+        # both cuts start at the corner that is alone on its side of the plane
         if a == b:
             one, other = _cut(r, p, c, s), _cut(r, q, c, s)
         elif a == d:
@@ -169,14 +171,14 @@ def _block_triangle(
 
 @inlined
 def _is_in_front(triangle: FloatArray, t: int, point: Vector) -> bool:
-    """True if a point is in front of a triangle."""
+    """True if a point is in front of triangle ``t``, all in the body's frame."""
     n = cross(vector_at(triangle, t, 3), vector_at(triangle, t, 6))
     return bool(dot(n, point) > dot(n, vector_at(triangle, t, 0)))
 
 
 @inlined
 def _distance_to_box(box: FloatArray, node: int, point: Vector) -> float:
-    """Distance from a point to a box."""
+    """Distance from a point to the box of a node, m, in the body's frame."""
     total = 0.0
     for a in range(3):
         off = max(box[node, a] - point[a], 0.0, point[a] - box[node, 3 + a])
@@ -206,9 +208,9 @@ def _is_hidden(
 ) -> bool:
     """True if all that a box covers is blocked already.
 
-    ``m`` and ``origin`` lead from the box's frame to the pair's; ``least`` is its excess, m.
+    ``m`` and ``origin`` lead from the box's frame to the pair's; its excess is ``least`` m or more.
     """
-    # first a quick test of the middle's half-plane alone
+    # a quick test first: of the box's middle, in one half-plane
     c = _sum(
         _turned(m, (0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), 0.5 * (low[2] + high[2]))),
         origin,
@@ -246,9 +248,9 @@ def _block_body(
 ) -> None:
     """Block what a body's triangles cover.
 
-    With ``to_near_end`` these are the triangles that face only the radar near the body, else those
-    that face only the other radar or none. Triangles that face both are no obstacle: they reflect.
-    ``reach`` m: the line of sight's length, and the greatest excess.
+    With ``to_near_end`` these are the triangles that face only the radar nearer to the body; else
+    those that face only the other radar, or none. Triangles that face both are no obstacle: they
+    reflect. ``reach`` m: length of the line of sight, and greatest excess.
     """
     length, farthest = reach
     m, s = obstacles.turn[body], obstacles.shift[body]
@@ -281,7 +283,7 @@ def _block_body(
             faces_near_end = one != other and one == is_at_start
             if (one and other) or faces_near_end != to_near_end:
                 continue
-            # the test costs more than a few triangles, so it comes after theirs
+            # `_is_hidden` costs more than the tests of a few triangles, so it follows them
             is_open = is_open or not _is_hidden(blocked, low, high, m, origin, length, least)
             if not is_open:
                 break
@@ -299,10 +301,10 @@ def _block_body(
 def blocked_intervals(
     obstacles: Obstacles, length: float, farthest: float, touch: float
 ) -> Blocked:
-    """Excesses up to ``farthest`` (m) that obstacles block, in every half-plane.
+    """Intervals of excess up to ``farthest`` (m) that obstacles block, in every half-plane.
 
-    The sides of bodies towards the radar near them come first: they are one layer that hides most
-    of the rest.
+    The triangles of bodies that face only the nearer radar come first: they are one layer that
+    hides most of the rest.
     """
     blocked = Blocked(
         np.zeros(NUM_AZIMUTHS, dtype=np.int64),

@@ -15,7 +15,7 @@ from polychirp.model.scene import Scene
 def straight_path_polarisation(departure: FloatArray, arrival: FloatArray) -> ComplexArray:
     """Polarisation matrix of a straight path, ``(path, receiving, transmitting)``.
 
-    Both bases are defined on outward directions. V therefore keeps its sign, and H changes it.
+    Each end's basis belongs to its outward direction: V is the same at both ends, H changes sign.
 
     >>> ahead = np.array([[1.0, 0.0, 0.0]])
     >>> straight_path_polarisation(ahead, -ahead)[0].real
@@ -27,12 +27,12 @@ def straight_path_polarisation(departure: FloatArray, arrival: FloatArray) -> Co
 
 
 def line_of_sight(scene: Scene, *, frequency: float, pairs: IntArray) -> PropagationPaths:
-    r"""Direct paths of ``pairs`` ``(pair, 2)`` of different radars; obstacles are ignored.
+    r"""Direct paths of ``pairs`` (transmitter, receiver) ``(pair, 2)``; obstacles are ignored.
 
     .. math:: |A| = \frac{\lambda}{4\pi d}
 
-    Friis, with d from the transmitter's place at departure to the receiver's place at arrival; the
-    delay is exact for linear motion.
+    This is Friis' equation; d is the distance from the transmitter at departure to the receiver at
+    arrival. The delay is exact for linear motion. A radar paired with itself has no direct path.
 
     Raises
     ------

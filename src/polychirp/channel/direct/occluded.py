@@ -1,4 +1,4 @@
-"""Line of sight and point scatterers with shadows, and with losses in thin sheets and leaves."""
+"""Direct paths and echoes of points with shadows, and with losses in thin sheets and leaves."""
 
 from dataclasses import replace
 
@@ -14,7 +14,7 @@ from polychirp.model.paths import PropagationPaths
 
 
 def visible_line_of_sight(world: World, pairs: IntArray) -> PropagationPaths:
-    """Direct paths with nothing opaque between the radars beyond `RADAR_CLEARANCE` from each."""
+    """Direct paths that no opaque surface blocks, except within `RADAR_CLEARANCE` of a radar."""
     paths = line_of_sight(world.scene, frequency=world.frequency, pairs=pairs)
     place = world.scene.radar_position
     start, end = place[paths.transmitter], place[paths.receiver]
@@ -27,7 +27,7 @@ def visible_line_of_sight(world: World, pairs: IntArray) -> PropagationPaths:
 
 
 def visible_point_echoes(world: World, pairs: IntArray) -> PropagationPaths:
-    """Paths over point scatterers that both radars see; a point's own body does not block."""
+    """Paths over point scatterers visible to both radars; a point's own body is no obstacle."""
     paths = point_echoes(world.scene, frequency=world.frequency, pairs=pairs)
     place, free = world.scene.radar_position, np.ones(paths.num_paths, dtype=np.bool_)
     legs = np.empty((2, paths.num_paths, 2, 2), dtype=np.complex128)
@@ -42,7 +42,7 @@ def visible_point_echoes(world: World, pairs: IntArray) -> PropagationPaths:
 
 
 def points_before(start: FloatArray, end: FloatArray, gap: float) -> FloatArray:
-    """Points ``gap`` m before ``end`` on the way from ``start``."""
+    """Points ``gap`` m before ``end`` on the way from ``start``, both m ``(…, xyz)``."""
     way = end - start
     length = np.linalg.norm(way, axis=-1, keepdims=True)
     return np.asarray(end - way * np.minimum(1.0, gap / np.maximum(length, 1e-12)))

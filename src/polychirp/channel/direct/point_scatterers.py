@@ -15,9 +15,9 @@ def point_echoes(scene: Scene, *, frequency: float, pairs: IntArray) -> Propagat
 
     .. math:: |A|^2 = \frac{\sigma\lambda^2}{(4\pi)^3 r_1^2 r_2^2}
 
-    This is the radar equation without antennas (monostatic and bistatic). A point scatters V as V
-    and H as H in all directions. Delays are exact for linear motion: a target at R that recedes at
-    v has :math:`\tau = 2R/(c+v)`.
+    This is the radar equation for isotropic antennas, monostatic and bistatic. A point scatters V
+    as V and H as H in all directions. Delays are exact for linear motion: a target that is at R at
+    the time of reception and recedes at v has :math:`\tau = 2R/(c+v)`.
     """
     found = [
         (index, actor.pose.to_outer(np.array(point.position)), point.rcs)
@@ -48,17 +48,17 @@ def echoes_over(
     scattering: FloatArray | ComplexArray,
     kind: Bounce = Bounce.SCATTERING,
 ) -> PropagationPaths:
-    r"""One path over each of the given points, which are fixed on actors.
+    r"""One path over each of the given points, which move with their actors.
 
     .. math:: A = \frac{\lambda}{(4\pi)^{3/2} r_1 r_2}\, S
 
     Parameters
     ----------
     pair : (transmitter, receiver), ``(path, 2)``
-    actor : actor that carries the point, ``(path,)``
-    point : position at the time of the scene, m ``(path, xyz)``
-    scattering : S, m, ``(path, 2, 2)``: |S|² is the cross section between two polarisations
-    kind : bounce at the points
+    actor : number of the actor that carries the point, ``(path,)``
+    point : position in the world at the time of the scene, m ``(path, xyz)``
+    scattering : S, m, ``(path, 2, 2)``; |S|² is the cross section, m², between two polarisations
+    kind : kind of bounce at the points
     """
     velocity = np.array([one.velocity for one in scene.actors])[actor]
     place, speed = scene.radar_position, scene.radar_velocity

@@ -17,11 +17,12 @@ from polychirp.jit import compiled, inlined, inner
 from polychirp.threads import in_ranges
 
 LEAF_SIZE: Final = 4
-"""Greatest number of triangles in a leaf, chosen: larger leaves mean fewer boxes and more triangles
-to test."""
+"""Greatest number of triangles in a leaf. Chosen: with larger leaves a ray tests fewer boxes and
+more triangles."""
 
 NUM_BINS: Final = 16
-"""Number of bins along an axis among whose edges a node is split, chosen."""
+"""Number of bins along each axis; a node is split between two of them. Chosen: more bins find
+better splits and take longer."""
 
 NO_HIT: Final = np.inf
 """Distance of a ray that hits nothing."""
@@ -31,9 +32,9 @@ class Tree(NamedTuple):
     """Boxes over triangles.
 
     ``box`` m ``(node, 6)``: low, then high corner; ``skip`` ``(node,)``: node to continue with
-    after a miss; ``first``, ``size`` ``(node,)``: the node's triangles, size 0 above the leaves;
-    ``triangle`` m ``(triangle, 9)``: a corner and two edges; ``face`` ``(triangle,)``: number of
-    the triangle before the tree sorted them.
+    if a ray misses the box; ``first``, ``size`` ``(node,)``: first triangle and number of triangles
+    of a leaf (size 0: not a leaf); ``triangle`` m ``(triangle, 9)``: a corner and the edges from it
+    to the others; ``face`` ``(triangle,)``: the triangle's number in the input of `grow_tree`.
     """
 
     box: FloatArray
@@ -45,7 +46,7 @@ class Tree(NamedTuple):
 
 
 class Boxes(NamedTuple):
-    """The tables of a `Tree`, or of several trees behind one another, that a search needs."""
+    """The tables of a `Tree` that a search needs; several trees may follow one another in them."""
 
     box: FloatArray
     skip: IntArray
@@ -56,7 +57,7 @@ class Boxes(NamedTuple):
 
 @inner
 def _bounds(low: FloatArray, high: FloatArray, order: IntArray, box: FloatArray) -> None:
-    """Fill the box of the triangles with the numbers in ``order``."""
+    """Fill ``box`` with the box around the triangles whose numbers are in ``order``."""
     box[:3], box[3:] = np.inf, -np.inf
     for t in order:
         for a in range(3):
@@ -79,7 +80,7 @@ def _fill_bins(
     boxes: FloatArray,
     counts: IntArray,
 ) -> tuple[float, float]:
-    """Sort triangles by their middle into bins along an axis; the first bin's start, and width."""
+    """Sort triangles by their middles into bins along an axis; return the bins' start and width."""
     least, most = np.inf, -np.inf
     for t in order:
         middle = 0.5 * (low[t, axis] + high[t, axis])
@@ -118,7 +119,7 @@ def _costs(boxes: FloatArray, counts: IntArray, out: FloatArray) -> None:
 
 @inner
 def _split(low: FloatArray, high: FloatArray, order: IntArray) -> int:
-    """Sort ``order`` into two parts of least surface-area cost; the size of the first."""
+    """Sort ``order`` into two parts of least surface-area cost; return the first part's size."""
     best_cost, best_axis, best_edge, best_least, best_width = np.inf, 0, 0, 0.0, 0.0
     boxes = np.empty((NUM_BINS, 6))
     counts = np.empty(NUM_BINS, dtype=np.int64)
@@ -129,7 +130,7 @@ def _split(low: FloatArray, high: FloatArray, order: IntArray) -> int:
             continue
         _costs(boxes, counts, left)
         _costs(boxes[::-1], counts[::-1], right)
-        # neither part is empty: the first and the last bin hold a triangle each
+        # neither part is empty: the first and the last bin hold at least one triangle each
         for edge in range(NUM_BINS - 1):
             cost = left[edge] + right[NUM_BINS - 2 - edge]
             if cost < best_cost:
@@ -156,7 +157,7 @@ def _split(low: FloatArray, high: FloatArray, order: IntArray) -> int:
 def _grow_tree(
     low: FloatArray, high: FloatArray
 ) -> tuple[FloatArray, IntArray, IntArray, IntArray, IntArray]:
-    """Box, skip, first, count of the nodes in depth-first order, and the triangles' order."""
+    """`Tree.box`, ``skip``, ``first`` and ``size``, and the numbers of the sorted triangles."""
     size = low.shape[0]
     most = 2 * size + 1
     box = np.empty((most, 6))
@@ -164,7 +165,7 @@ def _grow_tree(
     first = np.zeros(most, dtype=np.int64)
     count = np.zeros(most, dtype=np.int64)
     order = np.arange(size)
-    # subtrees still to be built: range of triangles, and parent
+    # subtrees still to be built: their ranges in ``order``, and their parent nodes
     begin, end, parent = [0], [size], [0]
     num = 0
     owner = np.zeros(most, dtype=np.int64)
@@ -182,7 +183,7 @@ def _grow_tree(
             begin.append(start)
             end.append(stop)
             parent.append(node)
-    # a subtree ends where its last descendant does
+    # a node's ``skip`` is the number after its last descendant
     for node in range(num):
         skip[node] = node + 1
     for node in range(num - 1, 0, -1):
@@ -191,9 +192,9 @@ def _grow_tree(
 
 
 def grow_tree(triangles: FloatArray) -> Tree:
-    """Tree of triangles, m ``(triangle, corner, xyz)``; without triangles, one empty box."""
+    """Tree of triangles, m ``(triangle, corner, xyz)``; without triangles it is one empty box."""
     corners = np.ascontiguousarray(triangles, dtype=np.float64).reshape(-1, 3, 3)
-    # corner by corner: along an axis of length three NumPy takes ten times as long
+    # corner by corner: NumPy's minimum along an axis of length three takes ten times as long
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
     low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
     box, skip, first, count, order = _grow_tree(low, high)
@@ -212,8 +213,7 @@ def grow_tree(triangles: FloatArray) -> Tree:
 
 @inlined
 def finite_inverse(x: float) -> float:
-    """1/x, limited to finite values."""
-    # finite: 0·∞ would be undefined for a ray along a side of a box
+    """1/x, but 1e300 near x = 0: a ray along a side of a box must not give 0·∞."""
     return 1.0 / x if abs(x) > 1e-300 else 1e300
 
 
@@ -221,14 +221,14 @@ def finite_inverse(x: float) -> float:
 def box_entry(
     box: FloatArray, node: int, origin: Vector, inverse: Vector, span: tuple[float, float]
 ) -> float:
-    """Distance at which a ray enters a box; infinite if not within its span."""
+    """Distance at which a ray enters a box, in lengths of its direction; ∞ if not in ``span``."""
     a, b = (box[node, 0] - origin[0]) * inverse[0], (box[node, 3] - origin[0]) * inverse[0]
     enter, leave = min(a, b), max(a, b)
     a, b = (box[node, 1] - origin[1]) * inverse[1], (box[node, 4] - origin[1]) * inverse[1]
     enter, leave = max(enter, min(a, b)), min(leave, max(a, b))
     a, b = (box[node, 2] - origin[2]) * inverse[2], (box[node, 5] - origin[2]) * inverse[2]
     enter, leave = max(enter, min(a, b)), min(leave, max(a, b))
-    # rounding must not make a ray miss a flat box
+    # the slack exceeds rounding errors, which could make a ray miss a flat box
     slack = 1e-12 * (abs(enter) + abs(leave))
     if enter > leave + slack or leave + slack < span[0] or enter - slack > span[1]:
         return np.inf
@@ -237,9 +237,9 @@ def box_entry(
 
 @inlined
 def triangle_distance(triangle: FloatArray, t: int, origin: Vector, direction: Vector) -> float:
-    """Distance at which a ray meets a triangle, in lengths of its direction; `NO_HIT` beside it.
+    """Distance at which a ray meets a triangle, in lengths of its direction; `NO_HIT` for a miss.
 
-    Möller and Trumbore 1997.
+    The method is that of Möller and Trumbore (1997). Distances behind the origin are negative.
     """
     dx, dy, dz = direction
     ux, uy, uz = triangle[t, 3], triangle[t, 4], triangle[t, 5]
@@ -272,8 +272,8 @@ def first_hit(
 ) -> tuple[float, int]:
     """Distance (in lengths of ``direction``) and triangle of the first hit strictly in ``span``.
 
-    Nodes ``nodes[0]`` to ``nodes[1]`` are searched. Without a hit the distance is `NO_HIT`. If
-    ``any_hit`` is true, the search ends at whichever hit it finds first.
+    Nodes from ``nodes[0]`` up to, not including, ``nodes[1]`` are searched. Without a hit the
+    distance is `NO_HIT`. If ``any_hit`` is true, the search returns the first hit that it finds.
     """
     box, skip, first, size, triangle = boxes
     dx, dy, dz = direction
@@ -315,7 +315,7 @@ def _cast(
 
 
 class Caster:
-    """Casts rays among triangles, m ``(triangle, corner, xyz)``.
+    """Search tree of triangles, m ``(triangle, corner, xyz)``, that finds what rays hit.
 
     Examples
     --------
@@ -331,9 +331,9 @@ class Caster:
         self._tree = grow_tree(triangles)
 
     def closest(self, origins: FloatArray, directions: FloatArray) -> tuple[FloatArray, IntArray]:
-        """Distance in m ``(ray,)``, infinite for a miss, and face ``(ray,)`` of the first hit.
+        """Distance, m ``(ray,)``, infinite for a miss, and triangle ``(ray,)`` of the first hit.
 
-        The face of a miss has no meaning. Directions ``(ray, xyz)`` may have any length.
+        The triangle of a miss has no meaning. Directions ``(ray, xyz)`` may have any length.
         """
         start, way = paired_rays(origins, directions)
         if not self._tree.face.size:
@@ -342,7 +342,7 @@ class Caster:
         return distance * np.linalg.norm(way, axis=-1), face
 
     def occluded(self, origins: FloatArray, ends: FloatArray) -> BoolArray:
-        """Mask of the rays with a triangle strictly between origin and end, both ``(ray, xyz)``."""
+        """Mask of the rays with a triangle strictly between origin and end, m ``(ray, xyz)``."""
         start, stop = paired_rays(origins, ends)
         if not self._tree.face.size:
             return np.zeros(len(start), dtype=np.bool_)
@@ -351,7 +351,7 @@ class Caster:
     def _cast(
         self, rays: tuple[FloatArray, FloatArray], farthest: float, *, any_hit: bool
     ) -> tuple[FloatArray, IntArray]:
-        """Distance in lengths of the direction, and face, of what rays hit."""
+        """Distances, in lengths of the directions, and triangles that the rays hit."""
         count = len(rays[0])
         distance, face = np.empty(count), np.empty(count, dtype=np.int64)
         in_ranges(_cast, count, self._tree, rays, farthest, any_hit, distance, face, least=100)
@@ -359,7 +359,7 @@ class Caster:
 
 
 def paired_rays(origins: FloatArray, others: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Two points, or point and direction, of as many rays, each ``(ray, xyz)`` in float64."""
+    """Origins and ends (or directions) of rays, broadcast to a common ``(ray, xyz)`` in float64."""
     both = np.broadcast_arrays(
         np.asarray(origins, dtype=np.float64), np.asarray(others, dtype=np.float64)
     )

@@ -10,7 +10,7 @@ from polychirp.jit import compiled, inlined, inner
 
 
 def closest_points(corners: FloatArray, place: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """Point of every triangle that is nearest to a place, m, and mask of the fronts that face it.
+    """Point of every triangle that is nearest to a place, and mask of the fronts that face it.
 
     Parameters
     ----------
@@ -20,7 +20,7 @@ def closest_points(corners: FloatArray, place: FloatArray) -> tuple[FloatArray, 
     Returns
     -------
     point : m, ``(face, xyz)``
-    is_front : ``(face,)``
+    is_front : ``(face,)``; true if the corners turn counter-clockwise as seen from the place
 
     Examples
     --------
@@ -48,7 +48,7 @@ def _closest_points(
 
 @inner
 def _closest_in_triangle(a: Vector, b: Vector, c: Vector, p: Vector) -> Vector:
-    """Foot of the perpendicular if it is inside the triangle, else the nearest point of a side."""
+    """Foot of the perpendicular from p if it is in the triangle, else the nearest side's point."""
     u, v, w = _between(a, b), _between(a, c), _between(a, p)
     uu, uv, vv, wu, wv = dot(u, u), dot(u, v), dot(v, v), dot(w, u), dot(w, v)
     area = uu * vv - uv * uv

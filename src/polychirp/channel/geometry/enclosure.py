@@ -8,7 +8,7 @@ from polychirp.axes import FloatArray
 def enclosed_volume(corners: FloatArray) -> float:
     """Volume inside a closed surface, m³, from its triangles, m ``(face, corner, xyz)``.
 
-    By the divergence theorem; negative if the triangles turn clockwise seen from outside.
+    The divergence theorem gives it; it is negative if corners turn clockwise as seen from outside.
 
     >>> from polychirp.testing.shapes import box
     >>> round(enclosed_volume(box((1.0, 2.0, 3.0), 1.0)), 12)
@@ -21,12 +21,13 @@ def enclosed_volume(corners: FloatArray) -> float:
 def winding_numbers(corners: FloatArray, points: FloatArray) -> FloatArray:
     r"""Number of times that a surface winds around points, ``(point,)``: 1 inside, 0 outside.
 
-    The sum of the triangles' solid angles over 4π (van Oosterom & Strackee 1983),
+    It is the sum of the triangles' solid angles Ω over 4π (van Oosterom & Strackee 1983),
 
     .. math:: \tan\frac\Omega2 = \frac{a\cdot(b\times c)}
         {|a||b||c| + (a\cdot b)|c| + (b\cdot c)|a| + (c\cdot a)|b|}
 
-    For a surface with holes, it is the share of the full sphere that the surface spans.
+    with the vectors a, b, c from the point to the corners. For a surface with holes, the result is
+    the share of the full solid angle that the surface fills as seen from the point.
 
     >>> from polychirp.testing.shapes import box
     >>> points = np.array([[0.2, 0.1, 0.3], [0.6, 0.0, 0.0]])

@@ -1,6 +1,6 @@
-r"""Delays of light between bodies that move in straight lines, without approximation.
+r"""Delays of waves between points that move uniformly in straight lines, without approximation.
 
-A wave received at time t at X left S at :math:`t - \tau`, where
+A wave that arrives at the sink X at time t left the source S at :math:`t - \tau`, where
 :math:`c\tau = |X(t) - S(t-\tau)|`. With linear motion this is a quadratic equation in τ.
 """
 
@@ -11,16 +11,16 @@ from polychirp.constants import SPEED_OF_LIGHT
 
 
 def range_acceleration(way: FloatArray, velocity: FloatArray) -> FloatArray:
-    r"""Second derivative of the distance between two ends that pass each other, m/s² ``(…,)``.
+    r"""Second derivative of the distance between two points in uniform motion, m/s² ``(…,)``.
 
     .. math:: \ddot R = \frac{|v|^2 - (u\cdot v)^2}{R}
 
-    R u is the vector between the ends, v their relative velocity; both velocities are constant.
+    R is the distance, u the unit vector from one point to the other, and v the relative velocity.
 
     Parameters
     ----------
-    way : from one end to the other, m ``(…, xyz)``
-    velocity : of the other end relative to the first, m/s ``(…, xyz)``
+    way : vector from the first point to the second, m ``(…, xyz)``
+    velocity : of the second point relative to the first, m/s ``(…, xyz)``
 
     Examples
     --------
@@ -41,16 +41,17 @@ def retarded_leg(
     later_delay: FloatArray | float = 0.0,
     later_delay_rate: FloatArray | float = 0.0,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    r"""Delay, its rate, and direction of flight of a wave that arrives at a moving sink.
+    r"""Delay, delay rate and direction of flight of a wave on one leg to a moving sink.
 
-    The wave arrives at :math:`t - \tau_0(t)`, where τ₀ (``later_delay``) is the delay of all later
-    legs. With :math:`u` the direction of flight,
+    The wave arrives at the sink at :math:`t - \tau_0(t)`, where t is the time of reception at the
+    end of the path and τ₀ (``later_delay``) the delay of all later legs. With :math:`u` the
+    direction of flight and the velocities :math:`v_S` of the source and :math:`v_X` of the sink,
 
     .. math:: \dot\tau = \frac{(1 - \dot\tau_0)\, u\cdot(v_X - v_S)}{c - u\cdot v_S}
 
     Parameters
     ----------
-    source, sink : m, ``(…, xyz)`` at time t; velocities m/s
+    source, sink : positions at time t, m ``(…, xyz)``; their velocities in m/s
     later_delay, later_delay_rate : s and s/s, ``(…,)``
 
     Returns
@@ -59,7 +60,7 @@ def retarded_leg(
 
     Examples
     --------
-    A target at 30 m that recedes at 10 m/s, on its way back:
+    The way back from a target that recedes at 10 m/s and is at 30 m at the time of reception:
 
     >>> delay, rate, _ = retarded_leg(source=np.array([30.0, 0, 0]), sink=np.zeros(3),
     ...     source_velocity=np.array([10.0, 0, 0]), sink_velocity=np.zeros(3))
@@ -67,7 +68,7 @@ def retarded_leg(
     True
     """
     late = np.asarray(later_delay)[..., None]
-    # both ends at the time of arrival
+    # from the source to the sink, both at the time of arrival
     gap = (sink - sink_velocity * late) - (source - source_velocity * late)
     along = np.sum(gap * source_velocity, axis=-1)
     speed = np.sum(np.asarray(source_velocity) ** 2, axis=-1)

@@ -10,13 +10,13 @@ Vector = tuple[float, float, float]
 
 @inlined
 def dot(a: Vector, b: Vector) -> float:
-    """Scalar product."""
+    """Scalar product of two vectors."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @inlined
 def cross(a: Vector, b: Vector) -> Vector:
-    """Vector product."""
+    """Vector product of two vectors."""
     return (
         a[1] * b[2] - a[2] * b[1],
         a[2] * b[0] - a[0] * b[2],

@@ -1,10 +1,10 @@
 """Closest hit of a ray in trees of boxes, eight boxes at a time, near boxes first.
 
 `bvh.first_hit` walks a tree in the order in which it is stored. That needs no memory, and is best
-where any hit will do. For the closest hit, near boxes should come first: a hit shortens the ray,
-and the rest is then out of its reach. Eight boxes are tested together, as processors compute
-vectors, in single precision: the boxes are enlarged by more than the rounding, and triangles are
-tested in double precision. The hits are therefore those of `bvh.first_hit`.
+if any hit is sufficient. For the closest hit, near boxes should come first: once a hit is found,
+boxes beyond it need no test. Eight boxes are tested together, by vector instructions in single
+precision; they are enlarged by more than the rounding errors. Triangles are tested in double
+precision. The hits are therefore those of `bvh.first_hit`.
 """
 
 from __future__ import annotations
@@ -23,42 +23,43 @@ NUM_BOXES: Final = 8
 """Boxes in a row, tested together: as many single-precision numbers as an AVX register holds."""
 
 LINK_COLUMN: Final = 6 * NUM_BOXES
-"""First column of a row with the links of its boxes: to another row, or to a first triangle."""
+"""First of the columns that link each box of a row to another row, or to its first triangle."""
 
 SIZE_COLUMN: Final = 7 * NUM_BOXES
-"""First column of a row with the numbers of triangles of its boxes; 0: the link is to a row."""
+"""First of the columns with the number of triangles of each box; 0 if its link is to a row."""
 
 X_SIDES, Y_SIDES, Z_SIDES = (np.uint64(n * NUM_BOXES) for n in (3, 5, 7))
-"""Sum of the first columns of both sides of the boxes along an axis. Unsigned, so that the
-compiled code need not test for columns that count from the end."""
+"""Along each axis, the first column of the low sides of the boxes plus that of the high sides.
+They are unsigned, so that the compiled code need not test for negative column numbers."""
 
 TRIANGLE_MEDIUM: Final = 9
-"""Column of a triangle: the number of its medium."""
+"""Column of `Bundles.triangle` with the number of the triangle's medium."""
 
 TRIANGLE_KIND: Final = 10
-"""Column of a triangle: `OPAQUE_KIND` or `SHEET_KIND`."""
+"""Column of `Bundles.triangle` with the triangle's kind, `OPAQUE_KIND` or `SHEET_KIND`."""
 
 EITHER_KIND, OPAQUE_KIND, SHEET_KIND = 0, 1, 2
-"""Kinds of triangles to search: the closest hit of either kind, or any hit of one kind."""
+"""Kinds of triangles to search for: the closest hit of either kind, or any hit of one kind."""
 
 BOX_MARGIN: Final = 2e-6
-"""Enlargement of boxes, as a share of the greatest distance from the origin: 16 roundings."""
+"""Enlargement of boxes, as a share of the greatest magnitude of their coordinates. Chosen: it is 16
+times the relative spacing of single-precision numbers."""
 
 SPAN_MARGIN: Final = 1e-4
-"""Extension of a ray at both ends, m, while boxes are tested: twice the rounding error of single
-precision 1 km from the middle of a tree."""
+"""Extension of a ray at both ends, m, while boxes are tested. Chosen: about twice the rounding
+error of single precision at 1 km from `SearchRay.middle`."""
 
 GREATEST_INVERSE: Final = 1e18
-"""Greatest inverse of a component of a direction: its products stay finite in single precision."""
+"""Greatest inverse of a direction's component. Chosen: products stay finite in single precision."""
 
 
 class Bundles(NamedTuple):
     """Trees of boxes in rows of `NUM_BOXES`.
 
-    ``bundle`` ``(row, 64)``: the low x, y and z of the boxes, their high x, y and z, m, then
-    `LINK_COLUMN` and `SIZE_COLUMN`, whose numbers count from the begin of the table; ``triangle``
-    ``(triangle, 11)``: a corner and two edges, m, `TRIANGLE_MEDIUM` and `TRIANGLE_KIND`;
-    ``stack_size``: single-precision numbers that a search needs as working memory.
+    ``bundle`` ``(row, 64)``: the low x, y and z of the boxes, their high x, y and z, m, then their
+    links (numbers of rows and triangles, from where the trees begin) and numbers of triangles;
+    ``triangle`` ``(triangle, 11)``: a corner and two edges, m, `TRIANGLE_MEDIUM` and
+    `TRIANGLE_KIND`; ``stack_size``: single-precision numbers of a search's working memory.
     """
 
     bundle: NDArray[np.float32]
@@ -69,8 +70,8 @@ class Bundles(NamedTuple):
 class SearchRay(NamedTuple):
     """A ray in the frame of a tree.
 
-    ``direction`` is a unit vector; hits count strictly within ``span`` (m). ``middle`` (m) is
-    about where the ray is nearest to the middle of the tree: single precision counts from there.
+    ``direction`` is a unit vector; hits count strictly within ``span`` (m). At ``middle`` (m) the
+    ray is about nearest to the tree's middle; single-precision distances are relative to it.
     """
 
     origin: Vector
@@ -80,7 +81,7 @@ class SearchRay(NamedTuple):
 
 
 class _BoxRay(NamedTuple):
-    """A ray in single precision: inverse direction, and the columns of the sides it meets first."""
+    """A ray from `SearchRay.middle`: inverse direction, and columns of the sides it meets first."""
 
     origin: tuple[np.float32, np.float32, np.float32]
     inverse: tuple[np.float32, np.float32, np.float32]
@@ -98,7 +99,7 @@ def _half_area(box: FloatArray, node: int) -> float:
 def _gather_children(
     box: FloatArray, skip: IntArray, size: IntArray, nodes: IntArray, count: int
 ) -> int:
-    """Replace the largest of ``count`` nodes by their children while there is room."""
+    """Replace the largest nodes by their children while they fit; return the number of nodes."""
     while count < NUM_BOXES:
         best, largest = 0, -np.inf
         for i in range(count):
@@ -118,12 +119,12 @@ def _bundle(
     box: FloatArray, skip: IntArray, first: IntArray, size: IntArray, roots: IntArray,
     margin: float,
 ) -> tuple[NDArray[np.float32], int]:  # fmt: skip
-    """Rows of the trees at ``roots``, all below row 0, and the most boxes that wait in a search."""
+    """Rows of the trees at ``roots``, from the common row 0, and the most boxes that ever wait."""
     out = np.zeros((1 + skip.size, 8 * NUM_BOXES), dtype=np.float32)
-    # no ray enters a box of which low is above high
+    # no ray enters a box whose low sides are above its high sides; unused columns keep such a box
     out[:, : 3 * NUM_BOXES], out[:, 3 * NUM_BOXES : LINK_COLUMN] = np.inf, -np.inf
     nodes, rows, most = np.empty(NUM_BOXES, dtype=np.int64), 1, 1
-    # rows still to be written: their node, their number, and the boxes that may wait by then
+    # rows still to be written: node, number of the row, and boxes that may wait when it is searched
     whose, where, waits = [0], [0], [1]
     while len(whose) > 0:
         node, row, others = whose.pop(), where.pop(), waits.pop()
@@ -152,7 +153,7 @@ def _bundle(
 def bundles_of(
     trees: tuple[Tree, ...], media: tuple[IntArray, ...], kinds: tuple[int, ...]
 ) -> Bundles:
-    """Several trees as one, with the media of the triangles of each tree, and its kind."""
+    """Several trees as one, with the media ``(triangle,)`` and kind of each tree's triangles."""
     nodes = np.cumsum([0] + [len(tree.skip) for tree in trees])
     triangles = np.cumsum([0] + [len(tree.face) for tree in trees])
     box = np.concatenate([tree.box for tree in trees])
@@ -175,7 +176,7 @@ def bundles_of(
 
 @inlined
 def _finite_inverse(x: float) -> float:
-    """1/x, but finite in single precision."""
+    """1/x, but `GREATEST_INVERSE` near x = 0: finite in single precision."""
     return 1.0 / x if abs(x) > 1.0 / GREATEST_INVERSE else GREATEST_INVERSE
 
 
@@ -206,7 +207,7 @@ def _enter_all(
     span: tuple[np.float32, np.float32],
     found: NDArray[np.float32],
 ) -> None:
-    """Fill ``found`` with where a ray enters the boxes of a row; infinite outside its span."""
+    """Fill ``found`` with where a ray enters a row's boxes, m from `SearchRay.middle`; ∞: miss."""
     miss = np.float32(np.inf)
     origin, inverse = ray.origin, ray.inverse
     ax, ay, az = ray.side
@@ -228,7 +229,7 @@ def _enter_all(
 def _push_entered(
     bundle: NDArray[np.float32], row: int, stack: NDArray[np.float32], top: int
 ) -> int:
-    """Push the boxes of a row that a ray enters, far ones first; the new top of the stack."""
+    """Push the boxes of a row that a ray enters, far ones first; return the stack's new top."""
     miss, first = np.float32(np.inf), top
     for c in range(NUM_BOXES):
         here = stack[c]
@@ -256,10 +257,11 @@ def nearest_hit(
 
     Parameters
     ----------
-    begin : row and triangle where the table of the tree begins
+    begin : first row and first triangle of the trees to be searched, in the tables of ``bundles``
     wanted : `EITHER_KIND`, `OPAQUE_KIND` or `SHEET_KIND`
-    stack : working memory, `Bundles.stack_size` numbers: where the ray enters the boxes of the
-        present row, then for every box that waits its entry, link and size
+    stack : working memory of `Bundles.stack_size` numbers: first the distances at which the ray
+        enters the boxes of the present row, then three numbers for every box that waits: the
+        distance at which the ray enters it, its link and its number of triangles
 
     Returns
     -------
@@ -285,7 +287,7 @@ def nearest_hit(
             stop = single(farthest - ray.middle + SPAN_MARGIN)
             _enter_all(bundle, row, box_ray, (start, stop), stack)
             top = _push_entered(bundle, row, stack, top)
-        # a hit may be nearer than boxes that wait
+        # boxes that begin behind the nearest hit so far are dropped
         stop = single(farthest - ray.middle + SPAN_MARGIN)
         while top > NUM_BOXES and stack[top - 3] > stop:
             top -= 3

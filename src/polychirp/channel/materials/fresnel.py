@@ -1,8 +1,8 @@
 """Reflection and transmission at a half-space, a sheet and a conductor; loss by roughness.
 
-Time dependence is e^{+jωt}, ε = ε′ − jε″; s is perpendicular to the plane of incidence, p in it; a
-perfect conductor has Γs = −1 and Γp = +1. Compiled kernels call the scalar functions here, other
-code calls the NumPy functions, and tests compare both.
+The time dependence is e^{+jωt}, and permittivities are relative, ε = ε′ − jε″. The field of s is
+perpendicular to the plane of incidence, that of p is in it; a perfect conductor has Γs = −1 and
+Γp = +1. Kernels call the scalar functions, other code the NumPy functions; tests compare both.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from polychirp.model.material import Material
 
 
 def half_space(permittivity: complex, cosine: ArrayLike) -> tuple[ComplexArray, ComplexArray]:
-    r"""(Γs, Γp) of a half-space at the cosine of the angle of incidence.
+    r"""Reflection coefficients (Γs, Γp) of a half-space at ``cosine`` of the angle of incidence θ.
 
     .. math:: q = \sqrt{\varepsilon - \sin^2\theta}, \quad
         \Gamma_s = \frac{\cos\theta - q}{\cos\theta + q}, \quad
@@ -37,7 +37,7 @@ def half_space(permittivity: complex, cosine: ArrayLike) -> tuple[ComplexArray, 
 
 
 class SheetCoefficients(NamedTuple):
-    """Amplitude coefficients of a sheet: reflection Rs, Rp and transmission Ts, Tp."""
+    """Amplitude coefficients of a sheet for s and p: reflection Rs, Rp, transmission Ts, Tp."""
 
     reflection_s: ComplexArray
     reflection_p: ComplexArray
@@ -52,6 +52,8 @@ def sheet(
 
     .. math:: R = \Gamma\frac{1 - e^2}{1 - \Gamma^2 e^2}, \quad
         T = \frac{(1 - \Gamma^2)\,e}{1 - \Gamma^2 e^2}, \quad e = e^{-jkqt}
+
+    k is the wavenumber in air; Γ and q are those of `half_space`. ``frequency`` is in Hz.
     """
     c = np.asarray(cosine, dtype=np.complex128)
     q = np.sqrt(permittivity - (1.0 - c * c))
@@ -65,7 +67,7 @@ def sheet(
 
 
 def roughness_factor(roughness: float, cosine: ArrayLike, frequency: float) -> FloatArray:
-    r"""Factor of Gaussian roughness (rms height σₕ, m) on the specular amplitude.
+    r"""Factor by which Gaussian roughness (rms height σₕ, m) reduces the specular amplitude.
 
     .. math:: \rho = e^{-2 (k\sigma_h\cos\theta)^2}
     """
@@ -76,7 +78,7 @@ def roughness_factor(roughness: float, cosine: ArrayLike, frequency: float) -> F
 def reflection(
     material: Material, cosine: ArrayLike, frequency: float
 ) -> tuple[ComplexArray, ComplexArray]:
-    """(Γs, Γp) of a material's surface, its roughness included."""
+    """Reflection coefficients (Γs, Γp) of a material's surface, its roughness included."""
     c = np.asarray(cosine, dtype=np.float64)
     if material.is_conductor:
         s, p = -np.ones(c.shape, dtype=np.complex128), np.ones(c.shape, dtype=np.complex128)
@@ -89,7 +91,7 @@ def reflection(
 
 
 def power_through(material: Material, frequency: float) -> float:
-    """Power ratio that a material transmits at normal incidence; 0 for a half-space."""
+    """Share of the power that a sheet transmits at normal incidence; 0 for other surfaces."""
     if material.is_conductor or material.thickness == 0:
         return 0.0
     found = sheet(material.permittivity(frequency), material.thickness, 1.0, frequency)
@@ -97,7 +99,7 @@ def power_through(material: Material, frequency: float) -> float:
 
 
 class Media(NamedTuple):
-    """Materials as arrays ``(medium,)`` for the kernels."""
+    """Materials as arrays ``(medium,)`` for kernels, with the fields of `Material` in SI units."""
 
     permittivity: ComplexArray
     thickness: FloatArray
@@ -111,7 +113,7 @@ def media_of(names: tuple[str, ...], table: Mapping[str, Material], frequency: f
     rows = [table[name] for name in names]
     return Media(
         permittivity=np.array(
-            # a conductor's permittivity is not used, but the array needs a number
+            # a conductor's permittivity is not used: any number is right
             [1.0 if row.is_conductor else row.permittivity(frequency) for row in rows],
             dtype=np.complex128,
         ),
@@ -126,10 +128,10 @@ def media_of(names: tuple[str, ...], table: Mapping[str, Material], frequency: f
 def sheet_transmission(
     media: Media, medium: int, cosine: float, wavenumber: float
 ) -> tuple[complex, complex]:
-    r"""(Ts, Tp) of a sheet as a factor on the straight path through it, for kernels.
+    r"""Transmission coefficients (Ts, Tp) of a sheet, relative to the air that it displaces.
 
-    The path includes the phase of the air, :math:`-kt\cos\theta`, that the sheet replaces; hence
-    the factor is :math:`T e^{+jkt\cos\theta}`.
+    A straight path already has the phase of this air, :math:`-kt\cos\theta`; hence the sheet
+    multiplies its amplitude by :math:`T e^{+jkt\cos\theta}`.
     """
     permittivity, thickness = media.permittivity[medium], media.thickness[medium]
     q = np.sqrt(permittivity - (1.0 - cosine * cosine))

@@ -1,4 +1,4 @@
-"""Named materials near 79 GHz, one source per row."""
+"""Named materials near 79 GHz, each with its source."""
 
 import tomllib
 import warnings
@@ -14,7 +14,7 @@ from polychirp.model.material import Material
 
 @dataclass(frozen=True, kw_only=True)
 class NamedMaterial(Material):
-    """A study's own material, or its own value of a known one."""
+    """A material that a study defines; one with a known name replaces that material."""
 
     name: str
 
@@ -33,7 +33,7 @@ def known_materials() -> Mapping[str, Material]:
 
 
 def material_table(extra: Mapping[str, Material] | None = None) -> Mapping[str, Material]:
-    """Known materials and those of a study; a study's own value of a name replaces the known one.
+    """Known materials and those of a study, by name; a study's replace known ones of the same name.
 
     >>> table = material_table({"brick": Material(relative_permittivity=4.1)})
     >>> table["brick"].relative_permittivity, table["glass"].thickness
@@ -43,17 +43,17 @@ def material_table(extra: Mapping[str, Material] | None = None) -> Mapping[str, 
 
 
 def check_materials(names: Iterable[str], table: Mapping[str, Material], frequency: float) -> None:
-    """Check that every name is known, and used within the band of its values.
+    """Check that every name is in the table, and that its values are valid at the frequency, Hz.
 
     Raises
     ------
     InputError
-        A material has no row in the table.
+        A material is not in the table.
 
     Warns
     -----
     ModelWarning
-        The frequency (Hz) is outside the band for which a material's values hold.
+        The frequency is outside the band in which a material's values are valid.
     """
     for name in sorted(set(names)):
         if name not in table:

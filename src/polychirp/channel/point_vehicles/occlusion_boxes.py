@@ -1,6 +1,6 @@
-"""Occlusion of points by vehicles, which are boxes here, and by plates.
+"""Occlusion of points by plates and by vehicles, which are represented by boxes.
 
-Boxes are closed: there is no line of sight through windows, over bonnets or below the floor.
+Boxes are opaque: there is no line of sight through windows, over bonnets or below the floor.
 """
 
 from __future__ import annotations
@@ -20,18 +20,19 @@ from polychirp.model.scene import Scene
 from polychirp.threads import in_ranges
 
 OWN_BOX_SETBACK: Final = 1e-3
-"""m behind a radar, to which the face of its own vehicle's box is moved (chosen: more than the
-rounding of positions, less than any part of a vehicle)."""
+"""Distance behind a radar, m, to which a face of its own vehicle's box is moved. Chosen: it is more
+than the rounding errors of positions, and less than the size of any part of a vehicle."""
 
 NO_BOX_PLACE: Final = 1e30
-"""m: both corners of the box of a carrier without a body lie here, where no ray reaches it."""
+"""Coordinates, m, of the empty box that replaces a missing one. Chosen: no ray comes so far."""
 
 
 class Boxes(NamedTuple):
-    """Boxes in frames of their own, one per row.
+    """Boxes, one per row, each in the frame of its actor.
 
-    ``rotation`` ``(box, xyz, xyz)`` and ``position`` m take a point of a box's frame to the
-    world; ``low``, ``high`` m ``(box, xyz)`` are its corners there; ``actor`` ``(box,)``.
+    ``rotation`` ``(box, xyz, xyz)`` and ``position`` m ``(box, xyz)`` take a point of this frame to
+    the world; ``low``, ``high`` m ``(box, xyz)`` are the box's corners in this frame; ``actor``
+    ``(box,)`` is the actor's number.
     """
 
     rotation: FloatArray
@@ -41,7 +42,7 @@ class Boxes(NamedTuple):
     actor: IntArray
 
     def select(self, number: IntArray) -> Boxes:
-        """The boxes of these numbers, with repetitions."""
+        """The boxes of these numbers; a number that is repeated gives a repeated box."""
         return Boxes(
             self.rotation[number],
             self.position[number],
@@ -85,10 +86,10 @@ def vehicle_boxes(scene: Scene) -> Boxes:
 
 
 def own_boxes(scene: Scene, boxes: Boxes) -> Boxes:
-    """Box of every radar's carrier, with the nearest face moved so that the radar is outside.
+    """Boxes of the radars' carriers; if a radar is inside, the nearest face moves behind it.
 
-    So a radar behind a bumper or a mirror can see, while its own vehicle still hides what is on
-    the other side.
+    A radar behind a bumper or a mirror is thus outside the box, which still hides what is on the
+    vehicle's other side. A carrier without a box has an empty one at `NO_BOX_PLACE`.
     """
     number = {int(actor): row for row, actor in enumerate(boxes.actor)}
     rows = []
@@ -120,8 +121,8 @@ def own_boxes(scene: Scene, boxes: Boxes) -> Boxes:
 def crosses(boxes: Boxes, start: FloatArray, end: FloatArray) -> BoolArray:
     """Mask of the straight ways from ``start`` to ``end`` that enter their box, ``(box,)``.
 
-    ``start`` and ``end`` m ``(box, xyz)``. By the slabs between opposite faces (Kay and Kajiya,
-    1986).
+    ``start`` and ``end`` are in the world, m ``(box, xyz)``. The method is that of slabs between
+    opposite faces (Kay and Kajiya, 1986).
     """
     origin = np.einsum("bij,bi->bj", boxes.rotation, start - boxes.position)
     way = np.einsum("bij,bi->bj", boxes.rotation, end - start)
@@ -133,7 +134,7 @@ def crosses(boxes: Boxes, start: FloatArray, end: FloatArray) -> BoolArray:
 
 
 class NearRadars(NamedTuple):
-    """Numbers of the obstacles near each radar: ``number[first[r]:first[r+1]]`` for radar r."""
+    """Numbers of obstacles within reach of each radar r: ``number[first[r]:first[r+1]]``."""
 
     first: IntArray
     number: IntArray
@@ -193,8 +194,8 @@ def _meets_plate(
 class _Rays(NamedTuple):
     """Straight ways from radars to points.
 
-    ``start`` and ``end`` m ``(ray, xyz)``; ``radar`` ``(ray,)``; boxes of the actors ``spared``
-    ``(ray, 2)`` do not block the ray.
+    ``start`` and ``end`` m ``(ray, xyz)``; ``radar`` ``(ray,)``: number of the radar; ``spared``
+    ``(ray, 2)``: numbers of the actors whose boxes do not block the ray.
     """
 
     start: FloatArray
@@ -215,9 +216,9 @@ def _find_blocked(
     near_plate: NearRadars,
     out: BoolArray,
 ) -> None:
-    """Mark the rays that boxes or plates near their radar block, in ``out`` ``(ray,)``.
+    """Set ``out`` ``(ray,)`` for rays that boxes or plates within reach of their radar block.
 
-    ``ball`` ``(box, 4)`` m holds centres and radii of the spheres around the boxes.
+    ``ball`` m ``(box, 4)`` holds centres and radii of the spheres around the boxes.
     """
     for row in range(begin, end):
         start, stop, r = rays.start[row], rays.end[row], rays.radar[row]
@@ -235,7 +236,7 @@ def _find_blocked(
             b = near_box.number[k]
             if boxes.actor[b] == rays.spared[row, 0] or boxes.actor[b] == rays.spared[row, 1]:
                 continue
-            # the distance of the sphere's centre from the ray
+            # vector from the ray's nearest point to the sphere's centre
             gx, gy, gz = ball[b, 0] - start[0], ball[b, 1] - start[1], ball[b, 2] - start[2]
             t = min(max((gx * dx + gy * dy + gz * dz) / square, 0.0), 1.0)
             gx, gy, gz = gx - t * dx, gy - t * dy, gz - t * dz
@@ -252,10 +253,11 @@ class Obstacles:
 
     Parameters
     ----------
-    place : of the radars, m ``(radar, xyz)``; carrier : their actors, ``(radar,)``
-    boxes : of the vehicles; own : of every radar's carrier (`own_boxes`)
-    plates : in the world
-    near_box, near_plate : numbers of those within reach of every radar
+    place : positions of the radars, m ``(radar, xyz)``
+    carrier : numbers of the actors that carry the radars, ``(radar,)``
+    boxes : boxes of the vehicles; own : boxes of the radars' carriers, by `own_boxes`
+    plates : plates in the frame of the world
+    near_box, near_plate : numbers of the boxes and plates within reach of every radar
     """
 
     place: FloatArray
@@ -274,17 +276,17 @@ class Obstacles:
         return replace(self, near_plate=none)
 
     def hide(self, radar: IntArray, end: FloatArray, spared: IntArray) -> BoolArray:
-        """Mask of the points of the world that their radar cannot see, ``(ray,)``.
+        """Mask of the points ``end`` m ``(ray, xyz)`` that are hidden from ``radar`` ``(ray,)``.
 
-        ``radar`` ``(ray,)``; ``end`` m ``(ray, xyz)``. ``spared`` ``(ray,)`` are the actors that
-        the points are on: their boxes do not block.
+        ``spared`` ``(ray,)`` are the numbers of the actors that the points are on; their boxes do
+        not block.
         """
         if not len(radar):
             return np.zeros(0, dtype=np.bool_)
         start = self.place[radar]
         spheres = np.column_stack([self.boxes.centre, self.boxes.radius])
         spares = np.stack([self.carrier[radar], spared], axis=-1)
-        # copies that can be written: sealed and sliced arrays would be types of their own
+        # copies that can be written: for read-only or sliced arrays numba would compile again
         rays = _Rays(start, np.array(end, order="C"), np.array(radar), spares)
         hidden = np.zeros(len(rays.radar), dtype=np.bool_)
         near = self.near_box, self.plates, self.near_plate
@@ -293,7 +295,7 @@ class Obstacles:
 
 
 def obstacles_of(scene: Scene, plates: Plates, reach: float) -> Obstacles:
-    """Vehicles of a scene and ``plates`` within ``reach`` (m) of its radars."""
+    """Vehicles of a scene and ``plates``, as obstacles within ``reach`` (m) of its radars."""
     boxes, place = vehicle_boxes(scene), scene.radar_position
     size = np.hypot(plates.half_across, plates.half_along)
     return Obstacles(

@@ -1,6 +1,6 @@
 """Paths among vehicles that are boxes with a few points.
 
-Work is done only for radars and points nearer to each other than the longest path.
+Only radars and points are examined that are within ``max_length`` of each other.
 """
 
 from collections.abc import Iterator, Mapping
@@ -38,8 +38,8 @@ from polychirp.model.scene import Actor, Scene
 from polychirp.rng import Streams
 
 MAX_BATCH_PATHS: Final = 1 << 19
-"""Paths over points that are tested together, most of which are too long or too weak (chosen: it
-bounds memory)."""
+"""Number of possible paths over points that are tested together; most of them are too long or too
+weak. Chosen: it bounds the working memory."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -48,10 +48,10 @@ class PreparedStreet:
 
     Parameters
     ----------
-    scene : as it was given
-    world : the scene without meshes: only its plates
+    scene : the scene with its meshes
+    world : the scene without meshes, so that plates are its only surfaces
     obstacles : boxes and plates
-    max_length : of a path, m
+    max_length : greatest length of a path, m
     """
 
     scene: Scene
@@ -60,7 +60,7 @@ class PreparedStreet:
     max_length: float
 
     def near_pairs(self) -> IntArray:
-        """Pairs (transmitter, receiver) no farther apart than the longest path, ``(pair, 2)``."""
+        """(Transmitter, receiver) within ``max_length``, also of a single radar, ``(pair, 2)``."""
         tree = KDTree(self.obstacles.place)
         twos = tree.query_pairs(self.max_length, output_type="ndarray").reshape(-1, 2)
         alone = np.repeat(np.arange(len(self.scene.radars))[:, None], 2, axis=1)
@@ -90,7 +90,7 @@ def prepared(
 
 
 def direct(street: PreparedStreet) -> PropagationPaths:
-    """Lines of sight that no box and no plate blocks."""
+    """Direct paths that no box and no plate blocks."""
     obstacles, scene = street.obstacles, street.scene
     if not scene.radars:
         return no_paths(scene, street.world.frequency)
@@ -104,7 +104,7 @@ def direct(street: PreparedStreet) -> PropagationPaths:
 
 
 def mirrored(street: PreparedStreet) -> PropagationPaths:
-    """Single reflections in plates that are short enough and that no box blocks."""
+    """Paths by one reflection in a plate, up to ``max_length``, that no box and no plate blocks."""
     if not street.scene.radars:
         return no_paths(street.scene, street.world.frequency)
     paths = mirror_paths(street.world, street.near_pairs())
@@ -119,10 +119,9 @@ def mirrored(street: PreparedStreet) -> PropagationPaths:
 class Scatterers(NamedTuple):
     """All points of a scene that echo.
 
-    ``actor`` ``(point,)``; ``place`` m ``(point, xyz)`` in the world; ``model`` ``(point,)`` the
-    number among ``models`` of the one that the point belongs to, and ``number`` ``(point,)`` its
-    number in that model. ``matrix`` ``(point, 2, 2)`` multiplies the root of the model's cross
-    section, and contains the random phases.
+    ``actor``, ``model``, ``number`` ``(point,)``: numbers of the actor, of the model in ``models``
+    and of the point in that model; ``place`` m ``(point, xyz)`` in the world. ``matrix`` ``(point,
+    2, 2)`` multiplies the root of the model's cross section, and contains the random phases.
     """
 
     actor: IntArray
@@ -138,7 +137,7 @@ ISOTROPIC_POINT: Final = IsotropicPoint(place=np.zeros((1, 3)))
 
 
 def scatterers(scene: Scene, *, model: VehicleModel, seed: int) -> Scatterers:
-    """Points of all vehicles that have a mesh, and every `PointScatterer`."""
+    """Points of all vehicles that have a mesh, and every `PointScatterer` of the scene."""
     models: list[PointModel] = [ISOTROPIC_POINT]
     actor, place, of_model, number = [], [], [], []
     matrix: list[ComplexArray] = []
@@ -190,10 +189,10 @@ def _random_matrices(model: PointModel, seed: int, name: str) -> ComplexArray:
 
 
 class Legs(NamedTuple):
-    """Ways between radars and points that they see, sorted by point.
+    """Straight legs between radars and the points that are visible to them, sorted by point.
 
-    ``radar``, ``point`` ``(leg,)``; ``length`` m; ``gain`` of the radar's element in its direction;
-    ``towards`` ``(leg, xyz)``: unit vectors from the point to the radar, in the actor's frame.
+    ``radar``, ``point`` ``(leg,)``; ``length`` m; ``gain``: power gain of the radar's element along
+    the leg; ``towards`` ``(leg, xyz)``: unit vectors to the radar, in the point's actor's frame.
     """
 
     radar: IntArray
@@ -204,14 +203,14 @@ class Legs(NamedTuple):
 
 
 def legs_of(street: PreparedStreet, found: Scatterers) -> Legs:
-    """All legs shorter than the longest path to points that are not hidden."""
+    """All legs up to ``max_length`` to points that are not hidden."""
     obstacles, scene = street.obstacles, street.scene
     near = KDTree(obstacles.place).sparse_distance_matrix(
         KDTree(found.place), street.max_length, output_type="ndarray"
     )
     radar, point = near["i"].astype(np.int64), near["j"].astype(np.int64)
     actor = found.actor[point]
-    # a model of a whole vehicle does not hold for a radar on it
+    # a vehicle's model is not valid for a radar on the same vehicle
     open_ways = (found.model[point] == 0) | (actor != obstacles.carrier[radar])
     radar, point = radar[open_ways], point[open_ways]
     open_ways = ~obstacles.hide(radar, found.place[point], found.actor[point])
@@ -232,7 +231,7 @@ def legs_of(street: PreparedStreet, found: Scatterers) -> Legs:
 
 
 def _gains(scene: Scene, radar: IntArray, direction: FloatArray) -> FloatArray:
-    """Power gain of the radars' elements in directions of the world, ``(leg,)``."""
+    """Power gains of the radars' elements ``(leg,)`` in directions of the world ``(leg, xyz)``."""
     gain, order, turn = np.empty(len(radar)), np.argsort(radar, kind="stable"), scene.radar_rotation
     first = np.searchsorted(radar[order], np.arange(len(scene.radars) + 1))
     for number, one in enumerate(scene.radars):
@@ -242,7 +241,7 @@ def _gains(scene: Scene, radar: IntArray, direction: FloatArray) -> FloatArray:
 
 
 def _leg_pairs(legs: Legs) -> Iterator[tuple[IntArray, IntArray]]:
-    """Pairs of every leg out with every leg back of its point, in batches."""
+    """Numbers of an outward and a return leg, for all pairs of legs of one point, in batches."""
     _, first, count = np.unique(legs.point, return_index=True, return_counts=True)
     partners, start = np.repeat(count, count), np.repeat(first, count)
     total = np.concatenate([[0], np.cumsum(partners)])
@@ -264,8 +263,8 @@ def echoes(
 ) -> PropagationPaths:
     """Paths over the points of vehicles, and over every `PointScatterer`.
 
-    Paths that are weaker than a ``known`` or found path of their pair by more than the dynamic
-    range are left out before they become a table.
+    A path is left out if it is weaker, by more than the dynamic range over 0.9, than a ``known``
+    path of its pair of radars or one found before; `without_weak` later makes the exact cut.
     """
     scene, frequency = street.scene, street.world.frequency
     found = scatterers(scene, model=model, seed=seed)
@@ -300,7 +299,7 @@ def echoes(
 
 
 def _cross_section(found: Scatterers, legs: Legs, ways: IntArray) -> FloatArray:
-    """Cross sections, m² ``(path,)``, of pairs of legs ``(path, 2)``."""
+    """Cross sections, m² ``(path,)``, for pairs of legs ``ways`` ``(path, 2)``."""
     point, area = legs.point[ways[:, 0]], np.empty(len(ways))
     for index, model in enumerate(found.models):
         mine = found.model[point] == index

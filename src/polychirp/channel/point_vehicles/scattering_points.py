@@ -16,45 +16,45 @@ from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.units import Unit, from_db
 
 VehicleModel = Literal["tables", "3gpp-one", "3gpp-five"]
-"""Models of a vehicle that a study may name."""
+"""Names of the models of a vehicle's points, of which a study chooses one."""
 
 MAX_ROOF_ZENITH: Final = np.radians(30.0)
-"""rad: zenith angle below which a vehicle of one point has its roof's lobe (3GPP)."""
+"""Zenith angle, rad, below which a vehicle of one point echoes with its roof's lobe (3GPP)."""
 
 LOBE_SIDES: Final = ("front", "left", "rear", "right", "roof")
-"""Sides of the vehicle in the order of 3GPP's lobes: every 90° from ahead, and the roof."""
+"""Sides of the vehicle in the order of the lobes: from ahead in steps of 90°, then the roof."""
 
 FACE_CENTRES: Final = np.array(
     [(1, 0.5, 0.5), (0.5, 1, 0.5), (0, 0.5, 0.5), (0.5, 0, 0.5), (0.5, 0.5, 1)]
 )
-"""Places of 3GPP's five points, in the order of `LOBE_SIDES`: middles of the box's faces, as shares
-of the bounding box (our choice; 3GPP leaves them open)."""
+"""Places of 3GPP's five points, in the order of `LOBE_SIDES`, as shares of the bounding box: the
+middles of its faces. Chosen, since 3GPP leaves the places open."""
 
 
 class PointModel(Protocol):
-    """Points that represent a vehicle."""
+    """Model of the points that represent a vehicle."""
 
     def __hash__(self) -> int:
         """Hash by identity."""
 
     @property
     def place(self) -> FloatArray:
-        """Places as shares of the bounding box from its low corner, ``(point, xyz)``."""
+        """Places as shares of the bounding box, from its low corner, ``(point, xyz)``."""
 
     def cross_section(
         self, point: IntArray, towards: FloatArray, back: FloatArray, /
     ) -> FloatArray:
-        """Cross sections, m² ``(path,)``, of points for given directions.
+        """Cross sections, m² ``(path,)``, of the points with the numbers ``point`` ``(path,)``.
 
         ``towards`` and ``back`` are unit vectors to transmitter and receiver, ``(path, xyz)`` in
-        the vehicle's frame. Exchanging them changes nothing.
+        the vehicle's frame. Exchanging them does not change the result.
         """
 
     def scale(self, size: FloatArray, /) -> float:
-        """Factor on the cross sections for a vehicle of this ``size``, m ``(xyz,)``."""
+        """Factor on the cross sections for a vehicle with a box of ``size``, m ``(xyz,)``."""
 
     def matrix(self, rng: np.random.Generator, /) -> ComplexArray:
-        """Random phases, spread and cross polarisation of one point, ``(2, 2)``."""
+        """Random scattering matrix of one point: phases, spread, cross polarisation, ``(2, 2)``."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -64,20 +64,21 @@ class LobePoints:
     .. math:: 10\lg\sigma = \max\{G - \min(12x_\theta^2 + 12x_\varphi^2, \sigma_{max})
         - k_1\sin(k_2\beta/2) + 5\lg\cos(\beta/2),\; G - \sigma_{max}\}
 
-    where x are the angles from the lobe's middle over its width, taken on the bisector of the
-    directions to transmitter and receiver, and β is the angle between these directions. The fields
-    of this class are linear, not in decibels.
+    :math:`x_\theta` and :math:`x_\varphi` are the differences in zenith angle and azimuth between
+    the lobe's middle and the bisector of the directions to transmitter and receiver, each over the
+    lobe's width; β is the angle between these directions. Fields are linear, not in decibels.
 
-    3GPP defines this equation and its values, the lognormal spread with mean 1 and the normal XPR.
-    Our choices are the places of the points; one spread and one XPR for a point in all directions;
-    one phase for both cross-polar terms (reciprocity); and a spread that is not truncated.
+    3GPP defines this equation and its values, the spread (lognormal with mean 1), and the
+    cross-polarisation ratio XPR (normal in decibels). Our choices are the places of the points; one
+    spread and one XPR for a point in all directions; one phase for both cross-polar terms
+    (reciprocity); and a spread that is not truncated.
 
     Parameters
     ----------
     place : shares of the bounding box, ``(point, xyz)``
-    azimuth, azimuth_width, zenith, zenith_width : rad, ``(lobe,)``
-    peak, depth : m² and ratio, ``(lobe,)``
-    spread, cross_ratio, cross_ratio_spread : ratios
+    azimuth, azimuth_width, zenith, zenith_width : middle and −3 dB width, rad ``(lobe,)``
+    peak, depth : G in m², and :math:`\sigma_{max}` as a ratio, ``(lobe,)``
+    spread, cross_ratio, cross_ratio_spread : deviation of the spread, mean and deviation of the XPR
     bistatic_depth, bistatic_rate : :math:`k_1` as a ratio, and :math:`k_2`
     """
 
@@ -95,7 +96,7 @@ class LobePoints:
     bistatic_rate: float
 
     def cross_section(self, point: IntArray, towards: FloatArray, back: FloatArray) -> FloatArray:
-        """Cross sections, m² ``(path,)``; a single point has the lobe of the bisector's sector."""
+        """Cross sections, m² ``(path,)``; one point alone has the lobe of the bisector's sector."""
         middle, half = bisector(towards, back)
         azimuth = np.arctan2(middle[:, 1], middle[:, 0])
         zenith = np.arccos(np.clip(middle[:, 2], -1.0, 1.0))
@@ -109,11 +110,11 @@ class LobePoints:
         return np.asarray(self.peak[lobe] * np.maximum(shape * between, 1 / self.depth[lobe]))
 
     def scale(self, _: FloatArray) -> float:
-        """1, because 3GPP's vehicle has one size."""
+        """Factor 1, because 3GPP's vehicle has one size."""
         return 1.0
 
     def matrix(self, rng: np.random.Generator) -> ComplexArray:
-        """Random phases and √σ_S with mean power 1; √(1/XPR) off the diagonal."""
+        """Matrix of random phases times √spread (mean power 1); times √(1/XPR) off the diagonal."""
         wide, cross = np.log(self.spread), np.log(self.cross_ratio_spread)
         power = np.exp(wide * rng.standard_normal() - 0.5 * wide**2)
         ratio = self.cross_ratio * np.exp(cross * rng.standard_normal())
@@ -124,23 +125,24 @@ class LobePoints:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TablePoints:
-    r"""Points whose echo over azimuth was computed once by physical optics.
+    r"""Points whose cross sections over azimuth were computed once by physical optics.
 
-    Values between columns are interpolated linearly. For two directions the echo is that along
-    their bisector, which is right while the points of reflection stay the same (Kell, 1965).
-    Compared with our facets, the mean over azimuth is within 3 dB for directions up to 60° apart,
-    within 5 dB at 90°, and up to 8 dB too strong beyond.
+    Cross sections are interpolated linearly in azimuth. A bistatic cross section is the monostatic
+    one along the bisector, which is right while the points of reflection stay the same (Kell,
+    1965). Compared with the facets of the tracer `Composite`, its mean over azimuth is within 3 dB
+    for directions up to 60° apart, within 5 dB at 90°, and up to 8 dB too strong beyond.
 
-    The tables were traced from 20 m. A flat flank in its near field is weaker the nearer it is:
-    a saloon is right to 2 dB from 8 to 40 m, but a truck at 10 m is 5 dB too strong. Elevation and
-    cross polarisation are left out. Another size of the same shape has :math:`(V/V_0)^{2/3}` times
-    the echo, where V is the volume of the bounding box, as for curved surfaces in geometric optics.
+    The tables were traced from 20 m. A flat side in its near field echoes the less the nearer it
+    is: a sedan's echo is right to 2 dB from 8 to 40 m, but a truck's at 10 m is 5 dB too strong.
+    Elevation and cross polarisation are neglected. Another size of the same shape has an echo
+    :math:`(V/V_0)^{2/3}` times as strong (V: volume of the box), as for curved surfaces in
+    geometric optics.
 
     Parameters
     ----------
     size : m, of the bounding box that was traced, ``(xyz,)``
     place : shares of that box, ``(point, xyz)``
-    echo : m², ``(point, azimuth)``, evenly around from straight ahead
+    echo : cross section, m² ``(point, azimuth)``, in equal steps counter-clockwise from ahead
     """
 
     size: FloatArray
@@ -148,7 +150,7 @@ class TablePoints:
     echo: FloatArray
 
     def cross_section(self, point: IntArray, towards: FloatArray, back: FloatArray) -> FloatArray:
-        """Cross sections, m² ``(path,)``."""
+        """Cross sections, m² ``(path,)``, along the bisectors of both directions."""
         middle, _ = bisector(towards, back)
         count = self.echo.shape[1]
         column = np.arctan2(middle[:, 1], middle[:, 0]) / (2 * np.pi) * count
@@ -158,11 +160,11 @@ class TablePoints:
         return np.asarray((1 - share) * before + share * after)
 
     def scale(self, size: FloatArray) -> float:
-        """Factor (V/V₀)^⅔."""
+        """Factor (V/V₀)^⅔ from the volumes of the bounding boxes."""
         return float(np.prod(size / self.size) ** (2 / 3))
 
     def matrix(self, rng: np.random.Generator) -> ComplexArray:
-        """A random phase."""
+        """Unit matrix times a random phase."""
         return np.asarray(np.exp(2j * np.pi * rng.random()) * np.eye(2))
 
 
@@ -178,7 +180,7 @@ class IsotropicPoint:
         return np.ones(len(point))
 
     def scale(self, _: FloatArray) -> float:
-        """1 for every size."""
+        """Factor 1 for every size."""
         return 1.0
 
     def matrix(self, _: np.random.Generator) -> ComplexArray:
@@ -200,7 +202,7 @@ def bisector(towards: FloatArray, back: FloatArray) -> tuple[FloatArray, FloatAr
 
 
 def _lobe_of_sector(azimuth: FloatArray, zenith: FloatArray) -> IntArray:
-    """Number of the lobe that holds in these directions, in the order of `LOBE_SIDES`."""
+    """Number of the lobe, in the order of `LOBE_SIDES`, in whose sector these directions are."""
     side = np.round(azimuth / (np.pi / 2)).astype(np.int64) % 4
     return np.where(zenith < MAX_ROOF_ZENITH, 4, side)
 
@@ -244,7 +246,7 @@ def lobe_points(points: Literal["one", "five"]) -> LobePoints:
 
 @cache
 def table_points() -> dict[str, TablePoints]:
-    """The tables of ``vehicle_points.toml``, by body.
+    """The tables of ``vehicle_points.toml``, by the name of the built-in body.
 
     >>> list(table_points())
     ['sedan', 'hatchback', 'van', 'truck']
@@ -260,9 +262,9 @@ def table_points() -> dict[str, TablePoints]:
 
 
 def most_similar_table(size: FloatArray) -> TablePoints:
-    """The table of the body whose box is most like one of ``size``, m ``(xyz,)``.
+    """The table of the body whose box is most similar to one of ``size``, m ``(xyz,)``.
 
-    It has the least sum of squares of the logarithms of the three ratios of sides.
+    This box has the least sum of squared logarithms of the ratios of corresponding sides.
 
     >>> most_similar_table(np.array([7.0, 2.4, 3.0])) is table_points()["truck"]
     True

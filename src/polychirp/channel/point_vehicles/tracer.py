@@ -15,10 +15,10 @@ from polychirp.units import Hertz, Metres, Ratio, from_db
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PointVehicles(Spec):
-    """Line of sight, mirrors in road and walls, and vehicles as a few points behind boxes.
+    """Line of sight, mirrors in road and walls, and vehicles as boxes with a few points.
 
-    Only the bounding box of a vehicle's mesh is used. The box hides what is behind it, and points
-    on it echo, each with its exact delay and Doppler shift:
+    Only the bounding box of a vehicle's mesh is used. The box hides everything behind it, and
+    points on it echo, each with its exact delay and Doppler shift. There are three models:
 
     - ``"tables"``: twelve points with the echoes that physical optics gives for the built-in body
       whose box is most similar (`scattering_points.TablePoints`); their phases are random.
@@ -26,25 +26,25 @@ class PointVehicles(Spec):
       or five (`scattering_points.LobePoints`); phases, spread and cross polarisation are random.
 
     Random values are drawn once for every vehicle and point from ``seed`` and the vehicle's name;
-    they stay the same from snapshot to snapshot. Mean powers over some degrees of aspect and some
-    vehicles are right; the power of a single glint is not. Besides what `Composite` leaves out, the
-    tracer leaves out mirrors in road and walls on the way to and from a vehicle's points, paths
-    through windows and below a floor, meshes of actors that are no vehicles, and a vehicle's echo
-    to a radar on it.
+    they stay the same from snapshot to snapshot. The mean power over some degrees of aspect and
+    some vehicles is right, but that of a single glint is not. Besides the effects that `Composite`
+    neglects, this tracer neglects reflections in road and walls on the way to and from a vehicle's
+    points, paths through windows and below vehicles, meshes of actors that are no vehicles, and a
+    vehicle's echo to a radar on it.
 
-    The cost grows with the number of paths no longer than ``max_length``: at a constant density of
-    traffic, in proportion to vehicles and to radars.
+    The time of a trace grows with the number of paths no longer than ``max_length``: at a constant
+    density of traffic, in proportion to the number of vehicles and to that of radars.
 
     Parameters
     ----------
     frequency : Hz, at which amplitudes and materials are evaluated
-    dynamic_range : ratio by which a path may be weaker than the strongest of its transmitter and
-        receiver, as their antennas' elements see it
+    dynamic_range : power ratio by which a path may be weaker than the strongest path of its
+        transmitter and receiver, weighted with the gains of their antennas' elements
     max_length : m, of the longest path that is traced, from transmitter to receiver
-    model : of a vehicle's points
-    reflecting_planes : true if road and walls mirror; they block in any case
+    model : model of a vehicle's points
+    reflecting_planes : true if road and walls mirror waves; they block waves in any case
     seed : of all random values
-    materials : of road and walls, added to the known ones or instead of them
+    materials : materials added to the known ones; one with a known name replaces that material
 
     Examples
     --------

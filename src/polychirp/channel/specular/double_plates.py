@@ -1,30 +1,31 @@
 r"""Double reflections: mirror images of mirror images, in two different plates.
 
-The transmitter T has the image T′ in plate A, and T′ the image T″ in plate B; the straight line
-from T″ to the receiver X meets B at the last bounce, and its fold meets A at the first one.
+The transmitter T has the image T′ in plate A, and T′ the image T″ in plate B. The straight line
+from T″ to the receiver X meets B at the last bounce, and the line from T′ to there meets A at the
+first one.
 
 .. math:: A = \frac{\lambda}{4\pi|T''X|}\,\Gamma_A\Gamma_B\,\rho_A\rho_B\,F,\qquad
     F = \frac j2\,[f(u_2)-f(u_1)]\,[f(v_2)-f(v_1)],\quad f(x) = C(x) - jS(x)
 
-F is that of both plates' common opening in the unfolded ray. An edge enters it with
+Γ and ρ are as in `specular.plates`. F belongs to the opening that both plates leave for the
+unfolded ray; its limits u and v are the edges', each by
 
 .. math:: u = \pm\sqrt{4\,\Delta L/\lambda}
 
-ΔL is the detour of the shortest way over the edge's whole line; the sign says on which side of
-the ray the edge is. (For small openings this is the distance in Fresnel zones of
-`specular.plates`.) Intervals of A and B are intersected along the two directions across the ray
-that fit their edges best.
+ΔL is the detour of the shortest way that touches the endless line through the edge; the sign says
+on which side of the ray the edge is. (For small ΔL this is the u of `specular.plates`.) Intervals
+of A and B are intersected along the two directions across the ray that fit their edges best.
 
-**Corners.** Both orders of a right-angled corner have the same T″. The corner's edge is one line,
-so it has the same u in both orders, where it ends the opening from opposite sides: both F sum to
-the image over the whole corner, wherever the ray passes. In a radar's own echo the edge is at
-u = 0, and each order gives half.
+**Corners.** Both orders of reflection in a right-angled corner have the same T″. The corner's edge
+has the same u in both, and it is the upper limit of the opening in one order and the lower one in
+the other: both F add up to that of an opening over the whole corner, wherever the ray passes. In a
+radar's own echo the edge is at u = 0, and each order contributes half.
 
-Neglected: three and more plates, and plates that move during the flight. F is exact in the Fresnel
-sense for one plate whose sides lie in and across the plane of incidence, and for two that share
-their edges. If edges of both are in the same interval at different distances (a wave diffracted
-twice), the narrower opening alone counts; sides that are oblique to each other are treated as
-parallel.
+Reflections in three and more plates, and the motion of plates during the flight, are neglected. F
+is exact in the Fresnel approximation for one plate whose sides lie in and across the plane of
+incidence, and for two plates that share their edges. If edges of both plates limit one interval at
+different distances, the wave is diffracted twice, but only the narrower opening is counted. Sides
+that are oblique to each other are treated as parallel.
 """
 
 from __future__ import annotations
@@ -56,12 +57,12 @@ from polychirp.model.paths import Bounce, PropagationPaths
 def corner_paths(world: World, pairs: IntArray) -> PropagationPaths:
     """Paths of ``pairs`` ``(pair, 2)`` by reflections in two different plates, in either order.
 
-    A radar's own echoes of corners are included. A pair of plates is tried if part of each plate is
-    in front of the other, the transmitter in front of A and its image in front of B, and likewise
-    for the receiver the other way round. Paths are left out if the opening reduces them by more
-    than the dynamic range D from endless mirrors, |F|² < 1/D. Of the others, legs are tested for
-    shadow from the strongest (`strength`, the elements' gains included) down to D below the
-    strongest visible one; weaker paths are left out, as by `without_weak`.
+    A radar's own echoes of corners are included. Plates A and B are tried if part of each is in
+    front of the other, the transmitter is in front of A and its image in A in front of B, and the
+    receiver is in front of B and its image in B in front of A. Paths are left out if their power
+    is below that of endless mirrors by more than the dynamic range D, |F|² < 1/D. The others are
+    tested for shadow from the strongest (by `strength`, with the elements' gains) down to D below
+    the strongest visible one; weaker paths are left out, as by `without_weak`.
 
     >>> from polychirp.channel.tracers.composite import Composite
     >>> from polychirp.model.scene import Scene
@@ -89,12 +90,12 @@ def corner_paths(world: World, pairs: IntArray) -> PropagationPaths:
 
 
 class _Rays(NamedTuple):
-    """Unfolded rays, ``(path, …)``.
+    """Rays by two plates, one per path.
 
-    ``pair``, and the plates ``first`` and ``second``; ``opening`` F; ``delay`` s, its rate
-    and acceleration; ``ways`` unit directions of the legs ``(path, 3, xyz)``; ``meet`` m ``(path,
-    2, xyz)`` where the ray meets the planes; ``legs`` m ``(path, 3, 2, xyz)`` both ends of every
-    leg, moved onto the plates and just in front of them, the last leg from the receiver.
+    ``pair``, and the plates ``first`` and ``second``; ``opening`` F; ``delay`` s, its rate and
+    acceleration; ``ways`` unit directions of the legs ``(path, 3, xyz)``; ``meet`` m ``(path, 2,
+    xyz)`` where the ray meets the planes; ``legs`` m ``(path, 3, 2, xyz)`` both ends of every leg,
+    at the plates' nearest points and just in front of them; the last leg begins at the receiver.
     """
 
     pair: IntArray
@@ -109,12 +110,12 @@ class _Rays(NamedTuple):
     legs: FloatArray
 
     def of(self, number: IntArray) -> _Rays:
-        """Rays of these numbers."""
+        """The rays of these numbers."""
         return _Rays._make(x.of(number) if isinstance(x, Plates) else x[number] for x in self)
 
 
 def _candidates(world: World, pairs: IntArray) -> tuple[IntArray, IntArray, IntArray]:
-    """Row of ``pairs``, first and second plate of the paths that geometry allows."""
+    """Row of ``pairs``, first and second plate, ``(path,)`` each, of the paths that may exist."""
     plates, place = world.plates, world.scene.radar_position
     height = place @ plates.normal.T - np.sum(plates.centre * plates.normal, axis=-1)
     image = place[:, None] - 2 * height[..., None] * plates.normal
@@ -125,7 +126,7 @@ def _candidates(world: World, pairs: IntArray) -> tuple[IntArray, IntArray, IntA
 
 
 def _facing(plates: Plates) -> BoolArray:
-    """Mask of the pairs of plates that each have part of the other in front, ``(plate, plate)``."""
+    """Mask ``(plate, plate)`` of the pairs of plates with part of each in front of the other."""
     u = plates.across * plates.half_across[:, None]
     v = plates.along * plates.half_along[:, None]
     corner = plates.centre + np.stack([u + v, u - v, -u + v, -u - v])
@@ -135,7 +136,7 @@ def _facing(plates: Plates) -> BoolArray:
 
 
 def _rays(world: World, pair: IntArray, first: Plates, second: Plates) -> _Rays:
-    """Unfolded rays of pairs ``(path, 2)`` over their plates."""
+    """Rays of pairs (transmitter, receiver) ``(path, 2)`` by their first and second plates."""
     scene = world.scene
     source, sink = (scene.radar_position[pair[:, end]] for end in (0, 1))
     image = image_of(source, first)
@@ -153,7 +154,7 @@ def _rays(world: World, pair: IntArray, first: Plates, second: Plates) -> _Rays:
     opening = _opening(
         first, second, (image, twice), (image_of(sink, second), sink), 2 * np.pi / world.wavenumber
     )
-    # in front of both plates, so that neither hides its own point, even in the corner
+    # points are moved in front of both plates, so that neither hides them, even in the corner
     lift = 1e-6 * (first.normal + second.normal)
     one, two = (
         nearest_on_plates(first, meet[:, 0]) + lift,
@@ -174,7 +175,7 @@ def _rays(world: World, pair: IntArray, first: Plates, second: Plates) -> _Rays:
 
 
 def _paths(world: World, rays: _Rays, losses: ComplexArray) -> PropagationPaths:
-    """Paths with the transmission of their legs ``(path, 3, 2, 2)``; obstacles are ignored."""
+    """Paths with the transmission ``losses`` of their legs ``(path, 3, 2, 2)``; without shadows."""
     length = rays.delay * SPEED_OF_LIGHT
     amplitude = rays.opening / (2 * world.wavenumber * length)
     go, cross, come = np.moveaxis(rays.ways, 1, 0)
@@ -202,14 +203,14 @@ def _paths(world: World, rays: _Rays, losses: ComplexArray) -> PropagationPaths:
 
 
 def _crossing(plates: Plates, start: FloatArray, way: FloatArray) -> FloatArray:
-    """Points where lines meet the plates' planes, m ``(path, xyz)``."""
+    """Points where lines from ``start`` along ``way`` meet the plates' planes, m."""
     below = np.sum((plates.centre - start) * plates.normal, axis=-1, keepdims=True)
     slope = np.sum(way * plates.normal, axis=-1, keepdims=True)
     return np.asarray(start + below / np.where(slope == 0, np.inf, slope) * way)
 
 
 def _reflector(world: World, plates: Plates, before: FloatArray, after: FloatArray) -> ComplexArray:
-    """Dyad from the incident field to the reflected one, ``(path, xyz, xyz)``."""
+    """Dyad from the incident field (along ``before``) to the reflected, ``(path, xyz, xyz)``."""
     cosine = np.abs(np.sum(before * plates.normal, axis=-1))
     gamma, side = coefficients_of(world, plates, cosine), across_incidence(plates, before)
     into, out = np.cross(before, side), np.cross(after, side)
@@ -226,7 +227,7 @@ def _opening(
     ends: tuple[FloatArray, FloatArray],
     wavelength: float,
 ) -> ComplexArray:
-    """F of two plates' common opening, ``(path,)``; each plate's ray begins and ends at images."""
+    """F of two plates' common opening, ``(path,)``, from both ends of the ray by each plate."""
     from scipy.special import fresnel
 
     inner, other = _edges(first, starts[0], ends[0], wavelength)
@@ -252,12 +253,12 @@ def _opening(
 def _edges(
     plates: Plates, start: FloatArray, end: FloatArray, wavelength: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Both edges across each of the plates' axes, relative to rays from start to end.
+    """Positions of the two edges that limit each of the plates' axes, relative to the rays.
 
     Returns
     -------
     edge : u, ``(path, axis, 2)``, the lower first
-    across : unit vectors across the ray and the edges, ``(path, axis, xyz)``
+    across : unit vectors perpendicular to the ray and to the edges, ``(path, axis, xyz)``
     """
     way = end - start
     edges, across = [], []
@@ -279,19 +280,19 @@ def _edges(
 
 
 def _detour(start: FloatArray, end: FloatArray, point: FloatArray, line: FloatArray) -> FloatArray:
-    """Excess of the shortest way over a line, relative to the straight way, m ``(path,)``."""
+    """Detour of the shortest way that touches ``line``, over the straight way, m ``(path,)``."""
     near, far = start - point, end - point
     rise = [np.sum(gap * line, axis=-1) for gap in (near, far)]
     off = [gap - up[:, None] * line for gap, up in zip((near, far), rise, strict=True)]
     reach = [np.linalg.norm(gap, axis=-1) for gap in off]
     bent = np.hypot(reach[0] + reach[1], rise[1] - rise[0])
-    # the difference of squares, written with little cancellation
+    # the difference of the squared lengths, written with little cancellation
     excess = 2 * (reach[0] * reach[1] + np.sum(off[0] * off[1], axis=-1))
     return np.asarray(np.maximum(excess, 0.0) / (bent + np.linalg.norm(end - start, axis=-1)))
 
 
 def _is_hidden(world: World, legs: FloatArray) -> BoolArray:
-    """Mask of the paths with something opaque in one of their legs ``(path, 3, 2, xyz)``."""
+    """Mask of the paths with an opaque body or plate in one of their legs ``(path, 3, 2, xyz)``."""
     return np.asarray(
         blocked(world, legs[:, 0, 0], legs[:, 0, 1])
         | blocked(world, legs[:, 1, 0], legs[:, 1, 1], clearance=0.0)
@@ -300,7 +301,7 @@ def _is_hidden(world: World, legs: FloatArray) -> BoolArray:
 
 
 def _losses(world: World, legs: FloatArray) -> ComplexArray:
-    """Transmission of every leg through thin sheets and leaves, ``(path, 3, 2, 2)``."""
+    """Transmission matrices of every leg through thin sheets and leaves, ``(path, 3, 2, 2)``."""
     return np.stack(
         [
             transmission_matrices(world, legs[:, 0, 0], legs[:, 0, 1]),

@@ -8,23 +8,23 @@ from polychirp.channel.scene.world import Plates, World
 
 
 def mirrored(vector: FloatArray, normal: FloatArray) -> FloatArray:
-    """Directions ``(…, xyz)`` mirrored in planes of these normals."""
+    """Vectors ``(…, xyz)`` mirrored in planes with the unit normals ``(…, xyz)``."""
     return np.asarray(vector - 2 * np.sum(vector * normal, axis=-1, keepdims=True) * normal)
 
 
 def image_of(point: FloatArray, plates: Plates) -> FloatArray:
-    """Images of points in the plates' planes, m ``(path, xyz)``."""
+    """Mirror images of points in the plates' planes, m ``(path, xyz)``."""
     return np.asarray(mirrored(point - plates.centre, plates.normal) + plates.centre)
 
 
 def image_velocity(world: World, plates: Plates, velocity: FloatArray) -> FloatArray:
-    """Velocities of images in plates that move with their actors, m/s ``(path, xyz)``."""
+    """Velocities of mirror images in plates that move with their actors, m/s ``(path, xyz)``."""
     carried = np.array([actor.velocity for actor in world.scene.actors])[plates.actor]
     return np.asarray(mirrored(velocity - carried, plates.normal) + carried)
 
 
 def nearest_on_plates(plates: Plates, point: FloatArray) -> FloatArray:
-    """Points of plates that are nearest to points of their planes, m ``(path, xyz)``."""
+    """Point of each plate that is nearest to a point, m ``(path, xyz)``."""
     gap = point - plates.centre
     u = np.clip(np.sum(gap * plates.across, axis=-1), -plates.half_across, plates.half_across)
     v = np.clip(np.sum(gap * plates.along, axis=-1), -plates.half_along, plates.half_along)
@@ -32,7 +32,7 @@ def nearest_on_plates(plates: Plates, point: FloatArray) -> FloatArray:
 
 
 def coefficients_of(world: World, plates: Plates, cosine: FloatArray) -> ComplexArray:
-    """Reflection coefficients (Γs, Γp) of plates at cosines of incidence, ``(2, path)``."""
+    """Coefficients (Γs, Γp) of plates at cosines of the angles of incidence, ``(2, path)``."""
     gamma = np.empty((2, len(cosine)), dtype=np.complex128)
     for medium in np.unique(plates.medium):
         mine = plates.medium == medium
@@ -42,8 +42,8 @@ def coefficients_of(world: World, plates: Plates, cosine: FloatArray) -> Complex
 
 
 def across_incidence(plates: Plates, direction: FloatArray) -> FloatArray:
-    """Unit vectors s across the planes of incidence of waves in a direction, ``(path, xyz)``."""
-    # at normal incidence any s will do, since Γs = −Γp
+    """Unit vectors s normal to the planes of incidence of waves along ``direction``."""
+    # at normal incidence s may be any direction in the plate, since Γs = −Γp
     side = np.cross(direction, plates.normal)
     size = np.linalg.norm(side, axis=-1, keepdims=True)
     return np.asarray(np.where(size > 1e-9, side / np.maximum(size, 1e-9), plates.across))

@@ -3,10 +3,12 @@ r"""Mirror images in finite plates: road and walls between a transmitter and a r
 .. math:: A = \frac{\lambda}{4\pi(r_1+r_2)}\,\Gamma\,\rho\,F,\qquad
     F = \frac j2\,[f(u_2)-f(u_1)]\,[f(v_2)-f(v_1)],\quad f(x) = C(x) - jS(x)
 
-with the plate's edges measured from the specular point in units of its Fresnel zone. F is 1 for a
-large plate, ½ at its edge, and falls smoothly beyond: a path neither appears nor vanishes
-suddenly. Exact for paraxial waves if the plane of incidence holds a side of the plate; otherwise
-the cross term of the phase is neglected, which matters within a Fresnel zone of a corner.
+Γ is the reflection coefficient, ρ the roughness factor, C and S are the Fresnel integrals. u and v
+are the distances of the plate's edges from the specular point, seen across the ray, times
+:math:`\sqrt{2/\lambda\,(1/r_1+1/r_2)}`. F is 1 for a large plate, ½ at its edge, and falls smoothly
+beyond: a path neither appears nor vanishes suddenly. F is exact for paraxial waves if a side of the
+plate lies in the plane of incidence; otherwise the cross term of the phase is neglected, which
+matters within a Fresnel zone of a corner.
 """
 
 from dataclasses import replace
@@ -33,7 +35,7 @@ from polychirp.model.paths import Bounce, PropagationPaths
 
 
 def mirror_paths(world: World, pairs: IntArray) -> PropagationPaths:
-    """Paths of ``pairs`` by one reflection in a plate, a radar's own echo of a wall included."""
+    """Paths of ``pairs`` ``(pair, 2)`` by one reflection in a plate, also a radar's own echoes."""
     num_plates = len(world.plates.actor)
     if not num_plates or not len(pairs):
         return no_paths(world.scene, world.frequency)
@@ -49,7 +51,7 @@ def mirror_paths(world: World, pairs: IntArray) -> PropagationPaths:
 
 
 def _reflections(world: World, pair: IntArray, number: IntArray) -> PropagationPaths:
-    """One path for every pair and plate; both radars are in front of the plate."""
+    """One path for every pair ``(path, 2)`` of radars in front of the plate with that number."""
     scene, plates = world.scene, world.plates.of(number)
     speed = scene.radar_velocity
     source, sink = (scene.radar_position[pair[:, end]] for end in (0, 1))
@@ -93,7 +95,7 @@ def _reflections(world: World, pair: IntArray, number: IntArray) -> PropagationP
 def _reflection_matrix(
     world: World, plates: Plates, leaving: FloatArray, flight: FloatArray
 ) -> ComplexArray:
-    """Reflection between the polarisations of both ends, ``(path, 2, 2)``."""
+    """Reflection from the departing to the arriving polarisations (V, H), ``(path, 2, 2)``."""
     cosine = -np.sum(leaving * plates.normal, axis=-1)
     gamma, side = coefficients_of(world, plates, cosine), across_incidence(plates, leaving)
     before, after = np.cross(leaving, side), np.cross(flight, side)
@@ -113,13 +115,13 @@ def plate_factor(
     legs: FloatArray,
     wavenumber: float,
 ) -> ComplexArray:
-    """Factor F by which a plate's size reduces the reflection of an endless mirror, ``(path,)``.
+    """Factor F of a plate's reflection relative to that of an endless mirror, ``(path,)``.
 
     Parameters
     ----------
     meet : specular points, m ``(path, xyz)``
-    leaving : directions of incidence, ``(path, xyz)``
-    legs : lengths before and after, m ``(path, 2)``
+    leaving : directions of the incident waves, ``(path, xyz)``
+    legs : lengths before and after the reflection, m ``(path, 2)``
     """
     from scipy.special import fresnel
 
@@ -129,7 +131,7 @@ def plate_factor(
         (plates.across, plates.half_across),
         (plates.along, plates.half_along),
     ):
-        # cosθ in the plane of incidence, 1 across it: the root of 1 − (axis · direction)²
+        # lengths across the ray are shorter: by cosθ in the plane of incidence, by 1 perpendicular
         squeeze = np.sqrt(1 - np.sum(axis * leaving, axis=-1) ** 2)
         middle = np.sum((plates.centre - meet) * axis, axis=-1)
         ends = []

@@ -22,16 +22,16 @@ from polychirp.units import Metres, MetresPerSecond
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PaperReceiver(Spec):
-    """Range profiles averaged over sweeps, the mean as threshold (eq. 12), peaks paired.
+    """Receiver that averages range profiles over sweeps, and pairs peaks above their mean (eq. 12).
 
-    The weaknesses of the description are kept: profiles of different slopes are averaged without
-    correction of speed, so that a moving target is smeared with diverse slopes (errata 10); the
-    threshold has no false-alarm probability (errata 4); up- and down-peaks are paired by strength.
+    The weaknesses of the paper's receiver are kept: profiles of different slopes are averaged
+    without correction of speed, so that diverse slopes smear a moving target (errata 10); the
+    threshold has no set false-alarm probability (errata 4); peaks are paired by strength.
 
     Parameters
     ----------
     least_range, greatest_range : m, limits of the profiles
-    greatest_speed : m/s, of a pair of peaks
+    greatest_speed : m/s, greatest magnitude of the range rate of a pair of peaks
     """
 
     kind: Literal["paper"] = "paper"
@@ -46,10 +46,10 @@ class PaperReceiver(Spec):
             raise InputError("a receiver's greatest speed must be positive")
 
     def detect(self, frame: IfFrame) -> Detections:
-        """Pairs of peaks above the mean, strongest first; range at the first ramp's start.
+        """Detections from pairs of peaks, strongest up-peak first; range at the first ramp's start.
 
-        The averaged profile shows the range in the middle of the frame, from which the range at
-        the start follows with the range rate.
+        The averaged profile shows the range in the middle of the frame. The range at the start is
+        computed from it by the range rate.
         """
         ranges = np.arange(
             self.least_range,
@@ -80,7 +80,7 @@ class PaperReceiver(Spec):
         down: IntArray,
         lines: list[FloatArray],
     ) -> list[tuple[int, int]]:
-        """Pairs of peaks of similar strength whose difference is a possible speed."""
+        """Pairs of up- and down-peaks of similar strength whose distance is a possible speed."""
         reach = self.greatest_speed * _coupling(frame)
         left, pairs = list(down), []
         for u in sorted(up, key=lambda n: -lines[0][n]):
@@ -126,13 +126,13 @@ class PaperReceiver(Spec):
 
 
 def range_spectra(frame: IfFrame, ranges: FloatArray) -> ComplexArray:
-    r"""Amplitude at the beats of ``ranges`` on every ramp: V, ``(channel, ramp, range)``.
+    r"""Amplitude at the beats of ``ranges`` (m) on every ramp: V, ``(channel, ramp, range)``.
 
     .. math:: X_k(R) = \frac{1}{\sum w}\sum_n w_n y_{kn} e^{-j2\pi (2 b_k R/c) n/f_s}
 
-    All slopes have one common range axis, read from transforms padded to an eighth of a resolution
-    cell. Speed is not corrected: the echo of a target that recedes at v appears :math:`v f/b_k` too
-    far on an up-ramp, and too near on a down-ramp.
+    All slopes have one common range axis; amplitudes are those of the nearest bin of a transform
+    zero-padded to eight bins per resolution cell or more. Speed is not corrected: the echo of a
+    target that recedes at v appears :math:`v f/b_k` too far on an up-ramp, too near on a down-ramp.
     """
     weight = hann_weights(frame.times.is_sample)
     size = 4 * spectrum_size(frame.times)
@@ -151,6 +151,6 @@ def peaks_above(line: FloatArray, threshold: float) -> IntArray:
 
 
 def _coupling(frame: IfFrame) -> float:
-    """Shift of the apparent range per range rate, f/b: m per m/s."""
+    """Shift f/b of the apparent range per range rate, m per m/s, f and b being means over ramps."""
     slope = float(np.mean(np.abs(frame.schedule.slope)))
     return float(np.mean(frame.schedule.centre_frequency)) / slope

@@ -1,20 +1,20 @@
 r"""Range and range rate from equal ramps by two Fourier transforms, also with time division.
 
-With :math:`y = s_{tx}\overline{s_{rx}}` and a target at :math:`R + vt`, the phase of the samples of
-an up-ramp of slope b that starts at frequency f is :math:`2\pi (f + b t')\,\tau` with
-:math:`\tau = 2(R + vt)/c`. With :math:`f_m` the frequency in the middle of the sampling window, its
-frequencies are
+With :math:`y = s_{tx}\overline{s_{rx}}` and a target at :math:`R + vt`, the phase of the samples at
+a time t' on an up-ramp of slope b that starts at frequency f is :math:`2\pi (f + b t')\,\tau` with
+:math:`\tau = 2(R + vt)/c`. With :math:`f_m` the frequency in the middle of the sampling window, the
+samples have the frequencies
 
 .. math:: f_b = \frac{2bR}{c} + \frac{2 f_m v}{c} \quad\text{along a ramp,}\qquad
           f_d = \frac{2 f_m v}{c} \quad\text{from ramp to ramp,}
 
 so a target that recedes is at a positive frequency on both axes. The range axis of the maps is
-:math:`c f_b/2b`; the range of detections is without the second term.
+:math:`c f_b/2b`; from the range of a detection the second term is removed.
 
-Transmitters that take turns, ramp by ramp, form a virtual array. Transmitter p sends p ramps later
-than the first one, so that its channels are ahead by :math:`2\pi f_d\,pT`; that is removed before
-azimuths are measured. The range rate of a target beyond the span of the map is ambiguous, and its
-phase between transmitters is then wrong as well.
+Transmitters that take turns, ramp by ramp, form a virtual array. Transmitter p sends p ramps, T
+apart, later than the first one, so that its channels are ahead by :math:`2\pi f_d\,pT`; this phase
+is removed before azimuths are measured. If a target's range rate is beyond the span of the map, it
+is ambiguous, and the removed phase is wrong as well.
 """
 
 from dataclasses import dataclass, field
@@ -33,21 +33,21 @@ from polychirp.spec import Spec
 from polychirp.units import Hertz
 
 TAPER_SHAPE = 7.0
-"""Kaiser's β of both transforms: side lobes 51 dB down, noise bandwidth 1.58 cells."""
+"""Kaiser's β of both transforms (chosen): side lobes 51 dB down, noise bandwidth 1.58 cells."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SawtoothReceiver(Spec):
-    """Windowed range and Doppler transforms, ordered-statistic CFAR, root-MUSIC.
+    """Receiver with windowed range and Doppler transforms, ordered-statistic CFAR and root-MUSIC.
 
     Parameters
     ----------
-    highest_beat : Hz, edge of the pass band of the converter's filter
-    num_transmitters : transmitters that take turns, ramp by ramp; each is a whole receiving array
-        to the left of the former one, so that their virtual elements continue the receiving array
-    false_alarm_probability : per cell of the map, on white noise
-    window : training cells of the CFAR, over (range rate, range); smaller on a small map
-    quantile : of the training cells, which is the floor
+    highest_beat : Hz, highest beat of the maps: the edge of the IF filter's pass band
+    num_transmitters : number of transmitters that take turns, ramp by ramp; each is one length of
+        the receiving array to the left of the former, so that virtual elements continue that array
+    false_alarm_probability : probability per cell of the map, on white noise
+    window : training cells of the CFAR, over (range rate, range); made smaller on a small map
+    quantile : rank of the training cell that gives the floor, as a share of their number
 
     Examples
     --------
@@ -89,16 +89,16 @@ class SawtoothReceiver(Spec):
             raise InputError("a receiver needs at least one transmitter")
 
     def spectra(self, frame: IfFrame) -> RangeRateSpectra:
-        """Spectra ``(virtual channel, range_rate, range)``, the first transmitter's first."""
+        """Spectra ``(virtual channel, range_rate, range)``, in the order of the transmitters."""
         profiles = range_profiles(frame, highest_beat=self.highest_beat)
         return range_rate_spectra(profiles, frame, num_transmitters=self.num_transmitters)
 
     def detect(self, frame: IfFrame) -> Detections:
-        """Detections, strongest first; they refer to the middle of the frame."""
+        """Detections, strongest first; range and azimuth are those in the middle of the frame."""
         return self.detect_in(self.spectra(frame), frame)
 
     def detect_in(self, spectra: RangeRateSpectra, frame: IfFrame) -> Detections:
-        """Detections from `spectra` of the frame."""
+        """Detections, as of `detect`, from the `spectra` of the frame."""
         map_ = spectra.mean_power
         found = ordered_statistic(
             map_.power,
@@ -134,20 +134,20 @@ class SawtoothReceiver(Spec):
 
 
 def taper(size: int) -> FloatArray:
-    """Kaiser's window, its sum 1, so that a tone keeps its amplitude."""
+    """Kaiser's window with the sum 1, so that a tone's amplitude is that of its spectral peak."""
     window = np.kaiser(size, TAPER_SHAPE)
     return np.asarray(window / window.sum())
 
 
 def range_profiles(frame: IfFrame, *, highest_beat: float) -> RangeProfiles:
-    """Tapered spectrum of every ramp, from zero range to that of the highest beat.
+    """Tapered spectrum of every ramp, from range zero to the range of the highest beat.
 
     Phases refer to the middle of the sampling window.
 
     Raises
     ------
     CapabilityError
-        The ramps differ in slope or length, or fall: see `polychirp.receiver.chain.Receiver`.
+        The ramps differ in slope, start frequency or number of samples, or are down-ramps.
     InputError
         The highest beat is above the sample rate.
     """
@@ -172,14 +172,14 @@ def range_profiles(frame: IfFrame, *, highest_beat: float) -> RangeProfiles:
 def range_rate_spectra(
     profiles: RangeProfiles, frame: IfFrame, *, num_transmitters: int = 1
 ) -> RangeRateSpectra:
-    """Tapered transform over the ramps of every transmitter, with phases at one common time.
+    """Tapered transform over the ramps of every transmitter, its phases at one common time.
 
     Raises
     ------
     CapabilityError
         The ramps do not follow each other at equal intervals.
     InputError
-        The number of ramps is no multiple of the number of transmitters.
+        The number of ramps is no multiple of that of transmitters, or a transmitter has only one.
     """
     channels, ramps, ranges = profiles.amplitude.shape
     if ramps % num_transmitters or ramps < 2 * num_transmitters:
@@ -207,7 +207,7 @@ def range_rate_spectra(
 
 
 def is_local_maximum(power: FloatArray) -> BoolArray:
-    """Mask of the cells above all eight neighbours, ``(range_rate, range)``; rates are circular.
+    """Mask of cells above all eight neighbours, ``(range_rate, range)``; range rates are circular.
 
     >>> is_local_maximum(np.array([[0.0, 1.0], [0.0, 3.0], [2.0, 0.0]])).astype(int)
     array([[0, 0], [0, 1], [0, 0]])
@@ -228,10 +228,10 @@ def interpolated_peaks(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     r"""Range rate, range and power, ``(detection,)``, of maxima between the cells of a map.
 
-    The vertex of a parabola through the logarithms a, b, c of three cells along each axis, at
-    :math:`\delta = \tfrac12 (a - c)/(a - 2b + c)` cells and :math:`-\tfrac14 (a - c)\delta` above
-    the middle one; with this taper the error is less than 1 % of a cell and 0.16 dB. At the edge of
-    the range axis a peak stays at its cell.
+    Along each axis, a parabola through the logarithms a, b, c of the powers of three cells has its
+    vertex :math:`\delta = \tfrac12 (a - c)/(a - 2b + c)` cells from the middle one, and
+    :math:`-\tfrac14 (a - c)\delta` above its b. With this taper the errors are less than 1 % of a
+    cell and 0.16 dB. At the edges of the range axis the peak is put at the cell's own range.
     """
     level = np.log(np.maximum(map_.power, 1e-300))
     rows, columns = level.shape
@@ -252,7 +252,7 @@ def interpolated_peaks(
 def _vertex(
     before: FloatArray, here: FloatArray, after: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Place of a parabola's vertex, in cells, and its height above the middle."""
+    """Offset of a parabola's vertex from the middle cell, in cells, and its height above it."""
     curvature = before - 2.0 * here + after
     flat = curvature > -1e-12
     offset = 0.5 * (before - after) / np.where(flat, -1.0, curvature)
@@ -264,7 +264,7 @@ def _vertex(
 
 
 def _middle_frequency(frame: IfFrame) -> float:
-    """Hz, transmitted in the middle of the sampling window of every ramp."""
+    """Frequency transmitted in the middle of every ramp's sampling window, Hz."""
     times, schedule = frame.times, frame.schedule
     middle = times.first[0] + 0.5 * (times.most_samples - 1) / times.rate - schedule.start_time[0]
     return float(schedule.start_frequency[0] + schedule.slope[0] * middle)

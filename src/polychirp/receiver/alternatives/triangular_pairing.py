@@ -16,17 +16,17 @@ def range_and_rate(
     .. math:: R = \frac{c}{2b}\,\frac{f_{bu} + f_{bd}}{2}, \qquad
               \dot R = \frac{c}{2 f_0}\,\frac{f_{bu} - f_{bd}}{2}
 
-    This differs from the paper twice. Its eq. 9 has cT/4B, which is right only if T spans both
-    ramps; b is the slope of one ramp. Its eq. 10 (closing speed, so with the other sign) has λ of
-    the nominal carrier. Because the target moves between the ramps, the exact frequency is that at
-    the *outer* ends of both ramps: the lowest for up-then-down, the highest for down-then-up. R
-    refers to the apex of the triangle. Derivation: docs, errata 2, 3.
+    This differs from the paper twice. Its eq. 9 has cT/4B, right only if T spans both ramps; here b
+    is the slope of one ramp. Its eq. 10 (for the closing speed, so with the other sign) has λ of
+    the nominal carrier. Because the target moves between the ramps, the exact frequency f₀ is that
+    at the *outer* ends of both ramps: the lowest for up-then-down, the highest for down-then-up.
+    R is the range at the apex of the triangle. Derivation: docs, errata 2, 3.
 
     Parameters
     ----------
     up_beat, down_beat : Hz, magnitudes of the mean beat over the up- and the down-ramp
     slope : Hz/s, of the up-ramp, positive
-    turning_frequency : Hz, at the start of the first ramp and the end of the second
+    turning_frequency : f₀, Hz, at the start of the first ramp and at the end of the second
 
     Returns
     -------

@@ -10,7 +10,7 @@ from polychirp.model.antenna import AntennaArray
 def orthogonal_sines(num_channels: int) -> FloatArray:
     """Sines of orthogonal beams of a half-wave array, ``(beam,)``.
 
-    They are symmetric about boresight, and as many as channels. Noise is independent between them.
+    The beams are symmetric about boresight, one for each channel; their noise is independent.
 
     >>> orthogonal_sines(4)
     array([-0.75, -0.25,  0.25,  0.75])

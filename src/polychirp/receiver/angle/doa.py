@@ -25,7 +25,7 @@ def covariance(snapshots: ComplexArray, *, subarray: int | None = None) -> Compl
 
     over snapshots l and, if ``subarray`` is given, over the shifted subarrays s (Pillai and Kwon
     1989). Several coherent sources, as in a single snapshot, need subarrays: each must have more
-    elements than there are sources, and twice the number of averages must be at least that of
+    elements than there are sources, and twice the number of subarrays must be at least that of
     sources.
 
     Parameters
@@ -55,13 +55,13 @@ def root_music(snapshots: ComplexArray, *, spacing: float) -> FloatArray:
 
     Parameters
     ----------
-    snapshots : ``(detection, channel, snapshot)``, e.g. the amplitudes of a target per ramp
-    spacing : of neighbouring elements, in wavelengths
+    snapshots : ``(detection, channel, snapshot)``, e.g. the amplitudes of a target on all ramps
+    spacing : distance of neighbouring elements, in wavelengths
 
     Raises
     ------
     InputError
-        The number of axes is wrong, or the array has one element.
+        The number of axes is wrong, the array has one element, or the spacing is not positive.
 
     Examples
     --------
@@ -76,23 +76,23 @@ def root_music(snapshots: ComplexArray, *, spacing: float) -> FloatArray:
 
 
 def bartlett(snapshots: ComplexArray, *, spacing: float) -> FloatArray:
-    r"""Sine of the azimuth at which the sum of the channels is strongest, ``(detection,)``.
+    r"""Sine s of the azimuth at which the channels' sum is strongest, ``(detection,)``.
 
     .. math:: \max_s\; a(s)^H R\,a(s)
 
-    Bartlett's beamformer, the maximum-likelihood estimator of one source in white noise. The width
-    of its beam depends on the array alone. Parameters and errors of `root_music`.
+    This is Bartlett's beamformer, the maximum-likelihood estimator of one source in white noise.
+    Its beamwidth depends on the array alone. Parameters and errors are those of `root_music`.
     """
     return _strongest(covariance(snapshots), spacing)
 
 
 def capon(snapshots: ComplexArray, *, spacing: float) -> FloatArray:
-    r"""Sine of the azimuth at which a distortionless beam is strongest, ``(detection,)``.
+    r"""Sine s of the azimuth at which a distortionless beam is strongest, ``(detection,)``.
 
     .. math:: \max_s\; \frac{1}{a(s)^H R^{-1} a(s)}
 
-    Capon (1969). Diagonal loading with a millionth of the mean power makes the matrix invertible
-    with fewer snapshots than elements. Parameters and errors of `root_music`.
+    This is Capon's beamformer (1969). Diagonal loading with a millionth of the mean power (chosen)
+    makes R invertible with fewer snapshots than elements. Parameters and errors: see `root_music`.
     """
     matrices = covariance(snapshots)
     size = matrices.shape[-1]
@@ -101,11 +101,11 @@ def capon(snapshots: ComplexArray, *, spacing: float) -> FloatArray:
 
 
 def _strongest(matrices: ComplexArray, spacing: float) -> FloatArray:
-    """Sines at which a(s)^H M a(s) is greatest: the maximum of a grid, then Newton's steps."""
+    """Sines s with the greatest a(s)^H M a(s), found on a grid and refined by Newton's method."""
     if not spacing > 0:
         raise InputError("the spacing of an array must be positive, in wavelengths")
     size = matrices.shape[-1]
-    # the form is a trigonometric polynomial in s, with the sums along diagonals as coefficients
+    # a(s)^H M a(s) is a trigonometric polynomial in s; sums along M's diagonals are coefficients
     order = np.arange(1, size)
     terms = np.stack([np.trace(matrices, offset=-n, axis1=1, axis2=2) for n in order], axis=1)
     phase = 2.0 * np.pi * spacing * order
@@ -133,12 +133,12 @@ def sines_of_sources(covariances: ComplexArray, *, num_sources: int, spacing: fl
     Parameters
     ----------
     covariances : ``(detection, element, element)``
-    spacing : of neighbouring elements, in wavelengths
+    spacing : distance of neighbouring elements, in wavelengths
 
     Raises
     ------
     InputError
-        There are as many sources as elements, or more.
+        There is no source, or as many as elements or more, or the spacing is not positive.
     """
     covariances = np.asarray(covariances, dtype=np.complex128)
     _check_sources(num_sources, covariances.shape[-1], spacing)
@@ -146,7 +146,7 @@ def sines_of_sources(covariances: ComplexArray, *, num_sources: int, spacing: fl
 
 
 def _null_polynomial(covariances: ComplexArray, num_sources: int) -> ComplexArray:
-    """Coefficients ``(detection, 2·element − 1)``, highest power first."""
+    """Coefficients of the polynomial, ``(detection, 2·element − 1)``, highest power first."""
     size = covariances.shape[-1]
     _, vector = np.linalg.eigh(covariances)
     noise = vector[:, :, : size - num_sources]
@@ -164,7 +164,7 @@ def _roots(polynomial: ComplexArray) -> ComplexArray:
     A compiled Ehrlich–Aberth iteration was tried and is slower up to eight elements.
     """
     count, degree = polynomial.shape[0], polynomial.shape[1] - 1
-    # some sources make the first coefficient vanish; the limit gives a far root that is not used
+    # if the first coefficient vanishes, the limit (chosen) gives a far root, which is not used
     first = np.where(np.abs(polynomial[:, :1]) < 1e-14, 1e-14, polynomial[:, :1])
     companion = np.zeros((count, degree, degree), dtype=np.complex128)
     companion[:, 1:, :-1] = np.eye(degree - 1)
@@ -173,11 +173,11 @@ def _roots(polynomial: ComplexArray) -> ComplexArray:
 
 
 def _sines_of_roots(root: ComplexArray, num_sources: int, spacing: float) -> FloatArray:
-    """Sines of the pairs z, 1/z* that are nearest to the unit circle.
+    """Sines of the root pairs z, 1/z* that are nearest to the unit circle, in growing order.
 
     Without noise a pair is a double root on the circle. Rounding splits it by the square root of
     the machine precision, along the circle or across, so that both may lie inside. The second root
-    is therefore searched as the partner of the first; their mean direction is exact.
+    is therefore searched as the partner of the first; the mean of their directions is exact.
     """
     distance = np.abs(np.log(np.abs(root)))
     sines = np.empty((root.shape[0], num_sources))

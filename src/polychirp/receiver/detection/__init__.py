@@ -4,6 +4,6 @@
 - `residual_map`: the same map, computed again fast after each subtraction: `ResidualMap`.
 - `threshold`: thresholds on the map: `log_threshold_above_floor`, `mean_threshold`.
 - `floor_correlation`: correlation of a cell with the floor, which changes the threshold.
-- `sidelobe_rejection`: peaks that stronger points cause: `without_cross_pairs`, `reject_sidelobes`.
+- `sidelobe_rejection`: refuses peaks of stronger points: `without_cross_pairs`, `reject_sidelobes`.
 - `cfar`, `cfar_kernel`: CFAR for chirp sequences: `CfarWindow`, `ordered_statistic`.
 """

@@ -1,4 +1,4 @@
-"""Counting of training cells below a level, compiled."""
+"""Compiled kernel that counts the training cells below a level."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from polychirp.jit import compiled
 
 @compiled
 def count_below(padded: FloatArray, level: FloatArray, offsets: IntArray) -> IntArray:
-    """Number of every cell's training cells that are below its own level: ``(row, column)``.
+    """Number of every cell's training cells that are below the cell's level: ``(row, column)``.
 
-    The inner loop runs along columns, contiguous in memory and without a branch, so that the
-    compiler turns it into vector instructions.
+    The inner loop runs along a row, contiguous in memory and without a branch, so that the compiler
+    turns it into vector instructions.
 
     Parameters
     ----------
-    padded : the map, continued on all sides by the window's reach
-    level : ``(row, column)``
-    offsets : ``(training cell, 2)`` from the middle
+    padded : the map, continued on all sides by the reach of the CFAR window
+    level : level of every cell, in the unit of the map, ``(row, column)``
+    offsets : row and column of every training cell from the tested cell on, ``(training cell, 2)``
     """
     rows, columns = level.shape
     top = (padded.shape[0] - rows) // 2

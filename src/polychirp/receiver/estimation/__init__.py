@@ -5,5 +5,5 @@
 - `phase_refinement`: motion from the phases of the whole frame: `read_points`, `coherent_steps`.
 - `two_targets_per_cell`: two points in one cell: `Pairs`.
 - `azimuth_rate`: azimuths that change within the frame: `snapshots_at_start`.
-- `cramer_rao`: the bound of all that: `cramer_rao_bound`.
+- `cramer_rao`: the bound on the errors of all these estimates: `cramer_rao_bound`.
 """

@@ -1,4 +1,4 @@
-"""Interpolation: samples hit by interference are replaced by an autoregressive model's."""
+"""Interpolation: an autoregressive model replaces the samples that interference hits."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -21,21 +21,21 @@ class Autoregression(BurstDetector):
 
     Echoes are tones, and P tones obey :math:`x_n = -\sum_{k=1}^{P} a_k x_{n-k}` exactly, forward
     and, with conjugate coefficients, backward. The coefficients are those of `covariance_model`
-    over the good samples within four orders on either side of a gap. The missing samples minimise
-    the squared prediction error through the gap (Janssen, Veldhuis and Vries 1986). Forward and
-    backward errors have the same sum, so that both sides count alike. All channels share the
+    over the good samples within 4 P samples on either side of a gap. The missing samples minimise
+    the sum of squared prediction errors over the gap (Janssen, Veldhuis and Vries 1986). Forward
+    and backward errors have the same sum, so that both sides count alike. All channels share the
     model, so that azimuths are kept.
 
-    A gap with more than ``longest_gap`` orders of missing samples, or with less than one order
-    of good ones on a side, is left blank. Gaps less than an order apart are one gap. The filled
-    samples repeat noise from around the gap, some decibels stronger where echoes are much stronger
-    than noise; the effect grows with the length of the gap and falls with the order.
+    A gap is left blank if more than ``longest_gap`` P samples are missing, or if good ones are too
+    few (fewer than P on a side, or than a model needs). Gaps with fewer than P good samples between
+    them are one gap. The filled samples repeat noise from around the gap, some decibels stronger if
+    echoes are much stronger than noise, and the more so the longer the gap and the lower the order.
 
     Parameters
     ----------
-    order : P, number of samples from which the next one is predicted: several for each strong echo,
-        and a sixteenth of a ramp or less
-    longest_gap : greatest number of missing samples of a gap that is filled, in orders
+    order : P, number of samples from which the next one is predicted; choose several for each
+        strong echo, but no more than a sixteenth of a ramp's samples
+    longest_gap : greatest number of missing samples of a gap that is filled, over the order
     """
 
     kind: Literal["autoregression"] = "autoregression"
@@ -50,7 +50,7 @@ class Autoregression(BurstDetector):
             raise InputError("an autoregression's longest gap must be positive")
 
     def mitigate(self, frame: IfFrame) -> Mitigated:
-        """The frame's samples with short gaps filled; the other samples hit are not present."""
+        """The frame's samples with short gaps filled; other samples that are hit get weight 0."""
         hit = self.hit(frame)
         patches: list[_Patch] = []
         weight = (frame.times.is_sample & ~hit).astype(np.float64)
@@ -76,7 +76,7 @@ class Autoregression(BurstDetector):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Patch:
-    """Missing samples of a ramp as a linear map of known ones: ``matrix`` (missing, known)."""
+    """Missing samples of a ramp as a linear map ``matrix`` (missing, known) of known samples."""
 
     ramp: int
     missing: IntArray
@@ -85,10 +85,10 @@ class _Patch:
 
 
 def gaps(hit: BoolArray, order: int) -> Iterator[IntArray]:
-    """Numbers of the missing samples of each gap of a ramp ``(fast,)`` with good ones around it.
+    """Numbers of the missing samples of each gap that has good samples around it, on one ramp.
 
-    Gaps with less than ``order`` good samples between them are one gap; gaps with less than that on
-    a side are left out.
+    Gaps with fewer than ``order`` good samples between them are one gap; gaps with fewer than that
+    between them and an end of the ramp are left out. ``hit`` is the mask of missing samples.
 
     >>> missing = np.isin(np.arange(12), [0, 4, 6])
     >>> [gap.tolist() for gap in gaps(missing, 2)]
@@ -118,17 +118,17 @@ def _patch(
 def interpolator(model: ComplexArray, missing: IntArray, known: IntArray) -> ComplexArray:
     r"""Matrix from known to missing samples that minimises the squared prediction error.
 
-    With :math:`r_l = \sum_k \overline{a_k} a_{k+l}` and :math:`T_{ij} = r_{i-j}`:
-    :math:`T_{mm} x_m = -T_{mk} x_k`. Shape ``(missing, known)``.
+    With :math:`r_l = \sum_k \overline{a_k} a_{k+l}` and :math:`T_{ij} = r_{i-j}`, the missing
+    samples m obey :math:`T_{mm} x_m = -T_{mk} x_k` (known: k). Shape ``(missing, known)``.
 
     Parameters
     ----------
-    model : 1, a₁ … a_P
+    model : coefficients 1, a₁ … a_P
     missing, known : numbers of the samples; known are all others within P of a missing one
 
     Examples
     --------
-    A tone whose phase grows by 90° a sample: the sample between two.
+    One sample is missing between two samples of a tone whose phase grows by 90° per sample.
 
     >>> matrix = interpolator(np.array([1, -1j]), np.array([1]), np.array([0, 2]))
     >>> (matrix @ np.array([1, -1])).round(12)

@@ -1,4 +1,4 @@
-"""The result of mitigation: cleaner samples, and a weight of each."""
+"""The result of mitigation: samples with less interference, and a weight for each sample."""
 
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from polychirp.axes import Axes, BoolArray, ComplexArray, FloatArray, seal
 from polychirp.model.if_frame import IfFrame
 
 Repair = Callable[[ComplexArray], ComplexArray]
-"""A linear map of samples ``(…, channel, ramp, fast)`` onto such samples."""
+"""A linear map of samples ``(…, channel, ramp, fast)`` onto samples of the same shape."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -19,14 +19,14 @@ class Mitigated:
     """A frame's samples after mitigation.
 
     The operation is chosen from the whole frame and is then linear. So ``repair`` applied to each
-    part of the frame (echo, interference, noise) gives parts that still sum to ``samples``, and a
-    ratio of signal to interference after mitigation is exact.
+    part of the frame (echo, interference, noise) gives parts that still sum to ``samples``, from
+    which the ratio of signal to interference after mitigation follows exactly.
 
     Parameters
     ----------
     samples : V, ``(channel, ramp, fast)``, zero where no sample is present
-    weight : of each sample, ``(ramp, fast)``, 0 … 1; 0 in the padding
-    repair : the linear operation on the samples
+    weight : weight of each sample, ``(ramp, fast)``, 0 … 1; 0 in the padding
+    repair : linear operation that makes ``samples`` from the frame's samples
     """
 
     samples: Annotated[ComplexArray, Axes("channel", "ramp", "fast", dtype=np.complex128)]
@@ -38,16 +38,16 @@ class Mitigated:
 
 
 class Mitigation(Hashable, Protocol):
-    """A spec of an operation on a frame's samples that reduces interference before detection."""
+    """Spec of an operation on a frame's samples that reduces interference before detection."""
 
     def mitigate(self, frame: IfFrame) -> Mitigated:
         """The frame's samples with less interference."""
 
 
 def mitigated(mitigation: Mitigation | None, frame: IfFrame) -> Mitigated:
-    """The frame after mitigation; unchanged without one.
+    """The frame after mitigation; unchanged if ``mitigation`` is None.
 
-    Detection and attribution need the same result: the last two are cached.
+    Detection and attribution need the same result. Therefore the last two results are cached.
     """
     if mitigation is None:
         present = frame.times.is_sample.astype(np.float64)
@@ -61,7 +61,7 @@ def _mitigated(mitigation: Mitigation, frame: IfFrame) -> Mitigated:
 
 
 def with_weights(frame: IfFrame, weight: BoolArray | FloatArray) -> Mitigated:
-    """The frame with weights ``(ramp, fast)``, its samples unchanged where they are present."""
+    """The frame with weights ``(ramp, fast)``; its samples are zero where their weight is."""
     present = weight > 0
 
     def repair(samples: ComplexArray) -> ComplexArray:

@@ -1,4 +1,4 @@
-"""Blanking: samples hit by interference are left out."""
+"""Blanking: samples that interference hits are left out."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -15,20 +15,20 @@ from polychirp.units import Seconds
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Blanking(BurstDetector):
-    r"""Leave out samples far above a ramp's median amplitude.
+    r"""Leave out the samples that bursts of interference hit.
 
-    Samples within ``taper`` of a blanked one are weighted by a raised cosine
+    Samples within ``taper`` (L samples) of a blanked one are weighted by a raised cosine
     :math:`\tfrac12(1 - \cos\frac{\pi d}{L+1})` of the distance d = 1 … L in samples. With weights
-    :math:`u_n`, a window :math:`w_n` and white noise, a tone's ratio of signal to noise is
-    :math:`(\sum w u)^2 / (\sum w^2 u^2)` times that of a sample.
+    :math:`u_n`, a window :math:`w_n` and white noise, a tone's SNR in its ramp's spectrum is
+    :math:`(\sum w u)^2 / (\sum w^2 u^2)` times that of one sample.
 
     Parameters
     ----------
-    taper : s, of the raised cosine beside blanked samples; 0 s for none
+    taper : s, length of the raised cosine on either side of blanked samples; 0 s for none
 
     Examples
     --------
-    A burst of one sample, at a rate of 1 MHz.
+    A burst hits one sample; the sample rate is 1 MHz.
 
     >>> from polychirp.model.antenna import AntennaArray
     >>> from polychirp.model.if_frame import SampleTimes
@@ -51,13 +51,13 @@ class Blanking(BurstDetector):
             raise InputError("a blanking taper cannot be negative; 0 s is none")
 
     def mitigate(self, frame: IfFrame) -> Mitigated:
-        """The frame's samples, without those that are hit."""
+        """The frame's samples without those that are hit, and the weights of the others."""
         near = tapered(self.hit(frame), round(self.taper * frame.times.rate))
         return with_weights(frame, near * frame.times.is_sample)
 
 
 def tapered(hit: BoolArray, length: int) -> FloatArray:
-    """Weights ``(ramp, fast)``: 0 where hit, a raised cosine of ``length`` samples beside it.
+    """Weights ``(ramp, fast)``: 0 where hit, a raised cosine of ``length`` samples on either side.
 
     >>> tapered(np.array([[False, False, False, True]]), 2).round(2)
     array([[1.  , 0.75, 0.25, 0.  ]])

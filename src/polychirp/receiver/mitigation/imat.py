@@ -1,4 +1,4 @@
-"""IMAT: samples hit by interference are replaced by a spectrum of few lines."""
+"""IMAT: a spectrum of few lines replaces the samples that interference hits."""
 
 from dataclasses import dataclass
 from typing import Annotated, Literal
@@ -20,10 +20,10 @@ Chosen."""
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Imat(BurstDetector):
-    r"""Replace bursts by an iterative method with adaptive thresholding.
+    r"""Replace bursts by an iterative method with adaptive thresholding (IMAT).
 
-    Echoes are few lines in a ramp's spectrum. With the samples y, the mask m of those that are hit
-    and the transform F over the ramp, the iteration is
+    Echoes are few lines in a ramp's spectrum. With the samples y, the mask m of the samples that
+    are hit and the Fourier transform F over the ramp, the iteration is
 
     .. math:: z \leftarrow (1-m)\,y + m\,F^{-1}\,T_k\{F z\},
 
@@ -31,7 +31,7 @@ class Imat(BurstDetector):
     equal factors to ``depth`` below it (Marvasti et al. 2012; Bechter, Roos, Rahman and
     Waldschmidt 2017), but not below three times the spectrum's median amplitude. All channels keep
     the same lines, chosen by their mean power, so that azimuths are kept. Every burst is filled,
-    whatever its length; the iteration does not notice when it fails.
+    whatever its length; no test tells whether the filled samples are right.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ class Imat(BurstDetector):
 def sparse_lines(
     samples: ComplexArray, hit: BoolArray, *, iterations: int, depth: float
 ) -> tuple[BoolArray, ComplexArray]:
-    """Lines that each iteration keeps, and the samples filled by them.
+    """Lines that each iteration keeps, and the samples filled from them; see `Imat`.
 
     Parameters
     ----------

@@ -5,27 +5,27 @@ import numpy as np
 from polychirp.axes import BoolArray, ComplexArray, FloatArray
 
 REGULARISATION = 1e-13
-"""Share of the mean power added to the normal equations, which tones without noise make singular:
-the solution is then the smallest of all models that fit. Chosen near rounding."""
+"""Share of the Gram matrix's trace added to the normal equations, which tones without noise make
+singular: the solution is then the smallest of all models that fit. Chosen near rounding."""
 
 
 def covariance_model(samples: ComplexArray, is_good: BoolArray, order: int) -> ComplexArray | None:
-    r"""Coefficients 1, a₁ … a_P of the least forward and backward prediction error.
+    r"""Coefficients 1, a₁ … a_P with the least squared forward and backward prediction errors.
 
     .. math:: \min_a \sum \Big|\sum_{k=0}^{P} a_k x_{n-k}\Big|^2
               + \Big|\sum_{k=0}^{P} a_k \overline{x_{n-P+k}}\Big|^2
 
     over channels and all n whose P + 1 samples are good: the modified covariance method
-    (Marple 1987). None if there are fewer such equations than twice the order.
+    (Marple 1987). None if there are fewer than P pairs of a forward and a backward error.
 
     Parameters
     ----------
     samples : ``(channel, fast)``
-    is_good : ``(fast,)``
+    is_good : mask of the samples to be used, ``(fast,)``
 
     Examples
     --------
-    A tone needs one coefficient.
+    One coefficient predicts a tone.
 
     >>> tone = np.exp(0.5j * np.arange(20))[None]
     >>> float(np.angle(-covariance_model(tone, np.ones(20, dtype=bool), 1)[1]))
@@ -45,11 +45,11 @@ def covariance_model(samples: ComplexArray, is_good: BoolArray, order: int) -> C
 
 
 def prediction_error(samples: ComplexArray, order: int) -> FloatArray:
-    """Error of each sample's prediction: V, rms over channels, ``(fast,)``.
+    """Error of each sample's linear prediction: V, rms over channels, ``(fast,)``.
 
     It is the smaller of the forward and the backward error, because a burst disturbs the forward
-    prediction of the next ``order`` samples, and the backward one of those before it. On a ramp too
-    short for a model of this order it is the amplitude.
+    prediction of the next ``order`` samples, and the backward prediction of the ``order`` samples
+    before it. On a ramp too short for a model of this order it is the sample's amplitude.
 
     Parameters
     ----------
@@ -68,5 +68,5 @@ def prediction_error(samples: ComplexArray, order: int) -> FloatArray:
 
 
 def rms(samples: ComplexArray) -> FloatArray:
-    """Root of the mean power over channels, the first axis."""
+    """Root of the mean power over channels, which are the first axis."""
     return np.asarray(np.sqrt(np.mean(samples.real**2 + samples.imag**2, axis=0)))

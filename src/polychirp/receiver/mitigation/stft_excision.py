@@ -19,37 +19,37 @@ if TYPE_CHECKING:
     from scipy.signal import ShortTimeFFT
 
 HOPS_PER_WINDOW = 8
-"""Number of hops in a window."""
+"""Length of the window over the hop from slice to slice; chosen."""
 
 MOST_ROWS_HIT = 0.5
-"""Share of a slice's rows above which the whole slice is removed: the burst then fills it, also in
-the rows where echoes hide it. Chosen."""
+"""Share of a slice's rows that are hit above which the whole slice is removed; chosen: the burst
+then fills the slice, also in the rows where echoes hide it."""
 
 LEAST_SHARE_KEPT = 0.1
-"""Share of a sample's weight below which it counts as lost. Chosen."""
+"""Share of a sample in slices that remain up to which the sample's weight is 0; chosen."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StftExcision(Spec):
     r"""Remove cells of the short-time Fourier transform that are far above their row's median.
 
-    An echo is a steady row of a ramp's time-frequency plane, a crossing interferer a ridge that
-    passes each row once. A cell whose power, summed over the channels, exceeds a multiple of the
-    median of its row is hit, and so are its neighbours in frequency. The multiple is that of an
+    An echo is a steady row of a ramp's time-frequency plane; a crossing interferer is a ridge that
+    passes each row once. A cell is hit if its mean power over the channels exceeds a multiple of
+    the median of its row; its neighbours in frequency are then hit too. The multiple is that of an
     ordered-statistic CFAR over the row's independent slices (Rohling 1983), so that white noise
     exceeds it with ``false_alarm_probability``. A burst that is weaker than the echoes is found in
     the rows beside theirs. A slice with more than half of its rows hit is removed as a whole, and
     the weight of its samples falls. Zeroing and levelling are after J. Wang (2022).
 
     The inverse transform uses the canonical dual window: samples without hits are unchanged. A
-    ridge that fills more than half of a row, such as that of a nearly parallel interferer, counts
-    as an echo. A ridge that fills no slice remains in the rows of echoes that are stronger. Slices
-    that reach beyond the ramp are treated like the nearest whole one.
+    ridge that fills more than half of a row, such as that of a nearly parallel interferer, is kept
+    like an echo. Where a ridge hits half of a slice or less, it remains in the rows of stronger
+    echoes. Slices that reach beyond the ramp are treated like the nearest whole one.
 
     Parameters
     ----------
-    window : samples of Hann's window; slices are an eighth of it apart
-    false_alarm_probability : per cell, on noise alone
+    window : length of the Hann window, samples; slices are an eighth of it apart
+    false_alarm_probability : of a cell that contains noise alone
     cells : treatment of a cell that is hit: "zeroed", or "levelled", scaled to its row's median
     """
 
@@ -80,7 +80,7 @@ class StftExcision(Spec):
         def repair(samples: ComplexArray) -> ComplexArray:
             out = samples * present
             if ramps.size:
-                for part in np.ndindex(out.shape[:-3]):  # a plane is 8 times its samples
+                for part in np.ndindex(out.shape[:-3]):  # one by one: planes are 8 times as large
                     cells = transform.stft(out[part][:, ramps])
                     back = transform.istft(cells * cut, k1=present.shape[1])
                     out[part][:, ramps] = back * scale
@@ -89,7 +89,7 @@ class StftExcision(Spec):
         return Mitigated(samples=repair(frame.samples), weight=weight, repair=repair)
 
     def gain(self, frame: IfFrame) -> FloatArray:
-        """Factor of every cell, ``(ramp, frequency, slice)``."""
+        """Amplitude factor, 0 … 1, of every cell ``(ramp, frequency, slice)``."""
         transform = self._transform()
         cells = transform.stft(frame.samples * frame.times.is_sample)
         power = np.mean(cells.real**2 + cells.imag**2, axis=0)
@@ -104,10 +104,10 @@ class StftExcision(Spec):
         return gain
 
     def above(self, power: FloatArray, channels: int) -> BoolArray:
-        """Cells ``(frequency, slice)`` of a ramp above the threshold.
+        """Mask of a ramp's cells ``(frequency, slice)`` whose power exceeds the threshold.
 
-        Slices that overlap a cell with a burst contain the burst too and are no reference: the
-        median of all slices is a higher rank among the others.
+        Slices that overlap a cell with a burst contain the burst too and are no reference for the
+        cell: the median of all slices has a higher rank among the others.
         """
         transform = self._transform()
         number = independent_slices(transform, power.shape[1])
@@ -122,7 +122,7 @@ class StftExcision(Spec):
         return np.asarray(power > factor * np.median(power, axis=1, keepdims=True))
 
     def _cut(self, power: FloatArray, above: BoolArray) -> FloatArray:
-        """Factor of each cell, from the mask of those above the threshold."""
+        """Amplitude factor of each cell of a ramp; ``above``: mask of cells above the threshold."""
         hit = above | np.roll(above, 1, axis=0) | np.roll(above, -1, axis=0)
         level = np.zeros_like(power)
         if self.cells == "levelled":
@@ -141,7 +141,7 @@ class StftExcision(Spec):
 
 
 def whole_slices(transform: ShortTimeFFT, length: int) -> tuple[int, int]:
-    """Numbers of the first slice, and after the last, inside a ramp of ``length`` samples."""
+    """Index of the first slice within a ramp of ``length`` samples, and index after the last."""
     first = -(-transform.m_num_mid // transform.hop)
     last = (length - (transform.m_num - transform.m_num_mid)) // transform.hop
     return first - transform.p_min, last + 1 - transform.p_min
@@ -153,7 +153,8 @@ def independent_slices(transform: ShortTimeFFT, number: int) -> int:
     .. math:: n \Big/ \Big(1 + 2\sum_l \rho_l\Big), \qquad
               \rho_l = \frac{\left(\sum_n w_n w_{n+lh}\right)^2}{\left(\sum_n w_n^2\right)^2}
 
-    with the hop h, from the variance of the mean of powers with the correlation ρ.
+    with the window w and the hop h. The mean of so many independent powers has the same variance as
+    the mean of powers that have the correlation ρ_l if they are l slices apart.
     """
     window = np.asarray(transform.win, dtype=np.float64)
     energy = float(np.sum(window**2))
@@ -165,9 +166,9 @@ def independent_slices(transform: ShortTimeFFT, number: int) -> int:
 
 
 def _share_lost(transform: ShortTimeFFT, is_lost: BoolArray, fast: int) -> FloatArray:
-    """Share of each sample, ``(ramp, fast)``, that lost slices ``(ramp, slice)`` contain, 0 … 1.
+    """Share, 0 … 1, of each sample ``(ramp, fast)`` in removed slices ``(ramp, slice)``.
 
-    A slice contains window times dual window of a sample; all slices together contain all of it.
+    The share in one slice is window times dual window; the shares in all slices add up to 1.
     """
     both = np.asarray(transform.win * transform.dual_win, dtype=np.float64)
     out = np.zeros((is_lost.shape[0], fast))

@@ -1,6 +1,6 @@
 """One module for each kind of figure; each gives a figure with its data as a `Drawing`.
 
-The modules in reading order; others use the functions that draw, and `rcs.statistics`:
+The modules in reading order; other packages use the functions that draw, and `rcs.statistics`:
 
 - `drawing`: `Drawing`, colours and the common style.
 - `spectrogram`: figure 4.

@@ -27,17 +27,17 @@ from polychirp.study.section_v.cases import CorrelationResults, CorrelationRow
 from polychirp.units import to_db
 
 NUM_CURVE_BINS: Final = 1500
-"""Number of columns of a curve; the greatest magnitude in each column is drawn."""
+"""Greatest number of bins of a curve; the greatest magnitude in each bin is drawn. Chosen."""
 
 LOWEST_LEVEL_DB: Final = -120.0
-"""Lower end of the axes in decibels; chosen: below the noise of the recordings."""
+"""Lower end of the axes, dB relative to a peak of 1; chosen: below the noise of the recordings."""
 
 NEAR_PEAK_WIDTHS: Final = 20.0
-"""Widths 1/B on each side of the peak that the upper panels show of equal signals; chosen."""
+"""Number of half-power widths that panels of a peak's amplitude show on each side of it; chosen."""
 
 
 def curve(correlation: Correlation, span: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
-    """Lags in s and greatest |R| in bins between two lags, ``(bin,)`` each."""
+    """Mean lag, s, and greatest |R| of each bin of the lags within ``span``, ``(bin,)`` each."""
     inside = (correlation.lag >= span[0]) & (correlation.lag <= span[1])
     lag, height = correlation.lag[inside], np.abs(correlation.amplitude[inside])
     width = -(-lag.size // NUM_CURVE_BINS)
@@ -49,13 +49,10 @@ def curve(correlation: Correlation, span: tuple[float, float]) -> tuple[FloatArr
 
 @styled
 def correlation_picture(row: CorrelationRow, *, heading: str) -> Drawing:
-    """One case, theory beside transceivers, as amplitude and in decibels.
+    """One case: theory on the left, transceivers on the right; amplitude above, dB below.
 
-    Both columns have the same scales. The data are the curves of the lower panels.
-
-    Parameters
-    ----------
-    heading : start of the title, as in ``"Fig. 6"``
+    Both columns have the same scales. The data are the curves of the lower panels. The title begins
+    with ``heading``, as in ``"Fig. 6"``.
     """
     theory, model, loop = row.curves
     whole = (float(theory.lag[0]), float(theory.lag[-1]))
@@ -123,7 +120,7 @@ def _columns(row: CorrelationRow, whole: tuple[float, float]) -> dict[str, Float
 
 @styled
 def pair_picture(measured: Correlation, theory: Correlation | None, *, title: str) -> Drawing:
-    """Correlation of any two signals near its highest lobe, and at all lags in decibels."""
+    """Correlation of any two signals: amplitude near its highest lobe, and decibels at all lags."""
     found = lobes(measured)
     whole = (float(measured.lag[0]), float(measured.lag[-1]))
     reach = NEAR_PEAK_WIDTHS * found.width if math.isfinite(found.width) else whole[1]
@@ -151,7 +148,7 @@ def pair_picture(measured: Correlation, theory: Correlation | None, *, title: st
 
 @styled
 def ambiguity_picture(found: Ambiguity, *, title: str) -> Drawing:
-    """The ambiguity function over 60 dB; its data are the cut at zero Doppler shift."""
+    """The ambiguity function down to −60 dB; its data are the cut at zero Doppler shift."""
     level = to_db(np.abs(found.amplitude) ** 2)
     lag, doppler = found.lag * 1e6, found.doppler / 1e3
     figure = new_figure(8.0, 5.0)
@@ -174,7 +171,7 @@ def ambiguity_picture(found: Ambiguity, *, title: str) -> Drawing:
 
 @styled
 def slope_law(results: CorrelationResults) -> Drawing:
-    """Highest peak of crossing ramps over the difference of their slopes, beside the law."""
+    """Highest peak of crossing ramps over the difference of slopes; line: `crossing_peak`'s law."""
     rows = [row for row in results.rows if slope_product(row) > 0.0]
     product = np.array([slope_product(row) for row in rows])
     theory = np.array([20.0 * math.log10(row.ideal.peak) for row in rows])
@@ -224,7 +221,7 @@ def slope_law(results: CorrelationResults) -> Drawing:
 
 
 def slope_product(row: CorrelationRow) -> float:
-    """|Δβ| T T of two single ramps that share a band; 0 where the law does not apply."""
+    """|Δβ| T_a T_b of two sawtooth ramps about one carrier; 0 for all other cases."""
     sent, reference = row.case.sent, row.case.reference
     if sent.kind != "sawtooth" or reference.kind != "sawtooth":
         return 0.0
@@ -240,7 +237,7 @@ def slope_product(row: CorrelationRow) -> float:
 def correlation_drawings(
     results: CorrelationResults,
 ) -> Iterator[tuple[str, Callable[[], Drawing]]]:
-    """Names of the figures (6, 7 in both readings, the law) and functions that draw them."""
+    """Names of the figures (6, 7 in both interpretations, the law) and functions that draw them."""
     for name, case, heading in (
         ("fig06", "auto", "Fig. 6"),
         ("fig07-as-printed", "cross, receiver stays", "Fig. 7 as printed"),

@@ -17,6 +17,7 @@ _SITUATION_WORDS: Final = {
     "interfered": "two interferers",
     "blanked": "two interferers, blanked",
 }
+"""Words for each situation; above, the situations' markers and line styles."""
 
 _PANELS: Final = {
     "detection": "Detection probability",
@@ -25,7 +26,7 @@ _PANELS: Final = {
     "azimuth_rmse_deg": "Azimuth error, rms (°)",
     "speed_rmse_kmh": "Speed error, rms (km/h)",
 }
-"""Fields of a row that have a panel, and the panels' labels."""
+"""Fields of `StatisticsRow` that have a panel, and the labels of the panels."""
 
 
 @styled
@@ -73,7 +74,7 @@ def _curve(
 
 
 def _medians(axes: Axes, rows: Sequence[StatisticsRow], field: str) -> None:
-    """Dashes at the medians of the errors."""
+    """Draw dashes at the medians of the absolute errors."""
     for waveform, colour in _WAVEFORM_COLOUR.items():
         some = [row for row in rows if row.waveform == waveform]
         axes.plot(
@@ -87,7 +88,7 @@ def _medians(axes: Axes, rows: Sequence[StatisticsRow], field: str) -> None:
 
 
 def _legend(all_axes: Sequence[Axes]) -> None:
-    """Draw the legend in the last panel, which has no curves."""
+    """Draw the legend in the last panel, which has no curves, and a line at zero ghosts."""
     handles, labels = all_axes[0].get_legend_handles_labels()
     (star,) = (line for line in all_axes[-2].lines if line.get_marker() == "*")
     median = Line2D([], [], marker="_", markersize=9, color=GREY, linestyle="")

@@ -1,4 +1,4 @@
-"""`Drawing` — the result of a figure function: a figure and its data; with the common style."""
+"""`Drawing`, a figure with its data, and the common style of all figures."""
 
 import csv
 import io
@@ -23,9 +23,10 @@ ORANGE: Final = "#E69F00"
 SKY: Final = "#56B4E9"
 INK: Final = "#222222"
 GREY: Final = "#7A7A7A"
+"""Colours of Okabe and Ito (2008), which colour-blind eyes can tell apart, and two greys."""
 
 Column = Sequence[Any] | NDArray[Any]
-"""A column of a table: one number or word for every line."""
+"""A column of a table: one number or word for every row."""
 
 P = ParamSpec("P")
 
@@ -45,7 +46,7 @@ class Drawing:
         return file.getvalue()
 
     def csv(self) -> str:
-        """The data as a CSV file, numbers with seven digits."""
+        """The data as a CSV file; numbers have seven significant digits."""
         file = io.StringIO()
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(self.data)
@@ -54,7 +55,7 @@ class Drawing:
         return file.getvalue()
 
     def save(self, folder: Path, name: str) -> bytes:
-        """Write ``NAME.png`` and ``NAME.csv`` into ``folder``; gives the PNG file."""
+        """Write ``NAME.png`` and ``NAME.csv`` into ``folder``; gives the bytes of the PNG file."""
         picture = self.png()
         (folder / f"{name}.png").write_bytes(picture)
         (folder / f"{name}.csv").write_text(self.csv(), encoding="utf-8")
@@ -66,7 +67,7 @@ def _cell(value: Any) -> str:
 
 
 def styled(draw: Callable[P, Drawing]) -> Callable[P, Drawing]:
-    """Decorator: the figure is drawn in the common style whatever the user's settings are."""
+    """Decorator that draws a figure in the common style, whatever the user's settings are."""
 
     @wraps(draw)
     def draw_in_style(*args: P.args, **kwargs: P.kwargs) -> Drawing:

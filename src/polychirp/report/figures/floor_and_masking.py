@@ -16,15 +16,17 @@ MEASURES: Final[tuple[tuple[str, str, Callable[[PaperRow], float]], ...]] = (
     ("missed", "Missed targets", lambda row: row.missed),
     ("interference_ghosts", "Ghosts of interference", lambda row: len(interference_ghosts(row))),
 )
+"""Column of the data, axis label and function of each measure."""
 RECEIVER_MARKS: Final = {
     "none": ("o", BLUE, "no mitigation"),
     "blanking": ("D", VERMILION, "blanking"),
 }
+"""Marker, colour and label of each mitigation."""
 
 
 @styled
 def floor_and_masking(rows: Sequence[PaperRow]) -> Drawing:
-    """Dot plots of all rows with interference: a row of panels per victim, one per measure.
+    """Dot plots of all rows with interference: a panel per scenario, victim and measure.
 
     Raises
     ------
@@ -52,7 +54,7 @@ def floor_and_masking(rows: Sequence[PaperRow]) -> Drawing:
     grid[0, 0].set_ylim(len(places) - 0.5, -0.5)
     for axes, (_, label, _) in zip(grid[-1], MEASURES, strict=True):
         axes.set_xlabel(label)
-        right = max(axes.get_xlim()[1], 1.0)  # an axis for counts that are all zero
+        right = max(axes.get_xlim()[1], 1.0)  # an axis also where all counts are zero
         axes.set_xlim(-0.05 * right, right)
         if label != MEASURES[0][1]:
             axes.xaxis.get_major_locator().set_params(integer=True)
@@ -70,7 +72,7 @@ def _dots(
     places: Sequence[tuple[str, str]],
     measure: Callable[[PaperRow], float],
 ) -> None:
-    """Draw one mark per row, the two receivers a little apart so that neither hides the other."""
+    """Draw one mark per row; marks of the two receivers are apart, so that none hides another."""
     for shift, (mitigation, (marker, colour, label)) in zip(
         (-0.14, 0.14), RECEIVER_MARKS.items(), strict=True
     ):

@@ -33,12 +33,13 @@ GHOST_MARKS: Final[dict[GhostKind, tuple[str, str, str]]] = {
     "multipath": ("s", ORANGE, "ghost: own echo via a mirror"),
     "unexplained": ("d", PURPLE, "ghost: unexplained"),
 }
+"""Marker, colour and label of each kind of ghost."""
 
 
 def common_limits(rows: Iterable[PaperRow]) -> tuple[float, float]:
     """Ends of a power axis on which all rows fit, dBm, so that figures can be compared.
 
-    The ends are multiples of 10 dB. Values more than 20 dB below the noise are cut off.
+    The ends are multiples of 10 dB. Values more than 20 dB below the noise do not extend the axis.
     """
     rows = tuple(rows)
     lowest = min(
@@ -56,7 +57,7 @@ def range_profile(row: PaperRow, *, heading: str, limits: tuple[float, float]) -
 
     Parameters
     ----------
-    heading : before the name of the case, such as "Fig. 10a"
+    heading : text before the name of the case, such as "Fig. 10a"
     limits : ends of the power axis, dBm; see `common_limits`
     """
     shown = _shown(row)
@@ -126,7 +127,7 @@ def _mark_detections(axes: Axes, row: PaperRow) -> None:
 
 
 def _mark_ghosts(axes: Axes, row: PaperRow, range_: FloatArray, power: FloatArray) -> None:
-    """Mark ghosts on the profile: a ghost's power is known only relative to that of a target."""
+    """Mark ghosts on the profile, since a row has their power only relative to a target's."""
     for kind, (marker, colour, label) in GHOST_MARKS.items():
         places = [g.range_m for g in row.ghosts if g.kind == kind and g.range_m <= MAX_RANGE]
         if places:
@@ -144,7 +145,7 @@ def _mark_ghosts(axes: Axes, row: PaperRow, range_: FloatArray, power: FloatArra
 
 
 def _label_peaks(axes: Axes, row: PaperRow, range_: FloatArray, power: FloatArray) -> None:
-    """Write the range at every ghost, and at the strongest peak if nothing else names it."""
+    """Write the range at every ghost, and at the strongest peak if it is no ghost or target."""
     strongest = float(range_[np.argmax(power)])
     labels = {g.range_m: (f"{g.range_m:.2f} m", GHOST_MARKS[g.kind][1]) for g in row.ghosts}
     named = [*labels, *(target.range_m for target in row.targets)]
@@ -157,7 +158,7 @@ def _label_peaks(axes: Axes, row: PaperRow, range_: FloatArray, power: FloatArra
 
 
 def spread(places: list[float], *, apart: float) -> list[float]:
-    """Ascending places, moved right where neighbours would be closer than ``apart``.
+    """Ascending places, moved to the right where neighbours would be closer than ``apart``.
 
     >>> spread([1.0, 1.2, 5.0], apart=1.0)
     [1.0, 2.0, 5.0]

@@ -1,4 +1,4 @@
-"""One frame of a radar: power over range and range rate, and its detections from above."""
+"""One frame of a radar: power over range and range rate, and a plan of its detections."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,21 +11,18 @@ from polychirp.report.figures.drawing import GREY, ORANGE, SKY, Drawing, new_fig
 from polychirp.units import to_db
 
 COLOUR_SPAN_DB = 45.0
-"""Span of the colour scale above the noise, dB; chosen: weak echoes show, strong ones saturate."""
+"""Span of the colour scale, dB; chosen: weak echoes are visible, strong ones saturate."""
 
 
 @styled
 def range_rate_picture(
     map_: RangeRateMap, detections: Detections, *, title: str, note: str
 ) -> Drawing:
-    """Range-rate map with its detections, and the detections from above; its data are the map.
+    """Range-rate map with its detections, and a plan of the detections; its data are the map.
 
-    Nothing is removed from the map: bodies at rest form the bright column at zero. The colours
-    begin at the median, which is the noise, and end `COLOUR_SPAN_DB` above it.
-
-    Parameters
-    ----------
-    note : small print under the picture
+    The map keeps the echoes of bodies at rest: if the radar is at rest, they form the bright column
+    at zero. The colours begin at the median, the noise, and end `COLOUR_SPAN_DB` above it. ``note``
+    is written in small print under the figure.
     """
     figure = new_figure(13.0, 5.4)
     left, right = figure.subplots(1, 2, width_ratios=[1.12, 1.0])

@@ -15,10 +15,10 @@ POLARISATIONS: Final = ("VV", "VH", "HV", "HH")
 """Received, then transmitted polarisation, in the order of the entries of a transfer matrix."""
 
 SIDE_HALF_WIDTH: Final = math.radians(10.0)
-"""Half the width of the sectors about front, sides and rear whose medians are given, rad."""
+"""Half the width of the sectors about front, sides and rear in `statistics`, rad; chosen."""
 
 DRAWN_SPAN_DB: Final = 50.0
-"""Span of the radial axis, dB."""
+"""Span of the radial axis, dB; chosen."""
 
 
 def of_polarisation(found: CrossSections, polarisation: str) -> FloatArray:
@@ -27,9 +27,9 @@ def of_polarisation(found: CrossSections, polarisation: str) -> FloatArray:
 
 
 def statistics(rcs: FloatArray, azimuth: FloatArray) -> dict[str, float]:
-    """Mean and median over all aspects, and medians about the sides (`SIDE_HALF_WIDTH`), dBsm.
+    """Mean and median over all aspects, and medians about front, sides and rear, dBsm.
 
-    A side without aspects is left out.
+    ``rcs`` is in m², ``azimuth`` in rad. A sector (`SIDE_HALF_WIDTH`) without aspects is left out.
 
     >>> around = np.radians(np.arange(0.0, 360.0))
     >>> statistics(np.full(360, 10.0), around)["front median"]
@@ -50,9 +50,9 @@ def statistics(rcs: FloatArray, azimuth: FloatArray) -> dict[str, float]:
 def rcs_picture(
     found: CrossSections, *, polarisation: str, window: float, title: str, note: str
 ) -> Drawing:
-    """Raw cross section (thin), its running median (thick) and a box of statistics.
+    """Cross section at every aspect (thin), its running median (thick) and a box of statistics.
 
-    The data hold all polarisations, dBsm; −400 dBsm stands for zero.
+    The data are all polarisations and the drawn median, dBsm; −400 dBsm stands for zero.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
 r"""Figure 4: the spectrogram of a schedule, in closed form.
 
-A frame fills 1 GHz for 48 ms: sampled, it has fifty million values for a picture of half a million
+A frame fills 1 GHz for 48 ms, which takes fifty million samples for a picture of half a million
 cells. The short-time Fourier transform of a linear chirp with a Gaussian window is a Gaussian
 integral, so every cell of the picture is computed in closed form, the ends of ramps included.
 """
@@ -15,7 +15,7 @@ from polychirp.model.ramp import RampSchedule
 from polychirp.report.figures.drawing import Column, Drawing, new_figure, styled
 
 WINDOW_DEVIATION: Final = 20e-6
-"""Standard deviation of the Gaussian window, s; chosen: some cells of the picture in time, in
+"""Standard deviation of the Gaussian window, s; chosen: half a cell of the picture in time, in
 which a ramp crosses some cells in frequency."""
 
 WINDOW_REACH: Final = 6.0
@@ -36,7 +36,7 @@ def short_time_spectrum(
     ----------
     time : s, ``(time,)``
     frequency : Hz, radio frequency, ``(frequency,)``
-    window : s, σ
+    window : s, standard deviation σ of the Gaussian window
 
     Examples
     --------
@@ -58,7 +58,7 @@ def short_time_spectrum(
 def _ramp_spectrum(
     schedule: RampSchedule, ramp: int, time: FloatArray, frequency: FloatArray, window: float
 ) -> ComplexArray:
-    """Part of one ramp: ∫ exp(−p s² + 2qs) ds over the ramp, with s counted from each ``time``."""
+    """Part of one ramp: its phasor at each ``time`` times ∫ exp(−p s² + 2qs) ds, s = u − t."""
     slope, elapsed = schedule.slope[ramp], time - schedule.start_time[ramp]
     at_time = schedule.start_frequency[ramp] + slope * elapsed
     phase = (
@@ -75,7 +75,7 @@ def _ramp_spectrum(
 
 
 def _scaled_erf(p: complex, q: ComplexArray, s: FloatArray) -> NDArray[np.complex128]:
-    """exp(q²/p)·erf(√p s − q/√p), computed without its two factors, which may overflow."""
+    """exp(q²/p)·erf(√p s − q/√p), computed without erf, which may overflow."""
     from scipy.special import wofz
 
     root = np.sqrt(p)
@@ -94,11 +94,11 @@ def spectrogram(
     band: tuple[float, float] | None = None,
     span: tuple[float, float] | None = None,
 ) -> Drawing:
-    """Spectrogram of a schedule over 40 dB; its data are the ramps of the schedule.
+    """Spectrogram of a schedule down to 40 dB below its maximum; its data are the ramps.
 
     Parameters
     ----------
-    title : above the axes
+    title : text above the axes
     band : lowest and highest frequency drawn, Hz; `band_of` the schedule if absent
     span : first and last time drawn, s; `span_of` the schedule if absent
     """
@@ -128,7 +128,7 @@ def spectrogram(
 
 
 def band_of(*schedules: RampSchedule) -> tuple[float, float]:
-    """Lowest and highest frequency of schedules with a margin, Hz."""
+    """Lowest and highest frequency of schedules, with a margin of 6 % of the band, Hz."""
     low = min(min(s.start_frequency.min(), s.stop_frequency.min()) for s in schedules)
     high = max(max(s.start_frequency.max(), s.stop_frequency.max()) for s in schedules)
     margin = 0.06 * (high - low)

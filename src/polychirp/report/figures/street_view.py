@@ -2,7 +2,7 @@
 
 The picture uses the same triangles and the same closest-hit search as the channel, so it shows the
 surfaces that the channel's rays meet. One ray leaves the camera through every quarter of a pixel,
-and a second one goes from its hit towards the sun. Colours are those of the materials.
+and a second one goes from its hit towards the sun. Colours are those of `surfaces`.
 """
 
 from __future__ import annotations
@@ -29,32 +29,34 @@ SUN_COLOUR: Final = np.array([1.00, 0.95, 0.86]) * 0.95
 ZENITH_COLOUR: Final = np.array([0.28, 0.47, 0.75])
 HORIZON_COLOUR: Final = np.array([0.80, 0.86, 0.91])
 GROUND_COLOUR: Final = np.array([0.42, 0.41, 0.38])
+"""Light (red, green, blue) of sun, sky at zenith and horizon, and ground; chosen by eye."""
 MIRRORED_SHARE: Final = {"metal": 0.22, "glass": 0.45, "plastic": 0.06}
-"""Share of the sky's light that a material reflects as a mirror; chosen by eye."""
+"""Share of the sky's light that a material mirrors at grazing incidence; chosen by eye."""
 LINE_COLOUR: Final = np.array([0.86, 0.86, 0.84])
+"""Screen values of the lines on the road; chosen by eye."""
 SHADOW_RAY_OFFSET: Final = 1e-3
-"""Height above the surface at which a ray to the sun starts, m: it must not meet that surface."""
+"""Height at which a ray to the sun starts above a surface, m; chosen: it must not meet it."""
 SHADOW_RAY_LENGTH: Final = 1e3
-"""Length of the rays to the sun, m: bodies further off throw no shadow."""
+"""Length of the rays to the sun, m; chosen: bodies further off throw no shadow."""
 RAYS_PER_BLOCK: Final = 200_000
-"""Number of rays that are traced together, in tens of megabytes."""
+"""Number of rays that are traced together; chosen: they need some tens of megabytes."""
 LABEL_HEIGHT: Final = 32.0
-"""Height of a vehicle's name and its margin in the picture, pixels."""
+"""Height of a vehicle's name and its margin in the picture, pixels; chosen."""
 
 
 class RayCaster(Protocol):
-    """Finds what rays meet first; `polychirp.channel.geometry.bvh.Caster` is one."""
+    """Search for first hits of rays, such as `polychirp.channel.geometry.bvh.Caster`."""
 
     def closest(self, origins: FloatArray, directions: FloatArray) -> tuple[FloatArray, IntArray]:
-        """Distance, m ``(ray,)``, infinite without a hit, and face ``(ray,)``."""
+        """Distance to the first hit, m, infinite without one, and its face, ``(ray,)`` each."""
 
     def occluded(self, origins: FloatArray, ends: FloatArray) -> BoolArray:
-        """Mask ``(ray,)`` of rays with a body between origin and end."""
+        """Mask ``(ray,)`` of rays that meet a body between origin and end."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Camera:
-    """A pinhole camera from ``position`` to ``target`` (m) with field of view ``width`` (rad)."""
+    """A pinhole camera at ``position``, towards ``target`` (m); horizontal view ``width`` (rad)."""
 
     position: tuple[float, float, float]
     target: tuple[float, float, float]
@@ -70,7 +72,7 @@ class Camera:
         return np.array([right, np.cross(right, forward), forward])
 
     def directions(self, pixel: FloatArray, size: tuple[int, int]) -> FloatArray:
-        """Unit vectors ``(…, xyz)`` through points ``(…, 2)`` of a picture, right and down."""
+        """Unit vectors ``(…, xyz)`` through points ``(…, 2)``, in pixels to the right and down."""
         width, height = size
         half = np.tan(0.5 * self.width)
         offset = (2.0 * pixel - (width, height)) / width * half
@@ -147,7 +149,7 @@ def _draw_names(
     for name, (x, y) in zip(names, pixels, strict=True):
         if not (0.0 <= x < width and 0.0 <= y < height):
             continue
-        half = 6.0 * len(name) + 12.0  # pixels of half a label; it stays in the picture
+        half = 6.0 * len(name) + 12.0  # half the label's width, which stays in the picture
         middle, base = float(np.clip(x, half, width - half)), max(y - 54.0, 36.0)
         while any(
             abs(middle - m) < half + h and abs(base - b) < LABEL_HEIGHT for m, h, b in placed
@@ -212,7 +214,7 @@ class _FaceLooks:
 def _light(
     looks: _FaceLooks, caster: RayCaster, eye: FloatArray, directions: FloatArray
 ) -> FloatArray:
-    """Linear light ``(ray, rgb)`` that reaches the eye from ``directions``."""
+    """Linear light ``(ray, rgb)`` that reaches the camera at ``eye`` from ``directions``."""
     distance, face = caster.closest(np.broadcast_to(eye, directions.shape), directions)
     light = _sky(directions)
     hit = np.isfinite(distance)
@@ -235,7 +237,7 @@ def _shade(
     normal: FloatArray,
     incoming: FloatArray,
 ) -> FloatArray:
-    """Light of sun and sky by Lambert's law, and the sky's mirror image in smooth materials."""
+    """Light of points: from sun and sky by Lambert's law, and the sky's mirror image."""
     on_line = looks.is_road[face] & _is_painted(point)
     colour = np.where(on_line[:, None], LINE_COLOUR**2.2, looks.colour[face])
     start = point + SHADOW_RAY_OFFSET * normal

@@ -23,6 +23,7 @@ MATERIAL_COLOUR: Final[dict[str, Colour]] = {
     "wood": (0.42, 0.30, 0.20),
 }
 OTHER_COLOUR: Final[Colour] = (0.6, 0.6, 0.6)
+"""Colour of a material that `MATERIAL_COLOUR` lacks; all are chosen by eye."""
 
 RADAR_PAINT: Final[tuple[Colour, ...]] = (
     (0.00, 0.45, 0.70),
@@ -32,7 +33,7 @@ RADAR_PAINT: Final[tuple[Colour, ...]] = (
     (0.90, 0.62, 0.00),
     (0.34, 0.71, 0.91),
 )
-"""Colours of vehicles that carry a radar, in the order of the radars; others are silver."""
+"""Colours of the metal of bodies that carry a radar, in the order of the radars."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -44,7 +45,7 @@ class Surfaces:
     corners : m, ``(face, corner, xyz)`` in the world
     colour : ``(face, rgb)``
     actor : number of the actor, ``(face,)``
-    material : name, one for every face
+    material : name of the material of every face
     """
 
     corners: FloatArray
@@ -91,7 +92,7 @@ def radar_paint(radar: int) -> Colour:
 
 
 def extent(actor: Actor) -> tuple[FloatArray, FloatArray]:
-    """Lowest and highest corner of an actor in the world, m ``(xyz,)``; its place if empty."""
+    """Corners of an actor's bounding box in the world, m ``(xyz,)``; its position if empty."""
     points = [actor.mesh.vertex, *(plate.triangles.reshape(-1, 3) for plate in actor.plates)]
     points += [np.array([scatterer.position]) for scatterer in actor.points]
     world = actor.pose.to_outer(np.concatenate(points))

@@ -8,9 +8,9 @@ The modules in reading order; others may use the names beside them:
 - `tasks`: tasks, outcomes and the protocol of executors: `Executor`.
 - `executor`, `worker`: processes on this machine: `LocalWorkers`.
 - `dask_executor`: a Dask cluster: `DaskWorkers`.
-- `stopping`: the end of points that are known well enough.
+- `stopping`: the early end of points whose detection probability is known well enough.
 - `results`: arrays of all trials, and their store: `Results`, `load_results`.
 - `summary`: estimates with intervals: `summaries`, `differences`.
-- `tables`: those estimates and all trials as CSV and Parquet: `flat_row`.
+- `tables`: the estimates and all trials as CSV and Parquet: `flat_row`.
 - `run`: all of these in order: `run_plan`.
 """

@@ -17,7 +17,7 @@ from polychirp.study.monte_carlo.tasks import MOST_DEATHS, ONE_THREAD, Outcome, 
 from polychirp.study.spec import Study
 
 _BATCH_DURATION: Final = 0.5
-"""Work in one task of the cluster, s; chosen, since a task takes some milliseconds by itself."""
+"""Duration of the batch in one Dask task, s; chosen: each task costs some further milliseconds."""
 
 _JOB_MEMORY: Final = "4 GB"
 """Memory of a SLURM job if dask-jobqueue is not configured otherwise; chosen."""
@@ -26,12 +26,12 @@ _PROTOCOLS: Final = ("tcp", "tls", "ucx", "ws", "wss")
 """Protocols that an address of a Dask scheduler may begin with."""
 
 _BATCHES_PER_WORKER: Final = 2
-"""Batches submitted for each worker; with two, no worker waits for its next one."""
+"""Batches submitted for each worker; with two, no worker waits for its next batch."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DaskWorkers:
-    """Workers of a Dask cluster; one that dies is replaced, and its trials run again.
+    """Workers of a Dask cluster; a worker that dies is replaced, and its trials run again.
 
     Outcomes come back over the network, so that workers need no common folder; mesh files must
     have the same path on all workers.
@@ -63,7 +63,7 @@ class DaskWorkers:
 
     @property
     def _patience(self) -> float | None:
-        """Time to wait for the first worker, s; None, without limit, for a queue."""
+        """Time to wait for the first worker, s; None (no limit) for SLURM, which has a queue."""
         return None if self.cluster == "slurm" else 600.0
 
     def run(
@@ -95,7 +95,7 @@ class DaskWorkers:
 
 
 def _is_address(text: str) -> bool:
-    """True for ``PROTOCOL://HOST:PORT`` with a protocol that Dask's schedulers speak."""
+    """True for ``PROTOCOL://HOST:PORT`` with one of `_PROTOCOLS`."""
     protocol, _, place = text.partition("://")
     host, _, port = place.rpartition(":")
     return protocol in _PROTOCOLS and bool(host) and port.isdecimal() and int(port) < 2**16
@@ -103,9 +103,9 @@ def _is_address(text: str) -> bool:
 
 @contextmanager
 def _own_environment() -> Iterator[None]:
-    """Restore the environment at the end.
+    """Restore the environment variables of this process at the end.
 
-    Dask's nannies set the environment of their workers in the process that starts them, and numba
+    Dask's nannies set the variables of their workers in the process that starts them, and numba
     refuses to compile after a change of the number of threads.
     """
     before = dict(os.environ)
@@ -155,7 +155,7 @@ def _address(workers: DaskWorkers, stack: ExitStack) -> Any:
 
 
 def _check_job(script: str) -> None:
-    """Ask SLURM if it would accept the job: dask-jobqueue submits refused jobs again for ever."""
+    """Refuse a job that SLURM would not accept; dask-jobqueue would submit it again for ever."""
     with NamedTemporaryFile("w", suffix=".sh", encoding="utf-8") as file:
         file.write(script)
         file.flush()
@@ -183,7 +183,7 @@ class _Batches:
         self._tasks = tasks
         self._again: deque[Task] = deque()
         self._duration = _BATCH_DURATION
-        # if the worker that holds it dies, it is made again from its bytes; scattered data is not
+        # if the worker that holds them dies, Dask makes them again; scattered data would be lost
         self._studies = client.submit(pickle.loads, pickle.dumps(tuple(studies)))
 
     def outcomes(self) -> Iterator[Outcome]:

@@ -26,21 +26,21 @@ _SHORT_TRIAL: Final = 1.0
 """Duration of a trial, s, below which a worker is given its next trial in advance; chosen."""
 
 WORKERS_PER_CORE: Final = 4
-"""Most processes that are started for each core. Each takes some 600 MB and one thread, so that
-more than one for each core gains nothing; chosen so that small machines may have a few more."""
+"""Greatest number of processes for each core; chosen. Each takes some 600 MB and has one thread, so
+that more than one for each core gain nothing; small machines may have a few more."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LocalWorkers:
-    """Worker processes on this machine; one that dies is replaced, and its trial runs again.
+    """Worker processes on this machine; a worker that dies is replaced, and its trial runs again.
 
     A worker runs its tasks in order, so that the task during which it died is known. Consecutive
-    tasks of one trial number go to one worker while the other workers have tasks of their own:
-    they share random numbers, and results that the worker then computes only once.
+    tasks of one trial number share random numbers, and results that one worker computes only once:
+    they go to the same worker as long as the other workers have tasks of their own.
 
     Parameters
     ----------
-    count : of processes; fewer start if there are fewer trials, or if they were more than
+    count : greatest number of processes; no more start than there are trials, and no more than
         `WORKERS_PER_CORE` for each core
     """
 
@@ -109,7 +109,7 @@ class _Pool:
             worker.give(task)
 
     def _next_task(self, worker: _Worker) -> Task | None:
-        """Next task of its trial or of a new one, or else the last task of the busiest worker."""
+        """Next task of the worker's trial or of a new one, else the last of the busiest worker."""
         if not worker.ahead:
             worker.ahead.extend(next(self._trials, ()))
         if worker.ahead:
@@ -147,9 +147,9 @@ class _Pool:
 
 
 class _Worker:
-    """A process, and threads that write and read its pipes, so that the program never blocks.
+    """A process, and threads that write and read its pipes, so that this process never blocks.
 
-    ``given`` are the tasks that it has received, ``ahead`` later tasks of the same trial.
+    ``given`` are its tasks without an outcome, ``ahead`` later tasks of the same trial.
     """
 
     def __init__(self, studies: Sequence[Study], news: SimpleQueue[tuple[_Worker, Any]]) -> None:
@@ -177,7 +177,7 @@ class _Worker:
         self._process.wait()
 
     def _write(self) -> None:
-        # a dead process breaks the pipe; the reading thread reports it
+        # a dead process breaks the pipe; the thread that reads reports its death
         with suppress(OSError), cast("IO[bytes]", self._process.stdin) as pipe:
             while (message := self._inbox.get()) is not None:
                 pickle.dump(message, pipe)

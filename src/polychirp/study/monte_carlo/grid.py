@@ -20,7 +20,7 @@ OWN_AXES: Final = ("trial", "victim", "target", "nature")
 """Axes of the results that are not axes of the grid."""
 
 MOST_POINTS: Final = 10_000
-"""Greatest number of points of a grid; chosen: all are read and checked before the first runs."""
+"""Greatest number of points of a grid; chosen: all are checked before the first trial runs."""
 
 _FIXED_KEYS: Final = {
     "seed": "every trial gets its own; say how many with trials",
@@ -32,7 +32,7 @@ _FIXED_KEYS: Final = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Choice(Spec):
-    """One value of a named axis: keys of the study that move together.
+    """One value of a named axis: keys of the study that change together.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ class MonteCarlo(Spec):
     stop_half_width : if given, a point stops as soon as the 95 % interval of the detection
         probability of each of its victims has this half width or less
     grid : values by dotted path, as for ``--set``; ``*`` stands for every entry of a list
-    axes : further axes, with names, labels and keys that move together
+    axes : further axes, with names, labels and keys that change together
 
     Examples
     --------
@@ -156,7 +156,7 @@ def axes_of_grid(table: MonteCarlo) -> tuple[Axis, ...]:
 
 
 def _short_names(paths: Sequence[str]) -> list[str]:
-    """Shortest end of every path that no other path has, joined by underscores."""
+    """Names of paths: their shortest unique tails that begin with neither a number nor ``kind``."""
     keys = [[key.strip() for key in path.split(".") if key.strip() != "*"] for path in paths]
     names = []
     for own in keys:
@@ -178,12 +178,12 @@ def _label(value: Any) -> Label:
 
 
 def combinations(axes: Sequence[Axis]) -> list[tuple[int, ...]]:
-    """Numbers of the values of each point, the last axis fastest.
+    """Indices of the values of each point, one per axis; the last axis changes fastest.
 
     Raises
     ------
     InputError
-        There are too many points.
+        There are more than `MOST_POINTS` points.
     """
     count = math.prod(len(axis.labels) for axis in axes)
     if count > MOST_POINTS:

@@ -1,4 +1,4 @@
-"""`Plan` — a study for every point of a grid."""
+"""`Plan` — the studies of all points of a grid, and its check before any trial runs."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -16,10 +16,10 @@ class Point:
 
     Parameters
     ----------
-    labels : label of the value on each axis
+    labels : label of the point's value on each axis
     study : study of the point, with the seed of the whole grid
-    study_hash : hash of that study; finished trials are stored under it
-    command : command that runs the point once, without its ``--seed``
+    study_hash : hash of ``study``; finished trials of the point are stored under it
+    command : command line that runs the point once; ``--seed`` must be added
     """
 
     labels: tuple[Label, ...]
@@ -28,7 +28,7 @@ class Point:
     command: str
 
     def trial(self, number: int) -> Study:
-        """Study of one trial, which differs by its seed alone."""
+        """Study of trial ``number``, which differs from the point's study by its seed alone."""
         return replace(self.study, seed=trial_seed(self.study.seed, number))
 
 
@@ -39,10 +39,10 @@ class Plan:
     Parameters
     ----------
     axes : axes of the grid
-    points : all points, the last axis fastest
+    points : all points; the value of the last axis changes fastest
     trials : greatest number of trials of each point
-    stop_half_width : half width of the interval of detection probability at which a point stops,
-        or None
+    stop_half_width : half width of the 95 % interval of the detection probability at which a point
+        stops; None: no point stops early
     origin : provenance of the study in its file, without the grid
     """
 
@@ -63,7 +63,7 @@ class Plan:
                 )
 
     def where(self, point: Point) -> str:
-        """Labels of a point, in words."""
+        """Name of each axis and label of the point on it, as text for messages."""
         pairs = zip(self.axes, point.labels, strict=True)
         return ", ".join(f"{axis.name} = {label}" for axis, label in pairs) or "the only point"
 
@@ -93,7 +93,7 @@ def check_plan(plan: Plan, *, progress: Callable[[str, int, int], None]) -> None
     Raises
     ------
     InputError, PhysicsError
-        The message lists every problem and its points.
+        The message lists every problem and its points; `InputError` if any problem is one.
     """
     found: list[tuple[str, list[str]]] = []
     refused_by_physics = True

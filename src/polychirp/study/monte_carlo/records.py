@@ -21,27 +21,27 @@ if TYPE_CHECKING:
     from polychirp.study.trial import Trial, VictimResult
 
 NATURES: Final = tuple(nature.value for nature in Nature)
-"""Kinds of detections, in the order in which they are counted."""
+"""Natures of detections, in the order of `VictimRecord.claims`."""
 
 _SYNC_INTERVAL: Final = 1.0
-"""Interval between calls that force lines to the disk, s; chosen: this much may be lost if the
-machine fails."""
+"""Least time between calls of ``fsync``, s; chosen: if the machine fails, trials may be lost that
+finished within this time after the last call."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VictimRecord:
-    """Results of one radar in one trial; errors are zero for targets that were missed.
+    """Results of one radar in one trial; errors and SINR are zero for targets without a detection.
 
     Parameters
     ----------
     name : name of the radar
     target : names of its targets
-    is_visible, is_detected : for each target
-    range, range_rate, azimuth : m, m/s, rad, true
-    range_error, range_rate_error, azimuth_error : m, m/s, rad, found minus true
-    sinr : ratio
+    is_visible, is_detected : True for each target that is in line of sight, that was detected
+    range, range_rate, azimuth : true values of each target, m, m/s, rad
+    range_error, range_rate_error, azimuth_error : detected minus true value, m, m/s, rad
+    sinr : power ratio at each target's detection, own echo to all other parts of the samples
     claims : number of detections of each of `NATURES`
-    floor_rise : ratio
+    floor_rise : power ratio, floor of the range spectra to that of noise alone
     """
 
     name: str
@@ -65,10 +65,10 @@ class TrialRecord:
 
     Parameters
     ----------
-    study_hash : hash of the study of its point
-    trial : number of the trial
+    study_hash : hash of the study of the trial's point
+    trial : number of the trial, from 0
     seed : seed of the trial
-    victims : records, in the order of the radars
+    victims : record of each victim, in the order of the radars
     """
 
     study_hash: str
@@ -137,9 +137,9 @@ def _victim_from(content: Mapping[str, Any]) -> VictimRecord:
 class TrialLog:
     """An append-only file of finished trials, one line each with its checksum.
 
-    A line is handed to the operating system in one call as soon as its trial is finished, so that
-    it stays however the program ends; it is on the disk a second later. A line that a failure of
-    the machine cut off is skipped, and its trial runs again.
+    A line is handed to the operating system as soon as its trial is finished, so that it stays
+    however the program ends. ``fsync`` forces lines to the disk, at most once in `_SYNC_INTERVAL`.
+    A line that a failure of the machine cut off is skipped, and its trial runs again.
     """
 
     def __init__(self, file: IO[bytes]) -> None:
@@ -169,15 +169,15 @@ def trial_log(
 
     Parameters
     ----------
-    made_with : versions and platform; a log from others is refused
-    anew : True to remove the trials in it
+    made_with : versions and platform; a log that was made with other ones is refused
+    anew : True to remove the trials in the log
 
     Raises
     ------
     InputError
-        Another run is using it, or other versions wrote it.
+        Another run is using the log, or it was made with other versions or on another platform.
     RunError
-        It cannot be written.
+        The log cannot be written.
     """
     with _write_errors(path):
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -197,14 +197,14 @@ def trial_log(
             file.flush()
             os.fsync(file.fileno())
     finally:
-        # closing writes again what could not be written, and what it raises would hide the reason
+        # closing tries again to write what could not be written; its error would hide the first one
         with suppress(OSError):
             file.close()
 
 
 @contextmanager
 def _write_errors(path: Path) -> Iterator[None]:
-    """Raise `RunError` where the file cannot be written."""
+    """Turn an `OSError` into a `RunError` that names the file."""
     try:
         yield
     except OSError as error:
@@ -212,7 +212,7 @@ def _write_errors(path: Path) -> Iterator[None]:
 
 
 def _go_to_end(file: IO[bytes]) -> None:
-    """Remove an incomplete line at the end, and go there."""
+    """Remove an incomplete last line, and move to the end of the file."""
     file.seek(0)
     end = 0
     for line in file:
@@ -223,7 +223,7 @@ def _go_to_end(file: IO[bytes]) -> None:
 
 
 def _lock(file: IO[bytes], path: Path) -> None:
-    """Refuse a second run, on systems with file locks; a lock ends with its program."""
+    """Refuse a second run, on systems with file locks; a lock ends with the program that has it."""
     try:
         import fcntl
     except ImportError:

@@ -2,8 +2,8 @@
 
 .. code-block:: text
 
-    results.zarr              format, version, provenance, grid: its axes and the hash of each
-    │                         point's study, trials asked for
+    results.zarr              attributes: format, version, provenance, axes of the grid, hash of
+    │                         each point's study, trials and stop_half_width that were asked for
     ├── AXIS …                labels of each axis of the grid; victim, target, nature: names
     ├── num_trials            (AXIS …) number of trials at each point
     ├── seed                  (trial)
@@ -13,8 +13,9 @@
     └── floor_rise            (AXIS …, trial, victim)
 
 Every array names its axes and its unit, as xarray reads them. **NaN** means that there is no value:
-the trial was not run, the target was not visible or, for errors, not detected. The ``mean`` of
-``detected`` over trials is thus the detection probability.
+the trial was not run or failed, the victim does not have this target, or the target was not visible
+(``detected``) or not detected (errors, ``sinr``). The ``mean`` of ``detected`` over trials is thus
+the detection probability.
 """
 
 from __future__ import annotations
@@ -57,9 +58,11 @@ _UNITS: Final = {
     "num_claims": "1",
     "floor_rise": "1",
 }
+"""Unit of every stored array; "1" for numbers and ratios."""
 
 _OF_DETECTED: Final = ("range_error", "range_rate_error", "azimuth_error", "sinr")
 _TRUE_VALUES: Final = ("range", "range_rate", "azimuth")
+"""Arrays with values for detected targets alone, and for all targets."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -68,18 +71,18 @@ class Results:
 
     Parameters
     ----------
-    axes : name and labels of each axis of the grid; ``point`` counts through all combinations,
-        the last axis fastest
+    axes : name and labels of each axis of the grid; the array axis ``point`` counts through all
+        combinations of labels, those of the last axis fastest
     study_hash : hash of the study of each point
-    victim, target : names
-    num_trials : number of trials at each point; a trial that failed is counted and NaN
-    seed : seed of each trial, at every point
-    detected : 1 detected, 0 missed, NaN if the target is not visible
-    range, range_rate, azimuth : m, m/s, rad, true, of hidden targets too
-    range_error, range_rate_error, azimuth_error : m, m/s, rad, found minus true
-    sinr : ratio, of detected targets
-    num_claims : number of detections of each nature
-    floor_rise : ratio
+    victim, target : names of the radars with results, and of all their targets
+    num_trials : number of trials at each point; a trial that failed is counted and has NaN
+    seed : seed of each trial, the same at every point
+    detected : 1 if the target was detected, 0 if it was missed, NaN if it is not visible
+    range, range_rate, azimuth : true values, m, m/s, rad, of hidden targets too
+    range_error, range_rate_error, azimuth_error : detected minus true value, m, m/s, rad
+    sinr : power ratio at a target's detection, own echo to all other parts of the samples
+    num_claims : number of detections of each of `NATURES`
+    floor_rise : power ratio, floor of the range spectra to that of noise alone
     origin : provenance of the study without its grid
     """
 
@@ -106,7 +109,7 @@ class Results:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Lengths of the grid's axes."""
+        """Number of labels on each axis of the grid."""
         return tuple(len(labels) for _, labels in self.axes)
 
     def labels(self, point: int) -> tuple[Label, ...]:
@@ -116,11 +119,11 @@ class Results:
 
 
 def gather(plan: Plan, *, num_trials: Sequence[int], records: Iterable[TrialRecord]) -> Results:
-    """Results of the trials that count, from records in any order.
+    """Results of a plan, from records of its trials in any order.
 
     Parameters
     ----------
-    num_trials : number of trials that count at each point, from the first on
+    num_trials : n for each point: its trials 0 … n − 1 are used, and later records are left out
     """
     point_of = {point.study_hash: n for n, point in enumerate(plan.points)}
     kept = {}
@@ -178,9 +181,6 @@ def _fill(
         arrays[name][place][columns] = np.where(is_detected, getattr(record, name), np.nan)
 
 
-# ── the store ─────────────────────────────────────────────────────────────────
-
-
 def save_results(path: Path, results: Results, *, plan: Plan) -> None:
     """Store results in place of those at ``path``; equal results give equal files.
 
@@ -231,7 +231,7 @@ def _write(path: Path, results: Results, plan: Plan) -> None:
             dimensions = [*grid, *axes[1:]]
         _write_array(root, field, array, dimensions, chunk_axes=len(grid))
     with warnings.catch_warnings():
-        # xarray reads all metadata from one file, of whose format Zarr warns
+        # xarray reads all metadata from one file, which Zarr warns is not in its format 3
         warnings.simplefilter("ignore")
         zarr.consolidate_metadata(root.store)
 
@@ -255,7 +255,7 @@ def _write_array(
 ) -> None:
     from zarr.codecs import BloscCodec
 
-    # a small array is one chunk; in a large one, each point is a chunk
+    # a small array is one chunk; in a large one, each point of the grid is a chunk
     grid = min(chunk_axes, values.ndim) if values.nbytes > _LARGEST_SINGLE_CHUNK else 0
     chunks = (*(1,) * grid, *(max(1, length) for length in values.shape[grid:]))
     array = root.create_array(
@@ -273,7 +273,7 @@ def _write_array(
 
 
 _LARGEST_SINGLE_CHUNK: Final = 16e6
-"""Size up to which an array is stored as one chunk, bytes; chosen."""
+"""Greatest size of an array that is stored as one chunk, bytes; chosen."""
 
 
 def load_results(path: Path | str) -> Results:

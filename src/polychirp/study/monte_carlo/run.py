@@ -1,4 +1,4 @@
-"""Run the missing trials of a plan, and store the results of all its trials."""
+"""Run the trials of a plan that have no record yet, and store the results of all its trials."""
 
 import warnings
 from collections.abc import Callable, Iterator, Mapping
@@ -23,7 +23,7 @@ STORE: Final = "results.zarr"
 """Names of the log of trials and of the store of results, in the folder of a run."""
 
 MOST_FAILURES: Final = 10
-"""Number of failed trials after which the run stops; chosen."""
+"""Number of failed trials in one run at which the run stops; chosen."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -32,10 +32,10 @@ class Finished:
 
     Parameters
     ----------
-    results : results of all trials, old and new
+    results : results of all trials, of this run and of earlier ones
     num_new : number of trials that this run added
     failures : for each failed trial, one sentence with the command that repeats it
-    files : names of the files in the folder
+    files : names of the files that the run wrote in its folder
     """
 
     results: Results
@@ -52,7 +52,7 @@ def run_plan(
     progress: Callable[[str, int, int], None],
     anew: bool = False,
 ) -> Finished:
-    """Run the trials that ``folder`` does not have; store results and tables of all.
+    """Run the trials of which ``folder`` has no record; store results and tables of all trials.
 
     A trial is stored as soon as it is finished, so that the next run continues a run that was
     killed. Trials are stored under the hash of the study of their point, so that points that a
@@ -61,12 +61,12 @@ def run_plan(
 
     Parameters
     ----------
-    anew : True to remove the trials that ``folder`` has
+    anew : True to remove the trials that ``folder`` has, before the run
 
     Raises
     ------
     InputError
-        The folder is in use, or other versions computed its trials.
+        Another run uses the folder, or its trials have other versions or another platform.
     RunError
         The folder cannot be written, or `MOST_FAILURES` trials failed.
     """
@@ -89,7 +89,7 @@ def run_plan(
 
 
 def made_with(origin: Provenance) -> Mapping[str, Any]:
-    """Format, versions and platform, which all trials of one result must share."""
+    """Format, versions and platform, which all trials in one log must share."""
     return {
         "format": "polychirp trials, version 1",
         "versions": origin.versions,
@@ -98,7 +98,7 @@ def made_with(origin: Provenance) -> Mapping[str, Any]:
 
 
 def _known(plan: Plan, path: Path, stopping: Stopping) -> set[tuple[int, int]]:
-    """Point and number of every trial that the log at ``path`` has."""
+    """Point and trial number of the plan's trials in the log; they are added to ``stopping``."""
     point_of = {point.study_hash: n for n, point in enumerate(plan.points)}
     known = set()
     for record in read_records(path):
@@ -110,7 +110,7 @@ def _known(plan: Plan, path: Path, stopping: Stopping) -> set[tuple[int, int]]:
 
 
 class _Run:
-    """Trials that are done, and tasks for those that are missing."""
+    """One run: it hands missing trials to an executor and logs their outcomes."""
 
     def __init__(
         self, plan: Plan, stopping: Stopping, log: TrialLog, known: set[tuple[int, int]]
@@ -121,7 +121,7 @@ class _Run:
         self.failures: list[str] = []
 
     def finish(self, executor: Executor, progress: Callable[[str, int, int], None]) -> None:
-        """Run tasks until every point has enough trials."""
+        """Run tasks until every point has as many trials as ``stopping`` demands."""
         kept = self._stopping.num_done()
         what = f"trials ({kept} kept)" if kept else "trials"
         total = sum(self._stopping.limit)
@@ -138,7 +138,7 @@ class _Run:
                         break
 
     def _tasks(self) -> Iterator[Task]:
-        """Missing tasks, trial by trial, for all points that have not stopped."""
+        """Missing tasks, trial by trial; each trial number for all points that have not stopped."""
         for trial in range(self._plan.trials):
             seed = trial_seed(self._plan.origin.seed, trial)
             for point, limit in enumerate(self._stopping.limit):

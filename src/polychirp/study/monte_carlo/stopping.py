@@ -1,8 +1,8 @@
 """Early stopping of points whose detection probability is known well enough.
 
-A decision is based on trials 0…k−1, k a multiple of `TRIALS_PER_DECISION`, so that it does not
-depend on the number of workers or on the order of outcomes. Later trials that had already begun
-stay in the log and are left out of the results.
+A decision is based on trials 0…k−1, where k is a multiple of `TRIALS_PER_DECISION`, so that it does
+not depend on the number of workers or on the order of outcomes. Trials from k on that had already
+begun stay in the log and are left out of the results.
 """
 
 import math
@@ -15,25 +15,25 @@ from polychirp.scoring.statistics import proportion
 from polychirp.study.monte_carlo.records import VictimRecord
 
 TRIALS_PER_DECISION: Final = 20
-"""Number of trials between two decisions on whether a point stops; chosen."""
+"""Number of trials of a point between two decisions on whether it stops; chosen."""
 
 Counts = dict[str, tuple[int, int]]
-"""Number of detected and of visible targets, by the name of the victim."""
+"""Number of detected and of visible targets in one trial, by the name of the victim."""
 
 
 def counts_of(victims: Sequence[VictimRecord]) -> Counts:
-    """Detected and visible targets of each victim of a trial."""
+    """Number of detected and of visible targets of each victim of a trial."""
     return {v.name: (sum(v.is_detected), sum(v.is_visible)) for v in victims}
 
 
 class Stopping:
-    """Number of trials that each point needs, as far as it is known.
+    """Number of trials that each point needs (``limit``), reduced once its interval is narrow.
 
     Parameters
     ----------
     num_points : number of points of the grid
     trials : greatest number of trials of each point
-    half_width : half width of the interval at which a point stops; None to stop no point early
+    half_width : 95 % interval's half width at which a point stops; None: no point stops early
     """
 
     def __init__(self, *, num_points: int, trials: int, half_width: float | None) -> None:
@@ -51,12 +51,12 @@ class Stopping:
                 self.limit[point] = min(self.limit[point], size)
 
     def num_done(self) -> int:
-        """Number of needed trials that are done."""
+        """Number of trials that are done, over all points, without those that are not needed."""
         pairs = zip(self._done, self.limit, strict=True)
         return sum(sum(n < limit for n in done) for done, limit in pairs)
 
     def _is_narrow(self, point: int, size: int) -> bool:
-        """True if ``size`` trials are enough for every victim that had visible targets."""
+        """True if all victims with visible targets have narrow intervals after ``size`` trials."""
         if self._half_width is None:
             return False
         done = self._done[point]

@@ -1,4 +1,4 @@
-"""Estimates from results: at each point, and of differences between two points on an axis."""
+"""Estimates from results: for each point, and for differences of two points along an axis."""
 
 from __future__ import annotations
 
@@ -23,9 +23,11 @@ from polychirp.study.monte_carlo.records import NATURES
 from polychirp.study.monte_carlo.results import Results
 
 ERROR_NAMES: Final = ("range", "range_rate", "azimuth")
+"""Quantities whose rms errors are estimated."""
 
 _IS_GHOST: Final = np.array([Nature(name).is_ghost for name in NATURES])
 _UNEXPLAINED: Final = NATURES.index(Nature.UNEXPLAINED.value)
+"""Mask of the ghosts among `NATURES`, and number of the unexplained ones there."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,11 +43,11 @@ class Summary:
     victim : name of the radar
     num_trials : number of trials with a result
     detection : probability that a visible target is detected
-    ghost : probability that a frame has a ghost
-    ghosts, false_claims, missed : mean number in a frame; ``false_claims`` are false detections
-        that no path explains: noise, or errors of the processing
-    floor_rise : median ratio
-    range_rmse, range_rate_rmse, azimuth_rmse : m, m/s, rad, of detected targets
+    ghost : probability that a frame has at least one ghost
+    ghosts, false_claims, missed : mean number in a frame; ``false_claims`` are the ghosts that no
+        path explains: noise, or errors of the processing
+    floor_rise : power ratio, median over trials
+    range_rmse, range_rate_rmse, azimuth_rmse : rms errors of detected targets, m, m/s, rad
     """
 
     labels: tuple[Label, ...]
@@ -65,17 +67,17 @@ class Summary:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Difference:
-    """Difference between a value of an axis and its first, from paired trials, all else equal.
+    """Difference of one radar's estimates at two points that differ on one axis, trials paired.
 
     Parameters
     ----------
     axis : name of the axis of the grid
-    first, other : labels of the two values
-    labels : label of the other point on each axis
+    first, other : the first label of the axis, and the label with which it is compared
+    labels : label of the point with ``other`` on each axis
     victim : name of the radar
     num_trials : number of trials that both points have
-    detection, ghosts : other minus first: probability, mean number in a frame
-    range_rmse, range_rate_rmse, azimuth_rmse : other minus first, m, m/s, rad
+    detection, ghosts : other minus first: detection probability, mean number of ghosts in a frame
+    range_rmse, range_rate_rmse, azimuth_rmse : other minus first: rms errors, m, m/s, rad
     """
 
     axis: str
@@ -93,7 +95,7 @@ class Difference:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Counts:
-    """Sums of each trial that was run, ``(trial,)``."""
+    """Sums per trial, ``(trial,)``: ``found`` counts detected targets, ``seen`` visible ones."""
 
     trial: FloatArray
     found: FloatArray
@@ -103,7 +105,7 @@ class _Counts:
     squares: dict[str, FloatArray]
 
     def only(self, trials: FloatArray) -> _Counts:
-        """Sums of these trials alone."""
+        """The same for the trials with these numbers alone."""
         kept = np.isin(self.trial, trials)
         return _Counts(
             trial=self.trial[kept],
@@ -133,7 +135,7 @@ def _counts(results: Results, point: int, victim: int) -> _Counts:
 
 
 def _sum_of_squares(errors: FloatArray) -> FloatArray:
-    """Sum of squares over what was found, ``(trial,)``; NaN where no error is known at all."""
+    """Sum of squares over detected targets, ``(trial,)``; all NaN if no trial has an error."""
     if np.all(np.isnan(errors)):
         return np.full(len(errors), np.nan)
     return np.asarray(np.nansum(errors**2, axis=1))
@@ -172,7 +174,7 @@ def _summary(results: Results, point: int, victim: int) -> Summary:
 
 
 def differences(results: Results) -> list[Difference]:
-    """Difference between every point that is not first on an axis and the one that is."""
+    """Differences, along every axis and for every radar, from the point with the first label."""
     return [
         _difference(results, axis, pair, victim)
         for axis in range(len(results.axes))
@@ -183,7 +185,7 @@ def differences(results: Results) -> list[Difference]:
 
 
 def _neighbours(results: Results, axis: int) -> Iterator[tuple[int, int]]:
-    """Pairs of points: the first on ``axis``, and each other with all else equal."""
+    """Pairs of points that differ on ``axis`` only; the first has the first label there."""
     numbers = np.arange(len(results.study_hash)).reshape(results.shape)
     lines = np.moveaxis(numbers, axis, -1).reshape(-1, results.shape[axis])
     for first, *others in lines.tolist():

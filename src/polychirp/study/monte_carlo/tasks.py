@@ -11,8 +11,8 @@ from polychirp.study.monte_carlo.records import VictimRecord, victim_records
 from polychirp.study.spec import Study
 
 MOST_DEATHS: Final = 3
-"""Number of workers that end during one trial after which it counts as failed; chosen. The same
-number of workers that end before they are ready stops the run."""
+"""Number of workers that die during one trial at which the trial counts as failed; chosen. If as
+many in a row die before they are ready for a task, the run stops."""
 
 ONE_THREAD: Final = {
     "NUMBA_NUM_THREADS": "1",
@@ -20,7 +20,7 @@ ONE_THREAD: Final = {
     "OPENBLAS_NUM_THREADS": "1",
     "MKL_NUM_THREADS": "1",
 }
-"""Environment of a worker, which has one thread, since there are as many workers as cores."""
+"""Environment variables that give a worker one thread: by default, there is a worker per core."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,8 +29,8 @@ class Task:
 
     Parameters
     ----------
-    point : index of its study in the list of the executor
-    trial : number of the trial
+    point : number of the point, whose study has this index in the executor's list
+    trial : number of the trial, from 0
     seed : seed of the trial
     """
 
@@ -46,9 +46,9 @@ class Outcome:
     Parameters
     ----------
     victims : record of each victim; None if the trial failed
-    failure : reason, in one sentence
+    failure : reason of a failure, in one sentence; else empty
     notes : warnings of the models
-    duration : s
+    duration : time that the trial took, s
     """
 
     task: Task
@@ -59,7 +59,7 @@ class Outcome:
 
 
 class Executor(Protocol):
-    """Runs tasks on workers; if a worker dies, its trials run again."""
+    """An executor runs tasks on workers; if a worker dies, its tasks run again."""
 
     def run(
         self, studies: Sequence[Study], tasks: Iterator[Task]

@@ -1,7 +1,7 @@
 """A worker process: it reads studies and tasks from stdin and writes outcomes to stdout, pickled.
 
-It ends when its stdin is closed, after its current trial, so that it does not stay when the program
-that started it has ended.
+The worker ends after its current trial once its stdin is closed, so that it does not outlive the
+program that started it.
 """
 
 import os
@@ -11,12 +11,12 @@ import sys
 from typing import IO, Any
 
 READY_MESSAGE = "ready"
-"""Message of a worker that can take tasks."""
+"""Message by which a worker says that it has started and can take tasks."""
 
 
 def main() -> None:
     """Run tasks until stdin is closed."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the program that started it handles Ctrl-C
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent process handles Ctrl-C
     with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as out:
         # output that a library prints must not mix with the outcomes
         os.dup2(sys.stderr.fileno(), sys.stdout.fileno())

@@ -2,7 +2,7 @@
 
 The modules in reading order; others may use the names beside them:
 
-- `results`: values for the report, beside the statements of the paper: `PaperResults`.
+- `results`: values for the report, and the statements of the paper: `PaperResults`.
 - `scenarios`: scenarios A, B and C: `paper_study`, `run_paper`.
-- `statistics`: figures 12 and 13: `statistics_plan`, `run_statistics`.
+- `statistics`: trials for figures 12 and 13: `statistics_plan`, `run_statistics`.
 """

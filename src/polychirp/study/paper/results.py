@@ -1,4 +1,4 @@
-"""Results of `polychirp paper` beside the statements of the paper, in the units of the report."""
+"""Results of `polychirp paper`, and the paper's statements, in the units of the report."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -10,18 +10,18 @@ from polychirp.model.scene import Scene
 from polychirp.study.section_v.cases import CorrelationResults
 
 Scenario = Literal["A", "B", "C", "all"]
-"""Scenarios of §VII of the paper: A without, B with indirect, C with direct interference. All four
-radars of the street transmit in "all", which is ours."""
+"""Scenarios of §VII of the paper: A without, B with indirect, C with direct interference; and ours,
+"all", in which all four radars of the street transmit."""
 
 WaveformKind = Literal["conventional", "diverse", "fixed-per-radar"]
 Mitigation = Literal["none", "blanking"]
 Antenna = Literal["table 2", "consistent"]
-"""Table 2's 27 dBi as printed, or the 11 dBi that a beam of ±80° × ±10° can have."""
+"""Gain of all antennas: 27 dBi as printed in table 2, or the 11 dBi of a beam of ±80° × ±10°."""
 
 GhostKind = Literal["direct", "indirect", "multipath", "unexplained"]
 
 Situation = Literal["alone", "interfered", "blanked"]
-"""Situation of a radar in random traffic: others do not transmit, do, or do and it blanks."""
+"""Situation of the victim: no interferers; interferers; interferers, and the victim blanks."""
 
 Interval = tuple[float, float, float]
 """An estimate and its 95 % interval: value, lower and upper limit."""
@@ -34,7 +34,7 @@ PAPER_ACCURACY: Final = {
     "azimuth_rmse_deg": 0.12,
     "speed_rmse_kmh": 0.1,
 }
-"""Accuracy that it states, by the field of `StatisticsRow`."""
+"""Accuracy in the paper at `PAPER_TARGETS` targets, by the field of `StatisticsRow`: m, °, km/h."""
 
 INTERFERENCE_GHOSTS: Final = ("direct", "indirect")
 """Kinds of ghosts that come from another radar; the paper speaks of no others."""
@@ -42,7 +42,7 @@ INTERFERENCE_GHOSTS: Final = ("direct", "indirect")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TargetRow:
-    """One target: its truth, and the errors of its detection (found − true)."""
+    """One target: its truth, and the errors (detected − true) and SINR (``snr_db``) if detected."""
 
     name: str
     range_m: float
@@ -57,9 +57,9 @@ class TargetRow:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GhostRow:
-    """One detection that is the echo of no body.
+    """One ghost: a detection at a place without a body.
 
-    Its power is relative to that of the strongest detected target; NaN if none was detected.
+    Its power is relative to that of the strongest detected target; NaN if no target was detected.
     """
 
     kind: GhostKind
@@ -77,17 +77,17 @@ class PaperRow:
     ----------
     radar : name of the victim
     synchronous : True if all radars start together, the worst case of the paper
-    missed : visible targets that were not detected
-    floor_rise_db : rise of the floor over the same frame without interference
-    other_echoes : detections that are echoes of walls, road, trees or further bodies
+    missed : number of visible targets that were not detected
+    floor_rise_db : dB, floor of the range spectra over that of thermal noise alone
+    other_echoes : number of detections that are echoes of walls, road, trees or further bodies
     profile_range : m, ``(range,)``
-    profile_power_db : dBm at the converter, ``(range,)``, mean over ramps after beamforming
-    noise_floor_db : dBm, thermal floor of that profile
-    mean_threshold_db : dBm, equation (12) of the paper on that profile
-    detection_range : m, ``(detection,)``, of all detections
-    detection_power_db : dBm, ``(detection,)``
-    paper_claims, paper_found : number of detections of the paper's own receiver in the same
-        samples, and number of targets among them
+    profile_power_db : power over range, dBm per channel at the converter, ``(range,)``: geometric
+        mean over ramps, greatest of all beams and range rates
+    noise_floor_db : dBm, the same for thermal noise alone, mean over range
+    mean_threshold_db : dBm, the paper's threshold, equation (12), computed from this profile
+    detection_range, detection_power_db : m and dBm, ``(detection,)``, of all detections
+    paper_claims, paper_found : number of detections of the paper's receiver (`PaperReceiver`) in
+        the same samples, and number of targets among them
     antenna : antenna of all radars
     """
 
@@ -123,10 +123,10 @@ class PaperClaim:
     ----------
     figure : the panel, such as "11a"
     text : the statement in a few words
-    target_ranges_m : ranges of the targets that are said to be found
-    num_ghosts : number of false targets that it shows
-    ghost_ranges_m : their ranges, if the paper states them
-    is_ghost_strongest : True if a ghost is said to be stronger than the targets
+    target_ranges_m : ranges of the targets that the paper says are found
+    num_ghosts : number of false targets that the panel shows
+    ghost_ranges_m : ranges of these false targets, if the paper states them
+    is_ghost_strongest : True if the paper says that a ghost is stronger than the targets
     """
 
     figure: str
@@ -183,19 +183,19 @@ def paper_claims(*, radar_1: str, radar_2: str) -> tuple[PaperClaim, ...]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StatisticsRow:
-    """One point of the curves, in the units of the report.
+    """One point of the curves of figures 12 and 13, in the units of the report.
 
     Parameters
     ----------
     waveform : waveform of all radars
     situation : interference at the victim, and blanking
-    num_targets, num_trials : number of visible targets, and of trials
+    num_targets, num_trials : number of targets on the street, and of trials
     detection : probability that a visible target is detected
-    ghosts, false_claims : mean number in a frame: all false detections; those that no path explains
-    range_rmse_m, azimuth_rmse_deg, speed_rmse_kmh : of detected targets
-    range_median_m, azimuth_median_deg, speed_median_kmh : medians of the absolute errors, since the
-        few targets that share a cell with another contribute most of an rms
-    floor_rise_db : median
+    ghosts, false_claims : mean number in a frame: all ghosts; those that no path explains
+    range_rmse_m, azimuth_rmse_deg, speed_rmse_kmh : rms errors of detected targets
+    range_median_m, azimuth_median_deg, speed_median_kmh : medians of the absolute errors; a few
+        targets that share a cell with another one contribute most of an rms error, but not of these
+    floor_rise_db : median over trials
     """
 
     waveform: WaveformKind
@@ -222,15 +222,15 @@ class PaperResults:
     ----------
     versions : versions of polychirp and of its libraries, by name
     wall_time_s : duration of the computation
-    rows : one for each scenario A, B, C, victim and variant
+    rows : one for each variant of scenarios A, B and C
     everyone : one for each radar and waveform, with all four radars transmitting
-    consistent : scenarios A and C with the antenna gain that the beam allows
-    claims : `paper_claims`
-    conventional, diverse : sixteen sweeps of one radar, for figure 4
-    scene : the street, for figure 8
-    notes : remarks that the numbers need
-    correlation : section V, if it was run
-    statistics : figures 12 and 13, if they were run
+    consistent : radar 2 in scenarios A and C with the antenna gain that the beam allows
+    claims : statements of the paper, from `paper_claims`
+    conventional, diverse : one frame's ramps of radar 1 with each waveform, for figure 4
+    scene : the street at time 0, for figure 8
+    notes : remarks without which the numbers may be misunderstood
+    correlation : results of section V, if it was run
+    statistics : points of figures 12 and 13, if they were run
     """
 
     seed: int

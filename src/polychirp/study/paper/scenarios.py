@@ -57,8 +57,9 @@ WAVEFORMS: Final[dict[WaveformKind, AnyWaveform]] = {
 }
 """The two waveforms of the paper, and one fixed slope for each radar as a fair comparison.
 
-The conventional one has the shortest sweep and the widest band of table 2: with equal slopes, up-
-and down-beats of dense echoes pair by chance, and least so with little range-Doppler coupling.
+The conventional one has the shortest ramp and the widest band of table 2. With equal slopes, up-
+and down-beats of different echoes pair by chance; the steepest slope, whose range-Doppler coupling
+is least, gives the fewest such pairs.
 """
 
 TARGETS_OF_RADAR: Final = {
@@ -67,16 +68,18 @@ TARGETS_OF_RADAR: Final = {
     "vehicle-3": ("target-3", "target-4"),
     "vehicle-4": ("vehicle-2", "target-2"),
 }
-"""Names of the targets of each radar."""
+"""Names of the two targets of each radar."""
 
 GREATEST_CLOCK_OFFSET: Final = 20e-6
-"""Greatest relative clock error of radars that are not synchronous: the tolerance of a crystal."""
+"""Greatest relative clock error of interferers that are not synchronous; chosen: a crystal's."""
 
 PAPER_GATE: Final = Gate(range=0.4, range_rate=2.0, azimuth=math.radians(15.0))
-"""Gate for the paper's receiver, wide in speed since it knows speed to a Doppler cell, 1.3 m/s."""
+"""Gate for the paper's receiver; chosen: wide in range rate, since this receiver resolves only the
+Doppler cell of one ramp, 1.3 m/s at 1.5 ms."""
 
 GHOST_EXTENT: Final = (1.0, 2.0)
-"""Distance in m and m/s within which ghosts of one kind count as one, like echoes of one body."""
+"""Differences of range, m, and range rate, m/s, below which two ghosts of one kind count as one;
+chosen, as for echoes of one body."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,7 +96,7 @@ class Case:
 
 
 def paper_cases() -> Iterator[Case]:
-    """All variants of scenarios A, B and C; two with another antenna; the whole street."""
+    """Variants of scenarios A, B and C; radar 2 in A and C with another antenna; all radars on."""
     pairs: list[tuple[Scenario, str, tuple[str, ...]]] = [
         ("A", "vehicle-1", ()),
         ("A", "vehicle-2", ()),
@@ -127,9 +130,9 @@ def paper_study(
 ) -> Study:
     """The paper's street with some of its radars, as a study that can be run or written to a file.
 
-    If not ``synchronous``, the interferers (3 and 4) start at random within a triangle of the
-    others, and their clocks have errors; radars 1 and 2 have neither. The targets of all radars are
-    targets of the study; a target that a radar cannot see does not count as missed.
+    If not ``synchronous``, the interferers (radars 3 and 4) start at random between 0 and 3 ms, and
+    their clocks have errors; radars 1 and 2 start at 0 without errors. The targets of all radars
+    are targets of the study; a target that a radar cannot see does not count as missed.
 
     Raises
     ------
@@ -178,7 +181,7 @@ def _radar(
 
 
 def with_consistent_antennas(scene: Scene) -> Scene:
-    """Scene whose radars have the gain that their beam allows, 11 dBi instead of 27 (errata 9).
+    """The scene with the antenna gain that the beam allows, 11 dBi instead of 27 (errata 9).
 
     Paths do not contain antennas, so they need not be traced again.
     """
@@ -204,7 +207,11 @@ def run_paper(
 
     Parameters
     ----------
+<<<<<<< HEAD
     show : is given each of the paper's own cases as soon as it is known
+=======
+    show : function that is called with every new row; those of the paper's cases come first
+>>>>>>> words2
     """
     compile_parts(OF_PAPER, progress=progress)
     started = time.perf_counter()
@@ -254,7 +261,7 @@ def _case_rows(
     cases = list(paper_cases())
 
     def equivalent(case: Case) -> Case:
-        """The synchronous case, if no interferer makes a difference."""
+        """The synchronous case with the same row, if there is no interferer; else ``case``."""
         same = replace(case, synchronous=True)
         return case if case.interferers or same not in cases else same
 
@@ -278,7 +285,7 @@ def _case_rows(
 
 
 def _is_variant(case: Case) -> bool:
-    """False for the cases that the paper shows, and for those with one slope per radar."""
+    """False for the cases that the paper shows, and for the same with one slope per radar."""
     is_whole_street = case.scenario == "all"
     is_changed = case.mitigation != "none" or case.antenna != "table 2"
     return is_whole_street or is_changed or not case.synchronous
@@ -389,7 +396,7 @@ def _target_row(victim: VictimResult, n: int) -> TargetRow:
 
 
 def _ghost_rows(victim: VictimResult) -> tuple[GhostRow, ...]:
-    """Ghosts, strongest first; those of one kind within `GHOST_EXTENT` count as one."""
+    """Ghosts, strongest first; of several of one kind within `GHOST_EXTENT`, the strongest."""
     found, score = victim.detections, victim.score
     reference = max((float(found.power[n]) for n in score.target_detection), default=math.nan)
     kept: list[int] = []

@@ -1,4 +1,4 @@
-"""Figures 12 and 13 of the paper: detection and accuracy over the number of targets."""
+"""Trials for the paper's figures 12 and 13: detection and accuracy over the number of targets."""
 
 import math
 from collections.abc import Sequence
@@ -32,7 +32,8 @@ from polychirp.traffic.street import Building, Road, Street, Vehicle
 from polychirp.units import to_db
 
 Channel = Literal["points", "point-vehicles", "vehicles"]
-"""Isotropic points; vehicles as point scatterers; vehicles, road and buildings ray-traced."""
+"""Model of the street: targets as isotropic points in free space; vehicles as a few point
+scatterers; vehicles, road and buildings ray-traced."""
 
 _TRACERS: Final[dict[Channel, AnyTracer]] = {
     "points": FreeSpace(),
@@ -41,12 +42,13 @@ _TRACERS: Final[dict[Channel, AnyTracer]] = {
 }
 
 NUM_INTERFERERS: Final = 2
-"""Number of radars of other vehicles, synchronous with the victim."""
+"""Number of radars of other vehicles, synchronous with the victim; chosen."""
 
 NUM_TARGETS: Final = (1, 4, 10)
+"""Numbers of targets at which the curves have points; chosen, up to the ten of the paper."""
 
 TRIALS: Final = 12
-"""Number of trials of each point in `polychirp paper`; `studies/paper/fig12-13.toml` has more."""
+"""Trials of each point in `polychirp paper`; chosen. `studies/paper/fig12-13.toml` has more."""
 
 Curve = tuple[WaveformKind, Situation]
 
@@ -58,10 +60,10 @@ _CURVE_LABELS: Final = tuple(", ".join(curve) for curve in CURVES)
 
 
 def statistics_study(channel: Channel = "points", *, seed: int = 1) -> Study:
-    """One radar in random traffic, without interferers, from which the other studies are made.
+    """Study of one radar in random traffic without interferers; other studies are made from it.
 
-    On the channel "points", an isotropic scatterer of 10 m² is at the nearest point of every
-    target, and no body blocks it.
+    With the channel "points", an isotropic scatterer of 10 m² stands for every target, at the
+    nearest point of the vehicle's place, and no body blocks the line of sight.
     """
     shape: Literal["points", "vehicles"] = "points" if channel == "points" else "vehicles"
     ego = Vehicle(name="ego", x=0.0, y=-1.75, speed=10.0)
@@ -91,7 +93,7 @@ def statistics_study(channel: Channel = "points", *, seed: int = 1) -> Study:
 
 
 def with_situation(study: Study, waveform: WaveformKind, situation: Situation) -> Study:
-    """The study with one waveform for all radars, and with or without interferers and blanking."""
+    """The study with this waveform for all radars, and with this situation of the victim."""
     assert study.traffic is not None
     num_interferers = 0 if situation == "alone" else NUM_INTERFERERS
     return replace(
@@ -110,7 +112,7 @@ def statistics_plan(
     curves: Sequence[Curve] = CURVES,
     seed: int = 1,
 ) -> Plan:
-    """Plan of all ``curves`` over ``num_targets``; trial n has the same street and noise in all."""
+    """Plan of all ``curves`` over ``num_targets``; trial n has the same seed at all points."""
     study = statistics_study(channel, seed=seed)
     assert study.traffic is not None
     points = []

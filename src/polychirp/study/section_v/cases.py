@@ -1,4 +1,4 @@
-"""Correlation experiment of section V: the cases of the paper, and ours of slope diversity."""
+"""Correlation experiment of section V: the paper's cases, and our own ones of slope diversity."""
 
 from __future__ import annotations
 
@@ -26,25 +26,28 @@ from polychirp.waveform import AnyWaveform, DiverseTriangular, Sawtooth, Triangu
 from polychirp.waveform.playing import played
 
 RAMP_DURATION: Final = 100e-6
-"""Duration of a ramp, s; chosen, since the paper states none. The power of the peak of crossing
-ramps is inversely proportional to it."""
+"""Duration of a ramp, s; chosen, since the paper states none. At given bandwidths, the power of the
+correlation's peak for crossing ramps is inversely proportional to it."""
 
 SNRS: Final = (from_db(30.0), from_db(10.0), from_db(0.0))
-"""Ratios of power at the receiver's converter, without processing gain; chosen."""
+"""Ratios of signal to noise power at the receiver's converter, without processing gain; chosen."""
 
 NUM_SEEDS: Final = 12
-"""Number of draws of noise and phase noise for every interval; chosen."""
+"""Number of draws of noise and phase noise for every confidence interval; chosen."""
 
 OVERSAMPLING: Final = 8
-"""Lags per sample; a parabola finds peaks between them, and side lobes are right to 0.1 dB."""
+"""Lags of a correlation per sample; chosen: a parabola finds peaks between the lags, and the power
+of side lobes is right to 0.1 dB."""
 
 LINK_DELAY: Final = 25e-9
-"""Delay of five metres of cable, s."""
+"""Delay of the cable in the loop-back measurement, s; chosen: five metres at 2·10⁸ m/s."""
 
 RECORDER_SCALE: Final = 1e-4
-"""Voltage at the receiver's input that fills the 16 bits of a recording, well above the signal."""
+"""Greatest I or Q in a 16-bit recording, V into 1 Ω at the receiver's input; chosen: 5 dB above the
+signal at the first of `SNRS`."""
 
 Kind = Literal["auto", "cross"]
+"""Kind of a correlation: of a signal with itself, or with another one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,13 +57,13 @@ class CorrelationCase:
     Parameters
     ----------
     name : name of the case
-    kind : "auto" if both are the same
-    sent, reference : waveforms
+    kind : "auto" if both waveforms are the same
+    sent, reference : the transmitted waveform and the reference
     carrier : Hz, carrier of the transmitted signal
     tuned : Hz, carrier of the receiver and of the reference
-    paper : result that the paper prints, empty for our own cases
+    paper : the paper's result in words; empty for our own cases
     says : description of the case
-    num_sweeps : number of sweeps of both
+    num_sweeps : number of sweeps of each waveform
     """
 
     name: str
@@ -75,14 +78,14 @@ class CorrelationCase:
 
 
 def ramp(carrier: float, bandwidth: float, duration: float = RAMP_DURATION) -> Sawtooth:
-    """One rising ramp, centred on a carrier."""
+    """Waveform of rising ramps of ``bandwidth`` Hz about ``carrier`` Hz, of ``duration`` s each."""
     return Sawtooth(
         start_frequency=carrier - 0.5 * bandwidth, bandwidth=bandwidth, ramp_duration=duration
     )
 
 
 def correlation_cases() -> Iterator[CorrelationCase]:
-    """The two cases of the paper, the second in both interpretations, and our own cases."""
+    """The paper's two cases, the second with the receiver's carrier left and moved, and our own."""
     own = ramp(4e9, 100e6)
     yield CorrelationCase(
         name="auto",
@@ -153,7 +156,7 @@ def _ours(own: Sawtooth) -> Iterator[CorrelationCase]:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Prepared:
-    """A case as ramps and samples."""
+    """A case with the schedules and the samples of its two signals."""
 
     case: CorrelationCase
     sent_schedule: RampSchedule
@@ -163,7 +166,7 @@ class Prepared:
 
 
 def prepared(case: CorrelationCase, radio: Transceiver, *, seed: int) -> Prepared:
-    """Schedules and samples of a case at the radio's rate, each about its own carrier."""
+    """A case with samples at the radio's rate, each signal about its own carrier."""
     streams = Streams(seed).of("correlation")
     same = case.kind == "auto"
     schedules = [
@@ -186,11 +189,8 @@ def prepared(case: CorrelationCase, radio: Transceiver, *, seed: int) -> Prepare
     )
 
 
-# ── one measurement ───────────────────────────────────────────────────────────
-
-
 def ideal(case: Prepared) -> Correlation:
-    """Correlation in closed form, at radio frequency, at the lags of a sampled correlation."""
+    """Correlation in closed form at radio frequency, in the lag steps of `Bench.correlation`."""
     step = 1.0 / (OVERSAMPLING * case.reference.sample_rate)
     before = int(case.reference.duration / step)
     behind = int(case.sent.duration / step)
@@ -204,10 +204,10 @@ class Bench:
 
     Parameters
     ----------
-    case : signals
-    radio : transceiver at both ends
-    link : cable between them
-    energy : J, of the signal without noise at a receiver that is tuned to it
+    case : the case with its signals
+    radio : transceiver at both ends of the cable
+    link : the cable
+    energy : J, energy of the signal without noise, at the converter of a receiver tuned to it
     """
 
     case: Prepared
@@ -216,7 +216,7 @@ class Bench:
     energy: float
 
     def record(self, signal: Baseband, streams: Streams, *, delay: float = 0.0) -> Baseband:
-        """Recording of ``signal`` by the receiver."""
+        """Recording of ``signal`` by the receiver; ``delay`` is that of the cable, s."""
         return transceived(
             signal,
             transmitter=self.radio,
@@ -227,26 +227,26 @@ class Bench:
         )
 
     def correlation(self, record: Baseband) -> Correlation:
-        """Correlation of a record, as long as the transmitted signal, with the reference."""
+        """Correlation with the reference of a record that is as long as the transmitted signal."""
         tuned = replace(record, centre_frequency=self.case.reference.centre_frequency)
         return correlate(tuned, self.case.reference, oversampling=OVERSAMPLING)
 
     def on_scale(self, found: Correlation, record: Baseband) -> Correlation:
-        """Correlation of a record on the scale of `level`."""
+        """The correlation ``found`` of a record, scaled so that its power is that of `level`."""
         factor = math.sqrt(record.energy / self.energy)
         return replace(found, amplitude=factor * found.amplitude)
 
     def level(self, found: Lobes, record: Baseband) -> float:
-        """Power of a peak relative to the energy of the signal without noise, a ratio.
+        """Power ratio of a record's correlation peak to the energy of the signal without noise.
 
-        It is 1 for equal signals at any SNR. Relative to its own energy, a record of noise alone
-        would have peaks as high as those of crossing ramps.
+        It is 1 for equal signals at any SNR. Relative to the record's own energy, the peaks of a
+        record of noise alone would be as high as those of crossing ramps.
         """
         return found.peak**2 * record.energy / self.energy
 
 
 def benches_for(case: Prepared, radio: Transceiver, *, snrs: Sequence[float]) -> list[Bench]:
-    """A bench for each ratio of the arriving signal's power to the noise's, at the converter."""
+    """A bench for each SNR, the power ratio of arriving signal to noise at the converter."""
     full = arriving_power(case.sent, transmitter=radio, receiver=radio)
     return [
         Bench(
@@ -260,7 +260,7 @@ def benches_for(case: Prepared, radio: Transceiver, *, snrs: Sequence[float]) ->
 
 
 def modelled(bench: Bench, streams: Streams) -> Baseband:
-    """Recording of the receiver for the duration of the signal, since noise after it has energy."""
+    """Recording, cut to the duration of the signal, since noise before and after it adds energy."""
     record = bench.record(bench.case.sent, streams)
     first = round(-record.start_time * record.sample_rate)
     samples = record.samples[first : first + bench.case.sent.num_samples]
@@ -268,7 +268,7 @@ def modelled(bench: Bench, streams: Streams) -> Baseband:
 
 
 def looped(bench: Bench, streams: Streams, *, stored: Callable[[Baseband], Baseband]) -> Baseband:
-    """Recording as in a laboratory: played in a loop, recorded at any time, stored and aligned.
+    """Recording as in a laboratory: played in a loop, begun at a random time, stored and aligned.
 
     Parameters
     ----------
@@ -288,16 +288,13 @@ def looped(bench: Bench, streams: Streams, *, stored: Callable[[Baseband], Baseb
 
 
 def _first(record: Baseband, signal: Baseband) -> Baseband:
-    """As many samples as the signal has, from the start: the signal itself is not in the record."""
+    """First samples of a record, as many as the signal has; on another carrier none are aligned."""
     return replace(record, samples=record.samples[: signal.num_samples], start_time=0.0)
-
-
-# ── all of them ───────────────────────────────────────────────────────────────
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Interval:
-    """Mean of several draws, and the half width of its 95 % interval (Student's t)."""
+    """Mean of several draws, and half width of its 95 % confidence interval (Student's t)."""
 
     mean: float
     half_width: float
@@ -319,7 +316,7 @@ class Interval:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelledLobes:
-    """Results of the model at one SNR; ratios of powers in dB.
+    """Results of the model at one SNR, over all draws; ratios of powers in dB.
 
     Parameters
     ----------
@@ -342,13 +339,13 @@ class CorrelationRow:
 
     Parameters
     ----------
-    case : waveforms
-    ideal : lobes of the closed form
+    case : the case
+    ideal : lobes of the correlation in closed form
     modelled : lobes of the model, at every SNR
     looped : lobes of the loop-back measurement, at the first SNR
-    looped_level_db : as `ModelledLobes.level_db`
-    curves : correlation over lag, for figures: the closed form, the model and the loop at the
-        first SNR, on the scale of `Bench.level`
+    looped_level_db : `Bench.level` of the loop-back measurement's peak
+    curves : correlation over lag, for figures: in closed form; by the model and by loop-back at the
+        first SNR, both on the scale of `Bench.level`
     """
 
     case: CorrelationCase
@@ -366,10 +363,10 @@ class CorrelationResults:
     Parameters
     ----------
     seed : seed of all random draws
-    num_seeds : number of draws for every interval
-    radio : transceiver at both ends
-    rows : one for every case
-    notes : remarks that the table needs
+    num_seeds : number of draws of noise and phase noise for every interval
+    radio : transceiver at both ends of the cable
+    rows : results of every case
+    notes : remarks without which the table may be misunderstood
     """
 
     seed: int
@@ -412,12 +409,13 @@ def run_correlation(
 
     Parameters
     ----------
-    radio : transceiver at both ends; that of the paper if absent
+    num_seeds : number of draws of noise and phase noise
+    radio : transceiver at both ends of the cable; None: `Transceiver` with its defaults
 
     Raises
     ------
     InputError
-        There are fewer than two draws.
+        ``num_seeds`` is less than two.
     """
     if num_seeds < 2:
         raise InputError("an interval needs two draws or more")
@@ -472,7 +470,7 @@ def _at_snr(bench: Bench, snr: float, streams: list[Streams]) -> ModelledLobes:
 
 
 def through_sigmf(record: Baseband) -> Baseband:
-    """Recording that is written to 16-bit SigMF files and read again."""
+    """The recording after it was written to 16-bit SigMF files and read again."""
     from pathlib import Path
     from tempfile import TemporaryDirectory
 

@@ -1,4 +1,4 @@
-"""Two operands of a correlation, made comparable, and their correlation in theory."""
+"""Two operands of a correlation at one rate and carrier, and their correlation in theory."""
 
 from dataclasses import dataclass, replace
 from typing import Final
@@ -27,38 +27,40 @@ NAMED: Final[dict[str, AnyWaveform]] = {
     "paper-100": ramp(4e9, 100e6),
     "paper-120": ramp(3.75e9, 120e6),
 }
-"""Chirps of section V of the paper."""
+"""Chirps of section V of the paper, by the names of `polychirp correlate`."""
 
 RATE_OVER_BANDWIDTH: Final = 1.3
-"""Default ratio of sample rate and bandwidth, that of the paper: 100 MHz at 130 MS/s."""
+"""Default ratio of sample rate to bandwidth, that of the paper: 130 MS/s for 100 MHz."""
 
 MOST_LAGS: Final = 1 << 23
-"""Greatest number of lags of a correlation; longer signals have a coarser grid of lags."""
+"""Number of lags of a correlation above which `fine_step` reduces the lags per sample; chosen."""
 
 MOST_TERMS: Final = 1 << 27
-"""Greatest number of ramps times ramps times lags for which the closed form is computed."""
+"""Greatest product of both numbers of ramps and the number of lags in closed form; chosen."""
 
 MOST_IN_MEMORY: Final = 1 << 26
-"""Greatest number of samples of a recording that is correlated as a whole: 1 GB, and some times
-more during the correlation."""
+"""Greatest number of samples of a recording that is correlated as a whole; chosen: they take 1 GB,
+and the correlation a few times as much."""
 
 COMMON_CARRIER: Final = 1e11
-"""Carrier of schedules that are compared at baseband, Hz, as ramps need positive frequencies."""
+"""Carrier to which schedules are moved to compare them at baseband, Hz; chosen: well above all
+bandwidths, since ramps need positive frequencies."""
 
 NUM_DOPPLERS: Final = 301
 NUM_DELAYS: Final = 2000
-"""Size of a picture of the ambiguity function; its lags are whole samples."""
+"""Numbers of Doppler shifts and, at most, of lag steps (one sample each) in a picture of the
+ambiguity function; chosen."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Operand:
-    """One side of a correlation.
+    """One of the two signals of a correlation: a waveform or a recording.
 
     Parameters
     ----------
     name : name in messages
-    schedule : ramps from time zero on, if they are known
-    recording : recording, if it is one
+    schedule : ramps from time zero on; None for a recording whose ramps are unknown
+    recording : the recording; None for a waveform
     """
 
     name: str
@@ -68,14 +70,14 @@ class Operand:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Pair:
-    """Two signals of one rate about one carrier, and their schedules about that carrier.
+    """Two signals of one rate about one carrier, and their schedules.
 
     Parameters
     ----------
     title : title of tables and pictures
     a, b : signals from time zero on
-    a_schedule, b_schedule : ramps, if they are known
-    is_ideal : True if no recording, radio or model of one is involved
+    a_schedule, b_schedule : ramps for the closed form; None if they are unknown
+    is_ideal : True if neither signal comes from a recording, a radio or the model of a radio
     """
 
     title: str
@@ -87,7 +89,7 @@ class Pair:
 
     @property
     def law(self) -> tuple[float, str] | None:
-        """Peak of two single ramps in theory, a ratio of powers, and the name of the law."""
+        """Peak of two single ramps in theory, a power ratio, and its law's name; None if no law."""
         a, b = self.a_schedule, self.b_schedule
         if a is None or b is None or a.num_ramps != 1 or b.num_ramps != 1:
             return None
@@ -109,23 +111,20 @@ def _gap(a: RampSchedule, b: RampSchedule) -> float:
     return max(other_low - high, low - other_high)
 
 
-# ── operands ──────────────────────────────────────────────────────────────────
-
-
 def named(name: str) -> Operand:
-    """One of `NAMED`."""
+    """One ramp of the waveform with this name in `NAMED`."""
     schedule = NAMED[name].schedule(num_sweeps=1, streams=Streams(1))
     return Operand(name=name, schedule=schedule)
 
 
 def from_recording(name: str, recording: SigmfRecording) -> Operand:
-    """A recording, with the ramps in its metadata."""
+    """A recording as an operand, with the ramps in its metadata if there are any."""
     schedule = None if recording.schedule is None else _from_zero(recording.schedule)
     return Operand(name=name, schedule=schedule, recording=recording)
 
 
 def from_study(study: Study, radar: str, *, num_sweeps: int) -> Operand:
-    """First sweeps of a radar of a study, with the errors of its clock.
+    """The first sweeps of a radar of a study as an operand, with the errors of the radar's clock.
 
     Raises
     ------
@@ -146,9 +145,6 @@ def _from_zero(schedule: RampSchedule) -> RampSchedule:
     return replace(schedule, start_time=schedule.start_time - schedule.start_time[0])
 
 
-# ── pairs ─────────────────────────────────────────────────────────────────────
-
-
 def paired(
     a: Operand, b: Operand, *, sample_rate: float | None = None, compare_basebands: bool = False
 ) -> Pair:
@@ -156,13 +152,14 @@ def paired(
 
     Parameters
     ----------
-    sample_rate : 1/s; if absent, that of a recording, else 1.3 times the bandwidth of both
-    compare_basebands : True to centre each on the middle of its own band
+    sample_rate : 1/s; by default that of a recording (of ``b`` if both are), else 1.3 times the
+        band that contains both waveforms, or at baseband the wider one of their bands
+    compare_basebands : True to remove the carriers: those of waveforms are the middle of the band
 
     Raises
     ------
     InputError
-        A waveform does not fit into the band, or recordings share no frequency.
+        A waveform does not fit into the band, both share no frequency, or a recording is too long.
     """
     recorded = [one.recording for one in (b, a) if one.recording is not None]
     planned = [one.schedule for one in (a, b) if one.recording is None]
@@ -209,7 +206,7 @@ def _signal(one: Operand, rate: float, centre: float | None) -> Baseband:
 
 
 def _about_zero(one: Operand, compare_basebands: bool) -> RampSchedule | None:
-    """Schedule for the closed form; at baseband, it is moved to `COMMON_CARRIER`."""
+    """Schedule for the closed form; for basebands, its band is centred on `COMMON_CARRIER`."""
     if one.schedule is None or not compare_basebands:
         return one.schedule
     low, high = band_edges(one.schedule)
@@ -218,7 +215,7 @@ def _about_zero(one: Operand, compare_basebands: bool) -> RampSchedule | None:
 
 
 def fine_step(pair: Pair) -> int:
-    """Number of lags per sample: up to 16, at most `MOST_LAGS` in all."""
+    """Lags per sample: 16, or halved until there are `MOST_LAGS` at most or 1 per sample."""
     lags = pair.a.num_samples + pair.b.num_samples
     step = 16
     while step > 1 and step * lags > MOST_LAGS:
@@ -237,7 +234,7 @@ def closed_form(pair: Pair, lag: FloatArray) -> Correlation | None:
 
 
 def aligned_pair(pair: Pair, *, greatest_offset: float = 0.0) -> tuple[Pair, dict[str, float]]:
-    """Pair without the delay of its first signal, and the values that were removed."""
+    """The pair without delay and frequency offset of ``a``, and the removed values, s and Hz."""
     found = aligned(pair.a, pair.b, greatest_offset=greatest_offset)
     taken = {"delay": found.delay}
     if greatest_offset > 0:
@@ -248,7 +245,7 @@ def aligned_pair(pair: Pair, *, greatest_offset: float = 0.0) -> tuple[Pair, dic
 def reference_for(
     recording: SigmfRecording, operand: Operand, *, compare_basebands: bool = False
 ) -> Baseband:
-    """Short reference at the rate and carrier of a recording."""
+    """An operand as a reference for a long recording, at its rate and carrier."""
     rate = recording.sample_rate
     if compare_basebands:
         return at_baseband(_signal(operand, rate, None))
@@ -266,17 +263,14 @@ def reference_for(
 def ambiguity_of(
     pair: Pair, *, greatest_doppler: float, progress: Progress = no_progress
 ) -> Ambiguity:
-    """Ambiguity function of a pair around zero lag, the size of a picture."""
+    """Ambiguity function of a pair about lag 0, for a picture; ``greatest_doppler`` is in Hz."""
     reach = min(0.5 * NUM_DELAYS / pair.a.sample_rate, pair.b.duration)
     doppler = np.linspace(-greatest_doppler, greatest_doppler, NUM_DOPPLERS)
     return ambiguity(pair.a, pair.b, doppler=doppler, greatest_lag=reach, progress=progress)
 
 
-# ── bench ─────────────────────────────────────────────────────────────────────
-
-
 def through_model(pair: Pair, *, snr: float, seed: int) -> Pair:
-    """Pair whose first signal went through the paper's transceivers, with this SNR (ratio)."""
+    """The pair after ``a`` passed the model of the paper's transceivers; ``snr`` is a ratio."""
     radio = _radio_for(pair)
     signal = _tuned(pair.a, radio)
     record = transceived(
@@ -292,12 +286,12 @@ def through_model(pair: Pair, *, snr: float, seed: int) -> Pair:
 
 
 def through_radio(pair: Pair, radio: Radio, *, i_hold_a_licence: bool) -> Pair:
-    """Pair whose first signal a radio has played and recorded, aligned with the original.
+    """The pair after a radio has played and recorded ``a``, aligned with the original ``a``.
 
     Raises
     ------
     InputError
-        The signal has no carrier, or `radio.base.measured` refuses.
+        The signal has no carrier but the radio needs one, or `radio.base.measured` refuses.
     """
     if pair.a.centre_frequency == 0.0 and radio.abilities.radiates:
         raise InputError("a radio needs a carrier; leave out --baseband")
@@ -323,7 +317,7 @@ def _radio_for(pair: Pair) -> Transceiver:
 
 
 def _tuned(signal: Baseband, radio: Transceiver) -> Baseband:
-    """Signal within the range of the converter, at a carrier of the radio if it has none."""
+    """The signal with magnitudes of 1 at most, at the radio's lowest carrier if it has none."""
     strongest = float(np.abs(signal.samples).max())
     return replace(
         signal,

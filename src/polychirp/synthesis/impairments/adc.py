@@ -12,13 +12,13 @@ from polychirp.model.front_end import Digitiser, GainControl
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Digitised:
-    """A frame as a digitiser reads it.
+    """A frame after a digitiser.
 
     Parameters
     ----------
-    samples : V at its input, ``(channel, ramp, fast)``: the codes divided by the gain
+    samples : V, quantised and divided by the amplifier's gain, ``(channel, ramp, fast)``
     gain : power gain of the amplifier on each ramp, ``(ramp,)``
-    is_overloaded : true where I or Q was beyond full scale, ``(channel, ramp, fast)``
+    is_overloaded : true where I or Q, amplified, was beyond full scale, ``(channel, ramp, fast)``
     """
 
     samples: Annotated[ComplexArray, Axes("channel", "ramp", "fast", dtype=np.complex128)]
@@ -30,7 +30,7 @@ class Digitised:
 
 
 def digitised(digitiser: Digitiser, samples: ComplexArray) -> Digitised:
-    """Reading of ``samples``, V ``(channel, ramp, fast)``; zero is read as zero.
+    """Digitise ``samples``, V ``(channel, ramp, fast)``; 0 V stays 0 V.
 
     >>> digitised(Digitiser(full_scale=1.0, bits=2), np.array([[[0.3 - 2.0j]]])).samples
     array([[[0.5-1.j]]])
@@ -49,12 +49,12 @@ def digitised(digitiser: Digitiser, samples: ComplexArray) -> Digitised:
 
 
 def gains(control: GainControl, full_scale: float, peaks: FloatArray) -> FloatArray:
-    """Power gain of every ramp from each ramp's strongest I or Q voltage, ``(ramp,)``."""
+    """Power gain on every ramp, ``(ramp,)``, from each ramp's strongest I or Q voltage, V."""
     former = [
         float(np.max(peaks[max(0, k - control.num_ramps) : max(1, k)])) for k in range(peaks.size)
     ]
     room = full_scale / (control.back_off * np.maximum(np.square(former), 1e-300))
-    # rounding must not make a whole number of steps one too few
+    # 1e-9: rounding must not reduce a whole number of steps by one
     steps = np.floor(np.log(room) / math.log(control.step) + 1e-9)
     wanted = np.exp(np.clip(steps * math.log(control.step), -690.0, 690.0))
     return np.clip(wanted, control.least, control.greatest)
@@ -74,6 +74,6 @@ def _read(digitiser: Digitiser, voltage: FloatArray, limit: float) -> FloatArray
 
 
 def _bent(voltage: FloatArray, limit: float, softness: float) -> FloatArray:
-    """Rapp's curve, computed by logarithms: powers of a hard limit would overflow."""
+    """Voltage after Rapp's compression, by logarithms: the powers of a hard limit overflow."""
     ratio = np.log(np.maximum(np.abs(voltage) / limit, 1e-30))
     return np.asarray(voltage * np.exp(-0.5 / softness * np.logaddexp(0.0, 2 * softness * ratio)))

@@ -1,7 +1,7 @@
-"""From the IF filter's output to the samples, for each part of a frame by itself.
+"""Stages from the IF filter's output to the samples, for each part of a frame by itself.
 
-Filters and I/Q imbalance are linear and act on each part. Offset, saturation and quantisation are
-not: the error that they add to the sum of all parts is a part of its own, the distortion.
+High-pass and I/Q imbalance are linear and act on each part. Offset, saturation and quantisation
+are not: the error that they add to the sum of all parts is a separate part, the distortion.
 """
 
 import numpy as np
@@ -15,9 +15,9 @@ from polychirp.synthesis.impairments.high_pass import high_passed
 
 
 def linear_steps(radar: Radar, samples: ComplexArray, times: SampleTimes) -> ComplexArray:
-    """High-pass and I/Q imbalance of V ``(part, channel, ramp, fast)``, which may be overwritten.
+    """Samples after high-pass and I/Q imbalance, V ``(part, channel, ramp, fast)``, at ``times``.
 
-    ``samples`` are those of `high_pass.with_lead`, the result is at ``times``.
+    ``samples`` are at the times of `high_pass.with_lead`, and may be overwritten.
     """
     samples = high_passed(radar, samples, times)
     imbalance = radar.front_end.imbalance
@@ -28,7 +28,7 @@ def linear_steps(radar: Radar, samples: ComplexArray, times: SampleTimes) -> Com
 
 
 def distortion(radar: Radar, linear: ComplexArray, times: SampleTimes) -> ComplexArray:
-    """Reading less input, V ``(channel, ramp, fast)``, of the sum of all linear parts."""
+    """Offset and digitiser errors of ``linear``, the sum of parts, V ``(channel, ramp, fast)``."""
     offset = radar.front_end.offset
     added = 0.0 if offset is None else np.where(times.is_sample, offset.voltage, 0.0)
     if radar.front_end.digitiser is None:
@@ -37,7 +37,7 @@ def distortion(radar: Radar, linear: ComplexArray, times: SampleTimes) -> Comple
 
 
 def reading(radar: Radar, parts: IfParts, times: SampleTimes) -> Digitised:
-    """Reading of a frame with its gains and overload, which the samples no longer show.
+    """The frame digitised again, for gains and overloads, which its samples do not show.
 
     Raises
     ------
@@ -54,7 +54,7 @@ def reading(radar: Radar, parts: IfParts, times: SampleTimes) -> Digitised:
 
 
 def overload(radar: Radar, parts: IfParts, times: SampleTimes) -> BoolArray:
-    """Samples at which I or Q was beyond full scale, ``(channel, ramp, fast)``."""
+    """Mask of the samples at which I or Q was beyond full scale, ``(channel, ramp, fast)``."""
     if radar.front_end.digitiser is None:
         return np.broadcast_to(np.False_, parts.samples.shape[1:])
     return reading(radar, parts, times).is_overloaded

@@ -1,15 +1,15 @@
-r"""An analog high-pass acting on samples, ramp by ramp.
+r"""An analog high-pass, applied to samples ramp by ramp.
 
-The poles are those of the analog filter; the zeros are fitted so that the response is the analog
-one wherever the IF filter passes signals, or lets signals through that are not aliased:
+The poles are those of the analog filter. The zeros are fitted so that the response is the analog
+one in the IF filter's pass band, and above it as far as no signal is aliased:
 
 .. math:: \frac{\sum_d w_d z^{-d}}{\prod_i \left(1 - e^{-2\pi f_i/f_s} z^{-1}\right)}
           \approx \prod_i \frac{jf}{f_i + jf}, \qquad z = e^{j2\pi f/f_s}.
 
 (With a corner at a tenth of the sample rate, the bilinear transform is off by 3 % and 5°.) The fit
 uses a few later samples; they and all samples since the ramp's start are synthesised besides those
-that the converter keeps. Aliased signals are weighted within a fifth or so only: two frequencies of
-the analog filter are one there.
+that the converter keeps. The gain of an aliased signal is right to about a fifth only, because two
+frequencies of the analog filter share one gain there.
 """
 
 from dataclasses import replace
@@ -27,18 +27,18 @@ from polychirp.model.radar import Radar
 from polychirp.model.scene import Scene
 
 RESPONSE_TOLERANCE: Final = 5e-3
-"""Largest deviation of the response from the analog one over that band; usual fits reach 1e-3."""
+"""Greatest error of the response in the fitted band (`_band`); chosen: usual fits reach 1e-3."""
 
 _SAMPLES_AHEAD: Final = 8
 _SAMPLES_BEHIND: Final = 16
-"""Samples after and before its own that the fit may use."""
+"""Greatest numbers of samples after and before the output's own that the fit uses; chosen."""
 
 
 def with_lead(scene: Scene, victim: int) -> Scene:
     """The scene in which the victim also takes the samples that its high-pass needs.
 
     They cover each ramp from its start, where the filter is at rest, to a little beyond the last
-    sample. Without a high-pass it is the scene itself.
+    sample. Without a high-pass the scene is unchanged.
     """
     radar = scene.radars[victim]
     if radar.front_end.high_pass is None:
@@ -56,12 +56,12 @@ def with_lead(scene: Scene, victim: int) -> Scene:
 
 
 def high_passed(radar: Radar, samples: ComplexArray, times: SampleTimes) -> ComplexArray:
-    """Samples ``(…, ramp, fast)`` behind the high-pass, at ``times``, from those of `with_lead`.
+    """Samples ``(…, ramp, fast)`` after the high-pass, at ``times``, from those of `with_lead`.
 
     Raises
     ------
     InputError
-        The converter is too slow, or stops too close to the ramp's end, to follow the filter.
+        The converter is too slow, or stops too close to the ramp's end, for an accurate fit.
     """
     if radar.front_end.high_pass is None:
         return samples
@@ -72,7 +72,7 @@ def high_passed(radar: Radar, samples: ComplexArray, times: SampleTimes) -> Comp
     out = np.zeros((*samples.shape[:-1], times.most_samples), dtype=np.complex128)
     weight = np.ones(samples.shape[-1])
     if before:
-        # half a sample's share of the step at the ramp's start lies before its sample
+        # the first sample stands for the time from the ramp's start to half a step after it
         weight[0] = 0.5 + radar.converter.start * times.rate - before
     for place in np.ndindex(samples.shape[:-2]):
         y = lfilter(zeros, poles, samples[place] * weight, axis=-1)
@@ -97,19 +97,19 @@ def _coefficients_of(radar: Radar, high_pass: HighPass) -> tuple[FloatArray, Flo
 def coefficients(
     high_pass: HighPass, *, rate: float, band: float, ahead: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Numerator and denominator in powers of 1/z, valid to ``band`` Hz, ``ahead`` samples late.
+    """Numerator and denominator in powers of 1/z, fitted to ``band`` Hz, ``ahead`` samples late.
 
     >>> zeros, poles = coefficients(HighPass(corners=(1e5,)), rate=1e6, band=3e5, ahead=10)
     >>> abs(float(np.sum(zeros))) < 1e-9  # nothing passes at 0 Hz
     True
     """
-    # a pole at e^{-2π f_i / f_s} each
+    # a pole at e^{-2π f_i / f_s} for each corner
     poles = np.poly(np.exp(-2.0 * np.pi * np.array(high_pass.corners) / rate))
     turn = 2.0 * np.pi * np.arange(1025) / 2048
     inside = turn <= 2.0 * np.pi * band / rate
     recursion = np.exp(-1j * np.outer(turn, np.arange(poles.size))) @ poles
     wanted = high_pass.response(turn * rate / (2.0 * np.pi))
-    # a low weight beyond the band keeps the coefficients small; 0 Hz counts most
+    # a low weight beyond the band keeps the coefficients small; a high one makes 0 Hz vanish
     weight = np.where(inside, 1.0, 1e-3) / np.abs(recursion)
     weight[0] *= 1e3
     wave = np.exp(-1j * np.outer(turn, np.arange(-ahead, _SAMPLES_BEHIND + 1)))
@@ -131,14 +131,14 @@ def coefficients(
 
 
 def _band(if_filter: IfFilter, rate: float) -> float:
-    """Hz, upper edge of the pass band, or higher where no signal is aliased to."""
+    """Upper edge of the fitted band, Hz: the pass edge, or higher where no signal is aliased."""
     return max(if_filter.passband, min(if_filter.stopband, rate - if_filter.stopband))
 
 
 def _lead(radar: Radar) -> tuple[int, int]:
-    """Numbers of samples between the ramp's start and the first one, and after the last one.
+    """Numbers of samples that are added before the converter's first one and after its last one.
 
-    The latter avoid the ramp's end, where the IF filter fades; but a few are needed.
+    Those after it avoid windows that contain the ramp's end, but are three if the margin has room.
     """
     start, margin = radar.converter.start, radar.converter.margin
     room = np.array([start, margin, margin - 0.5 * radar.if_filter.support])

@@ -1,21 +1,22 @@
 r"""Radars with real oscillators: phase noise and ramp errors, added to any engine.
 
-With an error θ of each transmitter's phase, in cycles, the mixer's product of each path gains
+With errors θ of the transmitted phases of victim v and transmitter i, in cycles, the mixer's output
+for a path of delay τ is multiplied, before the IF filter, by
 
-.. math:: e^{j2\pi\left[\theta_v(t) - \theta_i(t-\tau)\right]}
+.. math:: e^{j2\pi\left[\theta_v(t) - \theta_i(t-\tau)\right]} .
 
-before the IF filter. In a radar's own echo both errors are the same: phase noise keeps
+In a radar's own echo both errors are the same function, and phase noise keeps the share
 :math:`4\sin^2(\pi\nu\tau)` of its spectrum at offset ν (range correlation; Budge and Burt 1993).
 
-Closed forms exist for straight chirps alone. The inner engine therefore makes the same signal at a
-higher rate, behind a filter that is flat over all frequencies that the errors can bring into the
-band; the errors are multiplied there, and the radar's own filter and rate follow. Only the
-difference is added to the exact samples of straight chirps:
+Closed forms exist for linear chirps only. The inner engine therefore computes the same signal
+:math:`y_w` at a higher rate, after a filter that is flat over all frequencies that the errors can
+bring into the band. It is multiplied by the errors' factor, filtered by the radar's own filter h
+and decimated. Only the difference is added to the exact samples :math:`y_0` of linear chirps:
 
 .. math:: y = y_0 + h * \left[y_w \left(e^{j2\pi[\theta_v - \theta_i]} - 1\right)\right] .
 
-Paths of different delay have different errors. As θ is band-limited, a few nodes of delay are
-enough, among which each path is shared by Lagrange's polynomials.
+Paths of different delays have different errors. As θ is band-limited, errors at a few delays, the
+nodes, are enough: Lagrange's polynomials divide each path among them.
 """
 
 from __future__ import annotations
@@ -44,50 +45,49 @@ from polychirp.synthesis.links.thermal_noise import noise_density
 from polychirp.units import from_db
 
 HIGHEST_OFFSET_STOPBANDS: Final = 2.0
-"""Highest offset of phase noise that is computed as a wave, in stop bands of the IF filter."""
+"""Highest offset of phase noise computed as waves, in units of the highest `stopband`; chosen."""
 
 PHASE_TOLERANCE: Final = 1e-6
-"""Error of the phase between the nodes of delay, rad rms."""
+"""Greatest error of the phase, interpolated between nodes of delay, rad rms; chosen."""
 
 MOST_DELAY_NODES: Final = 16
-"""Nodes of delay in a group: enough for groups of half a cycle of the highest offset."""
+"""Most nodes in a group of delays; chosen: enough for half a cycle of the highest offset."""
 
 TRANSITION_STOPBANDS: Final = 2.5
-"""Transition band of the wide filter, in stop bands of the victim's.
-
-It makes the filter so short that its windows seldom contain ramps' ends."""
+"""Width of the wide filter's transition band over the `stopband` of the victim's filter. Chosen:
+the wide filter is then so short that its windows seldom contain ramps' ends."""
 
 WIDE_FILTER_ATTENUATION: Final = from_db(120.0)
-"""Attenuation, and so ripple, of the wide filter."""
+"""Attenuation of the wide filter, power ratio, which sets its ripple too; chosen."""
 
 NEGLIGIBLE_FAR_NOISE: Final = 1e-6
-"""Density of another radar's far noise that is left out, relative to the victim's thermal noise."""
+"""Greatest neglected noise density beyond the highest offset over that of thermal noise; chosen."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Oscillating:
-    r"""Any engine, with the oscillators of the scene's radars.
+    r"""An engine that adds the errors of the radars' oscillators to any other engine.
 
-    If both oscillators are ideal, the samples are the inner engine's, at no cost. Otherwise the
-    inner engine is also called once per node of delay, at a rate of 8.5 stop bands. At the default
-    level of noise the result is right to 1e-6 of a full-scale sample, and to 2e-5 where windows
-    contain ends of ramps; the signals that fold back into the band are of fourth order in the
-    phase.
+    If the oscillators of victim and transmitter are ideal, the samples are the inner engine's, at
+    no cost. Otherwise the inner engine is also called once per node of delay, at a sample rate of
+    8.5 times the filter's `stopband` or more. At the default level of noise the error is 1e-6 of
+    the strongest sample, and 2e-5 where windows contain ends of ramps; the signals that are aliased
+    into the band are of fourth order in the phase error.
 
     Limits. A path's error of phase is that of its delay at the snapshot's reference time and at the
     array's centre: changes of the delay must stay well within 1/ν at the highest offset ν, as they
-    do for a snapshot a few ms old. Only offsets up to two stop bands of the scene's widest IF
-    filter are waves that add in phase over paths and radars. A beat of another radar further out
-    leaves Gaussian noise in the band, of density
+    do for a snapshot a few ms old. Only offsets up to twice the highest `stopband` in the scene are
+    waves that add in phase over paths and radars. If the beat of another radar is further out, its
+    received power P leaves Gaussian noise in the band, of density
 
     .. math:: P\,\left[L_v(f_{IF}) + L_i(f_{IF})\right] ,
 
-    at the beat of the strongest path; it arrives from the directions of the paths, and is
-    independent between victims.
+    at the beat :math:`f_{IF}` of the strongest path; the noise arrives from the directions of the
+    paths, and is independent between victims.
 
     Parameters
     ----------
-    inner : engine for straight chirps; its signals must depend on the given paths alone
+    inner : engine for linear chirps; its signals must depend on the given paths alone
     streams : phase noise comes from ``streams["oscillator", name, …]``
 
     Examples
@@ -135,7 +135,7 @@ class Oscillating:
         *,
         num_parts: int,
     ) -> ComplexArray:
-        """Signal that the errors add, ``(part, channel, ramp, fast)`` at the wide rate."""
+        """Signal that the errors add, V ``(part, channel, ramp, fast)``, at the wide rate."""
         radar, other = wide.scene.radars[victim], wide.scene.radars[transmitter]
         highest, time = wide.highest_offset, wide.times.time
         own_error, sent_error = (
@@ -147,7 +147,7 @@ class Oscillating:
         def deviation(
             alone: Scene, shots: Sequence[PropagationPaths], delay: float
         ) -> ComplexArray:
-            """Signal that the errors add to signals of one delay."""
+            """Signal that the errors at one delay, s, add to the signal of the paths ``shots``."""
             signal = self.inner.contribution(
                 alone, schedules, shots, victim=victim, transmitter=transmitter
             )
@@ -175,7 +175,7 @@ class Oscillating:
         victim: int,
         transmitter: int,
     ) -> ComplexArray:
-        """Noise at offsets beyond the highest one, at the wide rate.
+        """Noise at offsets beyond the highest one, V, at the wide rate; 0 if it is negligible.
 
         The other radar's noise at the victim's own frequency is mixed as if that radar sent the
         victim's ramp.
@@ -194,7 +194,7 @@ class Oscillating:
         density = np.where(mixes & sends & (beat > wide.highest_offset), level, 0.0)
         if density.max() * most**2 < NEGLIGIBLE_FAR_NOISE * noise_density(radar):
             return np.zeros((), dtype=np.complex128)
-        # one code word for all ramps: the elements in use change the direction of the noise alone
+        # the first ramp's element weights for all ramps: weights only change the noise's direction
         weight = np.repeat(sent.transmit_weight[:1], own.num_ramps, axis=0)
         noisy = replace(own, transmit_weight=weight)
         sent_instead = [noisy if n == transmitter else ramps for n, ramps in enumerate(schedules)]
@@ -207,12 +207,12 @@ class Oscillating:
 
 
 def highest_offset(scene: Scene) -> float:
-    """Hz, up to which phase noise is computed as a wave: the same for all radars of a scene."""
+    """Highest offset at which phase noise is computed as waves, Hz; the same for all radars."""
     return HIGHEST_OFFSET_STOPBANDS * max(radar.if_filter.stopband for radar in scene.radars)
 
 
 class _Early(Converter):
-    """A converter whose window may begin before the ramp and end behind it."""
+    """A converter whose window may begin before the ramp and end after it."""
 
     __slots__ = ()
 
@@ -224,18 +224,18 @@ class _Early(Converter):
 class Wide:
     """A victim with so high a sample rate and so wide a filter that errors of phase can be added.
 
-    Every window of the victim's own filter lies within the samples: sample n of the victim is
-    ``reach + n·factor`` of these.
+    The wide samples cover every window of the victim's own filter: sample n of the victim is at
+    the wide sample ``reach + n·factor``.
 
     Parameters
     ----------
     radar : the victim
     own_times : when its converter samples
-    scene : with the victim's filter and converter exchanged, and without its leakage
-    highest_offset : Hz, up to which phase noise is computed as a wave
+    scene : scene with a wide filter and a fast converter in the victim, without leakage and bumper
+    highest_offset : Hz, up to which phase noise is computed as waves
     times : when the victim's converter in ``scene`` samples
-    factor : wide samples to one of the victim's
-    reach : wide samples in half the victim's filter
+    factor : number of wide samples per sample of the victim
+    reach : number of wide samples in half the support of the victim's filter
     """
 
     radar: Radar
@@ -248,7 +248,7 @@ class Wide:
 
     @classmethod
     def of(cls, scene: Scene, schedule: RampSchedule, victim: int, highest: float) -> Wide:
-        """For errors with offsets up to ``highest`` Hz."""
+        """The wide victim for errors with offsets up to ``highest`` Hz."""
         radar = scene.radars[victim]
         edge, converter = radar.if_filter.stopband, radar.converter
         wide_filter = IfFilter(
@@ -278,10 +278,10 @@ class Wide:
         )
 
     def one_leakage_each(self, victim: int) -> Iterator[tuple[Scene, float]]:
-        """The scene with one leakage of the victim, or its bumper, at a time, and its delay, s.
+        """Scenes with one of the victim's leakages, or its bumper, in each, and its delay, s.
 
-        These delays are so short that no two share a node: the noise that remains is in proportion
-        to the delay.
+        These delays are too short to share nodes: the noise that range correlation leaves is
+        proportional to the delay.
         """
         wide, bumper = self.scene.radars[victim], self.radar.bumper
         for leak in self.radar.leakage:
@@ -291,7 +291,7 @@ class Wide:
             yield _with_radar(self.scene, replace(wide, bumper=bumper), victim), delay
 
     def narrowed(self, signal: ComplexArray) -> ComplexArray:
-        """Behind the victim's own filter, ``(…, ramp, fast)``, at its own sample times."""
+        """The ``signal`` after the victim's own filter, ``(…, ramp, fast)``, at its own times."""
         from scipy.signal import upfirdn
 
         rate = self.times.rate
@@ -315,19 +315,19 @@ def _with_radar(scene: Scene, radar: Radar, number: int) -> Scene:
 def shared(
     snapshots: Sequence[PropagationPaths], sender: Radar, *, highest: float, shortest: float
 ) -> Iterator[tuple[float, tuple[PropagationPaths, ...]]]:
-    r"""Nodes of delay, and every path's share in each.
+    r"""Delay of every node, s, and the paths, scaled by their shares in it.
 
     .. math:: \theta(t-\tau) \approx \sum_k \ell_k(\tau)\, \theta(t-\tau_k)
 
-    over groups of delays half a cycle of the highest offset wide, with Lagrange's polynomials ℓ
-    on Chebyshev's nodes of each group.
+    for groups of delays that are half a cycle of the highest offset wide, with Lagrange's
+    polynomials ℓ on Chebyshev's nodes of each group.
 
     Parameters
     ----------
-    snapshots : of one transmitter and receiver
-    sender : radar whose errors are taken at the delays
-    highest : Hz, offset up to which it has phase noise
-    shortest : s, ramp
+    snapshots : paths of one transmitter and receiver
+    sender : transmitting radar, whose errors θ are delayed
+    highest : Hz, highest offset of its phase noise
+    shortest : s, duration of the shortest ramp
     """
     delays = [shot.delay for shot in snapshots]
     every = np.concatenate(delays)
@@ -352,7 +352,7 @@ def shared(
 def _scaled(
     shot: PropagationPaths, which: BoolArray, nodes: FloatArray, k: int
 ) -> PropagationPaths:
-    """Some paths, times the polynomial that is 1 at node k and 0 at all others."""
+    """The paths ``which``, times the polynomial that is 1 at node k and 0 at all others."""
     chosen = shot.select(which)
     others = np.delete(nodes, k)
     share = np.prod((chosen.delay[:, None] - others) / (nodes[k] - others), axis=1)
@@ -360,7 +360,7 @@ def _scaled(
 
 
 def _num_nodes(sender: Radar, half: float, highest: float, shortest: float) -> int:
-    """The fewest nodes over delays of ±half with an error below the tolerance."""
+    """Least number of nodes for delays within ±``half`` s whose error is within the tolerance."""
     for count in range(1, MOST_DELAY_NODES):
         if _error(sender, half, count, highest, shortest) <= PHASE_TOLERANCE:
             return count
@@ -368,9 +368,9 @@ def _num_nodes(sender: Radar, half: float, highest: float, shortest: float) -> i
 
 
 def _error(sender: Radar, half: float, count: int, highest: float, shortest: float) -> float:
-    """Error, rad rms. That of a wave of frequency f is 2(πfa)^K/K!, Jacobi–Anger's next term."""
+    """Error of K = ``count`` nodes, rad rms: 2(πfa)^K/K! of a wave of frequency f, a = ``half``."""
     total = 0.0
-    scale = 2.0 * half**count / math.factorial(count)
+    scale = 2.0 * half**count / math.factorial(count)  # first omitted term of Jacobi–Anger
     noise, ramp_error = sender.oscillator.phase_noise, sender.oscillator.ramp_error
     if noise is not None:
         f = np.geomspace(1e-3 * highest, highest, 200)
@@ -386,14 +386,14 @@ def _between(shot: PropagationPaths, victim: int, transmitter: int) -> Propagati
 
 
 def _turned(error: PhaseError | None, time: FloatArray) -> ComplexArray:
-    """e^{j2πθ}."""
+    """The factor e^{j2πθ} at ``time``; 1 if there is no error."""
     if error is None:
         return np.ones((), dtype=np.complex128)
     return np.asarray(np.exp(2j * np.pi * error(time)))
 
 
 def _frequency(schedule: RampSchedule, time: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """Hz at ``time``, and true where a ramp is sent."""
+    """Frequency at ``time``, Hz, and a mask that is true while a ramp is sent."""
     ramp = np.maximum(np.searchsorted(schedule.start_time, time, side="right") - 1, 0)
     into = time - schedule.start_time[ramp]
     sends = (into >= 0.0) & (into < schedule.duration[ramp])

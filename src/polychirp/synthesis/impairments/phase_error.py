@@ -1,12 +1,12 @@
-r"""The error θ(t) of a transmitted phase over one frame, the same for every victim.
+r"""The error θ(t) of a radar's transmitted phase over one frame, the same for every victim.
 
 Phase noise is a sum of waves with independent Gaussian amplitudes,
 
 .. math:: 2\pi\,\theta(t) = 2\,\mathrm{Re} \sum_m c_m e^{j2\pi m t/P}, \qquad
           \mathrm{E}|c_m|^2 = L(m/P)/P ,
 
-up to a highest offset. The period P is twice the frame, so that the frame's ends are independent;
-the lowest wave is that of offset 1/P.
+up to a highest offset m/P. The period P is at least twice the frame, so that the frame's ends are
+independent; the lowest wave has the offset 1/P.
 """
 
 from collections.abc import Callable
@@ -23,22 +23,22 @@ from polychirp.model.ramp import RampSchedule
 from polychirp.rng import Streams
 
 PHASE_MARGIN: Final = 100e-6
-"""s that a record of noise extends beyond the ramps on both sides; chosen longer than delays."""
+"""Time in a noise record before the first and after the last ramp, s; chosen: above all delays."""
 
 GRID_OVERSAMPLING: Final = 4
-"""Grid points per Nyquist interval of the highest offset."""
+"""Grid points per Nyquist interval of the highest offset; chosen together with `SPLINE_DEGREE`."""
 
 SPLINE_DEGREE: Final = 7
-"""Degree of the splines: with `GRID_OVERSAMPLING` the error is 2·7⁻⁸ of the highest wave."""
+"""Degree of the splines; chosen: with `GRID_OVERSAMPLING` the highest wave is right to 2·7⁻⁸."""
 
 PhaseError = Callable[[FloatArray], FloatArray]
-"""θ in cycles at times in s, of any shape."""
+"""Function of times in s, of any shape, that gives θ in cycles."""
 
 
 def phase_error(
     radar: Radar, schedule: RampSchedule, *, highest_offset: float, streams: Streams
 ) -> PhaseError | None:
-    """Error that an oscillator adds to the phase of ``schedule``; None if it is ideal.
+    """Error that the radar's oscillator adds to the phase of ``schedule``; None if it is ideal.
 
     Parameters
     ----------
@@ -68,11 +68,11 @@ def phase_error(
 def noise_record(
     noise: PhaseNoise, *, begin: float, end: float, highest_offset: float, streams: Streams
 ) -> PhaseError:
-    """Phase noise from ``begin`` to ``end``; the same arguments give the same noise.
+    """Phase noise from ``begin`` to ``end``, s; the same arguments give the same noise.
 
-    The record is a spline on a grid. A wave's coefficients are its samples over the spline's own
-    response, so that only the wave's images about the grid's rate are wrong. Beyond its ends, where
-    nothing is sent, the record is constant.
+    The record is a spline on a grid. A wave's coefficients are its samples divided by the spline's
+    frequency response, so that its only errors are its images about the grid's rate. Beyond its
+    ends, where nothing is sent, the record is constant.
     """
     from scipy.fft import irfft, next_fast_len
 
@@ -99,7 +99,7 @@ def noise_record(
 def noise_waves(
     noise: PhaseNoise, *, spacing: float, highest_offset: float, streams: Streams
 ) -> tuple[FloatArray, ComplexArray]:
-    """Offsets m/P in Hz and amplitudes c in rad, ``(wave,)`` each, from offset zero on."""
+    """Offsets m/P, Hz, and amplitudes c_m, rad, ``(wave,)``, from m = 0 on; ``spacing`` is 1/P."""
     offset = spacing * np.arange(int(highest_offset / spacing) + 1, dtype=np.float64)
     draws = streams["phase noise"].standard_normal((offset.size, 2)).view(np.complex128)[:, 0]
     height = draws * np.sqrt(0.5 * noise.density(offset) * spacing)
@@ -109,7 +109,7 @@ def noise_waves(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RampPhase:
-    """The phase of a ramp error, continuous from ramp to ramp."""
+    """Phase error θ by the frequency error of ramps, continuous from ramp to ramp."""
 
     error: AnyRampError
     schedule: RampSchedule

@@ -1,4 +1,4 @@
-"""Splines on a uniform grid, compiled: SciPy searches every interval and repeats the recursion."""
+"""Compiled splines on a uniform grid, without SciPy's search and recursion at every place."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from polychirp.jit import compiled
 
 @lru_cache(maxsize=4)
 def basis(degree: int) -> FloatArray:
-    """Weights of the coefficients between two knots, ``(power, coefficient)``.
+    """Weights of the coefficients, ``(power, coefficient)``, in powers of the distance from a knot.
 
     >>> (5040 * basis(7)[0]).round().tolist()
     [1.0, 120.0, 1191.0, 2416.0, 1191.0, 120.0, 1.0, 0.0]
@@ -29,10 +29,10 @@ def basis(degree: int) -> FloatArray:
 def evaluate(
     out: FloatArray, place: FloatArray, coefficients: FloatArray, weight: FloatArray
 ) -> None:
-    """Fill in the spline at places from 0, the first interval's beginning, to the last's end.
+    """Fill ``out`` with the spline's values at ``place``, which counts intervals from the first.
 
-    Interval n uses the coefficients from n on; ``weight`` is `basis`. Places beyond the ends get
-    the values there.
+    Interval n uses the coefficients from n on; ``weight`` is that of `basis`. A place beyond an end
+    gets the value at that end.
     """
     intervals = coefficients.size - weight.shape[1] + 1
     value = np.empty(weight.shape[1])

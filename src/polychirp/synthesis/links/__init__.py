@@ -1,9 +1,9 @@
-"""Link budgets: signals between two radars, at which power and delay.
+"""Link budgets: power and delay of the signals between two radars.
 
 In reading order:
 
-* `links`: `Links` of the traced paths of a transmitter and a victim, antennas included
-* `leakage`: links of a radar to itself, and `all_links` of both kinds
+* `links`: `Links` of the traced paths from a transmitter to a victim, antennas included
+* `leakage`: links of a radar to itself, and `all_links`, which joins them to the traced ones
 * `thermal_noise`: density and samples of the victim's noise
 * `interferer_culling`: `audible_radars`, the interferers that cannot be left out
 """

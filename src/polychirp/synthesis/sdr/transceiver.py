@@ -1,8 +1,8 @@
-r"""From the samples that one radio plays to those that another records.
+r"""Signal chain from the samples that one radio plays to those that another records.
 
-Between the converters the signal is sampled on a grid several times finer, wide enough for both
-carriers, centred on the receiver's. Delays inside the radios are removed: a link without delay
-gives no lag.
+Between the converters the signal is sampled on a grid that is several times finer, so that its band
+contains both carriers; in the receiver it is centred on the receiver's carrier. Delays inside the
+radios are removed: a link without delay gives no lag.
 """
 
 import math
@@ -23,10 +23,10 @@ from polychirp.synthesis.impairments.adc import digitised
 from polychirp.synthesis.impairments.phase_error import noise_waves
 
 MARGIN_SAMPLES: Final = 128
-"""Samples of silence before and after the signal, in which filters ring."""
+"""Number of zeros before and after the signal, in which the filters' responses decay; chosen."""
 
 MOST_GRID_POINTS: Final = 1 << 26
-"""Points of the grid between the converters: 1 GB each time it is copied."""
+"""Greatest number of points of the grid between the converters; chosen: each copy takes 1 GiB."""
 
 
 def transceived(
@@ -40,21 +40,21 @@ def transceived(
 ) -> Baseband:
     """Record of ``receiver``, tuned to ``receive_frequency`` Hz, while ``signal`` is played.
 
-    Both start together; the record is as long as the arriving signal and a margin. Its samples are
-    volts into 1 Ω at the receiver's input, so that a record's power is watts there.
+    Both radios start together; the record is as long as the arriving signal and its margins. Its
+    samples are V across 1 Ω at the receiver's input, so that their power there is in W.
 
     Parameters
     ----------
-    signal : samples to play, of magnitude 1 at most, at the transmitter's rate about its carrier
+    signal : samples of magnitude 1 at most, at the transmitter's sample rate, about its carrier
     streams : noise and phase noises come from ``streams["receiver", "noise"]``,
         ``streams.of("transmitter")`` and ``streams.of("receiver")``
 
     Raises
     ------
     InputError
-        Another sample rate, samples above magnitude 1, or too long a signal.
+        The signal has another sample rate, a sample above magnitude 1, or too many samples.
     PhysicsError
-        A carrier that a radio cannot tune.
+        A radio cannot tune to its carrier.
     """
     _check(signal, transmitter, receiver, receive_frequency)
     factor = _factor(signal, receiver, receive_frequency)
@@ -62,7 +62,7 @@ def transceived(
     field, begin = _sent(signal, transmitter, factor, streams)
     time = begin + np.arange(field.size) / rate
     field *= math.sqrt(1.0 / link.attenuation)
-    # the grid's time runs with the wave: at the receiver it is later by the delay
+    # ``time`` is that at the transmitter; the wave arrives later by the delay
     shift = signal.centre_frequency * (1.0 + transmitter.clock_offset)
     shift -= receive_frequency * (1.0 + receiver.clock_offset)
     field *= np.exp(2j * np.pi * ((shift * time) % 1.0))
@@ -77,9 +77,9 @@ def transceived(
 
 
 def arriving_power(signal: Baseband, *, transmitter: Transceiver, receiver: Transceiver) -> float:
-    """W at the receiver's converter without attenuation or noise, mean over the signal's duration.
+    """Mean power at the receiver's converter, W, over the signal's duration, without attenuation.
 
-    The receiver is tuned to the signal; losses by holding and filters are included.
+    The receiver has no noise and is tuned to the signal; losses by hold and filters are included.
     """
     noiseless = replace(receiver, noise_figure=None, converter=None, phase_noise=None)
     arriving = transceived(
@@ -101,7 +101,7 @@ def link_for(
     receiver: Transceiver,
     delay: float = 0.0,
 ) -> Link:
-    """The link over which ``signal`` arrives ``snr`` (ratio) above the noise at the converter.
+    """The link over which ``signal`` has the power ratio ``snr`` to the noise at the converter.
 
     Raises
     ------
@@ -124,13 +124,13 @@ def _check(
             f"the signal has {signal.sample_rate / 1e6:g} MS/s, the transmitter plays "
             f"{transmitter.sample_rate / 1e6:g}; resample it"
         )
-    # a resampled chirp overshoots at its ends
+    # a resampled chirp may overshoot at its ends
     if float(np.abs(signal.samples).max()) > 1.0 + 1e-9:
         raise InputError("a sample to be played is above magnitude 1; scale the signal down")
 
 
 def _factor(signal: Baseband, receiver: Transceiver, receive_frequency: float) -> int:
-    """Points of the grid per sample: for both bands and the first images of held samples."""
+    """Grid points per sample, enough for both bands and the first images of held samples."""
     rate = signal.sample_rate
     reach = abs(signal.centre_frequency - receive_frequency) + 1.5 * max(rate, receiver.sample_rate)
     factor = 1 << max(2, math.ceil(math.log2(2.0 * reach / rate)))
@@ -149,7 +149,7 @@ def _factor(signal: Baseband, receiver: Transceiver, receive_frequency: float) -
 def _sent(
     signal: Baseband, radio: Transceiver, factor: int, streams: Streams
 ) -> tuple[ComplexArray, float]:
-    """Transmitted signal about its own carrier, √W, and the time of its first point."""
+    """Transmitted signal about its own carrier, √W, and the time of its first point, s."""
     samples = signal.samples
     if radio.transmit_bits is not None:
         samples = _digitised(Digitiser(full_scale=1.0, bits=radio.transmit_bits), samples)
@@ -166,7 +166,7 @@ def _sent(
     fast = 1.0 + radio.clock_offset
     begin = (signal.start_time - MARGIN_SAMPLES / radio.sample_rate) / fast
     if radio.clock_offset != 0.0:
-        # played in 1/(1 + δ) of its time, and therefore shifted on the grid, which keeps true time
+        # the signal is played in 1/(1 + δ) of its nominal duration; the grid is in true time
         wave = Baseband(
             samples=field, sample_rate=factor * radio.sample_rate * fast, start_time=begin
         )
@@ -175,11 +175,11 @@ def _sent(
 
 
 def _reconstructed(samples: ComplexArray, radio: Transceiver, factor: int) -> ComplexArray:
-    """Samples as a signal on the fine grid: held, or by an ideal filter at half the rate."""
+    """Signal on the fine grid, from held samples or by an ideal filter at half the sample rate."""
     from scipy.fft import fft, fftfreq, ifft
 
     size = samples.size
-    frequency = fftfreq(factor * size, 1.0 / factor)  # in sample rates
+    frequency = fftfreq(factor * size, 1.0 / factor)  # in units of the sample rate
     spectrum = np.tile(fft(samples), factor)
     if radio.hold is not None:
         spectrum *= np.sinc(radio.hold * frequency)
@@ -194,7 +194,7 @@ def _reconstructed(samples: ComplexArray, radio: Transceiver, factor: int) -> Co
 def _received(
     field: ComplexArray, rate: float, radio: Transceiver, streams: Streams
 ) -> ComplexArray:
-    """Signal at the receiver's converter, about its carrier."""
+    """Signal at the receiver's converter, V, about the receiver's carrier."""
     if radio.noise_figure is not None:
         density = BOLTZMANN * REFERENCE_TEMPERATURE * radio.noise_figure
         draws = streams["receiver", "noise"].standard_normal((field.size, 2))
@@ -207,7 +207,7 @@ def _received(
 
 
 def _recorded(field: Baseband, radio: Transceiver, receive_frequency: float) -> Baseband:
-    """Readings of the converter at its own times, labelled with the radio's nominal values."""
+    """Samples of the converter at its clock's times, with nominal rate, start and carrier."""
     fast = 1.0 + radio.clock_offset
     rate = radio.sample_rate
     first = math.ceil(field.start_time * rate * fast - 1e-6)
@@ -225,7 +225,7 @@ def _recorded(field: Baseband, radio: Transceiver, receive_frequency: float) -> 
 
 
 def _at(field: Baseband, time: FloatArray) -> ComplexArray:
-    """The signal at some times: the grid's own points if all fall on them, else interpolated."""
+    """The signal at times, s: the grid's points if all times are on the grid, else interpolated."""
     place = (time - field.start_time) * field.sample_rate
     near = np.rint(place)
     if np.all(np.abs(place - near) < 1e-6):
@@ -233,11 +233,11 @@ def _at(field: Baseband, time: FloatArray) -> ComplexArray:
     return field.at(time)
 
 
-# ── parts of both ─────────────────────────────────────────────────────────────
+# ── transmitter and receiver ──────────────────────────────────────────────────
 
 
 def _filtered(field: ComplexArray, radio: Transceiver, rate: float) -> ComplexArray:
-    """The signal behind the radio's filter, or an ideal one at half the sample rate."""
+    """The signal after the radio's filter, or after an ideal one at half the sample rate."""
     from scipy.signal import oaconvolve
 
     if radio.filter is None:
@@ -256,7 +256,7 @@ def _limited(field: ComplexArray, rate: float, edge: float) -> ComplexArray:
 
 
 def _phase(noise: PhaseNoise, size: int, rate: float, streams: Streams) -> FloatArray:
-    """Phase noise on the grid, rad; its period is twice the record."""
+    """Phase noise on the grid, rad; its period is at least twice the record."""
     from scipy.fft import irfft, next_fast_len
 
     period = next_fast_len(2 * size, real=True)

@@ -1,7 +1,7 @@
 """Compiled parts of `ramp_overlaps` and `path_batches`: sums over many links of a pair of ramps.
 
-Arrays of complex numbers that BLAS multiplies have real and imaginary parts in turn on their last
-axis: ``2 × column``.
+Complex numbers that BLAS multiplies are in real arrays, with real and imaginary parts in turn on
+their last axis: ``2 × column``.
 """
 
 from __future__ import annotations
@@ -31,17 +31,17 @@ from polychirp.synthesis.stretch.path_kernels import received, sent_amplitude
 from polychirp.synthesis.unit_phasors import unit, units
 
 SMALL_ANGLE: Final = 0.5
-"""rad, up to which Taylor's polynomials of sine and cosine are right to 1e-13."""
+"""Largest angle for Taylor's polynomials of sine and cosine, rad; chosen: right to 5e-13."""
 
 MOST_RATE_POWERS: Final = 8
-"""Powers of the rates' distances from their mean in an expansion, the power 0 among them."""
+"""Greatest number of powers of a rate's distance from the mean, power 0 included; chosen."""
 
 # ── extremes of beats ─────────────────────────────────────────────────────────────────────────
 
 
 @compiled
 def overlap_of(pair: RampPair, links: LinkTable, low: int, high: int, band: BandLimits) -> Overlap:
-    """Extremes of the chirps that the links ``low:high`` make of a pair of ramps."""
+    """Overlap of a pair of ramps: extremes over the links ``low:high`` and all channels."""
     least_rate, greatest_rate, lowest, highest = np.inf, -np.inf, np.inf, -np.inf
     first_begin, last_begin, first_end, last_end = np.inf, -np.inf, np.inf, -np.inf
     power = 0.0
@@ -86,7 +86,7 @@ def overlap_of(pair: RampPair, links: LinkTable, low: int, high: int, band: Band
 
 @compiled
 def find_beats(batch: Batch, time: float, frequency: FloatArray) -> BeatRange:
-    """Fill in every link's beat at a time, the mean of its channels' extremes; give the range."""
+    """Range of all beats at ``time``; ``frequency`` gets the middle of each link's beats, Hz."""
     pair, links = batch.pair, batch.links
     least, greatest, apart = np.inf, -np.inf, 0.0
     f, g = pair.sent_frequency, pair.sent_slope
@@ -116,10 +116,10 @@ def slow_weights(
     out: FloatArray, batch: Batch, low: int, time: float, frequency: FloatArray, apart: float,
     node: FloatArray,
 ) -> None:  # fmt: skip
-    """Values of links at the times ``time + node``, over their tones, gain included.
+    """Values of links, divided by their tones and with the filter's gain, at ``time + node``.
 
-    The links are those from ``low`` on; ``frequency`` are their tones. No channel's beat is more
-    than ``apart`` from it. ``out`` is (link, 2 × channel × node).
+    The links are those from ``low`` on; ``frequency`` are their tones, Hz, from which the beat of
+    no channel differs by more than ``apart``. ``out`` is (link, 2 × channel × node).
     """
     pair, response, links, half = batch.pair, batch.response, batch.links, batch.taps.half
     nodes = node.size
@@ -139,7 +139,7 @@ def slow_weights(
                 is_cubic = 4.0 * span * half <= STEADY_CHANGE
                 if is_cubic:
                     _cubic_gain(gain, response, frequency[p], span, detune)
-            # the phase beside the tone
+            # the phase relative to the tone
             off, bend = math.tau * (beat - frequency[p]), math.pi * (rate - response.rate)
             for q in range(nodes):
                 angle[q] = node[q] * (off + bend * node[q])
@@ -164,7 +164,7 @@ def slow_weights(
 
 @inlined
 def _turn(angle: FloatArray, cosine: FloatArray, sine: FloatArray, largest: float) -> None:
-    """Cosines and sines of angles of at most ``largest``."""
+    """Cosines and sines of angles, rad, whose magnitude is ``largest`` at most."""
     if largest > SMALL_ANGLE:
         for q in range(angle.size):
             cosine[q], sine[q] = math.cos(angle[q]), math.sin(angle[q])
@@ -189,7 +189,7 @@ _TO_POWERS: Final = np.ascontiguousarray(np.linalg.inv(_NODES[:, None] ** np.ara
 def _cubic_gain(
     out: ComplexArray, response: Response, centre: float, span: float, detune: complex
 ) -> None:
-    """Powers of (beat − centre)/span in the gain, from four of its values."""
+    """Coefficients of the gain in powers of (beat − centre)/span, from its values at four nodes."""
     out[:] = 0.0
     for i in range(4):
         value = tabulated_gain(response, centre + span * _NODES[i], detune)
@@ -218,8 +218,8 @@ def crossing_samples(
 ) -> None:
     """Fill in the batch's samples around the time ``beats.time``, ``(channel, sample)``.
 
-    They are sums over the links by `crossing_columns`, times `swept_terms`, times the chirp of the
-    mean rate and the middle beat.
+    They are sums over the links by `crossing_columns`, times `swept_terms` (with its ``side`` and
+    ``least``), times the chirp of the mean rate and the middle beat. ``step`` is in s.
     """
     channels, count = out.shape
     gain, kept = swept_terms(batch, beats, step, count, side, least)
@@ -236,7 +236,7 @@ def crossing_samples(
             for r in range(terms):
                 for q in range(2 * powers):
                     sums[m, r, q] += product[r, q]
-    # samples, of as many terms of every power as count
+    # samples, from the terms of every power that are kept
     for m in range(channels):
         for q in range(powers):
             for r in range(kept[q]):
@@ -256,11 +256,11 @@ def crossing_columns(
     term: FloatArray, value: FloatArray, batch: Batch, low: int, time: float, centre: float,
     width: float,
 ) -> None:  # fmt: skip
-    """Columns of the links from ``low`` on, at a time.
+    """Fill in the columns of the links from ``low`` on, at ``time``.
 
-    ``term`` (channel, term, link) are Chebyshev's polynomials of the beat's distance there from
+    ``term`` (channel, term, link) are Chebyshev's polynomials of the beat's distance from
     ``centre``, in units of ``width``. ``value`` (channel, link, 2 × power) are the links' values
-    times powers of the distance of their rates from the pair's, in units of the pair's spread.
+    times powers of their rates' distance from the pair's mean, in units of the pair's spread.
     """
     pair, links, mean_rate = batch.pair, batch.links, batch.response.rate
     count = term.shape[2]
@@ -282,9 +282,9 @@ def fill_columns(
     term: FloatArray, value: FloatArray, x: FloatArray, z: FloatArray, amplitude: ComplexArray,
     cycles: FloatArray,
 ) -> None:  # fmt: skip
-    """Chebyshev's polynomials of x, ``(term, link)``, and values times powers of z.
+    """Fill in Chebyshev's polynomials of x, ``(term, link)``, and values times powers of z.
 
-    A value is ``amplitude`` turned by ``cycles``; ``value`` is (link, 2 × power).
+    A value is ``amplitude`` with its phase advanced by ``cycles``; ``value`` is (link, 2 × power).
     """
     count = x.size
     real, imag = np.empty(count), np.empty(count)
@@ -305,11 +305,12 @@ def fill_columns(
 def swept_terms(
     batch: Batch, beats: BeatExpansion, step: float, count: int, side: int, least: float
 ) -> tuple[ComplexArray, IntArray]:
-    """Chebyshev's coefficients by the beat of `_swept_gain`, for powers of the rate's distance.
+    """Chebyshev's coefficients of `_swept_gain` in the beat, for powers of the rate's distance.
 
-    ``(power, term, sample)``, and how many terms count of every power: those that are left out are
-    together below `EXPANSION_TOLERANCE` of the largest, or below ``least``. A rate off by δ is a
-    factor exp(jπδt²) before the filter, and t² is a second derivative by the beat.
+    They are ``(power, term, sample)``. The second result is the number of terms to keep of every
+    power: those left out are together below `EXPANSION_TOLERANCE` of the largest, or ``least``. A
+    rate that differs from the mean by δ is a factor exp(jπδt²) before the filter, and t² is a
+    second derivative by the beat.
     """
     most = beats.node.size
     gain = np.empty((most, count), dtype=np.complex128)
@@ -320,7 +321,7 @@ def swept_terms(
     enough = -1.0
     per_power = -0.5j * batch.response.spread / (math.tau * beats.width**2)
     for power in range(MOST_RATE_POWERS):
-        # the largest square of every term, over the samples
+        # the largest squared magnitude of every term over the samples
         largest = np.zeros(most)
         for r in range(most):
             for n in range(count):
@@ -328,7 +329,7 @@ def swept_terms(
                 largest[r] = max(largest[r], value.real * value.real + value.imag * value.imag)
         if enough < 0.0:
             enough = max(EXPANSION_TOLERANCE * math.sqrt(largest.max()), least)
-        # leave out the last terms, as long as their sum allows
+        # leave out the last terms, as long as their sum is small enough
         beyond, term = 0.0, most
         while term > 0 and beyond + math.sqrt(largest[term - 1]) <= enough:
             term -= 1
@@ -344,18 +345,18 @@ def swept_terms(
 def _swept_gain(
     out: ComplexArray, batch: Batch, centre: float, off: FloatArray, step: float, side: int
 ) -> None:
-    """G of chirps of the pair's mean rate times their turning, ``(beat, sample)``.
+    """G exp(j2π ``off`` t) of chirps of the pair's mean rate, ``(beat, sample)``.
 
-    Beats are ``centre + off`` at the middle sample, from where time counts. Near the band G is
-    tabulated; elsewhere it is the sum of the two edges of the filter's window. ``side`` is the one
-    edge that counts, 1 or −1, and 0 for both.
+    Beats are ``centre + off``, Hz, at the middle sample, where t = 0. Near the band G is tabulated;
+    elsewhere it is the sum of the contributions of both edges of the filter's window. ``side``
+    selects one edge, 1 the upper and −1 the lower; 0 is both.
     """
     response, taps = batch.response, batch.taps
     rate, half = response.rate, taps.half
     first = -(out.shape[1] // 2) * step
     has_table, near = response.envelope.size > 0, response.far + half * abs(rate)
     last = taps.taylor.shape[0] - 1
-    # the chirp at both edges of the window, over its value in the middle
+    # the chirp at both edges of the window, relative to its value in the middle
     bends = np.empty((2, out.shape[1]), dtype=np.complex128)
     for n in range(out.shape[1]):
         f = centre + rate * (first + n * step)
@@ -382,9 +383,9 @@ def _swept_gain(
 
 @inlined
 def second_derivative(out: ComplexArray, term: ComplexArray, factor: complex) -> None:
-    """Chebyshev's coefficients of a second derivative, times a factor, ``(term, sample)``.
+    """Chebyshev's coefficients of the second derivative, times a factor, ``(term, sample)``.
 
-    A derivative's are d_(r−1) = d_(r+1) + 2 r c_r, half of it for d_0 (the usual recurrence).
+    Coefficients of a derivative are d_(r−1) = d_(r+1) + 2 r c_r, and half of that for d_0.
     """
     most, count = term.shape
     first = np.zeros((most + 1, count), dtype=np.complex128)

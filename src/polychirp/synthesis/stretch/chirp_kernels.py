@@ -1,8 +1,8 @@
-"""Compiled samples of one chirp behind the filter.
+"""Compiled samples of one chirp after the IF filter.
 
 The signal of a piece of a chirp is exp(j2π(φ + f t + ½ μ t²)) from one end of the piece to the
-other and zero elsewhere; a sample is its integral with h over the window of ± half the filter's
-support.
+other and zero elsewhere. A sample is the integral of the signal times the impulse response h over
+the filter's window, which extends by half the support S to both sides.
 """
 
 from __future__ import annotations
@@ -26,19 +26,19 @@ from polychirp.synthesis.stretch.kernel_records import Chirp, Response, Samples,
 from polychirp.synthesis.unit_phasors import unit, units
 
 NUM_LANES: Final = 16
-"""Samples that a recurrence advances together."""
+"""Number of samples that a recurrence advances together, for vector instructions; chosen."""
 
 LONGEST_BLOCK: Final = 4096
-"""Samples after which a recurrence starts anew, since its rounding errors grow."""
+"""Number of samples after which a recurrence starts anew, as its rounding errors grow; chosen."""
 
 STEADY_CHANGE: Final = 0.05
-"""Change of the beat within a block, in units of 1/S, that a cubic gain follows to 1e-9."""
+"""Most change of the beat in a block, in units of 1/S; chosen: a cubic gain is right to 1e-9."""
 
 PANEL_CYCLES: Final = 9.0
-"""Cycles in a panel of 32 Gauss nodes: the rule misses (9πe/128)⁶⁴ of such a wave, 1e-14."""
+"""Most cycles in a panel of 32 Gauss nodes; chosen: the rule's error is (9πe/128)⁶⁴, 1e-14."""
 
 EDGE_TOLERANCE: Final = 1e-9
-"""Error of the cubic gain of an edge, relative to full scale, at least."""
+"""Least tolerance for the cubic gain of an edge, relative to the pass band's gain; chosen."""
 
 _NODES: Final = 0.5 - 0.5 * np.cos(np.pi * (np.arange(4) + 0.5) / 4)
 _TO_POWERS: Final = np.ascontiguousarray(np.linalg.inv(_NODES[:, None] ** np.arange(4)))
@@ -47,7 +47,7 @@ _TO_POWERS: Final = np.ascontiguousarray(np.linalg.inv(_NODES[:, None] ** np.ara
 
 @inlined
 def phase_of(chirp: Chirp, time: float) -> float:
-    """Cycles, at a time."""
+    """Phase of the chirp at ``time``, cycles."""
     return chirp.phase + time * (chirp.beat + 0.5 * chirp.rate * time)
 
 
@@ -78,22 +78,22 @@ def _num_before(time: float, samples: Samples, most: int) -> int:
 def add_chirp(samples: Samples, response: Response, taps: Taps, chirp: Chirp) -> None:
     """Add a chirp to samples.
 
-    A sample's window is [t − S/2, t + S/2]. Where it is cut and the beat at the cut is low, it is
-    integrated. Every other sample is the sum of its ends: corners of the chirp that lie in the
-    window, and edges of the window that lie in the chirp. Where some of the window is near the
-    band, G replaces the sum of both its edges.
+    A sample's window is [t − S/2, t + S/2]. If the chirp begins or ends in it at a low beat, the
+    sample is integrated numerically. Every other sample is a sum of contributions: of the chirp's
+    corners (its beginning and ending) in the window, and of the window's edges in the chirp. If a
+    part of the window is near the band, G replaces the sum of both its edges.
     """
     half, size, far = taps.half, samples.real.size, response.far
     n0 = _num_before(chirp.begin - half, samples, size)
     n3 = _num_before(chirp.end + half, samples, size)
     if n3 <= n0:
         return
-    # the samples whose windows have no beginning, and no ending, in them
+    # windows from whole_from on contain no beginning of the chirp, those before whole_until no end
     whole_from = min(max(_num_before(chirp.begin + half, samples, size), n0), n3)
     whole_until = min(max(_num_before(chirp.end - half, samples, size), n0), n3)
     begin_beat = chirp.beat + chirp.rate * chirp.begin
     end_beat = chirp.beat + chirp.rate * chirp.end
-    # cut windows with a low beat at the cut
+    # windows with a corner at a low beat
     low, high = n0, n3
     if abs(begin_beat) < far:
         low = whole_from
@@ -103,7 +103,7 @@ def add_chirp(samples: Samples, response: Response, taps: Taps, chirp: Chirp) ->
         _add_cut(_run(samples, high, n3), taps, chirp)
     if high <= low:
         return
-    # corners with a high beat
+    # corners at a high beat
     if abs(begin_beat) >= far and whole_from > low:
         _add_corner(_run(samples, low, min(whole_from, high)), taps, chirp, chirp.begin)
     negative = Chirp(
@@ -140,7 +140,7 @@ def _near_samples(
     return near_from, max(_num_before(end + half, samples, high), near_from)
 
 
-# ── windows that are cut ──────────────────────────────────────────────────────────────────────
+# ── windows with a corner ─────────────────────────────────────────────────────────────────────
 
 
 @inner
@@ -165,7 +165,7 @@ def _add_corner(samples: Samples, taps: Taps, chirp: Chirp, corner: float) -> No
 
 @inner
 def _add_cut(samples: Samples, taps: Taps, chirp: Chirp) -> None:
-    """Add samples whose windows are cut where the beat is low."""
+    """Add samples whose windows have a corner at a low beat, by `quadrature`."""
     for n in range(samples.real.size):
         t = samples.first + n * samples.step
         low, high = max(-taps.half, t - chirp.end), min(taps.half, t - chirp.begin)
@@ -209,11 +209,11 @@ def _add_edges(samples: Samples, taps: Taps, chirp: Chirp, side: int, begin: int
 
 @inner
 def _add_edge(samples: Samples, taps: Taps, chirp: Chirp, side: int) -> None:
-    """Add the contribution of the window's upper (side 1) or lower (−1) edge to far samples.
+    """Add the contribution of the window's upper (side 1) or lower (−1) edge, far out of band.
 
-    It is the chirp, ±half a support earlier, times a gain h/2πf: samples share a cubic where that
-    is right to `EDGE_TOLERANCE`, or a tenth of the limit. Between f(1 − κ) and f(1 + κ) a cubic at
-    Chebyshev nodes misses 1/f by κ⁴/8 of it.
+    It is the chirp half a support earlier (side 1) or later, times a gain of about h/2πf. Samples
+    share a cubic gain as long as it is right to `EDGE_TOLERANCE` or a tenth of the limit. Between
+    f(1 − κ) and f(1 + κ) a cubic at Chebyshev's nodes has an error of κ⁴/8 of 1/f.
     """
     step, rate, change = samples.step, chirp.rate, chirp.rate * samples.step
     node = 0 if side < 0 else taps.taylor.shape[0] - 1
@@ -226,7 +226,7 @@ def _add_edge(samples: Samples, taps: Taps, chirp: Chirp, side: int) -> None:
     while n <= end:
         beat = start + change * n
         phase = phase_of(chirp, time + step * n)
-        # samples until the beat has changed by κ = span of its middle value
+        # number of samples over which the beat stays within ±κ = span of its middle value
         height = taps.edge / (math.tau * abs(beat))
         span = min((8.0 * max(EDGE_TOLERANCE, 0.1 * chirp.limit) / height) ** 0.25, 0.33)
         receding = math.copysign(span, beat * change)
@@ -247,7 +247,7 @@ def _add_edge(samples: Samples, taps: Taps, chirp: Chirp, side: int) -> None:
 
 @inner
 def _add_near(samples: Samples, response: Response, taps: Taps, chirp: Chirp) -> None:
-    """Add the chirp times G, as if it had no ends; beats are in the table."""
+    """Add the chirp times G, as if it had no ends; the samples' beats are in the table."""
     half, rate, step = taps.half, chirp.rate, samples.step
     start, change = chirp.beat + rate * samples.first, rate * step
     reach = table_reach(response, chirp.limit)
@@ -288,7 +288,7 @@ def _range_of_beats(beat: float, change: float, reach: float, last: int) -> tupl
 def _add_steady(
     samples: Samples, amplitude: complex, phase: float, beat: float, rate: float, gain: ComplexArray
 ) -> None:
-    """Add a chirp with a cubic gain: lanes of samples advance by complex multiplications.
+    """Add a chirp with a cubic gain; `NUM_LANES` samples advance by complex multiplications.
 
     ``phase`` and ``beat`` are those at the first sample; ``gain`` is in powers of n/size.
     """

@@ -1,11 +1,11 @@
 r"""Response of an IF filter to a chirp.
 
-A chirp of beat f and rate μ at the sample's instant leaves the filter multiplied by
+A chirp that has the beat f at the sample's time and the rate μ leaves the filter multiplied by
 
 .. math:: G(f; \mu) = \int h(s)\, e^{-j2\pi f s + j\pi\mu s^2}\, ds,
 
-which for μ = 0 is the frequency response. Where a chirp is cut, and far out of band, the integral
-depends on its ends alone; for these h and its derivatives are tabulated.
+with the impulse response h of length S. For μ = 0 it is the frequency response. Where a chirp
+begins or ends in the window, and far out of band, h and its derivatives are used (`tap_table`).
 """
 
 import math
@@ -21,26 +21,26 @@ from polychirp.synthesis.stretch.kernel_records import NUM_END_TERMS, NUM_TAYLOR
 from polychirp.synthesis.stretch.nufft import correction, grid_of, window_at
 
 ENTRIES_PER_BEAT: Final = 10
-"""Entries of a response's table per 1/S of beat: interpolation between them is right to 5e-10."""
+"""Entries of a table of G per 1/S of beat; chosen: interpolation is right to 5e-10."""
 
 TABLE_SIZE_STEP: Final = 128
-"""Tables have a multiple of this many beats above zero: tables of one size share their nodes."""
+"""Step of the number of positive beats in a table; chosen: tables of one size share their nodes."""
 
 MOST_TABLE_ORDERS: Final = 12
-"""Orders in the rate that a table has at most."""
+"""Greatest number of orders in the rate in a table; chosen."""
 
 PANEL_NODES: Final = 64
-"""Gauss nodes in a panel of the integral."""
+"""Number of Gauss nodes in a panel of the integral; chosen."""
 
 PANEL_CYCLES: Final = 24.0
-"""Cycles in a panel at most: with `PANEL_NODES` the integral is right to 1e-12."""
+"""Most cycles in a panel; chosen: with `PANEL_NODES` the integral is right to 1e-12."""
 
 
 def far_beat(if_filter: IfFilter, rate: float) -> float:
-    """Hz, the beat beyond which the end-point series of a chirp of ``rate`` Hz/s holds.
+    """Beat, Hz, beyond which the end-point series of a chirp of ``rate`` Hz/s is accurate.
 
-    Its terms fall by the filter's band over f and by rate/2πf²: at twelve stop bands and at
-    5√rate the first one left out is below 1e-9 of a full-scale sample.
+    Its terms fall by the filter's band over the beat f and by rate/2πf²: at 12 times the `stopband`
+    and at 5√rate the first term left out is below 1e-9 of a sample in band.
     """
     return max(12.0 * if_filter.stopband, 5.0 * math.sqrt(abs(rate)))
 
@@ -55,8 +55,8 @@ class ResponseTable:
     Parameters
     ----------
     rate : Hz/s, :math:`\mu_0`
-    moment : the integrals over j!, in units of :math:`(S^2/4)^j`, ``(beat, order)`` complex, at
-        beats of −4, −3, … times `step_of` (G is even, so that negative beats need no more)
+    moment : the integrals over s, divided by j!, in units of :math:`(S^2/4)^j`, ``(beat, order)``
+        complex, at beats of −4, −3, … times `step_of` (G is even: negative beats need no more)
     envelope : the largest \|G\| at this beat and all tabulated beyond it, ``(beat,)``
     """
 
@@ -69,14 +69,14 @@ class ResponseTable:
 
 
 def step_of(if_filter: IfFilter) -> float:
-    """Hz between the entries of a table."""
+    """Spacing of the entries of a table, Hz."""
     return 1.0 / (ENTRIES_PER_BEAT * if_filter.support)
 
 
 def response_table(
     if_filter: IfFilter, *, rate: float, highest: float, num_orders: int
 ) -> ResponseTable:
-    """The table of one chirp rate for beats of up to ``highest`` Hz in magnitude."""
+    """The table of one chirp rate, Hz/s, for beats of up to ``highest`` Hz in magnitude."""
     from scipy.fft import ifft
 
     from polychirp.synthesis.stretch.chirp_response_kernels import spread_chirp, take_table
@@ -95,13 +95,13 @@ def response_table(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _IntegralNodes:
-    """The parts that tables of one size share: a sum of tones (`nufft`) over the integral's nodes.
+    """Arrays that tables of one size share, for sums of tones (`nufft`) over the integral's nodes.
 
     Parameters
     ----------
-    size : points of the grid
-    half_square : s²/2, ``(node,)``
-    weight : weights of the integrals, turned to the beat in the middle, ``(order, node)``
+    size : number of points of the grid
+    half_square : s²/2 at the nodes s, ``(node,)``
+    weight : weights of the integrals, times the tone of the middle beat, ``(order, node)``
     first, window : first point that a node is spread over, ``(node,)``, and window ``(node, tap)``
     correction : factor of every beat that undoes the window, ``(beat,)``
     """
@@ -133,7 +133,7 @@ def _integral_nodes(if_filter: IfFilter, last: int, panels: int, num_orders: int
 
 
 def _num_panels(if_filter: IfFilter, fastest: float) -> int:
-    """Panels of the support for waves of up to ``fastest`` Hz: a multiple of four."""
+    """Number of panels of the support for waves of up to ``fastest`` Hz, a multiple of four."""
     panels = math.ceil(if_filter.support * (fastest + if_filter.stopband) / PANEL_CYCLES)
     return 4 * (panels // 4 + 1)
 
@@ -142,7 +142,7 @@ def _num_panels(if_filter: IfFilter, fastest: float) -> int:
 def _panelled_taps(
     if_filter: IfFilter, panels: int, num_orders: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Nodes in s, and weights there: h times powers of time over order!, ``(node, order)``."""
+    """Nodes, s, and weights ``(node, order)``: h times even powers of time in S/2, over order!."""
     inner, weight = np.polynomial.legendre.leggauss(PANEL_NODES)
     centre = (2.0 * np.arange(panels) + 1.0) / panels - 1.0
     nodes = (centre[:, None] + inner / panels).ravel()
@@ -159,8 +159,8 @@ class TapTable:
 
     Parameters
     ----------
-    step : s, between nodes; the first is at −S/2, the last at S/2
-    taylor : the derivatives over j!, ``(node, order)`` in s^-(1+j)
+    step : s, spacing of the nodes; the first is at −S/2, the last at S/2
+    taylor : the derivatives divided by j!, ``(node, order)`` in s^-(1+j)
     """
 
     step: float
@@ -172,7 +172,7 @@ class TapTable:
 
 @lru_cache(maxsize=32)
 def tap_table(if_filter: IfFilter) -> TapTable:
-    """The table, with nodes so close that `NUM_TAYLOR_TERMS` terms continue every derivative."""
+    """The filter's table; `NUM_TAYLOR_TERMS` terms continue every derivative between its nodes."""
     support = if_filter.support
     most = NUM_END_TERMS + NUM_TAYLOR_TERMS
     intervals = max(512, math.ceil(support * 20.0 * math.pi * if_filter.stopband))
@@ -199,7 +199,7 @@ def bessel_coefficients(num_terms: int) -> FloatArray:
 
 
 def num_orders(if_filter: IfFilter, spread: float) -> int:
-    """Orders by which rates within ``spread`` Hz/s of the table's are right to 1e-9."""
+    """Number of orders with which G is right to 1e-9 for rates within ``spread`` of the table's."""
     turn = math.pi * spread * (0.5 * if_filter.support) ** 2
     order = 1
     while turn**order * _moments(if_filter)[order] > 1e-9 and order < MOST_TABLE_ORDERS:

@@ -1,4 +1,4 @@
-"""Compiled parts of `chirp_response`: a chirp on the nodes of the integral, and its table."""
+"""Compiled parts of `chirp_response`: a chirp at the nodes of the integral, and its table."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ def spread_chirp(
 ) -> None:  # fmt: skip
     """Spread the nodes' ``weight`` (order, node) times a chirp over ``grid`` (order, point).
 
-    ``half_square`` is s²/2 of each node; ``window`` (node, `WINDOW_WIDTH`) is at the points from
-    ``first`` on. Points below zero are at the grid's end.
+    ``half_square`` is s²/2 of each node, ``rate`` is in Hz/s. ``window`` (node, `WINDOW_WIDTH`)
+    are factors for the points from ``first`` on. Points below zero are at the grid's end.
     """
     orders, count = weight.shape
     lowest = first.min()

@@ -1,10 +1,11 @@
-r"""The production engine: closed-form beats after the actual IF filter.
+r"""The production engine: beats in closed form after the radar's IF filter.
 
-A ramp of slope :math:`b_i`, received with a delay τ that is linear in time, is a linear chirp. The
-beat with the victim's ramp is a chirp of rate :math:`\mu = b_v - b_i(1-\dot\tau)^2` while both
-last. If a sample's filter window lies within the beat, the sample is the beat's value times
-`chirp_response`. If the beat begins or ends in the window, the sample is an integral over the
-common part or, where the beat is far out of band at that end, an expansion about the end.
+A ramp of slope :math:`b_i`, received with a delay τ that is linear in time, is a linear chirp. Its
+beat with the victim's ramp of slope :math:`b_v` is a chirp of rate
+:math:`\mu = b_v - b_i(1-\dot\tau)^2` while both last. If a sample's filter window lies within the
+beat, the sample is the beat's value times the filter's response to a chirp (`chirp_response`). If
+the beat begins or ends in the window, the sample is an integral over the common part or, where the
+beat is far out of band at that end, an expansion about the end.
 """
 
 import math
@@ -41,10 +42,10 @@ from polychirp.synthesis.stretch.work_units import WorkUnit, gaps, work_table, w
 NEGLIGIBLE_IN_BAND: Final = 3e-7
 """Limit of the omitted part of a contribution, relative to the rms of its strongest samples.
 
-The rms is estimated from the largest power that a path brings into the band."""
+Chosen. The rms is estimated from the in-band power of all paths of the strongest pair of ramps."""
 
 NEGLIGIBLE_OUT_OF_BAND: Final = 1e-3
-"""The same limit, relative to the victim's rms noise, if no path comes into the band."""
+"""The same limit, relative to the victim's rms noise, if no path comes into the band; chosen."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,7 +53,7 @@ class Stretch(Spec):
     """Closed-form synthesis at the converter's rate.
 
     Weak signals are left out, together up to 3e-7 of the strongest samples or, if no path comes
-    into the band, up to 1e-3 of the victim's thermal noise. The rest is accurate to 1e-7.
+    into the band, 1e-3 of the victim's thermal noise. The rest is right to 1e-7 of the strongest.
 
     Parameters
     ----------
@@ -118,7 +119,7 @@ class Stretch(Spec):
     def _runs(
         self, unit: WorkUnit, tables: Tables, make_tones: MakeTones
     ) -> list[tuple[slice, ComplexArray]] | None:
-        """Runs of samples, those at edges of ramps included; None if a batch costs more."""
+        """Runs of samples and their values, also at edges of ramps; None if a batch costs more."""
         if self.backend == "kernels" or unit.num_links < FEWEST_LINKS:
             return None
         batch = batch_of(unit, tables)

@@ -1,4 +1,4 @@
-"""Compiled reading of the filter's tables: h and its derivatives, G, and values at far ends."""
+"""Compiled reading of the filter's tables: h, its derivatives, G, and ends far out of band."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from polychirp.synthesis.stretch.kernel_records import (
 )
 
 END_TERM_TOLERANCE: Final = 1e-10
-"""Size of the first term that is left out of an end-point series, relative to full scale."""
+"""Limit of the first term left out of an end-point series, over the pass band's gain; chosen."""
 
 # ── h ─────────────────────────────────────────────────────────────────────────────────────────
 
 
 @inlined
 def tap(taps: Taps, s: float) -> float:
-    """The impulse response h at s, by Taylor's series from the nearest node."""
+    """The impulse response h at the time s, by Taylor's series from the nearest node."""
     node = int((s + taps.half) / taps.step + 0.5)
     off = s + taps.half - node * taps.step
     value = 0.0
@@ -35,7 +35,7 @@ def tap(taps: Taps, s: float) -> float:
 
 @inlined
 def derivative(taps: Taps, s: float, order: int) -> float:
-    """A derivative of h at s, by the same series."""
+    """The derivative of h of an order at the time s, by Taylor's series from the nearest node."""
     node = int((s + taps.half) / taps.step + 0.5)
     off = s + taps.half - node * taps.step
     value = 0.0
@@ -71,7 +71,7 @@ def derivatives(taps: Taps, time: FloatArray, orders: int) -> FloatArray:
 def tabulated_gain(response: Response, beat: float, detune: complex) -> complex:
     """G by Lagrange's polynomial through eight entries of its table; G is even in the beat.
 
-    ``detune`` is jπ(μ − μ₀)S²/4, in whose powers G changes with the rate μ.
+    ``detune`` is jπ(μ − μ₀)S²/4: the table has G for the rate μ in powers of it.
     """
     place = abs(beat) / response.step
     node = int(place)
@@ -108,7 +108,7 @@ _LAGRANGE: Final = tuple(
 
 @inlined
 def table_reach(response: Response, limit: float) -> float:
-    """Hz, the beat from which on the table's gain is below ``limit``; ∞ if its end is not."""
+    """Beat, Hz, from which on the table's gain is below ``limit``; ∞ if it is not at the end."""
     low, high = 4, response.envelope.size - 1
     if response.envelope[high] >= limit:
         return np.inf
@@ -126,7 +126,7 @@ def table_reach(response: Response, limit: float) -> float:
 
 @inlined
 def _num_end_terms(taps: Taps, beat: float, rate: float) -> int:
-    """Terms that the end-point series needs for `END_TERM_TOLERANCE`."""
+    """Number of terms that the end-point series needs for `END_TERM_TOLERANCE`."""
     most: int = taps.bessel.shape[0]
     q = 1.0 / abs(beat)
     size, per_order = taps.peak / math.tau * q, 2.0 / math.tau * abs(rate) * q
@@ -139,12 +139,12 @@ def _num_end_terms(taps: Taps, beat: float, rate: float) -> int:
 
 @inlined
 def end_series(taps: Taps, beat: float, rate: float, weight: ComplexArray) -> int:
-    """Weights of h and its derivatives in the value of an end, and their number.
+    """Fill in the weights of h and its derivatives in the contribution of an end; their number.
 
-    Repeated partial integration of ∫h(s) exp(j2πψ) ds, where −dψ/ds is the beat f − μs: with q
-    its inverse and c = j/2π, an upper end at s contributes Σ_j (−1)^j c^(j+1) D_j times the
+    Repeated partial integration of ∫h(s) exp(j2πψ) ds, where −dψ/ds is the beat f − μs: with q the
+    inverse of it and c = j/2π, an upper end at s contributes Σ_j (−1)^j c^(j+1) D_j times the
     exponential there, D_0 = hq, D_(j+1) = q D_j', or D_j = Σ_i B_ji μ^i h^(j−i) q^(j+1+i) with
-    the coefficients B of Bessel's polynomials. ``beat`` is the one at the end.
+    the coefficients B of Bessel's polynomials. ``beat`` is that at the end, Hz.
     """
     count = _num_end_terms(taps, beat, rate)
     q = 1.0 / beat
@@ -170,9 +170,9 @@ def end_weights(taps: Taps, beat: FloatArray, rate: float) -> ComplexArray:
 
 @inlined
 def edge_gain(taps: Taps, node: int, beat: float, rate: float) -> complex:
-    """Value of an edge of the filter's window, relative to the chirp's value there.
+    """Contribution of an edge of the filter's window, relative to the chirp's value there.
 
-    It is `end_series` with h and its derivatives at a node, its powers of j sorted by hand.
+    It is `end_series` with h and its derivatives at a node, its real and imaginary parts apart.
     """
     q = 1.0 / beat
     e, lean = q / math.tau, rate * q

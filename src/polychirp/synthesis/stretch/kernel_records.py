@@ -10,17 +10,17 @@ from typing import Final, NamedTuple
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 
 NUM_END_TERMS: Final = 6
-"""Terms of the end-point series (`filter_kernels.end_series`)."""
+"""Greatest number of terms of the end-point series (`filter_kernels.end_series`); chosen."""
 
 NUM_TAYLOR_TERMS: Final = 6
-"""Terms by which a tabulated derivative of h is continued between its nodes."""
+"""Number of Taylor terms by which a derivative of h is continued between its nodes; chosen."""
 
 EXPANSION_TOLERANCE: Final = 2e-10
-"""Error of every expansion over many links, relative to the largest value that it stands for. The
-errors of hundreds of links may add up to 5e-8 of the strongest sample."""
+"""Greatest error of each expansion over many links, relative to the largest value in it. Chosen:
+the errors of hundreds of links may add up to 5e-8 of the strongest sample."""
 
 NUMBERS_PER_BLOCK: Final = 1 << 15
-"""Links times terms of one channel that are held at once: 256 KiB, chosen to stay in a cache."""
+"""Greatest size of an array of links times terms of one channel: 256 KiB, chosen to fit a cache."""
 
 
 # ── tables of one contribution ────────────────────────────────────────────────────────────────
@@ -41,7 +41,7 @@ class Ramps(NamedTuple):
 
 
 class Window(NamedTuple):
-    """The victim's samples, ``(ramp,)``: the first from the ramp's start, their number, 1/rate."""
+    """The victim's samples, ``(ramp,)``: time of the first in the ramp, their number, 1/rate."""
 
     first: FloatArray
     num_samples: IntArray
@@ -52,8 +52,8 @@ class LinkTable(NamedTuple):
     """Links of all snapshots, ``(link,)``: those of snapshot i are ``start[i]:start[i + 1]``.
 
     A link is a path from one transmitting element. ``limit`` is the gain below which it need not be
-    added. The links of a snapshot are in order of ``part``, ``is_weak`` and delay.
-    ``snapshot`` is the one that each of the victim's ramps uses.
+    added. The links of a snapshot are in order of ``part``, ``is_weak`` and delay. ``snapshot``
+    (ramp,) is the one that each ramp of the victim uses; ``reference_time`` is (snapshot,).
     """
 
     start: IntArray
@@ -70,9 +70,9 @@ class LinkTable(NamedTuple):
 
 
 class PairTable(NamedTuple):
-    """Pairs of a victim's and a transmitted ramp: those of ramp k are ``start[k]:start[k + 1]``.
+    """Pairs of a victim's and a transmitted ramp; ``start[k]:start[k + 1]`` are those of ramp k.
 
-    They are with the transmitted ramps ``sent[k]`` and following. A pair's table of G is the
+    Their transmitted ramps are ``sent[k]`` and those that follow it. A pair's table of G is the
     entries ``begin:end`` of ``moment`` and ``envelope`` (`ResponseTable`). The links' rates are
     within ``spread`` of ``rate``. Above the beat ``far`` the end-point series holds.
     """
@@ -93,7 +93,7 @@ class Taps(NamedTuple):
     """The impulse response h, up to ``half`` = S/2 on both sides.
 
     ``taylor`` has its derivatives over order!, ``(node, order)``, at nodes ``step`` apart from
-    −S/2 on; ``peak`` is the largest magnitude of h, ``edge`` the one at ±S/2. ``bessel`` are the
+    −S/2 on; ``peak`` is the largest magnitude of h, ``edge`` that at ±S/2. ``bessel`` are the
     coefficients of the end-point series; ``node`` and ``weight`` are Gauss's rule on [0, 1].
     """
 
@@ -138,8 +138,8 @@ class WorkTable(NamedTuple):
 class RampPair(NamedTuple):
     """A ramp of the victim and a transmitted one.
 
-    ``since`` is from the links' reference time, and ``ahead`` from the transmitted ramp's start,
-    to the start of the victim's ramp. ``weight`` is `Ramps.weight` of the transmitted ramp.
+    ``since`` is the time from the links' reference time, ``ahead`` that from the transmitted ramp's
+    start, to the start of the victim's ramp. ``weight`` is `Ramps.weight` of the transmitted ramp.
     """
 
     victim_ramp: int
@@ -170,13 +170,13 @@ def ramp_pair(own: Ramps, k: int, sent: Ramps, i: int, links: LinkTable) -> Ramp
 
 
 class Overlap(NamedTuple):
-    """A ramp of the victim and one that arrives, on some path, while it lasts.
+    """A ramp of the victim and a transmitted ramp that arrives during it on at least one path.
 
     Rates of the beat are between ``least_rate`` and ``greatest_rate``, and its magnitudes between
     ``lowest`` and ``highest`` on every path, during the overlap and half a filter's support around
     it; ∞ and −∞ without an overlap. From the start of the victim's ramp, the overlap begins
     between ``first_begin`` and ``last_begin`` and ends between ``first_end`` and ``last_end``.
-    ``power`` in W is the largest that all paths together bring into the band.
+    ``power``, W, is the estimate of what all paths together bring into the band.
     """
 
     victim_ramp: int
@@ -193,17 +193,17 @@ class Overlap(NamedTuple):
 
     @property
     def centre(self) -> float:
-        """Hz/s, half-way between the extreme rates."""
+        """Middle of the extreme rates, Hz/s."""
         return 0.5 * (self.least_rate + self.greatest_rate)
 
     @property
     def spread(self) -> float:
-        """Hz/s, of the extreme rates from the centre."""
+        """Distance of the extreme rates from the centre, Hz/s."""
         return 0.5 * (self.greatest_rate - self.least_rate)
 
     @property
     def steepest(self) -> float:
-        """Hz/s, the greatest magnitude of a rate."""
+        """Greatest magnitude of a rate, Hz/s."""
         return max(abs(self.least_rate), abs(self.greatest_rate))
 
 
@@ -243,7 +243,7 @@ class Chirp(NamedTuple):
 
 
 class Samples(NamedTuple):
-    """Samples at the times ``first + n·step``, real and imaginary parts apart."""
+    """Samples at the times ``first + n·step``, in arrays of real and of imaginary parts."""
 
     real: FloatArray
     imag: FloatArray
@@ -266,7 +266,7 @@ class Batch(NamedTuple):
 
 
 class BandLimits(NamedTuple):
-    """Half the filter's support, when the converter samples, the pass band's edge, h(0)."""
+    """Half the filter's support, begin and end of sampling, pass edge, and h(0)."""
 
     half: float
     from_time: float
@@ -276,7 +276,7 @@ class BandLimits(NamedTuple):
 
 
 class BeatRange(NamedTuple):
-    """Beats of any channel, and how much a channel's differs at most from its link's mean."""
+    """Extreme beats of all channels, and the greatest distance of one from its link's middle."""
 
     least: float
     greatest: float
@@ -286,7 +286,7 @@ class BeatRange(NamedTuple):
 class BeatExpansion(NamedTuple):
     """A polynomial in the beat at the time ``time``, within ``width`` of ``centre``.
 
-    ``node`` are Chebyshev's nodes; ``to_terms`` makes coefficients of values at them.
+    ``node`` are Chebyshev's nodes; the matrix ``to_terms`` gives coefficients from values at them.
     """
 
     time: float
@@ -310,11 +310,11 @@ class CornerRange(NamedTuple):
 
 
 class CutExpansion(NamedTuple):
-    """Polynomials of a sample whose window a corner may cut.
+    """Polynomials for a sample whose window may contain a corner.
 
-    ``corner_gain`` (power, power) is in the distances of the beat at the corner from ``beat`` and
-    of the sample from the corner, from ``delay``; ``edge_gain`` is in the beat at the far edge of
-    the window from ``edge_beat``. Distances are in units of the widths.
+    The variables of ``corner_gain`` (power, power) are the beat at the corner, less ``beat``, and
+    the time from the corner to the sample, less ``delay``. That of ``edge_gain`` is the beat at the
+    window's other edge, less ``edge_beat``. Each variable is in units of its width.
     """
 
     corner_gain: ComplexArray

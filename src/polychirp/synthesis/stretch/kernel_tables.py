@@ -32,13 +32,13 @@ from polychirp.synthesis.stretch.kernel_records import (
 )
 
 SLOW_RATE_TURN: Final = 1e-4
-"""rad, π·rate·S²/4 up to which a response is tabulated about the rate zero.
+"""Greatest π·rate·S²/4, rad, at which a response is tabulated about the rate zero.
 
 Chosen: a radar's own echoes and pairs of nearly equal slopes then share one table.
 """
 
 NUM_GAUSS_NODES: Final = 32
-"""Nodes in a panel of `chirp_kernels.quadrature`."""
+"""Number of nodes in a panel of `chirp_kernels.quadrature`; chosen together with `PANEL_CYCLES`."""
 
 
 def ramps_of(schedule: RampSchedule) -> Ramps:
@@ -55,7 +55,7 @@ def ramps_of(schedule: RampSchedule) -> Ramps:
 
 
 def window_of(own: RampSchedule, times: SampleTimes) -> Window:
-    """The victim's samples."""
+    """The victim's samples on every ramp."""
     return Window(
         first=times.first - own.start_time, num_samples=times.num_samples, step=1.0 / times.rate
     )
@@ -64,7 +64,7 @@ def window_of(own: RampSchedule, times: SampleTimes) -> Window:
 def link_table(links: Sequence[Links], snapshot: IntArray) -> LinkTable:
     """All links: those of a snapshot by part, the strong ones first, and then by delay.
 
-    Strong are those with more than ten times the mean power; weak ones may be left out earlier.
+    Strong links have more than ten times the mean power (chosen); weak ones are left out earlier.
     """
     is_weak = []
     for link in links:
@@ -96,9 +96,9 @@ def link_table(links: Sequence[Links], snapshot: IntArray) -> LinkTable:
 def with_limits(links: LinkTable, floor: float) -> LinkTable:
     """The links, each with the gain below which it may be left out.
 
-    Strong links share half the floor in proportion to their amplitudes, so that it holds for
-    their sum in phase. The many weak ones have unrelated phases and share the rest by powers.
-    A link may leave out two ends in a sample.
+    Strong links share half of ``floor``, V, in proportion to their amplitudes, so that it holds for
+    their sum in phase. The many weak ones have unrelated phases and share the rest by powers. The
+    limit is half of a link's share, since a link may leave out two ends in a sample.
     """
     limit = np.zeros(links.delay.size)
     for low, high in pairwise(links.start):
@@ -114,7 +114,7 @@ def pair_table(
 ) -> PairTable:
     """All pairs; those ``used`` that come near the band have tables of the filter's response.
 
-    Pairs of nearly no rate, such as those of own echoes, share the table of rate zero.
+    Pairs with nearly steady beats, such as those of own echoes, share the table of rate zero.
     """
     victims = np.array([overlap.victim_ramp for overlap in overlaps], dtype=np.int64)
     start = np.searchsorted(victims, np.arange(num_ramps + 1)).astype(np.int64)
@@ -123,7 +123,7 @@ def pair_table(
     rate, spread = np.array([_rate_range(if_filter, overlap) for overlap in overlaps]).T
     steepest = np.array([overlap.steepest for overlap in overlaps])
     far = np.array([far_beat(if_filter, slope) for slope in steepest])
-    # a window that meets beats below `far` is at most this far from the band
+    # highest beat at the middle of a window that meets beats below `far`
     near = far + 0.5 * if_filter.support * steepest
     highest = np.minimum(near, [overlap.highest for overlap in overlaps])
     wanted = [k for k in used if overlaps[k].lowest <= near[k]]
@@ -157,14 +157,14 @@ def pair_table(
 
 
 def _rate_range(if_filter: IfFilter, overlap: Overlap) -> tuple[float, float]:
-    """Hz/s, a rate and how far the links' rates are from it; zero where that changes nothing."""
+    """Rate of the pair's table, 0 if its beats are slow, and the links' distance from it, Hz/s."""
     if math.pi * overlap.steepest * (0.5 * if_filter.support) ** 2 < SLOW_RATE_TURN:
         return 0.0, overlap.steepest
     return overlap.centre, overlap.spread
 
 
 def taps_of(if_filter: IfFilter) -> Taps:
-    """The filter's impulse response."""
+    """The filter's impulse response, tabulated for the kernels."""
     table = tap_table(if_filter)
     node, weight = np.polynomial.legendre.leggauss(NUM_GAUSS_NODES)
     return Taps(

@@ -2,13 +2,13 @@ r"""Sums of many tones on a uniform grid of samples: the inner operation of `pat
 
 .. math:: y_c[n] = \sum_p w_{pc}\, e^{j2\pi\nu_p (n - \lfloor N/2 \rfloor)}, \quad 0 \le n < N
 
-Two implementations share one interface. `GriddedTones` (compiled) is a non-uniform fast Fourier
+for tones p of frequency ν, in cycles per sample, and with one weight w in every column c. Two
+implementations share one interface. `GriddedTones` (compiled) is a non-uniform fast Fourier
 transform of type 1 (Dutt and Rokhlin 1993) with the window of Kaiser and Bessel (Fessler and Sutton
-2003): its cost is P + N log N. A library was not used because it computes the window again for
-every column: FINUFFT 2.5 needs 36 ns per path and column and 0.27 ms per call, this needs some 7 ns
-and no fixed time, and a pair of ramps has some fifty columns. `BlockTones` consists of matrix
-products alone and works with any array library that has the functions of the Python array API, so
-that it also runs on a GPU.
+2003): its cost for P tones grows like P + N log N. FINUFFT 2.5 is not used because it computes the
+window again for every column: it needs 36 ns per tone and column and 0.27 ms per call, and
+`GriddedTones` 7 ns and no fixed time, while a pair of ramps has some fifty columns. `BlockTones`
+has matrix products alone, and works with any library of the Python array API, also on a GPU.
 """
 
 import math
@@ -23,16 +23,16 @@ from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.errors import InputError
 
 WINDOW_WIDTH: Final = 12
-"""Grid points that a tone is spread over."""
+"""Number of grid points over which a tone is spread (chosen)."""
 
 GRID_DENSITY: Final = 1.7
-"""Grid points per sample, at least: with 1.7 the result is right to 1e-9, with 2 to 1e-10."""
+"""Least grid points per sample: errors are below 1e-9 of the sum of |w|, with 2 below 1e-10."""
 
 WINDOW_DEGREE: Final = 13
-"""Degree of the polynomials that replace the window between two grid points."""
+"""Degree of the polynomials that replace the window between two grid points (chosen)."""
 
 NUMBERS_PER_BLOCK: Final = 1 << 21
-"""Complex numbers that `BlockTones` holds at once: 32 MiB."""
+"""Most complex numbers that `BlockTones` holds at once: 32 MiB (chosen)."""
 
 
 class Tones(Protocol):
@@ -84,7 +84,7 @@ class GriddedTones:
 
 
 class BlockTones:
-    """A sum of tones by matrix products: with n = a·B + b a tone is a product of two factors.
+    """A sum of tones by matrix products: at n = aB + b a tone is a factor of a times one of b.
 
     Parameters
     ----------
@@ -128,12 +128,12 @@ class BlockTones:
 
 
 def tones_of(backend: str) -> MakeTones:
-    """Maker of sums of tones: "numpy" and "cupy" by blocks, any other name compiled.
+    """Maker of `BlockTones` for the backends "numpy" and "cupy", of `GriddedTones` for all others.
 
     Raises
     ------
     InputError
-        CuPy is asked for and cannot be imported.
+        The backend is "cupy", and CuPy cannot be imported.
     """
     if backend == "numpy":
         return partial(BlockTones, xp=np)
@@ -156,7 +156,7 @@ def _turned(xp: Any, cycles: Any) -> Any:
 
 
 def grid_of(count: int, density: float) -> tuple[int, float]:
-    """Size of a grid with ``density`` points per sample, and the window's shape β for it."""
+    """Size of a grid of at least ``density`` points per sample, and the shape β of its window."""
     from scipy.fft import next_fast_len
 
     beta = math.pi * math.sqrt((WINDOW_WIDTH * (1.0 - 0.5 / density)) ** 2 - 0.8)
@@ -164,7 +164,7 @@ def grid_of(count: int, density: float) -> tuple[int, float]:
 
 
 def window_at(place: FloatArray, beta: float) -> tuple[IntArray, FloatArray]:
-    """The first grid point that the window around each place meets, and its values at all taps."""
+    """First grid point in the window about each ``place`` (grid points), and values at all taps."""
     edge = place - 0.5 * WINDOW_WIDTH
     first = np.ceil(edge)
     x = 2.0 * (first - edge) - 1.0
@@ -176,7 +176,7 @@ def window_at(place: FloatArray, beta: float) -> tuple[IntArray, FloatArray]:
 def _window_polynomials(beta: float) -> FloatArray:
     """Coefficients of the window at every tap, ``(power, tap)``.
 
-    Tap i lies i + x − WINDOW_WIDTH/2 from the tone, with x in [0, 1); powers are of 2x − 1.
+    Tap i lies i + x − WINDOW_WIDTH/2 grid points from the tone, 0 ≤ x < 1; powers are of 2x − 1.
     """
     place = np.cos(np.pi * (np.arange(WINDOW_DEGREE + 1) + 0.5) / (WINDOW_DEGREE + 1))
     off = 0.5 * (place[:, None] + 1.0) + np.arange(WINDOW_WIDTH) - 0.5 * WINDOW_WIDTH
@@ -194,6 +194,6 @@ def correction(count: int, size: int, beta: float) -> FloatArray:
 
 
 def _window_spectrum(frequency: FloatArray, beta: float) -> FloatArray:
-    """Fourier transform of the window, at cycles per grid point."""
+    """Fourier transform of the window at ``frequency``, in cycles per grid point."""
     root = np.sqrt(beta**2 - (np.pi * WINDOW_WIDTH * frequency) ** 2)
     return np.asarray(WINDOW_WIDTH * np.sinh(root) / (root * np.i0(beta)))

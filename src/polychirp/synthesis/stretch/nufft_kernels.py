@@ -12,17 +12,17 @@ from polychirp.jit import compiled
 
 @compiled
 def spread(grid: FloatArray, frequency: FloatArray, weight: FloatArray, window: FloatArray) -> None:
-    """Spread tones over the grid's points nearest to them.
+    """Spread every tone over the grid points nearest to it.
 
-    ``grid`` (point, 2 × column) and ``weight`` (path, 2 × column) hold real and imaginary parts in
-    turn; ``frequency`` is in cycles per sample; ``window`` (power, tap) are the polynomials of
-    `nufft`.
+    ``grid`` (point, 2 × column) and ``weight`` (path, 2 × column) have real and imaginary parts in
+    turn; ``frequency`` is in cycles per sample; ``window`` (power, tap) holds the coefficients of
+    the window's polynomials (`nufft`).
     """
     size, columns = grid.shape
     degrees, width = window.shape
     value = np.empty(width)
     for p in range(frequency.size):
-        # the window at every tap, by Horner's rule
+        # the window's value at every tap, by Horner's rule
         place = (frequency[p] - math.floor(frequency[p])) * size
         first = math.ceil(place - 0.5 * width)
         x = 2.0 * (first - (place - 0.5 * width)) - 1.0
@@ -31,7 +31,7 @@ def spread(grid: FloatArray, frequency: FloatArray, weight: FloatArray, window: 
         for power in range(degrees - 2, -1, -1):
             for i in range(width):
                 value[i] = value[i] * x + window[power, i]
-        # the grid is a ring: taps beyond one end are at the other
+        # the grid is periodic: taps beyond one end are added at the other
         for i in range(width):
             point = first + i
             if point < 0:

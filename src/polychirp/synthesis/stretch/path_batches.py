@@ -1,23 +1,23 @@
 r"""Samples of many links at once, with a common quadratic phase, gain and Fourier transform.
 
-For one pair of ramps, link p and channel m have the amplitude :math:`c_{pm}`, the rate
+For one pair of ramps, link p and channel m have the amplitude :math:`c_{pm}`, the beat's rate
 :math:`\mu_p` and, at t = 0 near the middle of the samples, the beat :math:`f_{pm}`; G is the IF
-filter's gain. With one frequency :math:`\nu_p` for all channels and the mean rate
-:math:`\bar\mu`,
+filter's gain (`chirp_response`). With one frequency :math:`\nu_p` of a link for all channels, and
+the mean rate :math:`\bar\mu` of all links,
 
 .. math:: y_m(t) = e^{j\pi\bar\mu t^2} \sum_p e^{j2\pi\nu_p t}\; c_{pm}
     e^{j2\pi(f_{pm}-\nu_p)t + j\pi(\mu_p-\bar\mu)t^2}\, G(f_{pm} + \mu_p t; \mu_p)
 
 If the product of the factors after :math:`e^{j2\pi\nu_p t}` changes little, it is a polynomial of
 low degree in t. Its values at a few Chebyshev nodes are the weights of one sum of tones (`nufft`)
-per node. If the beats sweep through the band, G changes much. Then, in zones of few samples,
+per node. If the beats sweep through the band, G changes much; zones of few samples have the sum
 
 .. math:: e^{j2\pi d t}\, G(\bar f + \bar\mu t + d; \bar\mu) = \sum_r g_r(t)\, T_r(d/w)
 
-in Chebyshev polynomials of d, the beat's distance from the middle beat, :math:`|d| \le w`; links
-are summed before samples are computed. A rate that differs by δ from the mean is a factor
-:math:`e^{j\pi\delta t^2}` before the filter. In its power series, :math:`t^2` is a second
-derivative by d, so the same :math:`g_r` serve, with one sum over links per power of δ.
+of Chebyshev polynomials of d, the beat's distance from the middle beat :math:`\bar f`, with
+:math:`|d| \le w`; links are summed before samples are computed. A rate that differs by δ from the
+mean is a factor :math:`e^{j\pi\delta t^2}` before the filter. In its power series, :math:`t^2` is a
+second derivative by d, so that the same :math:`g_r` apply, with one sum over links per power of δ.
 """
 
 from __future__ import annotations
@@ -43,31 +43,31 @@ from polychirp.synthesis.stretch.nufft import GriddedTones, MakeTones
 from polychirp.synthesis.stretch.work_units import WorkUnit
 
 MOST_TIME_NODES: Final = 24
-"""Most nodes in time for which sums of tones are used."""
+"""Most nodes in time for which sums of tones are used (chosen)."""
 
 MOST_RATE_ORDERS: Final = 6
-"""Most powers of δ, the rates' distance from their mean, for which the beat's expansion is used.
-"""
+"""Most powers of δ, the power 0 included, for which the expansion in d is used (chosen)."""
 
 MOST_DETUNING: Final = 5e-4
-"""Largest π(μ − μ̄)S²/4, rad, for which G is linear in the rate; S is the window's length.
-
-The error is half its square, times the taps' fourth moment in units of (S/2)⁴ (≤ 1e-2)."""
+"""Largest π|μ − μ̄|S²/4, rad, of the links of a batch; S is the length of the filter's window. G is
+then linear in the rate. The error of a linear G is half the square of this number, times the fourth
+moment of the filter's taps in units of (S/2)⁴, which is at most 1e-2."""
 
 WEIGHTS_PER_BLOCK: Final = 1 << 16
-"""Complex weights that are held at once: 1 MiB."""
+"""Most complex weights of tones that are held at once: 1 MiB (chosen)."""
 
 FEWEST_LINKS: Final = 24
 """Fewest links of a unit for a batch. Smaller batches do not repay their fixed cost (chosen)."""
 
 ZONE_SIZES: Final = (16, 32, 64, 128, 256)
-"""Numbers of samples that may share an expansion in the beat; the cheapest is taken."""
+"""Numbers of samples that a zone may have (chosen); the one with the least CPU time is taken."""
 
 SECONDS_PER_SAMPLE: Final = (2e-9, 1.2e-8)
-"""s per link, channel and sample, link by link, for beats in and crossing the band (Zen 4)."""
+"""CPU time per link, channel and sample, s, where links are added one by one (on Zen 4): for beats
+that stay in the band, and for beats that cross it."""
 
 SECONDS_PER_CORNER: Final = 1.5e-6
-"""s per link, channel and ramp end that lies in windows, link by link (on Zen 4)."""
+"""CPU time per link, channel and ramp end in windows, s, of links added one by one (on Zen 4)."""
 
 
 def batch_of(unit: WorkUnit, tables: Tables) -> Batch:
@@ -80,10 +80,10 @@ def batch_of(unit: WorkUnit, tables: Tables) -> Batch:
 def batched_samples(
     unit: WorkUnit, batch: Batch, make_tones: MakeTones = GriddedTones
 ) -> list[tuple[slice, ComplexArray]] | None:
-    """Runs of samples, summed over the links, and the values ``(channel, sample)`` of each run.
+    """Runs of the samples ``unit.whole``, and the links' sum ``(channel, sample)`` of each run.
 
-    Every window of ``unit.whole`` lies within every link's chirp. The error is below
-    ``unit.limit`` times the root of the links' power. None means: link by link is cheaper.
+    Windows of these samples lie within every link's chirp. The error is below ``unit.limit`` times
+    the root of the links' power. None: links one by one cost less, or exceed `MOST_DETUNING`.
     """
     if math.pi * batch.response.spread * batch.taps.half**2 > MOST_DETUNING:
         return None
@@ -107,7 +107,7 @@ def batched_samples(
 
 
 def num_channels(batch: Batch) -> int:
-    """Channels of the victim."""
+    """Number of the victim's channels."""
     return int(batch.links.element_delay.shape[1])
 
 
@@ -115,7 +115,7 @@ def num_channels(batch: Batch) -> int:
 
 
 def _num_time_nodes(unit: WorkUnit, batch: Batch, beats: Beats, part: slice) -> int:
-    """Nodes in time; more than `MOST_TIME_NODES` if the expansion does not converge."""
+    """Number of nodes in time; more than `MOST_TIME_NODES` if sums of tones cannot be used."""
     count = part.stop - part.start
     beats = beats.at(unit.first + (part.start + count // 2) * unit.step)
     time = half_time(count, unit.step)
@@ -137,7 +137,7 @@ def _slow_cost(unit: WorkUnit, batch: Batch, nodes: int, count: int) -> float:
 def _slow_samples(
     unit: WorkUnit, batch: Batch, part: slice, nodes: int, make_tones: MakeTones
 ) -> ComplexArray:
-    """Samples by sums of tones, ``(channel, sample)``."""
+    """The samples ``part`` by sums of tones, ``(channel, sample)``."""
     from polychirp.synthesis.stretch.batch_kernels import slow_weights
 
     count, channels = part.stop - part.start, num_channels(batch)
@@ -161,7 +161,7 @@ def _slow_samples(
 
 
 def _cheapest_zone(unit: WorkUnit, batch: Batch, beats: Beats, part: slice) -> tuple[float, int]:
-    """Least CPU time of all zone sizes, s (about, on Zen 4), and that size in samples."""
+    """Least CPU time over all zone sizes, s (about, on Zen 4), and that zone size in samples."""
     count, spread = part.stop - part.start, batch.response.spread
     width = beats.at(unit.first + part.start * unit.step).width
     choices = []
@@ -180,14 +180,14 @@ def swept_samples(
 ) -> ComplexArray:
     """Samples of one run by an expansion in the beat, ``(channel, sample)``.
 
-    ``side`` is the edge of the filter's window that lies within the chirps: 1 is the upper edge,
-    −1 the lower, 0 both.
+    ``side`` is the edge of the filter's window that lies within the chirps: 1 is S/2 before the
+    sample, −1 is S/2 after it, 0 is both.
     """
     from polychirp.synthesis.stretch.batch_kernels import crossing_samples
 
     count, half = run.stop - run.start, batch.taps.half
     beats = beats.at(unit.first + (run.start + count // 2) * unit.step)
-    # derivatives by the beat would lose digits in a narrower range
+    # in a narrower range of beats, derivatives by the beat would lose digits
     width = max(beats.width, 1.0 / (math.tau * (half + half_time(count, unit.step))))
     terms = num_terms(half + count // 2 * unit.step, width)
     expansion = BeatExpansion(beats.time, beats.centre, width, *chebyshev(terms))
@@ -197,7 +197,7 @@ def swept_samples(
 
 
 def num_orders(bend: float) -> int:
-    """Orders of u for exp(ju), |u| ≤ ``bend``: the first omitted one is below the tolerance.
+    """Terms of exp(ju) for |u| ≤ ``bend``: the first omitted one is below `EXPANSION_TOLERANCE`.
 
     >>> num_orders(0.0), num_orders(1e-3)
     (1, 3)
@@ -213,7 +213,7 @@ def num_orders(bend: float) -> int:
 
 
 def _joined(wave: ComplexArray, basis: FloatArray, rate: float, step: float) -> ComplexArray:
-    """Sum over nodes times the mean chirp, ``(channel, sample)``."""
+    """Sum of ``wave`` times ``basis`` over nodes, times the mean chirp, ``(channel, sample)``."""
     count = len(wave)
     time = (np.arange(count) - count // 2) * step
     y = np.einsum("nmq,nq->mn", wave, basis)
@@ -221,16 +221,16 @@ def _joined(wave: ComplexArray, basis: FloatArray, rate: float, step: float) -> 
 
 
 def half_time(count: int, step: float) -> float:
-    """Time, s, that ``count`` samples extend to each side of their middle, and a little more."""
+    """Half the time of ``count`` + 1 steps, s: no sample is further from sample ``count // 2``."""
     return 0.5 * (count + 1) * step
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Beats:
-    """Beats of a unit's links, Hz, at the time ``time``: within ``width`` of ``centre``.
+    """Beats of a unit's links, Hz, at the time ``time``, s: all are within ``width`` of ``centre``.
 
     A channel's beat differs from its link's ``frequency`` by ``apart`` at most. ``rate`` is the
-    mean rate, from which the links' rates differ by ``spread`` at most.
+    mean rate, Hz/s, from which the links' rates differ by ``spread`` at most.
     """
 
     time: float
@@ -274,7 +274,7 @@ def beats_at(unit: WorkUnit, batch: Batch, sample: int) -> Beats:
 
 
 def _in_reach(unit: WorkUnit, batch: Batch, beats: Beats) -> slice:
-    """Samples of the row at which the gain of some link may be above the limit."""
+    """Samples of ``unit.whole`` at which the gain of some link may be above ``unit.limit``."""
     time = unit.first - beats.time + unit.step * np.arange(unit.whole.start, unit.whole.stop)
     far = np.abs(beats.centre + beats.rate * time) - beats.width - beats.spread * np.abs(time)
     near = np.flatnonzero(far <= _reach(batch, unit.limit))
@@ -310,7 +310,7 @@ def chebyshev(count: int) -> tuple[FloatArray, FloatArray]:
 
 @lru_cache(maxsize=256)
 def num_nodes(turn: float, bend: float) -> int:
-    """Nodes for exp(j(``turn`` u + ``bend`` u²)), |u| ≤ 1, to the tolerance.
+    """Number of nodes for exp(j(``turn`` u + ``bend`` u²)), |u| ≤ 1, to `EXPANSION_TOLERANCE`.
 
     >>> num_nodes(0.0, 0.0), num_nodes(0.01, 0.4)
     (2, 13)
@@ -322,12 +322,12 @@ def num_nodes(turn: float, bend: float) -> int:
 
 
 def num_terms(half: float, width: float) -> int:
-    """Chebyshev terms of exp(j2π ``half`` f), |f| ≤ ``width`` Hz, with ``half`` in s."""
+    """Number of Chebyshev terms for exp(j2π ``half`` f), |f| ≤ ``width`` Hz, with ``half`` in s."""
     return math.ceil(math.tau * half * width) + 16
 
 
 def _time_basis(count: int, nodes: int, step: float) -> tuple[FloatArray, FloatArray]:
-    """Nodes, s from the middle sample, and their polynomials' values ``(sample, node)``."""
+    """Nodes, s from sample ``count // 2``, and their polynomials' values ``(sample, node)``."""
     node, to_terms = chebyshev(nodes)
     time = half_time(count, step)
     place = (np.arange(count) - count // 2) * (step / time)

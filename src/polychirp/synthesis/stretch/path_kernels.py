@@ -25,11 +25,11 @@ response_of = inlined(kernel_records.response_of)
 
 @compiled
 def add_contribution(samples: ComplexArray, tables: Tables, work: WorkTable) -> None:
-    """Add the work units' links one by one to ``(part, channel, ramp, fast)``.
+    """Add the links of the work units one by one to ``samples`` (part, channel, ramp, fast).
 
     The links of a unit are of one part. Their sum is made in two small arrays, of real and of
-    imaginary parts, which stay in the cache. The kernel uses one thread and frees Python's lock:
-    victims and trials run side by side.
+    imaginary parts, which stay in the cache. The kernel uses one thread and frees Python's lock, so
+    that several victims and trials can run at once.
     """
     own, sent, window = tables.own, tables.sent, tables.window
     links, pairs, taps = tables.links, tables.pairs, tables.taps
@@ -62,12 +62,12 @@ def add_contribution(samples: ComplexArray, tables: Tables, work: WorkTable) -> 
 
 @inlined
 def received(pair: RampPair, links: LinkTable, p: int, m: int) -> Chirp:
-    """The product of the victim's ramp and the transmitted one, by link p at channel m."""
+    """The beat of the victim's ramp with the transmitted one, received by link p at channel m."""
     drift = links.delay_rate[p]
     delay = links.delay[p] + drift * pair.since + links.element_delay[p, m]
     f, g = pair.sent_frequency, pair.sent_slope
     stretched = 1.0 - drift
-    into = pair.ahead - delay  # time into the transmitted ramp at time 0
+    into = pair.ahead - delay  # time since the start of the transmitted ramp, at time 0
     turns = pair.phase - pair.sent_phase + (_turns(f, delay) - _turns(f, pair.ahead))
     return Chirp(
         sent_amplitude(pair, links, p),
@@ -91,8 +91,8 @@ def sent_amplitude(pair: RampPair, links: LinkTable, p: int) -> complex:
 def _turns(frequency: float, time: float) -> float:
     """The fraction of frequency × time in cycles, without the rounding of the product.
 
-    Dekker's product: both factors are split into halves whose products are exact. Fusing
-    multiplications and additions would spoil the splitting.
+    This is Dekker's product: both factors are split into halves whose products are exact. Fused
+    multiplications and additions would make the halves wrong.
     """
     product = frequency * time
     big = 134217729.0 * frequency

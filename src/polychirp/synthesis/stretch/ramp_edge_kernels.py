@@ -1,4 +1,4 @@
-"""Compiled parts of `ramp_edges`: corners of many links, and samples whose windows they cut."""
+"""Compiled parts of `ramp_edges`: sums over many links at corners, and samples near corners."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ from polychirp.synthesis.unit_phasors import units
 def corner_columns(
     term: FloatArray, value: FloatArray, batch: Batch, low: int, corners: CornerRange
 ) -> None:
-    """Columns of the links from ``low`` on, at their corners.
+    """Fill in ``term`` and ``value`` of the links from ``low`` on, at their corners.
 
     ``term`` (channel, term, link) are Chebyshev's polynomials of the corner's distance from
-    ``corners.time``; ``value`` (channel, link, 2 × power) are values times powers of the beat's
-    distance there from ``corners.beat``; both distances are in units of the widths.
+    ``corners.time``; ``value`` (channel, link, 2 × power) are values at the corner times powers of
+    the distance of its beat from ``corners.beat``; distances are in units of the widths.
     """
     pair, links, count = batch.pair, batch.links, term.shape[2]
     x, z, cycles = np.empty(count), np.empty(count), np.empty(count)
@@ -49,10 +49,10 @@ def corner_columns(
 def cut_sums(
     out: ComplexArray, batch: Batch, side: int, time: float, expansion: CutExpansion
 ) -> None:
-    """Add to every channel the sample at ``time``, whose window has some of the links' corners.
+    """Add to every channel the sample at ``time``, whose window has the corners of some links.
 
-    A link adds the value at its corner or at the edge of the window, whichever is further in, and
-    the value at the other edge. ``side`` is that of `CornerRange`.
+    A link's value has two terms: one at its corner, or at the window's edge if the corner lies
+    beyond it, and one at the window's other edge. ``side`` is that of `CornerRange`.
     """
     pair, links, half, count = batch.pair, batch.links, batch.taps.half, batch.high - batch.low
     corner_gain, edge_gain = expansion.corner_gain, expansion.edge_gain
@@ -89,7 +89,7 @@ def cut_sums(
 
 @inlined
 def _polynomial_of_two(coefficient: ComplexArray, z: float, x: float) -> complex:
-    """Horner's rule for coefficients ``(power of z, power of x)``."""
+    """Value of the polynomial with coefficients ``(power of z, power of x)``, by Horner's rule."""
     powers = coefficient.shape[1]
     value = 0.0j
     for e in range(coefficient.shape[0] - 1, -1, -1):
@@ -105,11 +105,11 @@ def reference_samples(
     samples: Samples, batch: Batch, time: float, beat: FloatArray, rate: FloatArray,
     is_own: tuple[bool, bool],
 ) -> None:  # fmt: skip
-    """Samples of chirps of amplitude 1 that have given beats and rates, and phase 0, at a time.
+    """Add samples of chirps of amplitude 1 that at ``time`` have phase 0 and given beats and rates.
 
-    The samples are (rate, beat, sample). ``is_own`` are true if all chirps begin, or end, with the
-    victim's ramp; else they do so with the transmitted ramp, at a time that follows from beat and
-    rate.
+    The samples are (rate, beat, sample). ``is_own`` says if all chirps begin, and if all end, with
+    the victim's ramp. If not, they begin or end with the transmitted ramp, at a time that follows
+    from beat and rate.
     """
     pair = batch.pair
     f, g = pair.sent_frequency, pair.sent_slope

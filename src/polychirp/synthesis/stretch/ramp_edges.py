@@ -1,12 +1,13 @@
 r"""Samples whose windows contain the beginning or the ending of a ramp, for many links at once.
 
-Where all beats are far out of band, a sample is the sum of the corner's contribution and of that of
-the one edge of the filter's window that lies within the chirps. The corner of link p at :math:`t_p`
-contributes :math:`\sum_j w_{pj}\, h^{(j)}(t - t_p)` (`filter_kernels.end_series`). Corners of one
-pair of ramps are much closer to each other than h changes, so that each derivative is a polynomial
-in :math:`t_p`: moments are summed over links before samples are made. A sample whose window has
-some of the corners is summed link by link with the same polynomials. Near the band, links are
-interpolated between reference chirps whose samples are made one by one.
+A corner is the beginning or the ending of a link's chirp. Where all beats are far out of band, a
+sample is the sum of the contributions of the corner and of the one edge of the filter's window that
+lies within the chirps. The corner of link p at :math:`t_p` contributes
+:math:`\sum_j w_{pj}\, h^{(j)}(t - t_p)` (`filter_kernels.end_series`). Between the corners of one
+pair of ramps h changes little, so each derivative is a polynomial in :math:`t_p`: its moments are
+summed over links before samples are computed. A sample whose window has only some of the corners is
+summed link by link with the same polynomials. Near the band, links are interpolated between
+reference chirps, whose samples are computed one by one.
 """
 
 from __future__ import annotations
@@ -42,19 +43,19 @@ from polychirp.synthesis.stretch.path_batches import (
 from polychirp.synthesis.stretch.work_units import WorkUnit
 
 MOST_BEAT_POWERS: Final = 8
-"""Powers of a corner's beat; if more are needed, corners are not expanded."""
+"""Most powers of a corner's beat; corners that need more are not expanded (chosen)."""
 
 MOST_REFERENCE_RATES: Final = 16
-"""Rates of reference chirps; if more are needed, links are added one by one."""
+"""Most rates of reference chirps (chosen); if more are needed, links are added one by one."""
 
 REFERENCE_COST: Final = 3.0
-"""Cost of a reference chirp, in units of the cost of a link that is added by itself."""
+"""Cost of a reference chirp over that of a link and channel added by itself (chosen)."""
 
 
 def corner_runs(unit: WorkUnit, batch: Batch) -> list[tuple[slice, ComplexArray]]:
-    """Runs of samples whose windows contain links' corners, and ``(channel, sample)`` of each.
+    """Runs of samples whose windows contain corners, and the sum ``(channel, sample)`` of each run.
 
-    Where no sample is without a corner, only far out of band.
+    If every window contains a corner, only runs far out of band are returned (`_short`).
     """
     if unit.whole.stop <= unit.whole.start:
         return _short(unit, batch)
@@ -70,7 +71,7 @@ def corner_runs(unit: WorkUnit, batch: Batch) -> list[tuple[slice, ComplexArray]
 
 
 def _cuts(unit: WorkUnit) -> tuple[tuple[int, slice, slice, tuple[float, float]], ...]:
-    """Beginnings (−1) and endings (1): samples with all of them, with any, and s between them."""
+    """Beginnings (−1) and endings (1): samples with all, with any, and extreme times of corners."""
     overlap, whole = unit.overlap, unit.whole
     begins = overlap.first_begin, overlap.last_begin
     ends = overlap.first_end, overlap.last_end
@@ -81,15 +82,15 @@ def _cuts(unit: WorkUnit) -> tuple[tuple[int, slice, slice, tuple[float, float]]
 
 
 def _short(unit: WorkUnit, batch: Batch) -> list[tuple[slice, ComplexArray]]:
-    """The same where every sample's window contains a corner, or two.
+    """Runs as of `corner_runs`, where every sample's window contains at least one corner.
 
-    Samples whose windows contain both corners of every link have no edges.
+    A window that contains both corners of every link has no edge within a chirp.
     """
     begins, ends, met = unit.cut_by_begin, unit.cut_by_end, unit.met
     overlap, half = unit.overlap, batch.taps.half
     if overlap.first_end <= overlap.last_begin:
         return []
-    # windows before `free` have no ending in them, those from `late` on no beginning
+    # windows of samples before `free` contain no ending, those from `late` on no beginning
     free = math.floor((overlap.first_end - half - unit.first) / unit.step)
     late = math.ceil((overlap.last_begin + half - unit.first) / unit.step)
     free, late = (min(max(n, met.start), met.stop) for n in (free, late))
@@ -116,7 +117,7 @@ def _short(unit: WorkUnit, batch: Batch) -> list[tuple[slice, ComplexArray]]:
 def _cut(
     unit: WorkUnit, batch: Batch, side: int, around: slice, between: tuple[float, float]
 ) -> _Cut | None:
-    """The cut, unless some window meets a link where its beat is near the band."""
+    """Corners of one side; None if a window meets a beat near the band, or powers are too many."""
     beats = beats_at(unit, batch, (around.start + around.stop) // 2)
     time = batch.taps.half + half_time(around.stop - around.start, unit.step)
     slide = (abs(beats.rate) + beats.spread) * time
@@ -133,7 +134,7 @@ def _cut(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Cut:
-    """Corners of links in the range ``at``; ``beats`` are near the middle of the samples."""
+    """Corners of links in the range ``at``; ``beats`` are those near the middle of the samples."""
 
     unit: WorkUnit
     batch: Batch
@@ -141,7 +142,7 @@ class _Cut:
     at: CornerRange
 
     def runs(self, run: slice, around: slice) -> list[tuple[slice, ComplexArray]]:
-        """The samples ``around``: those of ``run`` have all the corners, the others some."""
+        """Samples ``around``: windows of ``run`` contain all the corners, other windows some."""
         edges = swept_samples(self.unit, self.batch, self.beats, run, side=self.at.side)
         some = [*range(around.start, run.start), *range(run.stop, around.stop)]
         return [
@@ -150,7 +151,7 @@ class _Cut:
         ]
 
     def corners(self, run: slice) -> ComplexArray:
-        """Contribution of the corners where windows contain all of them."""
+        """Contribution of the corners to samples whose windows contain all of them."""
         from polychirp.synthesis.stretch.filter_kernels import derivatives
         from polychirp.synthesis.stretch.ramp_edge_kernels import corner_columns
 
@@ -168,14 +169,14 @@ class _Cut:
         return np.asarray(np.einsum("mjr,jnr->mn", weighted, shape @ to_terms.T))
 
     def partly(self, sample: int) -> ComplexArray:
-        """One sample whose window has some of the corners, ``(channel, 1)``."""
+        """One sample whose window contains some of the corners, ``(channel, 1)``."""
         from polychirp.synthesis.stretch.filter_kernels import derivatives
         from polychirp.synthesis.stretch.ramp_edge_kernels import cut_sums
 
         unit, taps, at, half = self.unit, self.batch.taps, self.at, self.batch.taps.half
         time = unit.first + sample * unit.step
         edge = self.beats.at(time - at.side * half)
-        # s from corners to the sample, as far as the window contains them
+        # extreme times from a corner to the sample, s, as far as the window contains corners
         latest = min(time - at.time + at.time_width, half)
         earliest = max(time - at.time - at.time_width, -half)
         middle, width = 0.5 * (latest + earliest), max(0.5 * (latest - earliest), 1e-12)
@@ -206,7 +207,7 @@ class _Cut:
 
 
 def _num_powers(beat: float, width: float) -> int:
-    """Powers of a beat's distance from ``beat`` that 1/beat needs, within ``width``."""
+    """Number of powers of a beat's distance from ``beat``, up to ``width``, that 1/beat needs."""
     lean, count = 0.5 * width / abs(beat), 1
     while 2.0 * lean**count > EXPANSION_TOLERANCE and count <= MOST_BEAT_POWERS:
         count += 1
@@ -217,10 +218,10 @@ def _num_powers(beat: float, width: float) -> int:
 
 
 def _near(unit: WorkUnit, batch: Batch, side: int, run: slice) -> list[tuple[slice, ComplexArray]]:
-    """The run where the corners are near the band, interpolated between reference chirps.
+    """Samples of a run with corners near the band, interpolated between reference chirps.
 
     A link's samples depend on its phase, beat and rate alone: where a beginning or an ending is
-    that of the transmitted ramp, beat and rate determine its time. Samples are left out whose
+    that of the transmitted ramp, beat and rate determine its time. Samples are omitted if their
     windows do not contain the corners of all combinations of the links' beats and rates.
     """
     from polychirp.synthesis.stretch.batch_kernels import crossing_columns
@@ -244,7 +245,7 @@ def _near(unit: WorkUnit, batch: Batch, side: int, run: slice) -> list[tuple[sli
     terms = num_terms(1.0, beats.width * reach + shift.fastest * shift.by_beat) + 4
     bend = math.pi * beats.spread * reach**2
     powers = num_nodes(math.tau * shift.fastest * shift.by_rate, bend) + 2
-    # sums are over powers of the rate's distance: many of them lose digits
+    # sums over many powers of the rate's distance lose digits
     most = unit.num_links * num_channels(batch)
     if powers > MOST_REFERENCE_RATES or terms * powers * REFERENCE_COST > most:
         return []
@@ -266,7 +267,7 @@ def _near(unit: WorkUnit, batch: Batch, side: int, run: slice) -> list[tuple[sli
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Shift:
-    """Shift of a corner, s, by the greatest distance of the beat, and of the rate.
+    """Shift of a corner, s, by the links' greatest distance from the mean in beat, and in rate.
 
     ``fastest`` is the largest beat, Hz, at which a corner counts as near the band.
     """
@@ -288,7 +289,7 @@ def _shift_of(batch: Batch, beats: Beats) -> _Shift:
 def _with_all_corners(
     unit: WorkUnit, half: float, between: tuple[float, float], run: slice, shift: _Shift
 ) -> slice:
-    """The samples of a run whose windows contain all corners, wherever these are shifted to."""
+    """The samples of a run whose windows contain all corners, even shifted by twice ``shift``."""
     first = between[1] + 2.0 * (shift.by_beat + shift.by_rate) - half - unit.first
     last = between[0] - 2.0 * (shift.by_beat + shift.by_rate) + half - unit.first
     return slice(

@@ -26,10 +26,9 @@ def all_overlaps(
 ) -> list[Overlap]:
     """Every overlap, in order of the victim's and then of the transmitted ramps.
 
-    ``ramps`` are the two schedules as the kernels take them.
-
-    A steady beat passes unchanged, and a fast crossing leaves the pulse h(0)/√|μ| of the filter:
-    `Overlap.power` has these heights.
+    ``ramps`` has the columns of ``own`` and ``sent``. In `Overlap.power`, a path whose beat is in
+    the band counts with its power or, if the beat crosses the band fast, with the peak power of the
+    pulse h(0)/√|μ| that the crossing leaves behind the filter.
     """
     from polychirp.synthesis.stretch.batch_kernels import overlap_of
 
@@ -49,12 +48,12 @@ def all_overlaps(
 
 
 def _peak(if_filter: IfFilter) -> float:
-    """1/s, the impulse response at its middle."""
+    """Impulse response of the filter at its middle, 1/s."""
     return float(if_filter.impulse_response(np.zeros(1))[0])
 
 
 def strongest_sample(overlaps: Sequence[Overlap]) -> float:
-    """V, about the rms of the samples in which the paths bring most power into the band."""
+    """About the rms, V, of the samples in which the paths bring most power into the band."""
     return math.sqrt(max((overlap.power for overlap in overlaps), default=0.0))
 
 

@@ -1,4 +1,4 @@
-"""Work units of the engine: a row of samples, a pair of ramps and a run of links."""
+"""Work units of the engine, each of a row of samples, a pair of ramps and a run of links."""
 
 import math
 from collections.abc import Sequence
@@ -22,20 +22,20 @@ from polychirp.synthesis.stretch.kernel_records import (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WorkUnit:
-    """A pair of ramps that windows of a row of samples meet, and a run of links.
+    """A row of samples, a pair of ramps that meets their windows, and a run of links.
 
     Parameters
     ----------
-    row, ramp, sent : the row of samples, the victim's ramp and the transmitted one
-    pair, overlap : number of the pair, and its overlap
-    part : part of the contribution that all the links belong to
+    row, ramp, sent : numbers of the row of samples, the victim's ramp and the transmitted one
+    pair, overlap : number of the pair of ramps, and its overlap
+    part : part of the contribution to which all the links belong
     low, high : the links are ``low:high``
-    limit : gain below which all of them together need not be added
-    first, step : s, the first sample in the time of ``ramp``, and between samples
+    limit : gain below which the sum of these links need not be added
+    first, step : s, first sample from the start of ``ramp``, and interval between samples
     met : samples whose windows meet some link's chirp
     whole : samples whose windows are within every link's chirp
-    cut_by_begin, cut_by_end : samples whose windows have the beginning, or the ending, of every
-        link's chirp in them
+    cut_by_begin, cut_by_end : samples whose windows contain the beginning, or the ending, of every
+        link's chirp
     """
 
     row: int
@@ -101,7 +101,7 @@ def work_units_of(
 
 
 def work_table(units: Sequence[tuple[WorkUnit, slice]]) -> WorkTable:
-    """Columns of some units, each at some of its samples."""
+    """Table of units, each at the given slice of its samples."""
     rows = [
         (unit.part, unit.row, unit.ramp, unit.pair, unit.low, unit.high, some.start, some.stop)
         for unit, some in units
@@ -110,7 +110,7 @@ def work_table(units: Sequence[tuple[WorkUnit, slice]]) -> WorkTable:
 
 
 def gaps(unit: WorkUnit, done: Sequence[slice]) -> list[tuple[WorkUnit, slice]]:
-    """The unit at those of its samples that are in none of ``done``.
+    """The unit at each run of its samples that are in none of ``done``.
 
     >>> from types import SimpleNamespace
     >>> [some for _, some in gaps(SimpleNamespace(met=slice(2, 9)), [slice(4, 6), slice(8, 9)])]
@@ -126,18 +126,18 @@ def gaps(unit: WorkUnit, done: Sequence[slice]) -> list[tuple[WorkUnit, slice]]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Grid:
-    """Samples of a row."""
+    """Samples of a row: time of the first and interval, s, and number of samples."""
 
     first: float
     step: float
     count: int
 
     def between(self, begin: float, end: float) -> slice:
-        """Samples from ``begin`` to before ``end``, s; rounding leaves some out."""
+        """Samples from ``begin`` to before ``end``, s; samples on a border are left out."""
         return self._rounded(begin, end, 1e-9)
 
     def around(self, begin: float, end: float) -> slice:
-        """The same, where rounding takes more in."""
+        """Samples as of `between`; samples on a border are included."""
         return self._rounded(begin, end, -1e-9)
 
     def _rounded(self, begin: float, end: float, margin: float) -> slice:
@@ -148,7 +148,7 @@ class _Grid:
 
 
 class _Run(NamedTuple):
-    """Links of a snapshot that are of one part and all weak or all strong."""
+    """Links of one part, all weak or all strong; their least limit, and the limit of their sum."""
 
     part: int
     low: int
@@ -179,9 +179,9 @@ def _is_met(grid: _Grid, overlap: Overlap, half: float) -> bool:
 
 
 def _largest_gain(taps: Taps, far: float, grid: _Grid, overlap: Overlap) -> float:
-    """The largest gain that a link can have: ∞ near the band, else that of four ends.
+    """Bound on a link's gain: ∞ near the band, else the values of an integral's two ends.
 
-    An end far out of band leaves h/2πf, and half as much again in the terms that follow. h is
+    An end far out of band has the value h/2πf, and terms of at most half of that follow. Here h is
     taken at the edges of its support unless a chirp begins or ends in a sample's window.
     """
     if overlap.lowest < far:
