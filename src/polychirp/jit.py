@@ -37,11 +37,7 @@ def compiled(function: F) -> F:
 def inner(function: F) -> F:
     """A kernel that only kernels call: it has no entry point for Python.
 
-<<<<<<< HEAD
-    Making that takes a fifth of the compilation where arguments are records.
-=======
-    Making an entry point takes a quarter of the compilation's time if arguments are records.
->>>>>>> words2
+    Making an entry point takes a fifth of the compilation's time if arguments are records.
     """
     return _without_entry(function)
 

@@ -277,13 +277,8 @@ def kernel_modules() -> dict[str, str]:
     return {name: _hash("".join(own[n] for n in sorted(_reach(name, taken)))) for name in taken}
 
 
-<<<<<<< HEAD
 _KERNEL_IMPORT: Final = re.compile(r"^from (polychirp\.jit|numba) import\b", re.MULTILINE)
-"""Import of a decorator of kernels."""
-=======
-_DECORATED: Final = re.compile(r"^from (polychirp\.jit|numba) import\b", re.MULTILINE)
 """Import of a decorator of kernels, by which a module with kernels is recognised."""
->>>>>>> words2
 
 
 def _imports(text: str) -> Iterator[tuple[str, list[str]]]:

@@ -102,11 +102,7 @@ def _statistics(
 
 
 def _say_row(row: PaperRow) -> None:
-<<<<<<< HEAD
-    """Print a case of the paper on stderr as soon as it is known."""
-=======
-    """Print a row on stderr as soon as it is computed, if it is one of the paper's own cases."""
->>>>>>> words2
+    """Print a case of the paper on stderr as soon as it is computed."""
     from polychirp.report.verdict import row_in_words
     from polychirp.report.words import variant_name
 

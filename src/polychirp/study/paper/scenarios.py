@@ -207,11 +207,7 @@ def run_paper(
 
     Parameters
     ----------
-<<<<<<< HEAD
-    show : is given each of the paper's own cases as soon as it is known
-=======
-    show : function that is called with every new row; those of the paper's cases come first
->>>>>>> words2
+    show : function that is called with each of the paper's own cases as soon as it is computed
     """
     compile_parts(OF_PAPER, progress=progress)
     started = time.perf_counter()
