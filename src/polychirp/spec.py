@@ -16,15 +16,28 @@ class ByKind:
     It is written ``Annotated[Sawtooth | Triangular, ByKind()]``; each member has a field
     ``kind: Literal["…"]``. Without the mark, a reader of files tries every member and reports
     the errors of all of them.
+
+    Parameters
+    ----------
+    default : kind of a table that names none; by default there is no such kind
     """
 
-    __slots__ = ()
+    __slots__ = ("default",)
+
+    def __init__(self, *, default: str | None = None) -> None:
+        self.default = default
+
+    def _kind(self, value: Any) -> Any:
+        """The ``kind`` of a table or of a spec."""
+        if isinstance(value, dict):
+            return value.get("kind", self.default)
+        return getattr(value, "kind", None)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> dict[str, Any]:
         """Schema by which ``kind`` chooses the member; pydantic calls this method."""
         return {
             "type": "tagged-union",
-            "discriminator": "kind",
+            "discriminator": "kind" if self.default is None else self._kind,
             "choices": {
                 kind: handler.generate_schema(member)
                 for member in get_args(source)

@@ -26,7 +26,7 @@ from polychirp.config.load import load_study
 from polychirp.config.monte_carlo import load_plan
 from polychirp.errors import PolychirpError
 from polychirp.model.baseband import Baseband
-from polychirp.receiver.alternatives.sawtooth_receiver import SawtoothReceiver
+from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.study.check import check
 from polychirp.study.store import load_run
 from polychirp.study.trial import run_trial
@@ -356,8 +356,9 @@ class Recordings:
     def detect(self, name: str) -> None:
         recording = self.open(name)
         parameters = recording.parameters
-        receiver = SawtoothReceiver(
-            highest_beat=parameters.usable_beat, num_transmitters=parameters.num_transmitters
+        receiver = RangeDoppler(
+            least_range=0.5 * parameters.range_resolution,
+            greatest_range=parameters.greatest_range,
         )
         for number in range(min(3, recording.num_frames)):
             receiver.detect(recording.frame(number))

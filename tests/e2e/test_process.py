@@ -13,7 +13,7 @@ from polychirp.capture.parameter_file import TEMPLATE, read_parameters
 from polychirp.capture.recording import open_numpy
 from polychirp.cli.app import main
 from polychirp.constants import SPEED_OF_LIGHT
-from polychirp.receiver.alternatives.sawtooth_receiver import SawtoothReceiver
+from polychirp.receiver.range_doppler.chain import RangeDoppler
 from tests.support.dca1000 import write_raw
 
 ROOT = Path(__file__).parents[2]
@@ -166,7 +166,7 @@ def test_the_noise_of_the_real_capture_ends_where_the_converters_filter_ends():
     rates of more than 2.5 m/s, where nobody walks.
     """
     parameters = read_parameters(REAL_PARAMETERS)
-    receiver = SawtoothReceiver(highest_beat=parameters.sample_rate, num_transmitters=2)
+    receiver = RangeDoppler(greatest_range=1e4)
     map_ = receiver.spectra(open_numpy(REAL, parameters).frame(0)).mean_power
     noise = np.median(map_.power[np.abs(map_.range_rate) > 2.5], axis=0)
     inside = np.median(noise[10:110])
@@ -179,9 +179,7 @@ def test_the_real_capture_shows_a_still_room_and_people_who_walk():
     """What needs no ground truth: most power at rest, a few bodies at walking speed in between."""
     parameters = read_parameters(REAL_PARAMETERS)
     frame = open_numpy(REAL, parameters).frame(0)
-    receiver = SawtoothReceiver(
-        highest_beat=parameters.usable_beat, num_transmitters=2, false_alarm_probability=1e-6
-    )
+    receiver = RangeDoppler(greatest_range=parameters.greatest_range)
     spectra = receiver.spectra(frame)
     found = receiver.detect_in(spectra, frame)
     by_rate = spectra.mean_power.power.sum(axis=1)

@@ -14,7 +14,6 @@ from polychirp.model.if_filter import IfFilter
 from polychirp.model.if_frame import IfFrame, sample_times
 from polychirp.model.radar import Converter, Radar
 from polychirp.model.scene import Actor, Scene
-from polychirp.receiver.alternatives.sawtooth_receiver import SawtoothReceiver
 from polychirp.receiver.angle.beamform import beamform, steering
 from polychirp.receiver.angle.doa import root_music
 from polychirp.receiver.chain import Receiver
@@ -23,6 +22,7 @@ from polychirp.receiver.mimo import (
     element_streams,
     virtual_array,
 )
+from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.rng import Streams
 from polychirp.synthesis.links.links import links_between
 from polychirp.synthesis.received_frame import synthesize
@@ -295,9 +295,9 @@ def test_a_receiver_of_recordings_finds_the_same_target_in_simulated_turns(range
     draws = np.random.default_rng(1).normal(size=(2, *mixed.samples.shape))
     level = np.abs(mixed.samples).max() * 10 ** (-30 / 20) / np.sqrt(2)
     noisy = mixed.with_samples(mixed.samples + level * (draws[0] + 1j * draws[1]))
-    turns = SawtoothReceiver(highest_beat=3e6, num_transmitters=3).detect(noisy)
+    turns = RangeDoppler(false_alarm_probability=1e-4).detect(noisy)
     virtual = virtual_array(noisy, range_rate=range_rate)
-    whole = SawtoothReceiver(highest_beat=3e6).detect(virtual)
+    whole = RangeDoppler(false_alarm_probability=1e-4).detect(virtual)
     for found in (turns, whole):
         assert found.range_rate[0] == pytest.approx(range_rate, abs=0.1)
         assert found.azimuth[0] == pytest.approx(0.25, abs=0.005)

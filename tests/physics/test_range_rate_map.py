@@ -11,8 +11,8 @@ from polychirp.capture.dca1000 import open_raw
 from polychirp.capture.parameters import CaptureParameters
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.if_frame import IfFrame
-from polychirp.receiver.alternatives.sawtooth_receiver import SawtoothReceiver
 from polychirp.receiver.detection.cfar import ordered_statistic
+from polychirp.receiver.range_doppler.chain import RangeDoppler
 from tests.support.dca1000 import write_raw
 
 PARAMETERS = CaptureParameters(
@@ -81,9 +81,7 @@ def test_a_point_is_found_at_its_range_speed_and_azimuth(
     samples = 2000.0 * (0.5 * echo + noise(echo.shape, seed=1))
     write_raw(path, [samples], device=device, is_complex=True)
     frame = open_raw(path, parameters).frame(0)
-    receiver = SawtoothReceiver(
-        highest_beat=parameters.usable_beat, num_transmitters=2, false_alarm_probability=1e-7
-    )
+    receiver = RangeDoppler(greatest_range=parameters.greatest_range, false_alarm_probability=1e-7)
     found = receiver.detect(frame)
     assert found.num_detections == 1
     assert found.range[0] == pytest.approx(distance, abs=0.01)
@@ -105,31 +103,34 @@ def test_without_compensation_the_moving_point_would_be_elsewhere():
         schedule=PARAMETERS.schedule,
         array=PARAMETERS.array,
     )
-    receiver = SawtoothReceiver(
-        highest_beat=3.6e6, num_transmitters=2, false_alarm_probability=1e-7
-    )
+    receiver = RangeDoppler(greatest_range=60.0, false_alarm_probability=1e-7)
     spectra = receiver.spectra(frame)
     row, column = np.unravel_index(np.argmax(spectra.mean_power.power), spectra.amplitude.shape[1:])
-    phase = np.unwrap(np.angle(spectra.amplitude[:, row, column]))
-    assert np.ptp(phase) < 0.1
+    phase = np.angle(spectra.amplitude[:, row, column]).reshape(4, 2)  # (channel, turn)
+    late = 4 * np.pi * 7.0 * 60e-6 * PARAMETERS.middle_frequency / SPEED_OF_LIGHT
+    np.testing.assert_allclose(phase[:, 1] - phase[:, 0], late, atol=0.1)
     assert receiver.detect_in(spectra, frame).azimuth[0] == pytest.approx(0.0, abs=1e-3)
 
 
-def test_a_point_faster_than_the_span_is_folded_by_exactly_one_span():
+@pytest.mark.parametrize("azimuth", [0.0, 0.4, -0.7])
+@pytest.mark.parametrize(("share", "expected"), [(0.7, 0.7), (-0.9, -0.9), (1.3, -0.7)])
+def test_a_point_faster_than_the_span_of_its_turns_is_unfolded_by_its_beam(
+    share: float, expected: float, azimuth: float
+):
+    """Two transmitters in turns leave two range rates, a span apart; beyond, rates repeat."""
     span = PARAMETERS.speed_span
     assert span == pytest.approx(SPEED_OF_LIGHT / PARAMETERS.middle_frequency / (4 * 60e-6))
-    echo = point_echo(PARAMETERS, distance=20.0, range_rate=0.7 * span, azimuth=0.0)
+    echo = point_echo(PARAMETERS, distance=20.0, range_rate=share * span, azimuth=azimuth)
     frame = IfFrame(
         samples=echo + noise(echo.shape, seed=3),
         times=PARAMETERS.times,
         schedule=PARAMETERS.schedule,
         array=PARAMETERS.array,
     )
-    receiver = SawtoothReceiver(
-        highest_beat=3.6e6, num_transmitters=2, false_alarm_probability=1e-7
-    )
+    receiver = RangeDoppler(greatest_range=60.0, false_alarm_probability=1e-7)
     found = receiver.detect(frame)
-    assert found.range_rate[0] == pytest.approx(-0.3 * span, abs=0.02)
+    assert found.range_rate[0] == pytest.approx(expected * span, abs=0.02)
+    assert found.azimuth[0] == pytest.approx(azimuth, abs=0.01)
 
 
 def test_a_short_frame_takes_a_smaller_window():
@@ -142,7 +143,7 @@ def test_a_short_frame_takes_a_smaller_window():
         schedule=parameters.schedule,
         array=parameters.array,
     )
-    receiver = SawtoothReceiver(highest_beat=3.6e6, num_transmitters=2)
+    receiver = RangeDoppler(greatest_range=60.0, false_alarm_probability=1e-4)
     assert receiver.detect(frame).range[0] == pytest.approx(20.0, abs=0.02)
 
 
@@ -155,16 +156,15 @@ def test_tapered_noise_crosses_as_often_as_stated_within_a_quarter(num_transmitt
     probabilities of 1e-3 by 15 % (`cell_averaging_factor`'s law). The interval is the binomial
     one around ± 25 %, its width doubled because crossings come in groups of neighbours.
     """
-    receiver = SawtoothReceiver(
-        highest_beat=4e6, num_transmitters=num_transmitters, false_alarm_probability=probability
-    )
+    parameters = replace(PARAMETERS, num_transmitters=num_transmitters)
+    receiver = RangeDoppler(greatest_range=1e4, false_alarm_probability=probability)
     crossings = cells = 0
     for seed in range(6):
         frame = IfFrame(
             samples=noise((4, 128, 128), seed=seed),
-            times=PARAMETERS.times,
-            schedule=PARAMETERS.schedule,
-            array=PARAMETERS.array,
+            times=parameters.times,
+            schedule=parameters.schedule,
+            array=parameters.array,
         )
         power = receiver.spectra(frame).mean_power.power
         found = ordered_statistic(

@@ -22,7 +22,7 @@ from polychirp.errors import RunError
 from polychirp.frames import Pose
 from polychirp.model.baseband import Progress, no_progress
 from polychirp.model.paths import PropagationPaths
-from polychirp.receiver.chain import Receiver
+from polychirp.receiver.settings import SearchSettings
 from polychirp.scoring.closed_forms import (
     any_of,
     apparent_point,
@@ -290,6 +290,7 @@ def expectation(case: Case, seed: int) -> Expectation:
     """
     study = sample_street(replace(case.study, seed=seed))
     receiver, ramps = study.receiver, study.radars[0].waveform
+    assert isinstance(receiver, SearchSettings)
     if not isinstance(ramps, Triangular) or _is_removed(case.slope_difference, receiver, ramps):
         return Expectation()
     others = study.radars[1:]
@@ -327,7 +328,7 @@ def expectation(case: Case, seed: int) -> Expectation:
     )
 
 
-def _is_removed(slope_difference: float, receiver: Receiver, ramps: Triangular) -> bool:
+def _is_removed(slope_difference: float, receiver: SearchSettings, ramps: Triangular) -> bool:
     limit = removing_slope_difference(
         greatest_delay=2.0 * receiver.greatest_range / SPEED_OF_LIGHT,
         duration=ramps.ramp_duration,

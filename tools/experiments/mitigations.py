@@ -14,7 +14,6 @@ from polychirp.model.baseband import Progress, no_progress
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame, IfParts
 from polychirp.receiver.attribution import part_amplitudes
-from polychirp.receiver.chain import Receiver
 from polychirp.receiver.mitigation import (
     AnyMitigation,
     Autoregression,
@@ -23,6 +22,7 @@ from polychirp.receiver.mitigation import (
     StftExcision,
 )
 from polychirp.receiver.mitigation.base import mitigated
+from polychirp.receiver.selection import FrameReceiver, receiver_for
 from polychirp.rng import Streams
 from polychirp.scoring.mitigation import (
     error_vector_magnitude,
@@ -196,8 +196,10 @@ class _Bench:
             loss_clean_db=0.0,
         )
 
-    def _receiver(self, mitigation: AnyMitigation | None) -> Receiver:
-        return replace(self.study.receiver, mitigation=mitigation)
+    def _receiver(self, mitigation: AnyMitigation | None) -> FrameReceiver:
+        return receiver_for(
+            replace(self.study.receiver, mitigation=mitigation), self.frame.schedule
+        )
 
     def _receive(
         self, mitigation: AnyMitigation | None, frame: IfFrame, parts: IfParts

@@ -197,24 +197,31 @@ class CaptureParameters(Spec):
 
     @property
     def array(self) -> AntennaArray:
-        """The receiving elements; their pattern is not known, and taken to be isotropic."""
+        """The elements; their pattern is not known, and taken to be isotropic."""
         spacing = self.spacing
         if spacing is None:
             spacing = 0.5 * SPEED_OF_LIGHT / self.middle_frequency
-        return AntennaArray(num_channels=self.num_receivers, spacing=spacing, pattern=ISOTROPIC)
+        return AntennaArray(
+            num_channels=self.num_receivers,
+            num_transmitters=self.num_transmitters,
+            spacing=spacing,
+            pattern=ISOTROPIC,
+        )
 
     @property
     def schedule(self) -> RampSchedule:
         """Ramps of a frame; time 0 is the start of the first ramp's rise."""
         ramp = np.arange(self.num_ramps)
         start: FloatArray = ramp * np.float64(self.repetition_interval)
+        turns = np.eye(self.num_transmitters, dtype=np.complex128)
         return RampSchedule(
             start_time=start,
             duration=np.full(self.num_ramps, self.ramp_end_time),
             start_frequency=np.full(self.num_ramps, self.start_frequency),
             slope=np.full(self.num_ramps, self.slope),
             start_phase=np.zeros(self.num_ramps),
-            sweep=ramp // self.num_transmitters,
+            sweep=ramp,
+            transmit_weight=np.tile(turns, (self.num_ramps // self.num_transmitters, 1)),
         )
 
     @property

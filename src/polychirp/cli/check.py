@@ -80,6 +80,11 @@ def _print_tables(name: str, derived: Derived) -> None:
         table.add_row(label, *(column[label] for column in columns))
     console = tables()
     console.print(table)
+    for radar in derived.radars:
+        if radar.name in derived.victims and derived.is_receiver_chosen:
+            console.print(
+                f"'{radar.name}' has the receiver '{radar.receiver}', as {radar.receiver_reason}."
+            )
     console.print(
         f"Frames are computed for {_counted(len(derived.victims), 'radar')} of "
         f"{len(derived.radars)}; the scene is traced {_counted(derived.num_snapshots, 'time')}; "
@@ -102,6 +107,7 @@ def _rows(radar: DerivedRadar, victims: tuple[str, ...]) -> dict[str, str]:
         else "no limit: sweeps differ",
         "greatest range (IF pass band)": f"{radar.greatest_range:.3g} m",
         "beat band": _span(radar.beat_band, 1e-3, "kHz"),
+        "receiver": radar.receiver,
         "ramp": _span(radar.ramp_duration, 1e3, "ms"),
         "frame": f"{1e3 * radar.frame_duration:.4g} ms, {radar.num_ramps} ramps",
         "samples per ramp": _span(radar.samples_per_ramp, 1, ""),

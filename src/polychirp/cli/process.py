@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from polychirp.capture.recording import Recording
     from polychirp.model.detection import Detections
     from polychirp.model.if_frame import IfFrame
-    from polychirp.receiver.alternatives.sawtooth_receiver import SawtoothReceiver
+    from polychirp.receiver.range_doppler.chain import RangeDoppler
 
 _LONGEST_RANGE = 30
 """Greatest number of characters of ``--frames``. Chosen: no recording needs as many digits."""
@@ -55,7 +55,7 @@ def add_parser(subparsers: Any) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Read the recording, detect in its frames, write the results and print them."""
     from polychirp.capture.parameter_file import TEMPLATE, read_parameters
-    from polychirp.receiver.alternatives.sawtooth_receiver import SawtoothReceiver
+    from polychirp.receiver.range_doppler.chain import RangeDoppler
 
     if arguments.describe:
         print(TEMPLATE, end="")
@@ -64,9 +64,9 @@ def run(arguments: argparse.Namespace) -> int:
         raise InputError("name a recording, as in 'polychirp process walk.npy'; or --describe")
     path = Path(arguments.capture)
     parameters = read_parameters(arguments.params or path.with_suffix(".toml"))
-    receiver = SawtoothReceiver(
-        highest_beat=parameters.usable_beat,
-        num_transmitters=parameters.num_transmitters,
+    receiver = RangeDoppler(
+        least_range=0.5 * parameters.range_resolution,
+        greatest_range=parameters.greatest_range,
         false_alarm_probability=_probability(arguments.pfa),
     )
     chosen = _frames(arguments.frames)
@@ -140,7 +140,7 @@ def _probability(text: str) -> float:
 
 
 def _process(
-    recording: Recording, receiver: SawtoothReceiver, number: int, folder: Path
+    recording: Recording, receiver: RangeDoppler, number: int, folder: Path
 ) -> dict[str, Any]:
     """Detect in one frame, write its picture and its map, and return its entry of the results."""
     from polychirp.report.figures.range_rate import range_rate_picture

@@ -5,6 +5,7 @@ import re
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import MISSING, fields, is_dataclass
+from functools import cache
 from inspect import cleandoc
 from types import UnionType
 from typing import Annotated, Any, Final, Union, get_args, get_origin, get_type_hints
@@ -13,6 +14,7 @@ from pydantic import TypeAdapter
 
 from polychirp.config.dump import written
 from polychirp.config.load import MONTE_CARLO
+from polychirp.spec import ByKind
 from polychirp.study.monte_carlo.grid import MonteCarlo
 from polychirp.study.spec import Study
 
@@ -74,10 +76,31 @@ def _describe(described: dict[str, Any], spec: type) -> None:
         if field.name in texts:
             entry["description"] = texts[field.name]
         entry.pop("default", None)
-        if field.name == "kind":
+        if field.name == "kind" and spec in _default_members():
+            entry["default"] = field.default
+        elif field.name == "kind":
             described.setdefault("required", []).append("kind")
         elif field.default is not MISSING and field.default is not None:
             entry["default"] = written(field.default, hints[field.name], field.name)
+
+
+def _kinds(spec: type) -> tuple[str, ...]:
+    """Values of ``kind`` that stand for a spec."""
+    return get_args(get_type_hints(spec)["kind"])
+
+
+@cache
+def _default_members() -> frozenset[type]:
+    """Specs that a table without a ``kind`` means."""
+    found: set[type] = set()
+    for spec in _specs(Study):
+        for hint in get_type_hints(spec, include_extras=True).values():
+            for mark in getattr(hint, "__metadata__", ()):
+                if isinstance(mark, ByKind) and mark.default is not None:
+                    found.update(
+                        m for m in get_args(get_args(hint)[0]) if mark.default in _kinds(m)
+                    )
+    return frozenset(found)
 
 
 def parameter_texts(spec: type) -> dict[str, str]:

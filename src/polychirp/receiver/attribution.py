@@ -16,6 +16,7 @@ from polychirp.receiver.detection.range_rate_map import (
     spectrum_size,
 )
 from polychirp.receiver.mitigation.base import mitigated
+from polychirp.receiver.selection import FrameReceiver
 from polychirp.receiver.signal_model.point_signal import (
     beat_phase,
     hann_weights,
@@ -24,22 +25,23 @@ from polychirp.receiver.signal_model.point_signal import (
 
 
 def part_powers(
-    receiver: Receiver, frame: IfFrame, parts: IfParts, detections: Detections
+    receiver: FrameReceiver, frame: IfFrame, parts: IfParts, detections: Detections
 ) -> FloatArray:
     r"""Power that each part contributes to each detection, W, ``(detection, part)`` as in `PARTS`.
 
-    It is the geometric mean over ramps of the power of `part_amplitudes`, as in the map. The part
-    that has the detection's beats on all ramps causes it. Parts that the frame lacks contribute 0.
+    It is the power of `part_amplitudes`, combined over ramps as the receiver combines them
+    (``combined_power``). The part that has the detection's beats on all ramps causes it. Parts that
+    the frame lacks contribute 0.
     """
     amplitude = part_amplitudes(receiver, frame, parts, detections)
-    power = np.maximum(np.abs(amplitude) ** 2, 1e-300)
     out = np.zeros((detections.num_detections, len(PARTS)))
-    out[:, [PARTS.index(part) for part in parts.names]] = np.exp(np.mean(np.log(power), axis=2))
+    numbers = [PARTS.index(part) for part in parts.names]
+    out[:, numbers] = receiver.combined_power(amplitude, frame.schedule)
     return out
 
 
 def part_amplitudes(
-    receiver: Receiver, frame: IfFrame, parts: IfParts, detections: Detections
+    receiver: FrameReceiver, frame: IfFrame, parts: IfParts, detections: Detections
 ) -> ComplexArray:
     """Amplitude of each of ``parts`` at each detection: V, ``(detection, part, ramp)``.
 
@@ -60,7 +62,7 @@ def part_amplitudes(
     return np.asarray(np.einsum("nc,npck->npk", weights, by_part))
 
 
-def floor_rise(receiver: Receiver, frame: IfFrame, parts: IfParts) -> float:
+def floor_rise(receiver: FrameReceiver, frame: IfFrame, parts: IfParts) -> float:
     """Rise of the floor of the range spectra over thermal noise: power ratio, 1 for no rise.
 
     The power averaged over channels has a median over range cells, up to the receiver's greatest

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Final, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +14,8 @@ from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.angle.beamform import orthogonal_sines, steering
-from polychirp.receiver.angle.doa import bartlett, capon, root_music
-from polychirp.receiver.clustering import Body, merged
+from polychirp.receiver.angle.doa import azimuths
+from polychirp.receiver.clustering import merged
 from polychirp.receiver.detection.range_rate_map import Grid
 from polychirp.receiver.detection.residual_map import ResidualMap, strongest_peaks
 from polychirp.receiver.detection.sidelobe_rejection import reject_sidelobes, without_cross_pairs
@@ -35,15 +35,11 @@ from polychirp.receiver.estimation.phase_refinement import (
     read_points,
 )
 from polychirp.receiver.estimation.two_targets_per_cell import MOST_GROUPS, Pair, Pairs
-from polychirp.receiver.mitigation import AnyMitigation
 from polychirp.receiver.mitigation.base import mitigated
+from polychirp.receiver.settings import SearchSettings
 from polychirp.receiver.signal_model.frame_model import FrameModel
 from polychirp.receiver.signal_model.point_signal import beat_sensitivity
 from polychirp.receiver.signal_model.spectral_fit import BINS_PER_CELL, Band, band_of
-from polychirp.spec import Spec
-from polychirp.units import Between, Metres, MetresPerSecond, Ratio, from_db
-
-AZIMUTH_ESTIMATORS: Final = {"root-music": root_music, "bartlett": bartlett, "capon": capon}
 
 LEAST_CHANGE_FOR_RETRY = 0.1
 """Change of a refused peak's height above the floor, nepers of power, after which it is tried
@@ -71,7 +67,7 @@ MOST_PEAKS_AT_ONCE = 40
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Receiver(Spec):
+class Receiver(SearchSettings):
     """The steps: mitigation, spectra, beams, range-rate map, CFAR, subtraction of points, azimuth.
 
     Points are found strongest first. Each point is refined and subtracted from every ramp
@@ -80,46 +76,9 @@ class Receiver(Spec):
     that does not move like one point over the frame (`estimation.coherence_test`) is refused. If a
     point's phases fit one motion over the whole frame, its range and range rate are computed from
     them (`phase_refinement`). Two points in one cell are separated (`two_targets_per_cell`).
-
-    Parameters
-    ----------
-    mitigation : method that cleans the samples first; None for none
-    false_alarm_probability : probability that noise alone crosses the threshold, per cell of the
-        map over all beams; the coherence test follows, so that false alarms by noise are rarer
-    dynamic_range : power ratio of the strongest echo to the weakest peak that is tried; chosen so
-        that the residues left when extended bodies are subtracted as points are weaker
-    least_range, greatest_range, greatest_speed : limits of the map, m, m and m/s (±range rate)
-    most_detections : number of points at which the search stops
-    angle : estimator of azimuths: root-MUSIC, or Bartlett's or Capon's beamformer
-    grouping : limits within which several points are merged into one detection of a body; None
-        for one detection per point
     """
 
-    mitigation: AnyMitigation | None = None
-    false_alarm_probability: float = 1e-6
-    dynamic_range: Ratio = from_db(40.0)
-    least_range: Metres = 0.5
-    greatest_range: Metres = 30.0
-    greatest_speed: MetresPerSecond = 32.0
-    most_detections: Annotated[int, Between(greatest=100_000)] = 150
-    angle: Literal["root-music", "bartlett", "capon"] = "root-music"
-    grouping: Body | None = None
-
-    def __post_init__(self) -> None:
-        if not 1e-12 <= self.false_alarm_probability < 0.1:
-            raise InputError("a receiver's false-alarm probability must lie between 1e-12 and 0.1")
-        if not 0 < self.least_range < self.greatest_range:
-            raise InputError("a receiver's least range must be positive and below its greatest")
-        if not (self.greatest_speed > 0 and self.most_detections > 0):
-            raise InputError(
-                "a receiver's greatest speed and number of detections must be positive"
-            )
-        if self.angle not in AZIMUTH_ESTIMATORS:
-            raise InputError(
-                f"a receiver's angle '{self.angle}' is none of {', '.join(AZIMUTH_ESTIMATORS)}"
-            )
-        if not self.dynamic_range > 1.0:
-            raise InputError("a receiver's dynamic range must be above 0 dB")
+    kind: Literal["joint"] = "joint"
 
     def detect(self, frame: IfFrame) -> Detections:
         """Detections of one frame, strongest first; range and azimuth at its first ramp's start."""
@@ -128,6 +87,11 @@ class Receiver(Spec):
             pass
         found = search.detections()
         return found if self.grouping is None else merged(found, self.grouping)
+
+    def combined_power(self, amplitude: ComplexArray, _schedule: RampSchedule) -> FloatArray:
+        """Power, W, of amplitudes ``(…, ramp)``: the geometric mean over ramps, as in the map."""
+        power = np.maximum(np.abs(amplitude) ** 2, 1e-300)
+        return np.asarray(np.exp(np.mean(np.log(power), axis=-1)))
 
 
 class _Search:
@@ -457,17 +421,12 @@ class _Search:
         distance, rate = self.motion[:, 0], self.motion[:, 1]
         kept = reject_sidelobes(self.frame, distance=distance, range_rate=rate, power=power)
         kept = kept[is_detection[kept]]
-        sines = np.full(len(kept), np.nan)  # the azimuth from a single channel is unknown
-        if self.frame.array.num_channels > 1:
-            sines = AZIMUTH_ESTIMATORS[self.receiver.angle](
-                snapshots[kept],
-                spacing=self.frame.array.spacing * self.frequency / SPEED_OF_LIGHT,
-            )
+        spacing = self.frame.array.spacing * self.frequency / SPEED_OF_LIGHT
         return Detections(
             time=self.model.time,
             range=distance[kept],
             range_rate=rate[kept],
-            azimuth=np.arcsin(np.clip(sines, -1.0, 1.0)),
+            azimuth=azimuths(snapshots[kept], spacing=spacing, estimator=self.receiver.angle),
             power=power[kept],
             snr=np.exp(self.excess()[kept]),
         )

@@ -23,22 +23,21 @@ range rate of each detection.
 `element_streams` keeps all sweeps; every element's stream then contains echoes of the others too.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from polychirp.axes import ComplexArray, FloatArray, IntArray, axes_of
+from polychirp.axes import ComplexArray, IntArray, axes_of
 from polychirp.constants import SPEED_OF_LIGHT
-from polychirp.errors import CapabilityError
-from polychirp.model.antenna import AntennaArray
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame, IfParts
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.angle.doa import root_music
-from polychirp.receiver.chain import Receiver
 from polychirp.receiver.estimation.azimuth_rate import snapshots_at_start
 from polychirp.receiver.mitigation.base import mitigated
+from polychirp.receiver.settings import ReceiverSettings
 from polychirp.receiver.signal_model.point_signal import beat_phase, fit_amplitudes, hann_weights
+from polychirp.receiver.signal_model.transmit_codes import CodeBlocks, code_blocks, virtual_line
 
 
 def virtual_array(frame: IfFrame, *, range_rate: float = 0.0) -> IfFrame:
@@ -75,7 +74,7 @@ def virtual_array(frame: IfFrame, *, range_rate: float = 0.0) -> IfFrame:
     >>> virtual.samples[:, 0, 0], virtual.array.num_channels
     (array([1.+0.j, 0.+1.j]), 2)
     """
-    array, order = _virtual_line(frame.array, frame.schedule.num_elements)
+    array, order = virtual_line(frame.array, frame.schedule.num_elements)
     blocks = code_blocks(frame.schedule)
     first = blocks.ramps[:, 0].ravel()
     turned = frame.samples * _motion_correction(frame, blocks, range_rate)
@@ -105,7 +104,9 @@ def virtual_parts(frame: IfFrame, parts: IfParts, *, range_rate: float = 0.0) ->
     return replace(parts, samples=np.stack(decoded))
 
 
-def azimuths_in_motion(receiver: Receiver, frame: IfFrame, detections: Detections) -> Detections:
+def azimuths_in_motion(
+    receiver: ReceiverSettings, frame: IfFrame, detections: Detections
+) -> Detections:
     """The detections of ``virtual_array(frame)`` with azimuths that are right for moving targets.
 
     A point of every detection's range and range rate is fitted to every ramp as it was received,
@@ -118,7 +119,7 @@ def azimuths_in_motion(receiver: Receiver, frame: IfFrame, detections: Detection
     receiver : receiver whose mitigation is applied
     frame : frame as it was received, before `virtual_array`
     """
-    array, order = _virtual_line(frame.array, frame.schedule.num_elements)
+    array, order = virtual_line(frame.array, frame.schedule.num_elements)
     blocks = code_blocks(frame.schedule)
     motion = np.stack([detections.range, detections.range_rate, 0.0 * detections.range], axis=-1)
     cleaned = mitigated(receiver.mitigation, frame)
@@ -151,104 +152,6 @@ def element_streams(frame: IfFrame) -> ComplexArray:
     in N bands they are (l − i)/N cycles per sweep higher; with N signs they spread over N lines.
     """
     return np.asarray(np.einsum("kl,ckn->lckn", frame.schedule.transmit_weight, frame.samples))
-
-
-def virtual_position(array: AntennaArray) -> FloatArray:
-    """Positions of the virtual elements in the radar's frame, m, ``(element, channel, xyz)``."""
-    return np.asarray(array.transmit_position[:, None] + array.position)
-
-
-def _virtual_line(array: AntennaArray, num_elements: int) -> tuple[AntennaArray, IntArray]:
-    """The virtual array, and for each of its channels the flat index into (element, channel)."""
-    y = virtual_position(array)[:num_elements, :, 1].ravel()
-    order = np.argsort(y, kind="stable")
-    gap = np.diff(y[order])
-    spacing = float(gap.mean()) if gap.size else array.spacing
-    if not np.allclose(gap, spacing, rtol=1e-6, atol=0.0) or spacing == 0.0:
-        raise CapabilityError(
-            "the virtual elements are not at equal distances, as these estimators need; "
-            f"a transmit_spacing of {array.num_channels * array.spacing:.4g} m would do"
-        )
-    gains, phases = _virtual_errors(array, num_elements, order)
-    line = AntennaArray(
-        num_channels=y.size,
-        spacing=spacing,
-        pattern=array.pattern,
-        channel_gains=gains,
-        channel_phases=phases,
-    )
-    return line, order
-
-
-def _virtual_errors(
-    array: AntennaArray, num_elements: int, order: IntArray
-) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Gains (power ratios) and phases (rad) of the virtual channels, empty if all are ideal."""
-    response = np.outer(array.transmitter_response[:num_elements], array.channel_response)
-    if np.all(response == 1.0):
-        return (), ()
-    chosen = response.ravel()[order]
-    return tuple(np.abs(chosen) ** 2), tuple(np.angle(chosen))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CodeBlocks:
-    """Numbers of the ramps ``(block, sweep of the block, ramp of the sweep)``, and the code.
-
-    The code is ``weight``, the elements' weights on a block, ``(sweep of the block, element)``.
-    """
-
-    ramps: IntArray
-    weight: ComplexArray
-
-
-def code_blocks(schedule: RampSchedule) -> CodeBlocks:
-    """The shortest blocks after which the codes repeat, and over which the elements are orthogonal.
-
-    Every element sends the same energy in a block, so that all channels have the same noise.
-
-    Raises
-    ------
-    CapabilityError
-        No such block divides the schedule, sweeps of a block differ, or weights change in a sweep.
-    """
-    num_sweeps = np.unique(schedule.sweep).size
-    ramps_each, rest = divmod(schedule.num_ramps, num_sweeps)
-    weight = schedule.transmit_weight[::ramps_each]
-    if rest or not np.array_equal(np.repeat(weight, ramps_each, axis=0), schedule.transmit_weight):
-        raise CapabilityError("the weights of the transmitting elements change within a sweep")
-    for length in range(schedule.num_elements, num_sweeps + 1):
-        block = weight[:length]
-        if num_sweeps % length == 0 and _is_code(block, weight):
-            ramps = np.arange(schedule.num_ramps).reshape(-1, length, ramps_each)
-            _check_equal(schedule, ramps)
-            return CodeBlocks(ramps=ramps, weight=block)
-    raise CapabilityError(
-        f"the codes of {schedule.num_elements} transmitting elements are not orthogonal over any "
-        f"block that divides {num_sweeps} sweeps; choose a num_sweeps that their code divides"
-    )
-
-
-def _is_code(block: ComplexArray, weight: ComplexArray) -> bool:
-    """True if ``weight`` repeats ``block``, whose elements are orthogonal and of equal energy."""
-    repeated = np.tile(block, (weight.shape[0] // block.shape[0], 1))
-    products = block.conj().T @ block
-    power = products[0, 0].real
-    return bool(
-        power > 0.0
-        and np.allclose(repeated, weight, rtol=0.0, atol=1e-6)
-        and np.allclose(products, power * np.eye(block.shape[1]), rtol=0.0, atol=1e-6 * power)
-    )
-
-
-def _check_equal(schedule: RampSchedule, ramps: IntArray) -> None:
-    for values in (schedule.slope, schedule.start_frequency, schedule.duration):
-        each = values[ramps]
-        if not np.allclose(each, each[:, :1], rtol=1e-9, atol=0.0):
-            raise CapabilityError(
-                "the sweeps of a code's block differ from each other, so its elements' signals "
-                "cannot be told apart; choose a waveform whose sweeps are equal"
-            )
 
 
 def _motion_correction(frame: IfFrame, blocks: CodeBlocks, range_rate: float) -> ComplexArray:

@@ -24,9 +24,11 @@ from polychirp.model.if_frame import SampleTimes, parts_of, sample_times
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
 from polychirp.receiver.chain import Receiver
-from polychirp.receiver.mimo import code_blocks
 from polychirp.receiver.mitigation.bursts import BurstDetector
+from polychirp.receiver.range_doppler.transforms import refuse_unfit
+from polychirp.receiver.selection import AnyReceiver, reason_of_choice, receiver_for
 from polychirp.receiver.signal_model.point_signal import beat_sensitivity
+from polychirp.receiver.signal_model.transmit_codes import code_blocks
 from polychirp.study.random_draw import sample_street
 from polychirp.study.size import refuse_too_large
 from polychirp.study.spec import (
@@ -40,6 +42,7 @@ from polychirp.study.spec import (
     target_names,
     victim_indices,
 )
+from polychirp.study.target_limits import targets_out_of_reach
 from polychirp.synthesis.impairments.high_pass import refuse_unfollowed
 
 Limits = tuple[float, float]
@@ -76,9 +79,9 @@ class DerivedRadar:
     range_resolution : m, :math:`c/2B` with the bandwidth B of each ramp
     speed_resolution : m/s, :math:`\lambda/2T_{frame}`
     unambiguous_speed : m/s, greatest speed, approaching or receding, that a Doppler transform over
-        equal sweeps gives without ambiguity: :math:`\lambda/4NT_{sweep}`. N is the number of sweeps
-        after which the code of the transmitting elements repeats (1 without a code), because N
-        sweeps give one value for each element
+        equal sweeps gives without ambiguity: :math:`\lambda/4NT_{sweep}`. N is 1 with the
+        range-Doppler receiver, which tells the folds apart by the beams of the virtual array; else
+        it is the number of sweeps after which the transmitting elements' code repeats
     has_equal_sweeps : True if all sweeps are equal; with different sweeps, speeds above
         ``unambiguous_speed`` can be told apart
     greatest_range : m, range whose beat on the steepest ramp is at the edge of the IF filter's pass
@@ -87,6 +90,8 @@ class DerivedRadar:
         ramp
     ramp_duration : s
     frame_duration : s, from the first ramp's start to the last one's end
+    receiver : kind of the receiver of its frame
+    receiver_reason : why `AutoReceiver` chose it, as the end of a sentence
     num_ramps : in a frame
     samples_per_ramp : number, of one channel
     samples_per_frame : number, of one channel
@@ -103,6 +108,8 @@ class DerivedRadar:
     beat_band: Limits
     ramp_duration: Limits
     frame_duration: float
+    receiver: str
+    receiver_reason: str
     num_ramps: int
     samples_per_ramp: tuple[int, int]
     samples_per_frame: int
@@ -119,6 +126,7 @@ class Derived:
     victims : names of the radars whose frames are computed
     targets : names of the targets of each victim
     num_snapshots : number of times for which the paths are computed
+    is_receiver_chosen : True if the receiver "auto" chose the kind of every radar's receiver
     memory : bytes of the samples of all victims' frames and of their parts
     cost : s on one core, a rough estimate: 0.08 s for each snapshot and pair of radars, as measured
         on the paper's street of eight vehicles; 1 µs for each sample; 2 s for each victim's
@@ -130,6 +138,7 @@ class Derived:
     victims: tuple[str, ...]
     targets: tuple[tuple[str, ...], ...]
     num_snapshots: int
+    is_receiver_chosen: bool
     memory: int
     cost: float
 
@@ -154,7 +163,8 @@ def check(study: Study) -> Derived:
     -----
     ModelWarning
         The tracer gives targets no echo, a material is used outside its band, ramps are too short
-        for the receiver's range-rate map or for the guard of its mitigation.
+        for the receiver's range-rate map or for the guard of its mitigation, or a target is too far
+        away or too fast for the receiver.
     """
     try:
         if study.seed >= 0:  # `_problems` reports a negative seed
@@ -168,16 +178,18 @@ def check(study: Study) -> Derived:
     schedules = schedules_of(study)
     refuse_too_large(study, schedules)
     radars = tuple(
-        _derived(radar, schedule, greatest_range=study.receiver.greatest_range)
+        _derived(radar, schedule, study.receiver)
         for radar, schedule in zip(study.radars, schedules, strict=True)
     )
     for number, (radar, derived) in enumerate(zip(study.radars, radars, strict=True)):
         _need_audible(radar, derived, number=number, study=study)
         refuse_unfollowed(radar)
     for number in victim_indices(study):
-        _need_decodable(schedules[number], number=number)
+        _need_readable(schedules[number], number=number, kind=study.receiver.kind)
     _warn_of_targets_without_echo(study)
     _warn_of_receiver(study, schedules)
+    for sentence in targets_out_of_reach(study, schedules):
+        warnings.warn(sentence, ModelWarning, stacklevel=2)
     victims = [radars[i] for i in victim_indices(study)]
     frames = [schedules[i] for i in victim_indices(study)]
     snapshots = int(refresh_times(frames, study.refresh_interval).size)
@@ -186,6 +198,7 @@ def check(study: Study) -> Derived:
         victims=tuple(victim.name for victim in victims),
         targets=tuple(target_names(study, study.radars[i]) for i in victim_indices(study)),
         num_snapshots=snapshots,
+        is_receiver_chosen=study.receiver.kind == "auto",
         memory=sum(victim.memory for victim in victims),
         cost=_SECONDS_OF_A_TRACE * snapshots * len(radars) ** 2
         + sum(
@@ -216,11 +229,12 @@ def _warn_of_receiver(study: Study, schedules: Sequence[RampSchedule]) -> None:
     """Warn of victims whose ramps do not suit the receiver or its mitigation."""
     for number in victim_indices(study):
         radar, schedule = study.radars[number], schedules[number]
-        reason = _too_coarse(schedule, sample_times(schedule, radar.converter), study.receiver)
+        receiver = receiver_for(study.receiver, schedule)
+        times = sample_times(schedule, radar.converter)
+        reason = _too_coarse(schedule, times, receiver) if isinstance(receiver, Receiver) else ""
         if reason:
             warnings.warn(
-                f"the range-rate map of the receiver is too coarse for '{radar.name}': {reason}, "
-                "or process the chirps as a recording ('polychirp process')",
+                f"the range-rate map of the receiver is too coarse for '{radar.name}': {reason}",
                 ModelWarning,
                 stacklevel=3,
             )
@@ -399,25 +413,28 @@ def _material_problems(
             yield "street", f"'{actor.name}' cannot be traced: {error}"
 
 
-def _derived(radar: StudyRadar, schedule: RampSchedule, *, greatest_range: float) -> DerivedRadar:
+def _derived(radar: StudyRadar, schedule: RampSchedule, receiver: AnyReceiver) -> DerivedRadar:
     times = sample_times(schedule, radar.converter)
     wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
     frame_duration = float(schedule.end_time[-1] - schedule.start_time[0])
     num_sweeps = int(schedule.sweep[-1]) + 1
     steepest = float(np.max(np.abs(schedule.slope)))
     resolution = SPEED_OF_LIGHT / (2.0 * schedule.bandwidth)
+    kind = receiver_for(receiver, schedule).kind
     return DerivedRadar(
         name=radar.name,
         range_resolution=(float(resolution.min()), float(resolution.max())),
         speed_resolution=_doppler_cell(schedule),
         unambiguous_speed=wavelength
         * num_sweeps
-        / (4.0 * frame_duration * _code_length(schedule, num_sweeps)),
+        / (4.0 * frame_duration * (1 if kind == "range-doppler" else _code_length(schedule))),
         has_equal_sweeps=_has_equal_sweeps(schedule, num_sweeps),
         greatest_range=SPEED_OF_LIGHT * radar.if_filter.passband / (2.0 * steepest),
-        beat_band=(0.0, 2.0 * steepest * greatest_range / SPEED_OF_LIGHT),
+        beat_band=(0.0, 2.0 * steepest * receiver.greatest_range / SPEED_OF_LIGHT),
         ramp_duration=(float(schedule.duration.min()), float(schedule.duration.max())),
         frame_duration=frame_duration,
+        receiver=kind,
+        receiver_reason=reason_of_choice(schedule),
         num_ramps=schedule.num_ramps,
         samples_per_ramp=(int(times.num_samples.min()), times.most_samples),
         samples_per_frame=int(times.num_samples.sum()),
@@ -425,8 +442,9 @@ def _derived(radar: StudyRadar, schedule: RampSchedule, *, greatest_range: float
     )
 
 
-def _code_length(schedule: RampSchedule, num_sweeps: int) -> int:
+def _code_length(schedule: RampSchedule) -> int:
     """Number of sweeps after which the weights of the transmitting elements repeat."""
+    num_sweeps = int(schedule.sweep[-1]) + 1
     weight = schedule.transmit_weight[:: schedule.num_ramps // num_sweeps]
     lengths = range(1, len(weight))
     return next((n for n in lengths if np.allclose(weight[n:], weight[:-n])), len(weight))
@@ -456,8 +474,13 @@ def _memory(times: SampleTimes, radar: StudyRadar) -> int:
     return padded * (1 + len(parts_of(radar))) * _BYTES_OF_A_SAMPLE
 
 
-def _need_decodable(schedule: RampSchedule, *, number: int) -> None:
-    """Refuse a victim whose transmitting elements its receiver cannot tell apart."""
+def _need_readable(schedule: RampSchedule, *, number: int, kind: str) -> None:
+    """Refuse a victim whose ramps, or whose transmitting elements, its receiver cannot read."""
+    if kind == "range-doppler":
+        try:
+            refuse_unfit(schedule)
+        except CapabilityError as error:
+            raise CapabilityError(f"radars.{number}.waveform: {error}") from None
     if schedule.num_elements > 1:
         try:
             code_blocks(schedule)

@@ -27,6 +27,7 @@ PARTS: Final = {
         Part(name="tables", duration=1.0, kernels=1),
         Part(name="targets", duration=1.0, kernels=4),
         Part(name="profiles", duration=2.0, kernels=2),
+        Part(name="range-Doppler", duration=2.0, kernels=1),
         Part(name="point vehicles", duration=4.0, kernels=5),
     )
 }
@@ -34,14 +35,15 @@ PARTS: Final = {
 in s of one core, are estimates from runs on a busy machine, and numbers of kernels are counted;
 only the announcement and the progress use them."""
 
-OF_PAPER: Final = tuple(name for name in PARTS if name != "point vehicles")
+OF_PAPER: Final = tuple(name for name in PARTS if name not in ("point vehicles", "range-Doppler"))
 """Parts that the paper's scenarios need."""
 
 FEWEST_BUNDLED: Final = 20
 """Number of points and radars of a study from which on the kernels of bundles are compiled; chosen
 below 24, the number of paths from which on the engine synthesises them in bundles."""
 
-_ANY_TRIAL: Final = ("receiver", "synthesis", "targets", "tables")
+_ANY_TRIAL: Final = ("synthesis", "targets", "tables")
+_OF_RECEIVER: Final = {"joint": "receiver", "range-doppler": "range-Doppler"}
 _STREET: Final = ("visibility", "bounces", "facets", "bundles", "edges")
 _OF_TRACER: Final = {
     "free-space": (),
@@ -55,13 +57,24 @@ def parts_of(study: Study) -> tuple[str, ...]:
     """Names of the parts that a trial of this study needs.
 
     >>> from polychirp.study.paper.scenarios import paper_study
-    >>> parts_of(paper_study("diverse"))
-    ('receiver', 'visibility', 'bounces', 'facets', 'synthesis', 'bundles', 'edges', 'tables', 'targets')
+    >>> parts_of(paper_study("diverse"))[:5]
+    ('receiver', 'visibility', 'bounces', 'facets', 'synthesis')
     """
-    names = [*_ANY_TRIAL, *_OF_TRACER.get(study.tracer.kind, _STREET)]
+    kinds = _receiver_kinds(study)
+    names = [_OF_RECEIVER[kind] for kind in kinds]
+    names += [*_ANY_TRIAL, *_OF_TRACER.get(study.tracer.kind, _STREET)]
     if len(study.street.points) + len(study.radars) >= FEWEST_BUNDLED:
         names.append("bundles")
     return _ordered(names)
+
+
+def _receiver_kinds(study: Study) -> set[str]:
+    """Kinds of the receivers that the study's victims have."""
+    from polychirp.receiver.selection import receiver_for
+    from polychirp.study.spec import schedule_of, victim_indices
+
+    radars = [study.radars[number] for number in victim_indices(study)]
+    return {receiver_for(study.receiver, schedule_of(study, radar)).kind for radar in radars}
 
 
 def parts_of_rcs(*, max_bounces: int) -> tuple[str, ...]:

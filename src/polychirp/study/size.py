@@ -12,6 +12,7 @@ from polychirp.model.if_frame import SampleTimes, parts_of, sample_times
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.chain import Receiver, range_axis
 from polychirp.receiver.estimation.coherence_test import GREATEST_ACCELERATION
+from polychirp.receiver.selection import AnyReceiver, receiver_for
 from polychirp.study.spec import Study, StudyRadar, victim_indices
 
 MOST_MEMORY: Final = 32 << 30
@@ -54,8 +55,10 @@ def refuse_too_large(study: Study, schedules: Sequence[RampSchedule]) -> None:
                 f"radars.{number}: the {_NAMES[what]} of '{radar.name}' takes "
                 f"{_shown(size)} of memory, more than {_shown(MOST_MEMORY)}; {_WAYS_OUT[what]}"
             )
+        receiver = receiver_for(study.receiver, schedule)
         try:
-            range_axis(study.receiver, schedule)
+            if isinstance(receiver, Receiver):
+                range_axis(receiver, schedule)
         except InputError as error:
             raise InputError(f"radars.{number}: {error}") from None
     if total > MOST_MEMORY:
@@ -78,12 +81,16 @@ _WAYS_OUT: Final = {
 }
 
 
-def _parts(receiver: Receiver, radar: StudyRadar, schedule: RampSchedule) -> dict[str, float]:
+def _parts(receiver: AnyReceiver, radar: StudyRadar, schedule: RampSchedule) -> dict[str, float]:
     """Bytes of everything whose size depends on the study, by its name in `_NAMES`."""
     times = sample_times(schedule, radar.converter)
     elements = schedule.num_elements
+    frame = {"frame": frame_memory(times, radar)}
+    receiver = receiver_for(receiver, schedule)
+    if not isinstance(receiver, Receiver):
+        return frame
     return {
-        "frame": frame_memory(times, radar),
+        **frame,
         "map": map_memory(receiver, schedule, num_beams=radar.array.num_channels * elements),
         "accelerations": acceleration_memory(schedule),
     }

@@ -16,7 +16,7 @@ from polychirp.model.antenna import ArrayErrors
 from polychirp.model.radar import Radar
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
-from polychirp.receiver.chain import Receiver
+from polychirp.receiver.selection import AnyReceiver, AutoReceiver
 from polychirp.rng import Streams
 from polychirp.spec import ByKind, Spec
 from polychirp.study.traffic import StudyTraffic
@@ -118,7 +118,7 @@ class Study(Spec):
     targets: tuple[str, ...] = ()
     tracer: AnyTracer = field(default_factory=Composite)
     refresh_interval: Seconds = 1e-3
-    receiver: Receiver = field(default_factory=Receiver)
+    receiver: AnyReceiver = field(default_factory=AutoReceiver)
 
 
 def schedule_of(study: Study, radar: StudyRadar) -> RampSchedule:

@@ -17,13 +17,13 @@ from polychirp.model.scene import Scene
 from polychirp.model.score import Score
 from polychirp.model.truth import Truth
 from polychirp.receiver.attribution import floor_rise, part_powers
-from polychirp.receiver.chain import Receiver
 from polychirp.receiver.mimo import (
     azimuths_in_motion,
-    code_blocks,
     virtual_array,
     virtual_parts,
 )
+from polychirp.receiver.selection import AnyReceiver, receiver_for
+from polychirp.receiver.signal_model.transmit_codes import code_blocks
 from polychirp.rng import Streams
 from polychirp.scoring.compare import compare
 from polychirp.study.kernel_parts import compile_parts, parts_of
@@ -161,7 +161,7 @@ def trace_frame(
 
 
 def receive_and_score(
-    receiver: Receiver,
+    receiver: AnyReceiver,
     scene: Scene,
     snapshots: Sequence[PropagationPaths],
     *,
@@ -174,11 +174,12 @@ def receive_and_score(
     """Detections in a frame, scored against the truth at the detections' reference time.
 
     ``has_occlusion`` is False if the paths come from a tracer without it: no target is hidden then.
-    If several transmit elements are used (MIMO), the frame is decoded first, and the result holds
-    the frame and the parts of the virtual array.
+    If several transmit elements are used (MIMO), the joint receiver needs the frame decoded; the
+    result then holds the frame and the parts of the virtual array.
     """
     received = frame
-    is_coded = received.schedule.num_elements > 1
+    receiver = receiver_for(receiver, received.schedule)
+    is_coded = received.schedule.num_elements > 1 and receiver.kind == "joint"
     if is_coded:
         frame, parts = virtual_array(received), virtual_parts(received, parts)
     found = receiver.detect(frame)

@@ -79,20 +79,24 @@ def receiver() -> None:
 
 
 def profiles() -> None:
-    """Compile kernels of the range response and of the paper's and the sawtooth receiver."""
-    from polychirp.model.radar import Converter
+    """Compile kernels of the range response and of the paper's receiver."""
     from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
-    from polychirp.receiver.alternatives.sawtooth_receiver import SawtoothReceiver
     from polychirp.receiver.attribution import range_response
     from polychirp.receiver.chain import Receiver
-    from polychirp.rng import Streams
-    from polychirp.waveform import Sawtooth
 
     range_response(Receiver(), _frame(), _parts())
     PaperReceiver().detect(_frame())
+
+
+def range_doppler() -> None:
+    """Compile kernels of the range-Doppler receiver."""
+    from polychirp.receiver.range_doppler.chain import RangeDoppler
+    from polychirp.rng import Streams
+    from polychirp.waveform import Sawtooth
+
     waveform = Sawtooth(bandwidth=1e9, ramp_duration=1e-3)
     frame = _frame_of_points(waveform.schedule(num_sweeps=16, streams=Streams(seed=1)))
-    SawtoothReceiver(highest_beat=0.4 * Converter().sample_rate).detect(frame)
+    RangeDoppler().detect(frame)
 
 
 def _parts() -> IfParts:
@@ -264,6 +268,7 @@ PARTS: Final[Mapping[str, Callable[[], None]]] = {
     "bundles": bundles,
     "edges": edges,
     "profiles": profiles,
+    "range-Doppler": range_doppler,
     "point vehicles": point_vehicles,
 }
 """Function of each part, by the part's name in `kernel_parts.PARTS`."""

@@ -8,12 +8,8 @@ import pytest
 from polychirp.errors import CapabilityError
 from polychirp.model.antenna import AntennaArray
 from polychirp.model.if_frame import PARTS, IfFrame, IfParts, SampleTimes
-from polychirp.receiver.mimo import (
-    code_blocks,
-    virtual_array,
-    virtual_parts,
-    virtual_position,
-)
+from polychirp.receiver.mimo import virtual_array, virtual_parts
+from polychirp.receiver.signal_model.transmit_codes import code_blocks, virtual_position
 from polychirp.rng import Streams
 from polychirp.waveform import (
     DiverseTriangular,

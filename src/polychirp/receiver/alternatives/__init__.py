@@ -2,5 +2,4 @@
 
 - `triangular_pairing`: range and range rate from an up- and a down-beat: `range_and_rate`.
 - `paper_receiver`: the receiver as the paper describes it, for comparison: `PaperReceiver`.
-- `sawtooth_receiver`: two Fourier transforms, for chirp sequences: `SawtoothReceiver`.
 """

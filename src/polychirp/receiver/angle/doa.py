@@ -11,6 +11,8 @@ so the beat's phase **falls** from channel to channel for an arrival from the le
 with channel 0 the rightmost element (`polychirp.model.antenna.AntennaArray`).
 """
 
+from typing import Final, Literal
+
 import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray
@@ -98,6 +100,26 @@ def capon(snapshots: ComplexArray, *, spacing: float) -> FloatArray:
     size = matrices.shape[-1]
     load = 1e-6 * np.trace(matrices, axis1=1, axis2=2).real / size + 1e-300
     return _strongest(-np.linalg.inv(matrices + load[:, None, None] * np.eye(size)), spacing)
+
+
+ESTIMATORS: Final = {"root-music": root_music, "bartlett": bartlett, "capon": capon}
+"""Estimators of the azimuth of one source, by the names that a study file gives them."""
+
+AngleEstimator = Literal["root-music", "bartlett", "capon"]
+
+
+def azimuths(snapshots: ComplexArray, *, spacing: float, estimator: AngleEstimator) -> FloatArray:
+    """Azimuth of the single source of each detection, rad; NaN from one channel, which has none.
+
+    Parameters
+    ----------
+    snapshots : ``(detection, channel, snapshot)``
+    spacing : distance of neighbouring elements, in wavelengths
+    """
+    if snapshots.shape[1] < 2:
+        return np.full(snapshots.shape[0], np.nan)
+    sines = ESTIMATORS[estimator](snapshots, spacing=spacing)
+    return np.asarray(np.arcsin(np.clip(sines, -1.0, 1.0)))
 
 
 def _strongest(matrices: ComplexArray, spacing: float) -> FloatArray:

@@ -8,13 +8,9 @@ from polychirp.model.antenna import AntennaArray
 from polychirp.model.if_frame import IfFrame, SampleTimes
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.spectra import RangeRateMap
-from polychirp.receiver.alternatives.sawtooth_receiver import (
-    SawtoothReceiver,
-    interpolated_peaks,
-    range_profiles,
-    range_rate_spectra,
-    taper,
-)
+from polychirp.receiver.range_doppler.chain import RangeDoppler
+from polychirp.receiver.range_doppler.peaks import interpolated_peaks
+from polychirp.receiver.range_doppler.transforms import range_profiles, taper
 
 
 def frame(num_ramps: int = 8, num_channels: int = 2, **changes: np.ndarray) -> IfFrame:
@@ -43,7 +39,7 @@ def test_profiles_keep_a_tones_amplitude_and_its_phase_in_the_middle():
     tone = 5.0 * np.exp(1j * (2 * np.pi * 3 * n / 16 + 0.4))
     silent = frame()
     profiles = range_profiles(
-        silent.with_samples(np.broadcast_to(tone, silent.samples.shape)), highest_beat=0.5e6
+        silent.with_samples(np.broadcast_to(tone, silent.samples.shape)), greatest_range=7.5
     )
     assert profiles.range.size == 9
     np.testing.assert_allclose(profiles.amplitude[:, :, 3], 5.0 * np.exp(0.4j), rtol=1e-12)
@@ -52,7 +48,8 @@ def test_profiles_keep_a_tones_amplitude_and_its_phase_in_the_middle():
 
 
 def test_the_range_rate_axis_is_symmetric_and_folds_at_half_a_span():
-    spectra = SawtoothReceiver(highest_beat=1e6, num_transmitters=2).spectra(frame())
+    turns = np.tile(np.eye(2), (4, 1))
+    spectra = RangeDoppler(greatest_range=15.0).spectra(frame(transmit_weight=turns))
     assert spectra.amplitude.shape == (4, 4, 16)
     span = 299_792_458 / (77e9 + 10e12 * 7.5e-6) / (2 * 120e-6)
     np.testing.assert_allclose(spectra.range_rate, span * np.array([-0.5, -0.25, 0.0, 0.25]))
@@ -85,44 +82,56 @@ def test_one_channel_has_no_azimuth():
     random = np.random.default_rng(1)
     samples = 10 + random.normal(size=silent.samples.shape)
     # a still point at zero range, on a map of 32 × 16 cells
-    receiver = SawtoothReceiver(highest_beat=1e6)
+    receiver = RangeDoppler(least_range=1e-3, false_alarm_probability=1e-4)
     receiver = replace(receiver, window=replace(receiver.window, guard=(2, 2), training=(4, 4)))
     found = receiver.detect(silent.with_samples(samples))
     assert found.num_detections >= 1
     assert np.all(np.isnan(found.azimuth))
 
 
+def test_falling_chirps_read_as_rising_ones():
+    """A falling chirp has the beat −2bR/c: its profile is that of the conjugate samples."""
+    random = np.random.default_rng(2)
+    rising, falling = frame(), frame(slope=np.full(8, -10e12))
+    samples = random.normal(size=(2, *rising.samples.shape)) @ np.diag(np.ones(16))
+    tone = samples[0] + 1j * samples[1]
+    up = range_profiles(rising.with_samples(tone), greatest_range=15.0)
+    down = range_profiles(falling.with_samples(tone.conj()), greatest_range=15.0)
+    np.testing.assert_allclose(down.amplitude, up.amplitude.conj(), rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(down.range, up.range)
+
+
 @pytest.mark.parametrize(
-    "changes",
+    ("changes", "reason"),
     [
-        {"slope": np.array([10e12] * 7 + [11e12])},
-        {"start_frequency": np.array([77e9] * 7 + [77.1e9])},
-        {"slope": np.full(8, -10e12)},
+        ({"slope": np.array([10e12] * 7 + [11e12])}, "differ in slope"),
+        ({"start_frequency": np.array([77e9] * 7 + [77.1e9])}, "differ in start frequency"),
+        ({"duration": np.array([50e-6] * 7 + [51e-6])}, "differ in duration"),
+        (
+            {"start_time": np.array([0, 60, 120, 180, 240, 300, 360, 430]) * 1e-6},
+            r"8\.57 µs off equal intervals",
+        ),
     ],
 )
-def test_ramps_that_differ_or_fall_are_refused(changes: dict[str, np.ndarray]):
-    with pytest.raises(CapabilityError, match=r"receiver\.chain\.Receiver"):
-        range_profiles(frame(**changes), highest_beat=1e6)
+def test_ramps_that_differ_are_refused(changes: dict[str, np.ndarray], reason: str):
+    with pytest.raises(CapabilityError, match=f"{reason}; the receiver 'joint' reads it"):
+        RangeDoppler().detect(frame(**changes))
 
 
-def test_ramps_at_unequal_intervals_are_refused():
-    late = frame(start_time=np.array([0, 60, 120, 180, 240, 300, 360, 430]) * 1e-6)
-    with pytest.raises(CapabilityError, match="off equal intervals"):
-        range_rate_spectra(range_profiles(late, highest_beat=1e6), late)
+def test_ramps_that_cannot_be_shared_out_are_refused():
+    turns = np.eye(3)[np.arange(8) % 3]
+    with pytest.raises(CapabilityError, match="not orthogonal over any block"):
+        RangeDoppler().detect(frame(transmit_weight=turns))
 
 
-@pytest.mark.parametrize("num_transmitters", [3, 8])
-def test_ramps_that_cannot_be_shared_out_are_refused(num_transmitters: int):
-    profiles = range_profiles(frame(), highest_beat=1e6)
-    with pytest.raises(InputError, match="cannot be shared out"):
-        range_rate_spectra(profiles, frame(), num_transmitters=num_transmitters)
+def test_ranges_beyond_the_sample_rate_are_not_in_the_map():
+    assert range_profiles(frame(), greatest_range=1e3).range.size == 16
 
 
-def test_beats_above_the_sample_rate_are_refused():
-    with pytest.raises(InputError, match=r"above the sample rate of 1 MS/s"):
-        range_profiles(frame(), highest_beat=1.1e6)
-    with pytest.raises(InputError, match="must be positive"):
-        SawtoothReceiver(highest_beat=0.0)
+@pytest.mark.parametrize("quantile", [0.0, 1.1])
+def test_a_quantile_that_is_none_is_refused(quantile: float):
+    with pytest.raises(InputError, match="quantile"):
+        RangeDoppler(quantile=quantile)
 
 
 def test_an_axis_that_does_not_grow_is_refused():

@@ -1,0 +1,7 @@
+"""The usual chain for equal chirps: Fourier transforms over range and range rate, then CFAR.
+
+- `transforms`: windowed transforms of the samples; which ramps they can read: `unfit`.
+- `peaks`: maxima of a map between its cells.
+- `unfolding`: range rates beyond a code's span, and the virtual array's channels.
+- `chain`: all of these in order: `RangeDoppler`.
+"""

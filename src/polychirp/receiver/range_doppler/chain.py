@@ -1,0 +1,150 @@
+"""`RangeDoppler`: the usual receiver of chirp sequences."""
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from polychirp.axes import ComplexArray, FloatArray
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.errors import InputError
+from polychirp.model.detection import Detections
+from polychirp.model.if_frame import IfFrame
+from polychirp.model.ramp import RampSchedule
+from polychirp.model.spectra import RangeRateSpectra
+from polychirp.receiver.angle.doa import azimuths
+from polychirp.receiver.clustering import merged
+from polychirp.receiver.detection.cfar import CfarWindow, ordered_statistic
+from polychirp.receiver.mitigation.base import mitigated
+from polychirp.receiver.range_doppler.peaks import interpolated_peaks, is_local_maximum
+from polychirp.receiver.range_doppler.transforms import (
+    middle_frequency,
+    range_profiles,
+    range_rate_spectra,
+    refuse_unfit,
+)
+from polychirp.receiver.range_doppler.unfolding import unfolded
+from polychirp.receiver.settings import ReceiverSettings
+from polychirp.receiver.signal_model.transmit_codes import code_blocks, virtual_line
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RangeDoppler(ReceiverSettings):
+    """Receiver of equal chirps: two Fourier transforms, ordered-statistic CFAR, MIMO decoding.
+
+    The steps: mitigation, tapered transforms over each chirp and over the chirps, power summed over
+    channels, CFAR, local maxima interpolated between cells, the choice among the range rates that a
+    code of the transmitting elements leaves open (`unfolding`), azimuths from the virtual array.
+
+    Range rates beyond half the span λ/2T of chirps T apart appear inside it: `polychirp check`
+    names targets for which this happens. Points closer than a cell or two are one detection.
+
+    Parameters
+    ----------
+    window : training cells of the CFAR, over (range rate, range); made smaller on a small map
+    quantile : rank of the training cell that gives the floor, as a share of their number
+
+    Examples
+    --------
+    A point at 12 m that recedes at 3 m/s, as strong as the noise of a sample:
+
+    >>> from polychirp.model.antenna import AntennaArray
+    >>> from polychirp.model.if_frame import SampleTimes
+    >>> k = np.arange(64)
+    >>> ramps = RampSchedule(start_time=k * 60e-6, duration=0 * k + 50e-6,
+    ...     start_frequency=0 * k + 77e9, slope=0 * k + 10e12, start_phase=0 * k, sweep=k)
+    >>> times = SampleTimes(first=ramps.start_time + 5e-6, num_samples=0 * k + 128, rate=4e6)
+    >>> delay = 2 * (12.0 + 3.0 * times.time) / SPEED_OF_LIGHT
+    >>> in_ramp = times.time - ramps.start_time[:, None]
+    >>> samples = np.exp(2j * np.pi * (77e9 + 10e12 * (in_ramp - delay / 2)) * delay)
+    >>> noise = np.random.default_rng(1).normal(scale=0.7, size=(2, *samples.shape))
+    >>> samples = samples + noise[0] + 1j * noise[1]
+    >>> frame = IfFrame(samples=samples[None], times=times, schedule=ramps,
+    ...     array=AntennaArray(num_channels=1))
+    >>> found = RangeDoppler().detect(frame)
+    >>> found.range.round(1), found.range_rate.round(2)  # 12 m, and 1.9 ms at 3 m/s
+    (array([12.]), array([3.]))
+    """
+
+    window: CfarWindow = field(
+        default_factory=lambda: CfarWindow(
+            guard=(3, 3), training=(8, 8), step=(2, 2), is_circular=(True, False)
+        )
+    )
+    quantile: float = 0.6
+    kind: Literal["range-doppler"] = "range-doppler"
+
+    def __post_init__(self) -> None:
+        super(RangeDoppler, self).__post_init__()
+        if not 0.0 < self.quantile <= 1.0:
+            raise InputError(f"a receiver's quantile of {self.quantile:g} is not in (0, 1]")
+
+    def detect(self, frame: IfFrame) -> Detections:
+        """Detections of one frame, strongest first; range and azimuth in the middle of the frame.
+
+        Raises
+        ------
+        CapabilityError
+            The ramps differ, do not follow each other at equal intervals, or have codes that do
+            not separate the transmitting elements.
+        """
+        return self.detect_in(self.spectra(frame), frame)
+
+    def spectra(self, frame: IfFrame) -> RangeRateSpectra:
+        """Spectra of the frame after mitigation, one for each channel and sweep of the code.
+
+        Amplitudes are divided by the mean weight that mitigation leaves to the samples, so that
+        an echo keeps its power.
+        """
+        refuse_unfit(frame.schedule)
+        cleaned = mitigated(self.mitigation, frame)
+        share = float(cleaned.weight.sum() / frame.times.is_sample.sum())
+        profiles = range_profiles(
+            frame.with_samples(cleaned.samples / max(share, 1e-300)),
+            greatest_range=self.greatest_range,
+        )
+        return range_rate_spectra(profiles, frame, code_blocks(frame.schedule))
+
+    def detect_in(self, spectra: RangeRateSpectra, frame: IfFrame) -> Detections:
+        """Detections, as of `detect`, from the `spectra` of the frame."""
+        map_ = spectra.mean_power
+        found = ordered_statistic(
+            map_.power,
+            window=self.window.fitted(map_.power.shape),
+            false_alarm_probability=self.false_alarm_probability,
+            quantile=self.quantile,
+            num_looks=spectra.amplitude.shape[0],
+        )
+        is_peak = is_local_maximum(map_.power)[found.row, found.column]
+        row, column = found.row[is_peak], found.column[is_peak]
+        rate, beat_range, power = interpolated_peaks(map_, row=row, column=column)
+        blocks = code_blocks(frame.schedule)
+        cells = spectra.amplitude[:, row, column].T
+        cells = cells.reshape(row.size, frame.array.num_channels, len(blocks.weight))
+        decoded = unfolded(frame, blocks, cells, rate)
+        schedule = frame.schedule
+        middle = middle_frequency(schedule, frame.times)
+        distance = beat_range - decoded.range_rate * middle / schedule.slope[0]
+        line, _ = virtual_line(frame.array, schedule.num_elements)
+        azimuth = azimuths(
+            decoded.amplitude[:, :, None],
+            spacing=line.spacing * middle / SPEED_OF_LIGHT,
+            estimator=self.angle,
+        )
+        is_near = (distance >= self.least_range) & (distance <= self.greatest_range)
+        order = np.argsort(-power, kind="stable")
+        order = order[is_near[order]]
+        seen = Detections(
+            time=float(0.5 * (schedule.start_time[0] + schedule.end_time[-1])),
+            range=distance[order],
+            range_rate=decoded.range_rate[order],
+            azimuth=azimuth[order],
+            power=power[order],
+            snr=(found.power / found.floor)[is_peak][order],
+        )
+        return seen if self.grouping is None else merged(seen, self.grouping)
+
+    def combined_power(self, amplitude: ComplexArray, schedule: RampSchedule) -> FloatArray:
+        """Power, W, of amplitudes ``(…, ramp)`` that add up in phase over the blocks of a code."""
+        ramps = code_blocks(schedule).ramps[:, :, 0]
+        return np.asarray(np.mean(np.abs(np.mean(amplitude[..., ramps], axis=-2)) ** 2, axis=-1))

@@ -1,0 +1,134 @@
+r"""Fourier transforms of equal ramps over range and range rate.
+
+With :math:`y = s_{tx}\overline{s_{rx}}` and a target at :math:`R + vt`, the phase of the samples at
+a time t' on a ramp of slope b that starts at frequency f is :math:`2\pi (f + b t')\,\tau` with
+:math:`\tau = 2(R + vt)/c`. With :math:`f_m` the frequency in the middle of the sampling window, the
+samples have the frequencies
+
+.. math:: f_b = \frac{2bR}{c} + \frac{2 f_m v}{c} \quad\text{along a ramp,}\qquad
+          f_d = \frac{2 f_m v}{c} \quad\text{from ramp to ramp,}
+
+so a target that recedes is at a positive frequency from ramp to ramp. The range axis of the maps is
+:math:`c f_b/2b`; from the range of a detection the second term is removed.
+
+If the transmitting elements share the sweeps by a code of K sweeps (`signal_model.transmit_codes`),
+every K-th ramp is transformed on its own, since only these were sent by the same elements. The span
+of range rates is then K times smaller.
+"""
+
+import numpy as np
+
+from polychirp.axes import ComplexArray, FloatArray
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.errors import CapabilityError
+from polychirp.model.if_frame import IfFrame, SampleTimes
+from polychirp.model.ramp import RampSchedule
+from polychirp.model.spectra import RangeProfiles, RangeRateSpectra
+from polychirp.receiver.signal_model.transmit_codes import CodeBlocks
+
+TAPER_SHAPE = 7.0
+"""Kaiser's β of both transforms (chosen): side lobes 51 dB down, noise bandwidth 1.58 cells."""
+
+MOST_UNEVEN = 1e-4
+"""Greatest deviation of the ramps' starts from equal intervals, as a share of the interval. Chosen:
+a Doppler frequency of half a cycle per interval is then wrong by 2e-4 rad per ramp at most."""
+
+
+def taper(size: int) -> FloatArray:
+    """Kaiser's window with the sum 1, so that a tone's amplitude is that of its spectral peak."""
+    window = np.kaiser(size, TAPER_SHAPE)
+    return np.asarray(window / window.sum())
+
+
+def unfit(schedule: RampSchedule) -> str:
+    """Reason why these transforms cannot read ramps, as the end of a sentence; empty if they can.
+
+    >>> from polychirp.rng import Streams
+    >>> from polychirp.waveform import Triangular
+    >>> unfit(Triangular().schedule(num_sweeps=4, streams=Streams(seed=1)))
+    'its ramps differ in slope'
+    """
+    if schedule.num_ramps < 2:
+        return "it has a single ramp"
+    for name, values in (
+        ("slope", schedule.slope),
+        ("start frequency", schedule.start_frequency),
+        ("duration", schedule.duration),
+    ):
+        if not np.allclose(values, values[0], rtol=1e-9, atol=0.0):
+            return f"its ramps differ in {name}"
+    start = schedule.start_time
+    interval = float(start[-1] - start[0]) / (start.size - 1)
+    uneven = float(np.max(np.abs(start - start[0] - interval * np.arange(start.size))))
+    if uneven > MOST_UNEVEN * interval:
+        return f"its ramps are up to {1e6 * uneven:.3g} µs off equal intervals"
+    return ""
+
+
+def refuse_unfit(schedule: RampSchedule) -> None:
+    """Refuse ramps that these transforms cannot read.
+
+    Raises
+    ------
+    CapabilityError
+        The ramps differ, or do not follow each other at equal intervals.
+    """
+    reason = unfit(schedule)
+    if reason:
+        raise CapabilityError(
+            "the range-Doppler receiver needs equal ramps at equal intervals, and of this schedule "
+            f"{reason}; the receiver 'joint' reads it"
+        )
+
+
+def middle_frequency(schedule: RampSchedule, times: SampleTimes) -> float:
+    """Frequency transmitted in the middle of every ramp's sampling window, Hz."""
+    middle = times.first[0] + 0.5 * (times.most_samples - 1) / times.rate - schedule.start_time[0]
+    return float(schedule.start_frequency[0] + schedule.slope[0] * middle)
+
+
+def range_profiles(frame: IfFrame, *, greatest_range: float) -> RangeProfiles:
+    """Tapered spectrum of every ramp, from range zero to the last cell within ``greatest_range``.
+
+    Phases refer to the middle of the sampling window. The last cell is at most that of the sample
+    rate, beyond which ranges repeat.
+    """
+    size, rate = frame.times.most_samples, frame.times.rate
+    slope = float(frame.schedule.slope[0])
+    cell = float(SPEED_OF_LIGHT * rate / (2.0 * abs(slope) * size))
+    num_ranges = min(size, int(greatest_range / cell * (1 + 1e-12)) + 1)
+    bins = np.arange(num_ranges) * (1 if slope > 0 else -1)
+    spectrum = np.fft.fft(frame.samples * taper(size), axis=2)[:, :, bins]
+    to_middle = np.exp(1j * np.pi * bins * (size - 1) / size)
+    return RangeProfiles(amplitude=spectrum * to_middle, range=cell * np.arange(float(num_ranges)))
+
+
+def range_rate_spectra(
+    profiles: RangeProfiles, frame: IfFrame, blocks: CodeBlocks
+) -> RangeRateSpectra:
+    """Tapered transforms over the blocks of a code, one for every channel and sweep of the block.
+
+    The channel axis runs over the sweeps of the block for each channel. Phases refer to the middle
+    of each series of ramps, so that a target's phases differ from sweep to sweep of the block.
+    """
+    turns = profiles.amplitude[:, blocks.ramps[:, :, 0]]  # (channel, block, sweep of it, range)
+    count, length = blocks.ramps.shape[:2]
+    spectrum = np.fft.fft(turns * taper(count)[:, None, None], axis=1)
+    interval = repetition_interval(frame.schedule)
+    frequency: FloatArray = np.asarray(np.fft.fftfreq(count, d=length * interval))
+    to_middle = np.exp(1j * np.pi * np.fft.fftfreq(count) * (count - 1))
+    spectrum *= to_middle[:, None, None]
+    order = np.argsort(frequency, kind="stable")
+    amplitude: ComplexArray = np.moveaxis(spectrum[:, order], 2, 1)
+    wavelength = SPEED_OF_LIGHT / middle_frequency(frame.schedule, frame.times)
+    return RangeRateSpectra(
+        amplitude=amplitude.reshape(-1, count, profiles.range.size),
+        range_rate=0.5 * wavelength * frequency[order],
+        range=profiles.range,
+    )
+
+
+def repetition_interval(schedule: RampSchedule) -> float:
+    """Time from ramp to ramp, s, of ramps at equal intervals."""
+    start = schedule.start_time
+    return float(start[-1] - start[0]) / (start.size - 1)

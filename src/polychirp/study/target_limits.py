@@ -1,0 +1,92 @@
+"""Targets that a receiver cannot report, since they are too far away or too fast for it."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from polychirp.axes import FloatArray
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.model.ramp import RampSchedule
+from polychirp.receiver.chain import Receiver
+from polychirp.receiver.range_doppler.transforms import repetition_interval
+from polychirp.receiver.selection import receiver_for
+from polychirp.study.spec import Study, StudyRadar, target_names, victim_indices
+from polychirp.traffic.street import Point, Vehicle
+from polychirp.traffic.vehicle import vehicle_size
+
+
+def targets_out_of_reach(study: Study, schedules: Sequence[RampSchedule]) -> Iterator[str]:
+    """A sentence for each target beyond every victim's range, or too fast for one of them.
+
+    Range and range rate are those of the middle of a vehicle at 0 s, less half its length for the
+    range.
+    """
+    bodies = _bodies(study)
+    far: dict[str, str] = {}
+    near: set[str] = set()
+    for number in victim_indices(study):
+        radar = study.radars[number]
+        speed, why = _greatest_speed(study, schedules[number])
+        for name in sorted(bodies.keys() & set(target_names(study, radar))):
+            distance, rate = _seen_from(radar, bodies, bodies[name])
+            if distance > study.receiver.greatest_range:
+                far[name] = (
+                    f"'{name}' is {distance:.3g} m from '{radar.name}', beyond the receiver's "
+                    f"greatest range of {study.receiver.greatest_range:g} m; raise "
+                    "receiver.greatest_range"
+                )
+                continue
+            near.add(name)
+            if abs(rate) > speed:
+                yield (
+                    f"'{name}' moves at {3.6 * abs(rate):.0f} km/h along the line of sight of "
+                    f"'{radar.name}', and {why}"
+                )
+    yield from (far[name] for name in sorted(far.keys() - near))
+
+
+def _bodies(study: Study) -> dict[str, Vehicle | Point]:
+    """Vehicles and points of the street by their names."""
+    return {body.name: body for body in (*study.street.vehicles, *study.street.points)}
+
+
+def _greatest_speed(study: Study, schedule: RampSchedule) -> tuple[float, str]:
+    """Greatest range rate that the receiver reports as it is, m/s, and the end of a sentence."""
+    receiver = receiver_for(study.receiver, schedule)
+    if isinstance(receiver, Receiver):
+        return receiver.greatest_speed, (
+            f"its receiver searches to {3.6 * receiver.greatest_speed:.0f} km/h; raise "
+            "receiver.greatest_speed"
+        )
+    wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
+    speed = wavelength / (4.0 * repetition_interval(schedule))
+    return speed, (
+        f"its chirps tell speeds apart to {3.6 * speed:.0f} km/h: it will appear with another "
+        "speed; use a shorter ramp_duration or idle"
+    )
+
+
+def _seen_from(
+    radar: StudyRadar, bodies: Mapping[str, Vehicle | Point], body: Vehicle | Point
+) -> tuple[float, float]:
+    """Range of a body's nearest part, m, and its range rate, m/s, from a radar."""
+    own = bodies[radar.vehicle]
+    assert isinstance(own, Vehicle)
+    place, velocity = _state(own)
+    turn = complex(math.cos(own.heading), math.sin(own.heading))
+    mount = turn * complex(radar.mount.x, radar.mount.y)
+    eye = place + np.array([mount.real, mount.imag])
+    where, moving = _state(body)
+    distance = float(np.linalg.norm(where - eye))
+    rate = float((moving - velocity) @ (where - eye)) / max(distance, 1e-9)
+    size = vehicle_size(body.body)[0] if isinstance(body, Vehicle) else 0.0
+    return distance - 0.5 * size, rate
+
+
+def _state(body: Vehicle | Point) -> tuple[FloatArray, FloatArray]:
+    """Place, m, and velocity, m/s, on the road's plane: ``(xy,)`` each."""
+    if isinstance(body, Vehicle):
+        ahead = np.array([math.cos(body.heading), math.sin(body.heading)])
+        return np.array([body.x, body.y]), body.speed * ahead
+    return np.array([body.x, body.y]), np.array(body.velocity[:2])
