@@ -118,7 +118,7 @@ class RandomTraffic(Spec):
 
     def __post_init__(self) -> None:
         if self.num_targets < 0 or self.num_carriers < 0:
-            raise InputError("random traffic has 0 or more targets, and 0 or more carriers")
+            raise InputError("num_targets and num_carriers of random traffic must be 0 or more")
         if not self.reach > MIN_DISTANCE:
             raise InputError(f"random traffic must reach beyond {MIN_DISTANCE:g} m")
         if not (self.gap >= 0 and self.rcs >= 0):
