@@ -129,7 +129,7 @@ class SigmfRecording:
         # below 1e100, squares of correlations stay finite
         if not np.all(np.abs(values) < 1e100):
             raise InputError(
-                f"{self.name}: holds values that are no numbers or beyond all bounds; its "
+                f"{self.name}: holds values that are not numbers or are implausibly large; its "
                 f"core:datatype says {self.datatype}, but the samples may be integers"
             )
         return values.view(np.complex128)
