@@ -38,7 +38,7 @@ def text_of(path: Path) -> str:
         content = file.read(MOST_BYTES + 1)
     if len(content) > MOST_BYTES:
         raise InputError(
-            f"'{path}' is larger than {MOST_BYTES >> 20} MB; it is not a file of this kind"
+            f"'{path}' is larger than {MOST_BYTES >> 20} MiB; it is not a file of this kind"
         )
     return content.decode("utf-8")
 
@@ -101,4 +101,6 @@ def _shallow(value: Value) -> Value:
 
 
 def _too_deep() -> InputError:
-    return InputError(f"tables and lists are nested more than {MOST_LEVELS} levels deep; nest less")
+    return InputError(
+        f"tables and lists are nested more than {MOST_LEVELS} levels deep; use fewer levels"
+    )

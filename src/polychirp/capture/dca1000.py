@@ -52,7 +52,10 @@ def open_raw(
     path = Path(path)
     device = parameters.device
     if device is None:
-        raise InputError(f"{path.name}: its parameters name no device; give it, as in 'xwr16xx'")
+        raise InputError(
+            f'{path.name}: its parameters name no device; add device = "xwr16xx", or the device '
+            "that wrote it, to the parameter file"
+        )
     try:
         size = path.stat().st_size
     except FileNotFoundError:
@@ -105,8 +108,9 @@ def _words_per_ramp(parameters: CaptureParameters, device: Device) -> int:
     receivers = NUM_LANES if device == "xwr14xx" else parameters.num_receivers
     if parameters.num_receivers > NUM_LANES:
         raise InputError(
-            f"num_receivers: a DCA1000 file has at most {NUM_LANES}, not {parameters.num_receivers}"
+            f"num_receivers: a DCA1000 file has at most {NUM_LANES} receivers, not "
+            f"{parameters.num_receivers}"
         )
     if parts == 2 and device != "xwr14xx" and parameters.num_samples % 2:
-        raise InputError("num_samples: must be even, for two lanes carry samples in pairs")
+        raise InputError("num_samples: must be even, because the file holds samples in pairs")
     return parts * receivers * parameters.num_samples

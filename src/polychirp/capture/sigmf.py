@@ -129,7 +129,7 @@ class SigmfRecording:
         # below 1e100, squares of correlations stay finite
         if not np.all(np.abs(values) < 1e100):
             raise InputError(
-                f"{self.name}: holds values that are no numbers or beyond all bounds; its "
+                f"{self.name}: holds values that are not numbers or are implausibly large; its "
                 f"core:datatype says {self.datatype}, but the samples may be integers"
             )
         return values.view(np.complex128)
@@ -237,7 +237,9 @@ def _json(path: Path) -> dict[str, Any]:
     except OSError as error:
         raise InputError(f"'{path}' cannot be read: {error.strerror}") from None
     except (UnicodeDecodeError, json.JSONDecodeError) as error:
-        raise InputError(f"{path.name}: is not JSON ({error}); SigMF metadata are") from None
+        raise InputError(
+            f"{path.name}: is not JSON ({error}); SigMF metadata must be JSON"
+        ) from None
     except InputError as error:
         raise InputError(f"{path.name}: {error}") from None
     if not isinstance(found, dict):
@@ -251,8 +253,8 @@ def _global(metadata: Mapping[str, Any], name: str) -> dict[str, Any]:
         raise InputError(f"{name}: has no object 'global'; SigMF metadata have one")
     if fields.get("core:num_channels", 1) != 1:
         raise InputError(
-            f"{name}: has {_shown(fields['core:num_channels'])} channels; split them into "
-            "recordings"
+            f"{name}: has {_shown(fields['core:num_channels'])} channels; store each channel as "
+            "its own recording"
         )
     return fields
 
@@ -264,7 +266,9 @@ def _capture(metadata: Mapping[str, Any], name: str) -> dict[str, Any]:
     if any(one.get("core:header_bytes") for one in captures):
         raise InputError(f"{name}: has headers between samples, which are not read; remove them")
     if any(one.get("core:frequency") != captures[0].get("core:frequency") for one in captures):
-        raise InputError(f"{name}: was retuned while recording; split it where it was")
+        raise InputError(
+            f"{name}: was retuned while recording; split it where core:frequency changes"
+        )
     return captures[0] if captures else {}
 
 
@@ -313,7 +317,9 @@ def _count(data: Path, datatype: str, fields: Mapping[str, Any]) -> int:
     except OSError as error:
         raise InputError(f"'{data}' cannot be read: {error.strerror}") from None
     if not data.is_file():
-        raise InputError(f"'{data}' is not a file; samples stand in a file beside their metadata")
+        raise InputError(
+            f"'{data}' is not a file; the samples must be in a file beside their metadata"
+        )
     width = 2 * np.dtype(FORMATS[datatype][0]).itemsize
     count, rest = divmod(size, width)
     told = fields.get("polychirp:num_samples")
@@ -365,7 +371,7 @@ def _check_band(schedule: RampSchedule | None, rate: float, centre: float, name:
     if np.all(np.abs(middle - centre) - 0.5 * schedule.bandwidth > 0.5 * rate):
         raise InputError(
             f"{name}: its ramps are about {float(middle[0]) / 1e9:g} GHz, but core:frequency is "
-            f"{centre / 1e9:g} GHz and core:sample_rate {rate / 1e6:g} MS/s; correct what is wrong"
+            f"{centre / 1e9:g} GHz and core:sample_rate {rate / 1e6:g} MS/s; correct the wrong one"
         )
 
 

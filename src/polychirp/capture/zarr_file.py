@@ -203,7 +203,7 @@ class ZarrArray:
         if size > limit:
             raise InputError(
                 f"{label} holds more than the {self.metadata.chunk_bytes} bytes that its array "
-                "announces; it is damaged, or made to fill the memory"
+                "announces; it is damaged or unsafe: copy it again, or do not use it"
             )
 
 
@@ -257,8 +257,8 @@ def read_metadata(path: Path) -> ZarrMetadata:
         told = _object(path / ".zattrs", name) if has_attributes else {}
     except (FileNotFoundError, NotADirectoryError):
         raise InputError(
-            f"{name}: cannot be read as one Zarr array: it has no metadata of one; name the "
-            "folder of the array itself"
+            f"{name}: cannot be read as one Zarr array: it has no metadata of an array; name "
+            "the folder of the array itself"
         ) from None
     return _version_2(content, told, name)
 
@@ -284,17 +284,21 @@ def _version_3(content: Mapping[str, Any], name: str) -> ZarrMetadata:
             f"{name}: cannot be read as one Zarr array; name the folder of the array itself"
         )
     if content.get("storage_transformers"):
-        raise InputError(f"{name}: has storage transformers, which are not read; store it without")
+        raise InputError(
+            f"{name}: has storage transformers, which are not read; store it without them"
+        )
     dtype = content.get("data_type")
     if not (isinstance(dtype, str) and dtype in TYPES):
         raise _no_numbers(name, dtype)
     grid = _named(content.get("chunk_grid"), name, "chunk_grid")
     if grid[0] != "regular":
-        raise InputError(f"{name}: has chunks of different sizes, which are not read")
+        raise InputError(
+            f"{name}: has chunks of different sizes, which are not read; store equal ones"
+        )
     keys = _named(content.get("chunk_key_encoding"), name, "chunk_key_encoding")
     separator = keys[1].get("separator", "/" if keys[0] == "default" else ".")
     if keys[0] not in ("default", "v2") or separator not in ("/", "."):
-        raise InputError(f"{name}: names its chunks in a way that is not read")
+        raise InputError(f"{name}: has an unknown naming of its chunks; use Zarr's default")
     codecs = content.get("codecs")
     if not isinstance(codecs, list):
         raise InputError(f"{name}: has no list of codecs; copy it again")
@@ -322,7 +326,9 @@ def _version_2(content: Mapping[str, Any], told: dict[str, Any], name: str) -> Z
         raise _no_numbers(name, content.get("dtype"))
     separator = content.get("dimension_separator", ".")
     if separator not in ("/", ".") or content.get("order", "C") not in ("C", "F"):
-        raise InputError(f"{name}: orders its numbers or chunks in a way that is not read")
+        raise InputError(
+            f"{name}: has an unknown order or dimension separator; use Zarr's defaults"
+        )
     filters = content.get("filters") or []
     if not isinstance(filters, list):
         raise InputError(f"{name}: its filters are not a list; copy it again")
@@ -414,7 +420,9 @@ def _v2_dtype(told: object) -> str | None:
 def _lengths(told: object, name: str, *, least: int) -> tuple[int, ...]:
     is_list = isinstance(told, list) and len(told) <= 32
     if not (is_list and all(_is_length(length, least) for length in told)):  # type: ignore[attr-defined]
-        raise InputError(f"{name}: its shape or chunks are not lists of plausible lengths")
+        raise InputError(
+            f"{name}: its shape or chunks are not lists of plausible lengths; copy it again"
+        )
     return tuple(told)  # type: ignore[arg-type]
 
 

@@ -109,7 +109,7 @@ def cross_sections(
     """
     if azimuth.size > MOST_ASPECTS:
         raise InputError(
-            f"{azimuth.size} aspects are more than {MOST_ASPECTS}; use a longer step of azimuth"
+            f"{azimuth.size} aspects are more than {MOST_ASPECTS}; use a larger step of azimuth"
         )
     centre, radius = sphere_around(mesh)
     if distance <= radius:
@@ -159,7 +159,7 @@ def num_aspects(step: float) -> int:
     if count > MOST_ASPECTS:
         raise InputError(
             f"a step of {np.degrees(step):.3g} deg gives {count:.3g} aspects, more than "
-            f"{MOST_ASPECTS}; use a longer one"
+            f"{MOST_ASPECTS}; use a larger step of azimuth"
         )
     return max(1, round(count))
 

@@ -36,7 +36,7 @@ def add_parser(subparsers: Any) -> None:
     """Add the parser of the verb ``rcs``."""
     parser = subparsers.add_parser(
         "rcs",
-        help="radar cross section of a mesh over aspect",
+        help="compute the radar cross section of a mesh over aspect",
         description="Trace the monostatic echo of a body from all around, and print and plot its "
         "radar cross section: what the radar equation reads at that range. MESH is a file "
         "(.glb, .obj, .stl) or one of sedan, hatchback, van, truck. Range, azimuth (0 = front, "
@@ -44,38 +44,63 @@ def add_parser(subparsers: Any) -> None:
     )
     parser.add_argument("mesh", metavar="MESH", help="a mesh file or a built-in body")
     where = parser.add_mutually_exclusive_group()
-    where.add_argument("--range", metavar="R", default="10 m", help="of the radar (default: 10 m)")
-    where.add_argument("--far", action="store_true", help="plane waves: the far field")
-    parser.add_argument("--elevation", metavar="A", default="0 deg", help="(default: 0 deg)")
-    parser.add_argument("--step", metavar="A", default="0.5 deg", help="(default: 0.5 deg)")
-    parser.add_argument("--frequency", metavar="F", default="79 GHz", help="(default: 79 GHz)")
+    where.add_argument(
+        "--range",
+        metavar="R",
+        default="10 m",
+        help="range of the radar from the middle of the body (default: 10 m)",
+    )
+    where.add_argument(
+        "--far", action="store_true", help="compute the far field (plane waves) instead"
+    )
+    parser.add_argument(
+        "--elevation",
+        metavar="A",
+        default="0 deg",
+        help="elevation of the radar, positive up (default: 0 deg)",
+    )
+    parser.add_argument(
+        "--step", metavar="A", default="0.5 deg", help="step of azimuth (default: 0.5 deg)"
+    )
+    parser.add_argument(
+        "--frequency", metavar="F", default="79 GHz", help="frequency (default: 79 GHz)"
+    )
     parser.add_argument(
         "--polarisation",
         choices=("VV", "VH", "HV", "HH"),
         default="VV",
-        help="received, transmitted: what is printed and drawn; the CSV has all (default: VV)",
+        help="received, then transmitted polarisation of what is printed and drawn; the CSV file "
+        "has all four (default: VV)",
     )
-    parser.add_argument("--material", metavar="NAME", help="make all of it of this material")
+    parser.add_argument("--material", metavar="NAME", help="material of the whole body")
     parser.add_argument(
         "--bounces",
         metavar="N",
         type=int,
         default=1,
-        help="most surfaces that a path may meet (default: 1)",
+        help="greatest number of surfaces that a path meets (default: 1)",
     )
     parser.add_argument(
         "--max-edge", metavar="L", default="5 cm", help="longest edge of a facet (default: 5 cm)"
     )
     parser.add_argument(
-        "--smooth", metavar="A", default="2 deg", help="half window of the median (default: 2 deg)"
+        "--smooth",
+        metavar="A",
+        default="2 deg",
+        help="half the width of the running median over azimuth (default: 2 deg)",
     )
     parser.add_argument(
-        "--scale", metavar="X", default="1", help="metres per unit of the file: 0.001 for mm"
+        "--scale",
+        metavar="X",
+        default="1",
+        help="metres per unit of the mesh file: 0.001 if it is in mm (default: 1)",
     )
     parser.add_argument(
-        "--up", choices=("y", "z"), help="upward axis of the file (default: y, of an STL file z)"
+        "--up", choices=("y", "z"), help="upward axis of the mesh file (default: y; z for STL)"
     )
-    parser.add_argument("-o", "--out", metavar="DIR", help="folder (default: out/rcs-NAME)")
+    parser.add_argument(
+        "-o", "--out", metavar="DIR", help="folder of the results (default: out/rcs-NAME)"
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -114,7 +139,7 @@ def run(arguments: argparse.Namespace) -> int:
             progress=lambda done, total: show("aspects", done, total),
         )
     if not np.any(found.rcs):
-        raise InputError(f"'{arguments.mesh}' has no echo; turn its faces outwards")
+        raise InputError(f"'{arguments.mesh}' has no echo; turn the normals of its faces outwards")
     _report(arguments, mesh, found, window, folder)
     return 0
 
@@ -155,7 +180,7 @@ def _from_file(arguments: argparse.Namespace) -> Mesh:
         )
     is_stl = path.suffix.lower() == ".stl"
     if is_stl and arguments.material is None:
-        raise InputError(f"'{name}' names no materials; say --material metal")
+        raise InputError(f"'{name}' names no materials; name one, as in --material metal")
     try:
         scale = float(arguments.scale)
     except ValueError:
@@ -170,7 +195,9 @@ def _from_file(arguments: argparse.Namespace) -> Mesh:
         )
     except InputError as error:
         if arguments.material is None and "material" in str(error):
-            raise InputError(f"{error}; or say --material metal for all of it") from None
+            raise InputError(
+                f"{error}; or name one for the whole body, as in --material metal"
+            ) from None
         raise
     if arguments.material is None:
         return mesh
@@ -182,11 +209,11 @@ def _check_size(name: str, mesh: Mesh) -> None:
     corners = mesh.corners.reshape(-1, 3)
     size = float((corners.max(axis=0) - corners.min(axis=0)).max())
     if size > LARGEST_BODY:
-        raise InputError(f"'{name}' is {size:.4g} m large; if it is in mm, say --scale 0.001")
+        raise InputError(f"'{name}' is {size:.4g} m large; if the file is in mm, add --scale 0.001")
     if size < SMALLEST_BODY:
         raise InputError(
             f"'{name}' is {1e3 * size:.3g} mm large, too small for physical optics; "
-            "say --scale with the metres per unit of the file"
+            "give the metres per unit of the file with --scale"
         )
 
 

@@ -100,7 +100,7 @@ def _missing(error: Mapping[str, Any], owner: Any) -> str:
 
 def _no_kind(error: Mapping[str, Any], owner: Any) -> str:
     del error, owner
-    return "is missing; it chooses what the other keys mean"
+    return "is missing; give the kind, which decides which other keys are allowed"
 
 
 def _wrong_kind(error: Mapping[str, Any], owner: Any) -> str:
@@ -120,7 +120,7 @@ def _literal(error: Mapping[str, Any], owner: Any) -> str:
 def _too_long(error: Mapping[str, Any], owner: Any) -> str:
     del owner
     ctx = error["ctx"]
-    return f"has {ctx['actual_length']} entries; it takes {ctx['max_length']}"
+    return f"has {ctx['actual_length']} entries; give at most {ctx['max_length']}"
 
 
 def _needs(what: str) -> Callable[[Mapping[str, Any], Any], str]:

@@ -66,7 +66,7 @@ def need_comparable(a: Baseband, b: Baseband) -> None:
             f"{b.centre_frequency / 1e9:.9g} GHz; retune one of them, or compare basebands"
         )
     if not (a.energy > 0 and b.energy > 0):
-        raise InputError("a signal without energy correlates with nothing; check the recording")
+        raise InputError("a signal has no energy; check that its samples are not all zero")
 
 
 def correlate(a: Baseband, b: Baseband, *, oversampling: int = 1) -> Correlation:

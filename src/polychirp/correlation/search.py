@@ -111,7 +111,7 @@ def _check(recording: SampleSource, reference: Baseband) -> None:
     if not math.isclose(recording.sample_rate, reference.sample_rate, rel_tol=1e-12):
         raise InputError(
             f"the recording has {recording.sample_rate / 1e6:g} MS/s and the reference "
-            f"{reference.sample_rate / 1e6:g}; make the reference at the recording's rate"
+            f"{reference.sample_rate / 1e6:g} MS/s; resample the reference to the recording's rate"
         )
     if recording.num_samples < reference.num_samples:
         raise InputError(
@@ -119,7 +119,7 @@ def _check(recording: SampleSource, reference: Baseband) -> None:
             f"{reference.num_samples}; record for longer"
         )
     if not reference.energy > 0:
-        raise InputError("the reference has no energy")
+        raise InputError("the reference has no energy; check that its samples are not all zero")
 
 
 def _heights(

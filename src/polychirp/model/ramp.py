@@ -149,8 +149,8 @@ class RampSchedule:
         """
         if not np.all((1.0 + clock_offset) ** 2 + 2.0 * clock_drift * self.end_time > 0):
             raise InputError(
-                f"a clock that drifts by {clock_drift:g} in a second stands still before the "
-                "schedule ends; let it drift less"
+                f"with a drift of {clock_drift:g} per second, a clock stands still before the "
+                "schedule ends; use a smaller drift"
             )
         base = 1.0 + clock_offset
         rate = np.sqrt(base**2 + 2.0 * clock_drift * self.start_time)

@@ -54,7 +54,10 @@ class LoopbackRadio:
         """See `Radio.record`."""
         signal = self._signal
         if signal is None:
-            raise RunError("the loop-back radio plays nothing, so there is nothing to record")
+            raise RunError(
+                "the loop-back radio plays nothing, so there is nothing to record; play a "
+                "signal first"
+            )
         period = signal.num_samples
         begin = int(Streams(self.seed)["loop-back", "begin"].integers(period))
         count = -(-(begin + num_samples) // period) + 1

@@ -116,7 +116,7 @@ class Receiver(Spec):
             )
         if self.angle not in AZIMUTH_ESTIMATORS:
             raise InputError(
-                f"a receiver's angle '{self.angle}' is none of {', '.join(AZIMUTH_ESTIMATORS)}"
+                f"a receiver's angle '{self.angle}' is not one of {', '.join(AZIMUTH_ESTIMATORS)}"
             )
         if not self.dynamic_range > 1.0:
             raise InputError("a receiver's dynamic range must be above 0 dB")

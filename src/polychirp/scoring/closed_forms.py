@@ -241,7 +241,7 @@ def crossing(*, own_slope: float, other_slope: float) -> float:
     0.81
     """
     if not 0 < own_slope <= other_slope:
-        raise InputError("the form needs positive slopes, and the interferer's as the steeper one")
+        raise InputError("own_slope must be positive, and other_slope at least as large")
     return (other_slope - own_slope) / other_slope
 
 
@@ -277,7 +277,9 @@ def same_band(*, chirp_band: float, total_band: float, tolerated: float = 0.0) -
     """
     room, width = total_band - chirp_band, (1.0 - tolerated) * chirp_band
     if not 0.0 <= tolerated < 1.0 or room < 0.0:
-        raise InputError("a chirp must fit into the band, and tolerate less than all of itself")
+        raise InputError(
+            "chirp_band must be at most total_band, and tolerated at least 0 and below 1"
+        )
     if width >= room:
         return 1.0
     return 2.0 * width / room * (1.0 - 0.5 * width / room)

@@ -204,9 +204,9 @@ def _warn_of_targets_without_echo(study: Study) -> None:
     )
     if names and not {"facets", "vehicle-points"} & study.tracer.capabilities:
         warnings.warn(
-            f"the tracer '{study.tracer.kind}' gives vehicles no echo to rely on, so '{names[0]}' "
-            "may not be found; use the tracer 'composite' or 'point-vehicles', or name points as "
-            "targets if it has them",
+            f"the tracer '{study.tracer.kind}' computes no reliable echo of vehicles, so "
+            f"'{names[0]}' may not be found; use the tracer 'composite' or 'point-vehicles', or "
+            "name points as targets if it has them",
             ModelWarning,
             stacklevel=3,
         )

@@ -232,7 +232,9 @@ def load_run(path: Path | str) -> StoredRun:
             f"there is no run in '{path}'; name the folder that ends in .zarr"
         ) from None
     if attributes.get("format") != FORMAT:
-        raise InputError(f"'{path}' is not a run of polychirp; it has no such format mark")
+        raise InputError(
+            f"'{path}' is not a run of polychirp: its attribute 'format' is not '{FORMAT}'"
+        )
     if attributes.get("format_version") != FORMAT_VERSION:
         raise InputError(
             f"'{path}' has format version {attributes.get('format_version')}; this polychirp "

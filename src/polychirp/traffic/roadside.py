@@ -119,8 +119,8 @@ def tree(name: str, *, x: float, y: float, height: float, crown_radius: float) -
     """A tree at (x, y) (m): a wooden trunk below an ellipsoidal crown of leaves."""
     if not 0 < 2 * crown_radius < height:
         raise InputError(
-            f"tree '{name}' needs a crown that is less wide ({2 * crown_radius:g} m) than the "
-            f"tree is high ({height:g} m)"
+            f"tree '{name}' needs a positive crown radius, and a crown that is less wide "
+            f"({2 * crown_radius:g} m) than the tree is high ({height:g} m)"
         )
     return Actor(name=name, kind="tree", pose=Pose(x=x, y=y), mesh=tree_mesh(height, crown_radius))
 

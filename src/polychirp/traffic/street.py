@@ -74,8 +74,8 @@ class Vehicle(Spec):
             )
         if self.mesh is None and self.max_edge > GREATEST_FACET_EDGE:
             raise InputError(
-                f"vehicle '{self.name}' has facets of up to {self.max_edge:g} m, in which a body "
-                f"loses its arches; use {GREATEST_FACET_EDGE:g} m or less"
+                f"vehicle '{self.name}' has facets of up to {self.max_edge:g} m, too large for the "
+                f"wheel arches of a body; use {GREATEST_FACET_EDGE:g} m or less"
             )
 
     @property

@@ -318,7 +318,7 @@ def test_a_range_of_frames_is_not_walked(tmp_path: Path):
     [
         ("num_ramps", "1" + "0" * 12, "num_ramps: 1000000000000 is too large"),
         ("num_samples", "9" * 5000, "an integer has thousands of digits"),
-        ("num_samples", "10_000_000", "takes 22.4 TB|takes .* GB of memory"),
+        ("num_samples", "10_000_000", "takes 22.4 TB|takes .* GiB of memory"),
         ("sample_rate", '"1e300 S/s"', "is outside of"),
         ("full_scale", "inf", "full_scale: inf is too large"),
         ("axes", "[" * 5000 + "]" * 5000, "nested"),

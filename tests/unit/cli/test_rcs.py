@@ -100,9 +100,12 @@ def test_a_mistake_is_one_sentence(arguments, sentence, capsys):
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        ([], "names no materials; say --material metal"),
+        ([], "names no materials; name one, as in --material metal"),
         (["--material", "metal", "--scale", "mm"], "--scale: 'mm' is not a number; try 0.001"),
-        (["--material", "metal", "--scale", "10"], "is 1000 m large; if it is in mm, say --scale"),
+        (
+            ["--material", "metal", "--scale", "10"],
+            "is 1000 m large; if the file is in mm, add --scale",
+        ),
         (["--material", "metal", "--scale", "1e-6"], "is 0.1 mm large, too small"),
     ],
 )
@@ -124,7 +127,7 @@ def test_a_body_turned_inside_out_is_refused(tmp_path, capsys):
     path = stl(sphere(0.1, 0.05)[:, ::-1], tmp_path / "ball.stl")
     assert main(["rcs", path, "--material", "metal", "--step", "45 deg"]) == 2
     (said,) = last_words(capsys)
-    assert "has no echo; turn its faces outwards" in said
+    assert "has no echo; turn the normals of its faces outwards" in said
 
 
 def test_a_glb_file_without_materials_is_refused_with_the_option_that_helps(tmp_path, capsys):
@@ -132,7 +135,7 @@ def test_a_glb_file_without_materials_is_refused_with_the_option_that_helps(tmp_
     trimesh.Scene([trimesh.creation.box((0.1, 0.1, 0.1))]).export(path)
     assert main(["rcs", str(path)]) == 2
     (said,) = last_words(capsys)
-    assert "say --material metal" in said
+    assert "as in --material metal" in said
 
 
 def test_a_dollar_in_a_name_is_no_formula(square, tmp_path, capsys):

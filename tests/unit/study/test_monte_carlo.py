@@ -188,7 +188,7 @@ def test_two_runs_do_not_share_a_folder(tmp_path):
     pytest.importorskip("fcntl", reason="this system has no locks of files")
     with (
         trial_log(tmp_path / LOG, made_with=HEADER),
-        pytest.raises(InputError, match="another run is at work"),
+        pytest.raises(InputError, match="another run uses"),
         trial_log(tmp_path / LOG, made_with=HEADER),
     ):
         pass
@@ -286,7 +286,7 @@ def test_what_models_warn_of_is_passed_on_once(plan, tmp_path):
 
 
 def test_no_workers_do_nothing():
-    with pytest.raises(InputError, match="0 workers do nothing"):
+    with pytest.raises(InputError, match="number of workers is 0; use 1 or more"):
         LocalWorkers(count=0)
 
 
@@ -465,7 +465,7 @@ def test_a_full_disk_is_one_error_of_the_log(tmp_path, monkeypatch):
             made[0].is_full = True
             log.append(record)
 
-    with pytest.raises(RunError, match="a finished trial cannot be kept: No space left"):
+    with pytest.raises(RunError, match="a finished trial cannot be stored: No space left"):
         keep_one()
     assert made[0]._file.closed
 

@@ -61,7 +61,7 @@ def test_a_glb_file_opens_no_other_file(glb, what, uri):
     description, rest = described(glb)
     description.setdefault(what, []).append({"uri": uri, "byteLength": 4})
     rewrite(glb, description, rest)
-    with pytest.raises(InputError, match="stand in other files, which are not opened"):
+    with pytest.raises(InputError, match="are in other files, which are not opened"):
         as_metal(glb)
 
 
@@ -171,5 +171,5 @@ def test_edges_that_would_fill_the_memory_are_refused(glb, max_edge):
 
 
 def test_a_step_that_gives_too_many_aspects_is_refused():
-    with pytest.raises(InputError, match=r"gives 3.6e.11 aspects, more than 1000000; use a longer"):
+    with pytest.raises(InputError, match=r"gives 3.6e.11 aspects, more than 1000000; use a larger"):
         num_aspects(np.radians(1e-9))

@@ -64,5 +64,5 @@ def test_a_tree_has_a_closed_trunk_of_wood_below_a_closed_crown_of_leaves():
 
 
 def test_a_crown_wider_than_the_tree_is_high_is_refused():
-    with pytest.raises(InputError, match="tree 't' needs a crown"):
+    with pytest.raises(InputError, match="tree 't' needs a positive crown radius, and a crown"):
         tree("t", x=0, y=0, height=2.0, crown_radius=1.0)

@@ -276,8 +276,8 @@ def _repetition_interval(frame: IfFrame) -> float:
     uneven = float(np.max(np.abs(start - start[0] - interval * np.arange(start.size))))
     if uneven > 1e-4 * interval:
         raise CapabilityError(
-            f"the ramps are up to {uneven:.3g} s off equal intervals, which a slow-time Fourier "
-            "transform needs; use polychirp.receiver.chain.Receiver"
+            f"the starts of the ramps deviate by up to {uneven:.3g} s from equal intervals, which "
+            "a slow-time Fourier transform needs; use polychirp.receiver.chain.Receiver"
         )
     return interval
 

@@ -49,7 +49,7 @@ class CfarWindow(Spec):
     def __post_init__(self) -> None:
         if min(*self.guard, *self.training, *(step - 1 for step in self.step)) < 0:
             raise InputError(
-                "a CFAR window has no negative number of cells and steps of at least 1"
+                "the numbers of cells of a CFAR window must be 0 or more, and its steps 1 or more"
             )
         if self.offsets.size == 0:
             raise InputError("a CFAR window needs at least one training cell")

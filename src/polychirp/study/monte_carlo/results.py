@@ -198,7 +198,7 @@ def save_results(path: Path, results: Results, *, plan: Plan) -> None:
     except OSError as error:
         raise RunError(
             f"'{path}' cannot be written: {error.strerror or error}; finished trials are kept, and "
-            "the same command goes on"
+            "the same command continues with the missing trials"
         ) from error
     finally:
         shutil.rmtree(unfinished, ignore_errors=True)
@@ -296,10 +296,12 @@ def load_results(path: Path | str) -> Results:
             f"there are no results in '{path}'; name the folder that ends in .zarr"
         ) from None
     stated = (attributes.get("format"), attributes.get("format_version"))
+    if stated[0] != FORMAT:
+        raise InputError(f"'{path}' holds no Monte Carlo results; name the folder 'results.zarr'")
     if stated != (FORMAT, FORMAT_VERSION):
         raise InputError(
-            f"'{path}' holds no Monte Carlo results of version {FORMAT_VERSION}, but {stated}; "
-            "run the study again"
+            f"'{path}' has format version {stated[1]}; this polychirp reads version "
+            f"{FORMAT_VERSION}, so run the study again"
         )
     names: list[str] = list(cast("Any", root["num_trials"]).metadata.dimension_names or ())
     stored = {name: _values(root, name) for name in _UNITS}

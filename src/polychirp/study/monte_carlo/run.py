@@ -123,7 +123,7 @@ class _Run:
     def finish(self, executor: Executor, progress: Callable[[str, int, int], None]) -> None:
         """Run tasks until every point has as many trials as ``stopping`` demands."""
         kept = self._stopping.num_done()
-        what = f"trials ({kept} kept)" if kept else "trials"
+        what = f"trials ({kept} from earlier runs)" if kept else "trials"
         total = sum(self._stopping.limit)
         progress(what, 0, total - kept)
         if kept < total:
@@ -156,7 +156,7 @@ class _Run:
             )
             if len(self.failures) >= MOST_FAILURES:
                 raise RunError(
-                    f"{MOST_FAILURES} trials failed; finished ones are kept. The first: "
+                    f"{MOST_FAILURES} trials failed; finished trials are kept. The first failure: "
                     f"{self.failures[0]}"
                 )
             self._stopping.add(task.point, task.trial, None)

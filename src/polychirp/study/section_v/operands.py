@@ -101,8 +101,8 @@ class Pair:
         if abs(slopes[0] - slopes[1]) * times[0] * times[1] < 10.0:
             return None
         if slopes[0] == -slopes[1]:
-            return crossing_peak(*slopes, *times), "-10 log10(2 B T) + 2.6 dB for opposite slopes"
-        return crossing_peak(*slopes, *times), "-10 log10(|dB| T) + 1.4 dB for crossing ramps"
+            return crossing_peak(*slopes, *times), "−10 log₁₀(2 B T) + 2.6 dB for opposite slopes"
+        return crossing_peak(*slopes, *times), "−10 log₁₀(|ΔB| T) + 1.4 dB for crossing ramps"
 
 
 def _gap(a: RampSchedule, b: RampSchedule) -> float:
@@ -132,7 +132,7 @@ def from_study(study: Study, radar: str, *, num_sweeps: int) -> Operand:
         The study has no such radar, or ``num_sweeps`` is zero.
     """
     if num_sweeps < 1:
-        raise InputError("play one sweep or more")
+        raise InputError(f"num_sweeps is {num_sweeps}; use 1 or more")
     for one in study.radars:
         if one.name == radar:
             schedule = schedule_of(replace(study, num_sweeps=num_sweeps), one)
@@ -294,7 +294,7 @@ def through_radio(pair: Pair, radio: Radio, *, i_hold_a_licence: bool) -> Pair:
         The signal has no carrier but the radio needs one, or `radio.base.measured` refuses.
     """
     if pair.a.centre_frequency == 0.0 and radio.abilities.radiates:
-        raise InputError("a radio needs a carrier; leave out --baseband")
+        raise InputError("a radio needs a signal with a carrier; leave out --baseband")
     record = measured(radio, pair.a, repetitions=1, i_hold_a_licence=i_hold_a_licence)
     return replace(pair, a=aligned(record, pair.a).signal, is_ideal=False)
 

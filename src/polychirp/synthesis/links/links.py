@@ -102,7 +102,7 @@ def links_of_all(
     if num_elements > sender.array.num_transmitters:
         raise InputError(
             f"the schedule of radar '{sender.name}' drives {num_elements} transmitting elements, "
-            f"its array has {sender.array.num_transmitters}; give it more num_transmitters"
+            f"but its array has {sender.array.num_transmitters}; raise its num_transmitters"
         )
     chosen = [
         paths.select((paths.receiver == victim) & (paths.transmitter == transmitter))

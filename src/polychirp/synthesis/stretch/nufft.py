@@ -143,7 +143,7 @@ def tones_of(backend: str) -> MakeTones:
         return partial(BlockTones, xp=import_module("cupy"))
     except ImportError:
         raise InputError(
-            "backend 'cupy' needs CuPy, which is not installed; install polychirp[gpu] or take "
+            "backend 'cupy' needs CuPy, which is not installed; install polychirp[gpu] or use "
             "backend 'auto'"
         ) from None
 
