@@ -4,8 +4,6 @@ Complex numbers that BLAS multiplies are in real arrays, with real and imaginary
 their last axis: ``2 × column``.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Final
 

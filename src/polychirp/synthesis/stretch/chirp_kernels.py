@@ -5,8 +5,6 @@ other and zero elsewhere. A sample is the integral of the signal times the impul
 the filter's window, which extends by half the support S to both sides.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Final
 

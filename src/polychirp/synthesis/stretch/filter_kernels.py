@@ -1,7 +1,5 @@
 """Compiled reading of the filter's tables: h, its derivatives, G, and ends far out of band."""
 
-from __future__ import annotations
-
 import math
 from typing import Final
 
