@@ -258,9 +258,6 @@ def _fold(row: PaperRow) -> dict[str, Any]:
     }
 
 
-# ── cells ─────────────────────────────────────────────────────────────────────
-
-
 def _text(text: str, kind: str = "") -> Cell:
     return Cell((text,), kind)
 

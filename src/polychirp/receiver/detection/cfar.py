@@ -104,9 +104,6 @@ class Crossings:
         seal(self)
 
 
-# ── thresholds ────────────────────────────────────────────────────────────────
-
-
 def cell_averaging_factor(
     num_cells: int, *, false_alarm_probability: float, num_looks: int = 1
 ) -> float:
@@ -186,9 +183,6 @@ def _check_probability(probability: float) -> None:
         raise InputError(
             f"a false-alarm probability of {probability:g} is not between 0 and 1; try 1e-4"
         )
-
-
-# ── detectors ─────────────────────────────────────────────────────────────────
 
 
 def cell_averaging(
@@ -296,9 +290,6 @@ def _mean_order_statistic(num_cells: int, rank: int, num_looks: int) -> float:
         return float(np.sum(1.0 / (num_cells - np.arange(rank))))
     value, weight = _order_statistic(num_cells, rank, num_looks)
     return float(weight @ value) / num_looks
-
-
-# ── training cells ────────────────────────────────────────────────────────────
 
 
 def training_count(shape: tuple[int, ...], window: CfarWindow) -> IntArray:

@@ -34,8 +34,6 @@ SMALL_ANGLE: Final = 0.5
 MOST_RATE_POWERS: Final = 8
 """Greatest number of powers of a rate's distance from the mean, power 0 included; chosen."""
 
-# ── extremes of beats ─────────────────────────────────────────────────────────────────────────
-
 
 @compiled
 def overlap_of(pair: RampPair, links: LinkTable, low: int, high: int, band: BandLimits) -> Overlap:
@@ -104,9 +102,6 @@ def find_beats(batch: Batch, time: float, frequency: FloatArray) -> BeatRange:
         least, greatest = min(least, beat + early), max(greatest, beat + late)
         apart = max(apart, 0.5 * (late - early))
     return BeatRange(least, greatest, apart)
-
-
-# ── beats that change little ──────────────────────────────────────────────────────────────────
 
 
 @compiled
@@ -205,9 +200,6 @@ def _cubic_values(
         x = start + scale * node[q]
         real[q] = gain[0].real + x * (gain[1].real + x * (gain[2].real + x * gain[3].real))
         imag[q] = gain[0].imag + x * (gain[1].imag + x * (gain[2].imag + x * gain[3].imag))
-
-
-# ── beats that sweep through the band ─────────────────────────────────────────────────────────
 
 
 @compiled

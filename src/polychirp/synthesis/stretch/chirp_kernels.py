@@ -138,9 +138,6 @@ def _near_samples(
     return near_from, max(_num_before(end + half, samples, high), near_from)
 
 
-# ── windows with a corner ─────────────────────────────────────────────────────────────────────
-
-
 @inner
 def _add_corner(samples: Samples, taps: Taps, chirp: Chirp, corner: float) -> None:
     """Add the contribution of a beginning (or, with negative amplitude, an ending) of the chirp.
@@ -194,9 +191,6 @@ def quadrature(taps: Taps, low: float, high: float, beat: float, rate: float) ->
             x += height * real[i]
             y += height * imag[i]
     return complex(width * x, width * y)
-
-
-# ── edges of the window, and beats near the band ──────────────────────────────────────────────
 
 
 @inner

@@ -111,9 +111,6 @@ def num_channels(batch: Batch) -> int:
     return int(batch.links.element_delay.shape[1])
 
 
-# ── beats that change little ──────────────────────────────────────────────────────────────────
-
-
 def _num_time_nodes(unit: WorkUnit, batch: Batch, beats: Beats, part: slice) -> int:
     """Number of nodes in time; more than `MOST_TIME_NODES` if sums of tones cannot be used."""
     count = part.stop - part.start
@@ -155,9 +152,6 @@ def _slow_samples(
         tones.add(frequency * unit.step, weight)
     wave = tones.sums().reshape(count, channels, nodes)
     return _joined(wave, basis, batch.response.rate, unit.step)
-
-
-# ── beats that sweep ──────────────────────────────────────────────────────────────────────────
 
 
 def _cheapest_zone(unit: WorkUnit, batch: Batch, beats: Beats, part: slice) -> tuple[float, int]:
@@ -207,9 +201,6 @@ def num_orders(bend: float) -> int:
         order += 1
         size *= bend / order
     return order
-
-
-# ── common to both ────────────────────────────────────────────────────────────────────────────
 
 
 def _joined(wave: ComplexArray, basis: FloatArray, rate: float, step: float) -> ComplexArray:
