@@ -1,11 +1,9 @@
 """Correlation experiment of section V: the paper's cases, and our own ones of slope diversity."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Final, Literal
+from typing import Final, Literal, Self
 
 import numpy as np
 
@@ -300,7 +298,7 @@ class Interval:
     half_width: float
 
     @classmethod
-    def of(cls, values: list[float]) -> Interval:
+    def of(cls, values: list[float]) -> Self:
         """Interval of the mean of independent draws.
 
         >>> Interval.of([1.0, 2.0, 3.0]).mean
