@@ -18,7 +18,7 @@ from typing import Self
 
 import numpy as np
 
-from polychirp.axes import FloatArray, IntArray, PerDetection, PerPathIndex, seal
+from polychirp.axes import FloatArray, IntArray, PerDetection, PerPathIndex, Sealed
 from polychirp.errors import InputError
 from polychirp.spec import Spec
 
@@ -84,7 +84,7 @@ class CfarWindow(Spec):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Crossings:
+class Crossings(Sealed):
     """Cells of a map above their threshold, row after row.
 
     Parameters
@@ -98,9 +98,6 @@ class Crossings:
     column: PerPathIndex
     power: PerDetection
     floor: PerDetection
-
-    def __post_init__(self) -> None:
-        seal(self)
 
 
 @lru_cache(maxsize=4096)
