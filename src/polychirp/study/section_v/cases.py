@@ -282,12 +282,8 @@ def looped(bench: Bench, streams: Streams, *, stored: Callable[[Baseband], Baseb
     record = replace(record, samples=RECORDER_SCALE * record.samples)
     if case.case.carrier == case.case.tuned:
         return aligned(record, case.sent).signal
-    return _first(record, case.sent)
-
-
-def _first(record: Baseband, signal: Baseband) -> Baseband:
-    """First samples of a record, as many as the signal has; on another carrier none are aligned."""
-    return replace(record, samples=record.samples[: signal.num_samples], start_time=0.0)
+    # on another carrier nothing can be aligned: the first samples, as many as the signal has
+    return replace(record, samples=record.samples[: case.sent.num_samples], start_time=0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

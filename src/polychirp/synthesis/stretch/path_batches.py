@@ -23,7 +23,7 @@ second derivative by d, so that the same :math:`g_r` apply, with one sum over li
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Final
 
@@ -235,14 +235,11 @@ class Beats:
     def at(self, time: float) -> Beats:
         """Beats at another time; ``frequency`` keeps the values of the old time."""
         later = time - self.time
-        return Beats(
+        return replace(
+            self,
             time=time,
-            frequency=self.frequency,
             centre=self.centre + self.rate * later,
             width=self.width + self.spread * abs(later),
-            apart=self.apart,
-            rate=self.rate,
-            spread=self.spread,
         )
 
 
