@@ -9,7 +9,7 @@ from typing import Annotated, Any, Final, Literal, Union, get_args, get_origin, 
 
 from polychirp.bounded_text import text_of, toml_tables
 from polychirp.capture.parameters import CaptureParameters
-from polychirp.errors import InputError, did_you_mean
+from polychirp.errors import InputError, did_you_mean, short
 from polychirp.units import Between, Unit
 
 TEMPLATE: Final = """\
@@ -142,12 +142,12 @@ def _read(hint: Any, value: object) -> Any:
         return number
     if get_origin(kind) is tuple:
         if not isinstance(value, list):
-            raise InputError(f"must be a list in square brackets, not {_shown(value)}")
+            raise InputError(f"must be a list in square brackets, not {short(repr(value))}")
         return tuple(_read(get_args(kind)[0], entry) for entry in value)
     if get_origin(kind) is Literal:
         if not isinstance(value, str) or value not in get_args(kind):
             hint_text = did_you_mean(str(value), get_args(kind))
-            raise InputError(f"{_shown(value)} is not one of its values; {hint_text}")
+            raise InputError(f"{short(repr(value))} is not one of its values; {hint_text}")
         return value
     return _read_plain(kind, value)
 
@@ -155,17 +155,12 @@ def _read(hint: Any, value: object) -> Any:
 def _read_plain(kind: Any, value: object) -> object:
     is_number = isinstance(value, int | float) and not isinstance(value, bool)
     if kind is bool and not isinstance(value, bool):
-        raise InputError(f"must be true or false, not {_shown(value)}")
+        raise InputError(f"must be true or false, not {short(repr(value))}")
     if kind is int and not (is_number and isinstance(value, int)):
-        raise InputError(f"must be a whole number, not {_shown(value)}")
+        raise InputError(f"must be a whole number, not {short(repr(value))}")
     if kind is float and not is_number:
-        raise InputError(f"must be a number, not {_shown(value)}")
+        raise InputError(f"must be a number, not {short(repr(value))}")
     return value
-
-
-def _shown(value: object) -> str:
-    text = repr(value)
-    return text if len(text) <= 40 else f"{text[:37]}…"
 
 
 def _members(hint: Any) -> tuple[Any, ...]:

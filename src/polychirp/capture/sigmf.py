@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from polychirp.axes import ComplexArray
 from polychirp.bounded_text import json_value, text_of
-from polychirp.errors import InputError
+from polychirp.errors import InputError, short
 from polychirp.model.baseband import Baseband, Progress, no_progress
 from polychirp.model.ramp import RampSchedule
 
@@ -253,7 +253,7 @@ def _global(metadata: Mapping[str, Any], name: str) -> dict[str, Any]:
         raise InputError(f"{name}: has no object 'global'; SigMF metadata have one")
     if fields.get("core:num_channels", 1) != 1:
         raise InputError(
-            f"{name}: has {_shown(fields['core:num_channels'])} channels; store each channel as "
+            f"{name}: has {short(repr(fields['core:num_channels']))} channels; store each channel as "
             "its own recording"
         )
     return fields
@@ -279,7 +279,7 @@ def _datatype(fields: Mapping[str, Any], name: str) -> str:
     if not isinstance(told, str) or told not in FORMATS:
         why = "is real, but I and Q are needed" if str(told).startswith("r") else "is unknown"
         raise InputError(
-            f"{name}: core:datatype {_shown(told)} {why}; known are {', '.join(FORMATS)}"
+            f"{name}: core:datatype {short(repr(told))} {why}; known are {', '.join(FORMATS)}"
         )
     return str(told)
 
@@ -298,14 +298,9 @@ def _number(
     is_number = isinstance(value, int | float) and not isinstance(value, bool)
     if not (is_number and abs(value) <= greatest):  # false for NaN as well
         raise InputError(
-            f"{name}: {key} is {_shown(value)}; it must be a number of at most {greatest:g}"
+            f"{name}: {key} is {short(repr(value))}; it must be a number of at most {greatest:g}"
         )
     return float(value)
-
-
-def _shown(value: object) -> str:
-    text = repr(value)
-    return text if len(text) <= 40 else f"{text[:37]}…"
 
 
 def _count(data: Path, datatype: str, fields: Mapping[str, Any]) -> int:
@@ -325,7 +320,8 @@ def _count(data: Path, datatype: str, fields: Mapping[str, Any]) -> int:
     told = fields.get("polychirp:num_samples")
     if told is not None and (not isinstance(told, int) or isinstance(told, bool) or told < 1):
         raise InputError(
-            f"{data.name}: polychirp:num_samples is {_shown(told)}; it must be a count of samples"
+            f"{data.name}: polychirp:num_samples is {short(repr(told))}; it must be a count of "
+            "samples"
         )
     if told is not None and count < told:
         raise InputError(

@@ -5,7 +5,7 @@ from copy import deepcopy
 from typing import Any, Final
 
 from polychirp.bounded_text import MOST_LEVELS, toml_tables
-from polychirp.errors import InputError, did_you_mean
+from polychirp.errors import InputError, did_you_mean, short
 
 LONGEST_PATH: Final = 1000
 """Greatest number of characters in a path. Chosen: paths to keys of a study are far shorter."""
@@ -61,8 +61,9 @@ def _keys(path: str) -> list[str]:
     # `str.isdigit` accepts characters such as '²', which `int` refuses
     is_odd = any(key.isdigit() and not key.isdecimal() for key in keys)
     if not all(keys) or is_odd or len(keys) > MOST_LEVELS or len(path) > LONGEST_PATH:
-        shown = path if len(path) <= 40 else f"{path[:37]}…"
-        raise InputError(f"'{shown}' is not a path of keys; write it like 'radars.0.start_time'")
+        raise InputError(
+            f"'{short(path)}' is not a path of keys; write it like 'radars.0.start_time'"
+        )
     return keys
 
 

@@ -6,11 +6,9 @@ All correlations have this scale: the correlation of a signal with itself has a 
 correlation exceeds 1 (Cauchy and Schwarz).
 """
 
-from __future__ import annotations
-
 import math
-from dataclasses import dataclass
-from typing import Annotated
+from dataclasses import dataclass, replace
+from typing import Annotated, Self
 
 import numpy as np
 
@@ -47,10 +45,10 @@ class Correlation:
         """Power |R|², ``(lag,)``."""
         return np.asarray(self.amplitude.real**2 + self.amplitude.imag**2)
 
-    def within(self, greatest_lag: float) -> Correlation:
+    def within(self, greatest_lag: float) -> Self:
         """Part of the correlation with lags of up to ± ``greatest_lag`` s."""
         inside = np.abs(self.lag) <= greatest_lag * (1 + 1e-12)
-        return Correlation(amplitude=self.amplitude[inside], lag=self.lag[inside])
+        return replace(self, amplitude=self.amplitude[inside], lag=self.lag[inside])
 
 
 def need_comparable(a: Baseband, b: Baseband) -> None:

@@ -12,7 +12,7 @@ from typing import Annotated, Final
 
 import numpy as np
 
-from polychirp.axes import Axes, ComplexArray, FloatArray, seal
+from polychirp.axes import Axes, ComplexArray, FloatArray, Sealed
 from polychirp.errors import InputError
 from polychirp.model.baseband import Baseband, Progress, SampleSource, no_progress
 
@@ -27,7 +27,7 @@ LEAST_BLOCK: Final = 1 << 20
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Found:
+class Found(Sealed):
     """Places of a reference in a recording.
 
     Parameters
@@ -42,9 +42,6 @@ class Found:
     lag: PerPeak
     envelope: PerBin
     bin_start: PerBin
-
-    def __post_init__(self) -> None:
-        seal(self)
 
 
 def search(

@@ -4,10 +4,8 @@ Three defaults are those that the paper prints: a sample rate of 130 MS/s, a ban
 (the filter passes ±60 MHz) and carriers of 0.2 to 4.4 GHz. All other defaults are assumptions.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Final, Self
 
 from polychirp.constants import BOLTZMANN, REFERENCE_TEMPERATURE
 from polychirp.errors import InputError, PhysicsError
@@ -103,7 +101,7 @@ class Transceiver(Spec):
             raise InputError("a transceiver's clock offset must be between −10 000 and 10 000 ppm")
 
     @classmethod
-    def ideal(cls) -> Transceiver:
+    def ideal(cls) -> Self:
         """The same converters and carriers with every effect off."""
         return cls(
             transmit_bits=None,

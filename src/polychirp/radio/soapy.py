@@ -118,8 +118,6 @@ class SoapyRadio:
         self._player.join()
         self._player = None
 
-    # ── transfers to and from the driver ──────────────────────────────────────
-
     def _stream(self, which: str, rate: float, frequency: float) -> Any:
         soapy = self._soapy
         direction = soapy.SOAPY_SDR_TX if which == "tx" else soapy.SOAPY_SDR_RX

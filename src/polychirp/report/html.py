@@ -260,9 +260,6 @@ def _fold(row: PaperRow) -> dict[str, Any]:
     }
 
 
-# ── cells ─────────────────────────────────────────────────────────────────────
-
-
 def _text(text: str, kind: str = "") -> Cell:
     return Cell((text,), kind)
 

@@ -374,17 +374,13 @@ def _street_problems(study: Study) -> Iterator[tuple[str, str]]:
     except InputError as error:
         yield "street", str(error)
         return
-    for number in range(len(scene.radars)):
+    for number, (radar, carrier) in enumerate(zip(scene.radars, scene.carriers, strict=True)):
         try:
-            refuse_radar_inside_body(_with_only_radar(scene, number))
+            refuse_radar_inside_body(replace(scene, radars=(radar,), carriers=(carrier,)))
         except InputError as error:
             yield f"radars.{number}.mount", str(error)
     if isinstance(study.tracer, Composite | PointVehicles | SionnaRt):
         yield from _material_problems(scene, study.tracer)
-
-
-def _with_only_radar(scene: Scene, number: int) -> Scene:
-    return replace(scene, radars=(scene.radars[number],), carriers=(scene.carriers[number],))
 
 
 def _material_problems(

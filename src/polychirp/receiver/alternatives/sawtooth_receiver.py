@@ -130,9 +130,6 @@ class SawtoothReceiver(Spec):
         )
 
 
-# ── transforms ────────────────────────────────────────────────────────────────
-
-
 def taper(size: int) -> FloatArray:
     """Kaiser's window with the sum 1, so that a tone's amplitude is that of its spectral peak."""
     window = np.kaiser(size, TAPER_SHAPE)
@@ -203,9 +200,6 @@ def range_rate_spectra(
     )
 
 
-# ── peaks ─────────────────────────────────────────────────────────────────────
-
-
 def is_local_maximum(power: FloatArray) -> BoolArray:
     """Mask of cells above all eight neighbours, ``(range_rate, range)``; range rates are circular.
 
@@ -258,9 +252,6 @@ def _vertex(
     offset = 0.5 * (before - after) / np.where(flat, -1.0, curvature)
     offset = np.where(flat, 0.0, np.clip(offset, -0.5, 0.5))
     return offset, -0.25 * (before - after) * offset
-
-
-# ── conditions on the ramps ───────────────────────────────────────────────────
 
 
 def _middle_frequency(frame: IfFrame) -> float:

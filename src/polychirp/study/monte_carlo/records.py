@@ -102,9 +102,6 @@ def _record(victim: VictimResult) -> VictimRecord:
     )
 
 
-# ── lines ─────────────────────────────────────────────────────────────────────
-
-
 def _line(content: Mapping[str, Any]) -> bytes:
     text = json.dumps(content, separators=(",", ":")).encode()
     return b"%08x %s\n" % (crc32(text), text)
@@ -129,9 +126,6 @@ def _victim_from(content: Mapping[str, Any]) -> VictimRecord:
         key: tuple(value) if isinstance(value, list) else value for key, value in content.items()
     }
     return VictimRecord(**fields)
-
-
-# ── the file ──────────────────────────────────────────────────────────────────
 
 
 class TrialLog:

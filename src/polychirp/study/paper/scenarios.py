@@ -1,7 +1,5 @@
 """Scenarios A, B and C of the paper: their cases, and the rows of their tables."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence

@@ -1,11 +1,9 @@
 """Correlation experiment of section V: the paper's cases, and our own ones of slope diversity."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Final, Literal
+from typing import Final, Literal, Self
 
 import numpy as np
 
@@ -286,12 +284,8 @@ def looped(bench: Bench, streams: Streams, *, stored: Callable[[Baseband], Baseb
     record = replace(record, samples=RECORDER_SCALE * record.samples)
     if case.case.carrier == case.case.tuned:
         return aligned(record, case.sent).signal
-    return _first(record, case.sent)
-
-
-def _first(record: Baseband, signal: Baseband) -> Baseband:
-    """First samples of a record, as many as the signal has; on another carrier none are aligned."""
-    return replace(record, samples=record.samples[: signal.num_samples], start_time=0.0)
+    # on another carrier nothing can be aligned: the first samples, as many as the signal has
+    return replace(record, samples=record.samples[: case.sent.num_samples], start_time=0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -302,7 +296,7 @@ class Interval:
     half_width: float
 
     @classmethod
-    def of(cls, values: list[float]) -> Interval:
+    def of(cls, values: list[float]) -> Self:
         """Interval of the mean of independent draws.
 
         >>> Interval.of([1.0, 2.0, 3.0]).mean

@@ -144,9 +144,6 @@ def _factor(signal: Baseband, receiver: Transceiver, receive_frequency: float) -
     return factor
 
 
-# ── transmitter ───────────────────────────────────────────────────────────────
-
-
 def _sent(
     signal: Baseband, radio: Transceiver, factor: int, streams: Streams
 ) -> tuple[ComplexArray, float]:
@@ -189,9 +186,6 @@ def _reconstructed(samples: ComplexArray, radio: Transceiver, factor: int) -> Co
     return np.asarray(ifft(spectrum, overwrite_x=True) * factor)
 
 
-# ── receiver ──────────────────────────────────────────────────────────────────
-
-
 def _received(
     field: ComplexArray, rate: float, radio: Transceiver, streams: Streams
 ) -> ComplexArray:
@@ -232,9 +226,6 @@ def _at(field: Baseband, time: FloatArray) -> ComplexArray:
     if np.all(np.abs(place - near) < 1e-6):
         return field.samples[near.astype(np.int64)]
     return field.at(time)
-
-
-# ── transmitter and receiver ──────────────────────────────────────────────────
 
 
 def _filtered(field: ComplexArray, radio: Transceiver, rate: float) -> ComplexArray:

@@ -152,9 +152,6 @@ def _turned(xp: Any, cycles: Any) -> Any:
     return xp.exp(2j * math.pi * (cycles - xp.floor(cycles)))
 
 
-# ── the window ────────────────────────────────────────────────────────────────────────────────
-
-
 def grid_of(count: int, density: float) -> tuple[int, float]:
     """Size of a grid of at least ``density`` points per sample, and the shape β of its window."""
     from scipy.fft import next_fast_len
