@@ -38,6 +38,7 @@ from polychirp.model.if_frame import IfFrame, IfParts, SampleTimes
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.score import Score
 from polychirp.model.truth import Truth
+from polychirp.study.folders import replace_folder
 from polychirp.study.provenance import Provenance
 
 if TYPE_CHECKING:
@@ -124,7 +125,7 @@ def save_run(path: Path | str, *, victims: Iterable[VictimResult], provenance: P
     """Store a run; equal runs give equal files.
 
     Samples and parts are stored as ``complex64``, all else in full precision. A folder at ``path``
-    is replaced once the new run is complete.
+    is replaced once the new run is complete. If it cannot be replaced, it stays as it is.
 
     Raises
     ------
@@ -137,8 +138,7 @@ def save_run(path: Path | str, *, victims: Iterable[VictimResult], provenance: P
         shutil.rmtree(unfinished, ignore_errors=True)
         path.parent.mkdir(parents=True, exist_ok=True)
         _write(unfinished, victims=tuple(victims), provenance=provenance)
-        shutil.rmtree(path, ignore_errors=True)
-        unfinished.rename(path)
+        replace_folder(path, unfinished)
     except OSError as error:
         raise RunError(f"'{path}' cannot be written: {error.strerror or error}") from error
     finally:
