@@ -56,7 +56,8 @@ def parts_of(study: Study) -> tuple[str, ...]:
 
     >>> from polychirp.study.paper.scenarios import paper_study
     >>> parts_of(paper_study("diverse"))
-    ('receiver', 'visibility', 'bounces', 'facets', 'synthesis', 'bundles', 'edges', 'tables', 'targets')
+    ('receiver', 'visibility', 'bounces', 'facets', 'synthesis', 'bundles', 'edges', 'tables',
+     'targets')
     """
     names = [*_ANY_TRIAL, *_OF_TRACER.get(study.tracer.kind, _STREET)]
     if len(study.street.points) + len(study.radars) >= FEWEST_BUNDLED:
