@@ -67,7 +67,8 @@ def open_raw(
     per_ramp = 2 * _words_per_ramp(parameters, device)
     per_frame = per_ramp * parameters.num_ramps
     whole, rest = divmod(size, per_frame)
-    needed = frames_needed(whole + (rest > 0), parameters, frames)
+    # an empty file cannot be mapped into memory, even to read no frame of it
+    needed = max(1, frames_needed(whole + (rest > 0), parameters, frames))
     if whole < needed:
         ramps = rest // per_ramp
         started = f" and the first {ramps} of frame {whole}'s {parameters.num_ramps} ramps"

@@ -253,8 +253,8 @@ def _global(metadata: Mapping[str, Any], name: str) -> dict[str, Any]:
         raise InputError(f"{name}: has no object 'global'; SigMF metadata have one")
     if fields.get("core:num_channels", 1) != 1:
         raise InputError(
-            f"{name}: has {short(repr(fields['core:num_channels']))} channels; store each channel as "
-            "its own recording"
+            f"{name}: has {short(repr(fields['core:num_channels']))} channels; store each channel "
+            "as its own recording"
         )
     return fields
 

@@ -28,6 +28,17 @@ if TYPE_CHECKING:
 RADIOS: Final = ("loopback", "soapy", "pluto")
 """Kinds of radios that ``--radio`` accepts."""
 
+_IGNORED_BY_SEARCH: Final[tuple[str, ...]] = (
+    *("rate", "align", "offset", "snr", "radio", "i_hold_a_licence"),
+    *("figure", "ambiguity", "save", "doppler", "draws"),
+)
+_IGNORED_BY_PAPER: Final[tuple[str, ...]] = (
+    *("rate", "sweeps", "baseband", "align", "offset", "search"),
+    *("snr", "radio", "i_hold_a_licence", "ambiguity", "save", "doppler"),
+)
+_IGNORED_BY_PAIR: Final[tuple[str, ...]] = ("draws",)
+"""Options without an effect on a search, on 'paper', and on all other correlations."""
+
 _DESCRIPTION: Final = """\
 Correlate A with B (or with itself) on one scale: a signal with itself has a peak of 1.
 
@@ -42,7 +53,7 @@ test slope diversity, in theory, through transceivers at three SNRs, and by loop
 
 def add_parser(subparsers: Any) -> None:
     """Add the parser of the verb ``correlate``."""
-    parser = subparsers.add_parser(
+    parser: argparse.ArgumentParser = subparsers.add_parser(
         "correlate",
         help="correlate waveforms and recordings with each other or with themselves",
         description=_DESCRIPTION,
@@ -101,6 +112,8 @@ def add_parser(subparsers: Any) -> None:
     )
     out.add_argument("--save", metavar="DIR", help="write A and B as SigMF recordings")
     out.add_argument("--json", action="store_true", help="print JSON in SI units on stdout")
+    every = (*_IGNORED_BY_SEARCH, *_IGNORED_BY_PAPER)
+    parser.set_defaults(defaults={name: parser.get_default(name) for name in every})
 
 
 def _add_bench(parser: argparse.ArgumentParser) -> None:
@@ -135,6 +148,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Read A and B, correlate them, write the files and print the table."""
     if arguments.seed < 0:
         raise InputError(f"--seed: {arguments.seed} is negative; use 0 or more")
+    _refuse_ignored(arguments)
     _refuse_unwritable(arguments)
     if arguments.a == "paper":
         return _paper(arguments)
@@ -163,6 +177,23 @@ def run(arguments: argparse.Namespace) -> int:
     _write(arguments, pair, measured, theory)
     _show(arguments, pair, rows, found)
     return 0
+
+
+def _refuse_ignored(arguments: argparse.Namespace) -> None:
+    """Refuse options that would have no effect; the message says which command takes them."""
+    if arguments.a == "paper":
+        if arguments.b is not None:
+            raise InputError(f"'correlate paper' takes no B; leave out '{arguments.b}'")
+        here, ignored = "correlate paper", _IGNORED_BY_PAPER
+    elif arguments.search:
+        here, ignored = "correlate A B --search", _IGNORED_BY_SEARCH
+    else:
+        here, ignored = "correlate A B", _IGNORED_BY_PAIR
+    for name in ignored:
+        if getattr(arguments, name) != arguments.defaults[name]:
+            there = "correlate paper" if name == "draws" else "correlate A B"
+            option = f"--{name.replace('_', '-')}"
+            raise InputError(f"{option}: '{here}' does not take it, but '{there}' does")
 
 
 def _refuse_unwritable(arguments: argparse.Namespace) -> None:

@@ -15,6 +15,7 @@ from polychirp.cli.terminal import (
     si_value,
     usable_folder,
 )
+from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError, no_such
 
 if TYPE_CHECKING:
@@ -28,8 +29,12 @@ SUFFIXES: Final = (".glb", ".obj", ".stl")
 LARGEST_BODY: Final = 100.0
 """Greatest size of a body from a file, m. Chosen: a larger one is taken for a wrong unit."""
 
-SMALLEST_BODY: Final = 0.02
-"""Least size of a body from a file, m: five wavelengths at 79 GHz, for physical optics to hold."""
+SMALLEST_BODY: Final = 5.0
+"""Least size of a body from a file, wavelengths, for physical optics to hold. Chosen."""
+
+FREQUENCIES: Final = ("1 GHz", "1000 GHz")
+"""Least and greatest frequency. Chosen: below, bodies are too small for physical optics; the upper
+limit is that of study files."""
 
 
 def add_parser(subparsers: Any) -> None:
@@ -92,7 +97,6 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         "--scale",
         metavar="X",
-        default="1",
         help="metres per unit of the mesh file: 0.001 if it is in mm (default: 1)",
     )
     parser.add_argument(
@@ -119,12 +123,11 @@ def run(arguments: argparse.Namespace) -> int:
     elevation = si_value(arguments, "elevation", "rad")
     if abs(elevation) > math.pi / 2:
         raise InputError("--elevation: use -90 deg to 90 deg")
-    tracer = Composite(
-        frequency=positive_value(arguments, "frequency", "Hz"), max_bounces=arguments.bounces
-    )
+    frequency = si_value(arguments, "frequency", "Hz", bounds=FREQUENCIES)
+    tracer = Composite(frequency=frequency, max_bounces=arguments.bounces)
     distance = positive_value(arguments, "range", "m")
     folder = usable_folder(arguments.out or Path("out") / f"rcs-{Path(arguments.mesh).stem}")
-    mesh = _mesh(arguments)
+    mesh = _mesh(arguments, smallest=SMALLEST_BODY * SPEED_OF_LIGHT / frequency)
     if arguments.far:
         distance = far_distance(mesh, tracer.frequency)
     count = num_aspects(step)
@@ -144,8 +147,8 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _mesh(arguments: argparse.Namespace) -> Mesh:
-    """Mesh of the body with edges of ``--max-edge`` or less; the size of a file's is checked."""
+def _mesh(arguments: argparse.Namespace, *, smallest: float) -> Mesh:
+    """Mesh of the body with edges of ``--max-edge`` or less; a file's must have ``smallest`` m."""
     from dataclasses import replace
 
     from polychirp.channel.materials.library import known_materials
@@ -157,12 +160,18 @@ def _mesh(arguments: argparse.Namespace) -> Mesh:
         raise InputError(f"--material: {no_such('material', arguments.material, known)}")
     longest = positive_value(arguments, "max_edge", "m")
     if arguments.mesh in BODIES:
+        for option in ("scale", "up"):
+            if getattr(arguments, option) is not None:
+                raise InputError(
+                    f"--{option}: the built-in body '{arguments.mesh}' does not take it, but the "
+                    "mesh of a file does"
+                )
         mesh = vehicle_mesh(arguments.mesh, max_edge=longest)
         if arguments.material is None:
             return mesh
         return replace(mesh, materials=(arguments.material,) * len(mesh.materials))
     mesh = _from_file(arguments)
-    _check_size(arguments.mesh, mesh)
+    _check_size(arguments.mesh, mesh, smallest=smallest)
     return subdivided(mesh, longest)
 
 
@@ -182,7 +191,7 @@ def _from_file(arguments: argparse.Namespace) -> Mesh:
     if is_stl and arguments.material is None:
         raise InputError(f"'{name}' names no materials; name one, as in --material metal")
     try:
-        scale = float(arguments.scale)
+        scale = 1.0 if arguments.scale is None else float(arguments.scale)
     except ValueError:
         raise InputError(f"--scale: '{arguments.scale}' is not a number; try 0.001") from None
     try:
@@ -204,16 +213,17 @@ def _from_file(arguments: argparse.Namespace) -> Mesh:
     return replace(mesh, materials=(arguments.material,) * len(mesh.materials))
 
 
-def _check_size(name: str, mesh: Mesh) -> None:
+def _check_size(name: str, mesh: Mesh, *, smallest: float) -> None:
     """Refuse a size that is probably one of millimetres read as metres, or the reverse."""
     corners = mesh.corners.reshape(-1, 3)
     size = float((corners.max(axis=0) - corners.min(axis=0)).max())
     if size > LARGEST_BODY:
         raise InputError(f"'{name}' is {size:.4g} m large; if the file is in mm, add --scale 0.001")
-    if size < SMALLEST_BODY:
+    if size < smallest:
         raise InputError(
-            f"'{name}' is {1e3 * size:.3g} mm large, too small for physical optics; "
-            "give the metres per unit of the file with --scale"
+            f"'{name}' is {1e3 * size:.3g} mm large, too small for physical optics, which needs "
+            f"{SMALLEST_BODY:g} wavelengths, {1e3 * smallest:.3g} mm; give the metres per unit of "
+            "the file with --scale, or use a higher --frequency"
         )
 
 

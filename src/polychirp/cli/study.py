@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from polychirp.cli.check import add_study_arguments, all_overrides
 from polychirp.cli.progress import progress_bar
-from polychirp.cli.terminal import decibels, say, tables, usable_folder
+from polychirp.cli.terminal import command_name, decibels, say, tables, usable_folder
 from polychirp.errors import InputError, RunError
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ def run(arguments: argparse.Namespace) -> int:
     from polychirp.study.monte_carlo.run import run_plan
 
     executor = _executor(arguments)
-    plan = load_plan(arguments.study, overrides=all_overrides(arguments))
+    plan = load_plan(arguments.study, overrides=all_overrides(arguments), program=command_name())
     name = plan.points[0].study.name
     with progress_bar(name) as progress:
         check_plan(plan, progress=progress)

@@ -133,14 +133,14 @@ def _check_nodes(scene: Mapping[str, Any]) -> None:
     nodes = _entries(scene, "nodes")
     children = [list(_numbers(node.get("children", []), len(nodes))) for node in nodes]
     inner = [child for own in children for child in own]
-    waiting = [number for number in range(len(nodes)) if number not in set(inner)]
+    below = set(inner)
+    waiting = [number for number in range(len(nodes)) if number not in below]
     num_met = 0
-    while waiting:
+    # with two parents of one node, the walk could take for ever
+    while waiting and len(below) == len(inner):
         num_met += 1
         waiting += children[waiting.pop()]
-        if num_met > len(nodes):
-            break
-    if num_met != len(nodes) or len(set(inner)) != len(inner):
+    if num_met != len(nodes):
         raise InputError("its nodes do not form a tree; export it again")
     for entry in _entries(scene, "scenes"):
         list(_numbers(entry.get("nodes", []), len(nodes)))

@@ -89,6 +89,9 @@ def test_files_may_be_y_up_or_z_up(tmp_path, capsys):
         (["sedan", "--material", "metl"], "no material 'metl'; there are 'metal', 'glass'"),
         (["sedan", "--material", "metl"], "did you mean 'metal'?"),
         (["sedan", "--range", "9 m", "--far"], "not allowed with argument"),
+        (["sedan", "--scale", "0.001"], "--scale: the built-in body 'sedan' does not take it"),
+        (["van", "--up", "z"], "--up: the built-in body 'van' does not take it"),
+        (["sedan", "--frequency", "1e-300 Hz"], "'1e-300 Hz' is outside of 1 GHz to 1000 GHz"),
     ],
 )
 def test_a_mistake_is_one_sentence(arguments, sentence, capsys):
@@ -107,6 +110,10 @@ def test_a_mistake_is_one_sentence(arguments, sentence, capsys):
             "is 1000 m large; if the file is in mm, add --scale",
         ),
         (["--material", "metal", "--scale", "1e-6"], "is 0.1 mm large, too small"),
+        (
+            ["--material", "metal", "--scale", "0.001", "--frequency", "10 GHz"],
+            "is 100 mm large, too small for physical optics, which needs 5 wavelengths, 150 mm",
+        ),
     ],
 )
 def test_a_mistake_with_a_file_is_one_sentence(square, options, sentence, capsys):

@@ -1,10 +1,12 @@
 """Absurd studies are refused where they are read or checked, in one sentence, before any work."""
 
 import time
+import tomllib
 from pathlib import Path
 
 import pytest
 
+from polychirp.bounded_text import toml_tables
 from polychirp.config.load import load_study
 from polychirp.config.monte_carlo import load_plan
 from polychirp.errors import InputError, PolychirpError
@@ -125,6 +127,39 @@ def test_a_negative_seed_is_refused_with_traffic_too(path):
 def test_keys_of_many_parts_are_refused_at_once(path, key, form):
     path.write_text(form.format(key) + GOOD, encoding="utf-8")
     assert "nested more than 32 levels deep" in refusal(path)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "# {0}",
+        'text = "{0}"',
+        'text = "\\"{0}"',
+        "text = '{0}'",
+        'text = """\n{0}"""""',
+        "text = '''\n{0}'''''",
+        'text = "# {0}" # {0}',
+    ],
+)
+def test_many_parts_in_a_comment_or_text_are_no_key(line):
+    text = line.format(".".join(40 * "a"))
+    assert toml_tables(text) == tomllib.loads(text)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        'text = "#"\n{0} = 1',
+        'text = """a"""""\n{0} = 1',
+        'x = {{ text = """a"""", {0} = 1, more = "" }}',
+        "x = {{ text = '''a'''', {0} = 1, more = '' }}",
+        '"\\"".{0} = 1',
+        "# it's\n{0} = 1",
+    ],
+)
+def test_texts_and_comments_hide_no_key_of_many_parts(line):
+    with pytest.raises(InputError, match="nested more than 32 levels deep"):
+        toml_tables(line.format(".".join(40 * "a")))
 
 
 def test_a_file_that_is_no_study_by_its_size_is_refused(path):

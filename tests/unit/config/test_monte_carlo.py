@@ -102,6 +102,16 @@ def test_the_command_of_a_point_gives_the_study_of_the_point(file, capsys):
         assert study == point.trial(7)
 
 
+def test_the_command_of_a_point_names_the_program_as_it_was_called(file, monkeypatch):
+    seen = []
+    monkeypatch.setenv("POLYCHIRP_NAME", "./run")
+    monkeypatch.setattr(
+        "polychirp.study.monte_carlo.plan.check_plan", lambda plan, **_: seen.append(plan)
+    )
+    assert main(["study", str(file), "--out", str(file)]) == 2
+    assert {point.command.split()[0] for point in seen[0].points} == {"./run"}
+
+
 def test_the_same_trial_draws_alike_at_every_point(file):
     """What does not depend on the grid is the same to the bit: here, the diverse ramps."""
     plan = load_plan(file)

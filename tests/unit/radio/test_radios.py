@@ -4,6 +4,7 @@
 # ruff: noqa: N802, N803, ARG002, ARG005
 
 import inspect
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -347,6 +348,26 @@ def test_a_loop_back_has_sixteen_bits():
     words = record.samples.view(float) * 2**15
     np.testing.assert_array_equal(words, np.rint(words))
     assert np.abs(words).max() == pytest.approx(2**14.5, rel=1e-3)
+
+
+@pytest.mark.parametrize("ratio", [0.5, 0.8, 2.0])
+def test_a_loop_back_records_as_many_samples_as_asked_at_any_rate(ratio):
+    """The record of three periods begins within the first, and holds two whole ones."""
+    sent = replace(signal(carrier=0.0), samples=0.5 * np.exp(0.2j * np.pi * np.arange(500)))
+    for seed in range(5):
+        radio = LoopbackRadio(seed=seed)
+        radio.play(sent)
+        count = round(3 * ratio * sent.num_samples)
+        record = radio.record(num_samples=count, sample_rate=ratio * RATE, centre_frequency=0.0)
+        assert record.num_samples == count
+        steps = record.samples[1:] / record.samples[:-1]
+        np.testing.assert_allclose(steps[20:-20], np.exp(0.2j * np.pi / ratio), atol=1e-2)
+
+
+@pytest.mark.parametrize("full_scale", [0.0, -1.0, float("nan")])
+def test_a_full_scale_that_is_none_is_refused(full_scale):
+    with pytest.raises(InputError, match="V is not positive; leave it out"):
+        LoopbackRadio(full_scale=full_scale)
 
 
 def test_a_loop_back_that_plays_nothing_has_nothing_to_record():

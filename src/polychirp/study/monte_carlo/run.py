@@ -34,7 +34,7 @@ class Finished:
     ----------
     results : results of all trials, of this run and of earlier ones
     num_new : number of trials that this run added
-    failures : for each failed trial, one sentence with the command that repeats it
+    failures : for each failed trial, one sentence, with a command that repeats it if there is one
     files : names of the files that the run wrote in its folder
     """
 
@@ -149,10 +149,11 @@ class _Run:
         task = outcome.task
         point = self._plan.points[task.point]
         if outcome.victims is None:
-            command = f"{point.command} --seed {task.seed}"
+            repeated = f"repeat it with: {point.command} --seed {task.seed}"
+            if point.command is None:
+                repeated = f"no command runs it alone; its seed is {task.seed}"
             self.failures.append(
-                f"trial {task.trial} at {self._plan.where(point)}: {outcome.failure}; repeat it "
-                f"with: {command}"
+                f"trial {task.trial} at {self._plan.where(point)}: {outcome.failure}; {repeated}"
             )
             if len(self.failures) >= MOST_FAILURES:
                 raise RunError(

@@ -18,7 +18,7 @@ Mitigation = Literal["none", "blanking"]
 Antenna = Literal["table 2", "consistent"]
 """Gain of all antennas: 27 dBi as printed in table 2, or the 11 dBi of a beam of ±80° × ±10°."""
 
-GhostKind = Literal["direct", "indirect", "multipath", "unexplained"]
+GhostKind = Literal["direct", "indirect", "multipath", "front-end", "unexplained"]
 
 Situation = Literal["alone", "interfered", "blanked"]
 """Situation of the victim: no interferers; interferers; interferers, and the victim blanks."""
