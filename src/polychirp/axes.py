@@ -60,8 +60,9 @@ def axes_of(cls: type) -> dict[str, tuple[str, ...]]:
 def seal(instance: Any) -> None:
     """Check that an instance's arrays agree in the lengths of their axes; make them read-only.
 
-    A data type calls it at the end of ``__post_init__``. Arrays are converted to the declared
-    element type, without a copy if possible; the instance's own view of them cannot be written to.
+    A data type is `Sealed`, or calls it at the end of ``__post_init__``. Arrays are converted to
+    the declared element type, without a copy if possible; the instance's own view of them cannot be
+    written to.
 
     Raises
     ------
@@ -87,3 +88,12 @@ def seal(instance: Any) -> None:
                 )
         array.flags.writeable = False
         object.__setattr__(instance, name, array)
+
+
+class Sealed:
+    """Base of data types whose arrays are only sealed; one with further checks calls `seal`."""
+
+    __slots__ = ()
+
+    def __post_init__(self) -> None:
+        seal(self)

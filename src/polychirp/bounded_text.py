@@ -16,12 +16,21 @@ MOST_BYTES: Final = 16 << 20
 MOST_LEVELS: Final = 32
 """Greatest depth of tables and lists within each other. Chosen: a study needs about 8."""
 
-_KEY: Final = r"""(?:[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')"""
+_KEY: Final = r"""(?:[A-Za-z0-9_-]++|"(?:[^"\\\n]++|\\.)*+"|'[^'\n]*+')"""
 """Pattern of one part of a dotted TOML key, bare or in quotation marks."""
+_MORE: Final = rf"(?:[ \t]*+\.[ \t]*+{_KEY})"
+"""Pattern of a further part of a dotted key."""
 _LONG_KEY: Final = re.compile(
-    rf"(?<![A-Za-z0-9_-]){_KEY}(?:[ \t]*+\.[ \t]*+{_KEY}){{{MOST_LEVELS},}}"
+    rf"""\#[^\n]*+
+    |"{{3}}(?:[^"\\]++|\\.|"{{1,2}}(?!"))*+"{{0,5}}
+    |'{{3}}(?:[^']++|'{{1,2}}(?!'))*+'{{0,5}}
+    |({_KEY}{_MORE}{{{MOST_LEVELS},}})
+    |{_KEY}{_MORE}*+
+    |["'][^\n]*+""",
+    re.DOTALL | re.VERBOSE,
 )
-"""Dotted key of more than `MOST_LEVELS` parts; the TOML reader can take very long to read one."""
+"""In its group, a dotted key of more than `MOST_LEVELS` parts, which the TOML reader can take very
+long to read. Comments, strings and short keys match too, so that no key is found in them."""
 
 
 def text_of(path: Path) -> str:
@@ -38,7 +47,7 @@ def text_of(path: Path) -> str:
         content = file.read(MOST_BYTES + 1)
     if len(content) > MOST_BYTES:
         raise InputError(
-            f"'{path}' is larger than {MOST_BYTES >> 20} MB; it is not a file of this kind"
+            f"'{path}' is larger than {MOST_BYTES >> 20} MiB; it is not a file of this kind"
         )
     return content.decode("utf-8")
 
@@ -53,7 +62,7 @@ def toml_tables(text: str) -> dict[str, Any]:
     tomllib.TOMLDecodeError
         The text is not TOML.
     """
-    if _LONG_KEY.search(text):
+    if any(match[1] for match in _LONG_KEY.finditer(text)):
         raise _too_deep()
     try:
         return _shallow(tomllib.loads(text))
@@ -101,4 +110,6 @@ def _shallow(value: Value) -> Value:
 
 
 def _too_deep() -> InputError:
-    return InputError(f"tables and lists are nested more than {MOST_LEVELS} levels deep; nest less")
+    return InputError(
+        f"tables and lists are nested more than {MOST_LEVELS} levels deep; use fewer levels"
+    )

@@ -38,6 +38,11 @@ class ModelWarning(UserWarning):
     """A warning that a model is used outside its range of validity; the message names the limit."""
 
 
+def short(text: str) -> str:
+    """The text, or its first 37 characters if it is too long for a sentence of an error."""
+    return text if len(text) <= 40 else f"{text[:37]}…"
+
+
 def did_you_mean(word: str, known: Iterable[str]) -> str:
     """A hint for a misspelt word: the closest known word, or all known words if none is close.
 

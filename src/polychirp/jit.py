@@ -9,8 +9,6 @@ instead. Assignments to slices and ``np.linalg.solve`` take some seconds to comp
 texts of their error messages are compiled too.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, Final, TypeVar, cast
 

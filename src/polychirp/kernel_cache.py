@@ -258,23 +258,29 @@ def _current_stamp() -> Stamp:
 def kernel_modules() -> dict[str, str]:
     """Hash of every module with kernels and of the modules whose kernels or constants it imports.
 
-    Names in capitals are constants, which numba compiles into the kernels.
+    Names in capitals are constants, which numba compiles into the kernels. A constant may be
+    computed from those of further modules, which are therefore hashed as well.
     """
     texts = {}
     for path in PACKAGE.rglob("*.py"):
         inner = path.relative_to(PACKAGE.parent).with_suffix("").parts
-        texts[".".join(inner)] = path.read_text(encoding="utf-8")
+        texts[".".join(inner).removesuffix(".__init__")] = path.read_text(encoding="utf-8")
     has_kernels = {name for name, text in texts.items() if _KERNEL_IMPORT.search(text)}
     own = {name: _hash(text) for name, text in texts.items()}
-    taken = {
-        name: {
+
+    @cache
+    def taken(name: str) -> frozenset[str]:
+        # a module without kernels gives its constants alone, and takes no kernels for them
+        kernels = has_kernels if name in has_kernels else frozenset()
+        return frozenset(
             module
             for module, symbols in _imports(texts[name])
-            if module in has_kernels or (module in texts and any(map(str.isupper, symbols)))
-        }
-        for name in has_kernels
+            if module in kernels or (module in texts and any(map(str.isupper, symbols)))
+        )
+
+    return {
+        name: _hash("".join(own[n] for n in sorted(_reach(name, taken)))) for name in has_kernels
     }
-    return {name: _hash("".join(own[n] for n in sorted(_reach(name, taken)))) for name in taken}
 
 
 _KERNEL_IMPORT: Final = re.compile(r"^from (polychirp\.jit|numba) import\b", re.MULTILINE)
@@ -287,11 +293,11 @@ def _imports(text: str) -> Iterator[tuple[str, list[str]]]:
             yield node.module, [alias.name for alias in node.names]
 
 
-def _reach(name: str, taken: Mapping[str, set[str]]) -> set[str]:
+def _reach(name: str, taken: Callable[[str], frozenset[str]]) -> set[str]:
     """The module ``name``, those that ``taken`` names for it, and those that it names for them."""
     reached, ahead = {name}, [name]
     while ahead:
-        new = taken.get(ahead.pop(), set()) - reached
+        new = taken(ahead.pop()) - reached
         reached |= new
         ahead += new
     return reached

@@ -1,9 +1,8 @@
 """Random streams with names: an additional draw does not change the others."""
 
-from __future__ import annotations
-
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from hashlib import blake2b
+from typing import Self
 
 import numpy as np
 
@@ -34,9 +33,9 @@ class Streams:
     seed: int
     path: tuple[str | int, ...] = ()
 
-    def of(self, *names: str | int) -> Streams:
+    def of(self, *names: str | int) -> Self:
         """Streams whose names begin with ``names``."""
-        return Streams(self.seed, (*self.path, *names))
+        return replace(self, path=(*self.path, *names))
 
     def __getitem__(self, names: str | int | tuple[str | int, ...]) -> np.random.Generator:
         """New generator for ``names``; equal names give equal numbers."""

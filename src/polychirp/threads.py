@@ -6,8 +6,6 @@ since a second thread hardly makes small kernels faster. Linear algebra runs in 
 because its matrices are small, and its waiting threads would take the cores of other pieces.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 import threading

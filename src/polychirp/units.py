@@ -14,7 +14,7 @@ from typing import Annotated, Any, Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from polychirp.errors import InputError
+from polychirp.errors import InputError, short
 
 
 def from_db(level: float) -> float:
@@ -175,12 +175,12 @@ class Unit:
     def parse(self, text: object) -> float:
         """SI value of ``text``, even out of bounds; raises `InputError` if it is no quantity."""
         if isinstance(text, bool) or not isinstance(text, str):
-            raise InputError(f"{_short(repr(text))} needs a unit; write it like '{self.example}'")
+            raise InputError(f"{short(repr(text))} needs a unit; write it like '{self.example}'")
         match = _QUANTITY.match(text) if len(text) <= _LONGEST_TEXT else None
         reader = _READERS[self.symbol].get(match[2]) if match else None
         if match is None or reader is None:
             raise InputError(
-                f"'{_short(text)}' is not a value in {self.symbol}; write it like '{self.example}'"
+                f"'{short(text)}' is not a value in {self.symbol}; write it like '{self.example}'"
             )
         try:
             value = reader(float(match[1]))
@@ -253,10 +253,6 @@ def _written(value: float) -> str:
     if isinstance(value, int) and value.bit_length() > 128:
         return f"a number of {value.bit_length()} bits"
     return f"{value}"
-
-
-def _short(text: str) -> str:
-    return text if len(text) <= 40 else f"{text[:37]}…"
 
 
 Hertz = Annotated[float, Unit("Hz")]

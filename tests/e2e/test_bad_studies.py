@@ -215,7 +215,7 @@ UNREADABLE = [
         name="--set of a radar that is not there",
     ),
     setting("seed.x=1", "seed is a value; it has no 'x'", name="--set through a value"),
-    setting("seed", "'seed' changes nothing; write it like", name="--set without a value"),
+    setting("seed", "'seed' is not PATH=VALUE; write it like", name="--set without a value"),
     by_option(
         "--seed",
         "one",

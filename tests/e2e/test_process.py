@@ -128,13 +128,16 @@ def test_describe_writes_a_parameter_file(capsys: pytest.CaptureFixture[str]):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["process"], "name a recording"),
+        (["process"], "no recording is given; name one"),
         (["process", "walk.npy"], "there is no parameter file"),
         (["process", "walk.bin", "--pfa", "1"], "not between 0 and 1"),
         (["process", "walk.bin", "--pfa", "often"], "'often' is not a number"),
         (["process", "walk.bin", "--frames", "3-1"], "ends before it begins"),
-        (["process", "walk.bin", "--frames", "all"], "not a frame or a range"),
-        (["process", "walk.wav", "--params", "walk.toml"], "ends in '.wav'"),
+        (["process", "walk.bin", "--frames", "all"], "not the number of a frame or a range"),
+        (
+            ["process", "walk.wav", "--params", "walk.toml"],
+            "'walk.wav' is no recording; its name must end in .npy",
+        ),
         (["process", "gone.zarr", "--params", "walk.toml"], "there is no recording"),
         (["process", "walk.zarr", "--params", "walk.toml"], "cannot be read as one Zarr array"),
     ],

@@ -185,7 +185,7 @@ def test_a_trial_that_kills_its_workers_is_given_up_and_the_others_are_not(tmp_p
     outcomes = list(LocalWorkers(count=2).run([Killer()], iter(tasks)))
     assert sorted(outcome.task.trial for outcome in outcomes) == list(range(20))
     by_trial = {outcome.task.trial: outcome.failure for outcome in outcomes}
-    assert by_trial.pop(13) == f"{MOST_DEATHS} workers died of it"
+    assert by_trial.pop(13) == f"{MOST_DEATHS} workers died during this trial"
     assert all("Error" in failure for failure in by_trial.values())
 
 
@@ -295,7 +295,7 @@ def test_a_queue_that_refuses_the_job_is_told_in_its_own_words(plan, tmp_path, m
 def test_without_slurm_the_way_out_is_named(plan, tmp_path, monkeypatch):
     pytest.importorskip("dask_jobqueue", reason="dask-jobqueue is not installed (extra 'cluster')")
     monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(InputError, match="there is no sbatch here"):
+    with pytest.raises(InputError, match="the command sbatch is not found"):
         run_plan(
             plan,
             folder=tmp_path / "out",

@@ -15,7 +15,7 @@ from polychirp.frames import Pose
 from polychirp.model.paths import Bounce
 from polychirp.model.scene import Actor
 from polychirp.testing.shapes import around, box, mesh_of, sphere, transfer_at
-from polychirp.traffic.roadside import tree
+from polychirp.traffic.street import Tree
 from polychirp.units import to_db
 
 WAVELENGTH = SPEED_OF_LIGHT / 79e9
@@ -218,7 +218,7 @@ def test_there_and_back_are_transposed():
 
 def test_a_trunk_hides_leaves_and_is_no_cloud():
     """A street's tree has leaves in its crown only, and none right behind the trunk."""
-    oak = tree("oak", x=0.0, y=0.0, height=6.0, crown_radius=1.4)
+    oak = Tree(name="oak", x=0.0, y=0.0, height=6.0, crown_radius=1.4).actor()
     scene = around([oak], [(15.0, 0.0, 3.5)])
     paths = Composite(dynamic_range=1e14).prepare(scene)
     found = foliage_paths(paths, all_pairs(scene), seed=1)

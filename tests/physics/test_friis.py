@@ -57,7 +57,7 @@ def test_a_radar_receives_itself_only_by_echo(tracer):
 @BOTH
 def test_two_radars_at_one_place_are_refused(tracer):
     """The Friis equation has no value at distance 0."""
-    with pytest.raises(InputError, match="radars '0' and '1' are at one place"):
+    with pytest.raises(InputError, match="radars '0' and '1' are at the same position"):
         tracer.trace(around([], [(0, 0, 0.5), (0, 0, 0.5)]))
 
 

@@ -166,7 +166,7 @@ def test_a_radar_receives_itself_besides_what_is_traced_and_others_do_not():
 def test_no_more_comes_back_than_was_sent():
     """Two 27-dBi antennas 5 cm before a mirror: Friis would return (Gλ/4π·2d)² = 2.3 times it."""
     victim = radar(gain=from_db(27.0), bumper=Bumper(distance=0.05, reflection=1.0))
-    with pytest.warns(ModelWarning, match=r"near field.*returns 2\.29 times"):
+    with pytest.warns(ModelWarning, match=r"near field.*return 2\.29 times the"):
         link = own(victim)
     assert abs(link.amplitude[0]) ** 2 == pytest.approx(watts(victim))
 
@@ -175,9 +175,9 @@ def test_no_more_comes_back_than_was_sent():
     ("make", "message"),
     [
         (lambda: Leakage(isolation=0.0), "write it like '35 dB'"),
-        (lambda: Leakage(isolation=1e3, delay=-1e-9), "before it is sent"),
+        (lambda: Leakage(isolation=1e3, delay=-1e-9), "delay of a leakage is negative"),
         (lambda: Bumper(distance=0.0), "a positive distance"),
-        (lambda: Bumper(distance=0.1, reflection=2.0), "no more than 0 dB"),
+        (lambda: Bumper(distance=0.1, reflection=2.0), "at most 0 dB"),
     ],
 )
 def test_nonsense_is_refused(make, message):

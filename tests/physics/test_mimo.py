@@ -144,7 +144,7 @@ def test_an_elements_place_is_a_delay_at_the_frequency_of_the_moment():
 
 
 def test_a_schedule_for_more_elements_than_the_array_has_is_refused():
-    with pytest.raises(InputError, match="drives 3 transmitting elements, its array has 2"):
+    with pytest.raises(InputError, match="drives 3 transmitting elements, but its array has 2"):
         frame(plan(coding=TimeDivision()), target(), antenna=array(num_transmitters=2))
 
 

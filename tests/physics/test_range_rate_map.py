@@ -153,7 +153,7 @@ def test_tapered_noise_crosses_as_often_as_stated_within_a_quarter(num_transmitt
     """Training cells two apart have the correlation 0.06 under the taper, of power 0.25².
 
     So the N cells count as some N/(1 + 2·0.06)² = 0.8 N independent ones, which at N ≥ 60 moves
-    probabilities of 1e-3 by 15 % (`cell_averaging_factor`'s law). The interval is the binomial
+    probabilities of 1e-3 by 15 % (by the law for means, (1 + α/N)^−N). The interval is the binomial
     one around ± 25 %, its width doubled because crossings come in groups of neighbours.
     """
     parameters = replace(PARAMETERS, num_transmitters=num_transmitters)

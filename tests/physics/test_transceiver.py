@@ -315,7 +315,7 @@ def test_turning_one_effect_off_leaves_the_noise_of_the_others():
     ("change", "error", "sentence"),
     [
         ({"centre_frequency": 79e9}, PhysicsError, "outside the transceiver's 0.2 to 4.4 GHz"),
-        ({"sample_rate": 100e6}, InputError, "the transmitter plays 130; resample it"),
+        ({"sample_rate": 100e6}, InputError, "plays 130 MS/s; resample the signal"),
         ({"samples": 2 * np.ones(10)}, InputError, "above magnitude 1; scale the signal down"),
     ],
 )
@@ -330,9 +330,9 @@ def test_what_cannot_be_played_is_refused(change, error, sentence):
         ({"sample_rate": 0.0}, "positive sample rate"),
         ({"lowest_carrier": 5e9}, "the lowest one first"),
         ({"transmit_bits": 1}, "cannot have 1 bits"),
-        ({"hold": 1.5}, "holds a sample for a share"),
+        ({"hold": 1.5}, "use more than 0 and at most 1"),
         ({"noise_figure": 0.5}, "cannot be below 0 dB"),
-        ({"clock_offset": 0.1}, "right to within 10 000 ppm"),
+        ({"clock_offset": 0.1}, "between −10 000 and 10 000 ppm"),
     ],
 )
 def test_a_transceiver_that_cannot_be_is_refused(fields, sentence):

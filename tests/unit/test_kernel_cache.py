@@ -60,9 +60,12 @@ def toy(tmp_path, monkeypatch):
         "worker": WORKER,
         "kernels": KERNELS,
         "leaf": LEAF,
-        "numbers": "NUMBER = 1.0\nWORD = 'a'\n",
+        "numbers": "from toy.units import UNIT\n\nNUMBER = 1.0 * UNIT\nWORD = 'a'\n",
+        "units/__init__": "from toy.units.metres import METRE as UNIT\n",
+        "units/metres": "METRE = 1.0\n",
         "unrelated": "OTHER = 1.0\n",
     }.items():
+        (package / f"{name}.py").parent.mkdir(exist_ok=True)
         (package / f"{name}.py").write_text(textwrap.dedent(text))
     home = str(Path(kernel_cache.__file__).parents[1])
     monkeypatch.setattr(kernel_cache, "PACKAGE", package)
@@ -111,6 +114,14 @@ def test_a_change_of_a_number_reaches_the_kernels_that_take_it(toy):
     assert missing(["one"]) == ("one",)
     done = compiled(ONE)
     assert {name.rpartition(".")[2] for name in done.kernels} == {"first", "leaf"}
+
+
+def test_a_change_of_a_number_behind_that_number_reaches_the_kernels(toy):
+    """A module without kernels computes its constant from that of a package, which imports it."""
+    before = kernel_modules()
+    (toy / "units" / "metres.py").write_text("METRE = 22.0\n")
+    changed = {name for name, hashed in kernel_modules().items() if hashed != before[name]}
+    assert changed == {"toy.kernels", "toy.leaf", "toy.worker"} & set(before)
 
 
 def test_a_change_that_no_kernel_sees_compiles_nothing(toy):

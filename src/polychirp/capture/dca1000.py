@@ -52,7 +52,10 @@ def open_raw(
     path = Path(path)
     device = parameters.device
     if device is None:
-        raise InputError(f"{path.name}: its parameters name no device; give it, as in 'xwr16xx'")
+        raise InputError(
+            f'{path.name}: its parameters name no device; add device = "xwr16xx", or the device '
+            "that wrote it, to the parameter file"
+        )
     try:
         size = path.stat().st_size
     except FileNotFoundError:
@@ -64,7 +67,8 @@ def open_raw(
     per_ramp = 2 * _words_per_ramp(parameters, device)
     per_frame = per_ramp * parameters.num_ramps
     whole, rest = divmod(size, per_frame)
-    needed = frames_needed(whole + (rest > 0), parameters, frames)
+    # an empty file cannot be mapped into memory, even to read no frame of it
+    needed = max(1, frames_needed(whole + (rest > 0), parameters, frames))
     if whole < needed:
         ramps = rest // per_ramp
         started = f" and the first {ramps} of frame {whole}'s {parameters.num_ramps} ramps"
@@ -105,8 +109,9 @@ def _words_per_ramp(parameters: CaptureParameters, device: Device) -> int:
     receivers = NUM_LANES if device == "xwr14xx" else parameters.num_receivers
     if parameters.num_receivers > NUM_LANES:
         raise InputError(
-            f"num_receivers: a DCA1000 file has at most {NUM_LANES}, not {parameters.num_receivers}"
+            f"num_receivers: a DCA1000 file has at most {NUM_LANES} receivers, not "
+            f"{parameters.num_receivers}"
         )
     if parts == 2 and device != "xwr14xx" and parameters.num_samples % 2:
-        raise InputError("num_samples: must be even, for two lanes carry samples in pairs")
+        raise InputError("num_samples: must be even, because the file holds samples in pairs")
     return parts * receivers * parameters.num_samples

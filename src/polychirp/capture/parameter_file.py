@@ -9,44 +9,45 @@ from typing import Annotated, Any, Final, Literal, Union, get_args, get_origin, 
 
 from polychirp.bounded_text import text_of, toml_tables
 from polychirp.capture.parameters import CaptureParameters
-from polychirp.errors import InputError, did_you_mean
+from polychirp.errors import InputError, did_you_mean, short
 from polychirp.units import Between, Unit
 
 TEMPLATE: Final = """\
-# What polychirp must know of a recording; the file stands beside it under the same name.
+# Parameters of a recording; this file has the name of the recording and stands beside it.
 # Values carry their unit, as in study files. Lines that begin with '#' show the default.
 
-# the ramps: wait idle_time, rise for ramp_end_time; adc_start counts from the start of the rise
+# the ramps: each waits for idle_time, then rises for ramp_end_time
 start_frequency = "77 GHz"      # at the start of the rise
 slope = "30 MHz/us"
 idle_time = "10 us"
 ramp_end_time = "40 us"
-adc_start = "6 us"
-num_ramps = 128                 # in a frame, those of all transmitters together
+adc_start = "6 us"              # time of the first sample, from the start of the rise
+num_ramps = 128                 # number in a frame, for all transmitters together
 
 # the converter
 sample_rate = "10 MS/s"
-num_samples = 256               # of a ramp
+num_samples = 256               # samples of a ramp
 #sampling = "complex"           # or "real"
-#highest_beat = "9 MHz"         # edge of the pass band; default 0.9 (real: 0.45) of the sample rate
-#full_scale = 32768.0           # stored value that fills the converter
+#highest_beat = "9 MHz"         # edge of the pass band; default: 0.9 of sample_rate (real: 0.45)
+#full_scale = 32768.0           # stored value that is the converter's full scale, 0 dBFS
 
-# the antennas: transmitters take turns ramp by ramp, a whole receiving array apart
+# the antennas: transmitters take turns ramp by ramp; the distance from one to the next is the
+# length of the receiving array
 num_transmitters = 2
 num_receivers = 4
-#spacing = "1.95 mm"            # of receiving elements; default half a wavelength
-#first_receiver = "right"       # side of receiver 0, seen along the line of sight; or "left"
+#spacing = "1.95 mm"            # of receiving elements; default: half a wavelength
+#first_receiver = "right"       # side of receiver 0, seen from behind the radar; or "left"
 
 # the file
-#num_frames = 1                 # that should be there; default: as many as there are
-#conjugate = false              # true where targets beat at negative frequencies, or I and Q swap
+#num_frames = 1                 # frames that the recording should have; default: not checked
+#conjugate = false              # true if targets beat at negative frequencies, or I and Q swap
 # for raw files (.bin): "xwr14xx", "xwr16xx", "xwr18xx" or "xwr68xx"
 #device = "xwr16xx"
-# for NumPy and Zarr, slowest axis first, out of frame, fast, and
-#   sweep (one ramp of every transmitter), transmitter, receiver, or two of them in one axis:
-#   ramp (sweep and transmitter), channel (transmitter and receiver)
+# for NumPy and Zarr: names of the array's axes, the slowest first. They are frame, fast (samples
+#   of a ramp), sweep (one ramp of every transmitter), transmitter and receiver; two of them may be
+#   one axis: ramp (sweep and transmitter) or channel (transmitter and receiver)
 #axes = ["frame", "ramp", "receiver", "fast"]
-#stored_as = "signed"           # "unsigned" where int16 samples were saved as if uint16
+#stored_as = "signed"           # "unsigned" if int16 samples were saved as if they were uint16
 """
 """Parameter file with examples and defaults, which ``polychirp process --describe`` prints."""
 
@@ -65,13 +66,15 @@ def read_parameters(path: Path | str) -> CaptureParameters:
         data = toml_tables(text_of(path))
     except FileNotFoundError:
         raise InputError(
-            f"there is no parameter file '{path}'; 'polychirp process --describe' writes one to "
-            "fill in, --params names another"
+            f"there is no parameter file '{path}'; name another one with --params, or begin with "
+            "the example that 'polychirp process --describe' prints"
         ) from None
     except OSError as error:
         raise InputError(f"'{path}' cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:
-        raise InputError(f"{path.name}: is not text in UTF-8; it must be a TOML file") from None
+        raise InputError(
+            f"{path.name}: is not text in UTF-8; a parameter file is TOML text"
+        ) from None
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{path.name}: is not TOML: {error}") from None
     except InputError as error:
@@ -139,12 +142,12 @@ def _read(hint: Any, value: object) -> Any:
         return number
     if get_origin(kind) is tuple:
         if not isinstance(value, list):
-            raise InputError(f"must be a list in square brackets, not {_shown(value)}")
+            raise InputError(f"must be a list in square brackets, not {short(repr(value))}")
         return tuple(_read(get_args(kind)[0], entry) for entry in value)
     if get_origin(kind) is Literal:
         if not isinstance(value, str) or value not in get_args(kind):
             hint_text = did_you_mean(str(value), get_args(kind))
-            raise InputError(f"{_shown(value)} is not one of its values; {hint_text}")
+            raise InputError(f"{short(repr(value))} is not one of its values; {hint_text}")
         return value
     return _read_plain(kind, value)
 
@@ -152,17 +155,12 @@ def _read(hint: Any, value: object) -> Any:
 def _read_plain(kind: Any, value: object) -> object:
     is_number = isinstance(value, int | float) and not isinstance(value, bool)
     if kind is bool and not isinstance(value, bool):
-        raise InputError(f"must be true or false, not {_shown(value)}")
+        raise InputError(f"must be true or false, not {short(repr(value))}")
     if kind is int and not (is_number and isinstance(value, int)):
-        raise InputError(f"must be a whole number, not {_shown(value)}")
+        raise InputError(f"must be a whole number, not {short(repr(value))}")
     if kind is float and not is_number:
-        raise InputError(f"must be a number, not {_shown(value)}")
+        raise InputError(f"must be a number, not {short(repr(value))}")
     return value
-
-
-def _shown(value: object) -> str:
-    text = repr(value)
-    return text if len(text) <= 40 else f"{text[:37]}…"
 
 
 def _members(hint: Any) -> tuple[Any, ...]:

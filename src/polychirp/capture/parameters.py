@@ -104,10 +104,10 @@ class CaptureParameters(Spec):
         self._check_axes()
 
     def _check_counts(self) -> None:
-        if self.num_samples < 2 or self.num_ramps < 2 * self.num_transmitters:
-            raise InputError(
-                "num_ramps: a frame needs two samples on a ramp and two ramps of each transmitter"
-            )
+        if self.num_samples < 2:
+            raise InputError("num_samples: a ramp needs at least 2 samples")
+        if self.num_ramps < 2 * self.num_transmitters:
+            raise InputError("num_ramps: a frame needs at least two ramps of each transmitter")
         if self.num_ramps % self.num_transmitters:
             raise InputError(
                 f"num_ramps: {self.num_ramps} ramps cannot be shared out evenly among "
@@ -117,8 +117,8 @@ class CaptureParameters(Spec):
         if size > LARGEST_FRAME:
             raise InputError(
                 f"num_samples: a frame of {self.num_ramps} ramps, {self.num_samples} samples and "
-                f"{self.num_receivers} receivers takes {size / 2**30:.3g} GB of memory, more than "
-                f"{LARGEST_FRAME >> 30} GB; divide it into shorter frames"
+                f"{self.num_receivers} receivers takes {size / 2**30:.3g} GiB of memory, more than "
+                f"{LARGEST_FRAME >> 30} GiB; divide it into shorter frames"
             )
         if self.sampling == "real" and self.conjugate:
             raise InputError("conjugate: has no effect on real samples; leave it out")
@@ -127,7 +127,7 @@ class CaptureParameters(Spec):
             raise InputError(
                 f"ramp_end_time: the converter's last sample comes {last * 1e6:.4g} us after the "
                 f"ramp's start, but the ramp ends at {self.ramp_end_time * 1e6:.4g} us; lengthen "
-                "the ramp, or take fewer samples, or start earlier"
+                "the ramp, take fewer samples or lower adc_start"
             )
 
     def _check_axes(self) -> None:
@@ -138,11 +138,11 @@ class CaptureParameters(Spec):
         if missing:
             raise InputError(
                 f"axes: '{min(missing)}' is missing ('ramp' is sweep and transmitter, 'channel' "
-                "is transmitter and receiver)"
+                "is transmitter and receiver); name every axis of the array"
             )
         twice = sorted({name for name in single if single.count(name) > 1})
         if twice:
-            raise InputError(f"axes: '{twice[0]}' is there twice; name each axis once")
+            raise InputError(f"axes: '{twice[0]}' is named twice; name each axis once")
 
     @property
     def lengths(self) -> dict[str, int]:

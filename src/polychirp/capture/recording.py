@@ -119,7 +119,8 @@ def from_array(
     needed = frames_needed(num_frames, parameters, frames)
     if num_frames < needed:
         raise InputError(
-            f"{name}: {num_frames} of {needed} frames are there{way_out(num_frames, 'num_frames')}"
+            f"{name}: only {num_frames} of {needed} frames are there"
+            + way_out(num_frames, "num_frames")
         )
 
     def read(number: int) -> ComplexArray:
@@ -226,8 +227,8 @@ def open_numpy(
     missing = begin + math.prod(shape) * dtype.itemsize - size
     if missing > 0:
         raise InputError(
-            f"{path.name}: is {missing} bytes short of the {_shown(shape)} numbers it announces; "
-            "copy or save it again"
+            f"{path.name}: is {missing} bytes shorter than the {_shown(shape)} numbers that it "
+            "announces; copy or save it again"
         )
     array = np.load(path, mmap_mode="r", allow_pickle=False)
     return from_array(array, parameters, name=path.name, frames=frames)

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from polychirp.axes import ComplexArray
 from polychirp.bounded_text import json_value, text_of
-from polychirp.errors import InputError
+from polychirp.errors import InputError, short
 from polychirp.model.baseband import Baseband, Progress, no_progress
 from polychirp.model.ramp import RampSchedule
 
@@ -129,7 +129,7 @@ class SigmfRecording:
         # below 1e100, squares of correlations stay finite
         if not np.all(np.abs(values) < 1e100):
             raise InputError(
-                f"{self.name}: holds values that are no numbers or beyond all bounds; its "
+                f"{self.name}: holds values that are not numbers or are implausibly large; its "
                 f"core:datatype says {self.datatype}, but the samples may be integers"
             )
         return values.view(np.complex128)
@@ -237,7 +237,9 @@ def _json(path: Path) -> dict[str, Any]:
     except OSError as error:
         raise InputError(f"'{path}' cannot be read: {error.strerror}") from None
     except (UnicodeDecodeError, json.JSONDecodeError) as error:
-        raise InputError(f"{path.name}: is not JSON ({error}); SigMF metadata are") from None
+        raise InputError(
+            f"{path.name}: is not JSON ({error}); SigMF metadata must be JSON"
+        ) from None
     except InputError as error:
         raise InputError(f"{path.name}: {error}") from None
     if not isinstance(found, dict):
@@ -251,8 +253,8 @@ def _global(metadata: Mapping[str, Any], name: str) -> dict[str, Any]:
         raise InputError(f"{name}: has no object 'global'; SigMF metadata have one")
     if fields.get("core:num_channels", 1) != 1:
         raise InputError(
-            f"{name}: has {_shown(fields['core:num_channels'])} channels; split them into "
-            "recordings"
+            f"{name}: has {short(repr(fields['core:num_channels']))} channels; store each channel "
+            "as its own recording"
         )
     return fields
 
@@ -264,7 +266,9 @@ def _capture(metadata: Mapping[str, Any], name: str) -> dict[str, Any]:
     if any(one.get("core:header_bytes") for one in captures):
         raise InputError(f"{name}: has headers between samples, which are not read; remove them")
     if any(one.get("core:frequency") != captures[0].get("core:frequency") for one in captures):
-        raise InputError(f"{name}: was retuned while recording; split it where it was")
+        raise InputError(
+            f"{name}: was retuned while recording; split it where core:frequency changes"
+        )
     return captures[0] if captures else {}
 
 
@@ -275,7 +279,7 @@ def _datatype(fields: Mapping[str, Any], name: str) -> str:
     if not isinstance(told, str) or told not in FORMATS:
         why = "is real, but I and Q are needed" if str(told).startswith("r") else "is unknown"
         raise InputError(
-            f"{name}: core:datatype {_shown(told)} {why}; known are {', '.join(FORMATS)}"
+            f"{name}: core:datatype {short(repr(told))} {why}; known are {', '.join(FORMATS)}"
         )
     return str(told)
 
@@ -294,14 +298,9 @@ def _number(
     is_number = isinstance(value, int | float) and not isinstance(value, bool)
     if not (is_number and abs(value) <= greatest):  # false for NaN as well
         raise InputError(
-            f"{name}: {key} is {_shown(value)}; it must be a number of at most {greatest:g}"
+            f"{name}: {key} is {short(repr(value))}; it must be a number of at most {greatest:g}"
         )
     return float(value)
-
-
-def _shown(value: object) -> str:
-    text = repr(value)
-    return text if len(text) <= 40 else f"{text[:37]}…"
 
 
 def _count(data: Path, datatype: str, fields: Mapping[str, Any]) -> int:
@@ -313,13 +312,16 @@ def _count(data: Path, datatype: str, fields: Mapping[str, Any]) -> int:
     except OSError as error:
         raise InputError(f"'{data}' cannot be read: {error.strerror}") from None
     if not data.is_file():
-        raise InputError(f"'{data}' is not a file; samples stand in a file beside their metadata")
+        raise InputError(
+            f"'{data}' is not a file; the samples must be in a file beside their metadata"
+        )
     width = 2 * np.dtype(FORMATS[datatype][0]).itemsize
     count, rest = divmod(size, width)
     told = fields.get("polychirp:num_samples")
     if told is not None and (not isinstance(told, int) or isinstance(told, bool) or told < 1):
         raise InputError(
-            f"{data.name}: polychirp:num_samples is {_shown(told)}; it must be a count of samples"
+            f"{data.name}: polychirp:num_samples is {short(repr(told))}; it must be a count of "
+            "samples"
         )
     if told is not None and count < told:
         raise InputError(
@@ -365,7 +367,7 @@ def _check_band(schedule: RampSchedule | None, rate: float, centre: float, name:
     if np.all(np.abs(middle - centre) - 0.5 * schedule.bandwidth > 0.5 * rate):
         raise InputError(
             f"{name}: its ramps are about {float(middle[0]) / 1e9:g} GHz, but core:frequency is "
-            f"{centre / 1e9:g} GHz and core:sample_rate {rate / 1e6:g} MS/s; correct what is wrong"
+            f"{centre / 1e9:g} GHz and core:sample_rate {rate / 1e6:g} MS/s; correct the wrong one"
         )
 
 

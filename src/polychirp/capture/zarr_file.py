@@ -60,9 +60,6 @@ MOST_CHUNKS: Final = 1_000_000
 LONGEST_AXIS: Final = 1 << 40
 """Greatest plausible length of an axis of an array or of a chunk. Chosen."""
 
-_WIDEST_NUMBER: Final = 16
-"""Bytes of the widest number, complex128; a filter may convert narrower numbers to it."""
-
 _V2_TYPE: Final = re.compile(r"[<>|]([biufc])(1|2|4|8|16)")
 _V2_KIND: Final = {"b": "bool", "i": "int", "u": "uint", "f": "float", "c": "complex"}
 """Data types of version 2: byte order, kind and bytes; names of the kinds."""
@@ -77,6 +74,7 @@ class ZarrMetadata:
     version : version of the format, 2 or 3
     shape, chunks : lengths of all axes, of the array and of a chunk
     dtype : name of the data type, one of `TYPES`
+    widths : bytes of a number as it is read, and after each filter that converts it for storage
     compressor : name of the compressor, or None
     prefix, separator : parts of a chunk's name, such as ``c`` and ``/`` in ``c/0/1``
     attributes : the array's attributes
@@ -86,6 +84,7 @@ class ZarrMetadata:
     shape: tuple[int, ...]
     chunks: tuple[int, ...]
     dtype: str
+    widths: tuple[int, ...]
     compressor: str | None
     prefix: tuple[str, ...]
     separator: str
@@ -93,8 +92,13 @@ class ZarrMetadata:
 
     @property
     def chunk_bytes(self) -> int:
-        """Size of a decoded chunk, bytes."""
-        return math.prod(self.chunks) * np.dtype(self.dtype).itemsize
+        """Greatest size of a chunk while it is decoded, bytes."""
+        return math.prod(self.chunks) * max(self.widths)
+
+    @property
+    def stored_bytes(self) -> int:
+        """Size of a chunk after all filters and before compression, bytes, without a checksum."""
+        return math.prod(self.chunks) * self.widths[-1]
 
     def chunk_name(self, place: tuple[int, ...]) -> str:
         """Path of a chunk in the folder of the array."""
@@ -193,7 +197,7 @@ class ZarrArray:
             return
         except OSError as error:
             raise InputError(f"{label} cannot be read: {error.strerror}") from None
-        limit = math.prod(self.metadata.chunks) * _WIDEST_NUMBER + 64
+        limit = self.metadata.stored_bytes + 64
         size = decoded_size(content, self.metadata.compressor, limit=limit)
         if size is None:
             raise InputError(
@@ -202,8 +206,8 @@ class ZarrArray:
             )
         if size > limit:
             raise InputError(
-                f"{label} holds more than the {self.metadata.chunk_bytes} bytes that its array "
-                "announces; it is damaged, or made to fill the memory"
+                f"{label} holds more than the {self.metadata.stored_bytes} bytes that its array "
+                "announces; it is damaged or unsafe: copy it again, or do not use it"
             )
 
 
@@ -257,8 +261,8 @@ def read_metadata(path: Path) -> ZarrMetadata:
         told = _object(path / ".zattrs", name) if has_attributes else {}
     except (FileNotFoundError, NotADirectoryError):
         raise InputError(
-            f"{name}: cannot be read as one Zarr array: it has no metadata of one; name the "
-            "folder of the array itself"
+            f"{name}: cannot be read as one Zarr array: it has no metadata of an array; name "
+            "the folder of the array itself"
         ) from None
     return _version_2(content, told, name)
 
@@ -284,17 +288,21 @@ def _version_3(content: Mapping[str, Any], name: str) -> ZarrMetadata:
             f"{name}: cannot be read as one Zarr array; name the folder of the array itself"
         )
     if content.get("storage_transformers"):
-        raise InputError(f"{name}: has storage transformers, which are not read; store it without")
+        raise InputError(
+            f"{name}: has storage transformers, which are not read; store it without them"
+        )
     dtype = content.get("data_type")
     if not (isinstance(dtype, str) and dtype in TYPES):
         raise _no_numbers(name, dtype)
     grid = _named(content.get("chunk_grid"), name, "chunk_grid")
     if grid[0] != "regular":
-        raise InputError(f"{name}: has chunks of different sizes, which are not read")
+        raise InputError(
+            f"{name}: has chunks of different sizes, which are not read; store equal ones"
+        )
     keys = _named(content.get("chunk_key_encoding"), name, "chunk_key_encoding")
     separator = keys[1].get("separator", "/" if keys[0] == "default" else ".")
     if keys[0] not in ("default", "v2") or separator not in ("/", "."):
-        raise InputError(f"{name}: names its chunks in a way that is not read")
+        raise InputError(f"{name}: has an unknown naming of its chunks; use Zarr's default")
     codecs = content.get("codecs")
     if not isinstance(codecs, list):
         raise InputError(f"{name}: has no list of codecs; copy it again")
@@ -304,6 +312,7 @@ def _version_3(content: Mapping[str, Any], name: str) -> ZarrMetadata:
             shape=_lengths(content.get("shape"), name, least=0),
             chunks=_lengths(grid[1].get("chunk_shape"), name, least=1),
             dtype=dtype,
+            widths=(np.dtype(dtype).itemsize,),
             compressor=_compressor([_named(one, name, "codec")[0] for one in codecs], 3, name),
             prefix=("c",) if keys[0] == "default" else (),
             separator=separator,
@@ -322,23 +331,21 @@ def _version_2(content: Mapping[str, Any], told: dict[str, Any], name: str) -> Z
         raise _no_numbers(name, content.get("dtype"))
     separator = content.get("dimension_separator", ".")
     if separator not in ("/", ".") or content.get("order", "C") not in ("C", "F"):
-        raise InputError(f"{name}: orders its numbers or chunks in a way that is not read")
+        raise InputError(
+            f"{name}: has an unknown order or dimension separator; use Zarr's defaults"
+        )
     filters = content.get("filters") or []
     if not isinstance(filters, list):
         raise InputError(f"{name}: its filters are not a list; copy it again")
     compressor = content.get("compressor")
     codecs = [*filters, *([] if compressor is None else [compressor])]
-    for codec in codecs:
-        for key in ("dtype", "astype"):
-            inner = codec.get(key) if isinstance(codec, dict) else None
-            if inner is not None and _v2_dtype(inner) is None:
-                raise _no_numbers(name, inner)
     return _checked(
         ZarrMetadata(
             version=2,
             shape=_lengths(content.get("shape"), name, least=0),
             chunks=_lengths(content.get("chunks"), name, least=1),
             dtype=dtype,
+            widths=_widths(dtype, codecs, name),
             compressor=_compressor([_v2_id(codec, name) for codec in codecs], 2, name),
             prefix=(),
             separator=separator,
@@ -347,6 +354,26 @@ def _version_2(content: Mapping[str, Any], told: dict[str, Any], name: str) -> Z
         fill_value=content.get("fill_value"),
         name=name,
     )
+
+
+def _widths(dtype: str, codecs: list[Any], name: str) -> tuple[int, ...]:
+    """`ZarrMetadata.widths` of an array of version 2; only the filter delta converts numbers."""
+    widths = [np.dtype(dtype).itemsize]
+    for codec in codecs:
+        if not isinstance(codec, dict) or codec.get("dtype") is codec.get("astype") is None:
+            continue
+        taken = codec.get("dtype")
+        for told in (taken, codec.get("astype") or taken):
+            inner = _v2_dtype(told)
+            if inner is None:
+                raise _no_numbers(name, told)
+            widths.append(np.dtype(inner).itemsize)
+        if widths[-2] != widths[-3]:
+            raise InputError(
+                f"{name}: one of its filters takes numbers of {widths[-2]} bytes and gets numbers "
+                f"of {widths[-3]}; copy it again"
+            )
+    return tuple(widths)
 
 
 def _checked(metadata: ZarrMetadata, *, fill_value: object, name: str) -> ZarrMetadata:
@@ -381,6 +408,8 @@ def _compressor(codecs: list[str], version: int, name: str) -> str | None:
     found = [codec for codec in codecs if codec in COMPRESSORS[version]]
     if len(found) > 1:
         raise InputError(f"{name}: was compressed {len(found)} times; store it with one compressor")
+    if found and version == 2 and codecs[-1] != found[0]:
+        raise InputError(f"{name}: was compressed before a filter; store it with filters first")
     return found[0] if found else None
 
 
@@ -414,7 +443,9 @@ def _v2_dtype(told: object) -> str | None:
 def _lengths(told: object, name: str, *, least: int) -> tuple[int, ...]:
     is_list = isinstance(told, list) and len(told) <= 32
     if not (is_list and all(_is_length(length, least) for length in told)):  # type: ignore[attr-defined]
-        raise InputError(f"{name}: its shape or chunks are not lists of plausible lengths")
+        raise InputError(
+            f"{name}: its shape or chunks are not lists of plausible lengths; copy it again"
+        )
     return tuple(told)  # type: ignore[arg-type]
 
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Literal, NamedTuple, Protocol, runtime_checkable
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
-from polychirp.axes import ComplexArray, FloatArray, IntArray
+from polychirp.axes import ComplexArray, FloatArray, IntArray, axes_of
 from polychirp.model.paths import Bounce, PropagationPaths
 from polychirp.model.scene import Scene
 
@@ -144,24 +145,14 @@ def gather(tables: Sequence[PropagationPaths]) -> PropagationPaths:
     >>> gather([nothing, nothing]).num_paths
     0
     """
+    columns: dict[str, Any] = {
+        name: np.concatenate([getattr(table, name) for table in tables])
+        for name in axes_of(PropagationPaths)
+        if name != "bounce_start"
+    }
     counts = np.concatenate([table.num_bounces for table in tables])
-    return PropagationPaths(
-        reference_time=tables[0].reference_time,
-        frequency=tables[0].frequency,
-        transmitter=np.concatenate([table.transmitter for table in tables]),
-        receiver=np.concatenate([table.receiver for table in tables]),
-        delay=np.concatenate([table.delay for table in tables]),
-        delay_rate=np.concatenate([table.delay_rate for table in tables]),
-        transfer=np.concatenate([table.transfer for table in tables]),
-        departure=np.concatenate([table.departure for table in tables]),
-        arrival=np.concatenate([table.arrival for table in tables]),
-        bounce_start=np.concatenate([[0], np.cumsum(counts)]),
-        bounce_actor=np.concatenate([table.bounce_actor for table in tables]),
-        bounce_kind=np.concatenate([table.bounce_kind for table in tables]),
-        bounce_point=np.concatenate([table.bounce_point for table in tables]),
-        coherence_time=np.concatenate([table.coherence_time for table in tables]),
-        delay_acceleration=np.concatenate([table.delay_acceleration for table in tables]),
-    )
+    columns["bounce_start"] = np.concatenate([[0], np.cumsum(counts)])
+    return replace(tables[0], **columns)
 
 
 def strength(paths: PropagationPaths, scene: Scene) -> FloatArray:

@@ -10,16 +10,15 @@ a car at 79 GHz), it depends on R.
 The body is in free space, without road or walls.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import Annotated, Final
 
 import numpy as np
 
-from polychirp.axes import Axes, ComplexArray, FloatArray, seal
+from polychirp.axes import Axes, ComplexArray, FloatArray, Sealed
 from polychirp.channel.base import gather
+from polychirp.channel.tracers.composite import Composite
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
 from polychirp.frames import Pose
@@ -27,9 +26,6 @@ from polychirp.model.antenna import ISOTROPIC, AntennaArray
 from polychirp.model.mesh import Mesh
 from polychirp.model.radar import Radar
 from polychirp.model.scene import Actor, Scene
-
-if TYPE_CHECKING:
-    from polychirp.channel.tracers.composite import Composite
 
 MOST_ASPECTS: Final = 1_000_000
 """Greatest number of aspects of one call. Chosen: around a body they are 0.0004 degrees apart."""
@@ -46,7 +42,7 @@ at `far_distance`. Chosen: its effect on a cross section is negligible."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class CrossSections:
+class CrossSections(Sealed):
     """Cross sections of a mesh over azimuth, at one distance and elevation.
 
     Parameters
@@ -63,9 +59,6 @@ class CrossSections:
     distance: float
     elevation: float
     centre: tuple[float, float, float]
-
-    def __post_init__(self) -> None:
-        seal(self)
 
 
 def cross_sections(
@@ -109,7 +102,7 @@ def cross_sections(
     """
     if azimuth.size > MOST_ASPECTS:
         raise InputError(
-            f"{azimuth.size} aspects are more than {MOST_ASPECTS}; use a longer step of azimuth"
+            f"{azimuth.size} aspects are more than {MOST_ASPECTS}; use a larger step of azimuth"
         )
     centre, radius = sphere_around(mesh)
     if distance <= radius:
@@ -159,7 +152,7 @@ def num_aspects(step: float) -> int:
     if count > MOST_ASPECTS:
         raise InputError(
             f"a step of {np.degrees(step):.3g} deg gives {count:.3g} aspects, more than "
-            f"{MOST_ASPECTS}; use a longer one"
+            f"{MOST_ASPECTS}; use a larger step of azimuth"
         )
     return max(1, round(count))
 

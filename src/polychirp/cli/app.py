@@ -27,6 +27,9 @@ VERBS: Final = (
 )
 """Verbs in the order in which the help lists them; each has a module in this folder."""
 
+_NOTHING_KEPT: Final = "no results were stored"
+"""Part of the message after an interrupt of a verb whose module has no ``KEPT_FILES``."""
+
 _STOPPED: Final = 130
 """Exit code after Ctrl-C: 128 + 2, as shells report a program that SIGINT, signal 2, ended."""
 
@@ -40,7 +43,7 @@ start with:
   {name} run study.toml      run it once
   {name} study study.toml    run many trials of it
 
-exit codes: 0 done, 2 bad input, 3 refused by physics or engine, 4 failed while running
+exit codes: 0 done, 2 unusable input, 3 impossible or not supported, 4 failed while running
 """
 
 
@@ -82,7 +85,7 @@ def build_parser() -> argparse.ArgumentParser:
     for verb in VERBS:
         module = import_module(f"polychirp.cli.{verb.replace('-', '_')}")
         module.add_parser(subparsers)
-        kept = getattr(module, "KEPT_FILES", "nothing unfinished was kept")
+        kept = getattr(module, "KEPT_FILES", _NOTHING_KEPT)
         subparsers.choices[verb].set_defaults(command=module.run, kept=kept)
     return parser
 
@@ -112,7 +115,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         _give_up_stdout()
         return 0
     except KeyboardInterrupt as stop:
-        say(f"polychirp: stopped before the end; {getattr(arguments, 'kept', 'nothing was kept')}")
+        kept = getattr(arguments, "kept", _NOTHING_KEPT)
+        say(f"polychirp: stopped before the end; {kept}")
         return _TERMINATED if isinstance(stop, Terminated) else _STOPPED
     except (PolychirpError, OSError, MemoryError, RecursionError, OverflowError) as error:
         explained = _explained(error)
@@ -129,14 +133,13 @@ def _explained(error: BaseException) -> PolychirpError:
             _give_up_stdout_if_full()
             place = f"'{error.filename}': " if error.filename else ""
             return RunError(
-                f"{place}{error.strerror or error}; see that the path exists, that you may use it, "
-                "and that its disk has room"
+                f"{place}{error.strerror or error}; check that the path exists, that you may use "
+                "it, and that its disk is not full"
             )
         case MemoryError():
             size = f" ({error})" if str(error) else ""
             return RunError(
-                f"there is not enough memory{size}; fewer radars, sweeps, channels or workers need "
-                "less"
+                f"there is not enough memory{size}; use fewer radars, sweeps, channels or workers"
             )
         case RecursionError():
             return InputError("the input is nested too deeply; write it with fewer levels")

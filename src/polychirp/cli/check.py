@@ -24,7 +24,9 @@ def add_study_arguments(parser: argparse.ArgumentParser) -> None:
         dest="overrides",
         help="change one value, as in --set 'radars.0.start_time=1 ms'; may be repeated",
     )
-    parser.add_argument("--seed", metavar="N", help="the same as --set seed=N")
+    parser.add_argument(
+        "--seed", metavar="N", help="seed of all random draws, the same as --set seed=N"
+    )
     parser.add_argument("--json", action="store_true", help="print JSON in SI units on stdout")
 
 
@@ -39,8 +41,8 @@ def add_parser(subparsers: Any) -> None:
     parser = subparsers.add_parser(
         "check",
         help="read a study and print what its radars resolve",
-        description="Read a study, refuse it if it cannot run, and print what follows from it: "
-        "range and speed resolution, greatest range, beat band, memory, cost.",
+        description="Read a study, say what prevents it from running, and print what follows from "
+        "it: range and speed resolution, greatest range, beat band, memory, cost.",
     )
     add_study_arguments(parser)
 

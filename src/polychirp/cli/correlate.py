@@ -28,12 +28,23 @@ if TYPE_CHECKING:
 RADIOS: Final = ("loopback", "soapy", "pluto")
 """Kinds of radios that ``--radio`` accepts."""
 
+_IGNORED_BY_SEARCH: Final[tuple[str, ...]] = (
+    *("rate", "align", "offset", "snr", "radio", "i_hold_a_licence"),
+    *("figure", "ambiguity", "save", "doppler", "draws"),
+)
+_IGNORED_BY_PAPER: Final[tuple[str, ...]] = (
+    *("rate", "sweeps", "baseband", "align", "offset", "search"),
+    *("snr", "radio", "i_hold_a_licence", "ambiguity", "save", "doppler"),
+)
+_IGNORED_BY_PAIR: Final[tuple[str, ...]] = ("draws",)
+"""Options without an effect on a search, on 'paper', and on all other correlations."""
+
 _DESCRIPTION: Final = """\
 Correlate A with B (or with itself) on one scale: a signal with itself has a peak of 1.
 
 A and B are each one of
   NAME.sigmf-meta      a recording
-  STUDY.toml:RADAR     what a radar of a study plays, its first sweeps
+  STUDY.toml:RADAR     the first sweeps of a radar of a study
   paper-100, paper-120 the paper's chirps: 100 MHz at 4 GHz, 120 MHz at 3.75 GHz, 100 us
 
 'polychirp correlate paper' runs all of the paper's section V: its two cases and those that really
@@ -42,23 +53,33 @@ test slope diversity, in theory, through transceivers at three SNRs, and by loop
 
 def add_parser(subparsers: Any) -> None:
     """Add the parser of the verb ``correlate``."""
-    parser = subparsers.add_parser(
+    parser: argparse.ArgumentParser = subparsers.add_parser(
         "correlate",
-        help="auto- and cross-correlation of waveforms and recordings",
+        help="correlate waveforms and recordings with each other or with themselves",
         description=_DESCRIPTION,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("a", metavar="A", help="what is received; or 'paper'")
-    parser.add_argument("b", metavar="B", nargs="?", help="the reference (default: A)")
-    common = parser.add_argument_group("what is compared")
+    parser.add_argument("a", metavar="A", help="received signal; or 'paper'")
+    parser.add_argument("b", metavar="B", nargs="?", help="reference signal (default: A)")
+    common = parser.add_argument_group("signals")
     common.add_argument("--rate", metavar="R", help="common sample rate, as in '130 MS/s'")
-    common.add_argument("--sweeps", metavar="N", type=int, default=1, help="of a waveform (1)")
     common.add_argument(
-        "--baseband", action="store_true", help="take carriers away: compare basebands"
+        "--sweeps",
+        metavar="N",
+        type=int,
+        default=1,
+        help="number of sweeps of a radar of a study (default: 1)",
     )
-    common.add_argument("--align", action="store_true", help="find B in A, and take the delay away")
     common.add_argument(
-        "--offset", metavar="F", help="and a frequency offset of up to this, as in '20 kHz'"
+        "--baseband", action="store_true", help="remove the carriers and compare the basebands"
+    )
+    common.add_argument(
+        "--align", action="store_true", help="find B in A, and remove the delay of A"
+    )
+    common.add_argument(
+        "--offset",
+        metavar="F",
+        help="as --align, but also remove a frequency offset of up to F, as in '20 kHz'",
     )
     common.add_argument(
         "--search",
@@ -67,35 +88,67 @@ def add_parser(subparsers: Any) -> None:
     )
     _add_bench(parser)
     out = parser.add_argument_group("results")
-    out.add_argument("--figure", metavar="FILE", help="picture; with 'paper', a folder of them")
-    out.add_argument("--csv", metavar="FILE", help="the picture's data; with 'paper', the table")
-    out.add_argument("--ambiguity", metavar="FILE", help="picture over delay and Doppler shift")
-    out.add_argument("--doppler", metavar="F", default="1 MHz", help="greatest shift in it (1 MHz)")
+    out.add_argument(
+        "--figure",
+        metavar="FILE",
+        help="write a picture (PNG) of the correlation; with 'paper', a folder of pictures",
+    )
+    out.add_argument(
+        "--csv",
+        metavar="FILE",
+        help="write the data of that picture; with --search, the places found; with 'paper', "
+        "the table",
+    )
+    out.add_argument(
+        "--ambiguity",
+        metavar="FILE",
+        help="write a picture (PNG) of the ambiguity function, over delay and Doppler shift",
+    )
+    out.add_argument(
+        "--doppler",
+        metavar="F",
+        default="1 MHz",
+        help="greatest Doppler shift in that picture (default: 1 MHz)",
+    )
     out.add_argument("--save", metavar="DIR", help="write A and B as SigMF recordings")
     out.add_argument("--json", action="store_true", help="print JSON in SI units on stdout")
+    every = (*_IGNORED_BY_SEARCH, *_IGNORED_BY_PAPER)
+    parser.set_defaults(defaults={name: parser.get_default(name) for name in every})
 
 
 def _add_bench(parser: argparse.ArgumentParser) -> None:
-    bench = parser.add_argument_group("bench")
-    bench.add_argument("--snr", metavar="X", help="pass A through the transceiver model first")
+    bench = parser.add_argument_group("transceivers")
+    bench.add_argument(
+        "--snr",
+        metavar="X",
+        help="pass A through the model of two transceivers first, at this SNR, as in '30 dB'",
+    )
     bench.add_argument(
         "--radio",
         metavar="R",
-        help="play A and record it: loopback, soapy:ARGUMENTS or pluto:ADDRESS",
+        help="play and record A by a radio first: loopback, soapy:ARGUMENTS or pluto:ADDRESS",
     )
     bench.add_argument(
         "--i-hold-a-licence",
         action="store_true",
-        help="you may transmit in A's band, or a cable with an attenuator joins the connectors",
+        help="state that you may transmit in A's band, or that a cable with an attenuator joins "
+        "the connectors",
     )
-    bench.add_argument("--seed", type=int, default=1, help="seed of all random draws (1)")
-    bench.add_argument("--draws", metavar="N", type=int, default=12, help="draws with 'paper' (12)")
+    bench.add_argument("--seed", type=int, default=1, help="seed of all random draws (default: 1)")
+    bench.add_argument(
+        "--draws",
+        metavar="N",
+        type=int,
+        default=12,
+        help="with 'paper': number of draws of noise for each interval (default: 12)",
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Read A and B, correlate them, write the files and print the table."""
     if arguments.seed < 0:
         raise InputError(f"--seed: {arguments.seed} is negative; use 0 or more")
+    _refuse_ignored(arguments)
     _refuse_unwritable(arguments)
     if arguments.a == "paper":
         return _paper(arguments)
@@ -124,6 +177,23 @@ def run(arguments: argparse.Namespace) -> int:
     _write(arguments, pair, measured, theory)
     _show(arguments, pair, rows, found)
     return 0
+
+
+def _refuse_ignored(arguments: argparse.Namespace) -> None:
+    """Refuse options that would have no effect; the message says which command takes them."""
+    if arguments.a == "paper":
+        if arguments.b is not None:
+            raise InputError(f"'correlate paper' takes no B; leave out '{arguments.b}'")
+        here, ignored = "correlate paper", _IGNORED_BY_PAPER
+    elif arguments.search:
+        here, ignored = "correlate A B --search", _IGNORED_BY_SEARCH
+    else:
+        here, ignored = "correlate A B", _IGNORED_BY_PAIR
+    for name in ignored:
+        if getattr(arguments, name) != arguments.defaults[name]:
+            there = "correlate paper" if name == "draws" else "correlate A B"
+            option = f"--{name.replace('_', '-')}"
+            raise InputError(f"{option}: '{here}' does not take it, but '{there}' does")
 
 
 def _refuse_unwritable(arguments: argparse.Namespace) -> None:
@@ -189,7 +259,7 @@ def _on_the_bench(arguments: argparse.Namespace, pair: Pair) -> Pair:
 
     snr = _read(arguments, "snr", "dB")
     if snr is not None and arguments.radio:
-        raise InputError("--snr and --radio: choose one, the model or a radio")
+        raise InputError("--snr and --radio: give one of them, the model or a radio")
     if snr is not None:
         return through_model(pair, snr=snr, seed=arguments.seed)
     if arguments.radio:
@@ -268,7 +338,7 @@ def _show(
     print(printable(pair.title))
     for name, value in found.items():
         shown = f"{_fixed(value * 1e9, 3)} ns" if name == "delay" else f"{_fixed(value, 1)} Hz"
-        print(f"  {name} taken away: {shown}")
+        print(f"  {name} removed: {shown}")
     print(f"  {'':<14}{'peak':>10}{'lag':>14}{'width':>12}{'side lobe':>12}{'integrated':>12}")
     for name, row in rows.items():
         print(
@@ -278,7 +348,7 @@ def _show(
         )
     law = pair.law
     if law is not None:
-        print(f"  law            {_db(law[0]):>9}   {law[1]}")
+        print(f"  theory of the peak {_db(law[0])}: {law[1]}")
 
 
 def _db(ratio: float) -> str:
@@ -299,7 +369,7 @@ def _search(arguments: argparse.Namespace) -> int:
         raise InputError("--search needs B, the reference to look for")
     a, b = _operands(arguments)
     if a.recording is None:
-        raise InputError(f"--search looks into a recording; '{a.name}' is none")
+        raise InputError(f"--search needs a recording as A; '{a.name}' is not one")
     reference = reference_for(a.recording, b, compare_basebands=arguments.baseband)
     with progress_bar("search") as show:
         found = search(a.recording, reference, progress=show)

@@ -16,8 +16,14 @@ def add_parser(subparsers: Any) -> None:
         help="write a study with comments",
         description="Write a small complete study, with a comment on every field.",
     )
-    parser.add_argument("path", nargs="?", default="study.toml", metavar="PATH")
-    parser.add_argument("--force", action="store_true", help="replace a file that is there")
+    parser.add_argument(
+        "path",
+        nargs="?",
+        default="study.toml",
+        metavar="PATH",
+        help="file to write (default: study.toml)",
+    )
+    parser.add_argument("--force", action="store_true", help="replace the file if it exists")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -26,7 +32,9 @@ def run(arguments: argparse.Namespace) -> int:
     if path.is_dir():
         path /= "study.toml"
     if path.exists() and not arguments.force:
-        raise InputError(f"'{path}' is there already; choose another name, or --force replaces it")
+        raise InputError(
+            f"'{path}' exists already; choose another name, or replace it with --force"
+        )
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(template(), encoding="utf-8")

@@ -15,7 +15,9 @@ from polychirp.errors import InputError
 if TYPE_CHECKING:
     from polychirp.study.paper.results import PaperRow, StatisticsRow
 
-KEPT_FILES: Final = "files that were written stay in the folder, and the same command begins again"
+KEPT_FILES: Final = (
+    "files that were written stay in the folder; the same command starts from the beginning"
+)
 """Part of the message that `cli.app` prints after an interrupt."""
 
 MARK: Final = "written-by-polychirp-paper.txt"
@@ -26,9 +28,9 @@ def add_parser(subparsers: Any) -> None:
     """Add the parser of the verb ``paper``."""
     parser = subparsers.add_parser(
         "paper",
-        help="the paper's scenarios and figures, beside its claims",
+        help="run the paper's scenarios and compare the results with its claims",
         description="Run scenarios A, B and C of the paper, with conventional, diverse and "
-        "fixed-per-radar waveforms; print the paper's claims beside what comes out; write "
+        "fixed-per-radar waveforms; print the paper's claims beside the results; write "
         "results.json, figures with their data, and report.html.",
     )
     parser.add_argument(

@@ -38,17 +38,22 @@ def add_parser(subparsers: Any) -> None:
         "ramps resolve and what was detected; writes map, picture and detections.",
     )
     parser.add_argument("capture", metavar="CAPTURE", nargs="?", help="the recording")
-    parser.add_argument("--params", metavar="FILE", help="its parameters (default: NAME.toml)")
+    parser.add_argument(
+        "--params", metavar="FILE", help="file of its parameters (default: NAME.toml)"
+    )
     parser.add_argument("--out", metavar="DIR", help="folder of the results (default: out/NAME)")
     parser.add_argument(
         "--frames", metavar="N|N-M", help="process these frames only, counted from 0"
     )
     parser.add_argument(
-        "--pfa", metavar="P", default="1e-4", help="false alarms per cell of noise (default: 1e-4)"
+        "--pfa",
+        metavar="P",
+        default="1e-4",
+        help="probability of a false alarm in a cell of noise (default: 1e-4)",
     )
     parser.add_argument("--json", action="store_true", help="print JSON in SI units on stdout")
     parser.add_argument(
-        "--describe", action="store_true", help="print a parameter file to start from, and end"
+        "--describe", action="store_true", help="print an example of a parameter file, and end"
     )
 
 
@@ -61,7 +66,10 @@ def run(arguments: argparse.Namespace) -> int:
         print(TEMPLATE, end="")
         return 0
     if arguments.capture is None:
-        raise InputError("name a recording, as in 'polychirp process walk.npy'; or --describe")
+        raise InputError(
+            "no recording is given; name one, as in 'polychirp process walk.npy', or print an "
+            "example of its parameter file with --describe"
+        )
     path = Path(arguments.capture)
     parameters = read_parameters(arguments.params or path.with_suffix(".toml"))
     receiver = RangeDoppler(
@@ -107,10 +115,8 @@ def _open(path: Path, parameters: CaptureParameters, chosen: range | None) -> Re
             recording = open_numpy(path, parameters, frames=chosen)
         case ".zarr":
             recording = from_array(open_zarr(path), parameters, name=path.name, frames=chosen)
-        case other:
-            raise InputError(
-                f"'{path}' ends in '{other}'; a recording is a .npy, a .zarr or a .bin"
-            )
+        case _:
+            raise InputError(f"'{path}' is no recording; its name must end in .npy, .zarr or .bin")
     return recording
 
 
@@ -122,7 +128,10 @@ def _frames(text: str | None) -> range | None:
     if len(text) > _LONGEST_RANGE or not (
         first.isdecimal() and (last.isdecimal() or not last) and text[-1] != "-"
     ):
-        raise InputError(f"--frames: '{text}' is not a frame or a range of them; write 3 or 0-3")
+        raise InputError(
+            f"--frames: '{text}' is not the number of a frame or a range of them; write it like 3 "
+            "or 0-3"
+        )
     frames = range(int(first), int(last or first) + 1)
     if not frames:
         raise InputError(f"--frames: '{text}' ends before it begins; write the lower one first")
@@ -155,8 +164,8 @@ def _process(
         found,
         title=figure_text(f"{recording.name}, frame {number}"),
         note=f"{found.num_detections} detections at a false-alarm probability of "
-        f"{receiver.false_alarm_probability:g} per cell: some {expected:.2g} of noise alone. "
-        "No ground truth. Echoes at rest not removed. Channels not calibrated.",
+        f"{receiver.false_alarm_probability:g} per cell; noise alone would give about "
+        f"{expected:.2g}.\nNo ground truth. Echoes at rest not removed. Channels not calibrated.",
     )
     name = f"range_rate_{number:04d}"
     (folder / f"{name}.png").write_bytes(drawing.png())
@@ -227,7 +236,7 @@ def _print_frame(frame: dict[str, Any]) -> None:
     rows = frame["detections"]
     print(
         f"\nframe {frame['frame']}: {len(rows)} detections, strongest first; noise alone would "
-        f"give some {frame['expected_false_alarms']:.2g}"
+        f"give about {frame['expected_false_alarms']:.2g}"
     )
     print("  range    range rate   azimuth      SNR      power")
     for row in rows:

@@ -15,6 +15,7 @@ from polychirp.cli.terminal import (
     si_value,
     usable_folder,
 )
+from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError, no_such
 
 if TYPE_CHECKING:
@@ -28,15 +29,19 @@ SUFFIXES: Final = (".glb", ".obj", ".stl")
 LARGEST_BODY: Final = 100.0
 """Greatest size of a body from a file, m. Chosen: a larger one is taken for a wrong unit."""
 
-SMALLEST_BODY: Final = 0.02
-"""Least size of a body from a file, m: five wavelengths at 79 GHz, for physical optics to hold."""
+SMALLEST_BODY: Final = 5.0
+"""Least size of a body from a file, wavelengths, for physical optics to hold. Chosen."""
+
+FREQUENCIES: Final = ("1 GHz", "1000 GHz")
+"""Least and greatest frequency. Chosen: below, bodies are too small for physical optics; the upper
+limit is that of study files."""
 
 
 def add_parser(subparsers: Any) -> None:
     """Add the parser of the verb ``rcs``."""
     parser = subparsers.add_parser(
         "rcs",
-        help="radar cross section of a mesh over aspect",
+        help="compute the radar cross section of a mesh over aspect",
         description="Trace the monostatic echo of a body from all around, and print and plot its "
         "radar cross section: what the radar equation reads at that range. MESH is a file "
         "(.glb, .obj, .stl) or one of sedan, hatchback, van, truck. Range, azimuth (0 = front, "
@@ -44,38 +49,62 @@ def add_parser(subparsers: Any) -> None:
     )
     parser.add_argument("mesh", metavar="MESH", help="a mesh file or a built-in body")
     where = parser.add_mutually_exclusive_group()
-    where.add_argument("--range", metavar="R", default="10 m", help="of the radar (default: 10 m)")
-    where.add_argument("--far", action="store_true", help="plane waves: the far field")
-    parser.add_argument("--elevation", metavar="A", default="0 deg", help="(default: 0 deg)")
-    parser.add_argument("--step", metavar="A", default="0.5 deg", help="(default: 0.5 deg)")
-    parser.add_argument("--frequency", metavar="F", default="79 GHz", help="(default: 79 GHz)")
+    where.add_argument(
+        "--range",
+        metavar="R",
+        default="10 m",
+        help="range of the radar from the middle of the body (default: 10 m)",
+    )
+    where.add_argument(
+        "--far", action="store_true", help="compute the far field (plane waves) instead"
+    )
+    parser.add_argument(
+        "--elevation",
+        metavar="A",
+        default="0 deg",
+        help="elevation of the radar, positive up (default: 0 deg)",
+    )
+    parser.add_argument(
+        "--step", metavar="A", default="0.5 deg", help="step of azimuth (default: 0.5 deg)"
+    )
+    parser.add_argument(
+        "--frequency", metavar="F", default="79 GHz", help="frequency (default: 79 GHz)"
+    )
     parser.add_argument(
         "--polarisation",
         choices=("VV", "VH", "HV", "HH"),
         default="VV",
-        help="received, transmitted: what is printed and drawn; the CSV has all (default: VV)",
+        help="received, then transmitted polarisation of what is printed and drawn; the CSV file "
+        "has all four (default: VV)",
     )
-    parser.add_argument("--material", metavar="NAME", help="make all of it of this material")
+    parser.add_argument("--material", metavar="NAME", help="material of the whole body")
     parser.add_argument(
         "--bounces",
         metavar="N",
         type=int,
         default=1,
-        help="most surfaces that a path may meet (default: 1)",
+        help="greatest number of surfaces that a path meets (default: 1)",
     )
     parser.add_argument(
         "--max-edge", metavar="L", default="5 cm", help="longest edge of a facet (default: 5 cm)"
     )
     parser.add_argument(
-        "--smooth", metavar="A", default="2 deg", help="half window of the median (default: 2 deg)"
+        "--smooth",
+        metavar="A",
+        default="2 deg",
+        help="half the width of the running median over azimuth (default: 2 deg)",
     )
     parser.add_argument(
-        "--scale", metavar="X", default="1", help="metres per unit of the file: 0.001 for mm"
+        "--scale",
+        metavar="X",
+        help="metres per unit of the mesh file: 0.001 if it is in mm (default: 1)",
     )
     parser.add_argument(
-        "--up", choices=("y", "z"), help="upward axis of the file (default: y, of an STL file z)"
+        "--up", choices=("y", "z"), help="upward axis of the mesh file (default: y; z for STL)"
     )
-    parser.add_argument("-o", "--out", metavar="DIR", help="folder (default: out/rcs-NAME)")
+    parser.add_argument(
+        "-o", "--out", metavar="DIR", help="folder of the results (default: out/rcs-NAME)"
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -94,12 +123,11 @@ def run(arguments: argparse.Namespace) -> int:
     elevation = si_value(arguments, "elevation", "rad")
     if abs(elevation) > math.pi / 2:
         raise InputError("--elevation: use -90 deg to 90 deg")
-    tracer = Composite(
-        frequency=positive_value(arguments, "frequency", "Hz"), max_bounces=arguments.bounces
-    )
+    frequency = si_value(arguments, "frequency", "Hz", bounds=FREQUENCIES)
+    tracer = Composite(frequency=frequency, max_bounces=arguments.bounces)
     distance = positive_value(arguments, "range", "m")
     folder = usable_folder(arguments.out or Path("out") / f"rcs-{Path(arguments.mesh).stem}")
-    mesh = _mesh(arguments)
+    mesh = _mesh(arguments, smallest=SMALLEST_BODY * SPEED_OF_LIGHT / frequency)
     if arguments.far:
         distance = far_distance(mesh, tracer.frequency)
     count = num_aspects(step)
@@ -114,13 +142,13 @@ def run(arguments: argparse.Namespace) -> int:
             progress=lambda done, total: show("aspects", done, total),
         )
     if not np.any(found.rcs):
-        raise InputError(f"'{arguments.mesh}' has no echo; turn its faces outwards")
+        raise InputError(f"'{arguments.mesh}' has no echo; turn the normals of its faces outwards")
     _report(arguments, mesh, found, window, folder)
     return 0
 
 
-def _mesh(arguments: argparse.Namespace) -> Mesh:
-    """Mesh of the body with edges of ``--max-edge`` or less; the size of a file's is checked."""
+def _mesh(arguments: argparse.Namespace, *, smallest: float) -> Mesh:
+    """Mesh of the body with edges of ``--max-edge`` or less; a file's must have ``smallest`` m."""
     from dataclasses import replace
 
     from polychirp.channel.materials.library import known_materials
@@ -132,12 +160,18 @@ def _mesh(arguments: argparse.Namespace) -> Mesh:
         raise InputError(f"--material: {no_such('material', arguments.material, known)}")
     longest = positive_value(arguments, "max_edge", "m")
     if arguments.mesh in BODIES:
+        for option in ("scale", "up"):
+            if getattr(arguments, option) is not None:
+                raise InputError(
+                    f"--{option}: the built-in body '{arguments.mesh}' does not take it, but the "
+                    "mesh of a file does"
+                )
         mesh = vehicle_mesh(arguments.mesh, max_edge=longest)
         if arguments.material is None:
             return mesh
         return replace(mesh, materials=(arguments.material,) * len(mesh.materials))
     mesh = _from_file(arguments)
-    _check_size(arguments.mesh, mesh)
+    _check_size(arguments.mesh, mesh, smallest=smallest)
     return subdivided(mesh, longest)
 
 
@@ -155,9 +189,9 @@ def _from_file(arguments: argparse.Namespace) -> Mesh:
         )
     is_stl = path.suffix.lower() == ".stl"
     if is_stl and arguments.material is None:
-        raise InputError(f"'{name}' names no materials; say --material metal")
+        raise InputError(f"'{name}' names no materials; name one, as in --material metal")
     try:
-        scale = float(arguments.scale)
+        scale = 1.0 if arguments.scale is None else float(arguments.scale)
     except ValueError:
         raise InputError(f"--scale: '{arguments.scale}' is not a number; try 0.001") from None
     try:
@@ -170,23 +204,26 @@ def _from_file(arguments: argparse.Namespace) -> Mesh:
         )
     except InputError as error:
         if arguments.material is None and "material" in str(error):
-            raise InputError(f"{error}; or say --material metal for all of it") from None
+            raise InputError(
+                f"{error}; or name one for the whole body, as in --material metal"
+            ) from None
         raise
     if arguments.material is None:
         return mesh
     return replace(mesh, materials=(arguments.material,) * len(mesh.materials))
 
 
-def _check_size(name: str, mesh: Mesh) -> None:
+def _check_size(name: str, mesh: Mesh, *, smallest: float) -> None:
     """Refuse a size that is probably one of millimetres read as metres, or the reverse."""
     corners = mesh.corners.reshape(-1, 3)
     size = float((corners.max(axis=0) - corners.min(axis=0)).max())
     if size > LARGEST_BODY:
-        raise InputError(f"'{name}' is {size:.4g} m large; if it is in mm, say --scale 0.001")
-    if size < SMALLEST_BODY:
+        raise InputError(f"'{name}' is {size:.4g} m large; if the file is in mm, add --scale 0.001")
+    if size < smallest:
         raise InputError(
-            f"'{name}' is {1e3 * size:.3g} mm large, too small for physical optics; "
-            "say --scale with the metres per unit of the file"
+            f"'{name}' is {1e3 * size:.3g} mm large, too small for physical optics, which needs "
+            f"{SMALLEST_BODY:g} wavelengths, {1e3 * smallest:.3g} mm; give the metres per unit of "
+            "the file with --scale, or use a higher --frequency"
         )
 
 

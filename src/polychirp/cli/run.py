@@ -30,7 +30,9 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         "--out", metavar="DIR", help="folder of the results (default: out/NAME-HASH)"
     )
-    parser.add_argument("--force", action="store_true", help="replace another study's results")
+    parser.add_argument(
+        "--force", action="store_true", help="replace the results of another study in that folder"
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -69,7 +71,7 @@ def _refuse_other_results(path: Path, *, study_hash: str, force: bool) -> None:
     if path.exists() and stored_hash(path) != study_hash and not force:
         raise InputError(
             f"'{path.parent}' holds the results of another study; choose another folder with "
-            "--out, or --force replaces them"
+            "--out, or replace them with --force"
         )
 
 
@@ -118,7 +120,7 @@ def _print_table(trial: Trial) -> None:
         counts.add_column(column, justify="right")
     for column in ("radar", "target"):
         errors.add_column(column)
-    for column in ("range", "its error", "speed error", "azimuth error"):
+    for column in ("range", "range error", "speed error", "azimuth error"):
         errors.add_column(column, justify="right")
     for victim in trial.victims:
         rise = decibels(victim.score.floor_rise)

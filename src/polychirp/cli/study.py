@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from polychirp.cli.check import add_study_arguments, all_overrides
 from polychirp.cli.progress import progress_bar
-from polychirp.cli.terminal import decibels, say, tables, usable_folder
+from polychirp.cli.terminal import command_name, decibels, say, tables, usable_folder
 from polychirp.errors import InputError, RunError
 
 if TYPE_CHECKING:
@@ -25,7 +25,9 @@ if TYPE_CHECKING:
     from polychirp.study.monte_carlo.summary import Summary
     from polychirp.study.monte_carlo.tasks import Executor
 
-KEPT_FILES: Final = "finished trials are kept, and the same command goes on"
+KEPT_FILES: Final = (
+    "finished trials are kept, and the same command continues with the missing trials"
+)
 """Part of the message that `cli.app` prints after an interrupt."""
 
 
@@ -36,18 +38,21 @@ def add_parser(subparsers: Any) -> None:
         help="run many trials of a study, over a grid of its parameters",
         description="Run the trials of a study with a table [monte_carlo], at every point of its "
         "grid; print detection probability, ghosts and errors with 95 % intervals; store all as "
-        "Zarr and CSV. The same command goes on where it was stopped.",
+        "Zarr and CSV. After an interruption, the same command continues with the missing "
+        "trials.",
     )
     add_study_arguments(parser)
     parser.add_argument(
         "--out", metavar="DIR", help="folder of the results (default: out/NAME-HASH-trials)"
     )
-    parser.add_argument("--force", action="store_true", help="throw away the trials in that folder")
+    parser.add_argument(
+        "--force", action="store_true", help="remove the trials in that folder first"
+    )
     parser.add_argument(
         "--workers",
         type=int,
         metavar="N",
-        help="processes, one thread each (default: one for each core)",
+        help="number of worker processes, of one thread each (default: one for each core)",
     )
     parser.add_argument(
         "--cluster",
@@ -63,7 +68,7 @@ def run(arguments: argparse.Namespace) -> int:
     from polychirp.study.monte_carlo.run import run_plan
 
     executor = _executor(arguments)
-    plan = load_plan(arguments.study, overrides=all_overrides(arguments))
+    plan = load_plan(arguments.study, overrides=all_overrides(arguments), program=command_name())
     name = plan.points[0].study.name
     with progress_bar(name) as progress:
         check_plan(plan, progress=progress)
@@ -85,7 +90,9 @@ def run(arguments: argparse.Namespace) -> int:
         _print_tables(name, plan, finished.results)
         _print_files(folder, finished)
     if finished.failures:
-        raise RunError("\n  ".join([f"{len(finished.failures)} failed:", *finished.failures]))
+        raise RunError(
+            "\n  ".join([f"trials that failed: {len(finished.failures)}", *finished.failures])
+        )
     return 0
 
 
@@ -96,10 +103,13 @@ def _executor(arguments: argparse.Namespace) -> Executor:
 
     count = num_cores() if arguments.workers is None else arguments.workers
     if count < 1:
-        raise InputError(f"--workers: {count} workers do nothing; use 1 or more")
+        raise InputError(f"--workers is {count}; use 1 or more")
     most = WORKERS_PER_CORE * num_cores()
     if count > most and arguments.cluster in (None, "local"):
-        say(f"note: --workers {count}: at most {WORKERS_PER_CORE} start for each core, here {most}")
+        say(
+            f"note: --workers is {count}, but at most {WORKERS_PER_CORE} start for each core, "
+            f"here {most}"
+        )
         count = most
     if arguments.cluster is not None:
         return DaskWorkers(cluster=arguments.cluster, count=count)
@@ -111,7 +121,7 @@ def _refuse_other_files(folder: Path) -> None:
     from polychirp.study.monte_carlo.run import LOG
 
     if folder.exists() and any(folder.iterdir()) and not (folder / LOG).exists():
-        raise InputError(f"--out: '{folder}' holds something else; name another folder")
+        raise InputError(f"--out: '{folder}' holds files but no log of trials; name another folder")
 
 
 def _summary(name: str, plan: Plan, folder: Path, finished: Finished) -> dict[str, Any]:

@@ -133,12 +133,18 @@ def usable_file(name: str, *, option: str) -> Path:
     return path
 
 
-def si_value(arguments: argparse.Namespace, name: str, unit: str) -> float:
-    """Value in SI of the option ``name``, whose text has a unit of the quantity of ``unit``."""
+def si_value(
+    arguments: argparse.Namespace, name: str, unit: str, *, bounds: tuple[str, str] = ("", "")
+) -> float:
+    """Value in SI of the option ``name``, whose text has a unit of the quantity of ``unit``.
+
+    The least and the greatest value are ``bounds``, or else those of the quantity.
+    """
     from polychirp.units import Unit
 
+    least, greatest = bounds
     try:
-        return Unit(unit).read(getattr(arguments, name))
+        return Unit(unit, least=least, greatest=greatest).read(getattr(arguments, name))
     except InputError as error:
         raise InputError(f"--{name.replace('_', '-')}: {error}") from None
 

@@ -19,9 +19,10 @@ def add_parser(subparsers: Any) -> None:
     parser = subparsers.add_parser(
         "warm-up",
         help="compile all kernels ahead of their first use",
-        description="Compile all kernels into numba's cache, in one process per core; commands "
-        "then only load them. NUMBA_CACHE_DIR names the folder of the cache; by default it lies "
-        "beside the sources. A second call finds nothing to do.",
+        description="Compile all kernels into numba's cache, in one process per core, at most "
+        "eight; commands then only load them. The environment variable NUMBA_CACHE_DIR names the "
+        "folder of the cache; by default it lies beside the sources. A second call finds nothing "
+        "to do.",
     )
     parser.add_argument("--json", action="store_true", help="print what was compiled as JSON")
 
@@ -32,7 +33,9 @@ def run(arguments: argparse.Namespace) -> int:
     from polychirp.study.kernel_parts import compile_all
 
     if not is_enabled():
-        raise RunError("NUMBA_DISABLE_JIT forbids numba to compile; unset it")
+        raise RunError(
+            "the environment variable NUMBA_DISABLE_JIT forbids numba to compile; unset it"
+        )
     with progress_bar("warm-up") as progress:
         done = compile_all(progress=progress)
     if arguments.json:
@@ -40,7 +43,9 @@ def run(arguments: argparse.Namespace) -> int:
     else:
         print(_sentence(done), file=sys.stderr)
     if done.failures:
-        raise RunError(f"{len(done.failures)} of the workers failed; the notes above say why")
+        raise RunError(
+            f"workers or parts that failed: {len(done.failures)}; the notes above say why"
+        )
     return 0
 
 

@@ -31,11 +31,14 @@ MOST_TRIALS: Final = 10_000_000
 Changes = list[tuple[str, Any]]
 
 
-def load_plan(path: Path | str, *, overrides: Iterable[str] = ()) -> Plan:
+def load_plan(
+    path: Path | str, *, overrides: Iterable[str] = (), program: str = "polychirp"
+) -> Plan:
     """The Monte Carlo study that a TOML file describes.
 
     The ``overrides`` change the tables of the file first, those of the grid included, as in
-    ``monte_carlo.trials=20``. Then each point of the grid sets its own values.
+    ``monte_carlo.trials=20``. Then each point of the grid sets its own values. The command that
+    runs a point begins with ``program``.
 
     Raises
     ------
@@ -65,7 +68,9 @@ def load_plan(path: Path | str, *, overrides: Iterable[str] = ()) -> Plan:
         kept = [change for change in overrides if not change.startswith(f"{MONTE_CARLO}.")]
         return Plan(
             axes=axes,
-            points=_points(axes, data, path=path, overrides=kept),
+            points=_points(
+                axes, data, path=path, command=[program, "run", str(path), *_options(kept)]
+            ),
             trials=table.trials,
             stop_half_width=table.stop_half_width,
             origin=provenance(base),
@@ -73,7 +78,7 @@ def load_plan(path: Path | str, *, overrides: Iterable[str] = ()) -> Plan:
 
 
 def _points(
-    axes: Sequence[Axis], data: dict[str, Any], *, path: Path, overrides: list[str]
+    axes: Sequence[Axis], data: dict[str, Any], *, path: Path, command: list[str]
 ) -> tuple[Point, ...]:
     points, found, names = [], [], []
     for numbers in combinations(axes):
@@ -88,13 +93,13 @@ def _points(
         except InputError as error:
             found.append((name, str(error).splitlines()))
             continue
-        written = [*overrides, *(f"{key}={inline(value)}" for key, value in changes)]
+        written = _options(f"{key}={inline(value)}" for key, value in changes)
         points.append(
             Point(
                 labels=labels,
                 study=study,
                 study_hash=provenance(study).study_hash,
-                command=_command(path, written),
+                command=shlex.join([*command, *written]),
             )
         )
     if found:
@@ -109,7 +114,6 @@ def _changed(data: dict[str, Any], changes: Changes) -> dict[str, Any]:
     return tables
 
 
-def _command(path: Path, changes: Iterable[str]) -> str:
-    """Command line that runs one point, without the seed, which the caller adds."""
-    options = [word for change in changes for word in ("--set", change)]
-    return shlex.join(["polychirp", "run", str(path), *options])
+def _options(changes: Iterable[str]) -> list[str]:
+    """Words of a command line that make these changes to a study."""
+    return [word for change in changes for word in ("--set", change)]

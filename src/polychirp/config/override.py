@@ -5,7 +5,7 @@ from copy import deepcopy
 from typing import Any, Final
 
 from polychirp.bounded_text import MOST_LEVELS, toml_tables
-from polychirp.errors import InputError, did_you_mean
+from polychirp.errors import InputError, did_you_mean, short
 
 LONGEST_PATH: Final = 1000
 """Greatest number of characters in a path. Chosen: paths to keys of a study are far shorter."""
@@ -30,7 +30,7 @@ def apply_override(data: dict[str, Any], change: str) -> None:
     """
     path, equals, text = change.partition("=")
     if not equals or not all(key.strip() for key in path.split(".")):
-        raise InputError(f"'{change}' changes nothing; write it like 'radars.0.start_time=1 ms'")
+        raise InputError(f"'{change}' is not PATH=VALUE; write it like 'radars.0.start_time=1 ms'")
     set_value(data, path, read_value(text))
 
 
@@ -61,8 +61,9 @@ def _keys(path: str) -> list[str]:
     # `str.isdigit` accepts characters such as '²', which `int` refuses
     is_odd = any(key.isdigit() and not key.isdecimal() for key in keys)
     if not all(keys) or is_odd or len(keys) > MOST_LEVELS or len(path) > LONGEST_PATH:
-        shown = path if len(path) <= 40 else f"{path[:37]}…"
-        raise InputError(f"'{shown}' is no path; write it like 'radars.0.start_time'")
+        raise InputError(
+            f"'{short(path)}' is not a path of keys; write it like 'radars.0.start_time'"
+        )
     return keys
 
 
@@ -71,7 +72,7 @@ def _set(here: Any, keys: list[str], value: Any, *, place: list[str]) -> None:
     if key == "*":
         if not isinstance(here, list):
             where = ".".join(place) or "the study"
-            raise InputError(f"{where} is no list; '*' stands for every entry of one")
+            raise InputError(f"{where} is not a list; '*' stands for every entry of a list")
         for number in range(len(here)):
             _set(here, [str(number), *rest], value, place=place)
     elif rest:

@@ -5,7 +5,7 @@ from dataclasses import fields, is_dataclass
 from types import UnionType
 from typing import Annotated, Any, Final, Union, get_args, get_origin, get_type_hints
 
-from polychirp.errors import did_you_mean
+from polychirp.errors import did_you_mean, short
 
 Place = tuple[str | int, ...]
 
@@ -80,8 +80,7 @@ def _keys(hint: Any) -> list[str]:
 
 def _shown(value: object) -> str:
     """Text of a value for a sentence, of at most 40 characters."""
-    text = str(value).lower() if isinstance(value, bool) else repr(value)
-    return text if len(text) <= 40 else f"{text[:37]}…"
+    return short(str(value).lower() if isinstance(value, bool) else repr(value))
 
 
 def _value(error: Mapping[str, Any], owner: Any) -> str:
@@ -100,7 +99,7 @@ def _missing(error: Mapping[str, Any], owner: Any) -> str:
 
 def _no_kind(error: Mapping[str, Any], owner: Any) -> str:
     del error, owner
-    return "is missing; it chooses what the other keys mean"
+    return "is missing; give the kind, which decides which other keys are allowed"
 
 
 def _wrong_kind(error: Mapping[str, Any], owner: Any) -> str:
@@ -120,7 +119,7 @@ def _literal(error: Mapping[str, Any], owner: Any) -> str:
 def _too_long(error: Mapping[str, Any], owner: Any) -> str:
     del owner
     ctx = error["ctx"]
-    return f"has {ctx['actual_length']} entries; it takes {ctx['max_length']}"
+    return f"has {ctx['actual_length']} entries; give at most {ctx['max_length']}"
 
 
 def _needs(what: str) -> Callable[[Mapping[str, Any], Any], str]:

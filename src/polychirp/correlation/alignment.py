@@ -106,8 +106,8 @@ def _offset(signal: Baseband, reference: Baseband, greatest: float) -> float:
     count = int(np.ceil(greatest / step))
     if 2 * count + 1 > MOST_SHIFTS:
         raise InputError(
-            f"an offset of up to {greatest:g} Hz is {2 * count + 1} shifts of {step:.3g} Hz; "
-            f"look for less than {0.5 * MOST_SHIFTS * step:.3g} Hz"
+            f"a search for an offset of up to {greatest:g} Hz would try {2 * count + 1} shifts, "
+            f"{step:.3g} Hz apart; search for less than {0.5 * MOST_SHIFTS * step:.3g} Hz"
         )
     shifts = step * np.arange(-count, count + 1)
     reach = max(signal.duration, reference.duration) + abs(signal.start_time - reference.start_time)

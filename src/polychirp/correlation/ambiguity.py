@@ -12,7 +12,7 @@ from typing import Annotated, Final
 
 import numpy as np
 
-from polychirp.axes import Axes, ComplexArray, FloatArray, seal
+from polychirp.axes import Axes, ComplexArray, FloatArray, Sealed
 from polychirp.correlation.base import need_comparable
 from polychirp.errors import InputError
 from polychirp.model.baseband import Baseband, Progress, no_progress
@@ -25,7 +25,7 @@ MOST_CELLS: Final = 1 << 26
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Ambiguity:
+class Ambiguity(Sealed):
     """Normalised ambiguity function.
 
     Parameters
@@ -38,9 +38,6 @@ class Ambiguity:
     amplitude: Annotated[ComplexArray, Axes("doppler", "lag", dtype=np.complex128)]
     doppler: Annotated[FloatArray, Axes("doppler")]
     lag: Annotated[FloatArray, Axes("lag")]
-
-    def __post_init__(self) -> None:
-        seal(self)
 
 
 def ambiguity(

@@ -6,11 +6,9 @@ All correlations have this scale: the correlation of a signal with itself has a 
 correlation exceeds 1 (Cauchy and Schwarz).
 """
 
-from __future__ import annotations
-
 import math
-from dataclasses import dataclass
-from typing import Annotated
+from dataclasses import dataclass, replace
+from typing import Annotated, Self
 
 import numpy as np
 
@@ -47,10 +45,10 @@ class Correlation:
         """Power |R|², ``(lag,)``."""
         return np.asarray(self.amplitude.real**2 + self.amplitude.imag**2)
 
-    def within(self, greatest_lag: float) -> Correlation:
+    def within(self, greatest_lag: float) -> Self:
         """Part of the correlation with lags of up to ± ``greatest_lag`` s."""
         inside = np.abs(self.lag) <= greatest_lag * (1 + 1e-12)
-        return Correlation(amplitude=self.amplitude[inside], lag=self.lag[inside])
+        return replace(self, amplitude=self.amplitude[inside], lag=self.lag[inside])
 
 
 def need_comparable(a: Baseband, b: Baseband) -> None:
@@ -66,7 +64,7 @@ def need_comparable(a: Baseband, b: Baseband) -> None:
             f"{b.centre_frequency / 1e9:.9g} GHz; retune one of them, or compare basebands"
         )
     if not (a.energy > 0 and b.energy > 0):
-        raise InputError("a signal without energy correlates with nothing; check the recording")
+        raise InputError("a signal has no energy; check that its samples are not all zero")
 
 
 def correlate(a: Baseband, b: Baseband, *, oversampling: int = 1) -> Correlation:

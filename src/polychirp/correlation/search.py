@@ -12,7 +12,7 @@ from typing import Annotated, Final
 
 import numpy as np
 
-from polychirp.axes import Axes, ComplexArray, FloatArray, seal
+from polychirp.axes import Axes, ComplexArray, FloatArray, Sealed
 from polychirp.errors import InputError
 from polychirp.model.baseband import Baseband, Progress, SampleSource, no_progress
 
@@ -27,7 +27,7 @@ LEAST_BLOCK: Final = 1 << 20
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Found:
+class Found(Sealed):
     """Places of a reference in a recording.
 
     Parameters
@@ -42,9 +42,6 @@ class Found:
     lag: PerPeak
     envelope: PerBin
     bin_start: PerBin
-
-    def __post_init__(self) -> None:
-        seal(self)
 
 
 def search(
@@ -111,7 +108,7 @@ def _check(recording: SampleSource, reference: Baseband) -> None:
     if not math.isclose(recording.sample_rate, reference.sample_rate, rel_tol=1e-12):
         raise InputError(
             f"the recording has {recording.sample_rate / 1e6:g} MS/s and the reference "
-            f"{reference.sample_rate / 1e6:g}; make the reference at the recording's rate"
+            f"{reference.sample_rate / 1e6:g} MS/s; resample the reference to the recording's rate"
         )
     if recording.num_samples < reference.num_samples:
         raise InputError(
@@ -119,7 +116,7 @@ def _check(recording: SampleSource, reference: Baseband) -> None:
             f"{reference.num_samples}; record for longer"
         )
     if not reference.energy > 0:
-        raise InputError("the reference has no energy")
+        raise InputError("the reference has no energy; check that its samples are not all zero")
 
 
 def _heights(

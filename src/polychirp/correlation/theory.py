@@ -100,8 +100,17 @@ def crossing_peak(a_slope: float, b_slope: float, a_duration: float, b_duration:
     >>> round(10 * math.log10(crossing_peak(1.2e12, 1e12, 1e-4, 1e-4)), 1)
     -31.6
     """
-    overshoot = BOTH_ENDS_OVERSHOOT if math.isclose(a_slope, -b_slope) else OVERSHOOT
+    overshoot = BOTH_ENDS_OVERSHOOT if are_opposite(a_slope, b_slope) else OVERSHOOT
     return overshoot / (abs(a_slope - b_slope) * a_duration * b_duration)
+
+
+def are_opposite(a_slope: float, b_slope: float) -> bool:
+    """True if one slope is the negative of the other, to within rounding errors.
+
+    >>> are_opposite(1e8 / 1e-4, -(1e8 / 3e-5 * 0.3))
+    True
+    """
+    return math.isclose(a_slope, -b_slope)
 
 
 def disjoint_peak(gap: float, a_duration: float, b_duration: float) -> float:

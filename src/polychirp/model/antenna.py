@@ -127,8 +127,8 @@ class AntennaArray(Spec):
             object.__setattr__(self, name, values)
             if len(values) not in (0, count):
                 raise InputError(
-                    f"{name}: an array with {count} of them needs {count} values or none, "
-                    f"not {len(values)}"
+                    f"{name}: an array of {count} {what}s needs {count} values or none, not "
+                    f"{len(values)}"
                 )
         if not all(gain > 0 for gain in getattr(self, f"{what}_gains")):
             raise InputError(f"{what}_gains: every gain must be positive")

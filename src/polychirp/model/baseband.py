@@ -1,10 +1,8 @@
 r"""`Baseband`: complex samples about a carrier, which radios send and record."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Annotated, Final, Protocol, runtime_checkable
+from typing import Annotated, Final, Protocol, Self, runtime_checkable
 
 import numpy as np
 
@@ -127,13 +125,13 @@ class Baseband:
             out += np.where(inside, weight * grid[np.where(inside, index, 0)], 0.0)
         return out
 
-    def retuned(self, centre_frequency: float) -> Baseband:
+    def retuned(self, centre_frequency: float) -> Self:
         """The same radio signal about another carrier; parts beyond ± half the rate are aliased."""
         shift = self.centre_frequency - centre_frequency
         turned = self.samples * np.exp(2j * np.pi * ((shift * self.time) % 1.0))
         return replace(self, samples=turned, centre_frequency=centre_frequency)
 
-    def resampled(self, sample_rate: float) -> Baseband:
+    def resampled(self, sample_rate: float) -> Self:
         """The same signal at another rate; for a lower rate its band is limited first.
 
         Raises

@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass
 
-from polychirp.axes import PerDetection, seal
+from polychirp.axes import PerDetection, Sealed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Detections:
+class Detections(Sealed):
     """Detections of a receiver in one frame, strongest first.
 
     Parameters
@@ -24,9 +24,6 @@ class Detections:
     azimuth: PerDetection
     power: PerDetection
     snr: PerDetection
-
-    def __post_init__(self) -> None:
-        seal(self)
 
     @property
     def num_detections(self) -> int:

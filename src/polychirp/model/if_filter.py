@@ -46,8 +46,9 @@ class IfFilter(Spec):
             raise InputError("an IF filter needs at least 21 dB of attenuation")
         if self.support * self.stopband > LONGEST_RESPONSE:
             raise InputError(
-                f"an IF filter that falls within {self.stopband - self.passband:.3g} Hz rings for "
-                f"{self.support:.3g} s; let its stop band begin further above its pass band"
+                f"the IF filter's stop band is {self.stopband - self.passband:.3g} Hz above "
+                f"its pass band, so that its response lasts {self.support:.3g} s; let the stop "
+                "band begin further above the pass band"
             )
 
     @property

@@ -1,9 +1,7 @@
 """`IfFrame` and `IfParts`: dechirped samples of one frame, and the parts that sum to them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
-from typing import Annotated, Final
+from typing import Annotated, Final, Self
 
 import numpy as np
 
@@ -131,7 +129,7 @@ class IfFrame:
                 f"times ask for {expected} (channel, ramp, fast)"
             )
 
-    def with_samples(self, samples: ComplexArray) -> IfFrame:
+    def with_samples(self, samples: ComplexArray) -> Self:
         """Copy of the frame with other samples of the same shape."""
         return replace(self, samples=samples)
 

@@ -30,7 +30,7 @@ class Leakage(Spec):
         if not self.isolation > 0:
             raise InputError("a leakage needs an isolation; write it like '35 dB'")
         if self.delay < 0:
-            raise InputError("a leakage cannot arrive before it is sent; give it a delay of 0 s")
+            raise InputError("the delay of a leakage is negative; use 0 s or more")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,4 +55,6 @@ class Bumper(Spec):
         if not self.distance > 0:
             raise InputError("a bumper needs a positive distance from the antennas")
         if not 0 < self.reflection <= 1:
-            raise InputError("a bumper reflects some power, and no more than 0 dB of it")
+            raise InputError(
+                "the reflection of a bumper must be a positive share of the power, at most 0 dB"
+            )

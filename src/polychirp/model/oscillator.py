@@ -66,7 +66,9 @@ class PhaseNoise(Spec):
                 "give one level or more, each with its offset"
             )
         if not (self.offset[0] > 0 and np.all(np.diff(self.offset) > 0)):
-            raise InputError("the offsets of phase noise must be positive and rise")
+            raise InputError(
+                "the offsets of phase noise must be positive and grow from entry to entry"
+            )
         if not min(self.level) > 0:
             raise InputError("a level of phase noise must be above zero; leave zero noise out")
 

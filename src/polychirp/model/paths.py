@@ -1,10 +1,8 @@
 """`PropagationPaths`: the channel between all radars, in the form that every ray tracer gives."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
-from typing import Annotated
+from typing import Annotated, Self
 
 import numpy as np
 
@@ -17,6 +15,7 @@ from polychirp.axes import (
     PerPath,
     PerPathIndex,
     PerPathVector,
+    axes_of,
     seal,
 )
 from polychirp.errors import InputError
@@ -142,7 +141,7 @@ class PropagationPaths:
         total = np.concatenate([[0], np.cumsum(bounces.astype(np.int64))])
         return np.asarray(total[self.bounce_start[1:]] - total[self.bounce_start[:-1]])
 
-    def carried(self, elapsed: float) -> PropagationPaths:
+    def carried(self, elapsed: float) -> Self:
         r"""The same paths ``elapsed`` s later; a negative time gives earlier paths.
 
         .. math:: \tau_p(t_0 + t) = \tau_p + \dot\tau_p\,t + \tfrac12\ddot\tau_p\,t^2
@@ -179,27 +178,17 @@ class PropagationPaths:
             self.delay_rate + self.delay_acceleration * elapsed,
         )
 
-    def select(self, which: BoolArray | IntArray) -> PropagationPaths:
+    def select(self, which: BoolArray | IntArray) -> Self:
         """Some of the paths, by mask or by number, bounces included."""
         chosen = np.arange(self.num_paths)[which]
         counts = self.num_bounces[chosen]
         start = np.concatenate([[0], np.cumsum(counts)])
         inner = np.arange(start[-1]) - np.repeat(start[:-1], counts)
         bounce = np.repeat(self.bounce_start[chosen], counts) + inner
-        return PropagationPaths(
-            reference_time=self.reference_time,
-            frequency=self.frequency,
-            transmitter=self.transmitter[chosen],
-            receiver=self.receiver[chosen],
-            delay=self.delay[chosen],
-            delay_rate=self.delay_rate[chosen],
-            transfer=self.transfer[chosen],
-            departure=self.departure[chosen],
-            arrival=self.arrival[chosen],
-            bounce_start=start,
-            bounce_actor=self.bounce_actor[bounce],
-            bounce_kind=self.bounce_kind[bounce],
-            bounce_point=self.bounce_point[bounce],
-            coherence_time=self.coherence_time[chosen],
-            delay_acceleration=self.delay_acceleration[chosen],
-        )
+        rows = {"path": chosen, "bounce": bounce}
+        columns = {
+            name: getattr(self, name)[rows[axes[0]]]
+            for name, axes in axes_of(type(self)).items()
+            if axes[0] in rows
+        }
+        return replace(self, bounce_start=start, **columns)

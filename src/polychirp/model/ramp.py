@@ -1,9 +1,7 @@
 """`RampSchedule`: the ramps that a radar transmits, of any waveform family."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
-from typing import Annotated
+from typing import Annotated, Self
 
 import numpy as np
 
@@ -112,7 +110,7 @@ class RampSchedule:
 
     def as_clocked(
         self, *, start_time: float = 0.0, clock_offset: float = 0.0, clock_drift: float = 0.0
-    ) -> RampSchedule:
+    ) -> Self:
         r"""The same schedule, started late, on a clock with a frequency error and a drift.
 
         A clock that is fast by the ratio δ completes the schedule in 1/(1+δ) of its time, at (1+δ)
@@ -149,8 +147,8 @@ class RampSchedule:
         """
         if not np.all((1.0 + clock_offset) ** 2 + 2.0 * clock_drift * self.end_time > 0):
             raise InputError(
-                f"a clock that drifts by {clock_drift:g} in a second stands still before the "
-                "schedule ends; let it drift less"
+                f"with a drift of {clock_drift:g} per second, a clock stands still before the "
+                "schedule ends; use a smaller drift"
             )
         base = 1.0 + clock_offset
         rate = np.sqrt(base**2 + 2.0 * clock_drift * self.start_time)
@@ -164,7 +162,7 @@ class RampSchedule:
             slope=self.slope * rate**2 + clock_drift * self.start_frequency,
         )
 
-    def with_late_sweeps(self, delay: FloatArray) -> RampSchedule:
+    def with_late_sweeps(self, delay: FloatArray) -> Self:
         """The same ramps, with every sweep started late by its own ``delay``.
 
         Phases at the ramps' starts are unchanged, and the radar's own sample times move with its

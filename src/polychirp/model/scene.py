@@ -1,9 +1,7 @@
 """`Scene`: bodies and radars at one time, with their velocities."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Literal, Self
 
 import numpy as np
 
@@ -40,7 +38,7 @@ class Actor:
     plates: tuple[Plate, ...] = ()
     points: tuple[PointScatterer, ...] = ()
 
-    def at(self, elapsed: float) -> Actor:
+    def at(self, elapsed: float) -> Self:
         """The actor after it has moved along its velocity for ``elapsed`` seconds."""
         vx, vy, vz = self.velocity
         return replace(
@@ -77,7 +75,7 @@ class Scene:
             if twice:
                 raise InputError(f"two {what}s are called '{twice[0]}'; give each its own name")
 
-    def at(self, time: float) -> Scene:
+    def at(self, time: float) -> Self:
         """The same scene at another time, with every body moved along its velocity."""
         elapsed = time - self.time
         return replace(self, time=time, actors=tuple(a.at(elapsed) for a in self.actors))

@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from polychirp.axes import Axes, BoolArray, PerDetection, PerTarget, seal
+from polychirp.axes import Axes, BoolArray, PerDetection, PerTarget, Sealed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Score:
+class Score(Sealed):
     """Result for every target, and nature of every detection.
 
     Parameters
@@ -34,9 +34,6 @@ class Score:
     target_detection: tuple[int, ...]
     num_missed: int
     floor_rise: float
-
-    def __post_init__(self) -> None:
-        seal(self)
 
     def numbers(self, nature: str) -> tuple[int, ...]:
         """Numbers of the detections of one nature."""

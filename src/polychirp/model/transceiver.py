@@ -4,10 +4,8 @@ Three defaults are those that the paper prints: a sample rate of 130 MS/s, a ban
 (the filter passes ±60 MHz) and carriers of 0.2 to 4.4 GHz. All other defaults are assumptions.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Final, Self
 
 from polychirp.constants import BOLTZMANN, REFERENCE_TEMPERATURE
 from polychirp.errors import InputError, PhysicsError
@@ -93,14 +91,17 @@ class Transceiver(Spec):
                 f"a transceiver cannot have {self.transmit_bits} bits; give it 2 to 32"
             )
         if self.hold is not None and not 0 < self.hold <= 1:
-            raise InputError("a transceiver holds a sample for a share of its interval, up to 1")
+            raise InputError(
+                "a transceiver's hold is the share of the sample interval for which a sample is "
+                "held; use more than 0 and at most 1"
+            )
         if self.noise_figure is not None and not self.noise_figure >= 1:
             raise InputError("a transceiver's noise figure cannot be below 0 dB")
         if not abs(self.clock_offset) < 0.01:
-            raise InputError("a transceiver's clock is right to within 10 000 ppm")
+            raise InputError("a transceiver's clock offset must be between −10 000 and 10 000 ppm")
 
     @classmethod
-    def ideal(cls) -> Transceiver:
+    def ideal(cls) -> Self:
         """The same converters and carriers with every effect off."""
         return cls(
             transmit_bits=None,

@@ -5,11 +5,11 @@ from typing import Annotated
 
 import numpy as np
 
-from polychirp.axes import Axes, BoolArray, FloatArray, PerTarget, seal
+from polychirp.axes import Axes, BoolArray, FloatArray, PerTarget, Sealed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Truth:
+class Truth(Sealed):
     """Visible point of every target body that is nearest to a radar's phase centre.
 
     Parameters
@@ -28,6 +28,3 @@ class Truth:
     azimuth: PerTarget
     point: Annotated[FloatArray, Axes("target", "3")]
     is_visible: Annotated[BoolArray, Axes("target", dtype=np.bool_)]
-
-    def __post_init__(self) -> None:
-        seal(self)

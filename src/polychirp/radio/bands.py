@@ -31,7 +31,8 @@ def band_warnings(low: float, high: float) -> Iterator[str]:
     >>> list(band_warnings(3.95e9, 4.05e9))
     ['3.95 to 4.05 GHz is used by mobile networks and satellite downlinks']
     >>> list(band_warnings(2.41e9, 2.43e9))
-    ['2.41 to 2.43 GHz is free for little power in most countries; look up how little']
+    ['2.41 to 2.43 GHz may be used without a licence at low power in most countries; look up the
+    limit']
     >>> list(band_warnings(5e9, 5.1e9))
     ['5 to 5.1 GHz needs a licence nearly everywhere']
     """
@@ -40,6 +41,9 @@ def band_warnings(low: float, high: float) -> Iterator[str]:
     for who in users:
         yield f"{name} is used by {who}"
     if any(first <= low and high <= last for first, last in LICENCE_FREE_BANDS):
-        yield f"{name} is free for little power in most countries; look up how little"
+        yield (
+            f"{name} may be used without a licence at low power in most countries; look up the "
+            "limit"
+        )
     elif not users:
         yield f"{name} needs a licence nearly everywhere"

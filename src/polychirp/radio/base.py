@@ -73,7 +73,7 @@ def measured(
     """
     check(radio.abilities, signal)
     if repetitions < 1:
-        raise InputError("record one repetition or more")
+        raise InputError(f"repetitions must be 1 or more, not {repetitions}")
     if radio.abilities.radiates:
         _ask(signal, i_hold_a_licence=i_hold_a_licence)
     try:
@@ -98,7 +98,7 @@ def check(abilities: Abilities, signal: Baseband) -> None:
     if signal.sample_rate > abilities.highest_rate * (1 + 1e-9):
         raise CapabilityError(
             f"{abilities.name} takes up to {abilities.highest_rate / 1e6:g} MS/s, not "
-            f"{signal.sample_rate / 1e6:g}; make the signal at a lower rate, with less bandwidth"
+            f"{signal.sample_rate / 1e6:g} MS/s; use a signal of a lower rate and less bandwidth"
         )
     strongest = float(abs(signal.samples).max())
     if strongest > 1.0 + 1e-9:
@@ -114,7 +114,8 @@ def _ask(signal: Baseband, *, i_hold_a_licence: bool) -> None:
     if not i_hold_a_licence:
         raise InputError(
             f"nothing was transmitted: {'; '.join(sentences)}; join the connectors by a cable with "
-            "an attenuator, or hold a licence, and say --i-hold-a-licence"
+            "an attenuator, or hold a licence for this band; then repeat the command with "
+            "--i-hold-a-licence"
         )
     for sentence in sentences:
         warnings.warn(f"transmitting: {sentence}", ModelWarning, stacklevel=3)

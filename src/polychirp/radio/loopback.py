@@ -1,11 +1,12 @@
 """Radio without hardware: a function of the played samples is received."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from polychirp.errors import RunError
+from polychirp.errors import InputError, RunError
 from polychirp.model.baseband import Baseband
 from polychirp.radio.base import Abilities
 from polychirp.rng import Streams
@@ -30,6 +31,11 @@ class LoopbackRadio:
     abilities : limits of the radio that the loop-back replaces
     full_scale : V, magnitude of I or Q that becomes 1 in a recording; by default 3 dB above the
         strongest I or Q of each recording
+
+    Raises
+    ------
+    InputError
+        The full scale is not positive.
     """
 
     channel: Channel = ideal_cable
@@ -46,6 +52,13 @@ class LoopbackRadio:
     full_scale: float | None = None
     _signal: Baseband | None = None
 
+    def __post_init__(self) -> None:
+        if self.full_scale is not None and not self.full_scale > 0:
+            raise InputError(
+                f"a full scale of {self.full_scale:g} V is not positive; leave it out to have it "
+                "chosen for each recording"
+            )
+
     def play(self, signal: Baseband) -> None:
         """See `Radio.play`."""
         self._signal = signal
@@ -54,13 +67,17 @@ class LoopbackRadio:
         """See `Radio.record`."""
         signal = self._signal
         if signal is None:
-            raise RunError("the loop-back radio plays nothing, so there is nothing to record")
+            raise RunError(
+                "the loop-back radio plays nothing, so there is nothing to record; play a "
+                "signal first"
+            )
         period = signal.num_samples
         begin = int(Streams(self.seed)["loop-back", "begin"].integers(period))
-        count = -(-(begin + num_samples) // period) + 1
+        ratio = sample_rate / signal.sample_rate
+        count = -(-(begin + math.ceil(num_samples / ratio)) // period) + 1
         played = replace(signal, samples=np.tile(signal.samples, count), start_time=0.0)
         received = self.channel(played).retuned(centre_frequency).resampled(sample_rate)
-        first = begin - round(received.start_time * sample_rate)
+        first = round(begin * ratio) - round(received.start_time * sample_rate)
         piece = received.samples[first : first + num_samples]
         return Baseband(
             samples=self._integers(piece),
@@ -74,6 +91,8 @@ class LoopbackRadio:
 
     def _integers(self, samples: np.ndarray) -> np.ndarray:
         words = samples.view(np.float64)
-        full = self.full_scale or float(np.sqrt(2.0) * np.abs(words).max()) or 1.0
+        full = self.full_scale
+        if full is None:
+            full = float(np.sqrt(2.0) * np.abs(words).max()) or 1.0
         read = np.clip(np.rint(words / full * 2.0**15), -(2.0**15), 2.0**15 - 1) / 2.0**15
         return np.asarray(read.view(np.complex128))

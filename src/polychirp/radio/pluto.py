@@ -109,6 +109,6 @@ def _module() -> Any:
         return import_module("adi")
     except ImportError:
         raise CapabilityError(
-            "pyadi-iio is not installed; say pip install pyadi-iio 'pylibiio<1', with libiio of "
-            "the operating system, or use --radio loopback"
+            "pyadi-iio is not installed; install it with: pip install pyadi-iio 'pylibiio<1', and "
+            "libiio with the operating system; or use --radio loopback"
         ) from None

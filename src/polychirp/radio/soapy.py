@@ -118,8 +118,6 @@ class SoapyRadio:
         self._player.join()
         self._player = None
 
-    # ── transfers to and from the driver ──────────────────────────────────────
-
     def _stream(self, which: str, rate: float, frequency: float) -> Any:
         soapy = self._soapy
         direction = soapy.SOAPY_SDR_TX if which == "tx" else soapy.SOAPY_SDR_RX
@@ -131,8 +129,8 @@ class SoapyRadio:
         actual = float(self._device.getSampleRate(direction, 0))
         if abs(actual - rate) > 1e-6 * rate:
             raise CapabilityError(
-                f"the radio plays {actual / 1e6:g} MS/s where {rate / 1e6:g} were asked for; make "
-                "the signal at a rate that it has"
+                f"the radio works at {actual / 1e6:g} MS/s, not at the requested {rate / 1e6:g} "
+                "MS/s; choose a rate that it supports"
             )
         stream = self._device.setupStream(direction, soapy.SOAPY_SDR_CF32, [0])
         self._device.activateStream(stream)

@@ -35,7 +35,9 @@ class Body(Spec):
         if not (self.gap > 0 and self.range_rate > 0 and self.extent > 0):
             raise InputError("a body's gap, range rate and extent must be positive")
         if self.place not in ("nearest", "strongest", "mean"):
-            raise InputError(f"a body's place '{self.place}' is none of nearest, strongest, mean")
+            raise InputError(
+                f"a body's place '{self.place}' is not one of nearest, strongest, mean"
+            )
 
 
 def objects(detections: Detections, body: Body | None = None) -> IntArray:

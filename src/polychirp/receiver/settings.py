@@ -40,7 +40,7 @@ class ReceiverSettings(Spec):
             raise InputError("a receiver's least range must be positive and below its greatest")
         if self.angle not in ESTIMATORS:
             raise InputError(
-                f"a receiver's angle '{self.angle}' is none of {', '.join(ESTIMATORS)}"
+                f"a receiver's angle '{self.angle}' is not one of {', '.join(ESTIMATORS)}"
             )
 
 

@@ -247,18 +247,17 @@ def _fold(row: PaperRow) -> dict[str, Any]:
     ]
     errors = ("Range error (m)", "Speed error (m/s)", "Azimuth error (°)", "SNR (dB)")
     place = ("Range (m)", "Closing speed (m/s)", "Azimuth (°)")
-    tables = [Table(("Target", *place, "", *errors), targets)]
+    tables = [Table(("Target", *place, "Result", *errors), targets)]
     if ghosts:
-        tables.append(Table(("Ghost", *place, "Over the strongest target (dB)"), ghosts))
+        tables.append(
+            Table(("Ghost", *place, "Power relative to the strongest target (dB)"), ghosts)
+        )
     missed, found = counted(row.missed, "missed target"), counted(len(row.ghosts), "ghost")
     return {
         "summary": f"{variant_name(row)}: {missed}, {found}",
         "tables": tables,
         "others": counted(row.other_echoes, "further detection"),
     }
-
-
-# ── cells ─────────────────────────────────────────────────────────────────────
 
 
 def _text(text: str, kind: str = "") -> Cell:

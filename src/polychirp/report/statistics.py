@@ -30,7 +30,7 @@ STATISTICS_NOTE: Final = (
     f"The paper reports {PAPER_ACCURACY['range_rmse_m']} m, {PAPER_ACCURACY['azimuth_rmse_deg']}° "
     f"and {PAPER_ACCURACY['speed_rmse_kmh']} km/h at {PAPER_TARGETS} targets. Errors are rms errors"
     " of the targets found. Ghosts are detections where there is no body; unexplained detections "
-    "are those of them that neither interference nor a mirror explains. Targets are isotropic "
+    "are those ghosts that neither interference nor a mirror explains. Targets are isotropic "
     "scatterers of 10 m², all visible; polychirp study runs the same on ray-traced bodies."
 )
 
@@ -110,12 +110,13 @@ def findings(rows: Sequence[StatisticsRow]) -> list[str]:
         f"frame if all slopes are equal, and {within(diverse.detection, 2)} with "
         f"{within(diverse.ghosts, 1)} if the waveform is diverse. The paper's figure 12 shows this "
         "case; it needs radars that start together and have equal slopes.",
-        f"Diversity alone leaves a floor {diverse.floor_rise_db:.0f} dB above the noise, which "
-        "masks weak targets; the targets here are stronger.",
+        "With diverse slopes and no mitigation, interference raises the floor of the range spectra "
+        f"by {diverse.floor_rise_db:.0f} dB, from that of noise alone. This masks weak targets; "
+        "the targets here are stronger.",
     ]
     if ("diverse", "blanked") in at:
         blanked = at["diverse", "blanked"]
-        found.append(f"With blanking this floor is {blanked.floor_rise_db:.1f} dB above the noise.")
+        found.append(f"With blanking, it raises the floor by {blanked.floor_rise_db:.1f} dB.")
     return found
 
 

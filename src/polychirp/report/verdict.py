@@ -64,12 +64,10 @@ def verdicts(results: PaperResults) -> tuple[Verdict, ...]:
 
 
 def _verdict(claim: PaperClaim, row: PaperRow | None) -> Verdict:
-    found = ("this case was not computed",) if row is None else _differences(claim, row)
-    return Verdict(claim=claim, row=row, differences=found)
-
-
-def _differences(claim: PaperClaim, row: PaperRow) -> tuple[str, ...]:
-    return (*_missing_targets(claim, row), *_different_ghosts(claim, interference_ghosts(row)))
+    found = ["this case was not computed"]
+    if row is not None:
+        found = [*_missing_targets(claim, row), *_different_ghosts(claim, interference_ghosts(row))]
+    return Verdict(claim=claim, row=row, differences=tuple(found))
 
 
 def _missing_targets(claim: PaperClaim, row: PaperRow) -> list[str]:

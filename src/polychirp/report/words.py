@@ -22,7 +22,7 @@ SCENARIO_WORDS: Final[dict[Scenario, str]] = {
 WAVEFORM_WORDS: Final[dict[WaveformKind, str]] = {
     "conventional": "conventional",
     "diverse": "diverse (the proposal)",
-    "fixed-per-radar": "fixed, different per radar",
+    "fixed-per-radar": "fixed slope, different for each radar",
 }
 MITIGATION_WORDS: Final[dict[Mitigation, str]] = {"none": "no mitigation", "blanking": "blanking"}
 

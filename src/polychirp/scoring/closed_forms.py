@@ -10,8 +10,10 @@ earlier, to first order in ε. D is the round-trip delay of a point at range cD/
 that no receiver can distinguish the ghost from a target. It can be detected if the point is
 in the receiver's range-rate map.
 
-The other forms are from the literature, each with its source. All are probabilities that signals
-meet, whether or not the receiver then makes a detection.
+The other forms are from the literature: from `parallel` to `crossing_time` from Rao and Mani,
+"Interference characterization in FMCW radars", 2020, and those after them, for radars that hop over
+a band, from Bazzi et al. 2024. All are probabilities that signals meet, whether or not the receiver
+then makes a detection.
 """
 
 import numpy as np
@@ -192,9 +194,6 @@ def removing_slope_difference(*, greatest_delay: float, duration: float) -> floa
     return 2.0 * greatest_delay / duration
 
 
-# ── Rao and Mani, "Interference characterization in FMCW radars", 2020 ─────────
-
-
 def parallel(*, greatest_delay: float, duration: float, number: float = 1) -> float:
     """Mean number of interferers with equal chirps whose beats are in the band: N τ_max/T_c.
 
@@ -241,7 +240,7 @@ def crossing(*, own_slope: float, other_slope: float) -> float:
     0.81
     """
     if not 0 < own_slope <= other_slope:
-        raise InputError("the form needs positive slopes, and the interferer's as the steeper one")
+        raise InputError("own_slope must be positive, and other_slope at least as large")
     return (other_slope - own_slope) / other_slope
 
 
@@ -252,9 +251,6 @@ def crossing_time(*, own_slope: float, other_slope: float, band: float) -> float
     0.314
     """
     return band / abs(other_slope - own_slope)
-
-
-# ── Bazzi et al. 2024: radars that hop over a band ─────────────────────────────
 
 
 def same_band(*, chirp_band: float, total_band: float, tolerated: float = 0.0) -> float:
@@ -277,7 +273,9 @@ def same_band(*, chirp_band: float, total_band: float, tolerated: float = 0.0) -
     """
     room, width = total_band - chirp_band, (1.0 - tolerated) * chirp_band
     if not 0.0 <= tolerated < 1.0 or room < 0.0:
-        raise InputError("a chirp must fit into the band, and tolerate less than all of itself")
+        raise InputError(
+            "chirp_band must be at most total_band, and tolerated at least 0 and below 1"
+        )
     if width >= room:
         return 1.0
     return 2.0 * width / room * (1.0 - 0.5 * width / room)

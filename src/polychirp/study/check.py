@@ -217,9 +217,9 @@ def _warn_of_targets_without_echo(study: Study) -> None:
     )
     if names and not {"facets", "vehicle-points"} & study.tracer.capabilities:
         warnings.warn(
-            f"the tracer '{study.tracer.kind}' gives vehicles no echo to rely on, so '{names[0]}' "
-            "may not be found; use the tracer 'composite' or 'point-vehicles', or name points as "
-            "targets if it has them",
+            f"the tracer '{study.tracer.kind}' computes no reliable echo of vehicles, so "
+            f"'{names[0]}' may not be found; use the tracer 'composite' or 'point-vehicles', or "
+            "name points as targets if it has them",
             ModelWarning,
             stacklevel=3,
         )
@@ -388,17 +388,13 @@ def _street_problems(study: Study) -> Iterator[tuple[str, str]]:
     except InputError as error:
         yield "street", str(error)
         return
-    for number in range(len(scene.radars)):
+    for number, (radar, carrier) in enumerate(zip(scene.radars, scene.carriers, strict=True)):
         try:
-            refuse_radar_inside_body(_with_only_radar(scene, number))
+            refuse_radar_inside_body(replace(scene, radars=(radar,), carriers=(carrier,)))
         except InputError as error:
             yield f"radars.{number}.mount", str(error)
     if isinstance(study.tracer, Composite | PointVehicles | SionnaRt):
         yield from _material_problems(scene, study.tracer)
-
-
-def _with_only_radar(scene: Scene, number: int) -> Scene:
-    return replace(scene, radars=(scene.radars[number],), carriers=(scene.carriers[number],))
 
 
 def _material_problems(

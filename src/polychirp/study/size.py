@@ -121,4 +121,4 @@ def acceleration_memory(schedule: RampSchedule) -> float:
 
 
 def _shown(size: float) -> str:
-    return f"{size / 2**30:.3g} GB" if math.isfinite(size) else "too much"
+    return f"{size / 2**30:.3g} GiB" if math.isfinite(size) else "too much"

@@ -67,12 +67,13 @@ class StudyRadar(Radar):
         if not abs(self.clock_offset) < 0.01:
             raise InputError(
                 f"radar '{self.name}' has a clock offset of {self.clock_offset * 1e6:g} ppm; "
-                "oscillators are right to within 10 000 ppm"
+                "use a value between −10 000 and 10 000 ppm"
             )
         if not abs(self.clock_drift) <= GREATEST_DRIFT:
             raise InputError(
                 f"radar '{self.name}' has a clock that drifts by {self.clock_drift * 1e6:g} ppm in "
-                f"a second; up to {GREATEST_DRIFT * 1e6:g} ppm its ramps stay straight"
+                f"a second; use at most {GREATEST_DRIFT * 1e6:g} ppm, up to which its ramps stay "
+                "straight"
             )
         if not self.start_jitter >= 0:
             raise InputError(f"radar '{self.name}' has a negative start jitter; use 0 s or more")

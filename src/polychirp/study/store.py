@@ -38,6 +38,7 @@ from polychirp.model.if_frame import IfFrame, IfParts, SampleTimes
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.score import Score
 from polychirp.model.truth import Truth
+from polychirp.study.folders import replace_folder
 from polychirp.study.provenance import Provenance
 
 if TYPE_CHECKING:
@@ -124,7 +125,7 @@ def save_run(path: Path | str, *, victims: Iterable[VictimResult], provenance: P
     """Store a run; equal runs give equal files.
 
     Samples and parts are stored as ``complex64``, all else in full precision. A folder at ``path``
-    is replaced once the new run is complete.
+    is replaced once the new run is complete. If it cannot be replaced, both are kept.
 
     Raises
     ------
@@ -133,16 +134,19 @@ def save_run(path: Path | str, *, victims: Iterable[VictimResult], provenance: P
     """
     path = Path(path)
     unfinished = path.with_name(f"{path.name}.unfinished")
+    is_complete = False
     try:
         shutil.rmtree(unfinished, ignore_errors=True)
         path.parent.mkdir(parents=True, exist_ok=True)
         _write(unfinished, victims=tuple(victims), provenance=provenance)
-        shutil.rmtree(path, ignore_errors=True)
-        unfinished.rename(path)
+        is_complete = True
+        replace_folder(path, unfinished)
     except OSError as error:
-        raise RunError(f"'{path}' cannot be written: {error.strerror or error}") from error
+        kept = f"; the new run is kept in '{unfinished}'" if is_complete else ""
+        raise RunError(f"'{path}' cannot be written: {error.strerror or error}{kept}") from error
     finally:
-        shutil.rmtree(unfinished, ignore_errors=True)
+        if not is_complete:
+            shutil.rmtree(unfinished, ignore_errors=True)
 
 
 def _write(path: Path, *, victims: tuple[VictimResult, ...], provenance: Provenance) -> None:
@@ -232,7 +236,9 @@ def load_run(path: Path | str) -> StoredRun:
             f"there is no run in '{path}'; name the folder that ends in .zarr"
         ) from None
     if attributes.get("format") != FORMAT:
-        raise InputError(f"'{path}' is not a run of polychirp; it has no such format mark")
+        raise InputError(
+            f"'{path}' is not a run of polychirp: its attribute 'format' is not '{FORMAT}'"
+        )
     if attributes.get("format_version") != FORMAT_VERSION:
         raise InputError(
             f"'{path}' has format version {attributes.get('format_version')}; this polychirp "

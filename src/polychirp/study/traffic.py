@@ -31,14 +31,15 @@ class StudyTraffic(RandomTraffic):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not 0 <= self.num_interferers <= self.num_carriers:
+        if self.num_interferers < 0:
+            raise InputError(f"num_interferers is {self.num_interferers}; use 0 or more")
+        if self.num_interferers > self.num_carriers:
             raise InputError(
-                f"random traffic has {self.num_carriers} carriers, so from 0 to as many "
-                f"interferers, not {self.num_interferers}; ask for more carriers with "
-                "'num_carriers'"
+                f"num_interferers is {self.num_interferers}, but only {self.num_carriers} "
+                "carriers can have a radar; raise 'num_carriers' or lower 'num_interferers'"
             )
         if not (self.start_spread >= 0 and 0 <= self.clock_spread < 0.01):
             raise InputError(
-                "random traffic needs a start spread of 0 s or more and a clock spread from 0 to "
-                "10 000 ppm"
+                "random traffic needs a start spread of 0 s or more and a clock spread of 0 or "
+                "more and below 10 000 ppm"
             )

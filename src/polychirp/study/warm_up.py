@@ -68,9 +68,6 @@ def _street() -> Scene:
     return scene_of(_study())
 
 
-# ── the receiver ──────────────────────────────────────────────────────────────
-
-
 def receiver() -> None:
     """Compile kernels that find points, by a detection of points in noise."""
     from polychirp.receiver.chain import Receiver
@@ -144,9 +141,6 @@ def _frame_of_points(schedule: RampSchedule) -> IfFrame:
     return IfFrame(samples=samples * times.is_sample, times=times, schedule=schedule, array=array)
 
 
-# ── the synthesis ─────────────────────────────────────────────────────────────
-
-
 def synthesis() -> None:
     """Compile kernels of the stretch engine that sum path by path."""
     _synthesize(_street())
@@ -195,9 +189,6 @@ def _cloud_of_points() -> Scene:
     points = tuple(PointScatterer(position=tuple(row), rcs=1.0) for row in place.tolist())
     cloud = Actor(name="cloud", kind="object", velocity=(-8.0, 0.0, 0.0), points=points)
     return replace(scene, actors=(*scene.actors, cloud))
-
-
-# ── the channel ───────────────────────────────────────────────────────────────
 
 
 def targets() -> None:

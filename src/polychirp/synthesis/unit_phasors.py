@@ -5,8 +5,6 @@ kernel is compiled into each of its callers, and which operations are fused woul
 these copies runs, so that the run that compiles them would differ from all later ones.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Final
 

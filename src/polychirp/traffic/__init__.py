@@ -8,7 +8,7 @@ The modules in reading order, each with the names that other packages may use:
 - `vehicle`: meshes of the bodies: `vehicle_mesh`, `vehicle_size`.
 - `mounting`: places of radars on bumpers: `bumper_mount`.
 - `mesh_check`, `mesh_file`: meshes from and to files: `load_mesh`, `save_glb`, `TABLE_MATERIALS`.
-- `roadside`: road, buildings and trees as actors.
+- `roadside`: walls of buildings, and meshes of trees: `upright`, `tree_mesh`.
 - `street`: what a study file may place: `Street`, `Vehicle`, `Building`, `Tree`, `Road`, `Point`.
 - `placing`, `random_traffic`: vehicles at random places: `RandomTraffic`, `Lane`.
 - `paper`: the street of the paper: `paper_street`, `paper_mounts`.

@@ -70,7 +70,7 @@ def checked_content(file: Path) -> bytes:
     except OSError as error:
         raise InputError(f"'{file}' cannot be read as a mesh: {error.strerror}") from None
     if len(content) > LARGEST_FILE:
-        raise InputError(f"'{file}' is larger than {LARGEST_FILE >> 20} MB; export a coarser mesh")
+        raise InputError(f"'{file}' is larger than {LARGEST_FILE >> 20} MiB; export a coarser mesh")
     try:
         {".glb": _check_glb, ".obj": _check_obj, ".stl": _check_stl}[suffix](content)
     except InputError as error:
@@ -90,7 +90,9 @@ def _check_stl(content: bytes) -> None:
             raise InputError("it was cut off before its 'endsolid'; copy it again")
         return
     if len(content) < 84:
-        raise InputError(f"it has {len(content)} bytes, less than the head of an STL file")
+        raise InputError(
+            f"it has {len(content)} bytes, less than the header of an STL file; copy it again"
+        )
     count = int.from_bytes(content[80:84], "little")
     if len(content) != 84 + 50 * count:
         raise InputError(
@@ -119,7 +121,7 @@ def _check_glb(content: bytes) -> None:
         for entry in _entries(scene, what):
             if not str(entry.get("uri", "data:")).startswith("data:"):
                 raise InputError(
-                    f"its {what} stand in other files, which are not opened; export it as one file"
+                    f"its {what} are in other files, which are not opened; export it as one file"
                 )
     for accessor in _entries(scene, "accessors"):
         _count(accessor, greatest=6 * MOST_FACES)
@@ -131,14 +133,14 @@ def _check_nodes(scene: Mapping[str, Any]) -> None:
     nodes = _entries(scene, "nodes")
     children = [list(_numbers(node.get("children", []), len(nodes))) for node in nodes]
     inner = [child for own in children for child in own]
-    waiting = [number for number in range(len(nodes)) if number not in set(inner)]
+    below = set(inner)
+    waiting = [number for number in range(len(nodes)) if number not in below]
     num_met = 0
-    while waiting:
+    # with two parents of one node, the walk could take for ever
+    while waiting and len(below) == len(inner):
         num_met += 1
         waiting += children[waiting.pop()]
-        if num_met > len(nodes):
-            break
-    if num_met != len(nodes) or len(set(inner)) != len(inner):
+    if num_met != len(nodes):
         raise InputError("its nodes do not form a tree; export it again")
     for entry in _entries(scene, "scenes"):
         list(_numbers(entry.get("nodes", []), len(nodes)))
@@ -180,7 +182,7 @@ def _entries(table: Mapping[str, Any], key: str) -> list[dict[str, Any]]:
 def _numbers(told: object, limit: int) -> Iterator[int]:
     """Numbers of entries, each below ``limit``; an empty list in place of a number is left out."""
     if not isinstance(told, list):
-        raise InputError("one of its lists of numbers is none; export it again")
+        raise InputError("one of its lists of entry numbers is not a list; export it again")
     for number in told:
         if number == []:
             continue

@@ -97,7 +97,7 @@ def load_mesh(
         known |= dict.fromkeys(unknown, default_material)
     elif unknown:
         raise InputError(
-            f"'{file}' uses the material '{unknown[0]}', which is not mapped; "
+            f"'{file}' uses the material '{unknown[0]}', which is not known; "
             f"map it to one of {', '.join(TABLE_MATERIALS)}"
         )
     try:

@@ -118,9 +118,9 @@ class RandomTraffic(Spec):
 
     def __post_init__(self) -> None:
         if self.num_targets < 0 or self.num_carriers < 0:
-            raise InputError("random traffic has 0 or more targets, and 0 or more carriers")
+            raise InputError("num_targets and num_carriers of random traffic must be 0 or more")
         if not self.reach > MIN_DISTANCE:
-            raise InputError(f"random traffic must reach beyond {MIN_DISTANCE:g} m")
+            raise InputError(f"the reach of random traffic must exceed {MIN_DISTANCE:g} m")
         if not (self.gap >= 0 and self.rcs >= 0):
             raise InputError("random traffic needs a gap and a radar cross section of 0 or more")
         if not self.lanes:
@@ -183,8 +183,8 @@ class RandomTraffic(Spec):
         if self.num_carriers + self.num_targets > room:
             raise InputError(
                 f"there is no room for {self.num_targets} targets within {self.reach:g} m and "
-                f"{self.num_carriers} carriers on {len(self.lanes)} lanes; ask for fewer, for more "
-                "lanes, a longer reach or smaller gaps"
+                f"{self.num_carriers} carriers on {len(self.lanes)} lanes; use fewer of them, "
+                "more lanes, a longer reach or smaller gaps"
             )
         best: list[Place] = []
         for number in range(_STREETS_TRIED):
@@ -196,7 +196,7 @@ class RandomTraffic(Spec):
             raise InputError(
                 f"there is no room for {self.num_targets} targets in sight within "
                 f"{self.reach:g} m and {self.num_carriers} carriers, in {_STREETS_TRIED} streets; "
-                "ask for fewer, for more lanes, a longer reach or smaller gaps"
+                "use fewer of them, more lanes, a longer reach or smaller gaps"
             )
         return best
 

@@ -6,13 +6,11 @@ roof without a kink. Each arc is divided into edges that suit its own radius, so
 only where, and in the direction in which, the surface is strongly curved.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Literal
+from typing import Literal, Self
 
 import numpy as np
 
@@ -82,10 +80,10 @@ class Stations:
         start, stop = np.array([outline.angles(arc) for arc in range(5)])[self.arc].T
         return np.asarray((self.angle - start) / (stop - start))
 
-    def on(self, outline: Outline, other: Outline) -> Stations:
+    def on(self, outline: Outline, other: Outline) -> Self:
         """The ribs' places on another outline: the same fractions of the same arcs."""
         start, stop = np.array([other.angles(arc) for arc in range(5)])[self.arc].T
-        return Stations(arc=self.arc, angle=start + self.fractions(outline) * (stop - start))
+        return replace(self, angle=start + self.fractions(outline) * (stop - start))
 
     def weights(self, outline: Outline) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Weights of front, side and rear at each rib: 0 or 1 on faces, smooth at corners."""

@@ -12,12 +12,12 @@ import numpy as np
 from polychirp.axes import FloatArray
 from polychirp.errors import InputError
 from polychirp.frames import Pose
-from polychirp.model.mesh import Mesh
+from polychirp.model.mesh import Mesh, Plate
 from polychirp.model.radar import Radar
 from polychirp.model.scene import Actor, PointScatterer, Scene
 from polychirp.spec import Spec
-from polychirp.traffic import roadside
 from polychirp.traffic.mesh_file import load_mesh
+from polychirp.traffic.roadside import WINDOW_SIZE, tree_mesh, upright
 from polychirp.traffic.shapes import Body
 from polychirp.traffic.vehicle import vehicle_mesh, vehicle_size
 from polychirp.units import Between, Metres, MetresPerSecond, Radians, SquareMetres, Unit
@@ -74,8 +74,8 @@ class Vehicle(Spec):
             )
         if self.mesh is None and self.max_edge > GREATEST_FACET_EDGE:
             raise InputError(
-                f"vehicle '{self.name}' has facets of up to {self.max_edge:g} m, in which a body "
-                f"loses its arches; use {GREATEST_FACET_EDGE:g} m or less"
+                f"vehicle '{self.name}' has facets of up to {self.max_edge:g} m, too large for the "
+                f"wheel arches of a body; use {GREATEST_FACET_EDGE:g} m or less"
             )
 
     @property
@@ -140,25 +140,61 @@ class Building(Spec):
     heading: Radians = 0.0
     num_windows: Annotated[int, Between(greatest=1000)] = 0
 
+    @property
+    def pose(self) -> Pose:
+        """Pose of the building's frame in the world."""
+        return Pose(x=self.x, y=self.y, yaw=self.heading)
+
     def actor(self) -> Actor:
-        """The building's walls, roof and windows."""
-        return roadside.building(
-            self.name,
-            x=self.x,
-            y=self.y,
-            length=self.length,
-            width=self.width,
-            height=self.height,
+        """The building's walls and roof, and windows 1 cm before each wall along its length."""
+        if not (self.length > 0 and self.width > 0 and self.height > 0):
+            raise InputError(f"building '{self.name}' needs a positive length, width and height")
+        if (
+            self.num_windows < 0
+            or self.num_windows * WINDOW_SIZE[0] > self.length
+            or (self.num_windows and self.height < 3)
+        ):
+            raise InputError(
+                f"{self.num_windows} windows do not fit into building '{self.name}'; allow "
+                f"{WINDOW_SIZE[0]} m of length for each and a height of 3 m"
+            )
+        half = (self.length / 2, self.width / 2, self.height / 2)
+        walls = []
+        for part, turn in (("front", 0), ("left", 1), ("rear", 2), ("right", 3)):
+            outward = np.array([math.cos(turn * math.pi / 2), math.sin(turn * math.pi / 2), 0.0])
+            along = np.array([-outward[1], outward[0], 0.0])
+            reach, breadth = half[turn % 2], half[1 - turn % 2]
+            foot = reach * outward
+            walls.append(
+                upright(foot, along, breadth, 0.0, self.height, self.material, f"wall-{part}")
+            )
+            if turn % 2 == 1:
+                for number in range(self.num_windows):
+                    aside = (2 * (number + 0.5) / self.num_windows - 1) * breadth
+                    walls.append(
+                        upright(
+                            foot + 0.01 * outward + aside * along,
+                            along,
+                            WINDOW_SIZE[0] / 2,
+                            0.9,
+                            0.9 + WINDOW_SIZE[1],
+                            "glass",
+                            f"window-{part}-{number + 1}",
+                        )
+                    )
+        roof = Plate(
+            centre=(0.0, 0.0, self.height),
+            half_u=(half[0], 0.0, 0.0),
+            half_v=(0.0, half[1], 0.0),
             material=self.material,
-            heading=self.heading,
-            num_windows=self.num_windows,
+            part="roof",
         )
+        return Actor(name=self.name, kind="building", pose=self.pose, plates=(*walls, roof))
 
     def footprint(self) -> Footprint:
         """Rectangle that the building covers."""
-        pose = Pose(x=self.x, y=self.y, yaw=self.heading)
         length, width = self.length / 2, self.width / 2
-        return f"building '{self.name}'", _rectangle(pose, -length, length, -width, width)
+        return f"building '{self.name}'", _rectangle(self.pose, -length, length, -width, width)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -172,9 +208,17 @@ class Tree(Spec):
     crown_radius: Annotated[float, Unit("m", least="0 m", greatest="50 m")]
 
     def actor(self) -> Actor:
-        """Trunk and crown."""
-        return roadside.tree(
-            self.name, x=self.x, y=self.y, height=self.height, crown_radius=self.crown_radius
+        """A wooden trunk below an ellipsoidal crown of leaves."""
+        if not 0 < 2 * self.crown_radius < self.height:
+            raise InputError(
+                f"tree '{self.name}' needs a positive crown radius, and a crown that is less wide "
+                f"({2 * self.crown_radius:g} m) than the tree is high ({self.height:g} m)"
+            )
+        return Actor(
+            name=self.name,
+            kind="tree",
+            pose=Pose(x=self.x, y=self.y),
+            mesh=tree_mesh(self.height, self.crown_radius),
         )
 
 
@@ -189,10 +233,21 @@ class Road(Spec):
     y: Metres = 0.0
 
     def actor(self) -> Actor:
-        """The road's surface."""
-        return roadside.road(
-            length=self.length, width=self.width, material=self.material, x=self.x, y=self.y
+        """The road's surface, one `Plate`.
+
+        >>> Road(length=60.0, width=8.0).actor().plates[0].normal.tolist()
+        [0.0, 0.0, 1.0]
+        """
+        if not (self.length > 0 and self.width > 0):
+            raise InputError("a road needs a positive length and width")
+        plate = Plate(
+            centre=(0.0, 0.0, 0.0),
+            half_u=(self.length / 2, 0.0, 0.0),
+            half_v=(0.0, self.width / 2, 0.0),
+            material=self.material,
+            part="road",
         )
+        return Actor(name="road", kind="road", pose=Pose(x=self.x, y=self.y), plates=(plate,))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

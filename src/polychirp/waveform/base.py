@@ -27,7 +27,7 @@ class Waveform(Protocol):
 def need_sweeps(num_sweeps: int) -> None:
     """Refuse a schedule without a sweep."""
     if num_sweeps < 1:
-        raise InputError(f"a schedule of {num_sweeps} sweeps is empty; ask for at least one")
+        raise InputError(f"num_sweeps is {num_sweeps}; a schedule needs 1 or more")
 
 
 def need_positive(owner: str, **values: float) -> None:

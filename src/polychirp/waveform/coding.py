@@ -78,7 +78,7 @@ class DopplerDivision(Spec):
         if bands < num_elements:
             raise InputError(
                 f"{bands} Doppler bands cannot tell {num_elements} transmitting elements apart; "
-                "ask for as many bands at least"
+                f"set num_bands to at least {num_elements}"
             )
         # whole numbers of steps, so that the code repeats exactly
         step = np.outer(sweep, np.arange(num_elements)) % bands

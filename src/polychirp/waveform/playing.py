@@ -52,7 +52,7 @@ def played(
     if count > MOST_SAMPLES:
         raise InputError(
             f"{(end - begin) * 1e3:.4g} ms at {sample_rate / 1e6:.4g} MS/s are {count:.3g} "
-            "samples; play fewer sweeps"
+            f"samples, more than {MOST_SAMPLES:.3g}; play fewer sweeps or lower the sample rate"
         )
     out = np.zeros(count, dtype=np.complex128)
     for ramp in range(schedule.num_ramps):

@@ -4,6 +4,7 @@ import gzip
 import json
 import pickle
 import struct
+import zlib
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 import zarr
+from numcodecs import Delta
 
 from polychirp.capture.parameter_file import read_parameters
 from polychirp.capture.parameters import CaptureParameters
@@ -210,6 +212,59 @@ def test_a_chunk_that_grows_beyond_its_size_is_refused_unread(tmp_path: Path, co
         read_all(path)
 
 
+@pytest.mark.parametrize("version", [2, 3])
+def test_a_chunk_of_narrow_numbers_may_hold_no_more_than_they_take(tmp_path: Path, version: int):
+    """48 kB of zeros in place of 3 kB: as many bytes as numbers of another type would take."""
+    shape = (3, 4, 2, 128)
+    path = tmp_path / "walk.zarr"
+    codec = {"id": "zlib"} if version == 2 else zarr.codecs.GzipCodec()
+    content = (zlib if version == 2 else gzip).compress(bytes(16 * 3072))
+    if version == 2:
+        v2(path, content, shape=shape, chunks=shape, dtype="|i1", compressor=codec)
+    else:
+        zarr.create_array(path, shape=shape, chunks=shape, dtype="i1", compressors=codec)[...] = 1
+        (path / "c" / "0" / "0" / "0" / "0").write_bytes(content)
+    with pytest.raises(InputError, match=r"holds more than the 3072 bytes"):
+        open_zarr(path).whole()
+
+
+@pytest.mark.parametrize("stored", ["i1", "i2", "i4"])
+def test_numbers_that_a_filter_stores_in_another_width_are_read(tmp_path: Path, stored: str):
+    path = tmp_path / "walk.zarr"
+    values = np.arange(192, dtype="i2").reshape(SHAPE)
+    delta = Delta(dtype="i2", astype=stored)
+    array = zarr.create_array(
+        path, shape=SHAPE, chunks=SHAPE, dtype="i2", zarr_format=2, filters=[delta]
+    )
+    array[...] = values
+    np.testing.assert_array_equal(open_zarr(path).whole(), values)
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        (
+            {"dtype": "|i1", "filters": 4 * [{"id": "delta", "dtype": "<c16", "astype": "|i1"}]},
+            "takes numbers of 16 bytes and gets numbers of 1;",
+        ),
+        (
+            {
+                "dtype": "|i1",
+                "shape": [1 << 30],
+                "chunks": [1 << 30],
+                "filters": [{"id": "delta", "dtype": "|i1", "astype": "<i4"}],
+            },
+            "has chunks of 4.29e.09 bytes",
+        ),
+        ({"filters": [{"id": "zlib"}, {"id": "shuffle"}]}, "was compressed before a filter"),
+    ],
+)
+def test_filters_that_would_fill_the_memory_are_refused(tmp_path: Path, changes, sentence):
+    path = v2(tmp_path / "walk.zarr", bytes(3072), **changes)
+    with pytest.raises(InputError, match=sentence):
+        open_zarr(path).whole()
+
+
 def test_sizes_of_decoded_chunks_are_those_that_come_out():
     from numcodecs import LZ4, Blosc, GZip, Zlib, Zstd
 
@@ -318,7 +373,7 @@ def test_a_range_of_frames_is_not_walked(tmp_path: Path):
     [
         ("num_ramps", "1" + "0" * 12, "num_ramps: 1000000000000 is too large"),
         ("num_samples", "9" * 5000, "an integer has thousands of digits"),
-        ("num_samples", "10_000_000", "takes 22.4 TB|takes .* GB of memory"),
+        ("num_samples", "10_000_000", "takes 22.4 TB|takes .* GiB of memory"),
         ("sample_rate", '"1e300 S/s"', "is outside of"),
         ("full_scale", "inf", "full_scale: inf is too large"),
         ("axes", "[" * 5000 + "]" * 5000, "nested"),

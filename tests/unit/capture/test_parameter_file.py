@@ -70,7 +70,8 @@ def test_every_parameter_file_of_the_repository_reads(path: Path):
         ({"slop": "30 MHz/us"}, "x.toml: slop: unknown key; did you mean 'slope'?"),
         ({"num_ramps": 12.5}, "x.toml: num_ramps: must be a whole number, not 12.5"),
         ({"num_ramps": True}, "x.toml: num_ramps: must be a whole number, not True"),
-        ({"num_ramps": 1}, "x.toml: num_ramps: a frame needs"),
+        ({"num_ramps": 1}, "x.toml: num_ramps: a frame needs at least two ramps"),
+        ({"num_samples": 1}, "x.toml: num_samples: a ramp needs at least 2 samples"),
         ({"num_samples": 0}, "x.toml: num_samples: must be at least 1"),
         (
             {"num_ramps": 127, "num_transmitters": 2},
@@ -84,7 +85,7 @@ def test_every_parameter_file_of_the_repository_reads(path: Path):
         ({"axes": ["ramp"]}, "x.toml: axes: 'fast' is missing"),
         ({"axes": ["sweep", "fast"], "num_transmitters": 2}, "x.toml: axes: 'transmitter' is miss"),
         ({"axes": ["ramp", "fast"], "num_receivers": 4}, "x.toml: axes: 'receiver' is missing"),
-        ({"axes": ["ramp", "sweep", "fast"]}, "x.toml: axes: 'sweep' is there twice"),
+        ({"axes": ["ramp", "sweep", "fast"]}, "x.toml: axes: 'sweep' is named twice"),
         ({"ramp_end_time": "30 us"}, "x.toml: ramp_end_time: the converter's last sample comes"),
         ({"adc_start": "-1 us"}, "x.toml: adc_start: cannot be negative"),
         ({"highest_beat": "0 Hz"}, "x.toml: highest_beat: must be positive"),

@@ -219,6 +219,8 @@ def test_an_empty_raw_file_has_nothing_to_process(tmp_path: Path):
     path.write_bytes(b"")
     with pytest.raises(InputError, match=r"576 bytes are missing.*0 whole frames; record it again"):
         open_raw(path, PARAMETERS)
+    with pytest.raises(InputError, match=r"576 bytes are missing.*0 whole frames; record it again"):
+        open_raw(path, PARAMETERS, frames=[])
     with pytest.raises(InputError, match="there is no recording"):
         open_raw(tmp_path / "run.bin", PARAMETERS)
 

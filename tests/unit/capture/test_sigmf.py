@@ -137,7 +137,7 @@ def test_the_start_is_kept(tmp_path):
         ({"core__sample_rate": None}, "core:sample_rate is missing"),
         ({"core__sample_rate": "130 MS/s"}, "core:sample_rate is '130 MS/s'; it must be a number"),
         ({"core__sample_rate": -1.0}, "core:sample_rate is -1; give the samples per second"),
-        ({"core__num_channels": 2}, "has 2 channels; split them"),
+        ({"core__num_channels": 2}, "has 2 channels; store each"),
         ({"core__datatype": "cf32_le"}, "was cut off: 500 of 1000 samples are there"),
         ({"core__datatype": "ci8"}, "are not 1000 samples of 2 bytes (ci8)"),
         ({"polychirp__schedule": {"slope": [1.0]}}, "polychirp:schedule needs lists of numbers"),
@@ -189,7 +189,7 @@ def test_ramps_of_another_band_are_a_wrong_label(recording):
     metadata = json.loads(recording.read_text())
     metadata["captures"][0]["core:frequency"] = 3.75e9
     recording.write_text(json.dumps(metadata))
-    with pytest.raises(InputError, match=r"core:frequency is 3.75 GHz .* correct what is wrong"):
+    with pytest.raises(InputError, match=r"core:frequency is 3.75 GHz .* correct the wrong one"):
         open_sigmf(recording)
 
 

@@ -57,7 +57,7 @@ def full_disk() -> OSError:
 @pytest.mark.parametrize(
     ("error", "code", "sentence"),
     [
-        (full_disk(), 4, "'results.csv': No space left on device; see that the path exists"),
+        (full_disk(), 4, "'results.csv': No space left on device; check that the path exists"),
         (PermissionError(errno.EACCES, "Permission denied", "/x"), 4, "'/x': Permission denied"),
         (
             MemoryError("Unable to allocate 3 TiB"),
@@ -93,7 +93,9 @@ def test_sigterm_ends_as_an_interrupt_does_and_says_what_is_kept(monkeypatch, ca
 
 def test_a_study_says_that_finished_trials_are_kept():
     arguments = app.build_parser().parse_args(["study", "a.toml"])
-    assert arguments.kept == "finished trials are kept, and the same command goes on"
+    assert arguments.kept == (
+        "finished trials are kept, and the same command continues with the missing trials"
+    )
 
 
 def test_messages_hold_no_codes_of_a_terminal(monkeypatch, capsys):
@@ -215,7 +217,7 @@ def test_init_writes_a_study_and_does_not_overwrite_it(tmp_path: Path, capsys):
     path.write_text("mine", encoding="utf-8")
     assert app.main(["init", str(path)]) == 2
     assert path.read_text(encoding="utf-8") == "mine"
-    assert "is there already" in capsys.readouterr().err
+    assert "exists already" in capsys.readouterr().err
     assert app.main(["init", str(path), "--force"]) == 0
     assert path.read_text(encoding="utf-8") == text
 

@@ -4,6 +4,7 @@ import csv
 import json
 import math
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ from polychirp.capture.sigmf import open_sigmf, write_sigmf
 from polychirp.cli.app import main
 from polychirp.cli.init import template
 from polychirp.model.baseband import Baseband
-from polychirp.study.section_v.operands import NAMED, named
+from polychirp.study.section_v.operands import NAMED, Operand, named, paired
 from polychirp.waveform.playing import played
 
 CHIRP = played(named("paper-100").schedule, sample_rate=130e6, centre_frequency=4e9)
@@ -136,16 +137,16 @@ def test_pictures_data_and_recordings_are_written(tmp_path, capsys):
         (["paper-100", "--rate", "130"], "--rate: '130' is not a value in S/s"),
         (["paper-100", "--rate", "50 MS/s"], "needs 100 MS/s, not 50"),
         (["paper-100", "--snr", "ten"], "--snr: 'ten' is not a value in dB"),
-        (["paper-100", "--snr", "3 dB", "--radio", "loopback"], "choose one, the model or a radio"),
+        (["paper-100", "--snr", "3 dB", "--radio", "loopback"], "give one of them"),
         (["paper-100", "--radio", "lime"], "--radio: there is no 'lime'"),
         (["paper-100", "--search"], "--search needs B"),
-        (["paper-100", "paper-100", "--search"], "--search looks into a recording"),
+        (["paper-100", "paper-100", "--search"], "--search needs a recording as A"),
         (["paper-100", "--seed", "-1"], "--seed: -1 is negative"),
         (["paper-100", "--figure", "no/such/f.png"], "--figure: there is no folder"),
         (["paper-100", "--csv", "."], "--csv: '.' is a folder; name a file"),
         (["paper-100", "--save", "quick.toml"], "--save: 'quick.toml' is a file; name a folder"),
         (["paper", "--figure", "quick.toml"], "--figure: 'quick.toml' is a file; name a folder"),
-        (["paper", "--draws", "1"], "an interval needs two draws or more"),
+        (["paper", "--draws", "1"], "an interval needs 2 or more"),
     ],
 )
 def test_a_mistake_is_one_sentence(arguments, sentence, capsys, monkeypatch, tmp_path):
@@ -171,6 +172,66 @@ def test_a_recording_too_long_for_memory_is_to_be_searched(recording, capsys, mo
     (said,) = last_words(capsys)
     assert "has 3.9e+04 samples, too many for memory at once" in said
     assert main(["correlate", recording, "paper-100", "--search"]) == 0
+
+
+@pytest.mark.parametrize("options", [[], ["--baseband"]])
+def test_a_reference_too_long_for_memory_is_not_read(recording, capsys, monkeypatch, options):
+    monkeypatch.setattr("polychirp.study.section_v.operands.MOST_IN_MEMORY", 1000)
+    assert main(["correlate", recording, recording, "--search", *options]) == 2
+    (said,) = last_words(capsys)
+    assert "has 3.9e+04 samples, too many for memory at once" in said
+
+
+SEARCH = "long.sigmf-meta", "paper-100", "--search"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "option", "taker"),
+    [
+        *(
+            ((*SEARCH, *option), option[0], "correlate A B")
+            for option in (
+                *(("--figure", "f.png"), ("--ambiguity", "a.png"), ("--save", "kept")),
+                *(("--align",), ("--offset", "1 kHz"), ("--rate", "1 MS/s")),
+                *(("--snr", "3 dB"), ("--radio", "loopback"), ("--doppler", "1 kHz")),
+            )
+        ),
+        *(
+            (("paper", *option), option[0], "correlate A B")
+            for option in (
+                *(("--ambiguity", "a.png"), ("--save", "kept"), ("--snr", "3 dB")),
+                *(("--radio", "loopback"), ("--align",), ("--offset", "1 kHz"), ("--search",)),
+                *(("--rate", "1 MS/s"), ("--baseband",), ("--sweeps", "2")),
+            )
+        ),
+        ((*SEARCH, "--draws", "3"), "--draws", "correlate paper"),
+        (("paper-100", "--draws", "3"), "--draws", "correlate paper"),
+    ],
+)
+def test_an_option_without_an_effect_is_refused(arguments, option, taker, capsys):
+    assert main(["correlate", *arguments]) == 2
+    (said,) = last_words(capsys)
+    assert f"{option}: 'correlate " in said
+    assert said.endswith(f"' does not take it, but '{taker}' does")
+
+
+def test_the_paper_is_correlated_with_nothing_else(capsys):
+    assert main(["correlate", "paper", "paper-100"]) == 2
+    (said,) = last_words(capsys)
+    assert "'correlate paper' takes no B; leave out 'paper-100'" in said
+
+
+def test_slopes_that_are_opposite_but_for_rounding_follow_the_law_of_opposite_slopes():
+    rising = named("paper-100")
+    falling = replace(
+        rising.schedule,
+        start_frequency=rising.schedule.stop_frequency,
+        slope=-np.nextafter(rising.schedule.slope, np.inf),
+    )
+    pair = paired(rising, Operand(name="falling", schedule=falling))
+    power, law = pair.law
+    assert law == "-10 log10(2 B T) + 2.6 dB for opposite slopes"
+    assert 10 * math.log10(power) == pytest.approx(-10 * math.log10(2e4) + 2.56, abs=0.01)
 
 
 def test_a_radio_without_its_package_is_one_sentence(capsys, monkeypatch):

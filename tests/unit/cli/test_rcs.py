@@ -89,6 +89,9 @@ def test_files_may_be_y_up_or_z_up(tmp_path, capsys):
         (["sedan", "--material", "metl"], "no material 'metl'; there are 'metal', 'glass'"),
         (["sedan", "--material", "metl"], "did you mean 'metal'?"),
         (["sedan", "--range", "9 m", "--far"], "not allowed with argument"),
+        (["sedan", "--scale", "0.001"], "--scale: the built-in body 'sedan' does not take it"),
+        (["van", "--up", "z"], "--up: the built-in body 'van' does not take it"),
+        (["sedan", "--frequency", "1e-300 Hz"], "'1e-300 Hz' is outside of 1 GHz to 1000 GHz"),
     ],
 )
 def test_a_mistake_is_one_sentence(arguments, sentence, capsys):
@@ -100,10 +103,17 @@ def test_a_mistake_is_one_sentence(arguments, sentence, capsys):
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        ([], "names no materials; say --material metal"),
+        ([], "names no materials; name one, as in --material metal"),
         (["--material", "metal", "--scale", "mm"], "--scale: 'mm' is not a number; try 0.001"),
-        (["--material", "metal", "--scale", "10"], "is 1000 m large; if it is in mm, say --scale"),
+        (
+            ["--material", "metal", "--scale", "10"],
+            "is 1000 m large; if the file is in mm, add --scale",
+        ),
         (["--material", "metal", "--scale", "1e-6"], "is 0.1 mm large, too small"),
+        (
+            ["--material", "metal", "--scale", "0.001", "--frequency", "10 GHz"],
+            "is 100 mm large, too small for physical optics, which needs 5 wavelengths, 150 mm",
+        ),
     ],
 )
 def test_a_mistake_with_a_file_is_one_sentence(square, options, sentence, capsys):
@@ -124,7 +134,7 @@ def test_a_body_turned_inside_out_is_refused(tmp_path, capsys):
     path = stl(sphere(0.1, 0.05)[:, ::-1], tmp_path / "ball.stl")
     assert main(["rcs", path, "--material", "metal", "--step", "45 deg"]) == 2
     (said,) = last_words(capsys)
-    assert "has no echo; turn its faces outwards" in said
+    assert "has no echo; turn the normals of its faces outwards" in said
 
 
 def test_a_glb_file_without_materials_is_refused_with_the_option_that_helps(tmp_path, capsys):
@@ -132,7 +142,7 @@ def test_a_glb_file_without_materials_is_refused_with_the_option_that_helps(tmp_
     trimesh.Scene([trimesh.creation.box((0.1, 0.1, 0.1))]).export(path)
     assert main(["rcs", str(path)]) == 2
     (said,) = last_words(capsys)
-    assert "say --material metal" in said
+    assert "as in --material metal" in said
 
 
 def test_a_dollar_in_a_name_is_no_formula(square, tmp_path, capsys):

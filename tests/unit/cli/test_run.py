@@ -257,7 +257,7 @@ def test_an_interrupt_while_storing_leaves_no_half_of_a_run(trial, capsys, monke
 
     monkeypatch.setattr(store, "_write", interrupted)
     assert main(quick("--out", "here")) == 130
-    assert "nothing unfinished was kept" in capsys.readouterr().err
+    assert "no results were stored" in capsys.readouterr().err
     assert list(Path("here").iterdir()) == []
 
 

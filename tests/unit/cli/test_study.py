@@ -88,7 +88,8 @@ def test_an_interrupt_keeps_finished_trials_and_says_so(file, capsys, monkeypatc
     with monkeypatch.context() as patch:
         patch.setattr(study, "_executor", lambda _: Interrupted())
         assert main(["study", str(file)]) == 130
-    assert "finished trials are kept, and the same command goes on" in capsys.readouterr().err
+    sentence = "finished trials are kept, and the same command continues with the missing trials"
+    assert sentence in capsys.readouterr().err
     assert main(["study", str(file)]) == 0
     assert f"{4 * 12 - 5} new trials" in capsys.readouterr().err
 

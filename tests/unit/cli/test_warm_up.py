@@ -51,7 +51,7 @@ def test_json_goes_to_stdout(outcome, capsys):
 def test_a_failure_is_an_error(outcome, capsys):
     outcome["done"] = Compiled(folder=Path("cache"), failures=("a worker ended",))
     assert app.main(["warm-up"]) == 4
-    assert "1 of the workers failed" in capsys.readouterr().err
+    assert "workers or parts that failed: 1" in capsys.readouterr().err
 
 
 def test_a_machine_that_may_not_compile_is_told_so(monkeypatch, capsys):

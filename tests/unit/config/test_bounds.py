@@ -1,10 +1,12 @@
 """Absurd studies are refused where they are read or checked, in one sentence, before any work."""
 
 import time
+import tomllib
 from pathlib import Path
 
 import pytest
 
+from polychirp.bounded_text import toml_tables
 from polychirp.config.load import load_study
 from polychirp.config.monte_carlo import load_plan
 from polychirp.errors import InputError, PolychirpError
@@ -98,9 +100,12 @@ def test_an_absurd_value_is_refused_with_its_bound(path, change, sentence):
     [
         ("receiver.least_range=29.9999 m", "less than half a range cell"),
         ("receiver.false_alarm_probability=1e-300", "must lie between 1e-12 and 0.1"),
-        ("radars.0.if_filter={ passband = '300 kHz', stopband = '300.0000001 kHz' }", "rings for"),
+        (
+            "radars.0.if_filter={ passband = '300 kHz', stopband = '300.0000001 kHz' }",
+            "its response lasts",
+        ),
         ("refresh_interval=1e-300 s", "times in a frame, more than 20000; use a longer one"),
-        ("num_sweeps=1000000", "takes .* GB of memory, more than 32 GB; use fewer sweeps"),
+        ("num_sweeps=1000000", "takes .* GiB of memory, more than 32 GiB; use fewer sweeps"),
         ("radars.0.converter.sample_rate=1000 GS/s", "the frame of 'front' takes"),
     ],
 )
@@ -124,16 +129,49 @@ def test_keys_of_many_parts_are_refused_at_once(path, key, form):
     assert "nested more than 32 levels deep" in refusal(path)
 
 
+@pytest.mark.parametrize(
+    "line",
+    [
+        "# {0}",
+        'text = "{0}"',
+        'text = "\\"{0}"',
+        "text = '{0}'",
+        'text = """\n{0}"""""',
+        "text = '''\n{0}'''''",
+        'text = "# {0}" # {0}',
+    ],
+)
+def test_many_parts_in_a_comment_or_text_are_no_key(line):
+    text = line.format(".".join(40 * "a"))
+    assert toml_tables(text) == tomllib.loads(text)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        'text = "#"\n{0} = 1',
+        'text = """a"""""\n{0} = 1',
+        'x = {{ text = """a"""", {0} = 1, more = "" }}',
+        "x = {{ text = '''a'''', {0} = 1, more = '' }}",
+        '"\\"".{0} = 1',
+        "# it's\n{0} = 1",
+    ],
+)
+def test_texts_and_comments_hide_no_key_of_many_parts(line):
+    with pytest.raises(InputError, match="nested more than 32 levels deep"):
+        toml_tables(line.format(".".join(40 * "a")))
+
+
 def test_a_file_that_is_no_study_by_its_size_is_refused(path):
     path.write_text(GOOD + 20_000_000 * "#", encoding="utf-8")
-    assert "is larger than 16 MB" in refusal(path)
+    assert "is larger than 16 MiB" in refusal(path)
 
 
 @pytest.mark.parametrize(
     "change", ["²=1", "radars.²=1", f"radars.{5000 * '9'}=1", 3000 * "a." + "a=1"]
 )
 def test_a_path_that_is_none_is_refused(path, change):
-    assert "is no path; write it like" in refusal(path, change)
+    assert "is not a path of keys; write it like" in refusal(path, change)
 
 
 @pytest.mark.parametrize(

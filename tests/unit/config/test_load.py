@@ -48,7 +48,7 @@ def refusal(**changes: object) -> list[str]:
         ({"gain": "3 Hz"}, "gain: '3 Hz' is not a value in dB"),
         ({"window": "1 ms"}, "window: must be a list in square brackets, not '1 ms'"),
         ({"window": ["1 ms"]}, "window.1: an entry is missing"),
-        ({"window": ["1 ms", "2 ms", "3 ms"]}, "window: has 3 entries; it takes 2"),
+        ({"window": ["1 ms", "2 ms", "3 ms"]}, "window: has 3 entries; give at most 2"),
         ({"waveform": "triangular"}, "waveform: must be a table, not 'triangular'"),
         ({"waveform": {}}, "waveform.kind: is missing"),
         ({"waveform": {"kind": "triangle"}}, "waveform.kind: there is no 'triangle'; did you mean"),

@@ -102,6 +102,16 @@ def test_the_command_of_a_point_gives_the_study_of_the_point(file, capsys):
         assert study == point.trial(7)
 
 
+def test_the_command_of_a_point_names_the_program_as_it_was_called(file, monkeypatch):
+    seen = []
+    monkeypatch.setenv("POLYCHIRP_NAME", "./run")
+    monkeypatch.setattr(
+        "polychirp.study.monte_carlo.plan.check_plan", lambda plan, **_: seen.append(plan)
+    )
+    assert main(["study", str(file), "--out", str(file)]) == 2
+    assert {point.command.split()[0] for point in seen[0].points} == {"./run"}
+
+
 def test_the_same_trial_draws_alike_at_every_point(file):
     """What does not depend on the grid is the same to the bit: here, the diverse ramps."""
     plan = load_plan(file)
@@ -146,11 +156,14 @@ def test_a_wrong_table_is_refused_in_one_sentence(tmp_path, table, sentence):
         ('"num_sweeps" = 2', "monte_carlo.grid.num_sweeps: must be a list"),
         ('"num_sweeps" = [2, 2]', "axis 'num_sweeps' has '2' twice"),
         ('"radars.7.start_time" = ["0 s", "1 s"]', "radars.7 does not exist; radars has 2"),
-        ('"radar.*.start_time" = ["0 s", "1 s"]', "radar is no list; '*' stands for every entry"),
+        (
+            '"radar.*.start_time" = ["0 s", "1 s"]',
+            "radar is not a list; '*' stands for every entry",
+        ),
         ('"radars.*.start_time" = [0, 1]', "radars.0.start_time: 0 needs a unit"),
         ('"radars.*.start_time" = ["0 s", "0 ms"]', "are one and the same study"),
         ('"seed" = [1, 2]', "a grid cannot change seed: every trial gets its own"),
-        ('"radars..start_time" = ["0 s", "1 s"]', "'radars..start_time' is no path"),
+        ('"radars..start_time" = ["0 s", "1 s"]', "'radars..start_time' is not a path of keys"),
         ('"radars.0.vehicle" = ["ego", "egg"]', "there is no vehicle 'egg'; did you mean 'ego'?"),
     ],
 )
@@ -197,7 +210,7 @@ def test_a_star_stands_for_every_entry_and_shares_nothing_between_them():
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        (["--workers", "0"], "--workers: 0 workers do nothing"),
+        (["--workers", "0"], "--workers is 0; use 1 or more"),
         (["--cluster", "slrum"], "--cluster: there is no 'slrum'"),
         (["--out", "small.toml"], "'small.toml' is a file"),
     ],
@@ -212,7 +225,7 @@ def test_a_folder_with_something_else_in_it_is_left_alone(file, monkeypatch, cap
     (file.parent / "other").mkdir()
     (file.parent / "other" / "letter.txt").write_text("dear", encoding="utf-8")
     assert main(["study", str(file), "--force", "--out", str(file.parent / "other")]) == 2
-    assert "holds something else" in capsys.readouterr().err
+    assert "holds files but no log of trials" in capsys.readouterr().err
     assert (file.parent / "other" / "letter.txt").exists()
 
 

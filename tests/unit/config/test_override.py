@@ -41,9 +41,9 @@ def test_an_entry_of_a_list_can_be_replaced():
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        ("seed", "changes nothing"),
-        ("=3", "changes nothing"),
-        ("a..b=3", "changes nothing"),
+        ("seed", "is not PATH=VALUE; write it like"),
+        ("=3", "is not PATH=VALUE; write it like"),
+        ("a..b=3", "is not PATH=VALUE; write it like"),
         ("radars.2.name=x", "radars.2 does not exist; radars has 1 entries"),
         ("radars.frnt.name=x", "radars.frnt does not exist"),
         ("radars.1=x", "radars.1 does not exist"),

@@ -99,7 +99,11 @@ def test_a_long_recording_is_read_in_pieces_with_progress():
     ("recording", "reference", "sentence"),
     [
         (signal(noise(10)), signal(noise(20)), "fewer than the reference's 20; record for longer"),
-        (signal(noise(10), 2e6), signal(noise(5)), "make the reference at the recording's rate"),
+        (
+            signal(noise(10), 2e6),
+            signal(noise(5)),
+            "resample the reference to the recording's rate",
+        ),
         (signal(noise(10)), signal(np.zeros(5)), "the reference has no energy"),
     ],
 )

@@ -4,6 +4,7 @@
 # ruff: noqa: N802, N803, ARG002, ARG005
 
 import inspect
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -179,7 +180,7 @@ def test_a_radio_records_what_it_plays_whole_from_anywhere(number):
 
 def test_nothing_radiates_without_a_statement_about_the_licence():
     adi, device = fake_adi()
-    with pytest.raises(InputError, match=r"nothing was transmitted: .* say --i-hold-a-licence"):
+    with pytest.raises(InputError, match=r"nothing was transmitted: .* with --i-hold-a-licence"):
         measured(PlutoRadio(module=adi), signal())
     assert "tx" not in device.calls
 
@@ -200,7 +201,7 @@ def test_a_loop_back_radiates_nothing_and_needs_no_licence():
     [
         (4.19e9, 4.21e9, ["mobile networks", "radio altimeters of aircraft, on which lives"]),
         (76e9, 77e9, ["type-approved radars only"]),
-        (433.1e6, 434.7e6, ["free for little power"]),
+        (433.1e6, 434.7e6, ["without a licence at low power"]),
         (5.0e9, 5.05e9, ["licence nearly everywhere"]),
         (1.5754e9, 1.5755e9, ["satellite navigation"]),
     ],
@@ -273,7 +274,7 @@ def test_a_driver_with_another_rate_is_refused():
     soapy, device = fake_soapy()
     device.getSampleRate = lambda direction, channel: 19e6
     radio = SoapyRadio(module=soapy)
-    with pytest.raises(CapabilityError, match="plays 19 MS/s where 20 were asked for"):
+    with pytest.raises(CapabilityError, match="works at 19 MS/s, not at the requested 20 MS/s"):
         radio.play(signal())
 
 
@@ -313,7 +314,7 @@ def test_no_device_is_one_sentence():
     ("name", "make", "sentence"),
     [
         ("SoapySDR", SoapyRadio, "SoapySDR is not installed; install it with the operating system"),
-        ("adi", PlutoRadio, "pyadi-iio is not installed; say pip install"),
+        ("adi", PlutoRadio, "pyadi-iio is not installed; install it with: pip install"),
     ],
 )
 def test_a_missing_package_is_one_sentence(monkeypatch, name, make, sentence):
@@ -349,13 +350,33 @@ def test_a_loop_back_has_sixteen_bits():
     assert np.abs(words).max() == pytest.approx(2**14.5, rel=1e-3)
 
 
+@pytest.mark.parametrize("ratio", [0.5, 0.8, 2.0])
+def test_a_loop_back_records_as_many_samples_as_asked_at_any_rate(ratio):
+    """The record of three periods begins within the first, and holds two whole ones."""
+    sent = replace(signal(carrier=0.0), samples=0.5 * np.exp(0.2j * np.pi * np.arange(500)))
+    for seed in range(5):
+        radio = LoopbackRadio(seed=seed)
+        radio.play(sent)
+        count = round(3 * ratio * sent.num_samples)
+        record = radio.record(num_samples=count, sample_rate=ratio * RATE, centre_frequency=0.0)
+        assert record.num_samples == count
+        steps = record.samples[1:] / record.samples[:-1]
+        np.testing.assert_allclose(steps[20:-20], np.exp(0.2j * np.pi / ratio), atol=1e-2)
+
+
+@pytest.mark.parametrize("full_scale", [0.0, -1.0, float("nan")])
+def test_a_full_scale_that_is_none_is_refused(full_scale):
+    with pytest.raises(InputError, match="V is not positive; leave it out"):
+        LoopbackRadio(full_scale=full_scale)
+
+
 def test_a_loop_back_that_plays_nothing_has_nothing_to_record():
     with pytest.raises(RunError, match="plays nothing"):
         LoopbackRadio().record(num_samples=1, sample_rate=1.0, centre_frequency=0.0)
 
 
 def test_a_recording_needs_at_least_one_repetition():
-    with pytest.raises(InputError, match="record one repetition or more"):
+    with pytest.raises(InputError, match="repetitions must be 1 or more, not 0"):
         measured(LoopbackRadio(), signal(), repetitions=0)
 
 

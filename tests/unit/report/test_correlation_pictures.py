@@ -1,10 +1,13 @@
 """Pictures and tables of correlations, on made-up results."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from polychirp.correlation.base import Correlation
 from polychirp.correlation.lobes import lobes
+from polychirp.correlation.theory import crossing_peak
 from polychirp.model.transceiver import Transceiver
 from polychirp.report.correlation import correlation_csv, correlation_json, correlation_table
 from polychirp.report.figures.correlation import (
@@ -110,6 +113,30 @@ def test_the_law_is_drawn_for_single_ramps_in_one_band():
     assert by_name["ramp of 120 µs"] == pytest.approx(2000.0)
     assert by_name["falling"] == pytest.approx(20_000.0)
     assert slope_product(results().row("diverse")) == 0.0
+
+
+def test_each_case_of_the_law_has_the_line_of_its_slopes():
+    """Cases with the closed form on the line of the law are there, to the rounding of the label."""
+    axes = slope_law(results()).figure.axes[0]
+    lines = {line.get_label(): line for line in axes.lines if "log" in str(line.get_label())}
+    assert len(lines) == 2
+    for label, line in lines.items():
+        x, level = line.get_xdata()[0], line.get_ydata()[0]
+        slopes = (1e12, -1e12) if "opposite" in label else (1e12, 0.9e12)
+        duration = np.sqrt(x / abs(slopes[0] - slopes[1]))
+        expected = 10 * np.log10(crossing_peak(*slopes, duration, duration))
+        assert level == pytest.approx(expected, abs=1e-9)
+
+
+def test_pictures_name_the_snr_of_their_data():
+    made = results()
+    rows = [replace(row, modelled=row.modelled[1:]) for row in made.rows]
+    titles = [
+        axes.get_title(loc="left") for axes in correlation_picture(rows[0], heading="x").figure.axes
+    ]
+    assert "With transceivers, SNR 10 dB" in titles
+    legend = slope_law(replace(made, rows=tuple(rows))).figure.axes[0].get_legend()
+    assert "model, 10 dB SNR" in [text.get_text() for text in legend.get_texts()]
 
 
 def test_tables_have_every_case():

@@ -102,7 +102,7 @@ def test_the_terminal_shows_the_claims_and_every_variant(results):
         assert words in claims
     variants = printed(variants_table(results.rows))
     assert variants.count("blanking") == 12
-    assert variants.count("fixed, different per radar") == 8
+    assert variants.count("fixed slope, different for each radar") == 8
 
 
 def test_everything_is_written_where_it_is_looked_for(results, tmp_path, monkeypatch):

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import get_args
 
 from polychirp.report.figures.detection_statistics import detection_statistics
 from polychirp.report.statistics import STATISTICS_HEAD, findings, statistics_rows
-from polychirp.study.paper.results import StatisticsRow
+from polychirp.study.paper.results import StatisticsRow, WaveformKind
 
 
 def row(waveform: str, count: int) -> StatisticsRow:
@@ -57,6 +58,12 @@ def test_the_figure_has_a_curve_for_every_situation_and_the_papers_points() -> N
     ]
     assert drawing.data["detection low"] == [0.8] * 4
     assert drawing.png() == detection_statistics(ROWS).png()
+
+
+def test_every_waveform_has_a_curve() -> None:
+    rows = [row(waveform, count) for waveform in get_args(WaveformKind) for count in (1, 10)]
+    labels = {line.get_label() for line in detection_statistics(rows).figure.axes[0].containers}
+    assert labels == {f"{kind}, two interferers" for kind in get_args(WaveformKind)}
 
 
 def test_findings_compare_as_far_as_the_intervals_tell() -> None:

@@ -174,7 +174,7 @@ def test_an_unknown_material_is_found_before_anything_is_traced():
 
 def test_vehicles_that_free_space_cannot_show_are_noted():
     with pytest.warns(
-        ModelWarning, match="gives vehicles no echo to rely on, so 'car' may not be found"
+        ModelWarning, match="computes no reliable echo of vehicles, so 'car' may not be found"
     ):
         check(replace(STUDY, tracer=FreeSpace()))
 

@@ -188,7 +188,7 @@ def test_two_runs_do_not_share_a_folder(tmp_path):
     pytest.importorskip("fcntl", reason="this system has no locks of files")
     with (
         trial_log(tmp_path / LOG, made_with=HEADER),
-        pytest.raises(InputError, match="another run is at work"),
+        pytest.raises(InputError, match="another run uses"),
         trial_log(tmp_path / LOG, made_with=HEADER),
     ):
         pass
@@ -259,6 +259,16 @@ def test_a_trial_that_fails_is_told_with_the_command_that_repeats_it(plan, tmp_p
     assert set(again.ran) == {(2, 5)}
 
 
+def test_a_trial_that_no_command_repeats_is_told_with_its_seed(plan, tmp_path):
+    executor = MadeUp()
+    executor.failing = {(0, 1)}
+    points = tuple(replace(point, command=None) for point in plan.points)
+    done = finish(replace(plan, points=points), tmp_path, executor)
+    (failure,) = done.failures
+    seed = done.results.seed[1]
+    assert failure.endswith(f"the mast fell over; no command runs it alone; its seed is {seed}")
+
+
 def test_points_of_one_trial_follow_each_other(plan, tmp_path):
     """They share random numbers, and what a worker keeps of them."""
     executor = MadeUp(ahead=1)
@@ -286,7 +296,7 @@ def test_what_models_warn_of_is_passed_on_once(plan, tmp_path):
 
 
 def test_no_workers_do_nothing():
-    with pytest.raises(InputError, match="0 workers do nothing"):
+    with pytest.raises(InputError, match="number of workers is 0; use 1 or more"):
         LocalWorkers(count=0)
 
 
@@ -411,6 +421,33 @@ def test_a_folder_without_results_is_refused(tmp_path):
         load_results(tmp_path / "nothing.zarr")
 
 
+@pytest.mark.parametrize("lost", ["range_error", "num_trials", "rcs", "victim"])
+def test_damaged_results_are_refused(done, tmp_path, lost):
+    path = tmp_path / STORE
+    shutil.copytree(done[1] / STORE, path)
+    shutil.rmtree(path / lost)
+    content = json.loads((path / "zarr.json").read_text())
+    content["consolidated_metadata"]["metadata"].pop(lost)
+    (path / "zarr.json").write_text(json.dumps(content))
+    with pytest.raises(InputError, match=rf"results in '.*' are damaged \(.*{lost}"):
+        load_results(path)
+
+
+def test_results_that_cannot_be_replaced_stay_whole(plan, tmp_path, monkeypatch):
+    finish(plan, tmp_path, MadeUp(order=1))
+    before = files(tmp_path)
+    with monkeypatch.context() as patch:
+        rename = Path.rename
+        patch.setattr(
+            Path, "rename", lambda a, b: (full_disk if "unfinished" in a.name else rename)(a, b)
+        )
+        with pytest.raises(RunError, match="cannot be written"):
+            finish(plan, tmp_path, MadeUp(order=1))
+    assert files(tmp_path) == before
+    finish(plan, tmp_path, MadeUp(order=1))
+    assert files(tmp_path) == before
+
+
 def full_disk(*unused, **unused_too):
     raise OSError(errno.ENOSPC, "No space left on device")
 
@@ -465,7 +502,7 @@ def test_a_full_disk_is_one_error_of_the_log(tmp_path, monkeypatch):
             made[0].is_full = True
             log.append(record)
 
-    with pytest.raises(RunError, match="a finished trial cannot be kept: No space left"):
+    with pytest.raises(RunError, match="a finished trial cannot be stored: No space left"):
         keep_one()
     assert made[0]._file.closed
 

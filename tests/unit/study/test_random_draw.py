@@ -85,7 +85,7 @@ def test_a_trial_draws_the_traffic_and_finds_it() -> None:
 def test_traffic_that_cannot_be_is_refused_before_the_run_with_its_place() -> None:
     with pytest.raises(InputError, match="traffic: there is no room for 40 targets"):
         check(with_traffic(num_targets=40))
-    with pytest.raises(InputError, match="3 carriers, so from 0 to as many interferers, not 4"):
+    with pytest.raises(InputError, match="num_interferers is 4, but only 3 carriers can have"):
         with_traffic(num_interferers=4)
     with pytest.raises(InputError, match="start spread of 0 s or more"):
         with_traffic(start_spread=-1.0)

@@ -179,6 +179,32 @@ def test_a_run_that_fails_while_it_is_stored_leaves_the_old_one(stored):
     assert [v.name for v in load_run(stored).victims] == ["front", "rear"]
 
 
+def test_of_a_run_that_cannot_be_replaced_old_and_new_are_kept(stored, monkeypatch):
+    """The new folder cannot get its name after the old one has lost it."""
+    rename = Path.rename
+
+    def renamed(path, target):
+        if path.name.endswith(".unfinished"):
+            raise PermissionError(13, "Permission denied")
+        return rename(path, target)
+
+    before = files(stored)
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "rename", renamed)
+        with pytest.raises(RunError, match="written: Permission denied; the new run is kept"):
+            save_run(stored, victims=[victim("other")], provenance=ORIGIN)
+    assert files(stored) == before
+    kept = load_run(stored.with_name("run.zarr.unfinished"))
+    assert [one.name for one in kept.victims] == ["other"]
+
+
+def test_what_a_crash_left_of_a_replacement_goes_with_the_next_one(stored):
+    """The crash came after the old run had lost its name."""
+    stored.rename(stored.with_name("run.zarr.replaced"))
+    save_run(stored, victims=[victim("other")], provenance=ORIGIN)
+    assert [path.name for path in stored.parent.iterdir()] == ["run.zarr"]
+
+
 def test_the_hash_of_a_stored_study_is_read_without_its_arrays(stored, tmp_path):
     assert stored_hash(stored) == ORIGIN.study_hash
     assert stored_hash(tmp_path / "nothing") is None

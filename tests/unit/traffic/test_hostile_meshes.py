@@ -2,12 +2,15 @@
 
 import json
 import struct
+import time
+from contextlib import suppress
 
 import numpy as np
 import pytest
 
 from polychirp.channel.rcs import num_aspects
 from polychirp.errors import InputError
+from polychirp.traffic.mesh_check import checked_content
 from polychirp.traffic.mesh_file import load_mesh, save_glb
 from polychirp.traffic.surface import Fineness, subdivided
 from polychirp.traffic.vehicle import vehicle_mesh
@@ -61,7 +64,7 @@ def test_a_glb_file_opens_no_other_file(glb, what, uri):
     description, rest = described(glb)
     description.setdefault(what, []).append({"uri": uri, "byteLength": 4})
     rewrite(glb, description, rest)
-    with pytest.raises(InputError, match="stand in other files, which are not opened"):
+    with pytest.raises(InputError, match="are in other files, which are not opened"):
         as_metal(glb)
 
 
@@ -84,6 +87,20 @@ def test_nodes_that_are_no_tree_are_refused(glb, links):
     rewrite(glb, description, rest)
     with pytest.raises(InputError, match=r"cannot be read as a mesh: (its nodes|it refers|one of)"):
         as_metal(glb)
+
+
+@pytest.mark.parametrize("links", [{0: [*range(1, 50_000)]}, {0: [1], 1: 200_000 * [1]}])
+def test_many_nodes_are_checked_in_a_time_that_grows_no_faster_than_they_do(glb, links):
+    """Once, these took a minute and more, or filled the memory."""
+    description, rest = described(glb)
+    nodes = [{} for _ in range(50_000)]
+    for node, children in links.items():
+        nodes[node]["children"] = children
+    rewrite(glb, {**description, "nodes": nodes, "scenes": []}, rest)
+    start = time.monotonic()
+    with suppress(InputError):
+        checked_content(glb)
+    assert time.monotonic() - start < 10.0
 
 
 @pytest.mark.parametrize("count", [-1, 2**60, 1.5, "many", None])
@@ -171,5 +188,5 @@ def test_edges_that_would_fill_the_memory_are_refused(glb, max_edge):
 
 
 def test_a_step_that_gives_too_many_aspects_is_refused():
-    with pytest.raises(InputError, match=r"gives 3.6e.11 aspects, more than 1000000; use a longer"):
+    with pytest.raises(InputError, match=r"gives 3.6e.11 aspects, more than 1000000; use a larger"):
         num_aspects(np.radians(1e-9))

@@ -87,7 +87,7 @@ def test_long_edges_of_a_file_are_cut(obj):
 
 
 def test_an_unmapped_material_is_named(obj):
-    with pytest.raises(InputError, match="uses the material 'paint', which is not mapped; map it"):
+    with pytest.raises(InputError, match="uses the material 'paint', which is not known; map it"):
         load_mesh(obj)
 
 

@@ -3,8 +3,6 @@
 `paths` states the equations; `silhouette` finds the edges.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

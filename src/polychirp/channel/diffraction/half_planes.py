@@ -5,8 +5,6 @@ depth z along the line of sight from the transmitter, a height ρ over the line,
 r₂ from the radars. Its excess is the detour r₁ + r₂ − d. Intervals that overlap are united.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -5,8 +5,6 @@ frame of the pair of radars, unless a body's frame is named. The pair's frame ha
 transmitter, and its first axis points to the receiver.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

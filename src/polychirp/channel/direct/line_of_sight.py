@@ -44,7 +44,9 @@ def line_of_sight(scene: Scene, *, frequency: float, pairs: IntArray) -> Propaga
     same = np.all(place[pair[:, 0]] == place[pair[:, 1]], axis=-1)
     if np.any(same):
         names = [scene.radars[number].name for number in pair[np.argmax(same)]]
-        raise InputError(f"radars '{names[0]}' and '{names[1]}' are at one place; move one")
+        raise InputError(
+            f"radars '{names[0]}' and '{names[1]}' are at the same position; move one of them"
+        )
     delay, delay_rate, flight = retarded_leg(
         source=place[pair[:, 0]],
         source_velocity=speed[pair[:, 0]],

@@ -5,8 +5,6 @@ box is missed (`Tree.skip`); otherwise the search continues with the next node. 
 therefore a loop without a stack.
 """
 
-from __future__ import annotations
-
 from typing import Final, NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Nearest point of every triangle to a place, and the triangles whose front faces the place."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from polychirp.axes import BoolArray, FloatArray

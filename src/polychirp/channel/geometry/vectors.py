@@ -1,7 +1,5 @@
 """Vectors of three numbers in compiled code: tuples, which need no memory allocation."""
 
-from __future__ import annotations
-
 from polychirp.axes import FloatArray
 from polychirp.jit import inlined
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from polychirp.axes import FloatArray, IntArray
 from polychirp.channel.geometry.bvh import NO_HIT, Tree, triangle_distance
 from polychirp.channel.geometry.vectors import Vector
+from polychirp.errors import InputError
 from polychirp.jit import compiled, inlined, inner
 
 NUM_BOXES: Final = 8
@@ -40,6 +41,9 @@ TRIANGLE_KIND: Final = 10
 
 EITHER_KIND, OPAQUE_KIND, SHEET_KIND = 0, 1, 2
 """Kinds of triangles to search for: the closest hit of either kind, or any hit of one kind."""
+
+GREATEST_LINK: Final = 1 << 24
+"""Greatest link: single-precision numbers hold all whole numbers up to it."""
 
 BOX_MARGIN: Final = 2e-6
 """Enlargement of boxes, as a share of the greatest magnitude of their coordinates. Chosen: it is 16
@@ -153,11 +157,26 @@ def _bundle(
 def bundles_of(
     trees: tuple[Tree, ...], media: tuple[IntArray, ...], kinds: tuple[int, ...]
 ) -> Bundles:
-    """Several trees as one, with the media ``(triangle,)`` and kind of each tree's triangles."""
+    """Several trees as one, with the media ``(triangle,)`` and kind of each tree's triangles.
+
+    Raises
+    ------
+    InputError
+        There are more than `NUM_BOXES` trees, or more than `GREATEST_LINK` rows or triangles.
+    """
     nodes = np.cumsum([0] + [len(tree.skip) for tree in trees])
     triangles = np.cumsum([0] + [len(tree.face) for tree in trees])
     box = np.concatenate([tree.box for tree in trees])
     roots = [begin for begin, tree in zip(nodes, trees, strict=False) if len(tree.face)]
+    if len(roots) > NUM_BOXES:
+        raise InputError(
+            f"{len(roots)} trees of triangles are searched together; use at most {NUM_BOXES}"
+        )
+    if max(triangles[-1], nodes[-1]) > GREATEST_LINK:
+        raise InputError(
+            f"trees of {triangles[-1]} triangles and {nodes[-1]} boxes are too large to be "
+            f"searched together; use at most {GREATEST_LINK} of each, by longer edges"
+        )
     farthest = np.max(np.abs(box[roots]), initial=0.0)
     bundle, most = _bundle(
         box,

@@ -5,8 +5,6 @@ perpendicular to the plane of incidence, that of p is in it; a perfect conductor
 Γp = +1. Kernels call the scalar functions, other code the NumPy functions; tests compare both.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import NamedTuple

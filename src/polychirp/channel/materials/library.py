@@ -58,14 +58,16 @@ def check_materials(names: Iterable[str], table: Mapping[str, Material], frequen
     for name in sorted(set(names)):
         if name not in table:
             raise InputError(
-                f"there is no material '{name}'; the known ones are {', '.join(sorted(table))}"
+                f"there is no material '{name}'; use one of {', '.join(sorted(table))}, or define "
+                "it in the study"
             )
         row = table[name]
         if not row.lowest_frequency <= frequency <= row.highest_frequency:
             # Python shows the same warning only once
             warnings.warn(
-                f"material '{name}' is known from {row.lowest_frequency / 1e9:g} to "
-                f"{row.highest_frequency / 1e9:g} GHz but used at {frequency / 1e9:g} GHz",
+                f"values of material '{name}' are valid from {row.lowest_frequency / 1e9:g} to "
+                f"{row.highest_frequency / 1e9:g} GHz, but the frequency is {frequency / 1e9:g} "
+                "GHz; choose one in this band, or give the study's own values",
                 ModelWarning,
                 stacklevel=2,
             )

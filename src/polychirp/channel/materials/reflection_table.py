@@ -1,7 +1,5 @@
 """Reflection coefficients tabulated over the angle of incidence, for kernels that need many."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from functools import lru_cache

@@ -8,8 +8,6 @@ differences of the corners' phases. A facet with too small a difference (`ONE_TE
 `TWO_TERMS_GAP`) is left to `facet_terms`, which computes one facet at a time.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Final, NamedTuple
 

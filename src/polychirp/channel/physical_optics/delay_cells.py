@@ -3,8 +3,6 @@
 Cells overlap: each term is shared between two neighbouring cells with smooth weights.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Final, NamedTuple
 

@@ -1,7 +1,5 @@
 r"""Mean of :math:`e^{-jp}` over a triangle on which the phase p (rad) is linear."""
 
-from __future__ import annotations
-
 import math
 from typing import Final
 

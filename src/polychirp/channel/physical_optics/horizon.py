@@ -4,8 +4,6 @@ Elevation is measured from the plane that is normal to the surface's normal at t
 that starts above the horizon, the body need not be tested.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Final
 

@@ -1,11 +1,9 @@
 """Illumination of one body: the facets that radars see, directly or mirrored, and their waves."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -86,11 +84,11 @@ class Illumination:
         sees = np.diff(self.lit.start) > 0
         return {view: index for index, view in enumerate(self.views) if sees[index]}
 
-    def select(self, is_kept: BoolArray) -> Illumination:
+    def select(self, is_kept: BoolArray) -> Self:
         """The illumination with only those rows of ``lit`` that the mask ``(row,)`` keeps."""
         return replace(self, lit=self.lit.select(is_kept))
 
-    def with_waves(self) -> Illumination:
+    def with_waves(self) -> Self:
         """The illumination with ``lit.wave``: fields and reflection coefficients of the facets.
 
         The fields include the losses between the radar and the facet.

@@ -1,7 +1,5 @@
 """Waves that arrive at illuminated facets, and the facets' reflection coefficients."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -62,15 +62,7 @@ class Faces(NamedTuple):
 
     def select(self, number: IntArray) -> Faces:
         """The faces of these numbers."""
-        return Faces(
-            self.centroid[number],
-            self.normal[number],
-            self.tangent[number],
-            self.corner[number],
-            self.area[number],
-            self.medium[number],
-            self.horizon[number],
-        )
+        return Faces._make(column[number] for column in self)
 
 
 class LitFacets(NamedTuple):

@@ -225,8 +225,8 @@ def _check_facets(seen: Illumination) -> None:
     if len(bend) and np.median(bend / lit.length) > np.pi / 2:
         name = world.scene.actors[world.body[seen.body]].name
         warnings.warn(
-            f"most facets of '{name}' are too large for a radar this near; "
-            "their edges should not exceed √(λR/2)",
+            f"most facets of '{name}' are too large for a radar this near; their edges should not "
+            "exceed √(λR/2), with the wavelength λ and the range R",
             ModelWarning,
             stacklevel=2,
         )

@@ -23,8 +23,6 @@ facets rotate fields differently, the numbers may cancel although the fields do 
 greatest of neighbouring cells is taken, and multiplied by `POWER_MARGIN`.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Final
 

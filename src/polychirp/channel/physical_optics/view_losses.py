@@ -4,8 +4,6 @@ All facets of a patch have the losses at the patch's middle. So the border of a 
 resolved only to the size of a patch, like the shadows in a mirrored view.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

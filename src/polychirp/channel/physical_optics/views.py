@@ -3,8 +3,6 @@
 A path that a body scatters joins two views of the body: the transmitter's and the receiver's.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache

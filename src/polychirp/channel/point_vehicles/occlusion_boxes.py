@@ -43,13 +43,7 @@ class Boxes(NamedTuple):
 
     def select(self, number: IntArray) -> Boxes:
         """The boxes of these numbers; a number that is repeated gives a repeated box."""
-        return Boxes(
-            self.rotation[number],
-            self.position[number],
-            self.low[number],
-            self.high[number],
-            self.actor[number],
-        )
+        return Boxes._make(column[number] for column in self)
 
     @property
     def centre(self) -> FloatArray:

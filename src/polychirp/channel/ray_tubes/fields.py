@@ -1,7 +1,5 @@
 """Ray tubes and their fields: at launch, and after reflection and transmission."""
 
-from __future__ import annotations
-
 import math
 from typing import Final, NamedTuple
 

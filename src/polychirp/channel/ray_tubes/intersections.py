@@ -1,7 +1,5 @@
 """Intersections of rays with the scene: opaque faces, thin sheets, plates, clouds of leaves."""
 
-from __future__ import annotations
-
 import math
 from functools import lru_cache
 from typing import Any, Final, NamedTuple

@@ -1,9 +1,7 @@
 """Launch grids: windows of narrow tubes from a radar that cover a body's box without gaps."""
 
-from __future__ import annotations
-
 from functools import lru_cache
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, Self
 
 import numpy as np
 
@@ -52,7 +50,7 @@ class Window(NamedTuple):
         return self.shape[0] * self.shape[1]
 
     @property
-    def finer(self) -> Window:
+    def finer(self) -> Self:
         """The same window with twice as many rows and columns."""
         return self._replace(
             start=self.start - 0.25 * self.step,

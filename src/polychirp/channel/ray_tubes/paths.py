@@ -185,7 +185,7 @@ def _check(tube: float, coarsest: float, max_bounces: int) -> None:
     if not tube > 0:
         raise InputError("the width of ray tubes is not positive; set it to 0.02 m, for example")
     if not coarsest >= tube:
-        raise InputError("the coarsest ray tubes are narrower than the narrowest; widen them")
+        raise InputError("the widest ray tubes are narrower than the narrowest; widen them")
     if max_bounces < 2:
         raise InputError("ray tubes need two bounces or more; set max_bounces to 2 or more")
 

@@ -1,7 +1,5 @@
 """Propagation of ray tubes over several reflections; `ray_tubes.paths` describes the method."""
 
-from __future__ import annotations
-
 import math
 from typing import Final, NamedTuple
 

@@ -1,7 +1,5 @@
 """Hits of ray tubes on bodies: the currents on the footprints, and the waves that they radiate."""
 
-from __future__ import annotations
-
 import math
 from typing import Final, NamedTuple
 

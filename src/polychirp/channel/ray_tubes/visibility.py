@@ -1,7 +1,5 @@
 """Legs from receivers to hits of tubes: which are not blocked, and what they transmit."""
 
-from __future__ import annotations
-
 import math
 from typing import Final, NamedTuple
 

@@ -6,8 +6,6 @@ row, each pose of a body is one row, and the trees of all bodies share tables, o
 other. `Blockers` is a flat tuple, as parallel loops cannot take tuples of tuples.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Final, NamedTuple
 

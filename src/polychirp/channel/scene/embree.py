@@ -8,29 +8,19 @@ rays that pass an edge at a distance below the rounding error, the triangle can 
 """
 
 from functools import lru_cache
-from typing import Final, Literal, Protocol
+from typing import Final, Literal
 
 import numpy as np
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
 from polychirp.channel.geometry.bvh import Caster, paired_rays
-from polychirp.channel.geometry.caster_names import CasterName
+from polychirp.channel.geometry.caster_names import CasterName, RayCaster
 from polychirp.channel.scene.world import Surface, World
 from polychirp.errors import InputError
 
 END_MARGIN: Final = 1e-6
 """Share of a ray's length, at each of its two ends, within which hits are ignored. Chosen: it
 exceeds the relative rounding error of single precision, 6e-8."""
-
-
-class RayCaster(Protocol):
-    """Interface of a set of triangles among which rays can be cast, such as `bvh.Caster`."""
-
-    def closest(self, origins: FloatArray, directions: FloatArray) -> tuple[FloatArray, IntArray]:
-        """Distance in m and face of the first hits, both ``(ray,)``."""
-
-    def occluded(self, origins: FloatArray, ends: FloatArray) -> BoolArray:
-        """Mask of the rays with a triangle between origin and end, ``(ray,)``."""
 
 
 def has_embree() -> bool:

@@ -1,7 +1,5 @@
 """Tests whether an opaque body or plate lies between two points."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -12,8 +12,6 @@ attenuates the power by
 :math:`e^{-\alpha x}` over the length x inside; `clutter.foliage` adds the power that it scatters.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Final, NamedTuple
 

@@ -46,7 +46,7 @@ class PaperReceiver(Spec):
             raise InputError("a receiver's greatest speed must be positive")
 
     def detect(self, frame: IfFrame) -> Detections:
-        """Detections from pairs of peaks, strongest up-peak first; range at the first ramp's start.
+        """Detections from pairs of peaks, strongest first; ranges at the first ramp's start.
 
         The averaged profile shows the range in the middle of the frame. The range at the start is
         computed from it by the range rate.
@@ -114,14 +114,15 @@ class PaperReceiver(Spec):
         frequency = float(np.mean(frame.schedule.centre_frequency))
         sines = root_music(snapshots, spacing=frame.array.spacing * frequency / SPEED_OF_LIGHT)
         power = 0.5 * (lines[0][up] ** 2 + lines[1][down] ** 2) / frame.array.num_channels
+        order = np.argsort(-power, kind="stable")
         threshold = mean_threshold(lines[0])
         return Detections(
             time=start,
-            range=np.asarray(distance - rate * middle),
-            range_rate=np.asarray(rate),
-            azimuth=np.arcsin(np.clip(sines, -1.0, 1.0)),
-            power=power,
-            snr=(lines[0][up] / threshold) ** 2,
+            range=np.asarray(distance - rate * middle)[order],
+            range_rate=np.asarray(rate)[order],
+            azimuth=np.arcsin(np.clip(sines, -1.0, 1.0))[order],
+            power=power[order],
+            snr=((lines[0][up] / threshold) ** 2)[order],
         )
 
 

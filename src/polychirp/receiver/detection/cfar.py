@@ -11,15 +11,14 @@ only every other cell is used (`CfarWindow.step`), the actual false-alarm probab
 some 15 % of the wanted one.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Self
 
 import numpy as np
 
-from polychirp.axes import FloatArray, IntArray, PerDetection, PerPathIndex, seal
+from polychirp.axes import FloatArray, IntArray, PerDetection, PerPathIndex, Sealed
 from polychirp.errors import InputError
 from polychirp.spec import Spec
 
@@ -49,7 +48,7 @@ class CfarWindow(Spec):
     def __post_init__(self) -> None:
         if min(*self.guard, *self.training, *(step - 1 for step in self.step)) < 0:
             raise InputError(
-                "a CFAR window has no negative number of cells and steps of at least 1"
+                "the numbers of cells of a CFAR window must be 0 or more, and its steps 1 or more"
             )
         if self.offsets.size == 0:
             raise InputError("a CFAR window needs at least one training cell")
@@ -59,7 +58,7 @@ class CfarWindow(Spec):
         """Rows, and columns, from the tested cell to the outermost cell of the window."""
         return self.guard[0] + self.training[0], self.guard[1] + self.training[1]
 
-    def fitted(self, shape: tuple[int, ...]) -> CfarWindow:
+    def fitted(self, shape: tuple[int, ...]) -> Self:
         """The same window, made smaller where it does not fit into a map of ``shape``.
 
         >>> CfarWindow(guard=(3, 3), training=(8, 8)).fitted((9, 64))
@@ -85,7 +84,7 @@ class CfarWindow(Spec):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Crossings:
+class Crossings(Sealed):
     """Cells of a map above their threshold, row after row.
 
     Parameters
@@ -99,35 +98,6 @@ class Crossings:
     column: PerPathIndex
     power: PerDetection
     floor: PerDetection
-
-    def __post_init__(self) -> None:
-        seal(self)
-
-
-# ── thresholds ────────────────────────────────────────────────────────────────
-
-
-def cell_averaging_factor(
-    num_cells: int, *, false_alarm_probability: float, num_looks: int = 1
-) -> float:
-    r"""Factor α: noise exceeds α times the mean of N training cells with the given probability.
-
-    .. math:: \alpha = N\left(P_{fa}^{-1/N} - 1\right)
-
-    for one look (Finn and Johnson 1968). The sum over M looks is Gamma distributed, so cell over
-    sum of training cells is beta-prime distributed, and
-    :math:`P_{fa} = I_x(NM, M)` with :math:`x = 1/(1 + \alpha/N)`.
-
-    >>> cell_averaging_factor(10, false_alarm_probability=1e-3)
-    9.95...
-    """
-    _check_probability(false_alarm_probability)
-    if num_looks == 1:
-        return float(num_cells * np.expm1(-np.log(false_alarm_probability) / num_cells))
-    from scipy.special import betaincinv
-
-    x = betaincinv(num_cells * num_looks, num_looks, false_alarm_probability)
-    return float(num_cells * (1.0 / x - 1.0))
 
 
 @lru_cache(maxsize=4096)
@@ -186,48 +156,6 @@ def _check_probability(probability: float) -> None:
         raise InputError(
             f"a false-alarm probability of {probability:g} is not between 0 and 1; try 1e-4"
         )
-
-
-# ── detectors ─────────────────────────────────────────────────────────────────
-
-
-def cell_averaging(
-    power: FloatArray,
-    *,
-    window: CfarWindow,
-    false_alarm_probability: float,
-    num_looks: int = 1,
-) -> Crossings:
-    """Cells of ``power`` ``(row, column)`` above a multiple of the mean of their training cells.
-
-    This detector has the least loss in noise of uniform power. A target among the training cells
-    of another one raises their mean and may mask it.
-
-    Raises
-    ------
-    InputError
-        The map is smaller than the window, or the probability is not between 0 and 1.
-
-    Examples
-    --------
-    >>> power = np.ones((1, 32))
-    >>> power[0, 7] = 100.0
-    >>> window = CfarWindow(guard=(0, 1), training=(0, 8))
-    >>> found = cell_averaging(power, window=window, false_alarm_probability=1e-4)
-    >>> found.column, found.floor
-    (array([7]), array([1.]))
-    """
-    power = _checked(power, window)
-    count = training_count(power.shape, window)
-    floor = training_sum(power, window) / count
-    factor = _for_each_count(
-        count,
-        lambda number: cell_averaging_factor(
-            number, false_alarm_probability=false_alarm_probability, num_looks=num_looks
-        ),
-    )
-    row, column = np.nonzero(power > factor * floor)
-    return Crossings(row=row, column=column, power=power[row, column], floor=floor[row, column])
 
 
 def ordered_statistic(
@@ -296,9 +224,6 @@ def _mean_order_statistic(num_cells: int, rank: int, num_looks: int) -> float:
         return float(np.sum(1.0 / (num_cells - np.arange(rank))))
     value, weight = _order_statistic(num_cells, rank, num_looks)
     return float(weight @ value) / num_looks
-
-
-# ── training cells ────────────────────────────────────────────────────────────
 
 
 def training_count(shape: tuple[int, ...], window: CfarWindow) -> IntArray:

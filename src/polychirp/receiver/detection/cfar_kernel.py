@@ -1,7 +1,5 @@
 """Compiled kernel that counts the training cells below a level."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from polychirp.axes import FloatArray, IntArray

@@ -1,7 +1,5 @@
 """The range-rate map: mean over ramps, of any slopes, of ln(power) at a point's beats."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple

@@ -1,7 +1,5 @@
 """The map of ln(power) over range and range rate, computed again after every subtraction."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Range and range rate of a cell of the map from the beats on all ramps, of any slopes."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

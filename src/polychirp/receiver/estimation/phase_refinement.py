@@ -5,11 +5,9 @@ better, but with an ambiguity of half a wavelength per ramp interval. So beats a
 phases refine the motion if the beats resolve this ambiguity and one motion fits all phases.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -52,11 +50,11 @@ class Readings:
     spread: FloatArray
     middle: FloatArray
 
-    def turned(self, turn: ComplexArray) -> Readings:
+    def turned(self, turn: ComplexArray) -> Self:
         """The readings times phasors ``turn``, ``(point, 1, ramp)``."""
         return replace(self, value=self.value * turn, slope=self.slope * turn)
 
-    def of(self, point: int) -> Readings:
+    def of(self, point: int) -> Self:
         """The readings of the point with this number alone."""
         return replace(
             self, value=self.value[point : point + 1], slope=self.slope[point : point + 1]

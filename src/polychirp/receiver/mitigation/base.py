@@ -7,7 +7,7 @@ from typing import Annotated, Protocol
 
 import numpy as np
 
-from polychirp.axes import Axes, BoolArray, ComplexArray, FloatArray, seal
+from polychirp.axes import Axes, BoolArray, ComplexArray, FloatArray, Sealed
 from polychirp.model.if_frame import IfFrame
 
 Repair = Callable[[ComplexArray], ComplexArray]
@@ -15,7 +15,7 @@ Repair = Callable[[ComplexArray], ComplexArray]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Mitigated:
+class Mitigated(Sealed):
     """A frame's samples after mitigation.
 
     The operation is chosen from the whole frame and is then linear. So ``repair`` applied to each
@@ -32,9 +32,6 @@ class Mitigated:
     samples: Annotated[ComplexArray, Axes("channel", "ramp", "fast", dtype=np.complex128)]
     weight: Annotated[FloatArray, Axes("ramp", "fast")]
     repair: Repair
-
-    def __post_init__(self) -> None:
-        seal(self)
 
 
 class Mitigation(Hashable, Protocol):

@@ -61,7 +61,7 @@ def unfit(schedule: RampSchedule) -> str:
     interval = float(start[-1] - start[0]) / (start.size - 1)
     uneven = float(np.max(np.abs(start - start[0] - interval * np.arange(start.size))))
     if uneven > MOST_UNEVEN * interval:
-        return f"its ramps are up to {1e6 * uneven:.3g} µs off equal intervals"
+        return f"its ramps are up to {1e6 * uneven:.3g} µs from equal intervals"
     return ""
 
 

@@ -1,8 +1,7 @@
 """Beats and phases of moving points in a frame, and the response of the front end to them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
@@ -32,7 +31,7 @@ class FrameModel:
     time: float
 
     @classmethod
-    def of(cls, frame: IfFrame) -> FrameModel:
+    def of(cls, frame: IfFrame) -> Self:
         """The model of a frame; motions refer to the start of the frame's first ramp."""
         return cls(
             schedule=frame.schedule,

@@ -17,8 +17,6 @@ has its own moments, which do not fall with x. The reference in the time domain 
 `polychirp.receiver.signal_model.point_signal`.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any

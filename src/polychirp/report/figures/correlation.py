@@ -12,7 +12,7 @@ from polychirp.axes import FloatArray
 from polychirp.correlation.ambiguity import Ambiguity
 from polychirp.correlation.base import Correlation
 from polychirp.correlation.lobes import lobes
-from polychirp.correlation.theory import OVERSHOOT
+from polychirp.correlation.theory import BOTH_ENDS_OVERSHOOT, OVERSHOOT, are_opposite
 from polychirp.report.figures.drawing import (
     BLUE,
     GREEN,
@@ -73,7 +73,7 @@ def correlation_picture(row: CorrelationRow, *, heading: str) -> Drawing:
             panels[0, column].plot(lag * 1e6, height, color=colour, label=label)
             lag, height = curve(correlation, whole)
             panels[1, column].plot(lag * 1e6, to_db(height**2), color=colour, label=label)
-    _dress(panels, row.ideal.peak)
+    _dress(panels, row.ideal.peak, snr_db=row.modelled[0].snr_db)
     figure.suptitle(f"{heading} · {row.case.says}", x=0.01, ha="left", weight="bold", size=11)
     return Drawing(figure=figure, data=_columns(row, whole))
 
@@ -85,8 +85,8 @@ def _near(row: CorrelationRow, whole: tuple[float, float]) -> tuple[float, float
     return -reach, reach
 
 
-def _dress(panels: np.ndarray, peak: float) -> None:
-    for column, title in enumerate(("Theory", "With transceivers, SNR 30 dB")):
+def _dress(panels: np.ndarray, peak: float, *, snr_db: float) -> None:
+    for column, title in enumerate(("Theory", f"With transceivers, SNR {snr_db:g} dB")):
         upper, lower = panels[0, column], panels[1, column]
         assert isinstance(upper, Axes)
         assert isinstance(lower, Axes)
@@ -171,26 +171,27 @@ def ambiguity_picture(found: Ambiguity, *, title: str) -> Drawing:
 
 @styled
 def slope_law(results: CorrelationResults) -> Drawing:
-    """Highest peak of crossing ramps over the difference of slopes; line: `crossing_peak`'s law."""
+    """Highest peak of crossing ramps over the difference of slopes; lines: `crossing_peak`'s law.
+
+    The law's line for opposite slopes is drawn if a case has them.
+    """
     rows = [row for row in results.rows if slope_product(row) > 0.0]
     product = np.array([slope_product(row) for row in rows])
     theory = np.array([20.0 * math.log10(row.ideal.peak) for row in rows])
     model = [row.modelled[0].level_db for row in rows]
     mean = np.array([one.mean for one in model])
     half = np.array([one.half_width for one in model])
+    label = f"model, {rows[0].modelled[0].snr_db:g} dB SNR"
     figure = new_figure(7.0, 4.6)
     axes = figure.add_subplot()
     line = np.geomspace(0.5 * product.min(), 2.0 * product.max(), 100)
-    axes.plot(
-        line,
-        to_db(OVERSHOOT / line),
-        color=GREY,
-        label=r"$-10\,\log_{10}(|\Delta\beta|\,T_aT_b) + 1.4$ dB",
-    )
+    law = r"$-10\,\log_{10}(|\Delta\beta|\,T_aT_b)"
+    axes.plot(line, to_db(OVERSHOOT / line), color=GREY, label=rf"{law} + 1.4$ dB")
+    if any(are_opposite(*_slopes(row)) for row in rows):
+        higher = to_db(BOTH_ENDS_OVERSHOOT / line)
+        axes.plot(line, higher, "--", color=GREY, label=rf"{law} + 2.6$ dB, opposite slopes")
     axes.plot(product, theory, "o", color=BLUE, label="closed form")
-    axes.errorbar(
-        product, mean, yerr=half, fmt="x", color=VERMILION, capsize=3, label="model, 30 dB SNR"
-    )
+    axes.errorbar(product, mean, yerr=half, fmt="x", color=VERMILION, capsize=3, label=label)
     for n, (row, x, y) in enumerate(zip(rows, product, theory, strict=True)):
         above = not np.any(np.isclose(product[:n], x, rtol=0.05))
         axes.annotate(
@@ -227,11 +228,18 @@ def slope_product(row: CorrelationRow) -> float:
         return 0.0
     if row.case.carrier != row.case.tuned:
         return 0.0
-    slopes = [
-        (1.0 if one.direction == "up" else -1.0) * one.bandwidth / one.ramp_duration
-        for one in (sent, reference)
-    ]
+    slopes = _slopes(row)
     return abs(slopes[0] - slopes[1]) * sent.ramp_duration * reference.ramp_duration
+
+
+def _slopes(row: CorrelationRow) -> tuple[float, float]:
+    """Slopes of two sawtooth ramps, Hz/s."""
+    sent, reference = (
+        (1.0 if one.direction == "up" else -1.0) * one.bandwidth / one.ramp_duration
+        for one in (row.case.sent, row.case.reference)
+        if one.kind == "sawtooth"
+    )
+    return sent, reference
 
 
 def correlation_drawings(

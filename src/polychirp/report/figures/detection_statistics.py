@@ -7,11 +7,34 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from polychirp.report.figures.drawing import BLUE, GREY, INK, VERMILION, Drawing, new_figure, styled
-from polychirp.study.paper.results import PAPER_ACCURACY, PAPER_TARGETS, StatisticsRow
+from polychirp.report.figures.drawing import (
+    BLUE,
+    GREEN,
+    GREY,
+    INK,
+    VERMILION,
+    Drawing,
+    new_figure,
+    styled,
+)
+from polychirp.study.paper.results import (
+    PAPER_ACCURACY,
+    PAPER_TARGETS,
+    Situation,
+    StatisticsRow,
+    WaveformKind,
+)
 
-_WAVEFORM_COLOUR: Final = {"conventional": VERMILION, "diverse": BLUE}
-_SITUATION_MARK: Final = {"alone": ("o", "-"), "interfered": ("s", "--"), "blanked": ("^", ":")}
+_WAVEFORM_COLOUR: Final[dict[WaveformKind, str]] = {
+    "conventional": VERMILION,
+    "diverse": BLUE,
+    "fixed-per-radar": GREEN,
+}
+_SITUATION_MARK: Final[dict[Situation, tuple[str, str]]] = {
+    "alone": ("o", "-"),
+    "interfered": ("s", "--"),
+    "blanked": ("^", ":"),
+}
 _SITUATION_WORDS: Final = {
     "alone": "alone",
     "interfered": "two interferers",
@@ -54,7 +77,12 @@ def detection_statistics(rows: Sequence[StatisticsRow]) -> Drawing:
 
 
 def _curve(
-    axes: Axes, rows: Sequence[StatisticsRow], field: str, curve: tuple[str, str], *, shift: float
+    axes: Axes,
+    rows: Sequence[StatisticsRow],
+    field: str,
+    curve: tuple[WaveformKind, Situation],
+    *,
+    shift: float,
 ) -> None:
     values = np.array([getattr(row, field) for row in rows])
     middle, low, high = values.T

@@ -31,6 +31,7 @@ GHOST_MARKS: Final[dict[GhostKind, tuple[str, str, str]]] = {
     "direct": ("X", VERMILION, "ghost: direct interference"),
     "indirect": ("P", VERMILION, "ghost: indirect interference"),
     "multipath": ("s", ORANGE, "ghost: own echo via a mirror"),
+    "front-end": ("v", PURPLE, "ghost: own front end"),
     "unexplained": ("d", PURPLE, "ghost: unexplained"),
 }
 """Marker, colour and label of each kind of ghost."""

@@ -9,18 +9,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import Final
 
 import numpy as np
+from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
+from polychirp.channel.geometry.caster_names import RayCaster
 from polychirp.model.scene import Scene
 from polychirp.report.figures.drawing import INK, Column, Drawing, new_figure, styled
 from polychirp.report.figures.surfaces import Surfaces, extent, surfaces
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 SUN_DIRECTION: Final = np.array([-0.45, -0.40, 0.80]) / np.linalg.norm([-0.45, -0.40, 0.80])
 """Unit vector towards the sun, which is behind the camera on its right."""
@@ -42,16 +41,6 @@ RAYS_PER_BLOCK: Final = 200_000
 """Number of rays that are traced together; chosen: they need some tens of megabytes."""
 LABEL_HEIGHT: Final = 32.0
 """Height of a vehicle's name and its margin in the picture, pixels; chosen."""
-
-
-class RayCaster(Protocol):
-    """Search for first hits of rays, such as `polychirp.channel.geometry.bvh.Caster`."""
-
-    def closest(self, origins: FloatArray, directions: FloatArray) -> tuple[FloatArray, IntArray]:
-        """Distance to the first hit, m, infinite without one, and its face, ``(ray,)`` each."""
-
-    def occluded(self, origins: FloatArray, ends: FloatArray) -> BoolArray:
-        """Mask ``(ray,)`` of rays that meet a body between origin and end."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

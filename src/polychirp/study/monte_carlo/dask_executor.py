@@ -48,7 +48,7 @@ class DaskWorkers:
 
     def __post_init__(self) -> None:
         if self.count < 1:
-            raise InputError(f"{self.count} workers do nothing; use 1 or more")
+            raise InputError(f"the number of workers is {self.count}; use 1 or more")
         if self.cluster not in ("local", "slurm") and not _is_address(self.cluster):
             raise InputError(
                 f"--cluster: there is no '{self.cluster}'; use local, slurm, or the address of a "
@@ -57,8 +57,9 @@ class DaskWorkers:
         needed = ["distributed", *(["dask_jobqueue"] if self.cluster == "slurm" else [])]
         if any(find_spec(name) is None for name in needed):
             raise CapabilityError(
-                f"--cluster needs {' and '.join(needed)}, which are not installed; "
-                "'pip install polychirp[cluster]' installs them, and --workers does without"
+                f"--cluster needs these packages: {', '.join(needed)}; not all of them are "
+                "installed. Install them with 'pip install polychirp[cluster]', or use --workers, "
+                "which does not need them"
             )
 
     @property
@@ -165,7 +166,8 @@ def _check_job(script: str) -> None:
             )
         except FileNotFoundError:
             raise InputError(
-                "--cluster slurm: there is no sbatch here; run it where SLURM's commands are"
+                "--cluster slurm: the command sbatch is not found; run polychirp on a node that "
+                "has SLURM's commands"
             ) from None
     if asked.returncode != 0:
         why = " ".join(asked.stderr.split()).removeprefix("sbatch: error: ")
@@ -217,14 +219,14 @@ class _Batches:
             outcomes: list[Outcome] = future.result()
         except KilledWorker:
             if len(batch) == 1:
-                failure = f"{MOST_DEATHS} workers died of it"
+                failure = f"{MOST_DEATHS} workers died during this trial"
                 return [Outcome(task=batch[0], victims=None, failure=failure)]
             self._again.extend(batch)
             return []
         except Exception as error:
             raise RunError(
                 f"the cluster is lost ({type(error).__name__}: {error}); finished trials are kept, "
-                "and the same command goes on"
+                "and the same command continues with the missing trials"
             ) from error
         self._duration = sum(outcome.duration for outcome in outcomes) / len(outcomes)
         return outcomes

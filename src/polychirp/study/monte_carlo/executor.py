@@ -48,7 +48,7 @@ class LocalWorkers:
 
     def __post_init__(self) -> None:
         if self.count < 1:
-            raise InputError(f"{self.count} workers do nothing; use 1 or more")
+            raise InputError(f"the number of workers is {self.count}; use 1 or more")
 
     def run(
         self, studies: Sequence[Study], tasks: Iterator[Task]
@@ -126,7 +126,8 @@ class _Pool:
             if self._failed_starts >= MOST_DEATHS:
                 raise RunError(
                     f"{MOST_DEATHS} workers ended before they could begin; their messages say why. "
-                    "Finished trials are kept, and the same command goes on"
+                    "Finished trials are kept, and the same command continues with the missing "
+                    "trials"
                 )
             self._again.extendleft(reversed(worker.given))
         elif worker.given:
@@ -137,7 +138,9 @@ class _Pool:
                 self._again.appendleft(culprit)
             else:
                 yield Outcome(
-                    task=culprit, victims=None, failure=f"{MOST_DEATHS} workers died of it"
+                    task=culprit,
+                    victims=None,
+                    failure=f"{MOST_DEATHS} workers died during this trial",
                 )
         successor = _Worker(self._studies, self._news)
         successor.ahead.extend(worker.ahead)

@@ -23,7 +23,7 @@ MOST_POINTS: Final = 10_000
 """Greatest number of points of a grid; chosen: all are checked before the first trial runs."""
 
 _FIXED_KEYS: Final = {
-    "seed": "every trial gets its own; say how many with trials",
+    "seed": "every trial gets its own; set the number of trials with trials",
     "name": "all points of a grid belong to one study",
     "monte_carlo": "a grid cannot change itself",
 }

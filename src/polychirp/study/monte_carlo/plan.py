@@ -19,13 +19,14 @@ class Point:
     labels : label of the point's value on each axis
     study : study of the point, with the seed of the whole grid
     study_hash : hash of ``study``; finished trials of the point are stored under it
-    command : command line that runs the point once; ``--seed`` must be added
+    command : command line that runs the point once, to which ``--seed`` must be added; None if no
+        command does
     """
 
     labels: tuple[Label, ...]
     study: Study
     study_hash: str
-    command: str
+    command: str | None
 
     def trial(self, number: int) -> Study:
         """Study of trial ``number``, which differs from the point's study by its seed alone."""

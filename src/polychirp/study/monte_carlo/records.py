@@ -102,9 +102,6 @@ def _record(victim: VictimResult) -> VictimRecord:
     )
 
 
-# ── lines ─────────────────────────────────────────────────────────────────────
-
-
 def _line(content: Mapping[str, Any]) -> bytes:
     text = json.dumps(content, separators=(",", ":")).encode()
     return b"%08x %s\n" % (crc32(text), text)
@@ -131,9 +128,6 @@ def _victim_from(content: Mapping[str, Any]) -> VictimRecord:
     return VictimRecord(**fields)
 
 
-# ── the file ──────────────────────────────────────────────────────────────────
-
-
 class TrialLog:
     """An append-only file of finished trials, one line each with its checksum.
 
@@ -156,8 +150,8 @@ class TrialLog:
                 self._synced = time.monotonic()
         except OSError as error:
             raise RunError(
-                f"a finished trial cannot be kept: {error.strerror or error}; those before it "
-                "are, and the same command goes on"
+                f"a finished trial cannot be stored: {error.strerror or error}; earlier trials "
+                "are kept, and the same command continues with the missing trials"
             ) from error
 
 
@@ -232,8 +226,7 @@ def _lock(file: IO[bytes], path: Path) -> None:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         raise InputError(
-            f"another run is at work in '{path.parent}'; wait for it, or name another folder "
-            "with --out"
+            f"another run uses '{path.parent}'; wait for it, or name another folder with --out"
         ) from None
 
 
@@ -243,8 +236,8 @@ def _need_same_makers(path: Path, made_with: Mapping[str, Any]) -> None:
     if earlier != json.loads(json.dumps(made_with)):
         raise InputError(
             f"the trials in '{path.parent}' were made with {_in_words(earlier)}, and these would "
-            f"be with {_in_words(made_with)}; name another folder with --out, or --force begins "
-            "anew"
+            f"be with {_in_words(made_with)}; name another folder with --out, or remove the "
+            "trials with --force"
         )
 
 

@@ -31,6 +31,7 @@ import numpy as np
 
 from polychirp.axes import Axes, FloatArray, IntArray, axes_of, seal
 from polychirp.errors import InputError, RunError
+from polychirp.study.folders import replace_folder
 from polychirp.study.monte_carlo.grid import Label, trial_seed
 from polychirp.study.monte_carlo.plan import Plan
 from polychirp.study.monte_carlo.records import NATURES, TrialRecord, VictimRecord
@@ -193,12 +194,11 @@ def save_results(path: Path, results: Results, *, plan: Plan) -> None:
     try:
         shutil.rmtree(unfinished, ignore_errors=True)
         _write(unfinished, results, plan)
-        shutil.rmtree(path, ignore_errors=True)
-        unfinished.rename(path)
+        replace_folder(path, unfinished)
     except OSError as error:
         raise RunError(
             f"'{path}' cannot be written: {error.strerror or error}; finished trials are kept, and "
-            "the same command goes on"
+            "the same command continues with the missing trials"
         ) from error
     finally:
         shutil.rmtree(unfinished, ignore_errors=True)
@@ -282,7 +282,8 @@ def load_results(path: Path | str) -> Results:
     Raises
     ------
     InputError
-        There are no results at ``path``, or another version of polychirp wrote them.
+        There are no results at ``path``, another version of polychirp wrote them, or they are
+        damaged.
     """
     import zarr
     from zarr.errors import NodeNotFoundError
@@ -296,11 +297,23 @@ def load_results(path: Path | str) -> Results:
             f"there are no results in '{path}'; name the folder that ends in .zarr"
         ) from None
     stated = (attributes.get("format"), attributes.get("format_version"))
+    if stated[0] != FORMAT:
+        raise InputError(f"'{path}' holds no Monte Carlo results; name the folder 'results.zarr'")
     if stated != (FORMAT, FORMAT_VERSION):
         raise InputError(
-            f"'{path}' holds no Monte Carlo results of version {FORMAT_VERSION}, but {stated}; "
-            "run the study again"
+            f"'{path}' has format version {stated[1]}; this polychirp reads version "
+            f"{FORMAT_VERSION}, so run the study again"
         )
+    try:
+        return _stored(root, attributes)
+    except (OSError, KeyError, TypeError, ValueError, AttributeError) as error:
+        raise InputError(
+            f"the results in '{path}' are damaged ({error}); run the same command again, which "
+            "makes them from the log of trials"
+        ) from error
+
+
+def _stored(root: Group, attributes: dict[str, Any]) -> Results:
     names: list[str] = list(cast("Any", root["num_trials"]).metadata.dimension_names or ())
     stored = {name: _values(root, name) for name in _UNITS}
     arrays = {

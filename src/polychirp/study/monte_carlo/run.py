@@ -34,7 +34,7 @@ class Finished:
     ----------
     results : results of all trials, of this run and of earlier ones
     num_new : number of trials that this run added
-    failures : for each failed trial, one sentence with the command that repeats it
+    failures : for each failed trial, one sentence, with a command that repeats it if there is one
     files : names of the files that the run wrote in its folder
     """
 
@@ -123,7 +123,7 @@ class _Run:
     def finish(self, executor: Executor, progress: Callable[[str, int, int], None]) -> None:
         """Run tasks until every point has as many trials as ``stopping`` demands."""
         kept = self._stopping.num_done()
-        what = f"trials ({kept} kept)" if kept else "trials"
+        what = f"trials ({kept} from earlier runs)" if kept else "trials"
         total = sum(self._stopping.limit)
         progress(what, 0, total - kept)
         if kept < total:
@@ -149,14 +149,15 @@ class _Run:
         task = outcome.task
         point = self._plan.points[task.point]
         if outcome.victims is None:
-            command = f"{point.command} --seed {task.seed}"
+            repeated = f"repeat it with: {point.command} --seed {task.seed}"
+            if point.command is None:
+                repeated = f"no command runs it alone; its seed is {task.seed}"
             self.failures.append(
-                f"trial {task.trial} at {self._plan.where(point)}: {outcome.failure}; repeat it "
-                f"with: {command}"
+                f"trial {task.trial} at {self._plan.where(point)}: {outcome.failure}; {repeated}"
             )
             if len(self.failures) >= MOST_FAILURES:
                 raise RunError(
-                    f"{MOST_FAILURES} trials failed; finished ones are kept. The first: "
+                    f"{MOST_FAILURES} trials failed; finished trials are kept. The first failure: "
                     f"{self.failures[0]}"
                 )
             self._stopping.add(task.point, task.trial, None)

@@ -76,7 +76,7 @@ def _write_whole(path: Path, write: Callable[[Path], None]) -> None:
     except OSError as error:
         raise RunError(
             f"'{path}' cannot be written: {error.strerror or error}; finished trials are kept, and "
-            "the same command goes on"
+            "the same command continues with the missing trials"
         ) from error
     finally:
         with suppress(OSError):

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Annotated, Final, Literal
 
-from polychirp.axes import Axes, FloatArray, seal
+from polychirp.axes import Axes, FloatArray, Sealed
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
 from polychirp.study.section_v.cases import CorrelationResults
@@ -18,7 +18,7 @@ Mitigation = Literal["none", "blanking"]
 Antenna = Literal["table 2", "consistent"]
 """Gain of all antennas: 27 dBi as printed in table 2, or the 11 dBi of a beam of ±80° × ±10°."""
 
-GhostKind = Literal["direct", "indirect", "multipath", "unexplained"]
+GhostKind = Literal["direct", "indirect", "multipath", "front-end", "unexplained"]
 
 Situation = Literal["alone", "interfered", "blanked"]
 """Situation of the victim: no interferers; interferers; interferers, and the victim blanks."""
@@ -70,7 +70,7 @@ class GhostRow:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class PaperRow:
+class PaperRow(Sealed):
     """Result of one frame of one victim, with one waveform, timing and mitigation.
 
     Parameters
@@ -110,9 +110,6 @@ class PaperRow:
     paper_claims: int = 0
     paper_found: int = 0
     antenna: Antenna = "table 2"
-
-    def __post_init__(self) -> None:
-        seal(self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,14 +1,12 @@
 """Scenarios A, B and C of the paper: their cases, and the rows of their tables."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
-from typing import Final
+from typing import Final, get_args
 
 import numpy as np
 
@@ -419,5 +417,5 @@ def _same_place(found: Detections, a: int, b: int) -> bool:
 
 
 def _kind(nature: str) -> GhostKind:
-    kinds: tuple[GhostKind, ...] = ("direct", "indirect", "multipath", "unexplained")
+    kinds: tuple[GhostKind, ...] = get_args(GhostKind)
     return kinds[kinds.index(nature)]

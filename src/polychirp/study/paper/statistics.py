@@ -124,7 +124,7 @@ def statistics_plan(
                 labels=(count, f"{waveform}, {situation}"),
                 study=one,
                 study_hash=provenance(one).study_hash,
-                command="",
+                command=None,
             )
         )
     return Plan(

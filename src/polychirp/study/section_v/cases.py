@@ -1,11 +1,9 @@
 """Correlation experiment of section V: the paper's cases, and our own ones of slope diversity."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Final, Literal
+from typing import Final, Literal, Self
 
 import numpy as np
 
@@ -95,7 +93,7 @@ def correlation_cases() -> Iterator[CorrelationCase]:
         carrier=4e9,
         tuned=4e9,
         paper="a sharp peak (fig. 6)",
-        says="100 MHz at 4 GHz with itself",
+        says="100 MHz at 4 GHz, correlated with itself",
     )
     yield CorrelationCase(
         name="cross, receiver stays",
@@ -105,7 +103,7 @@ def correlation_cases() -> Iterator[CorrelationCase]:
         carrier=3.75e9,
         tuned=4e9,
         paper="low (fig. 7)",
-        says="120 MHz at 3.75 GHz against 100 MHz at 4 GHz: bands 140 MHz apart",
+        says="120 MHz at 3.75 GHz with 100 MHz at 4 GHz: the bands are 140 MHz apart",
     )
     yield CorrelationCase(
         name="cross, receiver follows",
@@ -115,7 +113,7 @@ def correlation_cases() -> Iterator[CorrelationCase]:
         carrier=3.75e9,
         tuned=3.75e9,
         paper="low (fig. 7)",
-        says="the same, both at baseband: the receiver is tuned to what is sent",
+        says="the same ramps, but the receiver and the reference are tuned to 3.75 GHz",
     )
     yield from _ours(own)
 
@@ -131,15 +129,17 @@ def _ours(own: Sawtooth) -> Iterator[CorrelationCase]:
             **fields,  # type: ignore[arg-type]
         )
 
-    yield cross("10 MHz less", ramp(4e9, 90e6), "overlapping bands, slopes 10 % apart")
-    yield cross("1 MHz less", ramp(4e9, 99e6), "overlapping bands, slopes 1 % apart")
-    yield cross("ramp of 120 µs", ramp(4e9, 100e6, 120e-6), "same band, time diversity alone")
-    yield cross("falling", replace(own, direction="down"), "same band and time, the opposite slope")
+    yield cross("10 MHz less", ramp(4e9, 90e6), "overlapping bands, slopes that differ by 10 %")
+    yield cross("1 MHz less", ramp(4e9, 99e6), "overlapping bands, slopes that differ by 1 %")
+    yield cross("ramp of 120 µs", ramp(4e9, 100e6, 120e-6), "same band, ramps of 120 and 100 µs")
+    yield cross(
+        "falling", replace(own, direction="down"), "same band and duration, opposite slopes"
+    )
     half = RAMP_DURATION / 2
     yield cross(
         "triangle",
         Triangular(start_frequency=3.94e9, bandwidth=120e6, ramp_duration=half),
-        "two triangles of 100 µs, 120 against 100 MHz",
+        "two triangles of 100 µs, one of 120 MHz and one of 100 MHz",
         reference=Triangular(start_frequency=3.95e9, bandwidth=100e6, ramp_duration=half),
     )
     diverse = DiverseTriangular(
@@ -148,7 +148,7 @@ def _ours(own: Sawtooth) -> Iterator[CorrelationCase]:
     yield cross(
         "diverse",
         diverse,
-        "the proposal: four triangles, time and bandwidth drawn for each by both radars",
+        "the proposal: four triangles; both radars draw duration and bandwidth of each",
         reference=diverse,
         num_sweeps=4,
     )
@@ -284,12 +284,8 @@ def looped(bench: Bench, streams: Streams, *, stored: Callable[[Baseband], Baseb
     record = replace(record, samples=RECORDER_SCALE * record.samples)
     if case.case.carrier == case.case.tuned:
         return aligned(record, case.sent).signal
-    return _first(record, case.sent)
-
-
-def _first(record: Baseband, signal: Baseband) -> Baseband:
-    """First samples of a record, as many as the signal has; on another carrier none are aligned."""
-    return replace(record, samples=record.samples[: signal.num_samples], start_time=0.0)
+    # on another carrier nothing can be aligned: the first samples, as many as the signal has
+    return replace(record, samples=record.samples[: case.sent.num_samples], start_time=0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -300,7 +296,7 @@ class Interval:
     half_width: float
 
     @classmethod
-    def of(cls, values: list[float]) -> Interval:
+    def of(cls, values: list[float]) -> Self:
         """Interval of the mean of independent draws.
 
         >>> Interval.of([1.0, 2.0, 3.0]).mean
@@ -384,17 +380,20 @@ class CorrelationResults:
 
 
 NOTES: Final = (
-    "As printed, the second case correlates bands that share no frequency: a receiver at 4 GHz "
-    "records its own noise. What is low there is low by frequency division; it would be as low for "
-    "equal slopes.",
-    "Where bands overlap, crossing ramps of equal time have a peak of −10 log₁₀(|ΔB| T) + 1.4 dB: "
-    "slope diversity, and it needs |ΔB| T.",
-    "The paper prints no number and no ramp time; ramps here last 100 µs.",
-    "Peaks through the model are on the scale of the arriving signal's own energy; normalised by "
-    "the record's, noise included, like signals have √(SNR/(1 + SNR)), and noise alone −31 dB.",
-    "Holding samples rounds the band off, which widens the peak and lowers its side lobes. The "
-    "image of a falling ramp is a rising one: what opposite slopes are worth on a real radio is "
-    "its image rejection.",
+    "As the paper prints it, the second case correlates two bands that share no frequency: a "
+    "receiver at 4 GHz records only its own noise. The correlation is low because the frequencies "
+    "differ; it would be as low with equal slopes.",
+    "Ramps that share a band and have equal durations T, but bandwidths that differ by ΔB, have a "
+    "peak of −10 log₁₀(|ΔB| T) + 1.4 dB. This is the effect of slope diversity; it grows with "
+    "|ΔB| T.",
+    "The paper states neither the peaks nor the duration of a ramp; ramps here last 100 µs.",
+    "Peaks through the model are relative to the energy of the arriving signal without noise. "
+    "Relative to the energy of the recording, which includes noise, equal signals would have a "
+    "peak of √(SNR/(1 + SNR)), and noise alone one of −31 dB.",
+    "The converters hold their samples, which attenuates the edges of the band; the peak becomes "
+    "wider and its side lobes lower. The I/Q imbalance of the mixers adds an image, and the image "
+    "of a falling ramp is a rising one; on a real radio, image rejection therefore limits the "
+    "benefit of opposite slopes.",
 )
 
 
@@ -418,7 +417,7 @@ def run_correlation(
         ``num_seeds`` is less than two.
     """
     if num_seeds < 2:
-        raise InputError("an interval needs two draws or more")
+        raise InputError(f"the number of draws is {num_seeds}; an interval needs 2 or more")
     radio = radio or Transceiver()
     cases = list(correlation_cases())
     rows = []

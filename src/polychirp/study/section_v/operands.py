@@ -10,7 +10,7 @@ from polychirp.capture.sigmf import SigmfRecording
 from polychirp.correlation.alignment import aligned, at_baseband, comparable
 from polychirp.correlation.ambiguity import Ambiguity, ambiguity
 from polychirp.correlation.base import Correlation
-from polychirp.correlation.theory import crossing_peak, disjoint_peak, expected
+from polychirp.correlation.theory import are_opposite, crossing_peak, disjoint_peak, expected
 from polychirp.errors import InputError, no_such
 from polychirp.model.baseband import Baseband, Progress, no_progress
 from polychirp.model.ramp import RampSchedule
@@ -100,9 +100,9 @@ class Pair:
         slopes = float(a.slope[0]), float(b.slope[0])
         if abs(slopes[0] - slopes[1]) * times[0] * times[1] < 10.0:
             return None
-        if slopes[0] == -slopes[1]:
-            return crossing_peak(*slopes, *times), "-10 log10(2 B T) + 2.6 dB for opposite slopes"
-        return crossing_peak(*slopes, *times), "-10 log10(|dB| T) + 1.4 dB for crossing ramps"
+        if are_opposite(*slopes):
+            return crossing_peak(*slopes, *times), "−10 log₁₀(2 B T) + 2.6 dB for opposite slopes"
+        return crossing_peak(*slopes, *times), "−10 log₁₀(|ΔB| T) + 1.4 dB for crossing ramps"
 
 
 def _gap(a: RampSchedule, b: RampSchedule) -> float:
@@ -132,7 +132,7 @@ def from_study(study: Study, radar: str, *, num_sweeps: int) -> Operand:
         The study has no such radar, or ``num_sweeps`` is zero.
     """
     if num_sweeps < 1:
-        raise InputError("play one sweep or more")
+        raise InputError(f"num_sweeps is {num_sweeps}; use 1 or more")
     for one in study.radars:
         if one.name == radar:
             schedule = schedule_of(replace(study, num_sweeps=num_sweeps), one)
@@ -195,14 +195,19 @@ def _title(a: Operand, b: Operand, signal: Baseband, compare_basebands: bool) ->
 
 def _signal(one: Operand, rate: float, centre: float | None) -> Baseband:
     if one.recording is not None:
-        if one.recording.num_samples > MOST_IN_MEMORY:
-            raise InputError(
-                f"'{one.name}' has {one.recording.num_samples:.3g} samples, too many for memory at "
-                "once; look for a shorter reference in it with --search"
-            )
-        return replace(one.recording.signal(), start_time=0.0).resampled(rate)
+        return replace(_whole(one.name, one.recording), start_time=0.0).resampled(rate)
     assert one.schedule is not None
     return played(one.schedule, sample_rate=rate, centre_frequency=centre)
+
+
+def _whole(name: str, recording: SigmfRecording) -> Baseband:
+    """All samples of a recording; raises `InputError` if they are more than `MOST_IN_MEMORY`."""
+    if recording.num_samples > MOST_IN_MEMORY:
+        raise InputError(
+            f"'{name}' has {recording.num_samples:.3g} samples, too many for memory at "
+            "once; look for a shorter reference in it with --search"
+        )
+    return recording.signal()
 
 
 def _about_zero(one: Operand, compare_basebands: bool) -> RampSchedule | None:
@@ -245,13 +250,19 @@ def aligned_pair(pair: Pair, *, greatest_offset: float = 0.0) -> tuple[Pair, dic
 def reference_for(
     recording: SigmfRecording, operand: Operand, *, compare_basebands: bool = False
 ) -> Baseband:
-    """An operand as a reference for a long recording, at its rate and carrier."""
+    """An operand as a reference for a long recording, at its rate and carrier.
+
+    Raises
+    ------
+    InputError
+        The operand is a recording that is too long itself, or shares no frequency with the other.
+    """
     rate = recording.sample_rate
     if compare_basebands:
         return at_baseband(_signal(operand, rate, None))
     if operand.recording is None:
         return _signal(operand, rate, recording.centre_frequency)
-    other = operand.recording.signal()
+    other = _whole(operand.name, operand.recording)
     here = Baseband(
         samples=np.zeros(1, dtype=np.complex128),
         sample_rate=rate,
@@ -294,7 +305,7 @@ def through_radio(pair: Pair, radio: Radio, *, i_hold_a_licence: bool) -> Pair:
         The signal has no carrier but the radio needs one, or `radio.base.measured` refuses.
     """
     if pair.a.centre_frequency == 0.0 and radio.abilities.radiates:
-        raise InputError("a radio needs a carrier; leave out --baseband")
+        raise InputError("a radio needs a signal with a carrier; leave out --baseband")
     record = measured(radio, pair.a, repetitions=1, i_hold_a_licence=i_hold_a_licence)
     return replace(pair, a=aligned(record, pair.a).signal, is_ideal=False)
 

@@ -6,12 +6,12 @@ from typing import Annotated
 
 import numpy as np
 
-from polychirp.axes import Axes, BoolArray, ComplexArray, FloatArray, PerRamp, seal
+from polychirp.axes import Axes, BoolArray, ComplexArray, FloatArray, PerRamp, Sealed
 from polychirp.model.front_end import Digitiser, GainControl
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Digitised:
+class Digitised(Sealed):
     """A frame after a digitiser.
 
     Parameters
@@ -24,9 +24,6 @@ class Digitised:
     samples: Annotated[ComplexArray, Axes("channel", "ramp", "fast", dtype=np.complex128)]
     gain: PerRamp
     is_overloaded: Annotated[BoolArray, Axes("channel", "ramp", "fast", dtype=np.bool_)]
-
-    def __post_init__(self) -> None:
-        seal(self)
 
 
 def digitised(digitiser: Digitiser, samples: ComplexArray) -> Digitised:

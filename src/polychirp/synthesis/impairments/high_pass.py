@@ -122,10 +122,10 @@ def coefficients(
     deviation = np.abs(wave @ zeros / recursion - wanted)[inside].max()
     if deviation > RESPONSE_TOLERANCE:
         raise InputError(
-            f"a high-pass at {max(high_pass.corners) / 1e3:.4g} kHz, sampled at {rate / 1e6:.4g} "
-            f"MS/s and known {ahead} samples ahead, is off by {deviation:.1e} within "
-            f"{band / 1e3:.4g} kHz; sample faster, or raise the converter's margin to "
-            f"{_SAMPLES_AHEAD / rate * 1e6:.4g} µs"
+            f"a high-pass at {max(high_pass.corners) / 1e3:.4g} kHz cannot be computed from "
+            f"samples at {rate / 1e6:.4g} MS/s: its response deviates by {deviation:.1e} (limit "
+            f"{RESPONSE_TOLERANCE:g}) within {band / 1e3:.4g} kHz; sample faster, or raise the "
+            f"converter's margin to {_SAMPLES_AHEAD / rate * 1e6:.4g} µs"
         )
     return np.asarray(zeros, dtype=np.float64), np.asarray(poles, dtype=np.float64)
 

@@ -1,7 +1,5 @@
 """Compiled splines on a uniform grid, without SciPy's search and recursion at every place."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

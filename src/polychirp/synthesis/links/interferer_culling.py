@@ -26,7 +26,7 @@ from typing import Annotated, Final
 
 import numpy as np
 
-from polychirp.axes import Axes, ComplexArray, FloatArray, IntArray, seal
+from polychirp.axes import Axes, ComplexArray, FloatArray, IntArray, Sealed
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.if_filter import IfFilter, gauss_panels
 from polychirp.model.if_frame import SampleTimes, sample_times
@@ -67,7 +67,7 @@ class AudibleRadars:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class InterferenceBounds:
+class InterferenceBounds(Sealed):
     """Bounds on the interference of radars in a victim's samples.
 
     Parameters
@@ -79,9 +79,6 @@ class InterferenceBounds:
 
     rms: Annotated[FloatArray, Axes("radar")]
     closest: Annotated[FloatArray, Axes("radar")]
-
-    def __post_init__(self) -> None:
-        seal(self)
 
 
 def audible_radars(

@@ -121,7 +121,8 @@ def _coupling(radar: Radar, bumper: Bumper, frequency: float) -> float:
     if coupling > 1.0:
         warnings.warn(
             f"the bumper {bumper.distance:.3g} m before radar '{radar.name}' is in the near field "
-            f"of its antennas: Friis's law returns {coupling:.3g} times what is sent, 1 is taken",
+            f"of its antennas: Friis's law would return {coupling:.3g} times the transmitted "
+            "power; the transmitted power is used instead",
             ModelWarning,
             stacklevel=2,
         )

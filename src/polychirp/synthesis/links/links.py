@@ -14,7 +14,7 @@ from polychirp.axes import (
     IntArray,
     PerPath,
     PerPathIndex,
-    seal,
+    Sealed,
 )
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
@@ -26,7 +26,7 @@ from polychirp.model.scene import Scene
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Links:
+class Links(Sealed):
     r"""Delays and amplitudes of one transmitter's signal at one victim, for one tracing of paths.
 
     Every propagation path appears once for each transmitting element in use, as "path" p. The
@@ -59,9 +59,6 @@ class Links:
     element_delay: Annotated[FloatArray, Axes("path", "channel")]
     amplitude: Annotated[ComplexArray, Axes("path", dtype=np.complex128)]
     part: PerPathIndex
-
-    def __post_init__(self) -> None:
-        seal(self)
 
     def delay_at(self, time: float) -> FloatArray:
         """Delay of the signal that is received at ``time``, s, ``(path, channel)``."""
@@ -102,7 +99,7 @@ def links_of_all(
     if num_elements > sender.array.num_transmitters:
         raise InputError(
             f"the schedule of radar '{sender.name}' drives {num_elements} transmitting elements, "
-            f"its array has {sender.array.num_transmitters}; give it more num_transmitters"
+            f"but its array has {sender.array.num_transmitters}; raise its num_transmitters"
         )
     chosen = [
         paths.select((paths.receiver == victim) & (paths.transmitter == transmitter))

@@ -121,8 +121,8 @@ def _check(
     receiver.check_carrier(receive_frequency)
     if not math.isclose(signal.sample_rate, transmitter.sample_rate, rel_tol=1e-9):
         raise InputError(
-            f"the signal has {signal.sample_rate / 1e6:g} MS/s, the transmitter plays "
-            f"{transmitter.sample_rate / 1e6:g}; resample it"
+            f"the signal is sampled at {signal.sample_rate / 1e6:g} MS/s, but the transmitter "
+            f"plays {transmitter.sample_rate / 1e6:g} MS/s; resample the signal"
         )
     # a resampled chirp may overshoot at its ends
     if float(np.abs(signal.samples).max()) > 1.0 + 1e-9:
@@ -137,13 +137,11 @@ def _factor(signal: Baseband, receiver: Transceiver, receive_frequency: float) -
     points = factor * (signal.num_samples + 2 * MARGIN_SAMPLES)
     if points > MOST_GRID_POINTS:
         raise InputError(
-            f"{signal.num_samples} samples need {points:.2g} points between the converters, more "
-            f"than {MOST_GRID_POINTS:.2g}; play a shorter signal or bring the carriers together"
+            f"{signal.num_samples} samples need a grid of {points:.2g} points between the "
+            f"converters, more than {MOST_GRID_POINTS:.2g}; play a shorter signal or bring the "
+            "carriers together"
         )
     return factor
-
-
-# ── transmitter ───────────────────────────────────────────────────────────────
 
 
 def _sent(
@@ -188,9 +186,6 @@ def _reconstructed(samples: ComplexArray, radio: Transceiver, factor: int) -> Co
     return np.asarray(ifft(spectrum, overwrite_x=True) * factor)
 
 
-# ── receiver ──────────────────────────────────────────────────────────────────
-
-
 def _received(
     field: ComplexArray, rate: float, radio: Transceiver, streams: Streams
 ) -> ComplexArray:
@@ -231,9 +226,6 @@ def _at(field: Baseband, time: FloatArray) -> ComplexArray:
     if np.all(np.abs(place - near) < 1e-6):
         return field.samples[near.astype(np.int64)]
     return field.at(time)
-
-
-# ── transmitter and receiver ──────────────────────────────────────────────────
 
 
 def _filtered(field: ComplexArray, radio: Transceiver, rate: float) -> ComplexArray:

@@ -4,8 +4,6 @@ Complex numbers that BLAS multiplies are in real arrays, with real and imaginary
 their last axis: ``2 × column``.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Final
 
@@ -35,8 +33,6 @@ SMALL_ANGLE: Final = 0.5
 
 MOST_RATE_POWERS: Final = 8
 """Greatest number of powers of a rate's distance from the mean, power 0 included; chosen."""
-
-# ── extremes of beats ─────────────────────────────────────────────────────────────────────────
 
 
 @compiled
@@ -106,9 +102,6 @@ def find_beats(batch: Batch, time: float, frequency: FloatArray) -> BeatRange:
         least, greatest = min(least, beat + early), max(greatest, beat + late)
         apart = max(apart, 0.5 * (late - early))
     return BeatRange(least, greatest, apart)
-
-
-# ── beats that change little ──────────────────────────────────────────────────────────────────
 
 
 @compiled
@@ -207,9 +200,6 @@ def _cubic_values(
         x = start + scale * node[q]
         real[q] = gain[0].real + x * (gain[1].real + x * (gain[2].real + x * gain[3].real))
         imag[q] = gain[0].imag + x * (gain[1].imag + x * (gain[2].imag + x * gain[3].imag))
-
-
-# ── beats that sweep through the band ─────────────────────────────────────────────────────────
 
 
 @compiled

@@ -5,8 +5,6 @@ other and zero elsewhere. A sample is the integral of the signal times the impul
 the filter's window, which extends by half the support S to both sides.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Final
 
@@ -140,9 +138,6 @@ def _near_samples(
     return near_from, max(_num_before(end + half, samples, high), near_from)
 
 
-# ── windows with a corner ─────────────────────────────────────────────────────────────────────
-
-
 @inner
 def _add_corner(samples: Samples, taps: Taps, chirp: Chirp, corner: float) -> None:
     """Add the contribution of a beginning (or, with negative amplitude, an ending) of the chirp.
@@ -196,9 +191,6 @@ def quadrature(taps: Taps, low: float, high: float, beat: float, rate: float) ->
             x += height * real[i]
             y += height * imag[i]
     return complex(width * x, width * y)
-
-
-# ── edges of the window, and beats near the band ──────────────────────────────────────────────
 
 
 @inner

@@ -15,7 +15,7 @@ from typing import Annotated, Final
 
 import numpy as np
 
-from polychirp.axes import Axes, ComplexArray, FloatArray, IntArray, seal
+from polychirp.axes import Axes, ComplexArray, FloatArray, IntArray, Sealed
 from polychirp.model.if_filter import IfFilter
 from polychirp.synthesis.stretch.kernel_records import NUM_END_TERMS, NUM_TAYLOR_TERMS
 from polychirp.synthesis.stretch.nufft import correction, grid_of, window_at
@@ -46,7 +46,7 @@ def far_beat(if_filter: IfFilter, rate: float) -> float:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ResponseTable:
+class ResponseTable(Sealed):
     r"""G and its derivatives by the chirp rate, over a range of beats.
 
     .. math:: G(f; \mu) = \sum_j \frac{(j\pi(\mu - \mu_0))^j}{j!}
@@ -63,9 +63,6 @@ class ResponseTable:
     rate: float
     moment: Annotated[ComplexArray, Axes("beat", "order", dtype=np.complex128)]
     envelope: Annotated[FloatArray, Axes("beat")]
-
-    def __post_init__(self) -> None:
-        seal(self)
 
 
 def step_of(if_filter: IfFilter) -> float:
@@ -154,7 +151,7 @@ def _panelled_taps(
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class TapTable:
+class TapTable(Sealed):
     """Derivatives of h at nodes, which Taylor's series continues between them.
 
     Parameters
@@ -165,9 +162,6 @@ class TapTable:
 
     step: float
     taylor: Annotated[FloatArray, Axes("node", "order")]
-
-    def __post_init__(self) -> None:
-        seal(self)
 
 
 @lru_cache(maxsize=32)

@@ -1,7 +1,5 @@
 """Compiled parts of `chirp_response`: a chirp at the nodes of the integral, and its table."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Compiled reading of the filter's tables: h, its derivatives, G, and ends far out of band."""
 
-from __future__ import annotations
-
 import math
 from typing import Final
 
@@ -18,8 +16,6 @@ from polychirp.synthesis.stretch.kernel_records import (
 
 END_TERM_TOLERANCE: Final = 1e-10
 """Limit of the first term left out of an end-point series, over the pass band's gain; chosen."""
-
-# ── h ─────────────────────────────────────────────────────────────────────────────────────────
 
 
 @inlined
@@ -62,9 +58,6 @@ def derivatives(taps: Taps, time: FloatArray, orders: int) -> FloatArray:
         for j in range(orders):
             out[j, n] = derivative(taps, s, j)
     return out
-
-
-# ── G ─────────────────────────────────────────────────────────────────────────────────────────
 
 
 @inlined
@@ -119,9 +112,6 @@ def table_reach(response: Response, limit: float) -> float:
         else:
             low = middle
     return float(high - 4) * response.step
-
-
-# ── ends of a window or of a chirp, where the beat is far out of band ─────────────────────────
 
 
 @inlined

@@ -23,9 +23,6 @@ NUMBERS_PER_BLOCK: Final = 1 << 15
 """Greatest size of an array of links times terms of one channel: 256 KiB, chosen to fit a cache."""
 
 
-# ── tables of one contribution ────────────────────────────────────────────────────────────────
-
-
 class Ramps(NamedTuple):
     """Columns of a schedule, ``(ramp,)``; times count from an origin that both schedules share.
 
@@ -130,9 +127,6 @@ class WorkTable(NamedTuple):
     high: IntArray
     begin: IntArray
     end: IntArray
-
-
-# ── one pair of ramps ─────────────────────────────────────────────────────────────────────────
 
 
 class RampPair(NamedTuple):
@@ -249,9 +243,6 @@ class Samples(NamedTuple):
     imag: FloatArray
     first: float
     step: float
-
-
-# ── many links of one pair of ramps ───────────────────────────────────────────────────────────
 
 
 class Batch(NamedTuple):

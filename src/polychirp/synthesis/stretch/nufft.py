@@ -143,16 +143,13 @@ def tones_of(backend: str) -> MakeTones:
         return partial(BlockTones, xp=import_module("cupy"))
     except ImportError:
         raise InputError(
-            "backend 'cupy' needs CuPy, which is not installed; install polychirp[gpu] or take "
+            "backend 'cupy' needs CuPy, which is not installed; install polychirp[gpu] or use "
             "backend 'auto'"
         ) from None
 
 
 def _turned(xp: Any, cycles: Any) -> Any:
     return xp.exp(2j * math.pi * (cycles - xp.floor(cycles)))
-
-
-# ── the window ────────────────────────────────────────────────────────────────────────────────
 
 
 def grid_of(count: int, density: float) -> tuple[int, float]:

@@ -1,7 +1,5 @@
 """Compiled part of `nufft`: tones spread over the points of a grid."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -23,7 +23,7 @@ second derivative by d, so that the same :math:`g_r` apply, with one sum over li
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Final
 
@@ -111,9 +111,6 @@ def num_channels(batch: Batch) -> int:
     return int(batch.links.element_delay.shape[1])
 
 
-# ── beats that change little ──────────────────────────────────────────────────────────────────
-
-
 def _num_time_nodes(unit: WorkUnit, batch: Batch, beats: Beats, part: slice) -> int:
     """Number of nodes in time; more than `MOST_TIME_NODES` if sums of tones cannot be used."""
     count = part.stop - part.start
@@ -155,9 +152,6 @@ def _slow_samples(
         tones.add(frequency * unit.step, weight)
     wave = tones.sums().reshape(count, channels, nodes)
     return _joined(wave, basis, batch.response.rate, unit.step)
-
-
-# ── beats that sweep ──────────────────────────────────────────────────────────────────────────
 
 
 def _cheapest_zone(unit: WorkUnit, batch: Batch, beats: Beats, part: slice) -> tuple[float, int]:
@@ -209,9 +203,6 @@ def num_orders(bend: float) -> int:
     return order
 
 
-# ── common to both ────────────────────────────────────────────────────────────────────────────
-
-
 def _joined(wave: ComplexArray, basis: FloatArray, rate: float, step: float) -> ComplexArray:
     """Sum of ``wave`` times ``basis`` over nodes, times the mean chirp, ``(channel, sample)``."""
     count = len(wave)
@@ -244,14 +235,11 @@ class Beats:
     def at(self, time: float) -> Beats:
         """Beats at another time; ``frequency`` keeps the values of the old time."""
         later = time - self.time
-        return Beats(
+        return replace(
+            self,
             time=time,
-            frequency=self.frequency,
             centre=self.centre + self.rate * later,
             width=self.width + self.spread * abs(later),
-            apart=self.apart,
-            rate=self.rate,
-            spread=self.spread,
         )
 
 

@@ -1,7 +1,5 @@
 """Compiled sums over links, channels and samples, link by link."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Compiled parts of `ramp_edges`: sums over many links at corners, and samples near corners."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -111,9 +111,6 @@ def _short(unit: WorkUnit, batch: Batch) -> list[tuple[slice, ComplexArray]]:
     return found
 
 
-# ── corners far out of band ───────────────────────────────────────────────────────────────────
-
-
 def _cut(
     unit: WorkUnit, batch: Batch, side: int, around: slice, between: tuple[float, float]
 ) -> _Cut | None:
@@ -214,9 +211,6 @@ def _num_powers(beat: float, width: float) -> int:
     return count
 
 
-# ── corners near the band ─────────────────────────────────────────────────────────────────────
-
-
 def _near(unit: WorkUnit, batch: Batch, side: int, run: slice) -> list[tuple[slice, ComplexArray]]:
     """Samples of a run with corners near the band, interpolated between reference chirps.
 
@@ -296,9 +290,6 @@ def _with_all_corners(
         max(run.start, math.ceil(first / unit.step)),
         min(run.stop, math.floor(last / unit.step) + 1),
     )
-
-
-# ── common to both ────────────────────────────────────────────────────────────────────────────
 
 
 def _sums_of(batch: Batch, columns: Callable[..., None], terms: int, powers: int) -> ComplexArray:

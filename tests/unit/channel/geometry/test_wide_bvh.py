@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from polychirp.channel.geometry import wide_bvh
 from polychirp.channel.geometry.bvh import grow_tree
 from polychirp.channel.geometry.wide_bvh import (
     EITHER_KIND,
@@ -13,6 +14,7 @@ from polychirp.channel.geometry.wide_bvh import (
     bundles_of,
     nearest_hit,
 )
+from polychirp.errors import InputError
 from tests.support.references.geometry import closest_by_trying_all
 
 
@@ -114,6 +116,21 @@ def test_two_trees_are_one_and_either_kind_can_be_asked_for() -> None:
         alone, _ = closest_by_trying_all(part, origins, directions)
         np.testing.assert_array_equal(np.isfinite(some), np.isfinite(alone))
         assert np.all(some[np.isfinite(alone)] >= alone[np.isfinite(alone)] * (1 - 1e-9))
+
+
+def test_more_trees_than_a_row_has_boxes_are_refused() -> None:
+    tree, medium = grow_tree(_rays_and_triangles(7)[0]), np.zeros(300, dtype=np.int64)
+    eight = bundles_of(8 * (tree,), 8 * (medium,), 8 * (OPAQUE_KIND,))
+    assert len(eight.triangle) == 2400
+    with pytest.raises(InputError, match="9 trees of triangles are searched together; use at most"):
+        bundles_of(9 * (tree,), 9 * (medium,), 9 * (OPAQUE_KIND,))
+
+
+def test_more_triangles_than_single_precision_can_count_are_refused(monkeypatch) -> None:
+    monkeypatch.setattr(wide_bvh, "GREATEST_LINK", 299)
+    tree, medium = grow_tree(_rays_and_triangles(7)[0]), np.zeros(300, dtype=np.int64)
+    with pytest.raises(InputError, match=r"trees of 300 triangles .* are too large"):
+        bundles_of((tree,), (medium,), (OPAQUE_KIND,))
 
 
 def test_a_tree_without_triangles_is_never_hit() -> None:

@@ -33,6 +33,13 @@ def test_with_the_mean_as_threshold_noise_is_detected():
     assert Receiver().detect(frame).num_detections == 0
 
 
+def test_detections_are_the_strongest_first():
+    """Also where the up-peaks, by which pairs are formed, have another order than the pairs."""
+    found = PaperReceiver().detect(frame_of(RAMPS, []))
+    assert np.all(np.diff(found.power) <= 0)
+    assert np.any(np.diff(found.snr) > 0)
+
+
 def test_averaging_over_diverse_slopes_smears_what_moves():
     """The trap of errata 10: the same target, 20 m/s, loses most of its peak under diversity.
 

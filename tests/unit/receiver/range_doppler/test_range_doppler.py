@@ -109,7 +109,7 @@ def test_falling_chirps_read_as_rising_ones():
         ({"duration": np.array([50e-6] * 7 + [51e-6])}, "differ in duration"),
         (
             {"start_time": np.array([0, 60, 120, 180, 240, 300, 360, 430]) * 1e-6},
-            r"8\.57 µs off equal intervals",
+            r"8\.57 µs from equal intervals",
         ),
     ],
 )
