@@ -3,10 +3,18 @@
 import argparse
 import shlex
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from polychirp.cli.terminal import command_name, say
 from polychirp.errors import InputError, RunError
+
+TEMPLATES: Final = {
+    "street": "two triangular radars that look at each other in a street",
+    "chirp-sequence": "a 77-GHz radar with equal chirps, a pedestrian and an interferer",
+    "tdm-mimo": "three transmitting elements that take turns, a virtual array of twelve channels",
+    "paper": "the paper's street with diverse waveforms",
+}
+"""Studies that `init` writes, by their names, and what they hold."""
 
 
 def add_parser(subparsers: Any) -> None:
@@ -23,6 +31,13 @@ def add_parser(subparsers: Any) -> None:
         metavar="PATH",
         help="file to write (default: study.toml)",
     )
+    parser.add_argument(
+        "--template",
+        choices=tuple(TEMPLATES),
+        default="street",
+        help="; ".join(f"{name}: {text}" for name, text in TEMPLATES.items())
+        + " (default: street)",
+    )
     parser.add_argument("--force", action="store_true", help="replace the file if it exists")
 
 
@@ -37,15 +52,15 @@ def run(arguments: argparse.Namespace) -> int:
         )
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(template(), encoding="utf-8")
+        path.write_text(template(arguments.template), encoding="utf-8")
     except OSError as error:
         raise RunError(f"'{path}' cannot be written: {error.strerror}") from error
     say(f"wrote {path}; next: {shlex.join([command_name(), 'check', str(path)])}")
     return 0
 
 
-def template() -> str:
-    """Text of the study file that `init` writes."""
+def template(name: str = "street") -> str:
+    """Text of the study file of this name among `TEMPLATES`."""
     from importlib.resources import files
 
-    return files("polychirp.cli").joinpath("quickstart.toml").read_text(encoding="utf-8")
+    return files("polychirp.cli").joinpath("templates", f"{name}.toml").read_text(encoding="utf-8")

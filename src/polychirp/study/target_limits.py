@@ -48,7 +48,8 @@ def targets_out_of_reach(study: Study, schedules: Sequence[RampSchedule]) -> Ite
 
 def _bodies(study: Study) -> dict[str, Vehicle | Point]:
     """Vehicles and points of the street by their names."""
-    return {body.name: body for body in (*study.street.vehicles, *study.street.points)}
+    bodies: dict[str, Vehicle | Point] = {body.name: body for body in study.street.vehicles}
+    return bodies | {point.name: point for point in study.street.points}
 
 
 def _greatest_speed(study: Study, schedule: RampSchedule) -> tuple[float, str]:

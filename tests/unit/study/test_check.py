@@ -219,3 +219,38 @@ def test_a_result_is_asked_for_by_a_name_there_is():
     assert trial.victim("front").name == "front"
     with pytest.raises(InputError, match=r"no victim 'frnt'; there is 'front'"):
         trial.victim("frnt")
+
+
+def test_targets_that_no_victim_can_report_are_named():
+    """Two cars that meet at 60 km/h each are faster than the receiver searches by default."""
+    fast = replace(STUDY.street.vehicles[1], x=25.0, heading=np.pi, speed=60 / 3.6)
+    own = replace(STUDY.street.vehicles[0], speed=60 / 3.6)
+    street = replace(STUDY.street, vehicles=(own, fast, replace(STUDY.street.vehicles[2], x=60.0)))
+    study = replace(STUDY, street=street, victims=("front",))
+    with pytest.warns(ModelWarning) as notes:
+        check(study)
+    said = [str(note.message) for note in notes]
+    assert any(
+        "'car' moves at 120 km/h" in s and "raise receiver.greatest_speed" in s for s in said
+    )
+    assert any("'van' is 55.3 m from 'front', beyond" in s for s in said)
+
+
+def test_a_target_that_another_victim_sees_is_no_reason_for_a_note(recwarn):
+    street = replace(
+        STUDY.street,
+        vehicles=(*STUDY.street.vehicles[:2], replace(STUDY.street.vehicles[2], x=35.0)),
+    )
+    check(replace(STUDY, street=street))
+    assert not [note for note in recwarn if "greatest range" in str(note.message)]
+
+
+def test_a_target_faster_than_chirps_tell_apart_is_named():
+    chirps = replace(FRONT, waveform=Sawtooth(bandwidth=500e6, ramp_duration=1e-3))
+    street = replace(
+        STUDY.street,
+        points=(Point(name="bird", x=15.0, y=0.0, z=0.5, rcs=1.0, velocity=(9.0, 0.0, 0.0)),),
+    )
+    study = replace(STUDY, street=street, radars=(chirps,), targets=("bird",))
+    with pytest.warns(ModelWarning, match="'bird' moves at 32 km/h .*another speed"):
+        check(study)
