@@ -137,10 +137,8 @@ class ZarrArray:
     def __getitem__(self, place: tuple[slice, ...]) -> NDArray[Any]:
         """The numbers in a slice of every axis.
 
-        Raises
-        ------
-        InputError
-            A chunk is missing, cut off or damaged, or too much would be read at once.
+        `InputError` is raised if a chunk is missing, cut off or damaged, or too much would be read
+        at once.
         """
         import zarr
 
@@ -214,18 +212,13 @@ class ZarrArray:
 def open_zarr(path: Path | str) -> ZarrArray:
     """A recording in a Zarr array; a chunk that is missing is an error.
 
-    Raises
-    ------
-    InputError
-        The folder is not there, or it holds no array, or one that is not safe to open.
+    `InputError` is raised if the folder is not there, or it holds no array, or one that is not safe
+    to open.
     """
     path = Path(path)
     if not path.exists():
         raise InputError(f"there is no recording '{path}'")
     return ZarrArray(path)
-
-
-# ── metadata ──────────────────────────────────────────────────────────────────
 
 
 def group_attributes(path: Path) -> dict[str, Any]:
@@ -247,10 +240,8 @@ def group_attributes(path: Path) -> dict[str, Any]:
 def read_metadata(path: Path) -> ZarrMetadata:
     """Metadata of the Zarr array in a folder.
 
-    Raises
-    ------
-    InputError
-        The folder holds no array, or one that is implausible or not safe to open.
+    `InputError` is raised if the folder holds no array, or one that is implausible or not safe to
+    open.
     """
     name = path.name
     try:
@@ -469,9 +460,6 @@ def _no_numbers(name: str, dtype: object) -> InputError:
 def _first_line(error: Exception) -> str:
     lines = str(error).splitlines()
     return lines[0][:200] if lines else type(error).__name__
-
-
-# ── chunks ────────────────────────────────────────────────────────────────────
 
 
 def decoded_size(content: bytes, compressor: str | None, *, limit: int) -> int | None:
