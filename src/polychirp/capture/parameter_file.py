@@ -85,13 +85,8 @@ def read_parameters(path: Path | str) -> CaptureParameters:
 def parameters_from(data: dict[str, Any], *, name: str) -> CaptureParameters:
     """Parameters from the keys and values of a TOML file called ``name``.
 
-    Raises
-    ------
-    InputError
-        A key is unknown, missing or has a wrong value.
+    `InputError` is raised if a key is unknown, missing or has a wrong value.
 
-    Examples
-    --------
     >>> parameters_from({"slope": 3e13}, name="walk.toml")
     Traceback (most recent call last):
         ...

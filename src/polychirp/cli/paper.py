@@ -1,7 +1,5 @@
 """``polychirp paper`` — run the paper's scenarios, and show its claims beside our results."""
 
-from __future__ import annotations
-
 import argparse
 import time
 from collections.abc import Callable
@@ -82,7 +80,7 @@ def _refuse_other_statistics(folder: Path) -> None:
 
 def _statistics(
     folder: Path, *, seed: int, progress: Callable[[str, int, int], None]
-) -> tuple[StatisticsRow, ...]:
+) -> tuple["StatisticsRow", ...]:
     """Rows of figures 12 and 13, from few trials, always run anew and then kept in ``folder``."""
     from polychirp.study.monte_carlo.executor import LocalWorkers
     from polychirp.study.monte_carlo.run import LOG
@@ -103,7 +101,7 @@ def _statistics(
     )
 
 
-def _say_row(row: PaperRow) -> None:
+def _say_row(row: "PaperRow") -> None:
     """Print a case of the paper on stderr as soon as it is computed."""
     from polychirp.report.verdict import row_in_words
     from polychirp.report.words import variant_name

@@ -1,7 +1,5 @@
 """Common to all commands: text on the terminal, checks of output places, values of options."""
 
-from __future__ import annotations
-
 import argparse
 import os
 import sys
@@ -61,7 +59,7 @@ def say(text: str) -> None:
     print(printable(text), file=sys.stderr)
 
 
-def tables() -> Console:
+def tables() -> "Console":
     """A console for results on stdout; it shows text as it is, without markup or control codes."""
     from rich.console import Console
 

@@ -109,8 +109,6 @@ def paper_mounts() -> dict[str, tuple[str, Pose]]:
     Radar 4 is 0.42 m left of its vehicle's middle. There, its own distance from radar 2 and the
     distance of the metal behind it are both those of the paper.
 
-    Examples
-    --------
     >>> {name: round(mount.x, 1) for name, (_, mount) in paper_mounts().items()}
     {'vehicle-1': -2.3, 'vehicle-2': 2.1, 'vehicle-3': 2.6, 'vehicle-4': 2.3}
     """

@@ -57,13 +57,8 @@ def caster_of(triangles: FloatArray, name: CasterName = "auto") -> RayCaster:
 def caster_name(name: CasterName) -> Literal["numba", "embree"]:
     """Caster that a name selects on this machine: "auto" becomes "embree" or "numba".
 
-    Raises
-    ------
-    InputError
-        The name is "embree", and Embree is not installed.
+    `InputError` is raised if the name is "embree", and Embree is not installed.
 
-    Examples
-    --------
     >>> caster_name("numba")
     'numba'
     """
@@ -81,12 +76,8 @@ class EmbreeCaster:
     """Casts rays among triangles, m ``(triangle, corner, xyz)``, on Embree.
 
     It has the methods of `bvh.Caster`. In `occluded`, triangles within the share
-    `END_MARGIN` of a ray's length from its origin or its end do not block it.
-
-    Raises
-    ------
-    InputError
-        ``embreex`` is not installed.
+    `END_MARGIN` of a ray's length from its origin or its end do not block it. `InputError` is
+    raised if ``embreex`` is not installed.
     """
 
     def __init__(self, triangles: FloatArray) -> None:

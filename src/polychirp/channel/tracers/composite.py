@@ -144,10 +144,8 @@ class Composite(Spec):
     def prepare(self, scene: Scene) -> World:
         """The prepared scene, as `trace` uses it; meshes already seen are not prepared again.
 
-        Raises
-        ------
-        InputError
-            A surface is of an unknown material, or Embree is asked for and not installed.
+        `InputError` is raised if a surface is of an unknown material, or Embree is asked for and
+        not installed.
         """
         from polychirp.channel.scene.embree import caster_name
         from polychirp.channel.scene.world import world_of
@@ -239,10 +237,7 @@ class Composite(Spec):
     def trace(self, scene: Scene) -> PropagationPaths:
         """Every path between the radars of ``scene``, at its time.
 
-        Raises
-        ------
-        InputError
-            A surface is of an unknown material.
+        `InputError` is raised if a surface is of an unknown material.
         """
         world, pairs = self.prepare(scene), all_pairs(scene, max_length=self.max_length)
         num_radars = len(scene.radars)

@@ -1,7 +1,5 @@
 """Records of finished trials, and the log file that holds one line of text for each."""
 
-from __future__ import annotations
-
 import json
 import os
 import time
@@ -82,13 +80,13 @@ class TrialRecord:
         return self.study_hash, self.trial
 
 
-def victim_records(trial: Trial) -> tuple[VictimRecord, ...]:
+def victim_records(trial: "Trial") -> tuple[VictimRecord, ...]:
     """Record of each victim of a trial."""
     return tuple(_record(victim) for victim in trial.victims)
 
 
-def _record(victim: VictimResult) -> VictimRecord:
-    def values(noun: Truth | Score, *names: str) -> dict[str, Any]:
+def _record(victim: "VictimResult") -> VictimRecord:
+    def values(noun: "Truth | Score", *names: str) -> dict[str, Any]:
         return {name: tuple(getattr(noun, name).tolist()) for name in names}
 
     errors = ("range_error", "range_rate_error", "azimuth_error")

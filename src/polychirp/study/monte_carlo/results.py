@@ -185,10 +185,7 @@ def _fill(
 def save_results(path: Path, results: Results, *, plan: Plan) -> None:
     """Store results in place of those at ``path``; equal results give equal files.
 
-    Raises
-    ------
-    RunError
-        The folder cannot be written.
+    `RunError` is raised if the folder cannot be written.
     """
     unfinished = path.with_name(f"{path.name}.unfinished")
     try:
@@ -279,11 +276,8 @@ _LARGEST_SINGLE_CHUNK: Final = 16e6
 def load_results(path: Path | str) -> Results:
     """Read stored results.
 
-    Raises
-    ------
-    InputError
-        There are no results at ``path``, another version of polychirp wrote them, or they are
-        damaged.
+    `InputError` is raised if there are no results at ``path``, another version of polychirp wrote
+    them, or they are damaged.
     """
     import zarr
     from zarr.errors import NodeNotFoundError

@@ -41,12 +41,7 @@ def save_tables(folder: Path, results: Results) -> list[str]:
     one has the first value of an axis, the other has another value, and all else is equal.
     ``victims`` has one for each victim of each trial, ``targets`` one for each target of these.
     ``provenance.json`` holds the study, its hash, versions and platform. A file that cannot be
-    written completely keeps its former content.
-
-    Raises
-    ------
-    RunError
-        A table cannot be written.
+    written completely keeps its former content. `RunError` is raised if a table cannot be written.
     """
     tables: dict[str, list[Row]] = {
         "summary": [flat_row(row, results) for row in summaries(results)],

@@ -131,14 +131,8 @@ def paper_study(
     If not ``synchronous``, the interferers (radars 3 and 4) start at random between 0 and 3 ms, and
     their clocks have errors; radars 1 and 2 start at 0 without errors. The targets of all radars
     are targets of the study; a target that a radar cannot see does not count as missed.
+    `InputError` is raised if the street has no such radar.
 
-    Raises
-    ------
-    InputError
-        The street has no such radar.
-
-    Examples
-    --------
     >>> study = paper_study("diverse", radars=("vehicle-2", "vehicle-4"))
     >>> study.name, len(study.radars), study.targets
     ('paper-diverse', 2, ('target-2', 'vehicle-4', 'vehicle-2'))

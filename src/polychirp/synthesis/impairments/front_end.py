@@ -39,10 +39,7 @@ def distortion(radar: Radar, linear: ComplexArray, times: SampleTimes) -> Comple
 def reading(radar: Radar, parts: IfParts, times: SampleTimes) -> Digitised:
     """The frame digitised again, for gains and overloads, which its samples do not show.
 
-    Raises
-    ------
-    InputError
-        The radar has no digitiser.
+    `InputError` is raised if the radar has no digitiser.
     """
     digitiser, offset = radar.front_end.digitiser, radar.front_end.offset
     if digitiser is None:
