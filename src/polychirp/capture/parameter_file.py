@@ -55,11 +55,8 @@ num_receivers = 4
 def read_parameters(path: Path | str) -> CaptureParameters:
     """Parameters of a recording from a TOML file.
 
-    Raises
-    ------
-    InputError
-        The file cannot be read or is not TOML, or a key is unknown, missing or has a wrong value.
-        The message names the place of every problem, as in "walk.toml: slope: …".
+    `InputError` is raised if the file cannot be read or is not TOML, or a key is unknown, missing
+    or has a wrong value. It names the place of every problem, as in "walk.toml: slope: …".
     """
     path = Path(path)
     try:

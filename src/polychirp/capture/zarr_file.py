@@ -224,12 +224,8 @@ def open_zarr(path: Path | str) -> ZarrArray:
 def group_attributes(path: Path) -> dict[str, Any]:
     """Attributes of a Zarr group of version 3.
 
-    Raises
-    ------
-    FileNotFoundError
-        There is no such group.
-    InputError
-        The metadata are not those of a group.
+    `FileNotFoundError` is raised if there is no such group, and `InputError` if the metadata are
+    not those of a group.
     """
     content = _object(path / "zarr.json", path.name)
     if content.get("zarr_format") != 3 or content.get("node_type") != "group":
@@ -465,12 +461,8 @@ def _first_line(error: Exception) -> str:
 def decoded_size(content: bytes, compressor: str | None, *, limit: int) -> int | None:
     """Size of a decoded chunk, bytes, found in little memory; None if it cannot be decoded.
 
-    Parameters
-    ----------
-    limit : size in bytes beyond which counting stops
+    Counting stops beyond ``limit`` bytes.
 
-    Examples
-    --------
     >>> decoded_size(zlib.compress(bytes(1000)), "zlib", limit=5000)
     1000
     """

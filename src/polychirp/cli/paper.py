@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from polychirp.cli.progress import progress_bar
-from polychirp.cli.terminal import say, tables, usable_folder
+from polychirp.cli.terminal import add_option, say, tables, usable_folder
 from polychirp.errors import InputError
 
 if TYPE_CHECKING:
@@ -31,12 +31,7 @@ def add_parser(subparsers: Any) -> None:
         "fixed-per-radar waveforms; print the paper's claims beside the results; write "
         "results.json, figures with their data, and report.html.",
     )
-    parser.add_argument(
-        "--out",
-        metavar="DIR",
-        default="out/paper",
-        help="folder of the results (default: %(default)s)",
-    )
+    add_option(parser, "--out", "DIR", "out/paper", "folder of the results")
     parser.add_argument("--seed", type=int, default=1, help="seed of all random draws (default: 1)")
     parser.add_argument("--json", action="store_true", help="print results.json instead of tables")
 

@@ -140,17 +140,9 @@ def _merged(default: Any, own: Any) -> Any:
 def build(spec: type[S], data: object, *, where: Callable[[Place], Place] = tuple) -> S:
     """A spec from the tables and values of a file.
 
-    Parameters
-    ----------
-    where : function from the place of a problem in ``data`` to its place in the file
+    ``where`` gives the place in the file of a problem, from its place in ``data``. An `InputError`
+    has one line for each problem: where it is, what is wrong, what would work.
 
-    Raises
-    ------
-    InputError
-        One line for each problem: where it is, what is wrong, what would work.
-
-    Examples
-    --------
     >>> from polychirp.waveform import Triangular
     >>> build(Triangular, {"bandwidth": "1 GHz"}).bandwidth
     1000000000.0

@@ -67,12 +67,8 @@ _TREES: Final = (
 def paper_street(*, max_edge: float = 0.05, coarseness: float = 1.0) -> Street:
     """The street of the paper's figures 8 to 11 at time 0.
 
-    Parameters
-    ----------
-    max_edge, coarseness : fineness of the vehicles' meshes, see `vehicle_mesh`
+    ``max_edge`` and ``coarseness`` are the fineness of the vehicles' meshes, see `vehicle_mesh`.
 
-    Examples
-    --------
     >>> street = paper_street()
     >>> len(street.vehicles), street.vehicles[0].name
     (8, 'vehicle-1')

@@ -35,18 +35,10 @@ def has_embree() -> bool:
 def caster_of(triangles: FloatArray, name: CasterName = "auto") -> RayCaster:
     """Ray caster for triangles, m ``(triangle, corner, xyz)``.
 
-    Parameters
-    ----------
-    name : "numba" needs no further package, "embree" needs ``embreex``, "auto" means Embree
-        if it is installed
+    The ``name`` "numba" needs no further package, "embree" needs ``embreex``, and "auto" means
+    Embree if it is installed. `InputError` is raised if the name is "embree", and Embree is not
+    installed.
 
-    Raises
-    ------
-    InputError
-        The name is "embree", and Embree is not installed.
-
-    Examples
-    --------
     >>> caster = caster_of(np.array([[[1.0, -1, -1], [1.0, 1, -1], [1.0, 0, 1]]]), "numba")
     >>> float(caster.closest(np.zeros((1, 3)), np.array([[1.0, 0, 0]]))[0][0])
     1.0

@@ -227,11 +227,9 @@ def _cut(corners: FloatArray) -> FloatArray:
 def refuse_radar_inside_body(scene: Scene) -> None:
     """Check that no radar is inside a body or below a road.
 
-    Raises
-    ------
-    InputError
-        A radar is inside a closed mesh (its own vehicle's body too), inside a building, or below
-        the road. Faces of sheets that transmit `VISIBLE_POWER`, such as bumpers, do not count.
+    `InputError` is raised if a radar is inside a closed mesh (its own vehicle's body too), inside a
+    building, or below the road. Faces of sheets that transmit `VISIBLE_POWER`, such as bumpers, do
+    not count.
     """
     for radar, position in zip(scene.radars, scene.radar_position, strict=True):
         for actor in scene.actors:

@@ -16,10 +16,9 @@ from typing import Any, Final
 
 import numpy as np
 
-from polychirp.errors import RunError
 from polychirp.scoring.statistics import Estimate
 from polychirp.study.monte_carlo.grid import Label
-from polychirp.study.monte_carlo.records import NATURES
+from polychirp.study.monte_carlo.records import NATURES, TRIALS_ARE_KEPT, write_errors
 from polychirp.study.monte_carlo.results import Results
 from polychirp.study.monte_carlo.summary import Difference, Summary, differences, summaries
 
@@ -66,13 +65,9 @@ def _write_whole(path: Path, write: Callable[[Path], None]) -> None:
     """Write a file under a temporary name, then rename it, so that no reader finds half a file."""
     unfinished = path.with_name(f"{path.name}.unfinished")
     try:
-        write(unfinished)
-        unfinished.replace(path)
-    except OSError as error:
-        raise RunError(
-            f"'{path}' cannot be written: {error.strerror or error}; finished trials are kept, and "
-            "the same command continues with the missing trials"
-        ) from error
+        with write_errors(path, advice=TRIALS_ARE_KEPT):
+            write(unfinished)
+            unfinished.replace(path)
     finally:
         with suppress(OSError):
             unfinished.unlink(missing_ok=True)

@@ -197,9 +197,7 @@ def run_paper(
 ) -> PaperResults:
     """Run every case of the paper on one street, with the same paths and noise for all.
 
-    Parameters
-    ----------
-    show : function that is called with each of the paper's own cases as soon as it is computed
+    ``show`` is called with each of the paper's own cases as soon as it is computed.
     """
     compile_parts(OF_PAPER, progress=progress)
     started = time.perf_counter()
