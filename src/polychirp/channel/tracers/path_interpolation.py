@@ -105,18 +105,13 @@ class PartedTracer(RayTracer, Protocol):
         """The parts into which the tracing of this scene is divided."""
 
 
-def no_progress(done: int, total: int) -> None:
-    """Progress callback that does nothing."""
-    del done, total
-
-
 def interpolate_paths(
     tracer: RayTracer,
     scene: Scene,
     times: FloatArray,
     *,
     receivers: Sequence[int] | None = None,
-    progress: Callable[[int, int], None] = no_progress,
+    progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> tuple[PropagationPaths, ...]:
     """Paths at every one of ``times`` (s, rising, evenly spaced).
 
