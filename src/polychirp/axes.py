@@ -62,12 +62,8 @@ def seal(instance: Any) -> None:
 
     A data type is `Sealed`, or calls it at the end of ``__post_init__``. Arrays are converted to
     the declared element type, without a copy if possible; the instance's own view of them cannot be
-    written to.
-
-    Raises
-    ------
-    InputError
-        An array has a wrong number of axes, or an axis has two different lengths.
+    written to. `InputError` is raised if an array has a wrong number of axes, or an axis has two
+    different lengths.
     """
     lengths: dict[str, tuple[int, str]] = {}
     for name, axes in _array_fields(type(instance)):  # type: ignore[arg-type]

@@ -36,12 +36,8 @@ long to read. Comments, strings and short keys match too, so that no key is foun
 def text_of(path: Path) -> str:
     """Text of a file in UTF-8.
 
-    Raises
-    ------
-    InputError
-        The file is too large.
-    OSError, UnicodeDecodeError
-        The file cannot be read, or is not in UTF-8.
+    `InputError` is raised if the file is too large, `OSError` if it cannot be read, and
+    `UnicodeDecodeError` if it is not in UTF-8.
     """
     with path.open("rb") as file:
         content = file.read(MOST_BYTES + 1)
@@ -55,12 +51,8 @@ def text_of(path: Path) -> str:
 def toml_tables(text: str) -> dict[str, Any]:
     """Tables of TOML text.
 
-    Raises
-    ------
-    InputError
-        Tables or lists are nested too deeply, or an integer has thousands of digits.
-    tomllib.TOMLDecodeError
-        The text is not TOML.
+    `InputError` is raised if tables or lists are nested too deeply, or an integer has thousands of
+    digits, and `tomllib.TOMLDecodeError` if the text is not TOML.
     """
     if any(match[1] for match in _LONG_KEY.finditer(text)):
         raise _too_deep()
@@ -77,12 +69,8 @@ def toml_tables(text: str) -> dict[str, Any]:
 def json_value(text: str) -> Any:
     """Value of JSON text.
 
-    Raises
-    ------
-    InputError
-        Lists or objects are nested too deeply, or an integer has thousands of digits.
-    json.JSONDecodeError
-        The text is not JSON.
+    `InputError` is raised if lists or objects are nested too deeply, or an integer has thousands of
+    digits, and `json.JSONDecodeError` if the text is not JSON.
     """
     try:
         return _shallow(json.loads(text))

@@ -91,9 +91,6 @@ def is_enabled() -> bool:
     return os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
 
 
-# ── the folder ────────────────────────────────────────────────────────────────
-
-
 @cache
 def cache_folder() -> Path:
     """Folder of the stamp: the first of numba's cache folders that can be written.
@@ -148,9 +145,6 @@ def _note(text: str) -> None:
 def _say(line: str) -> None:
     sys.stderr.write(f"{line}\n")
     sys.stderr.flush()
-
-
-# ── the stamp ─────────────────────────────────────────────────────────────────
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -303,9 +297,6 @@ def _reach(name: str, taken: Callable[[str], frozenset[str]]) -> set[str]:
     return reached
 
 
-# ── the program that needs kernels ────────────────────────────────────────────
-
-
 def compile_ahead(
     parts: Sequence[Part],
     *,
@@ -436,9 +427,6 @@ def _employ(
                 news.put(("part", {"name": name, "files": row["files"]}))
     finally:
         news.put(None)
-
-
-# ── the worker ────────────────────────────────────────────────────────────────
 
 
 def serve(parts: Mapping[str, Callable[[], None]]) -> None:

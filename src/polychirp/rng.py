@@ -20,8 +20,6 @@ class Streams:
     Two studies that differ only in their waveform have the same traffic and noise, because each of
     these uses a stream of its own, chosen by name.
 
-    Examples
-    --------
     >>> streams = Streams(seed=1)
     >>> first = streams["noise", "vehicle-1"].random()
     >>> first == streams["noise", "vehicle-1"].random()

@@ -74,14 +74,9 @@ def side_by_side(pieces: Sequence[Callable[[], Result]]) -> Iterator[Result]:
 def in_ranges(kernel: Callable[..., object], count: int, *arguments: Any, least: int = 1) -> None:
     """Call ``kernel(begin, end, *arguments)`` in threads, for ranges that make up ``range(count)``.
 
-    The kernel must release the interpreter and write only the rows ``begin:end`` of its results.
+    The kernel must release the interpreter and write only the rows ``begin:end`` of its results. A
+    range has ``least`` rows or more, so that its work outweighs the cost of a call.
 
-    Parameters
-    ----------
-    least : fewest rows of a range, so that its work outweighs the cost of a call
-
-    Examples
-    --------
     >>> squares = [0] * 5
     >>> def fill(begin, end, out):
     ...     out[begin:end] = [i * i for i in range(begin, end)]

@@ -159,10 +159,8 @@ class Unit:
     def read(self, text: object) -> float:
         """SI value of ``text``.
 
-        Raises
-        ------
-        InputError
-            The text is a bare number, has another dimension, or lies outside of the bounds.
+        `InputError` is raised if the text is a bare number, has another dimension, or lies outside
+        of the bounds.
         """
         value = self.parse(text)
         least, greatest = self.bounds
@@ -215,8 +213,6 @@ class Unit:
 class Between:
     """Bounds of a number without a unit, such as a count.
 
-    Examples
-    --------
     >>> Between(greatest=10).checked(11)
     Traceback (most recent call last):
         ...

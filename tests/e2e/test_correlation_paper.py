@@ -96,4 +96,4 @@ def test_the_command_prints_the_table(monkeypatch, capsys, results):
     assert main(["correlate", "paper"]) == 0
     printed = " ".join(capsys.readouterr().out.split())
     assert "cross, receiver" in printed
-    assert "frequency division" in printed
+    assert "bands that share no frequency" in printed

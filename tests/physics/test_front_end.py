@@ -23,12 +23,13 @@ from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Actor, Scene
 from polychirp.rng import Streams
 from polychirp.synthesis.impairments.adc import digitised, gains
-from polychirp.synthesis.impairments.front_end import overload, reading
+from polychirp.synthesis.impairments.front_end import reading
 from polychirp.synthesis.impairments.high_pass import coefficients, high_passed, with_lead
 from polychirp.synthesis.received_frame import synthesize
 from polychirp.synthesis.stretch.engine import Stretch
 from polychirp.testing.paths import HandPath, paths_of
 from polychirp.units import from_db
+from tests.support.front_end import image_rejection
 
 SLOPE = 1e12
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
@@ -226,7 +227,7 @@ def test_an_echo_has_an_image_at_minus_its_beat(compare, gain, phase):
     straight, image = (line(echo, turns_per_sample=sign * 0.1) for sign in (1, -1))
     g = math.sqrt(gain)
     expected = (1 + 2 * g * math.cos(phase) + gain) / (1 - 2 * g * math.cos(phase) + gain)
-    assert victim.front_end.imbalance.image_rejection == pytest.approx(expected, rel=1e-9)
+    assert image_rejection(victim.front_end.imbalance) == pytest.approx(expected, rel=1e-9)
     compare(
         page="impairments",
         case=f"I/Q imbalance {10 * math.log10(gain):.1f} dB, {math.degrees(phase):.1f}°",
@@ -425,7 +426,7 @@ def test_an_interferer_overloads_while_it_is_in_band():
     options, paths = crossing()
     victim = radar(front_end=FrontEnd(digitiser=Digitiser(full_scale=1e-8)))
     frame, parts = made(victim, *paths, **options)
-    over = overload(victim, parts, frame.times)
+    over = reading(victim, parts, frame.times).is_overloaded
     assert over.any()
     middle = plan(num_ramps=2).start_time[:, None] + 250e-6
     assert np.abs(frame.times.time - middle)[over[0]].max() < 8e-6
@@ -443,6 +444,5 @@ def test_a_radar_without_a_front_end_has_five_parts_and_no_reading():
     assert parts.names == PARTS[:5]
     assert parts.samples.shape[0] == 5
     assert not parts["distortion"].any()
-    assert not overload(radar(), parts, frame.times).any()
     with pytest.raises(InputError, match="give its front end one"):
         reading(radar(), parts, frame.times)

@@ -55,11 +55,8 @@ num_receivers = 4
 def read_parameters(path: Path | str) -> CaptureParameters:
     """Parameters of a recording from a TOML file.
 
-    Raises
-    ------
-    InputError
-        The file cannot be read or is not TOML, or a key is unknown, missing or has a wrong value.
-        The message names the place of every problem, as in "walk.toml: slope: …".
+    `InputError` is raised if the file cannot be read or is not TOML, or a key is unknown, missing
+    or has a wrong value. It names the place of every problem, as in "walk.toml: slope: …".
     """
     path = Path(path)
     try:
@@ -85,13 +82,8 @@ def read_parameters(path: Path | str) -> CaptureParameters:
 def parameters_from(data: dict[str, Any], *, name: str) -> CaptureParameters:
     """Parameters from the keys and values of a TOML file called ``name``.
 
-    Raises
-    ------
-    InputError
-        A key is unknown, missing or has a wrong value.
+    `InputError` is raised if a key is unknown, missing or has a wrong value.
 
-    Examples
-    --------
     >>> parameters_from({"slope": 3e13}, name="walk.toml")
     Traceback (most recent call last):
         ...

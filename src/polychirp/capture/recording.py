@@ -42,11 +42,8 @@ class Recording:
 
         Of each tone in a real recording, one half of the amplitude is at the negative frequency.
         Real samples are doubled, so that the tone at the positive frequency has the whole.
-
-        Raises
-        ------
-        InputError
-            There is no such frame, or a sample of it is NaN, infinite or too large.
+        `InputError` is raised if there is no such frame, or a sample of it is NaN, infinite or too
+        large.
         """
         if not 0 <= number < self.num_frames:
             raise InputError(
@@ -203,10 +200,8 @@ def open_numpy(
 ) -> Recording:
     """A recording in a ``.npy`` file, mapped into memory.
 
-    Raises
-    ------
-    InputError
-        The file cannot be read, is no array of numbers, was cut off, or has another shape.
+    `InputError` is raised if the file cannot be read, is no array of numbers, was cut off, or has
+    another shape.
     """
     path = Path(path)
     try:

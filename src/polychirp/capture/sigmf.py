@@ -115,10 +115,7 @@ class SigmfRecording:
     def read(self, first: int, last: int) -> ComplexArray:
         """Samples from ``first`` to ``last - 1``, ``(time,)``, integers as ratios to full scale.
 
-        Raises
-        ------
-        InputError
-            Samples are NaN or too large, as happens with a wrong datatype.
+        `InputError` is raised if samples are NaN or too large, as happens with a wrong datatype.
         """
         kind, zero, full = FORMATS[self.datatype]
         width = np.dtype(kind).itemsize
@@ -137,10 +134,7 @@ class SigmfRecording:
     def signal(self) -> Baseband:
         """All samples, in memory.
 
-        Raises
-        ------
-        InputError
-            There are more than `MOST_SAMPLES`, or some are NaN or too large.
+        `InputError` is raised if there are more than `MOST_SAMPLES`, or some are NaN or too large.
         """
         if self.num_samples > MOST_SAMPLES:
             raise InputError(
@@ -158,11 +152,9 @@ class SigmfRecording:
 def open_sigmf(path: Path | str) -> SigmfRecording:
     """A recording by the path of either of its files; no sample is read yet.
 
-    Raises
-    ------
-    InputError
-        A file cannot be read; the metadata are no SigMF, contradict themselves, or describe samples
-        that are not complex numbers of one channel; the number of samples in the file is wrong.
+    `InputError` is raised if a file cannot be read, if the metadata are no SigMF, contradict
+    themselves, or describe samples that are not complex numbers of one channel, or if the number of
+    samples in the file is wrong.
     """
     path = Path(path)
     meta = path.with_suffix(META)
@@ -202,10 +194,7 @@ def open_sigmf(path: Path | str) -> SigmfRecording:
 def check_sha512(recording: SigmfRecording, *, progress: Progress = no_progress) -> None:
     """Refuse samples whose SHA-512 differs from the one in their metadata, if one is there.
 
-    Raises
-    ------
-    InputError
-        The two differ.
+    `InputError` is raised if the two differ.
     """
     told = recording.metadata["global"].get("core:sha512")
     if told is None:

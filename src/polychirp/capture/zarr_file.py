@@ -137,10 +137,8 @@ class ZarrArray:
     def __getitem__(self, place: tuple[slice, ...]) -> NDArray[Any]:
         """The numbers in a slice of every axis.
 
-        Raises
-        ------
-        InputError
-            A chunk is missing, cut off or damaged, or too much would be read at once.
+        `InputError` is raised if a chunk is missing, cut off or damaged, or too much would be read
+        at once.
         """
         import zarr
 
@@ -214,10 +212,8 @@ class ZarrArray:
 def open_zarr(path: Path | str) -> ZarrArray:
     """A recording in a Zarr array; a chunk that is missing is an error.
 
-    Raises
-    ------
-    InputError
-        The folder is not there, or it holds no array, or one that is not safe to open.
+    `InputError` is raised if the folder is not there, or it holds no array, or one that is not safe
+    to open.
     """
     path = Path(path)
     if not path.exists():
@@ -225,18 +221,11 @@ def open_zarr(path: Path | str) -> ZarrArray:
     return ZarrArray(path)
 
 
-# ── metadata ──────────────────────────────────────────────────────────────────
-
-
 def group_attributes(path: Path) -> dict[str, Any]:
     """Attributes of a Zarr group of version 3.
 
-    Raises
-    ------
-    FileNotFoundError
-        There is no such group.
-    InputError
-        The metadata are not those of a group.
+    `FileNotFoundError` is raised if there is no such group, and `InputError` if the metadata are
+    not those of a group.
     """
     content = _object(path / "zarr.json", path.name)
     if content.get("zarr_format") != 3 or content.get("node_type") != "group":
@@ -247,10 +236,8 @@ def group_attributes(path: Path) -> dict[str, Any]:
 def read_metadata(path: Path) -> ZarrMetadata:
     """Metadata of the Zarr array in a folder.
 
-    Raises
-    ------
-    InputError
-        The folder holds no array, or one that is implausible or not safe to open.
+    `InputError` is raised if the folder holds no array, or one that is implausible or not safe to
+    open.
     """
     name = path.name
     try:
@@ -471,18 +458,11 @@ def _first_line(error: Exception) -> str:
     return lines[0][:200] if lines else type(error).__name__
 
 
-# ── chunks ────────────────────────────────────────────────────────────────────
-
-
 def decoded_size(content: bytes, compressor: str | None, *, limit: int) -> int | None:
     """Size of a decoded chunk, bytes, found in little memory; None if it cannot be decoded.
 
-    Parameters
-    ----------
-    limit : size in bytes beyond which counting stops
+    Counting stops beyond ``limit`` bytes.
 
-    Examples
-    --------
     >>> decoded_size(zlib.compress(bytes(1000)), "zlib", limit=5000)
     1000
     """

@@ -1,7 +1,5 @@
 """`RayTracer`, the protocol of all tracers, and functions to build and join path tables."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol, runtime_checkable
@@ -47,7 +45,7 @@ class Part(NamedTuple):
     """
 
     name: str
-    trace: Callable[[World, IntArray, FloatArray], PropagationPaths]
+    trace: Callable[["World", IntArray, FloatArray], PropagationPaths]
     whole: str = ""
 
 

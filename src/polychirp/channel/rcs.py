@@ -138,13 +138,8 @@ def cross_sections(
 def num_aspects(step: float) -> int:
     """Number of aspects around a body that are about ``step`` (rad) apart.
 
-    Raises
-    ------
-    InputError
-        There would be more than `MOST_ASPECTS`.
+    `InputError` is raised if there would be more than `MOST_ASPECTS`.
 
-    Examples
-    --------
     >>> num_aspects(np.radians(0.5))
     720
     """
@@ -181,10 +176,7 @@ def _echoes(tracer: Composite, mesh: Mesh, places: FloatArray) -> ComplexArray:
 def sphere_around(mesh: Mesh) -> tuple[FloatArray, float]:
     """Middle of a mesh's bounding box, m ``(xyz,)``, and the greatest distance of a corner, m.
 
-    Raises
-    ------
-    InputError
-        The mesh has no faces.
+    `InputError` is raised if the mesh has no faces.
     """
     if not mesh.num_faces:
         raise InputError("a mesh without faces has no echo; give it triangles")

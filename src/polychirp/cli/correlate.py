@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from polychirp.cli.terminal import (
+    add_option,
     figure_text,
     positive_value,
     printable,
@@ -63,13 +64,7 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument("b", metavar="B", nargs="?", help="reference signal (default: A)")
     common = parser.add_argument_group("signals")
     common.add_argument("--rate", metavar="R", help="common sample rate, as in '130 MS/s'")
-    common.add_argument(
-        "--sweeps",
-        metavar="N",
-        type=int,
-        default=1,
-        help="number of sweeps of a radar of a study (default: 1)",
-    )
+    add_option(common, "--sweeps", "N", 1, "number of sweeps of a radar of a study")
     common.add_argument(
         "--baseband", action="store_true", help="remove the carriers and compare the basebands"
     )
@@ -104,12 +99,7 @@ def add_parser(subparsers: Any) -> None:
         metavar="FILE",
         help="write a picture (PNG) of the ambiguity function, over delay and Doppler shift",
     )
-    out.add_argument(
-        "--doppler",
-        metavar="F",
-        default="1 MHz",
-        help="greatest Doppler shift in that picture (default: 1 MHz)",
-    )
+    add_option(out, "--doppler", "F", "1 MHz", "greatest Doppler shift in that picture")
     out.add_argument("--save", metavar="DIR", help="write A and B as SigMF recordings")
     out.add_argument("--json", action="store_true", help="print JSON in SI units on stdout")
     every = (*_IGNORED_BY_SEARCH, *_IGNORED_BY_PAPER)
@@ -135,13 +125,8 @@ def _add_bench(parser: argparse.ArgumentParser) -> None:
         "the connectors",
     )
     bench.add_argument("--seed", type=int, default=1, help="seed of all random draws (default: 1)")
-    bench.add_argument(
-        "--draws",
-        metavar="N",
-        type=int,
-        default=12,
-        help="with 'paper': number of draws of noise for each interval (default: 12)",
-    )
+    draws = "with 'paper': number of draws of noise for each interval"
+    add_option(bench, "--draws", "N", 12, draws)
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -1,7 +1,5 @@
 """``polychirp paper`` — run the paper's scenarios, and show its claims beside our results."""
 
-from __future__ import annotations
-
 import argparse
 import time
 from collections.abc import Callable
@@ -9,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from polychirp.cli.progress import progress_bar
-from polychirp.cli.terminal import say, tables, usable_folder
+from polychirp.cli.terminal import add_option, say, tables, usable_folder
 from polychirp.errors import InputError
 
 if TYPE_CHECKING:
@@ -33,12 +31,7 @@ def add_parser(subparsers: Any) -> None:
         "fixed-per-radar waveforms; print the paper's claims beside the results; write "
         "results.json, figures with their data, and report.html.",
     )
-    parser.add_argument(
-        "--out",
-        metavar="DIR",
-        default="out/paper",
-        help="folder of the results (default: %(default)s)",
-    )
+    add_option(parser, "--out", "DIR", "out/paper", "folder of the results")
     parser.add_argument("--seed", type=int, default=1, help="seed of all random draws (default: 1)")
     parser.add_argument("--json", action="store_true", help="print results.json instead of tables")
 
@@ -82,7 +75,7 @@ def _refuse_other_statistics(folder: Path) -> None:
 
 def _statistics(
     folder: Path, *, seed: int, progress: Callable[[str, int, int], None]
-) -> tuple[StatisticsRow, ...]:
+) -> tuple["StatisticsRow", ...]:
     """Rows of figures 12 and 13, from few trials, always run anew and then kept in ``folder``."""
     from polychirp.study.monte_carlo.executor import LocalWorkers
     from polychirp.study.monte_carlo.run import LOG
@@ -103,7 +96,7 @@ def _statistics(
     )
 
 
-def _say_row(row: PaperRow) -> None:
+def _say_row(row: "PaperRow") -> None:
     """Print a case of the paper on stderr as soon as it is computed."""
     from polychirp.report.verdict import row_in_words
     from polychirp.report.words import variant_name

@@ -1,7 +1,5 @@
 """Progress of long commands on stderr: a temporary bar on a terminal, else lines."""
 
-from __future__ import annotations
-
 import sys
 import time
 from collections.abc import Iterator
@@ -59,7 +57,7 @@ def _in_words(seconds: float | None) -> str:
 
 
 @contextmanager
-def progress_bar(name: str) -> Iterator[Progress]:
+def progress_bar(name: str) -> Iterator["Progress"]:
     """Callback that shows the kind of work, the steps done and, if it is known, the time left."""
     name = printable(name)
     if not sys.stderr.isatty():
@@ -95,7 +93,7 @@ def progress_bar(name: str) -> Iterator[Progress]:
         yield show
 
 
-def _lines(name: str) -> Progress:
+def _lines(name: str) -> "Progress":
     """Callback that prints a line at the start and end of each kind of work, and every minute."""
     kind, left, shown = "", TimeLeft(0.0), 0.0
 

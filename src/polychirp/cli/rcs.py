@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from polychirp.cli.terminal import (
+    add_option,
     figure_text,
     positive_value,
     printable,
@@ -49,27 +50,13 @@ def add_parser(subparsers: Any) -> None:
     )
     parser.add_argument("mesh", metavar="MESH", help="a mesh file or a built-in body")
     where = parser.add_mutually_exclusive_group()
-    where.add_argument(
-        "--range",
-        metavar="R",
-        default="10 m",
-        help="range of the radar from the middle of the body (default: 10 m)",
-    )
+    add_option(where, "--range", "R", "10 m", "range of the radar from the middle of the body")
     where.add_argument(
         "--far", action="store_true", help="compute the far field (plane waves) instead"
     )
-    parser.add_argument(
-        "--elevation",
-        metavar="A",
-        default="0 deg",
-        help="elevation of the radar, positive up (default: 0 deg)",
-    )
-    parser.add_argument(
-        "--step", metavar="A", default="0.5 deg", help="step of azimuth (default: 0.5 deg)"
-    )
-    parser.add_argument(
-        "--frequency", metavar="F", default="79 GHz", help="frequency (default: 79 GHz)"
-    )
+    add_option(parser, "--elevation", "A", "0 deg", "elevation of the radar, positive up")
+    add_option(parser, "--step", "A", "0.5 deg", "step of azimuth")
+    add_option(parser, "--frequency", "F", "79 GHz", "frequency")
     parser.add_argument(
         "--polarisation",
         choices=("VV", "VH", "HV", "HH"),
@@ -78,22 +65,10 @@ def add_parser(subparsers: Any) -> None:
         "has all four (default: VV)",
     )
     parser.add_argument("--material", metavar="NAME", help="material of the whole body")
-    parser.add_argument(
-        "--bounces",
-        metavar="N",
-        type=int,
-        default=1,
-        help="greatest number of surfaces that a path meets (default: 1)",
-    )
-    parser.add_argument(
-        "--max-edge", metavar="L", default="5 cm", help="longest edge of a facet (default: 5 cm)"
-    )
-    parser.add_argument(
-        "--smooth",
-        metavar="A",
-        default="2 deg",
-        help="half the width of the running median over azimuth (default: 2 deg)",
-    )
+    add_option(parser, "--bounces", "N", 1, "greatest number of surfaces that a path meets")
+    add_option(parser, "--max-edge", "L", "5 cm", "longest edge of a facet")
+    smooth = "half the width of the running median over azimuth"
+    add_option(parser, "--smooth", "A", "2 deg", smooth)
     parser.add_argument(
         "--scale",
         metavar="X",
@@ -167,17 +142,16 @@ def _mesh(arguments: argparse.Namespace, *, smallest: float) -> Mesh:
                     "mesh of a file does"
                 )
         mesh = vehicle_mesh(arguments.mesh, max_edge=longest)
-        if arguments.material is None:
-            return mesh
-        return replace(mesh, materials=(arguments.material,) * len(mesh.materials))
-    mesh = _from_file(arguments)
-    _check_size(arguments.mesh, mesh, smallest=smallest)
-    return subdivided(mesh, longest)
+    else:
+        mesh = _from_file(arguments)
+        _check_size(arguments.mesh, mesh, smallest=smallest)
+        mesh = subdivided(mesh, longest)
+    if arguments.material is None:
+        return mesh
+    return replace(mesh, materials=(arguments.material,) * len(mesh.materials))
 
 
 def _from_file(arguments: argparse.Namespace) -> Mesh:
-    from dataclasses import replace
-
     from polychirp.channel.materials.library import known_materials
     from polychirp.traffic.mesh_file import load_mesh
 
@@ -195,7 +169,7 @@ def _from_file(arguments: argparse.Namespace) -> Mesh:
     except ValueError:
         raise InputError(f"--scale: '{arguments.scale}' is not a number; try 0.001") from None
     try:
-        mesh = load_mesh(
+        return load_mesh(
             path,
             materials={known: known for known in known_materials()},
             default_material=arguments.material,
@@ -208,9 +182,6 @@ def _from_file(arguments: argparse.Namespace) -> Mesh:
                 f"{error}; or name one for the whole body, as in --material metal"
             ) from None
         raise
-    if arguments.material is None:
-        return mesh
-    return replace(mesh, materials=(arguments.material,) * len(mesh.materials))
 
 
 def _check_size(name: str, mesh: Mesh, *, smallest: float) -> None:

@@ -1,7 +1,5 @@
 """Common to all commands: text on the terminal, checks of output places, values of options."""
 
-from __future__ import annotations
-
 import argparse
 import os
 import sys
@@ -61,7 +59,7 @@ def say(text: str) -> None:
     print(printable(text), file=sys.stderr)
 
 
-def tables() -> Console:
+def tables() -> "Console":
     """A console for results on stdout; it shows text as it is, without markup or control codes."""
     from rich.console import Console
 
@@ -80,12 +78,8 @@ def tables() -> Console:
 def usable_folder(name: str | Path, *, option: str = "--out") -> Path:
     """The folder for results; it is refused, before the computation, if it cannot be used.
 
-    Raises
-    ------
-    InputError
-        The folder or one of its parents is a file.
-    RunError
-        No file can be created in it.
+    `InputError` is raised if the folder or one of its parents is a file, and `RunError` if no file
+    can be created in it.
     """
     folder = Path(name)
     for place in (folder, *folder.parents):
@@ -112,12 +106,8 @@ def _try_to_write(folder: Path, *, option: str) -> None:
 def usable_file(name: str, *, option: str) -> Path:
     """The file for a result; it is refused, before the computation, if it cannot be written.
 
-    Raises
-    ------
-    InputError
-        The file's folder does not exist, or a folder has the file's name.
-    RunError
-        The file cannot be written.
+    `InputError` is raised if the file's folder does not exist, or a folder has the file's name, and
+    `RunError` if the file cannot be written.
     """
     path = Path(name)
     if not path.parent.is_dir():
@@ -131,6 +121,17 @@ def usable_file(name: str, *, option: str) -> Path:
     elif not os.access(path, os.W_OK):
         raise RunError(f"{option}: '{path}' cannot be written; name another file")
     return path
+
+
+def add_option(parser: Any, name: str, metavar: str, default: str | int, text: str) -> None:
+    """Add the option ``name``, a value of its default's type; the help ends with the default."""
+    parser.add_argument(
+        name,
+        metavar=metavar,
+        type=type(default),
+        default=default,
+        help=f"{text} (default: {default})",
+    )
 
 
 def si_value(

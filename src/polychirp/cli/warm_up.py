@@ -1,7 +1,5 @@
 """``polychirp warm-up`` — compile all kernels in advance, for container images and clusters."""
 
-from __future__ import annotations
-
 import argparse
 import json
 import sys
@@ -49,7 +47,7 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _summary(done: Compiled) -> dict[str, Any]:
+def _summary(done: "Compiled") -> dict[str, Any]:
     return {
         "folder": str(done.folder),
         "parts": list(done.parts),
@@ -59,7 +57,7 @@ def _summary(done: Compiled) -> dict[str, Any]:
     }
 
 
-def _sentence(done: Compiled) -> str:
+def _sentence(done: "Compiled") -> str:
     if not done.parts:
         return f"nothing to do: all kernels are in {done.folder}"
     parts = ", ".join(done.parts)

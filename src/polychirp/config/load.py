@@ -31,13 +31,8 @@ def load_study(path: Path | str, *, overrides: Iterable[str] = ()) -> Study:
     The ``overrides``, each like ``radars.0.start_time=1 ms``, change the tables of the file first.
     Then keys of ``[defaults.radar]`` go into every ``[[radars]]`` that does not give them itself.
     Paths of mesh files are relative to the study file. A table ``[monte_carlo]`` is not read here,
-    but in `config.monte_carlo`.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, is not TOML, or does not describe a study; the message lists
-        every problem with its place.
+    but in `config.monte_carlo`. `InputError` is raised if the file cannot be read, is not TOML, or
+    does not describe a study; the message lists every problem with its place.
     """
     path = Path(path)
     data = read_toml(path)
@@ -97,15 +92,9 @@ def read_toml(path: Path) -> dict[str, Any]:
 def with_defaults(data: dict[str, Any]) -> dict[str, Any]:
     """The tables with ``defaults.radar`` moved into every radar.
 
-    Inner tables are merged key by key, unless a radar's table has another ``kind``.
+    Inner tables are merged key by key, unless a radar's table has another ``kind``. `InputError` is
+    raised if ``defaults`` holds something else than the table ``radar``.
 
-    Raises
-    ------
-    InputError
-        ``defaults`` holds something else than the table ``radar``.
-
-    Examples
-    --------
     >>> with_defaults({"defaults": {"radar": {"vehicle": "car"}}, "radars": [{"name": "front"}]})
     {'radars': [{'vehicle': 'car', 'name': 'front'}]}
     """
@@ -151,17 +140,9 @@ def _merged(default: Any, own: Any) -> Any:
 def build(spec: type[S], data: object, *, where: Callable[[Place], Place] = tuple) -> S:
     """A spec from the tables and values of a file.
 
-    Parameters
-    ----------
-    where : function from the place of a problem in ``data`` to its place in the file
+    ``where`` gives the place in the file of a problem, from its place in ``data``. An `InputError`
+    has one line for each problem: where it is, what is wrong, what would work.
 
-    Raises
-    ------
-    InputError
-        One line for each problem: where it is, what is wrong, what would work.
-
-    Examples
-    --------
     >>> from polychirp.waveform import Triangular
     >>> build(Triangular, {"bandwidth": "1 GHz"}).bandwidth
     1000000000.0

@@ -38,13 +38,9 @@ def load_plan(
 
     The ``overrides`` change the tables of the file first, those of the grid included, as in
     ``monte_carlo.trials=20``. Then each point of the grid sets its own values. The command that
-    runs a point begins with ``program``.
-
-    Raises
-    ------
-    InputError
-        The file has no table ``[monte_carlo]``, the table is wrong, or points of its grid are no
-        valid studies; the message lists every problem with its place and the points that have it.
+    runs a point begins with ``program``. `InputError` is raised if the file has no table
+    ``[monte_carlo]``, the table is wrong, or points of its grid are no valid studies; the message
+    lists every problem with its place and the points that have it.
     """
     path, overrides = Path(path), [*overrides]
     data = read_toml(path)

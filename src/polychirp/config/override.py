@@ -15,14 +15,9 @@ def apply_override(data: dict[str, Any], change: str) -> None:
     """Set one value of a study's tables, in place, as ``path=value`` says; see `set_value`.
 
     The value is read as TOML if it is TOML, and as text otherwise, because shells remove quotes.
+    `InputError` is raised if the change has no '=' or an empty key, or `set_value` refuses its
+    path.
 
-    Raises
-    ------
-    InputError
-        The change has no '=' or an empty key, or `set_value` refuses its path.
-
-    Examples
-    --------
     >>> data = {"radars": [{"name": "front"}]}
     >>> apply_override(data, "radars.0.converter.sample_rate=2 MS/s")
     >>> data["radars"][0]["converter"]
@@ -39,14 +34,9 @@ def set_value(data: dict[str, Any], path: str, value: Any) -> None:
 
     A key selects an entry of a list by its number, counted from 0, or by its name; ``*`` selects
     all entries. Tables on the path that are missing are added; entries of lists are not.
+    `InputError` is raised if the path is malformed, names a missing entry, or leads through a plain
+    value.
 
-    Raises
-    ------
-    InputError
-        The path is malformed, names a missing entry, or leads through a plain value.
-
-    Examples
-    --------
     >>> data = {"radars": [{"name": "front"}, {"name": "rear"}]}
     >>> set_value(data, "radars.*.start_time", "1 ms")
     >>> [radar["start_time"] for radar in data["radars"]]

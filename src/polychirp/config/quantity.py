@@ -39,15 +39,9 @@ def write_quantity(value: float, unit: Unit) -> str:
     """Shortest text of an SI value in its SI unit or a customary one.
 
     It reads back as exactly ``value`` if there is such a text. Levels in dB do not represent every
-    number; then the last of 16 digits may differ. Bounds of the unit are not checked.
+    number; then the last of 16 digits may differ. Bounds of the unit are not checked. `InputError`
+    is raised if the value is not finite, or has no level in dB.
 
-    Raises
-    ------
-    InputError
-        The value is not finite, or has no level in dB.
-
-    Examples
-    --------
     >>> write_quantity(79e9, Unit("Hz")), write_quantity(1.5e-3, Unit("s"))
     ('79 GHz', '1.5 ms')
     >>> write_quantity(1000.0, Unit("dB"))

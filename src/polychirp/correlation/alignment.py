@@ -37,11 +37,8 @@ class Aligned:
 def comparable(signal: Baseband, reference: Baseband) -> Baseband:
     """The signal at the reference's sample rate and carrier.
 
-    Raises
-    ------
-    InputError
-        The carriers differ by at least the mean of the sample rates, so that the bands of the two
-        signals do not overlap.
+    `InputError` is raised if the carriers differ by at least the mean of the sample rates, so that
+    the bands of the two signals do not overlap.
     """
     gap = abs(signal.centre_frequency - reference.centre_frequency)
     reach = 0.5 * (signal.sample_rate + reference.sample_rate)
@@ -68,15 +65,9 @@ def aligned(signal: Baseband, reference: Baseband, *, greatest_offset: float = 0
 
     The peak of the ambiguity function is searched up to ± ``greatest_offset`` Hz. For a single ramp
     an offset f is nearly equivalent to a delay of −f/slope: along this ridge the peak falls by only
-    f/bandwidth. A triangle separates the two.
+    f/bandwidth. A triangle separates the two. `InputError` is raised if rates or carriers differ,
+    or the offset would need more than `MOST_SHIFTS` shifts.
 
-    Raises
-    ------
-    InputError
-        Rates or carriers differ, or the offset would need more than `MOST_SHIFTS` shifts.
-
-    Examples
-    --------
     >>> draw = np.random.default_rng(1).standard_normal(500) + 0j
     >>> reference = Baseband(samples=draw, sample_rate=1e6)
     >>> late = Baseband(samples=np.concatenate([np.zeros(40), draw]), sample_rate=1e6)

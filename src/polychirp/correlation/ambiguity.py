@@ -53,14 +53,9 @@ def ambiguity(
     The second signal is divided into blocks. Each block is transformed once for every Doppler
     shift, and multiplied with the transform of the samples of the first signal within its lags.
     Besides the result, memory holds one block, of a few times the lags, for signals of any length.
+    `InputError` is raised if `need_comparable` refuses the signals, or the result has more cells
+    than `MOST_CELLS`.
 
-    Raises
-    ------
-    InputError
-        `need_comparable` refuses the signals, or the result has more cells than `MOST_CELLS`.
-
-    Examples
-    --------
     >>> tone = Baseband(samples=np.ones(100), sample_rate=100.0)
     >>> found = ambiguity(tone, tone, doppler=np.array([0.0, 1.0]), greatest_lag=0.5)
     >>> abs(found.amplitude[:, found.lag == 0.0]).round(6).T

@@ -71,15 +71,9 @@ def correlate(a: Baseband, b: Baseband, *, oversampling: int = 1) -> Correlation
     """Correlation of two signals at every lag at which they overlap, by three Fourier transforms.
 
     ``oversampling`` is the number of lags per sample: zeros are inserted between the halves of the
-    spectrum, which interpolates band-limited samples exactly.
+    spectrum, which interpolates band-limited samples exactly. `InputError` is raised if the signals
+    have different rates or carriers, or one has no energy.
 
-    Raises
-    ------
-    InputError
-        The signals have different rates or carriers, or one has no energy.
-
-    Examples
-    --------
     >>> ones = Baseband(samples=np.ones(4), sample_rate=1.0)
     >>> correlate(ones, ones).amplitude.real.round(12)
     array([0.25, 0.5 , 0.75, 1.  , 0.75, 0.5 , 0.25])

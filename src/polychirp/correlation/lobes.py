@@ -36,8 +36,6 @@ def lobes(correlation: Correlation) -> Lobes:
     The main lobe reaches to the first minimum on each side of the lag of greatest power. The
     correlation of different signals is a plateau with ripples: its width and side lobes say little.
 
-    Examples
-    --------
     >>> lag = np.linspace(-20.0, 20.0, 4001)
     >>> found = lobes(Correlation(amplitude=np.sinc(lag), lag=lag))
     >>> round(found.width, 3), round(found.peak_side_lobe, 4)

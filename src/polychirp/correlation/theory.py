@@ -32,8 +32,6 @@ def expected(a: RampSchedule, b: RampSchedule, lag: FloatArray) -> Correlation:
     product of the numbers of ramps of ``a``, ramps of ``b`` and lags. Carriers are not removed: the
     phase is that of signals at the schedules' radio frequencies.
 
-    Examples
-    --------
     >>> ramp = RampSchedule(start_time=[0.0], duration=[1e-4], start_frequency=[3.95e9],
     ...     slope=[1e12], start_phase=[0.0], sweep=[0])
     >>> abs(expected(ramp, ramp, np.array([0.0, 10e-9, 20e-9])).amplitude).round(4)

@@ -134,10 +134,7 @@ class Baseband:
     def resampled(self, sample_rate: float) -> Self:
         """The same signal at another rate; for a lower rate its band is limited first.
 
-        Raises
-        ------
-        InputError
-            There would be more than `MOST_RESAMPLED` samples.
+        `InputError` is raised if there would be more than `MOST_RESAMPLED` samples.
         """
         if sample_rate == self.sample_rate:
             return self

@@ -79,16 +79,6 @@ class IqImbalance(Spec):
         turned = cmath.rect(math.sqrt(self.gain), self.phase)
         return 0.5 * (1.0 + turned.conjugate()), 0.5 * (1.0 - turned)
 
-    @property
-    def image_rejection(self) -> float:
-        r"""Power ratio \|α/β\|² of a beat to its image; infinite without an image.
-
-        >>> round(10 * math.log10(IqImbalance(phase=math.radians(1.0)).image_rejection), 1)
-        41.2
-        """
-        straight, image = self.weights
-        return abs(straight) ** 2 / abs(image) ** 2 if image else math.inf
-
     def applied(self, samples: ComplexArray) -> ComplexArray:
         """Samples ``(…,)`` with the imbalance."""
         straight, image = self.weights

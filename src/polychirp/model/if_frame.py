@@ -71,10 +71,8 @@ class SampleTimes:
 def sample_times(schedule: RampSchedule, converter: Converter) -> SampleTimes:
     """Times of the samples that a converter takes on every ramp.
 
-    Raises
-    ------
-    InputError
-        A ramp leaves no room for two samples between the converter's start and its margin.
+    `InputError` is raised if a ramp leaves no room for two samples between the converter's start
+    and its margin.
     """
     room = schedule.duration - converter.start - converter.margin
     # the small terms keep a last sample exactly at the window's end in spite of rounding

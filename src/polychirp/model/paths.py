@@ -164,13 +164,7 @@ class PropagationPaths:
     def delays_after(self, elapsed: FloatArray | float) -> tuple[FloatArray, FloatArray]:
         """Delays (s) and their rates (s/s) some time later, as in `carried`, ``(path,)`` each.
 
-        Parameters
-        ----------
-        elapsed : s, one time for all paths, or one for each, ``(path,)``
-
-        >>> from polychirp.testing.paths import HandPath, paths_of
-        >>> paths_of(HandPath(delay=1e-7, delay_rate=1e-8)).delays_after(2.0)[0].tolist()
-        [1.2e-07]
+        ``elapsed`` (s) is one time for all paths, or one for each, ``(path,)``.
         """
         bend = 0.5 * self.delay_acceleration * elapsed**2
         return (

@@ -166,16 +166,9 @@ class RampSchedule:
         """The same ramps, with every sweep started late by its own ``delay``.
 
         Phases at the ramps' starts are unchanged, and the radar's own sample times move with its
-        ramps. So only the beats of other radars' signals and of moving targets change.
-
-        Parameters
-        ----------
-        delay : s, ``(sweep,)``, negative for a sweep that starts early
-
-        Raises
-        ------
-        InputError
-            A ramp starts before the previous one ends, or there are fewer delays than sweeps.
+        ramps. So only the beats of other radars' signals and of moving targets change. ``delay``
+        (s) is ``(sweep,)``, negative for a sweep that starts early. `InputError` is raised if a
+        ramp starts before the previous one ends, or there are fewer delays than sweeps.
         """
         if self.sweep.max() >= delay.size:
             raise InputError(

@@ -1,7 +1,5 @@
 """`RangeProfiles`, `RangeRateSpectra` and `RangeRateMap`: spectra with their axes."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -53,7 +51,7 @@ class RangeRateSpectra:
         _check_growing("RangeRateSpectra.range_rate", self.range_rate)
 
     @property
-    def mean_power(self) -> RangeRateMap:
+    def mean_power(self) -> "RangeRateMap":
         """Mean over channels of the power of each cell; phases between channels have no effect."""
         power = np.mean(self.amplitude.real**2 + self.amplitude.imag**2, axis=0)
         return RangeRateMap(power=power, range_rate=self.range_rate, range=self.range)

@@ -91,10 +91,8 @@ class SoapyRadio:
     def record(self, *, num_samples: int, sample_rate: float, centre_frequency: float) -> Baseband:
         """See `Radio.record`.
 
-        Raises
-        ------
-        RunError
-            The driver lost samples or gives none, or the transmitter has stopped.
+        `RunError` is raised if the driver lost samples or gives none, or the transmitter has
+        stopped.
         """
         stream = self._stream("rx", sample_rate, centre_frequency)
         try:

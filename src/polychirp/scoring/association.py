@@ -39,11 +39,9 @@ def associate(
 
     Of the detections inside its gate a target gets the **strongest**: the nearest to the truth
     would make errors look smaller than they are. Of all pairings with the greatest number of pairs,
-    the one with the greatest sum of detected powers in dB is chosen (Kuhn–Munkres algorithm).
-
-    Parameters
-    ----------
-    may_be_target : mask of the detections that may be paired, ``(detection,)``; by default all
+    the one with the greatest sum of detected powers in dB is chosen (Kuhn–Munkres algorithm). The
+    mask ``may_be_target`` ``(detection,)`` is true for the detections that may be paired; by
+    default, all may.
     """
     from scipy.optimize import linear_sum_assignment
 

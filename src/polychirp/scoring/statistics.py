@@ -77,13 +77,8 @@ def proportion(
     each with a weight of a quarter. Before the factor of :math:`t`, :math:`n` is at most the total
     of ``counts``, and at least :math:`(\sum m_i)^2/\sum m_i^2`, the value for trials that hit or
     miss as a whole. It has this value if all or none are hits, as :math:`v` is then unknown.
+    ``hits`` and ``counts`` are ``(trial,)``; trials without counts are left out.
 
-    Parameters
-    ----------
-    hits, counts : ``(trial,)``; trials without counts are left out
-
-    Examples
-    --------
     >>> targets = np.full(20, 5.0)
     >>> found = proportion(np.where(np.arange(20) < 16, 5.0, 0.0), targets)  # all five or none
     >>> found.value, round(found.low, 2), round(found.high, 2)
@@ -158,14 +153,9 @@ def rms(squares: FloatArray, counts: FloatArray, *, level: float = CONFIDENCE_LE
     the variance of a ratio of sums, estimated between trials. The variance is at least that of K
     independent normal errors, :math:`\psi_1(K/2) \approx 2/K`. If all errors of a trial are
     equal, the interval contains the true value in 91 of 100 cases with 20 trials, and in 94 of 100
-    with 100 trials.
+    with 100 trials. ``squares`` and ``counts`` are ``(trial,)``; trials without errors are left
+    out.
 
-    Parameters
-    ----------
-    squares, counts : ``(trial,)``; trials without errors are left out
-
-    Examples
-    --------
     >>> found = rms(np.full(50, 0.01), np.ones(50))
     >>> round(found.value, 3), round(found.low, 3), round(found.high, 3)
     (0.1, 0.082, 0.123)
@@ -197,15 +187,10 @@ def ratio_difference(
     Common variations cancel in the difference of their influences
     :math:`u_i = (a_i - R b_i)/\bar b`, whose mean is Student-distributed. If no trial differs, the
     interval is ± the upper limit of the probability that a trial differs,
-    :math:`1 - (\alpha/2)^{1/n}`, about the value.
+    :math:`1 - (\alpha/2)^{1/n}`, about the value. ``first`` and ``second`` are numerator and
+    denominator in every trial, ``(trial,)`` each; ones as the denominator make it a difference of
+    means.
 
-    Parameters
-    ----------
-    first, second : numerator and denominator in every trial, ``(trial,)`` each; ones as the
-        denominator make it a difference of means
-
-    Examples
-    --------
     >>> found, seen = np.array([4.0, 5.0, 3.0, 5.0]), np.full(4, 5.0)
     >>> gain = ratio_difference((found, seen), (found - 1.0, seen))  # always one target more
     >>> round(gain.value, 3)
@@ -225,11 +210,8 @@ def rms_difference(
     r"""First minus second root mean square, of variants that share their draws trial by trial.
 
     As `ratio_difference`, with the influence of a square root, :math:`u_i/2\sqrt R`. Limits are
-    NaN where no trial differs.
-
-    Parameters
-    ----------
-    first, second : sum of squares and number in every trial, ``(trial,)`` each
+    NaN where no trial differs. ``first`` and ``second`` are the sum of squares and the number in
+    every trial, ``(trial,)`` each.
     """
     mean_1, influence_1 = _ratio(*first)
     mean_2, influence_2 = _ratio(*second)

@@ -8,12 +8,8 @@ def replace_folder(path: Path, new: Path) -> None:
     """Put the folder ``new`` in place of the one at ``path``, which is deleted afterwards.
 
     The old folder is renamed first, since a folder that is deleted may be left with a part of its
-    files. If ``new`` cannot be renamed, the old folder gets its name back.
-
-    Raises
-    ------
-    OSError
-        A folder cannot be renamed; the old one is as it was.
+    files. If ``new`` cannot be renamed, the old folder gets its name back. `OSError` is raised if a
+    folder cannot be renamed; the old one is as it was.
     """
     old = path.with_name(f"{path.name}.replaced")
     if path.is_dir() and not path.is_symlink():

@@ -45,12 +45,8 @@ def provenance(study: Study) -> Provenance:
     """Provenance of results that are computed from ``study``.
 
     Equal studies have equal text and hash: no time of day is stored, and a mesh file is identified
-    by its name without folder and by its contents.
-
-    Raises
-    ------
-    InputError
-        A mesh file cannot be read.
+    by its name without folder and by its contents. `InputError` is raised if a mesh file cannot be
+    read.
     """
     text = canonical_json(_with_mesh_contents(study))
     return Provenance(

@@ -15,14 +15,9 @@ def sample_street(study: Study) -> Study:
 
     Unless the study names victims and targets, the victims are the radars that it lists, and the
     targets are those of the traffic. A study without random traffic is returned as it is.
+    `InputError` is raised if there is no radar to copy, too little space, or no viewing vehicle
+    that heads along +x.
 
-    Raises
-    ------
-    InputError
-        There is no radar to copy, too little space, or no viewing vehicle that heads along +x.
-
-    Examples
-    --------
     >>> from polychirp.study.spec import StudyRadar
     >>> from polychirp.traffic.street import Street, Vehicle
     >>> from polychirp.waveform import Triangular

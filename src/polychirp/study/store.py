@@ -110,10 +110,8 @@ class StoredRun:
     def victim(self, name: str) -> StoredVictim:
         """The result of the radar called ``name``.
 
-        Raises
-        ------
-        InputError
-            The run has no such victim; the message names the victims that it has.
+        `InputError` is raised if the run has no such victim; the message names the victims that it
+        has.
         """
         for victim in self.victims:
             if victim.name == name:
@@ -125,12 +123,8 @@ def save_run(path: Path | str, *, victims: Iterable[VictimResult], provenance: P
     """Store a run; equal runs give equal files.
 
     Samples and parts are stored as ``complex64``, all else in full precision. A folder at ``path``
-    is replaced once the new run is complete. If it cannot be replaced, both are kept.
-
-    Raises
-    ------
-    RunError
-        The folder cannot be written.
+    is replaced once the new run is complete. If it cannot be replaced, both are kept. `RunError` is
+    raised if the folder cannot be written.
     """
     path = Path(path)
     unfinished = path.with_name(f"{path.name}.unfinished")
@@ -223,10 +217,8 @@ def _write_array(group: Group, name: str, values: NDArray[Any], *, noun: type, f
 def load_run(path: Path | str) -> StoredRun:
     """Read a stored run.
 
-    Raises
-    ------
-    InputError
-        There is no complete run at ``path``, or it has another format version.
+    `InputError` is raised if there is no complete run at ``path``, or it has another format
+    version.
     """
     path = Path(path)
     try:

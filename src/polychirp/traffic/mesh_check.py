@@ -54,10 +54,8 @@ class NoOtherFiles:
 def checked_content(file: Path) -> bytes:
     """Bytes of a mesh file that is safe to read.
 
-    Raises
-    ------
-    InputError
-        The file is missing, of another kind, too large, cut off, or refers to others or to itself.
+    `InputError` is raised if the file is missing, of another kind, too large, cut off, or refers to
+    others or to itself.
     """
     suffix = file.suffix.lower()
     if suffix not in SUFFIXES:
@@ -99,9 +97,6 @@ def _check_stl(content: bytes) -> None:
             f"it announces {count} triangles, {84 + 50 * count} bytes, and has {len(content)}; "
             "copy it again"
         )
-
-
-# ── GLB ───────────────────────────────────────────────────────────────────────
 
 
 def _check_glb(content: bytes) -> None:

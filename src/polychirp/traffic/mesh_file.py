@@ -1,7 +1,5 @@
 """Reading of meshes from GLB, OBJ and STL files, and writing of meshes to GLB files."""
 
-from __future__ import annotations
-
 import logging
 import math
 from collections.abc import Iterator, Mapping
@@ -142,11 +140,7 @@ def save_glb(mesh: Mesh, path: str | Path) -> None:
     """Write a mesh as GLB, y up as in glTF; parts become nodes, materials keep their names.
 
     A part of several materials becomes one node for each; vertices are single precision.
-
-    Raises
-    ------
-    InputError
-        The mesh is empty.
+    `InputError` is raised if the mesh is empty.
     """
     if mesh.num_faces == 0:
         raise InputError(f"there is nothing to write to '{path}': the mesh has no faces")
@@ -179,7 +173,7 @@ def save_glb(mesh: Mesh, path: str | Path) -> None:
 _NAME_SEPARATOR: Final = "·"
 
 
-def _placed(scene: trimesh.Scene, library: Any) -> list[tuple[str, Any]]:
+def _placed(scene: "trimesh.Scene", library: Any) -> list[tuple[str, Any]]:
     """Part name and geometry, in the scene's frame, of every node that has triangles."""
     found = []
     for node in scene.graph.nodes_geometry:

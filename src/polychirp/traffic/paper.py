@@ -67,12 +67,8 @@ _TREES: Final = (
 def paper_street(*, max_edge: float = 0.05, coarseness: float = 1.0) -> Street:
     """The street of the paper's figures 8 to 11 at time 0.
 
-    Parameters
-    ----------
-    max_edge, coarseness : fineness of the vehicles' meshes, see `vehicle_mesh`
+    ``max_edge`` and ``coarseness`` are the fineness of the vehicles' meshes, see `vehicle_mesh`.
 
-    Examples
-    --------
     >>> street = paper_street()
     >>> len(street.vehicles), street.vehicles[0].name
     (8, 'vehicle-1')
@@ -109,8 +105,6 @@ def paper_mounts() -> dict[str, tuple[str, Pose]]:
     Radar 4 is 0.42 m left of its vehicle's middle. There, its own distance from radar 2 and the
     distance of the metal behind it are both those of the paper.
 
-    Examples
-    --------
     >>> {name: round(mount.x, 1) for name, (_, mount) in paper_mounts().items()}
     {'vehicle-1': -2.3, 'vehicle-2': 2.1, 'vehicle-3': 2.6, 'vehicle-4': 2.3}
     """

@@ -139,10 +139,8 @@ class RandomTraffic(Spec):
     def on(self, street: Street, streams: Streams) -> Street:
         """The street with this traffic.
 
-        Raises
-        ------
-        InputError
-            The viewing vehicle is missing or does not head along +x, or there is no room.
+        `InputError` is raised if the viewing vehicle is missing or does not head along +x, or there
+        is no room.
         """
         viewer = self._viewer(street)
         eye = (viewer.x + vehicle_size(viewer.body)[0] / 2, viewer.y)

@@ -320,10 +320,8 @@ class Street(Spec):
     def scene(self, radars: Sequence[tuple[Radar, str]] = ()) -> Scene:
         """The street at time 0 with radars, each with the name of the vehicle that carries it.
 
-        Raises
-        ------
-        InputError
-            A carrier is not among the vehicles, or a vehicle from a file does not fit.
+        `InputError` is raised if a carrier is not among the vehicles, or a vehicle from a file does
+        not fit.
         """
         names = [vehicle.name for vehicle in self.vehicles]
         for radar, carrier in radars:

@@ -15,12 +15,8 @@ class Waveform(Protocol):
         """Ramps of ``num_sweeps`` sweeps, the first starting at 0 s of the radar's own clock.
 
         All random numbers come from ``streams``, which belong to one radar. Equal streams give
-        equal ramps, and a longer schedule begins with the ramps of a shorter one.
-
-        Raises
-        ------
-        InputError
-            ``num_sweeps`` is less than one.
+        equal ramps, and a longer schedule begins with the ramps of a shorter one. `InputError` is
+        raised if ``num_sweeps`` is less than one.
         """
 
 

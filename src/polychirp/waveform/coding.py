@@ -26,10 +26,7 @@ class Coding(Protocol):
     def weights(self, sweep: IntArray, *, num_elements: int) -> ComplexArray:
         """Weights ``(len(sweep), element)`` on the sweeps with the numbers ``sweep``.
 
-        Raises
-        ------
-        InputError
-            A receiver could not separate so many elements.
+        `InputError` is raised if a receiver could not separate so many elements.
         """
 
 
@@ -115,8 +112,6 @@ AnyCoding = Annotated[TimeDivision | DopplerDivision | PhaseCoded, ByKind()]
 def coded(schedule: RampSchedule, coding: Coding, *, num_elements: int) -> RampSchedule:
     """The schedule, sent by ``num_elements`` transmitting elements with the weights of ``coding``.
 
-    Examples
-    --------
     >>> from polychirp.rng import Streams
     >>> from polychirp.waveform import Triangular
     >>> ramps = Triangular().schedule(num_sweeps=2, streams=Streams(seed=1))

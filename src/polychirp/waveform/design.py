@@ -15,8 +15,6 @@ def sweep_time(*, slope_factor: float, greatest_range: Metres) -> Seconds:
     10 000. The defaults of the waveform families are those of table 2, because only ramps of
     milliseconds resolve the speeds of the paper.
 
-    Examples
-    --------
     >>> round(sweep_time(slope_factor=5.5, greatest_range=30.0) * 1e6, 2)
     1.1
     >>> round(sweep_time(slope_factor=5e3, greatest_range=30.0) * 1e3, 2)
@@ -33,8 +31,6 @@ def bandwidth_for(range_resolution: Metres) -> Hertz:
 
     Equation (8) of the paper.
 
-    Examples
-    --------
     >>> round(bandwidth_for(0.15) / 1e6, 1)
     999.3
     """

@@ -24,15 +24,9 @@ def played(
     .. math:: s(t) = e^{j2\pi(\varphi(t) - f_c t)}
 
     with φ of `RampSchedule` and the carrier :math:`f_c`, by default the middle of the band. Between
-    ramps s is zero. A ramp does not include the instant of its end.
+    ramps s is zero. A ramp does not include the instant of its end. `InputError` is raised if the
+    band exceeds ± half the sample rate about the carrier, or there are too many samples.
 
-    Raises
-    ------
-    InputError
-        The band exceeds ± half the sample rate about the carrier, or there are too many samples.
-
-    Examples
-    --------
     >>> ramp = RampSchedule(start_time=[0.0], duration=[1e-4], start_frequency=[3.95e9],
     ...     slope=[1e12], start_phase=[0.0], sweep=[0])
     >>> played(ramp, sample_rate=130e6).num_samples

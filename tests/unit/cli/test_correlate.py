@@ -230,7 +230,7 @@ def test_slopes_that_are_opposite_but_for_rounding_follow_the_law_of_opposite_sl
     )
     pair = paired(rising, Operand(name="falling", schedule=falling))
     power, law = pair.law
-    assert law == "-10 log10(2 B T) + 2.6 dB for opposite slopes"
+    assert law == "−10 log₁₀(2 B T) + 2.6 dB for opposite slopes"
     assert 10 * math.log10(power) == pytest.approx(-10 * math.log10(2e4) + 2.56, abs=0.01)
 
 

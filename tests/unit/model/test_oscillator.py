@@ -32,7 +32,7 @@ def test_there_is_no_noise_below_the_table_and_a_floor_above_it():
     [
         ({"offset": (1e4,), "level": (1e-8, 1e-9)}, "1 offsets and 2 levels"),
         ({"offset": (), "level": ()}, "one level or more"),
-        ({"offset": (1e5, 1e4), "level": (1e-8, 1e-9)}, "rise"),
+        ({"offset": (1e5, 1e4), "level": (1e-8, 1e-9)}, "must be positive and grow"),
         ({"offset": (0.0, 1e4), "level": (1e-8, 1e-9)}, "positive"),
         ({"offset": (1e4,), "level": (0.0,)}, "above zero"),
     ],

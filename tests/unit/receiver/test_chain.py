@@ -43,7 +43,7 @@ def test_azimuths_are_found_by_any_of_the_methods(angle):
 
 
 def test_an_unknown_estimator_of_azimuths_is_refused():
-    with pytest.raises(InputError, match="none of root-music, bartlett, capon"):
+    with pytest.raises(InputError, match="not one of root-music, bartlett, capon"):
         Receiver(angle="music")
 
 

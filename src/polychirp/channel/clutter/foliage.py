@@ -57,18 +57,14 @@ def foliage_paths(world: World, pairs: IntArray, *, seed: int) -> PropagationPat
 
     Here r₁ and r₂ are the distances from a point to transmitter and receiver. The faces of a
     material that `is_cloud` must enclose a volume. Points and phases depend only on the seed, the
-    actor's name, its mesh and the material.
+    actor's name, its mesh and the material. `InputError` is raised if a cloud's faces enclose no
+    volume.
 
     >>> from polychirp.channel.tracers.composite import Composite
     >>> from polychirp.model.scene import Scene
     >>> empty = Composite().prepare(Scene(time=0.0, actors=()))
     >>> foliage_paths(empty, np.zeros((0, 2), dtype=np.int64), seed=1).num_paths
     0
-
-    Raises
-    ------
-    InputError
-        A cloud's faces enclose no volume.
     """
     parts = [
         _in_crown(world, body, name, seed)

@@ -91,8 +91,6 @@ def diffracted_paths(world: World, pairs: IntArray) -> PropagationPaths:
     continuous while an obstacle moves into the way. The transfer matrices of the two directions
     between two radars are transposes of each other. The module's docstring has the equation.
 
-    Examples
-    --------
     A wall whose edge is on the line of sight halves the field:
 
     >>> from polychirp.channel.base import all_pairs

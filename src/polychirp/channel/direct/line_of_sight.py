@@ -33,11 +33,7 @@ def line_of_sight(scene: Scene, *, frequency: float, pairs: IntArray) -> Propaga
 
     This is Friis' equation; d is the distance from the transmitter at departure to the receiver at
     arrival. The delay is exact for linear motion. A radar paired with itself has no direct path.
-
-    Raises
-    ------
-    InputError
-        Two radars are at the same place.
+    `InputError` is raised if two radars are at the same place.
     """
     pair = pairs[pairs[:, 0] != pairs[:, 1]]
     place, speed = scene.radar_position, scene.radar_velocity

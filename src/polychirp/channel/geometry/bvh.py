@@ -315,8 +315,6 @@ def _cast(
 class Caster:
     """Search tree of triangles, m ``(triangle, corner, xyz)``, that finds what rays hit.
 
-    Examples
-    --------
     >>> caster = Caster(np.array([[[1.0, -1, -1], [1.0, 1, -1], [1.0, 0, 1]]]))
     >>> distance, face = caster.closest(np.zeros((1, 3)), np.array([[1.0, 0, 0]]))
     >>> float(distance[0]), int(face[0])

@@ -7,8 +7,6 @@ precision; they are enlarged by more than the rounding errors. Triangles are tes
 precision. The hits are therefore those of `bvh.first_hit`.
 """
 
-from __future__ import annotations
-
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -159,10 +157,8 @@ def bundles_of(
 ) -> Bundles:
     """Several trees as one, with the media ``(triangle,)`` and kind of each tree's triangles.
 
-    Raises
-    ------
-    InputError
-        There are more than `NUM_BOXES` trees, or more than `GREATEST_LINK` rows or triangles.
+    `InputError` is raised if there are more than `NUM_BOXES` trees, or more than `GREATEST_LINK`
+    rows or triangles.
     """
     nodes = np.cumsum([0] + [len(tree.skip) for tree in trees])
     triangles = np.cumsum([0] + [len(tree.face) for tree in trees])

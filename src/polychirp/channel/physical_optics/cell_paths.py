@@ -1,7 +1,5 @@
 """Paths over one body: one for each cell of path length whose moments `delay_cells` sums."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
@@ -38,7 +36,7 @@ class PathEnds(NamedTuple):
     velocity: FloatArray
     towards: FloatArray
 
-    def select(self, number: IntArray) -> PathEnds:
+    def select(self, number: IntArray) -> "PathEnds":
         """The ends of the paths with these numbers; a number may occur more than once."""
         return PathEnds(
             self.radar[number],

@@ -25,14 +25,9 @@ def horizons(tree: Tree, points: FloatArray, normals: FloatArray) -> FloatArray:
 
     It is an upper bound. Each triangle that reaches above the plane through the point has a bound:
     its greatest height above the plane, over the least distance of its bounding box. The greatest
-    bound is returned, or 1 from `FULL_HORIZON_SINE` on.
+    bound is returned, or 1 from `FULL_HORIZON_SINE` on. ``points`` (m) and ``normals`` (unit
+    vectors) are ``(point, xyz)``, in the tree's frame.
 
-    Parameters
-    ----------
-    points, normals : m and unit vectors, ``(point, xyz)``, in the tree's frame
-
-    Examples
-    --------
     A wall is 1 m high and 2 m away:
 
     >>> from polychirp.channel.geometry.bvh import grow_tree

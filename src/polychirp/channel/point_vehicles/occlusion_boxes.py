@@ -3,8 +3,6 @@
 Boxes are opaque: there is no line of sight through windows, over bonnets or below the floor.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -41,7 +39,7 @@ class Boxes(NamedTuple):
     high: FloatArray
     actor: IntArray
 
-    def select(self, number: IntArray) -> Boxes:
+    def select(self, number: IntArray) -> "Boxes":
         """The boxes of these numbers; a number that is repeated gives a repeated box."""
         return Boxes._make(column[number] for column in self)
 
@@ -262,7 +260,7 @@ class Obstacles:
     near_box: NearRadars
     near_plate: NearRadars
 
-    def without_plates(self) -> Obstacles:
+    def without_plates(self) -> "Obstacles":
         """The same boxes without plates."""
         none = NearRadars(
             np.zeros(len(self.place) + 1, dtype=np.int64), np.zeros(0, dtype=np.int64)

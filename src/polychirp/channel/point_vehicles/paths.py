@@ -78,10 +78,7 @@ def prepared(
 ) -> PreparedStreet:
     """A scene prepared for `direct`, `mirrored` and `echoes`.
 
-    Raises
-    ------
-    InputError
-        A plate is of an unknown material.
+    `InputError` is raised if a plate is of an unknown material.
     """
     bare = replace(scene, actors=tuple(replace(a, mesh=EMPTY_MESH) for a in scene.actors))
     world = world_of(bare, frequency=frequency, dynamic_range=dynamic_range, table=table)

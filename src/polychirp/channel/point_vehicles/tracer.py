@@ -93,10 +93,7 @@ class PointVehicles(Spec):
     def trace(self, scene: Scene) -> PropagationPaths:
         """Every path between the radars of ``scene``, at its time.
 
-        Raises
-        ------
-        InputError
-            A plate is of an unknown material.
+        `InputError` is raised if a plate is of an unknown material.
         """
         from polychirp.channel.point_vehicles.paths import direct, echoes, mirrored, prepared
 

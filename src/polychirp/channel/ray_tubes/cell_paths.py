@@ -11,8 +11,6 @@ where x is its length L, its rate or one of its directions, and
 `physical_optics.cell_paths` uses the same ratio of moments, but with the V–V entry alone.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Final, NamedTuple
 
@@ -43,12 +41,12 @@ class Contributions(NamedTuple):
     direction: FloatArray
     point: FloatArray
 
-    def of(self, which: IntArray) -> Contributions:
+    def of(self, which: IntArray) -> "Contributions":
         """The contributions with the numbers ``which``."""
         return Contributions._make(field[which] for field in self)
 
     @property
-    def reversed(self) -> Contributions:
+    def reversed(self) -> "Contributions":
         """The same contributions from the receivers to the transmitters."""
         return self._replace(
             pair=self.pair[:, ::-1],

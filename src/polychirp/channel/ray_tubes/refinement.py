@@ -3,8 +3,6 @@
 `paths` chooses those tubes, by the power that their hits may bring to a receiver.
 """
 
-from __future__ import annotations
-
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -63,7 +61,7 @@ class Level(NamedTuple):
             mine[there] = np.minimum(wide[there], self.max_turns[number])
         return found
 
-    def halved(self, turns: IntArray) -> Level:
+    def halved(self, turns: IntArray) -> "Level":
         """The next level: quarters of tubes whose ``turns``, from `with_neighbours`, exceed 0."""
         some, tubes, most, start = [], [], [], self.start
         for number, window in enumerate(self.windows):

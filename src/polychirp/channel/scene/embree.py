@@ -35,18 +35,10 @@ def has_embree() -> bool:
 def caster_of(triangles: FloatArray, name: CasterName = "auto") -> RayCaster:
     """Ray caster for triangles, m ``(triangle, corner, xyz)``.
 
-    Parameters
-    ----------
-    name : "numba" needs no further package, "embree" needs ``embreex``, "auto" means Embree
-        if it is installed
+    The ``name`` "numba" needs no further package, "embree" needs ``embreex``, and "auto" means
+    Embree if it is installed. `InputError` is raised if the name is "embree", and Embree is not
+    installed.
 
-    Raises
-    ------
-    InputError
-        The name is "embree", and Embree is not installed.
-
-    Examples
-    --------
     >>> caster = caster_of(np.array([[[1.0, -1, -1], [1.0, 1, -1], [1.0, 0, 1]]]), "numba")
     >>> float(caster.closest(np.zeros((1, 3)), np.array([[1.0, 0, 0]]))[0][0])
     1.0
@@ -57,13 +49,8 @@ def caster_of(triangles: FloatArray, name: CasterName = "auto") -> RayCaster:
 def caster_name(name: CasterName) -> Literal["numba", "embree"]:
     """Caster that a name selects on this machine: "auto" becomes "embree" or "numba".
 
-    Raises
-    ------
-    InputError
-        The name is "embree", and Embree is not installed.
+    `InputError` is raised if the name is "embree", and Embree is not installed.
 
-    Examples
-    --------
     >>> caster_name("numba")
     'numba'
     """
@@ -81,12 +68,8 @@ class EmbreeCaster:
     """Casts rays among triangles, m ``(triangle, corner, xyz)``, on Embree.
 
     It has the methods of `bvh.Caster`. In `occluded`, triangles within the share
-    `END_MARGIN` of a ray's length from its origin or its end do not block it.
-
-    Raises
-    ------
-    InputError
-        ``embreex`` is not installed.
+    `END_MARGIN` of a ray's length from its origin or its end do not block it. `InputError` is
+    raised if ``embreex`` is not installed.
     """
 
     def __init__(self, triangles: FloatArray) -> None:

@@ -1,7 +1,5 @@
 """Nearest visible points of targets for a radar; a check that no radar is inside a body."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Final
 
@@ -104,7 +102,9 @@ def _actor(scene: Scene, name: str) -> Actor:
     raise InputError(f"there is no actor '{name}'; the scene has {known}")
 
 
-def _nearest_visible(world: World | None, actor: Actor, eye: FloatArray) -> tuple[FloatArray, bool]:
+def _nearest_visible(
+    world: "World | None", actor: Actor, eye: FloatArray
+) -> tuple[FloatArray, bool]:
     """Nearest visible point in world axes and True; if all are hidden, the nearest and False.
 
     Without a world, all points are visible.
@@ -134,7 +134,7 @@ def _nearest_visible(world: World | None, actor: Actor, eye: FloatArray) -> tupl
 
 
 def _first_visible(
-    world: World | None, candidates: FloatArray, eye: FloatArray
+    world: "World | None", candidates: FloatArray, eye: FloatArray
 ) -> FloatArray | None:
     """The nearest of points ``(candidate, xyz)`` that is visible from ``eye``, or None.
 
@@ -227,11 +227,9 @@ def _cut(corners: FloatArray) -> FloatArray:
 def refuse_radar_inside_body(scene: Scene) -> None:
     """Check that no radar is inside a body or below a road.
 
-    Raises
-    ------
-    InputError
-        A radar is inside a closed mesh (its own vehicle's body too), inside a building, or below
-        the road. Faces of sheets that transmit `VISIBLE_POWER`, such as bumpers, do not count.
+    `InputError` is raised if a radar is inside a closed mesh (its own vehicle's body too), inside a
+    building, or below the road. Faces of sheets that transmit `VISIBLE_POWER`, such as bumpers, do
+    not count.
     """
     for radar, position in zip(scene.radars, scene.radar_position, strict=True):
         for actor in scene.actors:

@@ -5,8 +5,6 @@ trees of all bodies of a scene are concatenated in one `Tree`. A later snapshot 
 only the poses, so that nothing is rebuilt for it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
@@ -236,7 +234,7 @@ class Plates(NamedTuple):
     actor: IntArray
     medium: IntArray
 
-    def of(self, number: IntArray) -> Plates:
+    def of(self, number: IntArray) -> "Plates":
         """Plates of these numbers; a number that is repeated gives a repeated plate."""
         return Plates._make(column[number] for column in self)
 
@@ -367,10 +365,7 @@ def world_of(
 ) -> World:
     """World of a scene.
 
-    Raises
-    ------
-    InputError
-        A mesh or a plate is of a material that the table does not know.
+    `InputError` is raised if a mesh or a plate is of a material that the table does not know.
     """
     meshed = [index for index, actor in enumerate(scene.actors) if actor.mesh.num_faces]
     used = {plate.material for actor in scene.actors for plate in actor.plates}

@@ -28,8 +28,6 @@ different distances, the wave is diffracted twice, but only the narrower opening
 that are oblique to each other are treated as parallel.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
@@ -109,7 +107,7 @@ class _Rays(NamedTuple):
     meet: FloatArray
     legs: FloatArray
 
-    def of(self, number: IntArray) -> _Rays:
+    def of(self, number: IntArray) -> "_Rays":
         """The rays of these numbers."""
         return _Rays._make(x.of(number) if isinstance(x, Plates) else x[number] for x in self)
 

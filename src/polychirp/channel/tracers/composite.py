@@ -1,13 +1,13 @@
 """`Composite` — the default tracer, which joins the paths of all mechanisms."""
 
-from __future__ import annotations
-
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
+from polychirp.axes import FloatArray, IntArray
 from polychirp.channel.base import (
     Capability,
     Part,
@@ -27,13 +27,9 @@ from polychirp.spec import Spec
 from polychirp.units import Hertz, Metres, Ratio, from_db
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-    from polychirp.axes import FloatArray, IntArray
     from polychirp.channel.scene.world import World
 
-    Mechanism = Callable[[World, IntArray], PropagationPaths]
-
+Mechanism = Callable[["World", IntArray], PropagationPaths]
 
 MAX_BOUNCES: Final = 8
 """Greatest number of bounces that a study may ask for. Chosen: each bounce costs as much time as
@@ -141,13 +137,11 @@ class Composite(Spec):
         }
         return frozenset(found.union(name for name, is_on in switched.items() if is_on))
 
-    def prepare(self, scene: Scene) -> World:
+    def prepare(self, scene: Scene) -> "World":
         """The prepared scene, as `trace` uses it; meshes already seen are not prepared again.
 
-        Raises
-        ------
-        InputError
-            A surface is of an unknown material, or Embree is asked for and not installed.
+        `InputError` is raised if a surface is of an unknown material, or Embree is asked for and
+        not installed.
         """
         from polychirp.channel.scene.embree import caster_name
         from polychirp.channel.scene.world import world_of
@@ -162,7 +156,7 @@ class Composite(Spec):
             caster=caster_name(self.caster),
         )
 
-    def parts(self, world: World) -> tuple[Part, ...]:
+    def parts(self, world: "World") -> tuple[Part, ...]:
         """Parts of the scene's paths: one for every mechanism, strong mechanisms first.
 
         Facets and bounces have one part for each body, so that a body near the radars can be traced
@@ -182,7 +176,7 @@ class Composite(Spec):
     def _clutter(self, name: str, mechanism: Mechanism) -> Part:
         """A part of many weak paths, limited to ``diffuse_range`` below their pair's strongest."""
 
-        def trace(world: World, pairs: IntArray, strongest: FloatArray) -> PropagationPaths:
+        def trace(world: "World", pairs: IntArray, strongest: FloatArray) -> PropagationPaths:
             found = mechanism(world, pairs)
             limit = strongest[found.transmitter, found.receiver] / self.diffuse_range
             return found.select(strength(found, world.scene) >= limit)
@@ -207,7 +201,7 @@ class Composite(Spec):
             yield _part("mirrors", mirror_paths)
             yield _part("corners", corner_paths)
 
-    def _body_parts(self, world: World) -> Iterator[Part]:
+    def _body_parts(self, world: "World") -> Iterator[Part]:
         from polychirp.channel.physical_optics.paths import (
             facet_echoes,
             mirrored_echoes,
@@ -221,7 +215,7 @@ class Composite(Spec):
                 mirrored = partial(mirrored_echoes, body=body)
                 yield Part(f"mirrored facets of {name}", mirrored, name)
 
-    def _bounce_parts(self, world: World) -> Iterator[Part]:
+    def _bounce_parts(self, world: "World") -> Iterator[Part]:
         from polychirp.channel.physical_optics.paths import scattering_bodies
         from polychirp.channel.ray_tubes.paths import tube_paths
 
@@ -239,10 +233,7 @@ class Composite(Spec):
     def trace(self, scene: Scene) -> PropagationPaths:
         """Every path between the radars of ``scene``, at its time.
 
-        Raises
-        ------
-        InputError
-            A surface is of an unknown material.
+        `InputError` is raised if a surface is of an unknown material.
         """
         world, pairs = self.prepare(scene), all_pairs(scene, max_length=self.max_length)
         num_radars = len(scene.radars)

@@ -34,8 +34,6 @@ not known because their reflection points move along the surfaces. They also cha
 their coherence times say, because each ray tube meets other facets as the bodies move.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
@@ -100,16 +98,11 @@ class PartedTracer(RayTracer, Protocol):
     def max_length(self) -> float:
         """Length of the longest path that is traced, m."""
 
-    def prepare(self, scene: Scene) -> World:
+    def prepare(self, scene: Scene) -> "World":
         """The scene with all that its tracing needs at one time."""
 
-    def parts(self, world: World) -> tuple[Part, ...]:
+    def parts(self, world: "World") -> tuple[Part, ...]:
         """The parts into which the tracing of this scene is divided."""
-
-
-def no_progress(done: int, total: int) -> None:
-    """Progress callback that does nothing."""
-    del done, total
 
 
 def interpolate_paths(
@@ -118,7 +111,7 @@ def interpolate_paths(
     times: FloatArray,
     *,
     receivers: Sequence[int] | None = None,
-    progress: Callable[[int, int], None] = no_progress,
+    progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> tuple[PropagationPaths, ...]:
     """Paths at every one of ``times`` (s, rising, evenly spaced).
 

@@ -146,10 +146,8 @@ def _called(version: int | None) -> str:
 def llvm_for_sionna() -> str:
     """Path of the LLVM library that Sionna RT will use here; Sionna RT is not imported.
 
-    Raises
-    ------
-    CapabilityError
-        Sionna RT is not installed, is too old, or has no LLVM that it can use.
+    `CapabilityError` is raised if Sionna RT is not installed, is too old, or has no LLVM that it
+    can use.
     """
     _need_sionna()
     return usable_llvm(

@@ -28,10 +28,7 @@ RECEIVER_MARKS: Final = {
 def floor_and_masking(rows: Sequence[PaperRow]) -> Drawing:
     """Dot plots of all rows with interference: a panel per scenario, victim and measure.
 
-    Raises
-    ------
-    InputError
-        No row has interference.
+    `InputError` is raised if no row has interference.
     """
     rows = [row for row in rows if row.scenario != "A"]
     if not rows:

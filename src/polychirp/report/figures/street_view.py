@@ -5,8 +5,6 @@ surfaces that the channel's rays meet. One ray leaves the camera through every q
 and a second one goes from its hit towards the sun. Colours are those of `surfaces`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -189,7 +187,7 @@ class _FaceLooks:
     is_road: BoolArray
 
     @classmethod
-    def of(cls, street: Surfaces) -> _FaceLooks:
+    def of(cls, street: Surfaces) -> "_FaceLooks":
         return cls(
             normal=street.normal,
             colour=street.colour**2.2,

@@ -72,10 +72,7 @@ class DaskWorkers:
     ) -> Generator[Outcome, None, None]:
         """Outcomes in the order in which batches finish.
 
-        Raises
-        ------
-        RunError
-            The cluster cannot be reached, refuses the job, or is lost.
+        `RunError` is raised if the cluster cannot be reached, refuses the job, or is lost.
         """
         from distributed import Client
 

@@ -55,10 +55,7 @@ class LocalWorkers:
     ) -> Generator[Outcome, None, None]:
         """Outcomes in the order in which trials finish.
 
-        Raises
-        ------
-        RunError
-            A worker cannot be started.
+        `RunError` is raised if a worker cannot be started.
         """
         first = list(islice(tasks, min(self.count, WORKERS_PER_CORE * num_cores())))
         pool = _Pool(studies, chain(first, tasks), count=len(first))

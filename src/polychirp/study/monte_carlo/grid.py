@@ -180,10 +180,7 @@ def _label(value: Any) -> Label:
 def combinations(axes: Sequence[Axis]) -> list[tuple[int, ...]]:
     """Indices of the values of each point, one per axis; the last axis changes fastest.
 
-    Raises
-    ------
-    InputError
-        There are more than `MOST_POINTS` points.
+    `InputError` is raised if there are more than `MOST_POINTS` points.
     """
     count = math.prod(len(axis.labels) for axis in axes)
     if count > MOST_POINTS:

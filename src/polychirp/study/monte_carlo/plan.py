@@ -91,10 +91,8 @@ def _at(names: Sequence[str], points: Sequence[str]) -> str:
 def check_plan(plan: Plan, *, progress: Callable[[str, int, int], None]) -> None:
     """Refuse a plan if `check` refuses the first trial of any point.
 
-    Raises
-    ------
-    InputError, PhysicsError
-        The message lists every problem and its points; `InputError` if any problem is one.
+    The message lists every problem and its points; it is an `InputError` if any problem is one, and
+    else a `PhysicsError`.
     """
     found: list[tuple[str, list[str]]] = []
     refused_by_physics = True

@@ -1,7 +1,5 @@
 """Records of finished trials, and the log file that holds one line of text for each."""
 
-from __future__ import annotations
-
 import json
 import os
 import time
@@ -22,6 +20,11 @@ if TYPE_CHECKING:
 
 NATURES: Final = tuple(nature.value for nature in Nature)
 """Natures of detections, in the order of `VictimRecord.claims`."""
+
+TRIALS_ARE_KEPT: Final = (
+    "; finished trials are kept, and the same command continues with the missing trials"
+)
+"""End of the message of an error after which a run can be continued."""
 
 _SYNC_INTERVAL: Final = 1.0
 """Least time between calls of ``fsync``, s; chosen: if the machine fails, trials may be lost that
@@ -82,13 +85,13 @@ class TrialRecord:
         return self.study_hash, self.trial
 
 
-def victim_records(trial: Trial) -> tuple[VictimRecord, ...]:
+def victim_records(trial: "Trial") -> tuple[VictimRecord, ...]:
     """Record of each victim of a trial."""
     return tuple(_record(victim) for victim in trial.victims)
 
 
-def _record(victim: VictimResult) -> VictimRecord:
-    def values(noun: Truth | Score, *names: str) -> dict[str, Any]:
+def _record(victim: "VictimResult") -> VictimRecord:
+    def values(noun: "Truth | Score", *names: str) -> dict[str, Any]:
         return {name: tuple(getattr(noun, name).tolist()) for name in names}
 
     errors = ("range_error", "range_rate_error", "azimuth_error")
@@ -173,12 +176,12 @@ def trial_log(
     RunError
         The log cannot be written.
     """
-    with _write_errors(path):
+    with write_errors(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         file = path.open("a+b")
     try:
         _lock(file, path)
-        with _write_errors(path):
+        with write_errors(path):
             if anew:
                 file.truncate(0)
             _go_to_end(file)
@@ -187,7 +190,7 @@ def trial_log(
         else:
             _need_same_makers(path, made_with)
         yield TrialLog(file)
-        with _write_errors(path):
+        with write_errors(path):
             file.flush()
             os.fsync(file.fileno())
     finally:
@@ -197,12 +200,12 @@ def trial_log(
 
 
 @contextmanager
-def _write_errors(path: Path) -> Iterator[None]:
-    """Turn an `OSError` into a `RunError` that names the file."""
+def write_errors(path: Path, *, advice: str = "") -> Iterator[None]:
+    """Turn an `OSError` into a `RunError` that names the file, and ends with ``advice``."""
     try:
         yield
     except OSError as error:
-        raise RunError(f"'{path}' cannot be written: {error.strerror or error}") from error
+        raise RunError(f"'{path}' cannot be written: {error.strerror or error}{advice}") from error
 
 
 def _go_to_end(file: IO[bytes]) -> None:

@@ -30,11 +30,17 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, cast
 import numpy as np
 
 from polychirp.axes import Axes, FloatArray, IntArray, axes_of, seal
-from polychirp.errors import InputError, RunError
+from polychirp.errors import InputError
 from polychirp.study.folders import replace_folder
 from polychirp.study.monte_carlo.grid import Label, trial_seed
 from polychirp.study.monte_carlo.plan import Plan
-from polychirp.study.monte_carlo.records import NATURES, TrialRecord, VictimRecord
+from polychirp.study.monte_carlo.records import (
+    NATURES,
+    TRIALS_ARE_KEPT,
+    TrialRecord,
+    VictimRecord,
+    write_errors,
+)
 from polychirp.study.provenance import Provenance, canonical_json
 
 if TYPE_CHECKING:
@@ -122,9 +128,7 @@ class Results:
 def gather(plan: Plan, *, num_trials: Sequence[int], records: Iterable[TrialRecord]) -> Results:
     """Results of a plan, from records of its trials in any order.
 
-    Parameters
-    ----------
-    num_trials : n for each point: its trials 0 … n − 1 are used, and later records are left out
+    Of point n, the trials 0 … ``num_trials[n]`` − 1 are used, and later records are left out.
     """
     point_of = {point.study_hash: n for n, point in enumerate(plan.points)}
     kept = {}
@@ -185,21 +189,14 @@ def _fill(
 def save_results(path: Path, results: Results, *, plan: Plan) -> None:
     """Store results in place of those at ``path``; equal results give equal files.
 
-    Raises
-    ------
-    RunError
-        The folder cannot be written.
+    `RunError` is raised if the folder cannot be written.
     """
     unfinished = path.with_name(f"{path.name}.unfinished")
     try:
-        shutil.rmtree(unfinished, ignore_errors=True)
-        _write(unfinished, results, plan)
-        replace_folder(path, unfinished)
-    except OSError as error:
-        raise RunError(
-            f"'{path}' cannot be written: {error.strerror or error}; finished trials are kept, and "
-            "the same command continues with the missing trials"
-        ) from error
+        with write_errors(path, advice=TRIALS_ARE_KEPT):
+            shutil.rmtree(unfinished, ignore_errors=True)
+            _write(unfinished, results, plan)
+            replace_folder(path, unfinished)
     finally:
         shutil.rmtree(unfinished, ignore_errors=True)
 
@@ -279,11 +276,8 @@ _LARGEST_SINGLE_CHUNK: Final = 16e6
 def load_results(path: Path | str) -> Results:
     """Read stored results.
 
-    Raises
-    ------
-    InputError
-        There are no results at ``path``, another version of polychirp wrote them, or they are
-        damaged.
+    `InputError` is raised if there are no results at ``path``, another version of polychirp wrote
+    them, or they are damaged.
     """
     import zarr
     from zarr.errors import NodeNotFoundError

@@ -1,7 +1,5 @@
 """Estimates from results: for each point, and for differences of two points along an axis."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
@@ -104,7 +102,7 @@ class _Counts:
     unexplained: FloatArray
     squares: dict[str, FloatArray]
 
-    def only(self, trials: FloatArray) -> _Counts:
+    def only(self, trials: FloatArray) -> "_Counts":
         """The same for the trials with these numbers alone."""
         kept = np.isin(self.trial, trials)
         return _Counts(

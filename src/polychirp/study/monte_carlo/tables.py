@@ -16,10 +16,9 @@ from typing import Any, Final
 
 import numpy as np
 
-from polychirp.errors import RunError
 from polychirp.scoring.statistics import Estimate
 from polychirp.study.monte_carlo.grid import Label
-from polychirp.study.monte_carlo.records import NATURES
+from polychirp.study.monte_carlo.records import NATURES, TRIALS_ARE_KEPT, write_errors
 from polychirp.study.monte_carlo.results import Results
 from polychirp.study.monte_carlo.summary import Difference, Summary, differences, summaries
 
@@ -41,12 +40,7 @@ def save_tables(folder: Path, results: Results) -> list[str]:
     one has the first value of an axis, the other has another value, and all else is equal.
     ``victims`` has one for each victim of each trial, ``targets`` one for each target of these.
     ``provenance.json`` holds the study, its hash, versions and platform. A file that cannot be
-    written completely keeps its former content.
-
-    Raises
-    ------
-    RunError
-        A table cannot be written.
+    written completely keeps its former content. `RunError` is raised if a table cannot be written.
     """
     tables: dict[str, list[Row]] = {
         "summary": [flat_row(row, results) for row in summaries(results)],
@@ -71,13 +65,9 @@ def _write_whole(path: Path, write: Callable[[Path], None]) -> None:
     """Write a file under a temporary name, then rename it, so that no reader finds half a file."""
     unfinished = path.with_name(f"{path.name}.unfinished")
     try:
-        write(unfinished)
-        unfinished.replace(path)
-    except OSError as error:
-        raise RunError(
-            f"'{path}' cannot be written: {error.strerror or error}; finished trials are kept, and "
-            "the same command continues with the missing trials"
-        ) from error
+        with write_errors(path, advice=TRIALS_ARE_KEPT):
+            write(unfinished)
+            unfinished.replace(path)
     finally:
         with suppress(OSError):
             unfinished.unlink(missing_ok=True)

@@ -131,14 +131,8 @@ def paper_study(
     If not ``synchronous``, the interferers (radars 3 and 4) start at random between 0 and 3 ms, and
     their clocks have errors; radars 1 and 2 start at 0 without errors. The targets of all radars
     are targets of the study; a target that a radar cannot see does not count as missed.
+    `InputError` is raised if the street has no such radar.
 
-    Raises
-    ------
-    InputError
-        The street has no such radar.
-
-    Examples
-    --------
     >>> study = paper_study("diverse", radars=("vehicle-2", "vehicle-4"))
     >>> study.name, len(study.radars), study.targets
     ('paper-diverse', 2, ('target-2', 'vehicle-4', 'vehicle-2'))
@@ -203,9 +197,7 @@ def run_paper(
 ) -> PaperResults:
     """Run every case of the paper on one street, with the same paths and noise for all.
 
-    Parameters
-    ----------
-    show : function that is called with each of the paper's own cases as soon as it is computed
+    ``show`` is called with each of the paper's own cases as soon as it is computed.
     """
     compile_parts(OF_PAPER, progress=progress)
     started = time.perf_counter()

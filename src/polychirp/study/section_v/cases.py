@@ -270,9 +270,7 @@ def modelled(bench: Bench, streams: Streams) -> Baseband:
 def looped(bench: Bench, streams: Streams, *, stored: Callable[[Baseband], Baseband]) -> Baseband:
     """Recording as in a laboratory: played in a loop, begun at a random time, stored and aligned.
 
-    Parameters
-    ----------
-    stored : function that writes a recording and reads it again
+    ``stored`` writes a recording and reads it again.
     """
     case = bench.case
     loop = LoopbackRadio(

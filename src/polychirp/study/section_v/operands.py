@@ -126,10 +126,7 @@ def from_recording(name: str, recording: SigmfRecording) -> Operand:
 def from_study(study: Study, radar: str, *, num_sweeps: int) -> Operand:
     """The first sweeps of a radar of a study as an operand, with the errors of the radar's clock.
 
-    Raises
-    ------
-    InputError
-        The study has no such radar, or ``num_sweeps`` is zero.
+    `InputError` is raised if the study has no such radar, or ``num_sweeps`` is zero.
     """
     if num_sweeps < 1:
         raise InputError(f"num_sweeps is {num_sweeps}; use 1 or more")
@@ -252,10 +249,8 @@ def reference_for(
 ) -> Baseband:
     """An operand as a reference for a long recording, at its rate and carrier.
 
-    Raises
-    ------
-    InputError
-        The operand is a recording that is too long itself, or shares no frequency with the other.
+    `InputError` is raised if the operand is a recording that is too long itself, or shares no
+    frequency with the other.
     """
     rate = recording.sample_rate
     if compare_basebands:
@@ -299,10 +294,8 @@ def through_model(pair: Pair, *, snr: float, seed: int) -> Pair:
 def through_radio(pair: Pair, radio: Radio, *, i_hold_a_licence: bool) -> Pair:
     """The pair after a radio has played and recorded ``a``, aligned with the original ``a``.
 
-    Raises
-    ------
-    InputError
-        The signal has no carrier but the radio needs one, or `radio.base.measured` refuses.
+    `InputError` is raised if the signal has no carrier but the radio needs one, or
+    `radio.base.measured` refuses.
     """
     if pair.a.centre_frequency == 0.0 and radio.abilities.radiates:
         raise InputError("a radio needs a signal with a carrier; leave out --baseband")

@@ -6,7 +6,7 @@ are not: the error that they add to the sum of all parts is a separate part, the
 
 import numpy as np
 
-from polychirp.axes import BoolArray, ComplexArray
+from polychirp.axes import ComplexArray
 from polychirp.errors import InputError
 from polychirp.model.if_frame import IfParts, SampleTimes
 from polychirp.model.radar import Radar
@@ -39,10 +39,7 @@ def distortion(radar: Radar, linear: ComplexArray, times: SampleTimes) -> Comple
 def reading(radar: Radar, parts: IfParts, times: SampleTimes) -> Digitised:
     """The frame digitised again, for gains and overloads, which its samples do not show.
 
-    Raises
-    ------
-    InputError
-        The radar has no digitiser.
+    `InputError` is raised if the radar has no digitiser.
     """
     digitiser, offset = radar.front_end.digitiser, radar.front_end.offset
     if digitiser is None:
@@ -51,10 +48,3 @@ def reading(radar: Radar, parts: IfParts, times: SampleTimes) -> Digitised:
     if offset is not None:
         linear = linear + np.where(times.is_sample, offset.voltage, 0.0)
     return digitised(digitiser, linear)
-
-
-def overload(radar: Radar, parts: IfParts, times: SampleTimes) -> BoolArray:
-    """Mask of the samples at which I or Q was beyond full scale, ``(channel, ramp, fast)``."""
-    if radar.front_end.digitiser is None:
-        return np.broadcast_to(np.False_, parts.samples.shape[1:])
-    return reading(radar, parts, times).is_overloaded

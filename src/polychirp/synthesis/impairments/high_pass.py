@@ -58,10 +58,8 @@ def with_lead(scene: Scene, victim: int) -> Scene:
 def high_passed(radar: Radar, samples: ComplexArray, times: SampleTimes) -> ComplexArray:
     """Samples ``(…, ramp, fast)`` after the high-pass, at ``times``, from those of `with_lead`.
 
-    Raises
-    ------
-    InputError
-        The converter is too slow, or stops too close to the ramp's end, for an accurate fit.
+    `InputError` is raised if the converter is too slow, or stops too close to the ramp's end, for
+    an accurate fit.
     """
     if radar.front_end.high_pass is None:
         return samples

@@ -19,8 +19,6 @@ Paths of different delays have different errors. As θ is band-limited, errors a
 nodes, are enough: Lagrange's polynomials divide each path among them.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -127,7 +125,7 @@ class Oscillating:
 
     def _added(
         self,
-        wide: Wide,
+        wide: "Wide",
         schedules: Sequence[RampSchedule],
         paths: Sequence[PropagationPaths],
         victim: int,
@@ -169,7 +167,7 @@ class Oscillating:
 
     def _far(
         self,
-        wide: Wide,
+        wide: "Wide",
         schedules: Sequence[RampSchedule],
         paths: Sequence[PropagationPaths],
         victim: int,
@@ -247,7 +245,7 @@ class Wide:
     reach: int
 
     @classmethod
-    def of(cls, scene: Scene, schedule: RampSchedule, victim: int, highest: float) -> Wide:
+    def of(cls, scene: Scene, schedule: RampSchedule, victim: int, highest: float) -> "Wide":
         """The wide victim for errors with offsets up to ``highest`` Hz."""
         radar = scene.radars[victim]
         edge, converter = radar.if_filter.stopband, radar.converter

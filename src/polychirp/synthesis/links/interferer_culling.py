@@ -16,8 +16,6 @@ amplitudes, no phases. Interferers that are not *audible* by this bound are left
 samples.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -236,7 +234,7 @@ class _Interferers:
     @classmethod
     def of(
         cls, schedules: Sequence[RampSchedule], paths: _PathExtremes, number: IntArray
-    ) -> _Interferers:
+    ) -> "_Interferers":
         at = number[:, None]
         return cls(schedules, paths.earliest[at], paths.latest[at], paths.rate[at])
 
@@ -267,13 +265,13 @@ class _VictimBand:
 
     own: RampSchedule
     times: SampleTimes
-    norms: _Norms
+    norms: "_Norms"
     begin: FloatArray
     end: FloatArray
     own_ends: IntArray
 
     @classmethod
-    def of(cls, radar: Radar, own: RampSchedule) -> _VictimBand:
+    def of(cls, radar: Radar, own: RampSchedule) -> "_VictimBand":
         times = sample_times(own, radar.converter)
         half = 0.5 * radar.if_filter.support
         first = times.first - half

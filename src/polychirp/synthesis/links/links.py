@@ -71,15 +71,8 @@ def links_between(
 ) -> Links:
     """The links from one transmitter to one victim, of the paths traced for one time.
 
-    Parameters
-    ----------
-    num_elements : number of transmitting elements that the schedule drives; they are the array's
-        first ones
-
-    Raises
-    ------
-    InputError
-        The array has fewer than ``num_elements`` transmitting elements.
+    The schedule drives ``num_elements`` transmitting elements, the array's first ones. `InputError`
+    is raised if the array has fewer.
     """
     return links_of_all(
         scene, [paths], victim=victim, transmitter=transmitter, num_elements=num_elements

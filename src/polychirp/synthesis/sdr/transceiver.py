@@ -103,10 +103,7 @@ def link_for(
 ) -> Link:
     """The link over which ``signal`` has the power ratio ``snr`` to the noise at the converter.
 
-    Raises
-    ------
-    InputError
-        The receiver has no noise.
+    `InputError` is raised if the receiver has no noise.
     """
     if receiver.noise_power == 0.0:
         raise InputError("a receiver without noise has no SNR; give it a noise figure")

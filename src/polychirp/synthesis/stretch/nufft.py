@@ -130,10 +130,7 @@ class BlockTones:
 def tones_of(backend: str) -> MakeTones:
     """Maker of `BlockTones` for the backends "numpy" and "cupy", of `GriddedTones` for all others.
 
-    Raises
-    ------
-    InputError
-        The backend is "cupy", and CuPy cannot be imported.
+    `InputError` is raised if the backend is "cupy", and CuPy cannot be imported.
     """
     if backend == "numpy":
         return partial(BlockTones, xp=np)

@@ -10,8 +10,6 @@ summed link by link with the same polynomials. Near the band, links are interpol
 reference chirps, whose samples are computed one by one.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -113,7 +111,7 @@ def _short(unit: WorkUnit, batch: Batch) -> list[tuple[slice, ComplexArray]]:
 
 def _cut(
     unit: WorkUnit, batch: Batch, side: int, around: slice, between: tuple[float, float]
-) -> _Cut | None:
+) -> "_Cut | None":
     """Corners of one side; None if a window meets a beat near the band, or powers are too many."""
     beats = beats_at(unit, batch, (around.start + around.stop) // 2)
     time = batch.taps.half + half_time(around.stop - around.start, unit.step)
