@@ -99,7 +99,7 @@ class GhostRow:
     axis, value, waveform : of the case
     theory : probability by the closed forms that the apparent point of an interferer is in the map,
         mean over the streets
-    theory_of_arms : probability that such a point or its cross-pairing ridge (`has_ridge_in_map`)
+    theory_of_ridges : probability that such a point or its cross-pairing ridge (`has_ridge_in_map`)
         is in the map
     direct : measured probability that a frame has a detection from a direct path
     any_ghost : measured probability that a frame has a false detection
@@ -108,7 +108,7 @@ class GhostRow:
     predicted : number of trials in which the apparent point of an interferer is in the map
     lost : number of those trials without a direct ghost
     extra : number of trials with a direct ghost though no apparent point is in the map
-    arms : number of those trials in which a cross-pairing ridge is in the map
+    ridges : number of those trials in which a cross-pairing ridge is in the map
     num_trials : number of trials
     """
 
@@ -116,7 +116,7 @@ class GhostRow:
     value: float
     waveform: str
     theory: float
-    theory_of_arms: float
+    theory_of_ridges: float
     direct: Estimate
     any_ghost: Estimate
     ghosts: Estimate
@@ -124,7 +124,7 @@ class GhostRow:
     predicted: int
     lost: int
     extra: int
-    arms: int
+    ridges: int
     num_trials: int
 
 
@@ -255,7 +255,7 @@ def measure_ghosts(
 
 
 def _row(case: Case, expected: Sequence[Expectation], records: Sequence[VictimRecord]) -> GhostRow:
-    counts = np.array([record.claims for record in records], dtype=np.float64)
+    counts = np.array([record.detections for record in records], dtype=np.float64)
     ones = np.ones(len(records))
     is_direct = counts[:, _DIRECT] > 0
     num_ghosts = counts[:, _IS_GHOST].sum(axis=1)
@@ -267,7 +267,7 @@ def _row(case: Case, expected: Sequence[Expectation], records: Sequence[VictimRe
         value=case.value,
         waveform=case.waveform,
         theory=float(np.mean([one.in_map for one in expected])),
-        theory_of_arms=float(np.mean([one.ridge for one in expected])),
+        theory_of_ridges=float(np.mean([one.ridge for one in expected])),
         direct=proportion(is_direct.astype(np.float64), ones),
         any_ghost=proportion((num_ghosts > 0).astype(np.float64), ones),
         ghosts=mean_count(num_ghosts),
@@ -278,7 +278,7 @@ def _row(case: Case, expected: Sequence[Expectation], records: Sequence[VictimRe
         predicted=int(is_due.sum()),
         lost=int(np.sum(is_due & ~is_direct)),
         extra=int(is_extra.sum()),
-        arms=int(np.sum(is_extra & has_ridge)),
+        ridges=int(np.sum(is_extra & has_ridge)),
         num_trials=len(records),
     )
 

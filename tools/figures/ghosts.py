@@ -23,8 +23,8 @@ def ghost_picture(record: Sequence[Mapping[str, Any]]) -> Drawing:
 
     Parameters
     ----------
-    record : rows with ``axis``, ``value``, ``waveform``, ``theory``, ``theory_of_arms`` (the closed
-        form with cross-pairing ridges) and ``direct``: value, low, high
+    record : rows with ``axis``, ``value``, ``waveform``, ``theory``, ``theory_of_ridges`` (the
+        closed form with cross-pairing ridges) and ``direct``: value, low, high
     """
     figure = new_figure(10.0, 2.8)
     drawn: list[Mapping[str, Any]] = []
@@ -45,7 +45,7 @@ def ghost_picture(record: Sequence[Mapping[str, Any]]) -> Drawing:
         "value": [row["value"] for row in drawn],
         "waveform": [row["waveform"] for row in drawn],
         "closed form": [row["theory"] for row in drawn],
-        "with cross-pairing ridges": [row["theory_of_arms"] for row in drawn],
+        "with cross-pairing ridges": [row["theory_of_ridges"] for row in drawn],
         "measured": [row["direct"]["value"] for row in drawn],
         "low": [row["direct"]["low"] for row in drawn],
         "high": [row["direct"]["high"] for row in drawn],
@@ -62,7 +62,7 @@ def _points(
     above = [row["direct"]["high"] - row["direct"]["value"] for row in rows]
     if label == "conventional":
         theory = [row["theory"] for row in rows]
-        with_ridges = [row["theory_of_arms"] for row in rows]
+        with_ridges = [row["theory_of_ridges"] for row in rows]
         axes.plot(values, theory, color=GREY, linestyle="--", label="closed form")
         axes.plot(values, with_ridges, color=GREY, linestyle=":", label="with cross-pairing ridges")
     axes.errorbar(

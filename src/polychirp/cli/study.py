@@ -181,7 +181,7 @@ def _detections(row: Summary) -> dict[str, str]:
         "Pd": _shown(row.detection, digits=3),
         "P(ghost)": _shown(row.ghost, digits=3),
         "ghosts": _shown(row.ghosts),
-        "false detections": _shown(row.false_claims),
+        "false detections": _shown(row.false_detections),
     }
 
 

@@ -37,7 +37,7 @@ from polychirp.study.monte_carlo.summary import differences, summaries
 from polychirp.study.monte_carlo.tasks import Outcome, Task
 from tests.support.small_study import SMALL_GRID, SMALL_STUDY
 
-HEADER = {"versions": {"polychirp": "1"}, "platform": "here"}
+HEADER = {"format": "version 2", "versions": {"polychirp": "1"}, "platform": "here"}
 ERROR = 0.1
 
 
@@ -49,7 +49,7 @@ def made_up(point: int, seed: int) -> VictimRecord:
         bool(c < 0.9 - 0.2 * point) and v for c, v in zip(chance, is_visible, strict=True)
     )
     errors = tuple(ERROR * (1.0 if d else 0.0) for d in is_detected)
-    claims = dict.fromkeys(NATURES, 0) | {"target": sum(is_detected), "direct": point}
+    counts = dict.fromkeys(NATURES, 0) | {"target": sum(is_detected), "direct": point}
     return VictimRecord(
         name="front",
         target=("near", "far"),
@@ -62,7 +62,7 @@ def made_up(point: int, seed: int) -> VictimRecord:
         range_rate_error=errors,
         azimuth_error=errors,
         sinr=(10.0, 10.0),
-        claims=tuple(claims[name] for name in NATURES),
+        detections=tuple(counts[name] for name in NATURES),
         floor_rise=2.0,
     )
 
@@ -176,7 +176,7 @@ def test_a_record_comes_back_from_its_line_to_the_bit(tmp_path):
 def test_trials_of_other_versions_are_not_mixed(tmp_path):
     with trial_log(tmp_path / LOG, made_with=HEADER):
         pass
-    other = {"versions": {"polychirp": "2"}, "platform": "here"}
+    other = HEADER | {"versions": {"polychirp": "2"}}
     with (
         pytest.raises(InputError, match="were made with polychirp 1 on here"),
         trial_log(tmp_path / LOG, made_with=other),
@@ -323,7 +323,7 @@ def test_results_come_back(done):
     assert (stored.victim, stored.target) == (("front",), ("near", "far"))
     assert stored.origin == results.origin
     assert stored.study_hash == results.study_hash
-    for name in ("detected", "range_error", "num_claims", "floor_rise", "seed", "num_trials"):
+    for name in ("detected", "range_error", "num_detections", "floor_rise", "seed", "num_trials"):
         np.testing.assert_array_equal(getattr(stored, name), getattr(results, name))
 
 
@@ -353,7 +353,7 @@ def test_the_mean_of_what_is_stored_is_what_is_summed_up(done):
         assert row.detection.value == pytest.approx(np.nanmean(seen))
         assert row.ghosts.value == point
         assert row.ghost.value == (point > 0)
-        assert row.false_claims.value == 0.0
+        assert row.false_detections.value == 0.0
         assert row.range_rmse.value == pytest.approx(ERROR)
         assert row.missed.value * row.num_trials == np.sum(seen == 0.0)
 

@@ -17,7 +17,7 @@ def row(axis: str, value: float, waveform: str = "conventional") -> GhostRow:
         value=value,
         waveform=waveform,
         theory=0.25,
-        theory_of_arms=0.5,
+        theory_of_ridges=0.5,
         direct=wilson(0.3, 60),
         any_ghost=wilson(0.4, 60),
         ghosts=wilson(0.4, 60),
@@ -25,7 +25,7 @@ def row(axis: str, value: float, waveform: str = "conventional") -> GhostRow:
         predicted=15,
         lost=0,
         extra=3,
-        arms=3,
+        ridges=3,
         num_trials=60,
     )
 

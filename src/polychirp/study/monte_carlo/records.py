@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from polychirp.study.trial import Trial, VictimResult
 
 NATURES: Final = tuple(nature.value for nature in Nature)
-"""Natures of detections, in the order of `VictimRecord.claims`."""
+"""Natures of detections, in the order of `VictimRecord.detections`."""
 
 TRIALS_ARE_KEPT: Final = (
     "; finished trials are kept, and the same command continues with the missing trials"
@@ -43,7 +43,7 @@ class VictimRecord:
     range, range_rate, azimuth : true values of each target, m, m/s, rad
     range_error, range_rate_error, azimuth_error : detected minus true value, m, m/s, rad
     sinr : power ratio at each target's detection, own echo to all other parts of the samples
-    claims : number of detections of each of `NATURES`
+    detections : number of detections of each of `NATURES`
     floor_rise : power ratio, floor of the range spectra to that of noise alone
     """
 
@@ -58,7 +58,7 @@ class VictimRecord:
     range_rate_error: tuple[float, ...]
     azimuth_error: tuple[float, ...]
     sinr: tuple[float, ...]
-    claims: tuple[int, ...]
+    detections: tuple[int, ...]
     floor_rise: float
 
 
@@ -100,7 +100,7 @@ def _record(victim: "VictimResult") -> VictimRecord:
         target=victim.truth.name,
         **values(victim.truth, "is_visible", "range", "range_rate", "azimuth"),
         **values(victim.score, "is_detected", *errors, "sinr"),
-        claims=tuple(victim.score.nature.count(nature) for nature in NATURES),
+        detections=tuple(victim.score.nature.count(nature) for nature in NATURES),
         floor_rise=float(victim.score.floor_rise),
     )
 
@@ -248,7 +248,7 @@ def _in_words(made_with: Mapping[str, Any] | None) -> str:
     if made_with is None:
         return "unknown versions"
     versions = ", ".join(f"{name} {version}" for name, version in made_with["versions"].items())
-    return f"{versions} on {made_with['platform']}"
+    return f"{versions} on {made_with['platform']} ({made_with['format']})"
 
 
 def read_records(path: Path) -> Iterator[TrialRecord]:

@@ -9,7 +9,7 @@
     ├── seed                  (trial)
     ├── detected              (AXIS …, trial, victim, target) 1 detected, 0 missed
     ├── range … sinr          (AXIS …, trial, victim, target)
-    ├── num_claims            (AXIS …, trial, victim, nature)
+    ├── num_detections            (AXIS …, trial, victim, nature)
     └── floor_rise            (AXIS …, trial, victim)
 
 Every array names its axes and its unit, as xarray reads them. **NaN** means that there is no value:
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from zarr import Group
 
 FORMAT: Final = "polychirp monte carlo"
-FORMAT_VERSION: Final = 1
+FORMAT_VERSION: Final = 2
 
 PerTargetOfTrial = Annotated[FloatArray, Axes("point", "trial", "victim", "target")]
 
@@ -62,7 +62,7 @@ _UNITS: Final = {
     "range_rate_error": "m/s",
     "azimuth_error": "rad",
     "sinr": "1",
-    "num_claims": "1",
+    "num_detections": "1",
     "floor_rise": "1",
 }
 """Unit of every stored array; "1" for numbers and ratios."""
@@ -88,7 +88,7 @@ class Results:
     range, range_rate, azimuth : true values, m, m/s, rad, of hidden targets too
     range_error, range_rate_error, azimuth_error : detected minus true value, m, m/s, rad
     sinr : power ratio at a target's detection, own echo to all other parts of the samples
-    num_claims : number of detections of each of `NATURES`
+    num_detections : number of detections of each of `NATURES`
     floor_rise : power ratio, floor of the range spectra to that of noise alone
     origin : provenance of the study without its grid
     """
@@ -107,7 +107,7 @@ class Results:
     range_rate_error: PerTargetOfTrial
     azimuth_error: PerTargetOfTrial
     sinr: PerTargetOfTrial
-    num_claims: Annotated[FloatArray, Axes("point", "trial", "victim", "nature")]
+    num_detections: Annotated[FloatArray, Axes("point", "trial", "victim", "nature")]
     floor_rise: Annotated[FloatArray, Axes("point", "trial", "victim")]
     origin: Provenance
 
@@ -147,7 +147,7 @@ def gather(plan: Plan, *, num_trials: Sequence[int], records: Iterable[TrialReco
         name: np.full((*of_trial, len(targets)), np.nan)
         for name in ("detected", *_TRUE_VALUES, *_OF_DETECTED)
     }
-    arrays["num_claims"] = np.full((*of_trial, len(NATURES)), np.nan)
+    arrays["num_detections"] = np.full((*of_trial, len(NATURES)), np.nan)
     arrays["floor_rise"] = np.full(of_trial, np.nan)
     for (point, trial), record in kept.items():
         for victim in record.victims:
@@ -177,7 +177,7 @@ def _fill(
     columns: list[int],
 ) -> None:
     is_visible, is_detected = np.array(record.is_visible, bool), np.array(record.is_detected, bool)
-    arrays["num_claims"][place] = record.claims
+    arrays["num_detections"][place] = record.detections
     arrays["floor_rise"][place] = record.floor_rise
     arrays["detected"][place][columns] = np.where(is_visible, is_detected, np.nan)
     for name in _TRUE_VALUES:

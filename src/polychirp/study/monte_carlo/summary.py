@@ -42,8 +42,8 @@ class Summary:
     num_trials : number of trials with a result
     detection : probability that a visible target is detected
     ghost : probability that a frame has at least one ghost
-    ghosts, false_claims, missed : mean number in a frame; ``false_claims`` are the ghosts that no
-        path explains: noise, or errors of the processing
+    ghosts, false_detections, missed : mean number in a frame; ``false_detections`` are the ghosts
+        that no path explains: noise, or errors of the processing
     floor_rise : power ratio, median over trials
     range_rmse, range_rate_rmse, azimuth_rmse : rms errors of detected targets, m, m/s, rad
     """
@@ -55,7 +55,7 @@ class Summary:
     detection: Estimate
     ghost: Estimate
     ghosts: Estimate
-    false_claims: Estimate
+    false_detections: Estimate
     missed: Estimate
     floor_rise: float
     range_rmse: Estimate
@@ -116,9 +116,9 @@ class _Counts:
 
 
 def _counts(results: Results, point: int, victim: int) -> _Counts:
-    was_run = ~np.isnan(results.num_claims[point, :, victim, 0])
+    was_run = ~np.isnan(results.num_detections[point, :, victim, 0])
     detected = results.detected[point, was_run, victim]
-    counts = results.num_claims[point, was_run, victim]
+    counts = results.num_detections[point, was_run, victim]
     errors = {
         name: getattr(results, f"{name}_error")[point, was_run, victim] for name in ERROR_NAMES
     }
@@ -162,7 +162,7 @@ def _summary(results: Results, point: int, victim: int) -> Summary:
         detection=proportion(counts.found, counts.seen),
         ghost=proportion((counts.ghosts > 0).astype(np.float64), ones),
         ghosts=mean_count(counts.ghosts),
-        false_claims=mean_count(counts.unexplained),
+        false_detections=mean_count(counts.unexplained),
         missed=mean_count(counts.seen - counts.found),
         floor_rise=float(np.median(known)) if known.size else float("nan"),
         range_rmse=rms(counts.squares["range"], counts.found),

@@ -102,7 +102,7 @@ def _known(value: Any) -> Label | None:
 
 def _trials(results: Results) -> Iterator[tuple[tuple[int, int, int], dict[str, Label | None]]]:
     """Indices (point, trial, victim) and first columns of each victim of each finished trial."""
-    was_run = ~np.isnan(results.num_claims[..., 0])
+    was_run = ~np.isnan(results.num_detections[..., 0])
     for point, trial, victim in np.argwhere(was_run).tolist():
         yield (
             (point, trial, victim),
@@ -117,15 +117,15 @@ def _trials(results: Results) -> Iterator[tuple[tuple[int, int, int], dict[str, 
 
 def _victim_rows(results: Results) -> Iterator[Row]:
     for place, row in _trials(results):
-        counts = results.num_claims[place].astype(int).tolist()
+        counts = results.num_detections[place].astype(int).tolist()
         detected = results.detected[place]
         yield {
             **row,
             "in_sight": int(np.sum(~np.isnan(detected))),
             "found": int(np.nansum(detected)),
             "missed": int(np.sum(detected == 0.0)),
-            "claims": sum(counts),
-            **{f"claims_{name}": n for name, n in zip(NATURES, counts, strict=True)},
+            "detections": sum(counts),
+            **{f"detections_{name}": n for name, n in zip(NATURES, counts, strict=True)},
             "floor_rise": _known(float(results.floor_rise[place])),
         }
 

@@ -86,8 +86,8 @@ class PaperRow(Sealed):
     noise_floor_db : dBm, the same for thermal noise alone, mean over range
     mean_threshold_db : dBm, the paper's threshold, equation (12), computed from this profile
     detection_range, detection_power_db : m and dBm, ``(detection,)``, of all detections
-    paper_claims, paper_found : number of detections of the paper's receiver (`PaperReceiver`) in
-        the same samples, and number of targets among them
+    paper_detections, paper_found : number of detections of the paper's receiver (`PaperReceiver`)
+        in the same samples, and number of targets among them
     antenna : antenna of all radars
     """
 
@@ -107,7 +107,7 @@ class PaperRow(Sealed):
     mean_threshold_db: float
     detection_range: Annotated[FloatArray, Axes("detection")]
     detection_power_db: Annotated[FloatArray, Axes("detection")]
-    paper_claims: int = 0
+    paper_detections: int = 0
     paper_found: int = 0
     antenna: Antenna = "table 2"
 
@@ -188,7 +188,7 @@ class StatisticsRow:
     situation : interference at the victim, and blanking
     num_targets, num_trials : number of targets on the street, and of trials
     detection : probability that a visible target is detected
-    ghosts, false_claims : mean number in a frame: all ghosts; those that no path explains
+    ghosts, false_detections : mean number in a frame: all ghosts; those that no path explains
     range_rmse_m, azimuth_rmse_deg, speed_rmse_kmh : rms errors of detected targets
     range_median_m, azimuth_median_deg, speed_median_kmh : medians of the absolute errors; a few
         targets that share a cell with another one contribute most of an rms error, but not of these
@@ -201,7 +201,7 @@ class StatisticsRow:
     num_trials: int
     detection: Interval
     ghosts: Interval
-    false_claims: Interval
+    false_detections: Interval
     range_rmse_m: Interval
     azimuth_rmse_deg: Interval
     speed_rmse_kmh: Interval

@@ -351,7 +351,7 @@ def paper_row(case: Case, victim: VictimResult, receiver: Receiver) -> PaperRow:
         mean_threshold_db=float(_dbm(mean_threshold(np.sqrt(response.power)) ** 2)),
         detection_range=victim.detections.range,
         detection_power_db=_dbm(victim.detections.power),
-        paper_claims=by_the_paper.num_detections,
+        paper_detections=by_the_paper.num_detections,
         paper_found=int(found.size),
         antenna=case.antenna,
     )
