@@ -87,6 +87,7 @@ def _summary(name: str, seed: int, path: Path, trial: Trial) -> dict[str, Any]:
                 "floor_rise": victim.score.floor_rise,
                 "detected_targets": _targets(victim, found=True),
                 "undetected_targets": _targets(victim, found=False),
+                "levels": _levels(victim),
             }
             for victim in trial.victims
         ],
@@ -110,6 +111,15 @@ def _targets(victim: VictimResult, *, found: bool) -> list[str]:
     return [name for name, is_detected in names if bool(is_detected) is found]
 
 
+def _levels(victim: VictimResult) -> dict[str, dict[str, float]]:
+    """Power ratios in the cell of each target, found or not."""
+    score = victim.score
+    return {
+        name: {key: float(getattr(score, key)[n]) for key in ("snr", "inr", "mitigated_sinr")}
+        for n, name in enumerate(victim.truth.name)
+    }
+
+
 def _print_table(trial: Trial) -> None:
     from rich.table import Table
 
@@ -118,8 +128,12 @@ def _print_table(trial: Trial) -> None:
     counts.add_column("radar")
     for column in ("targets", "found", "missed", "ghosts", "other echoes", "floor rise"):
         counts.add_column(column, justify="right")
+    levels = Table(title="in the cells of the targets, found or not", title_justify="left")
     for column in ("radar", "target"):
         errors.add_column(column)
+        levels.add_column(column)
+    for column in ("SNR", "INR", "SINR", "SINR, mitigated"):
+        levels.add_column(column, justify="right")
     for column in ("range", "range error", "speed error", "azimuth error"):
         errors.add_column(column, justify="right")
     for victim in trial.victims:
@@ -127,10 +141,24 @@ def _print_table(trial: Trial) -> None:
         counts.add_row(victim.name, *(str(count) for count in _counts(victim).values()), rise)
         for row in _error_rows(victim):
             errors.add_row(victim.name, *row)
+        for row in _level_rows(victim):
+            levels.add_row(victim.name, *row)
     console = tables()
     console.print(counts)
     if errors.row_count:
         console.print(errors)
+    if levels.row_count:
+        console.print(levels)
+
+
+def _level_rows(victim: VictimResult) -> Iterator[tuple[str, ...]]:
+    """Name of every visible target, and power ratios in its cell in dB."""
+    truth, score = victim.truth, victim.score
+    ratios = (score.snr, score.inr, score.snr / (1.0 + score.inr), score.mitigated_sinr)
+    for number, name in enumerate(truth.name):
+        if truth.is_visible[number]:
+            shown = (float(ratio[number]) for ratio in ratios)
+            yield (name, *(decibels(ratio) if ratio > 0 else "–" for ratio in shown))
 
 
 def _error_rows(victim: VictimResult) -> Iterator[tuple[str, ...]]:

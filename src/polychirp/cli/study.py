@@ -153,6 +153,7 @@ def _print_tables(name: str, plan: Plan, results: Results) -> None:
     console = tables()
     console.print(_table(f"{name}: detections, with 95 % intervals", axes, rows, _detections))
     console.print(_table("errors of targets found, rms", axes, rows, _errors))
+    console.print(_table("in the cells of the targets, medians", axes, rows, _levels))
     console.print(
         "A trial counts as one draw, however many targets it has. Ghosts and false detections "
         "(ghosts that nothing explains) are means per frame, at a false-alarm probability per cell "
@@ -186,13 +187,25 @@ def _detections(row: Summary) -> dict[str, str]:
 
 
 def _errors(row: Summary) -> dict[str, str]:
-    rise = "–" if math.isnan(row.floor_rise) else decibels(row.floor_rise)
     return {
         "range, m": _shown(row.range_rmse),
         "speed, km/h": _shown(row.range_rate_rmse, scale=3.6),
         "azimuth, °": _shown(row.azimuth_rmse, scale=180 / math.pi),
-        "floor rise": rise,
     }
+
+
+def _levels(row: Summary) -> dict[str, str]:
+    return {
+        "SNR": _in_db(row.snr),
+        "INR": _in_db(row.inr),
+        "SINR": _in_db(row.sinr),
+        "SINR, mitigated": _in_db(row.mitigated_sinr),
+        "floor rise": _in_db(row.floor_rise),
+    }
+
+
+def _in_db(ratio: float) -> str:
+    return decibels(ratio) if ratio > 0 else "–"
 
 
 def _shown(estimate: Estimate, *, scale: float = 1.0, digits: int = 2) -> str:

@@ -15,7 +15,12 @@ class Score(Sealed):
     is_detected : true for a target that has a detection, ``(target,)``
     range_error, range_rate_error, azimuth_error : m, m/s, rad, found minus true, ``(target,)``;
         zero also where ``is_detected`` is false
-    sinr : power ratio of the own echo to all other parts in the target's cell, ``(target,)``
+    sinr : power ratio of the own echo to all other parts at the target's detection, ``(target,)``;
+        zero where ``is_detected`` is false
+    snr, inr : power ratio of the own echo, and of interference, to noise in the cell of every
+        target before mitigation, ``(target,)`` (`TargetLevels`)
+    mitigated_sinr : power ratio of the own echo to all other parts in the cell of every target
+        after mitigation, ``(target,)``
     nature : nature of every detection: "target", "echo" (a real echo of another body), or the kind
         of ghost: "multipath", "direct", "indirect", "front-end", "unexplained"
     power : power of every detection, W, ``(detection,)``
@@ -29,6 +34,9 @@ class Score(Sealed):
     range_rate_error: PerTarget
     azimuth_error: PerTarget
     sinr: PerTarget
+    snr: PerTarget
+    inr: PerTarget
+    mitigated_sinr: PerTarget
     nature: tuple[str, ...]
     power: PerDetection
     target_detection: tuple[int, ...]

@@ -8,6 +8,8 @@ from polychirp.axes import ComplexArray, FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import PARTS, IfFrame, IfParts
+from polychirp.model.target_levels import TargetLevels
+from polychirp.model.truth import Truth
 from polychirp.receiver.angle.beamform import beamform, orthogonal_sines, steering
 from polychirp.receiver.chain import Receiver, search_grid
 from polychirp.receiver.detection.range_rate_map import (
@@ -60,6 +62,42 @@ def part_amplitudes(
     amplitude = matched_amplitudes(stacked, weight, phases, frame.times.rate)
     by_part = amplitude.reshape(len(motion), *parts.samples.shape[:3])
     return np.asarray(np.einsum("nc,npck->npk", weights, by_part))
+
+
+def target_levels(
+    receiver: FrameReceiver, frame: IfFrame, parts: IfParts, truth: Truth
+) -> TargetLevels:
+    r"""Echo and interference over noise that a matched filter finds at each true target.
+
+    With the amplitudes :math:`e_k`, :math:`i_k` and :math:`n_k` of `part_amplitudes` on ramp k, of
+    echo and multipath, of noise, and of all other parts, the filter matched to the echo's own
+    phases over the frame gives
+
+    .. math:: \mathrm{SNR} = \frac{\sum_k |e_k|^2}{\overline{|n_k|^2}},\qquad
+              \mathrm{INR} = \frac{|\sum_k e_k^* i_k|^2}{\sum_k |e_k|^2\;\overline{|n_k|^2}}.
+
+    So all ramps and channels add up coherently, also if the receiver does not add them so. Parts
+    are those after the receiver's mitigation. A target without echo has zeros.
+    """
+    still = np.zeros(len(truth.name))
+    cells = Detections(
+        time=truth.time,
+        range=truth.range,
+        range_rate=truth.range_rate,
+        azimuth=truth.azimuth,
+        power=still,
+        snr=still,
+    )
+    amplitude = part_amplitudes(receiver, frame, parts, cells)
+    name = np.array(parts.names)
+    is_own, is_noise = np.isin(name, ("echo", "multipath")), name == "noise"
+    echo = amplitude[:, is_own].sum(axis=1)
+    rest = amplitude[:, ~is_own & ~is_noise].sum(axis=1)
+    noise = np.mean(np.abs(amplitude[:, is_noise].sum(axis=1)) ** 2, axis=1)
+    energy = np.sum(np.abs(echo) ** 2, axis=1)
+    added = np.abs(np.sum(echo.conj() * rest, axis=1)) ** 2
+    floor = np.maximum(noise, 1e-300)
+    return TargetLevels(snr=energy / floor, inr=added / np.maximum(energy * floor, 1e-300))
 
 
 def floor_rise(receiver: FrameReceiver, frame: IfFrame, parts: IfParts) -> float:

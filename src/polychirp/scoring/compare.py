@@ -7,6 +7,7 @@ from polychirp.model.detection import Detections
 from polychirp.model.if_frame import PARTS
 from polychirp.model.paths import PropagationPaths
 from polychirp.model.score import Score
+from polychirp.model.target_levels import TargetLevels
 from polychirp.model.truth import Truth
 from polychirp.scoring.association import Gate, associate
 from polychirp.scoring.ghosts import dominated_by_interference, natures
@@ -19,6 +20,8 @@ def compare(
     powers: FloatArray,
     own_paths: PropagationPaths,
     floor_rise: float,
+    before: TargetLevels,
+    after: TargetLevels,
     gate: Gate | None = None,
 ) -> Score:
     """Score the detections of one radar, the victim, in one frame.
@@ -28,6 +31,7 @@ def compare(
     powers : W, power of every part in every detection, ``(detection, part)``
     own_paths : paths from the victim back to itself, at the time of the detections
     floor_rise : ratio of the range spectra's floor to the noise alone; the score passes it on
+    before, after : echo and interference over noise at every target, before and after mitigation
     gate : largest differences between a detection and its target; None is `Gate` by default
     """
     gate = gate or Gate()
@@ -48,6 +52,9 @@ def compare(
         range_rate_error=per_target(detections.range_rate[detection] - truth.range_rate[target]),
         azimuth_error=per_target(detections.azimuth[detection] - truth.azimuth[target]),
         sinr=per_target(_sinr(powers)[detection]),
+        snr=before.snr,
+        inr=before.inr,
+        mitigated_sinr=after.sinr,
         nature=tuple(
             nature.value
             for nature in natures(

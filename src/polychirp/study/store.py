@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from polychirp.study.trial import VictimResult
 
 FORMAT: Final = "polychirp run"
-FORMAT_VERSION: Final = 2
+FORMAT_VERSION: Final = 3
 
 UNITS: Final[Mapping[type, Mapping[str, str]]] = {
     IfFrame: {"samples": "V"},
@@ -69,6 +69,9 @@ UNITS: Final[Mapping[type, Mapping[str, str]]] = {
         "range_rate_error": "m/s",
         "azimuth_error": "rad",
         "sinr": "1",
+        "snr": "1",
+        "inr": "1",
+        "mitigated_sinr": "1",
         "power": "W",
     },
     Truth: {"range": "m", "range_rate": "m/s", "azimuth": "rad", "point": "m", "is_visible": "1"},

@@ -1,7 +1,7 @@
 """One trial of a study: all stages in order, from the drawn street to the score."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 from polychirp.channel.base import RayTracer
@@ -16,7 +16,7 @@ from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
 from polychirp.model.score import Score
 from polychirp.model.truth import Truth
-from polychirp.receiver.attribution import floor_rise, part_powers
+from polychirp.receiver.attribution import floor_rise, part_powers, target_levels
 from polychirp.receiver.mimo import (
     azimuths_in_motion,
     virtual_array,
@@ -195,6 +195,8 @@ def receive_and_score(
         powers=powers,
         own_paths=nearest.select(own),
         floor_rise=floor_rise(receiver, frame, parts),
+        before=target_levels(replace(receiver, mitigation=None), frame, parts, true),
+        after=target_levels(receiver, frame, parts, true),
     )
     return VictimResult(
         name=scene.radars[victim].name,

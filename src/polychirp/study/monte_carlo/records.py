@@ -43,6 +43,7 @@ class VictimRecord:
     range, range_rate, azimuth : true values of each target, m, m/s, rad
     range_error, range_rate_error, azimuth_error : detected minus true value, m, m/s, rad
     sinr : power ratio at each target's detection, own echo to all other parts of the samples
+    snr, inr, mitigated_sinr : power ratios in the cell of every target, as of `Score`
     detections : number of detections of each of `NATURES`
     floor_rise : power ratio, floor of the range spectra to that of noise alone
     """
@@ -58,6 +59,9 @@ class VictimRecord:
     range_rate_error: tuple[float, ...]
     azimuth_error: tuple[float, ...]
     sinr: tuple[float, ...]
+    snr: tuple[float, ...]
+    inr: tuple[float, ...]
+    mitigated_sinr: tuple[float, ...]
     detections: tuple[int, ...]
     floor_rise: float
 
@@ -95,11 +99,12 @@ def _record(victim: "VictimResult") -> VictimRecord:
         return {name: tuple(getattr(noun, name).tolist()) for name in names}
 
     errors = ("range_error", "range_rate_error", "azimuth_error")
+    levels = ("snr", "inr", "mitigated_sinr")
     return VictimRecord(
         name=victim.name,
         target=victim.truth.name,
         **values(victim.truth, "is_visible", "range", "range_rate", "azimuth"),
-        **values(victim.score, "is_detected", *errors, "sinr"),
+        **values(victim.score, "is_detected", *errors, "sinr", *levels),
         detections=tuple(victim.score.nature.count(nature) for nature in NATURES),
         floor_rise=float(victim.score.floor_rise),
     )

@@ -62,13 +62,16 @@ _UNITS: Final = {
     "range_rate_error": "m/s",
     "azimuth_error": "rad",
     "sinr": "1",
+    "snr": "1",
+    "inr": "1",
+    "mitigated_sinr": "1",
     "num_detections": "1",
     "floor_rise": "1",
 }
 """Unit of every stored array; "1" for numbers and ratios."""
 
 _OF_DETECTED: Final = ("range_error", "range_rate_error", "azimuth_error", "sinr")
-_TRUE_VALUES: Final = ("range", "range_rate", "azimuth")
+_TRUE_VALUES: Final = ("range", "range_rate", "azimuth", "snr", "inr", "mitigated_sinr")
 """Arrays with values for detected targets alone, and for all targets."""
 
 
@@ -88,6 +91,9 @@ class Results:
     range, range_rate, azimuth : true values, m, m/s, rad, of hidden targets too
     range_error, range_rate_error, azimuth_error : detected minus true value, m, m/s, rad
     sinr : power ratio at a target's detection, own echo to all other parts of the samples
+    snr, inr : power ratio of own echo, and of interference, to noise in the cell of every target,
+        detected or not, before mitigation
+    mitigated_sinr : own echo to all other parts there, after mitigation
     num_detections : number of detections of each of `NATURES`
     floor_rise : power ratio, floor of the range spectra to that of noise alone
     origin : provenance of the study without its grid
@@ -107,6 +113,9 @@ class Results:
     range_rate_error: PerTargetOfTrial
     azimuth_error: PerTargetOfTrial
     sinr: PerTargetOfTrial
+    snr: PerTargetOfTrial
+    inr: PerTargetOfTrial
+    mitigated_sinr: PerTargetOfTrial
     num_detections: Annotated[FloatArray, Axes("point", "trial", "victim", "nature")]
     floor_rise: Annotated[FloatArray, Axes("point", "trial", "victim")]
     origin: Provenance

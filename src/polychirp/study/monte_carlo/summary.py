@@ -45,6 +45,8 @@ class Summary:
     ghosts, false_detections, missed : mean number in a frame; ``false_detections`` are the ghosts
         that no path explains: noise, or errors of the processing
     floor_rise : power ratio, median over trials
+    snr, inr, sinr, mitigated_sinr : power ratios in the cells of visible targets, detected or not:
+        medians over targets and trials; the last after mitigation, the others before it
     range_rmse, range_rate_rmse, azimuth_rmse : rms errors of detected targets, m, m/s, rad
     """
 
@@ -58,6 +60,10 @@ class Summary:
     false_detections: Estimate
     missed: Estimate
     floor_rise: float
+    snr: float
+    inr: float
+    sinr: float
+    mitigated_sinr: float
     range_rmse: Estimate
     range_rate_rmse: Estimate
     azimuth_rmse: Estimate
@@ -151,8 +157,11 @@ def summaries(results: Results) -> list[Summary]:
 
 def _summary(results: Results, point: int, victim: int) -> Summary:
     counts = _counts(results, point, victim)
-    rise = results.floor_rise[point, :, victim]
-    known = rise[np.isfinite(rise)]
+    is_seen = np.isfinite(results.detected[point, :, victim])
+    snr, inr, mitigated = (
+        levels[point, :, victim][is_seen]
+        for levels in (results.snr, results.inr, results.mitigated_sinr)
+    )
     ones = np.ones(counts.trial.size)
     return Summary(
         labels=results.labels(point),
@@ -164,11 +173,21 @@ def _summary(results: Results, point: int, victim: int) -> Summary:
         ghosts=mean_count(counts.ghosts),
         false_detections=mean_count(counts.unexplained),
         missed=mean_count(counts.seen - counts.found),
-        floor_rise=float(np.median(known)) if known.size else float("nan"),
+        floor_rise=_median(results.floor_rise[point, :, victim]),
+        snr=_median(snr),
+        inr=_median(inr),
+        sinr=_median(snr / (1.0 + inr)),
+        mitigated_sinr=_median(mitigated),
         range_rmse=rms(counts.squares["range"], counts.found),
         range_rate_rmse=rms(counts.squares["range_rate"], counts.found),
         azimuth_rmse=rms(counts.squares["azimuth"], counts.found),
     )
+
+
+def _median(values: FloatArray) -> float:
+    """Median of the finite values; NaN if there are none."""
+    known = values[np.isfinite(values)]
+    return float(np.median(known)) if known.size else float("nan")
 
 
 def differences(results: Results) -> list[Difference]:

@@ -139,6 +139,9 @@ def _target_rows(results: Results) -> Iterator[Row]:
         "range_rate_error_m_per_s": results.range_rate_error,
         "azimuth_error_rad": results.azimuth_error,
         "sinr": results.sinr,
+        "snr": results.snr,
+        "inr": results.inr,
+        "mitigated_sinr": results.mitigated_sinr,
     }
     for place, row in _trials(results):
         for number, name in enumerate(results.target):
