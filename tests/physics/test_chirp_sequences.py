@@ -11,6 +11,7 @@ from polychirp.frames import Pose
 from polychirp.model.antenna import AntennaArray, ElementPattern
 from polychirp.model.if_filter import IfFilter
 from polychirp.model.radar import Converter
+from polychirp.model.score import Score
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.study.spec import Study, StudyRadar
 from polychirp.study.trial import Trial, run_trial
@@ -105,3 +106,40 @@ def test_coded_elements_keep_the_whole_span_of_speeds(coding):
     assert errors.max() < 0.06
     angles = np.abs(np.array([score.azimuth_error for score in scores]))[found]
     assert angles.max() < np.radians(1.0)
+
+
+def score_of_a_point(level: float, seed: int) -> Score:
+    """Score of a point of ``level`` dBsm, 20 m ahead of the radar."""
+    point = Point(name="point", x=22.4, y=0.0, z=0.5, rcs=from_db(level))
+    study = Study(
+        name="one",
+        seed=seed,
+        num_sweeps=96,
+        street=Street(vehicles=(EGO,), points=(point,)),
+        radars=(replace(RADAR, transmit_gain=1.0),),
+        targets=("point",),
+        tracer=FreeSpace(frequency=76.75e9),
+        receiver=RangeDoppler(greatest_range=45.0),
+    )
+    return run_trial(study).victim("front").score
+
+
+def test_the_snr_of_a_target_is_that_of_the_radar_equation_found_or_not():
+    """SNR = P λ² G² σ M T / ((4π)³ R⁴ k T₀ F · 3/2): T is the sampled time, 3/2 Hann's loss.
+
+    Sampled are 22 µs of each of 96 ramps, in 4 channels. The noise of 16 frames of 96 ramps is
+    known to 2.6 %, so that 8 % are three standard deviations. Another 26 dB less is not detected.
+    """
+    wavelength = SPEED_OF_LIGHT / 76.75e9
+    received = 10e-3 * from_db(26.0) * wavelength**2 * from_db(-10.0) / ((4 * np.pi) ** 3 * 20.0**4)
+    energy = received * 4 * 96 * (1 + round(22e-6 * 14e6)) / 14e6
+    expected = energy / (1.380649e-23 * 290.0 * from_db(13.0) * 1.5)
+    strong = [score_of_a_point(-10.0, seed) for seed in range(16)]
+    assert all(score.is_detected[0] for score in strong)
+    noise = np.mean([1.0 / score.snr[0] for score in strong])
+    assert 1.0 / noise == pytest.approx(expected, rel=0.08)
+    weak = score_of_a_point(-36.0, seed=0)
+    assert not weak.is_detected[0]
+    assert weak.snr[0] == pytest.approx(from_db(-26.0) * strong[0].snr[0], rel=1e-6)
+    assert strong[0].inr[0] == 0.0
+    assert strong[0].mitigated_sinr[0] == strong[0].snr[0]

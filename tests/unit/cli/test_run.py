@@ -63,6 +63,9 @@ def silent_victim(study, number: int) -> Victim:
             range_rate_error=many,
             azimuth_error=many,
             sinr=many,
+            snr=10.0 + many,
+            inr=many,
+            mitigated_sinr=many,
             nature=("target",),
             power=one,
             target_detection=(0,),
@@ -119,6 +122,10 @@ def test_the_summary_for_machines_goes_to_stdout(trial, capsys):
             "floor_rise": 10.0,
             "detected_targets": ["oncoming"],
             "undetected_targets": ["ahead", "post"],
+            "levels": {
+                name: {"snr": 10.0, "inr": 0.0, "mitigated_sinr": 0.0}
+                for name in ("oncoming", "ahead", "post")
+            },
         }
     ]
     assert load_run(summary["stored"]).provenance.seed == 5
@@ -272,14 +279,14 @@ SHORT = '{ kind = "triangular", bandwidth = "200 MHz", ramp_duration = "100 us" 
         (SAWTOOTH, 16, "tell speeds 120 km/h apart, the frame 0.42 km/h", "ramps that rise and"),
         # λ/2T of 6.4 ms is 0.295 m/s, four of them 4.3 km/h; λ/6T of 0.1 ms is 22.7 km/h
         (SHORT, 32, "13 cells of speed where the frame resolves 216", "ramps of 0.4 ms or more"),
-        (SHORT, 32, "more than 4.3 km/h from a multiple of 23 km/h", "'polychirp process'"),
+        (SHORT, 32, "more than 4.3 km/h from a multiple of 23 km/h", "0.4 ms"),
     ],
     ids=["one direction", "short ramps", "short ramps, what is missed"],
 )
 def test_a_receiver_too_coarse_for_its_ramps_is_warned_of_once(
     trial, capsys, waveform, num_sweeps, reason, remedy
 ):
-    changes = [f"radars.*.waveform={waveform}", f"num_sweeps={num_sweeps}"]
+    changes = [f"radars.*.waveform={waveform}", f"num_sweeps={num_sweeps}", "receiver.kind=joint"]
     options = [word for change in changes for word in ("--set", change)]
     for verb in ("check", "run"):
         assert main([verb, str(QUICKSTART), *options]) == 0

@@ -6,6 +6,7 @@ from polychirp.constants import SPEED_OF_LIGHT as C
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import PARTS
 from polychirp.model.paths import Bounce, PropagationPaths
+from polychirp.model.target_levels import TargetLevels
 from polychirp.model.truth import Truth
 from polychirp.scoring.association import Gate, associate
 from polychirp.scoring.compare import compare
@@ -79,6 +80,9 @@ def test_one_detection_serves_one_target():
     assert target.size == 1
 
 
+LEVELS = TargetLevels(snr=np.ones(len(TRUTH.name)), inr=np.ones(len(TRUTH.name)))
+
+
 def test_a_hidden_target_is_neither_found_nor_missed():
     found = detections((20.0, 0.0, 0.0, 1.0))
     score = compare(
@@ -87,6 +91,8 @@ def test_a_hidden_target_is_neither_found_nor_missed():
         powers=powers_of([1.0, 0, 0, 0, 1e-3]),
         own_paths=paths((20.0, 0.0, False)),
         floor_rise=1.0,
+        before=LEVELS,
+        after=LEVELS,
     )
     assert not score.is_detected.any()
     assert score.num_missed == 2
@@ -114,6 +120,8 @@ def test_every_kind_of_detection_gets_its_name():
         powers=powers,
         own_paths=paths((6.5, 0.2, False), (3.0, 0.0, False), (12.0, 5.0, True)),
         floor_rise=1.0,
+        before=LEVELS,
+        after=LEVELS,
     )
     assert score.nature == (
         "target",
@@ -138,6 +146,8 @@ def test_a_ghost_on_top_of_a_target_does_not_count_as_finding_it():
         powers=powers_of([1e-4, 0.0, 1.0, 0.0, 1e-9]),
         own_paths=paths((6.5, 0.2, False)),
         floor_rise=1.0,
+        before=LEVELS,
+        after=LEVELS,
     )
     assert not score.is_detected[0]
     assert score.nature == ("direct",)
@@ -153,5 +163,7 @@ def test_an_echo_under_a_neighbours_interference_is_still_an_echo():
             powers=powers_of([1.0, 0.0, ratio, 0.0, 1e-3]),
             own_paths=paths((3.0, 0.0, False)),
             floor_rise=1.0,
+            before=LEVELS,
+            after=LEVELS,
         )
         assert score.nature == (nature,)

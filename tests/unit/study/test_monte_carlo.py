@@ -62,6 +62,9 @@ def made_up(point: int, seed: int) -> VictimRecord:
         range_rate_error=errors,
         azimuth_error=errors,
         sinr=(10.0, 10.0),
+        snr=(40.0, 20.0),
+        inr=(3.0, 1.0),
+        mitigated_sinr=(30.0, 15.0),
         detections=tuple(counts[name] for name in NATURES),
         floor_rise=2.0,
     )
@@ -543,3 +546,15 @@ def test_an_address_that_is_none_of_dasks_is_one_sentence(place):
     pytest.importorskip("distributed")
     with pytest.raises(InputError, match=r"--cluster: there is no .* like tcp://10\.0\.0\.1:8786"):
         DaskWorkers(cluster=place, count=1)
+
+
+def test_levels_are_medians_over_visible_targets_found_or_not(plan, tmp_path):
+    """SNR 40 and 20 and INR 3 and 1 of two targets: SINR 10 for both, and 30 and 15 mitigated."""
+    finish(plan, tmp_path, MadeUp())
+    results = load_results(tmp_path / STORE)
+    is_seen = np.isfinite(results.detected[0, :, 0])
+    for row in summaries(results)[:1]:
+        assert row.sinr == 10.0
+        assert row.snr == np.median(np.array([40.0, 20.0] * len(is_seen))[is_seen.ravel()])
+        assert row.mitigated_sinr == 0.75 * row.snr
+        assert row.inr == row.snr / 10.0 - 1.0

@@ -66,6 +66,9 @@ def victim(name: str, *, num_detections: int = 3) -> Victim:
             range_rate_error=[0.2, 0.0],
             azimuth_error=[0.3, 0.0],
             sinr=[1e3, 0.0],
+            snr=[2e3, 0.0],
+            inr=[3.0, 0.0],
+            mitigated_sinr=[9e2, 0.0],
             nature=("direct",) * num_detections,
             power=column,
             target_detection=(0,),
@@ -159,7 +162,7 @@ def test_every_array_names_its_axes_and_its_unit(stored):
         for name, array in arrays.items()
         if isinstance(array, zarr.Array)
     }
-    assert len(found) == 2 + 2 + 7 + 5 + 5 + 6
+    assert len(found) == 2 + 2 + 7 + 5 + 5 + 9
     assert found["samples"] == (("channel", "ramp", "fast"), "V")
     assert found["parts"] == (("part", "channel", "ramp", "fast"), "V")
     assert found["schedule/slope"] == (("ramp",), "Hz/s")
