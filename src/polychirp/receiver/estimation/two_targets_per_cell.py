@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from polychirp.axes import ComplexArray, FloatArray
+from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.receiver.estimation.azimuth_rate import ramp_weights, sine_basis, sines_and_rates
 from polychirp.receiver.estimation.coherence_test import correction_phasors
@@ -65,6 +65,17 @@ LEAST_ALIAS_CORRELATION = 0.9
 
 LEAST_ALIAS_DISTANCE = 0.5
 """Difference of rates, m/s, below which similar histories are neighbours, not aliases. Chosen."""
+
+PAIR_BY_NOISE = 1e-4
+"""Probability that noise makes two points of one that is tried as a pair. Chosen: far below one
+per frame."""
+
+ROUNDS_OF_ONE_POINT = 3
+"""Number of times that the single point is measured with which a pair is compared. Chosen: the
+phases converge in two."""
+
+HANN_BINS_PER_POWER = 1.5 * BINS_PER_CELL
+"""Power in all bins of a tone's spectrum under Hann's window, as a ratio to its peak's."""
 
 MOST_GROUPS = 4
 """Most groups of points tried as pairs, least coherent first. Chosen to limit the time."""
@@ -162,11 +173,47 @@ class Pairs:
             start = Pair(motion=guess, amplitude=np.stack(wave), share=0.0, floor=floor)
             pair = self.fit(spectra, start, noise)
             apart = np.abs(pair.motion[:, :2] - motion[:2])
-            if pair.share >= LEAST_PAIR_SHARE and np.all(apart <= LARGEST_OFFSETS):
+            if (
+                pair.share >= LEAST_PAIR_SHARE
+                and np.all(apart <= LARGEST_OFFSETS)
+                and self._is_better_than_one(spectra, pair, noise)
+            ):
                 self.found.append(pair)
                 self.refused.clear()  # peaks that remain without the pair will be refused again
                 return pair
         return None
+
+    def _is_better_than_one(self, spectra: FloatArray, pair: Pair, noise: FloatArray) -> bool:
+        r"""True if a pair explains more than its stronger point alone would with noise.
+
+        The stronger point is measured again without the other. What the pair explains beyond it, in
+        units of the noise of one amplitude, is on noise alone the power of four more complex
+        parameters, the greatest over all H histories: it exceeds :math:`\tau` with the probability
+        :math:`H\,Q(4, \tau)` at most, which is `PAIR_BY_NOISE`.
+        """
+        one = pair.motion[np.argmax(np.sum(np.abs(pair.amplitude) ** 2, axis=(1, 2)))]
+        for _ in range(ROUNDS_OF_ONE_POINT):
+            one, wave = self._measured(spectra, one, noise)
+        alone = self.band.subtract(spectra, self.model.phases(one[None]), wave[None])
+        left = self.band.subtract(spectra, self.model.phases(pair.motion), pair.amplitude)
+        bins = self._bins_near(pair.motion)
+        gain = np.sum((_powers(alone, bins) - _powers(left, bins)) / noise)
+        return bool(gain > HANN_BINS_PER_POWER * self._least_gain)
+
+    @cached_property
+    def _least_gain(self) -> float:
+        """Least gain of a pair over one point, in units of the noise of one amplitude."""
+        from scipy.special import gammainccinv
+
+        return float(gammainccinv(4.0, PAIR_BY_NOISE / len(self._histories.correction)))
+
+    def _bins_near(self, motion: FloatArray) -> IntArray:
+        """Bins within `FIT_REACH` of the points' mean beat on each ramp, ``(ramp, bin)``."""
+        band = self.band
+        beats = np.mean(self.model.beats(motion[:, 0], motion[:, 1]), axis=0)
+        place = np.rint(beats * band.size / band.rate).astype(np.int64) - band.first
+        reach = round(FIT_REACH * BINS_PER_CELL)
+        return np.clip(place[:, None] + np.arange(-reach, reach + 1), 0, band.num_bins - 1)
 
     def _aliases(self, history: int) -> list[int]:
         """The history, and its alias at another rate if regular ramp intervals cause one."""
@@ -268,19 +315,17 @@ class Pairs:
         self, spectra: FloatArray, left: FloatArray, motion: FloatArray, noise: FloatArray
     ) -> float:
         """Share of the power within `FIT_REACH` of the beats, less noise, that both explain."""
-        band = self.band
-        beats = np.mean(self.model.beats(motion[:, 0], motion[:, 1]), axis=0)
-        place = np.rint(beats * band.size / band.rate).astype(np.int64) - band.first
-        reach = round(FIT_REACH * BINS_PER_CELL)
-        bins = np.clip(place[:, None] + np.arange(-reach, reach + 1), 0, band.num_bins - 1)
-        ramp = np.arange(place.size)[:, None]
-        every, rest = (
-            np.sum(np.moveaxis(some, 2, -1)[:, ramp, bins] ** 2, axis=(0, 2, 3))
-            for some in (spectra, left)
-        )
+        bins = self._bins_near(motion)
+        every, rest = _powers(spectra, bins), _powers(left, bins)
         own = noise * spectra.shape[2] * bins.shape[1]
         weight = ramp_weights(rest[None])[0]
         return float(1.0 - np.sum(weight * (rest - own)) / np.sum(weight * (every - own)))
+
+
+def _powers(spectra: FloatArray, bins: IntArray) -> FloatArray:
+    """Power in ``bins`` of each ramp, summed over channels: ``(ramp,)``."""
+    ramp = np.arange(len(bins))[:, None]
+    return np.asarray(np.sum(np.moveaxis(spectra, 2, -1)[:, ramp, bins] ** 2, axis=(0, 2, 3)))
 
 
 def two_histories(amplitude: ComplexArray, phasors: NDArray[np.complex64]) -> list[int] | None:
