@@ -191,7 +191,8 @@ class Pairs:
         parameters, the greatest over all H histories: it exceeds :math:`\tau` with the probability
         :math:`H\,Q(4, \tau)` at most, which is `PAIR_BY_NOISE`.
         """
-        one = pair.motion[np.argmax(np.sum(np.abs(pair.amplitude) ** 2, axis=(1, 2)))]
+        stronger = int(np.argmax(np.sum(np.abs(pair.amplitude) ** 2, axis=(1, 2))))
+        one, wave = pair.motion[stronger], pair.amplitude[stronger]
         for _ in range(ROUNDS_OF_ONE_POINT):
             one, wave = self._measured(spectra, one, noise)
         alone = self.band.subtract(spectra, self.model.phases(one[None]), wave[None])
@@ -213,7 +214,8 @@ class Pairs:
         beats = np.mean(self.model.beats(motion[:, 0], motion[:, 1]), axis=0)
         place = np.rint(beats * band.size / band.rate).astype(np.int64) - band.first
         reach = round(FIT_REACH * BINS_PER_CELL)
-        return np.clip(place[:, None] + np.arange(-reach, reach + 1), 0, band.num_bins - 1)
+        bins = np.clip(place[:, None] + np.arange(-reach, reach + 1), 0, band.num_bins - 1)
+        return np.asarray(bins)
 
     def _aliases(self, history: int) -> list[int]:
         """The history, and its alias at another rate if regular ramp intervals cause one."""
