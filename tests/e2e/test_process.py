@@ -182,7 +182,7 @@ def test_the_real_capture_shows_a_still_room_and_people_who_walk():
     """What needs no ground truth: most power at rest, a few bodies at walking speed in between."""
     parameters = read_parameters(REAL_PARAMETERS)
     frame = open_numpy(REAL, parameters).frame(0)
-    receiver = RangeDoppler(greatest_range=parameters.greatest_range)
+    receiver = RangeDoppler(greatest_range=parameters.greatest_range, unfolds=False)
     spectra = receiver.spectra(frame)
     found = receiver.detect_in(spectra, frame)
     by_rate = spectra.mean_power.power.sum(axis=1)

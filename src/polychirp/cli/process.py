@@ -75,6 +75,7 @@ def run(arguments: argparse.Namespace) -> int:
     receiver = RangeDoppler(
         least_range=0.5 * parameters.range_resolution,
         greatest_range=parameters.greatest_range,
+        unfolds=False,  # the phases of a recording's channels are not calibrated
         false_alarm_probability=_probability(arguments.pfa),
     )
     chosen = _frames(arguments.frames)

@@ -63,6 +63,7 @@ def virtual_array(frame: IfFrame, *, range_rate: float = 0.0) -> IfFrame:
     --------
     Two elements that take turns, and one channel: each ramp becomes a channel.
 
+    >>> from polychirp.model.antenna import AntennaArray
     >>> from polychirp.model.if_frame import SampleTimes
     >>> ramps = RampSchedule(start_time=[0.0, 1e-4], duration=[9e-5, 9e-5],
     ...     start_frequency=[77e9, 77e9], slope=[1e12, 1e12], start_phase=[0, 0], sweep=[0, 1],

@@ -25,6 +25,7 @@ from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
 from polychirp.receiver.chain import Receiver
 from polychirp.receiver.mitigation.bursts import BurstDetector
+from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.range_doppler.transforms import refuse_unfit
 from polychirp.receiver.selection import AnyReceiver, reason_of_choice, receiver_for
 from polychirp.receiver.signal_model.point_signal import beat_sensitivity
@@ -416,20 +417,21 @@ def _derived(radar: StudyRadar, schedule: RampSchedule, receiver: AnyReceiver) -
     num_sweeps = int(schedule.sweep[-1]) + 1
     steepest = float(np.max(np.abs(schedule.slope)))
     resolution = SPEED_OF_LIGHT / (2.0 * schedule.bandwidth)
-    kind = receiver_for(receiver, schedule).kind
+    chosen = receiver_for(receiver, schedule)
+    has_folds = not (isinstance(chosen, RangeDoppler) and chosen.unfolds)
     return DerivedRadar(
         name=radar.name,
         range_resolution=(float(resolution.min()), float(resolution.max())),
         speed_resolution=_doppler_cell(schedule),
         unambiguous_speed=wavelength
         * num_sweeps
-        / (4.0 * frame_duration * (1 if kind == "range-doppler" else _code_length(schedule))),
+        / (4.0 * frame_duration * (_code_length(schedule) if has_folds else 1)),
         has_equal_sweeps=_has_equal_sweeps(schedule, num_sweeps),
         greatest_range=SPEED_OF_LIGHT * radar.if_filter.passband / (2.0 * steepest),
         beat_band=(0.0, 2.0 * steepest * receiver.greatest_range / SPEED_OF_LIGHT),
         ramp_duration=(float(schedule.duration.min()), float(schedule.duration.max())),
         frame_duration=frame_duration,
-        receiver=kind,
+        receiver=chosen.kind,
         receiver_reason=reason_of_choice(schedule),
         num_ramps=schedule.num_ramps,
         samples_per_ramp=(int(times.num_samples.min()), times.most_samples),

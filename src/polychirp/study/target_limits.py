@@ -11,6 +11,7 @@ from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.chain import Receiver
 from polychirp.receiver.range_doppler.transforms import repetition_interval
 from polychirp.receiver.selection import receiver_for
+from polychirp.receiver.signal_model.transmit_codes import code_blocks
 from polychirp.study.spec import Study, StudyRadar, target_names, victim_indices
 from polychirp.traffic.street import Point, Vehicle
 from polychirp.traffic.vehicle import vehicle_size
@@ -61,7 +62,8 @@ def _greatest_speed(study: Study, schedule: RampSchedule) -> tuple[float, str]:
             "receiver.greatest_speed"
         )
     wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
-    speed = wavelength / (4.0 * repetition_interval(schedule))
+    length = 1 if receiver.unfolds else len(code_blocks(schedule).weight)
+    speed = wavelength / (4.0 * length * repetition_interval(schedule))
     return speed, (
         f"its chirps tell speeds apart to {3.6 * speed:.0f} km/h: it will appear with another "
         "speed; use a shorter ramp_duration or idle"

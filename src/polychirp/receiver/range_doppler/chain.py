@@ -43,6 +43,9 @@ class RangeDoppler(ReceiverSettings):
     ----------
     window : training cells of the CFAR, over (range rate, range); made smaller on a small map
     quantile : rank of the training cell that gives the floor, as a share of their number
+    unfolds : True if the range rates that a code leaves open are told apart by the virtual array's
+        beams, for which the phases of its channels must be right to a fraction of a radian; else
+        the lowest is taken
 
     Examples
     --------
@@ -72,6 +75,7 @@ class RangeDoppler(ReceiverSettings):
         )
     )
     quantile: float = 0.6
+    unfolds: bool = True
     kind: Literal["range-doppler"] = "range-doppler"
 
     def __post_init__(self) -> None:
@@ -121,7 +125,8 @@ class RangeDoppler(ReceiverSettings):
         blocks = code_blocks(frame.schedule)
         cells = spectra.amplitude[:, row, column].T
         cells = cells.reshape(row.size, frame.array.num_channels, len(blocks.weight))
-        decoded = unfolded(frame, blocks, cells, rate)
+        num_rates = len(blocks.weight) if self.unfolds else 1
+        decoded = unfolded(frame, blocks, cells, rate, num_rates=num_rates)
         schedule = frame.schedule
         middle = middle_frequency(schedule, frame.times)
         distance = beat_range - decoded.range_rate * middle / schedule.slope[0]

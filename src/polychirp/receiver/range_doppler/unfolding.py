@@ -43,7 +43,12 @@ class Unfolded(NamedTuple):
 
 
 def unfolded(
-    frame: IfFrame, blocks: CodeBlocks, amplitude: ComplexArray, range_rate: FloatArray
+    frame: IfFrame,
+    blocks: CodeBlocks,
+    amplitude: ComplexArray,
+    range_rate: FloatArray,
+    *,
+    num_rates: int,
 ) -> Unfolded:
     """Range rates among the K that a code's cell may mean, and the channels decoded with them.
 
@@ -51,13 +56,14 @@ def unfolded(
     ----------
     amplitude : of each detection's cell, V ``(detection, channel, sweep of the block)``
     range_rate : of each detection in the span of the code, m/s ``(detection,)``
+    num_rates : number of range rates that are tried, the lowest ones; K for all, 1 for the lowest
     """
     length = len(blocks.weight)
     interval = repetition_interval(frame.schedule)
     wavelength = SPEED_OF_LIGHT / middle_frequency(frame.schedule, frame.times)
     span = wavelength / (2.0 * length * interval)
     every = range_rate[:, None] + span * np.arange(-(length // 2), length // 2 + 1)
-    rates = np.take_along_axis(every, np.argsort(np.abs(every), axis=1)[:, :length], axis=1)
+    rates = np.take_along_axis(every, np.argsort(np.abs(every), axis=1)[:, :num_rates], axis=1)
     late = interval * np.arange(length)
     turn = np.exp(-4j * np.pi * rates[..., None] * late / wavelength)
     weight = blocks.weight / np.sum(np.abs(blocks.weight) ** 2, axis=0)
