@@ -76,6 +76,9 @@ class Receiver(SearchSettings):
     that does not move like one point over the frame (`estimation.coherence_test`) is refused. If a
     point's phases fit one motion over the whole frame, its range and range rate are computed from
     them (`phase_refinement`). Two points in one cell are separated (`two_targets_per_cell`).
+
+    The false-alarm probability is that of a cell over all beams. The coherence test follows, so
+    that false alarms by noise are rarer.
     """
 
     kind: Literal["joint"] = "joint"

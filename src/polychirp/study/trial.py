@@ -189,14 +189,18 @@ def receive_and_score(
     true = truth(scene.at(found.time), victim, targets, has_occlusion=has_occlusion)
     nearest = min(snapshots, key=lambda paths: abs(paths.reference_time - found.time))
     own = (nearest.transmitter == victim) & (nearest.receiver == victim)
+    after = target_levels(receiver, frame, parts, true)
+    before = after
+    if receiver.mitigation is not None:
+        before = target_levels(replace(receiver, mitigation=None), frame, parts, true)
     score = compare(
         found,
         true,
         powers=powers,
         own_paths=nearest.select(own),
         floor_rise=floor_rise(receiver, frame, parts),
-        before=target_levels(replace(receiver, mitigation=None), frame, parts, true),
-        after=target_levels(receiver, frame, parts, true),
+        before=before,
+        after=after,
     )
     return VictimResult(
         name=scene.radars[victim].name,

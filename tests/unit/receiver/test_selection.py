@@ -46,3 +46,10 @@ def test_the_chosen_receiver_has_all_settings_that_it_knows(waveform):
     known = {field.name for field in fields(chosen)} & given.keys()
     assert {name: getattr(chosen, name) for name in known} == {k: given[k] for k in known}
     assert {"false_alarm_probability", "least_range", "greatest_range", "angle"} <= known
+
+
+def test_a_clock_that_drifts_does_not_make_other_chirps():
+    """10 ppm/s, the greatest drift of a study, changes 256 chirps of 60 µs by 1.5e-7."""
+    chirps = CHIRPS.schedule(num_sweeps=256, streams=Streams(seed=1))
+    drifting = chirps.as_clocked(start_time=0.0, clock_offset=1e-5, clock_drift=1e-5)
+    assert isinstance(receiver_for(AutoReceiver(), drifting), RangeDoppler)

@@ -111,6 +111,7 @@ def test_falling_chirps_read_as_rising_ones():
             {"start_time": np.array([0, 60, 120, 180, 240, 300, 360, 430]) * 1e-6},
             r"8\.57 µs from equal intervals",
         ),
+        ({"transmit_weight": np.eye(8)}, "fills the frame only once"),
     ],
 )
 def test_ramps_that_differ_are_refused(changes: dict[str, np.ndarray], reason: str):
