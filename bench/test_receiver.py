@@ -7,16 +7,23 @@ The bars: 48 ms, the length of the frame, for ten points; 5 ms for OS-CFAR on 25
 """
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from polychirp.model.radar import Converter
 from polychirp.receiver.angle.doa import root_music
 from polychirp.receiver.chain import Receiver
+from polychirp.receiver.coherent.chain import CoherentReceiver
+from polychirp.receiver.coherent.coherent_map import coherent_map, map_axes
+from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.detection.cfar import CfarWindow, ordered_statistic
+from polychirp.receiver.mitigation.base import mitigated
 from polychirp.rng import Streams
 from polychirp.waveform import DiverseTriangular, Triangular
 from tests.support.points import HandPoint, frame_of
+from tests.support.schedules import drawn_chirps
 
 FAMILIES = {
     "conventional": Triangular(bandwidth=1e9, ramp_duration=1e-3),
@@ -44,6 +51,23 @@ def test_a_frame_of_ten_points(benchmark, family):
     ramps = FAMILIES[family].schedule(num_sweeps=16, streams=Streams(2))
     frame = frame_of(ramps, ten_points())
     assert benchmark(Receiver().detect, frame).num_detections == 10
+
+
+@pytest.mark.benchmark(timer=time.process_time, min_rounds=3, warmup=True)
+@pytest.mark.parametrize("family", FAMILIES)
+def test_ten_points_in_phase(benchmark, family):
+    ramps = FAMILIES[family].schedule(num_sweeps=16, streams=Streams(2))
+    points = [replace(point, spreads=True) for point in ten_points()]
+    frame = frame_of(ramps, points)
+    assert benchmark(CoherentReceiver().detect, frame).num_detections >= 10
+
+
+@pytest.mark.benchmark(timer=time.process_time, min_rounds=3, warmup=True)
+def test_the_map_of_256_drawn_chirps(benchmark):
+    converter = Converter(sample_rate=20e6, start=2e-6, margin=1e-6)
+    frame = frame_of(drawn_chirps(256, seed=1), [], converter=converter)
+    seen = Observation.of(frame, mitigated(None, frame))
+    benchmark(coherent_map, seen, seen.samples, map_axes(seen, CoherentReceiver()))
 
 
 @pytest.mark.benchmark(timer=time.process_time, min_rounds=20, warmup=True)

@@ -12,7 +12,9 @@ from polychirp.model.antenna import AntennaArray, ElementPattern
 from polychirp.model.if_filter import IfFilter
 from polychirp.model.radar import Converter
 from polychirp.model.score import Score
+from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.range_doppler.chain import RangeDoppler
+from polychirp.receiver.selection import AnyReceiver
 from polychirp.study.spec import Study, StudyRadar
 from polychirp.study.trial import Trial, run_trial
 from polychirp.traffic.street import Point, Street, Vehicle
@@ -37,8 +39,10 @@ RADAR = StudyRadar(
     converter=Converter(sample_rate=14e6, start=2e-6, margin=1e-6),
 )
 
+READER = RangeDoppler(greatest_range=45.0)
 
-def trial(seed: int, num_sweeps: int = 96, **changes) -> Trial:
+
+def trial(seed: int, num_sweeps: int = 96, receiver: AnyReceiver = READER, **changes) -> Trial:
     """A car of 10 dBsm and a pedestrian of -8 dBsm at drawn places, with drawn range rates."""
     draw = np.random.default_rng([15, seed])
 
@@ -69,7 +73,7 @@ def trial(seed: int, num_sweeps: int = 96, **changes) -> Trial:
             radars=(replace(RADAR, **changes),),
             targets=("car", "pedestrian"),
             tracer=FreeSpace(),
-            receiver=RangeDoppler(greatest_range=45.0),
+            receiver=receiver,
         )
     )
 
@@ -86,6 +90,19 @@ def test_a_car_and_a_pedestrian_are_found_where_they_are():
     assert max(np.abs(score.range_rate_error).max() for score in scores) < 0.06
     assert max(np.abs(score.azimuth_error).max() for score in scores) < np.radians(2.5)
     assert sum(len(score.nature) for score in scores) <= 24 + 1  # 1e-6 of 9000 cells, per frame
+    assert {nature for score in scores for nature in score.nature} <= {"echo", "target"}
+
+
+@pytest.mark.parametrize("speed", [1.0, 2.2])
+def test_the_coherent_receiver_finds_both_also_beyond_the_span_of_speeds(speed):
+    """Range migration over the frame tells folds apart: searched are 1 and 2.2 spans of speeds."""
+    reader = CoherentReceiver(greatest_range=45.0, greatest_speed=0.5 * speed * SPAN)
+    scores = [trial(seed, receiver=reader).victim("front").score for seed in range(4)]
+    assert all(score.is_detected.all() for score in scores)
+    assert max(np.abs(score.range_error).max() for score in scores) < 0.05
+    assert max(np.abs(score.range_rate_error).max() for score in scores) < 0.06
+    assert max(np.abs(score.azimuth_error).max() for score in scores) < np.radians(2.5)
+    assert sum(len(score.nature) for score in scores) <= 8 + 1
     assert {nature for score in scores for nature in score.nature} <= {"echo", "target"}
 
 

@@ -13,14 +13,15 @@ from polychirp.model.if_frame import IfFrame, sample_times
 from polychirp.model.radar import Converter
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.estimation.azimuth_rate import sine_basis
-from polychirp.receiver.signal_model.point_signal import replica
+from polychirp.receiver.signal_model.point_signal import path_of, replica
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HandPoint:
-    """A point: m, m/s, m/s², rad, and its power relative to unit noise per sample.
+    """A point: m, m/s, m/s², rad, and its power at the start relative to unit noise per sample.
 
-    ``sine_rate``, 1/s, is the rate of the sine of its azimuth at the start.
+    ``sine_rate``, 1/s, is the rate of the sine of its azimuth at the start. If ``spreads``, its
+    amplitude follows 1/R² over the frame; else it is constant.
     """
 
     range: float
@@ -29,6 +30,7 @@ class HandPoint:
     azimuth: float = 0.0
     sine_rate: float = 0.0
     power: float = 1.0
+    spreads: bool = False
 
 
 def frame_of(
@@ -54,5 +56,7 @@ def frame_of(
         straight, turned = sine_basis(motion[None], times.time - schedule.start_time[0])[:, 0]
         sine = np.sin(point.azimuth) * straight + point.sine_rate * turned
         cycles = array.position[:, 1, None, None] * sine / wavelength + draw.random()
-        samples += np.sqrt(point.power) * np.exp(-2j * np.pi * cycles) * signal
+        distance, _, _ = path_of(motion[None], times.time - schedule.start_time[0])[:, 0]
+        growth = (point.range / distance) ** 2 if point.spreads else 1.0
+        samples += np.sqrt(point.power) * growth * np.exp(-2j * np.pi * cycles) * signal
     return IfFrame(samples=samples * times.is_sample, times=times, schedule=schedule, array=array)

@@ -32,6 +32,8 @@ from tools.pages.mechanism_table import RECORD as MECHANISMS
 from tools.pages.mechanism_table import mechanism_table
 from tools.pages.mitigation_table import RECORD as MITIGATIONS
 from tools.pages.mitigation_table import mitigation_table
+from tools.pages.receiver_table import RECORD as RECEIVER
+from tools.pages.receiver_table import receiver_tables
 from tools.pages.speed_table import RECORD as SPEED
 from tools.pages.speed_table import speed_tables
 from tools.pages.statistics_table import RECORD as STATISTICS
@@ -213,6 +215,8 @@ def rendered(folder: Path) -> dict[str, str]:
             common[name] = made(folder)
     if (folder / SPEED).exists():
         common |= speed_tables(folder)
+    if (folder / RECEIVER).exists():
+        common |= receiver_tables(folder)
     pages = {}
     for name, text in texts.items():
         mine = [row for row in rows if row.page == Path(name).stem]

@@ -36,10 +36,11 @@ from polychirp.receiver.estimation.phase_refinement import (
 )
 from polychirp.receiver.estimation.two_targets_per_cell import MOST_GROUPS, Pair, Pairs
 from polychirp.receiver.mitigation.base import mitigated
-from polychirp.receiver.settings import SearchSettings
+from polychirp.receiver.settings import SearchSettings, need_dynamic_range
 from polychirp.receiver.signal_model.frame_model import FrameModel
 from polychirp.receiver.signal_model.point_signal import beat_sensitivity
 from polychirp.receiver.signal_model.spectral_fit import BINS_PER_CELL, Band, band_of
+from polychirp.units import Ratio, from_db
 
 LEAST_CHANGE_FOR_RETRY = 0.1
 """Change of a refused peak's height above the floor, nepers of power, after which it is tried
@@ -79,9 +80,19 @@ class Receiver(SearchSettings):
 
     The false-alarm probability is that of a cell over all beams. The coherence test follows, so
     that false alarms by noise are rarer.
+
+    Parameters
+    ----------
+    dynamic_range : power ratio of the strongest echo to the weakest peak that is tried; chosen so
+        that the residues left when extended bodies are subtracted as points are weaker
     """
 
+    dynamic_range: Ratio = from_db(40.0)
     kind: Literal["joint"] = "joint"
+
+    def __post_init__(self) -> None:
+        super(Receiver, self).__post_init__()
+        need_dynamic_range(self.dynamic_range)
 
     def detect(self, frame: IfFrame) -> Detections:
         """Detections of one frame, strongest first; range and azimuth at its first ramp's start."""

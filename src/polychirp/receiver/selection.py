@@ -3,42 +3,84 @@
 from dataclasses import dataclass, fields
 from typing import Annotated, Literal
 
+import numpy as np
+
+from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.chain import Receiver
+from polychirp.receiver.coherent.chain import CoherentReceiver
+from polychirp.receiver.estimation.beat_refinement import LARGEST_RATE_CHANGE
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.range_doppler.transforms import unfit
-from polychirp.receiver.settings import SearchSettings
+from polychirp.receiver.settings import SearchSettings, need_dynamic_range
 from polychirp.spec import ByKind
+from polychirp.units import Ratio
 
-FrameReceiver = Receiver | RangeDoppler
+FrameReceiver = Receiver | CoherentReceiver | RangeDoppler
 """Receivers that read a frame themselves."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AutoReceiver(SearchSettings):
-    """Range-Doppler processing for equal chirps of one direction, the joint receiver for others.
+    """The receiver that suits the ramps.
 
-    Equal chirps at equal intervals have one beat for each range: their speeds come from the phases
-    between chirps. Ramps that rise and fall, or differ, tell speeds by their beats as well, which
-    the joint receiver needs.
+    Equal chirps at equal intervals have one beat for each range, and their speeds come from the
+    phases between chirps: they have range-Doppler processing. Long ramps that rise and fall tell
+    speeds by their beats, which the joint receiver uses. The coherent receiver reads all others.
+
+    Parameters
+    ----------
+    dynamic_range : as of the receiver that is chosen; None for its own default
     """
 
+    dynamic_range: Ratio | None = None
     kind: Literal["auto"] = "auto"
+
+    def __post_init__(self) -> None:
+        super(AutoReceiver, self).__post_init__()
+        need_dynamic_range(self.dynamic_range)
 
     def chosen(self, schedule: RampSchedule) -> FrameReceiver:
         """The receiver that reads these ramps, with the settings that it knows."""
-        kind = Receiver if unfit(schedule) else RangeDoppler
+        kind = _kind_for(schedule)
         known = {field.name for field in fields(kind)} - {"kind"}
-        return kind(**{f.name: getattr(self, f.name) for f in fields(self) if f.name in known})
+        given = {f.name: getattr(self, f.name) for f in fields(self) if f.name in known}
+        if self.dynamic_range is None:
+            given.pop("dynamic_range", None)
+        return kind(**given)
 
 
-AnyReceiver = Annotated[AutoReceiver | Receiver | RangeDoppler, ByKind(default="auto")]
+AnyReceiver = Annotated[
+    AutoReceiver | Receiver | CoherentReceiver | RangeDoppler, ByKind(default="auto")
+]
 """Receivers of a study; a study file that names no kind has the first."""
 
 
 def reason_of_choice(schedule: RampSchedule) -> str:
     """Reason for the choice of `AutoReceiver`, as the end of a sentence."""
-    return unfit(schedule) or "its chirps are equal and follow each other at equal intervals"
+    if not unfit(schedule):
+        return "its chirps are equal and follow each other at equal intervals"
+    if tells_speeds_by_beats(schedule):
+        return "its ramps rise and fall and are long"
+    return unfit(schedule)
+
+
+def _kind_for(schedule: RampSchedule) -> type[FrameReceiver]:
+    if not unfit(schedule):
+        return RangeDoppler
+    return Receiver if tells_speeds_by_beats(schedule) else CoherentReceiver
+
+
+def tells_speeds_by_beats(schedule: RampSchedule) -> bool:
+    """True if ramps rise and fall and are so long that the joint receiver's map is fine enough.
+
+    Its range rates are a third of a ramp's Doppler cell λ/2T apart, and beats correct a point's
+    range rate by no more than `LARGEST_RATE_CHANGE`.
+    """
+    wavelength = SPEED_OF_LIGHT / float(np.max(schedule.centre_frequency))
+    half_step = wavelength / (12.0 * float(np.max(schedule.duration)))
+    has_both = bool(np.any(schedule.slope > 0) and np.any(schedule.slope < 0))
+    return has_both and half_step <= LARGEST_RATE_CHANGE
 
 
 def receiver_for(receiver: AnyReceiver, schedule: RampSchedule) -> FrameReceiver:

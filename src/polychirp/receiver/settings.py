@@ -1,4 +1,4 @@
-"""`ReceiverSettings`: what all receivers share; `SearchSettings`: those of the joint search."""
+"""`ReceiverSettings`: what all receivers share; `SearchSettings`: those of a search for points."""
 
 from dataclasses import dataclass
 from typing import Annotated
@@ -8,7 +8,7 @@ from polychirp.receiver.angle.doa import ESTIMATORS, AngleEstimator
 from polychirp.receiver.clustering import Body
 from polychirp.receiver.mitigation import AnyMitigation
 from polychirp.spec import Spec
-from polychirp.units import Between, Metres, MetresPerSecond, Ratio, from_db
+from polychirp.units import Between, Metres, MetresPerSecond, Ratio
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,17 +46,14 @@ class ReceiverSettings(Spec):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SearchSettings(ReceiverSettings):
-    """Settings of the search for points in the range-rate map of ramps of any slopes.
+    """Settings of a search for points in the range-rate map of ramps of any slopes.
 
     Parameters
     ----------
-    dynamic_range : power ratio of the strongest echo to the weakest peak that is tried; chosen so
-        that the residues left when extended bodies are subtracted as points are weaker
     greatest_speed : m/s, greatest magnitude of the range rates of the map
     most_detections : number of points at which the search stops
     """
 
-    dynamic_range: Ratio = from_db(40.0)
     greatest_speed: MetresPerSecond = 32.0
     most_detections: Annotated[int, Between(greatest=100_000)] = 150
 
@@ -66,5 +63,9 @@ class SearchSettings(ReceiverSettings):
             raise InputError(
                 "a receiver's greatest speed and number of detections must be positive"
             )
-        if not self.dynamic_range > 1.0:
-            raise InputError("a receiver's dynamic range must be above 0 dB")
+
+
+def need_dynamic_range(dynamic_range: Ratio | None) -> None:
+    """Refuse, with an `InputError`, a ratio of the strongest to the weakest peak of 1 or less."""
+    if dynamic_range is not None and not dynamic_range > 1.0:
+        raise InputError("a receiver's dynamic range must be above 0 dB")

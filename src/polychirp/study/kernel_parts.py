@@ -28,6 +28,7 @@ PARTS: Final = {
         Part(name="targets", duration=1.0, kernels=4),
         Part(name="profiles", duration=2.0, kernels=2),
         Part(name="range-Doppler", duration=2.0, kernels=1),
+        Part(name="coherent", duration=9.0, kernels=5),
         Part(name="point vehicles", duration=4.0, kernels=5),
     )
 }
@@ -35,7 +36,9 @@ PARTS: Final = {
 in s of one core, are estimates from runs on a busy machine, and numbers of kernels are counted;
 only the announcement and the progress use them."""
 
-OF_PAPER: Final = tuple(name for name in PARTS if name not in ("point vehicles", "range-Doppler"))
+OF_PAPER: Final = tuple(
+    name for name in PARTS if name not in ("point vehicles", "range-Doppler", "coherent")
+)
 """Parts that the paper's scenarios need."""
 
 FEWEST_BUNDLED: Final = 20
@@ -43,7 +46,11 @@ FEWEST_BUNDLED: Final = 20
 below 24, the number of paths from which on the engine synthesises them in bundles."""
 
 _ANY_TRIAL: Final = ("synthesis", "targets", "tables")
-_OF_RECEIVER: Final = {"joint": "receiver", "range-doppler": "range-Doppler"}
+_OF_RECEIVER: Final = {
+    "joint": "receiver",
+    "range-doppler": "range-Doppler",
+    "coherent": "coherent",
+}
 _STREET: Final = ("visibility", "bounces", "facets", "bundles", "edges")
 _OF_TRACER: Final = {
     "free-space": (),

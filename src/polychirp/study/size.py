@@ -11,6 +11,7 @@ from polychirp.errors import InputError
 from polychirp.model.if_frame import SampleTimes, parts_of, sample_times
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.chain import Receiver, range_axis
+from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.estimation.coherence_test import GREATEST_ACCELERATION
 from polychirp.receiver.selection import AnyReceiver, receiver_for
 from polychirp.study.spec import Study, StudyRadar, victim_indices
@@ -27,6 +28,9 @@ copies (as recorded, and without the points found) with two bins for each sample
 
 _CELL: Final = 24
 """Bytes for each cell of the range-rate map besides the 8 bytes of each beam; an estimate."""
+
+_COHERENT_CELL: Final = 32
+"""Bytes for each cell of the coherent map: power, floor, ratio, logarithms; an estimate."""
 
 _RATES_TRIED: Final = 25
 """Number of corrections of range rate that the coherence test tries (`coherence_test`)."""
@@ -87,6 +91,8 @@ def _parts(receiver: AnyReceiver, radar: StudyRadar, schedule: RampSchedule) -> 
     elements = schedule.num_elements
     frame = {"frame": frame_memory(times, radar)}
     receiver = receiver_for(receiver, schedule)
+    if isinstance(receiver, CoherentReceiver):
+        return {**frame, "map": coherent_map_memory(receiver, schedule, radar)}
     if not isinstance(receiver, Receiver):
         return frame
     return {
@@ -110,6 +116,21 @@ def map_memory(receiver: Receiver, schedule: RampSchedule, *, num_beams: int) ->
     ranges = (receiver.greatest_range - receiver.least_range) / cell + 1.0
     rates = 2.0 * receiver.greatest_speed / step + 3.0
     return ranges * rates * (_CELL + 8.0 * num_beams)
+
+
+def coherent_map_memory(
+    receiver: CoherentReceiver, schedule: RampSchedule, radar: StudyRadar
+) -> float:
+    """Bytes of the coherent map, of its floor and ratio, and of the profiles of all ramps."""
+    wavelength = SPEED_OF_LIGHT / float(np.max(schedule.centre_frequency))
+    span = float(schedule.end_time[-1] - schedule.start_time[0])
+    cell = SPEED_OF_LIGHT / (2.0 * float(np.max(schedule.bandwidth)))
+    ranges = 2.0 * (receiver.greatest_range - receiver.least_range) / cell
+    rates = 8.0 * receiver.greatest_speed * span / wavelength
+    channels = radar.array.num_channels * schedule.num_elements
+    return rates * (ranges * _COHERENT_CELL + 4.0 * _SAMPLE * schedule.num_ramps) + (
+        4.0 * ranges * channels * schedule.num_ramps * _SAMPLE
+    )
 
 
 def acceleration_memory(schedule: RampSchedule) -> float:

@@ -174,12 +174,12 @@ def receive_and_score(
     """Detections in a frame, scored against the truth at the detections' reference time.
 
     ``has_occlusion`` is False if the paths come from a tracer without it: no target is hidden then.
-    If several transmit elements are used (MIMO), the joint receiver needs the frame decoded; the
-    result then holds the frame and the parts of the virtual array.
+    If several transmit elements are used (MIMO), all but the range-Doppler receiver need the frame
+    decoded; the result then holds the frame and the parts of the virtual array.
     """
     received = frame
     receiver = receiver_for(receiver, received.schedule)
-    is_coded = received.schedule.num_elements > 1 and receiver.kind == "joint"
+    is_coded = received.schedule.num_elements > 1 and receiver.kind != "range-doppler"
     if is_coded:
         frame, parts = virtual_array(received), virtual_parts(received, parts)
     found = receiver.detect(frame)

@@ -96,6 +96,13 @@ def range_doppler() -> None:
     RangeDoppler().detect(frame)
 
 
+def coherent() -> None:
+    """Compile kernels of the coherent receiver."""
+    from polychirp.receiver.coherent.chain import CoherentReceiver
+
+    CoherentReceiver(greatest_range=20.0, greatest_speed=10.0).detect(_frame())
+
+
 def _parts() -> IfParts:
     """Parts of the frame of points: all samples are the echo, and the other parts are zero."""
     from polychirp.model.if_frame import IfParts
@@ -260,6 +267,7 @@ PARTS: Final[Mapping[str, Callable[[], None]]] = {
     "edges": edges,
     "profiles": profiles,
     "range-Doppler": range_doppler,
+    "coherent": coherent,
     "point vehicles": point_vehicles,
 }
 """Function of each part, by the part's name in `kernel_parts.PARTS`."""

@@ -11,6 +11,7 @@ from polychirp.config.load import load_study, study_of_tables
 from polychirp.config.monte_carlo import load_plan
 from polychirp.errors import CapabilityError, InputError
 from polychirp.receiver.chain import Receiver
+from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.selection import AutoReceiver
 from polychirp.study.check import check
@@ -32,6 +33,10 @@ def chirps(tmp_path):
         ('receiver={angle="capon"}', AutoReceiver(angle="capon")),
         ('receiver={kind="joint"}', Receiver()),
         ('receiver={kind="range-doppler", quantile=0.7}', RangeDoppler(quantile=0.7)),
+        (
+            'receiver={kind="coherent", dynamic_range="50 dB"}',
+            CoherentReceiver(dynamic_range=1e5),
+        ),
     ],
 )
 def test_a_table_without_a_kind_is_auto(chirps, change, expected):

@@ -5,10 +5,12 @@ from dataclasses import fields
 import pytest
 
 from polychirp.receiver.chain import Receiver
+from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.selection import AutoReceiver, receiver_for
 from polychirp.rng import Streams
 from polychirp.waveform import DiverseTriangular, FixedTriangular, Sawtooth, Triangular
+from tests.support.schedules import drawn_chirps
 
 CHIRPS = Sawtooth(bandwidth=1e9, ramp_duration=40e-6, idle=20e-6)
 
@@ -22,11 +24,21 @@ def test_ramps_that_rise_and_fall_have_the_joint_receiver(waveform):
     assert isinstance(receiver_for(AutoReceiver(), ramps(waveform)), Receiver)
 
 
+@pytest.mark.parametrize(
+    "schedule",
+    [drawn_chirps(8, seed=1), ramps(Triangular(bandwidth=1e9, ramp_duration=50e-6))],
+    ids=["one direction", "short"],
+)
+def test_other_ramps_have_the_coherent_receiver(schedule):
+    assert isinstance(receiver_for(AutoReceiver(), schedule), CoherentReceiver)
+    assert receiver_for(AutoReceiver(), schedule).dynamic_range == CoherentReceiver().dynamic_range
+
+
 def test_equal_chirps_have_the_range_doppler_receiver():
     assert isinstance(receiver_for(AutoReceiver(), ramps(CHIRPS)), RangeDoppler)
 
 
-@pytest.mark.parametrize("named", [Receiver(), RangeDoppler()])
+@pytest.mark.parametrize("named", [Receiver(), CoherentReceiver(), RangeDoppler()])
 def test_a_receiver_that_is_named_is_not_replaced(named):
     assert receiver_for(named, ramps(CHIRPS)) is named
 

@@ -1,0 +1,103 @@
+"""Range acceleration of new points: a search over range rates and accelerations near a peak.
+
+A body that passes at a distance of some metres has a range acceleration of up to 100 m/s². Its peak
+in the map of constant range rates is smeared over many cells, and a fit that starts there without
+an acceleration ends on a side lobe.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from polychirp.axes import ComplexArray, FloatArray, IntArray
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.receiver.coherent.observation import Observation
+from polychirp.receiver.coherent.points import Points
+from polychirp.receiver.coherent.signals import moments
+
+LEAST_ACCELERATION, GREATEST_ACCELERATION = -10.0, 130.0
+"""Accelerations that are tried, m/s²; chosen: a car that brakes in front, and one that passes at
+2.5 m with 18 m/s."""
+
+MOST_BLOCKS = 48
+"""Number of blocks of ramps over which a search adds; chosen: it limits the size of the search."""
+
+LEAST_RISE = 1.5
+"""Rise of the coherent power from which an acceleration is believed; chosen."""
+
+ROUNDS = 2
+"""Number of searches from one start, each around the result of the one before; chosen."""
+
+
+def accelerated(seen: Observation, residual: ComplexArray, points: Points) -> Points:
+    """New points with the range rates and accelerations near theirs that have most power.
+
+    A search reaches as far as the phases from block to block are unambiguous. So it starts from
+    several accelerations. If the point with most power is accelerated, it alone is returned: the
+    others may be parts of its smeared peak.
+    """
+    elapsed, first = _blocks(seen)
+    turns, steps = _hypotheses(seen, elapsed)
+    best = points.motion
+    still = _power(_sums(seen, residual, points, first), np.ones((elapsed.size, 1)))[:, 0]
+    power_of_best = still
+    by_noise = np.log(len(steps)) * seen.count.sum() * points.floor
+    most = np.maximum(LEAST_RISE * still, still + by_noise)
+    for start in np.arange(0.0, GREATEST_ACCELERATION, 2.0 * float(np.max(steps[:, 1]))):
+        motion = points.motion + np.array([0.0, 0.0, start, 0.0])
+        for _ in range(ROUNDS):
+            moving = replace(points, motion=motion)
+            power = _power(_sums(seen, residual, moving, first), turns)
+            motion = motion + np.pad(steps[np.argmax(power, axis=1)], ((0, 0), (1, 1)))
+            reached = np.max(power, axis=1)
+            best = np.where((reached > most)[:, None], motion, best)
+            power_of_best = np.where(reached > most, reached, power_of_best)
+            most = np.maximum(most, reached)
+    points = replace(points, motion=best)
+    strongest = np.argmax(power_of_best)
+    is_alone = power_of_best[strongest] > still[strongest]
+    return points[np.array([strongest])] if is_alone else points
+
+
+def _sums(
+    seen: Observation, residual: ComplexArray, points: Points, first: IntArray
+) -> ComplexArray:
+    """Samples without the points' phases, summed over blocks of ramps, ``(point, channel, block)``.
+
+    ``first`` holds the first ramp of every block.
+    """
+    sums = moments(residual, seen.present, seen.phases(points.motion), seen.model.times)[0]
+    shape = seen.shape(points.motion, points.sine)[..., 0]
+    return np.asarray(np.add.reduceat(sums * shape.conj(), first, axis=2))
+
+
+def _power(sums: ComplexArray, turns: ComplexArray | FloatArray) -> FloatArray:
+    """Power that adds up in phase after each turn, over all channels, ``(point, hypothesis)``."""
+    return np.asarray(np.sum(np.abs(sums @ turns) ** 2, axis=1), dtype=np.float64)
+
+
+def _blocks(seen: Observation) -> tuple[FloatArray, IntArray]:
+    """Times of blocks of ramps from the middle of the frame, s, and the first ramp of each."""
+    ramps = seen.middle.size
+    first = np.linspace(0, ramps, min(ramps, MOST_BLOCKS) + 1).astype(np.int64)[:-1]
+    number = np.diff(np.append(first, ramps))
+    return np.add.reduceat(seen.middle - seen.model.time, first) / number, first
+
+
+def _hypotheses(seen: Observation, elapsed: FloatArray) -> tuple[ComplexArray, FloatArray]:
+    """Phasors ``(block, hypothesis)``, and their steps of range rate and acceleration.
+
+    The steps change the phase by a quarter of a cycle over the frame. The greatest acceleration
+    changes it by half a cycle from block to block at the ends of the frame.
+    """
+    duration = max(float(np.ptp(elapsed)), 1e-12)
+    wavelength = SPEED_OF_LIGHT / float(seen.frequency.mean())
+    rate_step = 0.25 * wavelength / duration
+    step = 0.5 * wavelength / duration**2
+    greatest = min(GREATEST_ACCELERATION, step * elapsed.size)
+    reach = np.ceil(0.5 * greatest * duration / rate_step)
+    rates = rate_step * np.arange(-reach, reach + 1.0)
+    accelerations = np.arange(max(LEAST_ACCELERATION, -greatest), greatest + step, step)
+    steps = np.stack(np.meshgrid(rates, accelerations, indexing="ij"), axis=-1).reshape(-1, 2)
+    way = steps[:, 0] * elapsed[:, None] + 0.5 * steps[:, 1] * elapsed[:, None] ** 2
+    return np.exp(-4j * np.pi / wavelength * way), steps

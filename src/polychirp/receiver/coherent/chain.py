@@ -1,0 +1,161 @@
+"""`CoherentReceiver`: from dechirped samples to detections, for ramps of any slopes and times."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from polychirp.axes import ComplexArray, FloatArray, IntArray
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.model.detection import Detections
+from polychirp.model.if_frame import IfFrame
+from polychirp.model.ramp import RampSchedule
+from polychirp.receiver.angle.doa import AngleEstimator, azimuths
+from polychirp.receiver.angle.two_waves import two_waves
+from polychirp.receiver.clustering import merged
+from polychirp.receiver.coherent.coherent_map import map_axes
+from polychirp.receiver.coherent.false_alarms import expected_peaks, map_area, threshold_of
+from polychirp.receiver.coherent.observation import Observation
+from polychirp.receiver.coherent.points import Points
+from polychirp.receiver.coherent.search import find_points
+from polychirp.receiver.estimation.coherence_test import best_corrections, correction_phasors
+from polychirp.receiver.mitigation.base import mitigated
+from polychirp.receiver.settings import SearchSettings, need_dynamic_range
+from polychirp.units import Ratio, from_db
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CoherentReceiver(SearchSettings):
+    """Receiver that adds all samples of a frame in phase, on ramps of any slopes and times.
+
+    The steps: mitigation, the map of all samples in phase over range and range rate, with the
+    powers of the channels added; peaks above a threshold; for each an acceleration, and a fit of
+    motion and amplitudes to the samples; subtraction; and again, until the map shows noise alone.
+    A point whose channels have two plane waves becomes two detections (`angle.two_waves`).
+
+    A weak point needs no more SNR than a matched filter of the whole frame asks for. Points one
+    resolution cell apart in range or range rate are separate, and 60 dB of power apart if they are
+    ideal points: bodies, of which many scatterers share a cell, take many points and a long time.
+    The floor is taken as white over range rates. Strong interference must therefore be mitigated
+    first.
+
+    ``false_alarm_probability`` is the mean number of detections that noise alone causes, per
+    resolution cell of the frame, c/2B by λ/2T (`false_alarms`).
+
+    Parameters
+    ----------
+    dynamic_range : power ratio of the map's greatest value to the weakest peak that is tried
+
+    Examples
+    --------
+    A point at 12 m that recedes at 3 m/s, as strong as the noise of a sample, on 32 ramps of slopes
+    and intervals that all differ:
+
+    >>> from polychirp.model.antenna import AntennaArray
+    >>> from polychirp.model.if_frame import SampleTimes
+    >>> draw, k = np.random.default_rng(1), np.arange(32)
+    >>> start = 100e-6 * k + draw.uniform(0, 20e-6, 32)
+    >>> slope = draw.uniform(8e12, 12e12, 32)
+    >>> ramps = RampSchedule(start_time=start, duration=0 * k + 70e-6,
+    ...     start_frequency=0 * k + 77e9, slope=slope, start_phase=0 * k, sweep=k)
+    >>> times = SampleTimes(first=start + 5e-6, num_samples=0 * k + 256, rate=4e6)
+    >>> delay = 2 * (12.0 + 3.0 * times.time) / SPEED_OF_LIGHT
+    >>> in_ramp = times.time - start[:, None]
+    >>> samples = np.exp(2j * np.pi * (77e9 + slope[:, None] * (in_ramp - delay / 2)) * delay)
+    >>> noise = draw.normal(scale=0.7, size=(2, *samples.shape))
+    >>> samples = samples + noise[0] + 1j * noise[1]
+    >>> frame = IfFrame(samples=samples[None], times=times, schedule=ramps,
+    ...     array=AntennaArray(num_channels=1))
+    >>> found = CoherentReceiver().detect(frame)
+    >>> found.range.round(2), found.range_rate.round(1)
+    (array([12.]), array([3.]))
+    """
+
+    dynamic_range: Ratio = from_db(70.0)
+    kind: Literal["coherent"] = "coherent"
+
+    def __post_init__(self) -> None:
+        super(CoherentReceiver, self).__post_init__()
+        need_dynamic_range(self.dynamic_range)
+
+    def detect(self, frame: IfFrame) -> Detections:
+        """Detections of one frame, strongest first; range and azimuth in the frame's middle."""
+        seen = Observation.of(frame, mitigated(self.mitigation, frame))
+        points = find_points(
+            seen,
+            map_axes(seen, self),
+            threshold=threshold_of(
+                self.false_alarm_probability, num_channels=frame.array.num_channels
+            ),
+            dynamic_range=self.dynamic_range,
+            most=self.most_detections,
+        )
+        found = self._detections(seen, points, spacing=frame.array.spacing)
+        return found if self.grouping is None else merged(found, self.grouping)
+
+    def expected_false_detections(self, frame: IfFrame) -> float:
+        """Mean number of detections that noise alone would cause in this frame."""
+        seen = Observation.of(frame, mitigated(self.mitigation, frame))
+        axes, channels = map_axes(seen, self), frame.array.num_channels
+        threshold = threshold_of(self.false_alarm_probability, num_channels=channels)
+        area = map_area(
+            seen,
+            range_span=float(np.ptp(axes.range)),
+            range_rate_span=float(np.ptp(axes.range_rate)),
+        )
+        return float(area * expected_peaks(threshold, num_channels=channels))
+
+    def combined_power(self, amplitude: ComplexArray, schedule: RampSchedule) -> FloatArray:
+        """Power, W, of amplitudes ``(detection, part, ramp)`` that add up in phase over the ramps.
+
+        The phases are those of the sum of all parts, for which range rate and acceleration are
+        corrected.
+        """
+        middle = schedule.start_time + 0.5 * schedule.duration
+        frequency = schedule.centre_frequency
+        total = amplitude.sum(axis=1, keepdims=True)
+        rate, acceleration = best_corrections(total, frequency, middle)
+        turns = [
+            correction_phasors(rate[[n]], acceleration[[n]], frequency=frequency, elapsed=middle)
+            for n in range(len(amplitude))
+        ]
+        turn = np.reshape(turns, (len(amplitude), 1, middle.size))
+        return np.asarray(np.abs(np.mean(amplitude * turn, axis=-1)) ** 2, dtype=np.float64)
+
+    def _detections(self, seen: Observation, points: Points, *, spacing: float) -> Detections:
+        """The points within the receiver's limits as detections, two where two waves arrive."""
+        distance, rate = points.motion[:, 0], points.motion[:, 1]
+        is_inside = (distance >= self.least_range) & (distance <= self.greatest_range)
+        points = points[is_inside & (np.abs(rate) <= self.greatest_speed)]
+        spacing = spacing * float(seen.frequency.mean()) / SPEED_OF_LIGHT
+        number, azimuth, share = _directions(points, spacing=spacing, estimator=self.angle)
+        power = np.mean(np.abs(points.amplitude[number]) ** 2, axis=1) * share
+        order = np.argsort(-power, kind="stable")
+        number = number[order]
+        return Detections(
+            time=seen.model.time,
+            range=points.motion[number, 0],
+            range_rate=points.motion[number, 1],
+            azimuth=azimuth[order],
+            power=power[order],
+            snr=(points.power[number] * share[order]),
+        )
+
+
+def _directions(
+    points: Points, *, spacing: float, estimator: AngleEstimator
+) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Point, azimuth, rad, and share of the point's power of every detection, ``(detection,)``."""
+    azimuth = azimuths(points.amplitude[:, :, None], spacing=spacing, estimator=estimator)
+    found = [(n, float(angle), 1.0) for n, angle in enumerate(azimuth)]
+    for n, amplitude in enumerate(points.amplitude):
+        total = float(np.sum(np.abs(amplitude) ** 2))
+        snapshot = amplitude * np.sqrt(points.power[n] / total)  # of unit noise
+        waves = two_waves(snapshot, spacing=spacing)
+        if waves is not None:
+            angles = np.arcsin(np.clip(waves.sine, -1.0, 1.0))
+            shares = amplitude.size * np.abs(waves.amplitude) ** 2 / points.power[n]
+            found[n] = (n, float(angles[0]), float(shares[0]))
+            found.append((n, float(angles[1]), float(shares[1])))
+    number, angle, share = np.array(found).reshape(-1, 3).T
+    return number.astype(np.int64), angle, share

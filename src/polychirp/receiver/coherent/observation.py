@@ -1,0 +1,117 @@
+"""`Observation`: what the joint receiver knows about one frame before it looks for points."""
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+
+from polychirp.axes import BoolArray, ComplexArray, FloatArray
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.model.if_frame import IfFrame
+from polychirp.receiver.estimation.azimuth_rate import sine_basis
+from polychirp.receiver.mitigation.base import Mitigated
+from polychirp.receiver.signal_model.frame_model import FrameModel
+from polychirp.receiver.signal_model.point_signal import beat_sensitivity, path_of, path_slopes
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Observation:
+    """Samples of a frame after mitigation, and the model of a point's signal in them.
+
+    Parameters
+    ----------
+    samples : V, ``(channel, ramp, fast)``; zero where no sample is present
+    present : mask of the samples that are used, ``(ramp, fast)``
+    model : beats and phases of points; motions (R, v, a) refer to the middle of the frame
+    """
+
+    samples: ComplexArray
+    present: BoolArray
+    model: FrameModel
+
+    @classmethod
+    def of(cls, frame: IfFrame, cleaned: Mitigated) -> Self:
+        """The observation of a frame after mitigation."""
+        schedule = frame.schedule
+        middle = float(0.5 * (schedule.start_time.min() + schedule.end_time.max()))
+        return cls(
+            samples=np.ascontiguousarray(cleaned.samples),
+            present=cleaned.weight > 0,
+            model=replace(FrameModel.of(frame), time=middle),
+        )
+
+    @property
+    def count(self) -> FloatArray:
+        """Number of samples of every ramp that are used, ``(ramp,)``."""
+        return np.asarray(self.present.sum(axis=1), dtype=np.float64)
+
+    @property
+    def middle(self) -> FloatArray:
+        """Middle of every ramp's sampling window, s, ``(ramp,)``."""
+        times = self.model.times
+        return np.asarray(times.first + 0.5 * (times.num_samples - 1) / times.rate)
+
+    @property
+    def frequency(self) -> FloatArray:
+        """Transmitted frequency in the middle of every ramp's sampling window, Hz, ``(ramp,)``."""
+        schedule = self.model.schedule
+        return np.asarray(
+            schedule.start_frequency + schedule.slope * (self.middle - schedule.start_time)
+        )
+
+    @property
+    def bandwidth(self) -> float:
+        """Span of the frequencies of all samples, Hz."""
+        times = self.model.times
+        reach = 0.5 * self.model.schedule.slope * (times.num_samples - 1) / times.rate
+        return float(np.ptp(np.concatenate([self.frequency - reach, self.frequency + reach])))
+
+    def phases(self, motion: FloatArray) -> FloatArray:
+        """`beat_phase` of the motions, ``(point, ramp, 3)``."""
+        return self.model.phases(motion[:, :3])
+
+    def shape(self, motion: FloatArray, sine: FloatArray) -> ComplexArray:
+        """Amplitude of a point's signal over each ramp, relative to that of the point.
+
+        It is a polynomial of second degree in the time from the middle of the ramp's window,
+        ``(point, channel, ramp, 3)`` in 1, 1/s and 1/s². It holds the response of the high-pass
+        filter at the beat, the growth with 1/R² of an echo that comes nearer, and the phases that
+        come from the delays of the array's elements. These delays change with the azimuth, and
+        their phases with the frequency. Their phase in the middle of the frame at the mean
+        frequency is left out: it belongs to the amplitude of the point on each channel.
+
+        Parameters
+        ----------
+        motion : R, m, v, m/s, a, m/s², and the rate of the azimuth's sine, 1/s, in the middle of
+            the frame, ``(point, 4)``
+        sine : sine of the azimuth then, ``(point,)``
+        """
+        model, slope = self.model, self.model.schedule.slope
+        elapsed = self.middle - model.time
+        distance, rate, _ = path_of(motion, elapsed)
+        spreading = (motion[:, :1] / distance) ** 2
+        straight, turned = sine_basis(motion, elapsed)
+        now = sine[:, None] * straight + motion[:, 3:4] * turned
+        by_sine = -2.0 * np.pi / SPEED_OF_LIGHT * model.channel_y[:, None]
+        phase = by_sine * (self.frequency * now - self.frequency.mean() * sine[:, None])[:, None]
+        beat = by_sine * (slope * now + self.frequency * motion[:, 3:4])[:, None]
+        size = (model.response(motion)[:, 0] * spreading)[:, None] * np.exp(1j * phase)
+        growth = -2.0 * (rate / distance)[:, None] + 1j * beat
+        return np.stack([size, size * growth, 0.5 * size * growth**2], axis=-1)
+
+    def phase_slopes(self, motion: FloatArray) -> FloatArray:
+        """Derivatives of the phase in each ramp's middle, rad, and of the beat, rad/s.
+
+        They are those by the motion's columns, ``(2, point, channel, ramp, 4)``.
+        """
+        model = self.model
+        elapsed = self.middle - model.time
+        out = np.zeros((2, len(motion), model.channel_y.size, elapsed.size, 4))
+        per_metre = 4.0 * np.pi / SPEED_OF_LIGHT * self.frequency
+        path = per_metre[:, None] * path_slopes(motion[:, :3], elapsed)
+        out[0, ..., :3] = path[:, None]
+        by_sine = -2.0 * np.pi / SPEED_OF_LIGHT * model.channel_y[:, None] * self.frequency
+        out[0, ..., 3] = by_sine * sine_basis(motion, elapsed)[1][:, None]
+        out[1, ..., :3] = 2.0 * np.pi * beat_sensitivity(model.schedule, model.times, model.time)
+        out[1, ..., 3] = by_sine
+        return out

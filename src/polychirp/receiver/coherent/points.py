@@ -1,0 +1,87 @@
+"""`Points`: the points that are found in a frame so far, and their signals."""
+
+from dataclasses import dataclass, fields, replace
+from typing import Self
+
+import numpy as np
+
+from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
+from polychirp.receiver.coherent.observation import Observation
+from polychirp.receiver.coherent.signals import subtract
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Points:
+    """Points, each with one motion and one amplitude per channel over the whole frame.
+
+    Parameters
+    ----------
+    motion : R, m, v, m/s, a, m/s², and the rate of the azimuth's sine, 1/s, in the middle of the
+        frame, ``(point, 4)``
+    amplitude : V, ``(point, channel)``
+    floor : noise power of a sample at the point's range, W, ``(point,)``
+    sine : sine of the azimuth, ``(point,)``: the elements' delays change the beats a little
+    power : fall of the fit if the point were left out, over ``floor``, ``(point,)``
+    """
+
+    motion: FloatArray
+    amplitude: ComplexArray
+    floor: FloatArray
+    sine: FloatArray
+    power: FloatArray
+
+    @classmethod
+    def none(cls, num_channels: int) -> Self:
+        """No points."""
+        return cls(
+            motion=np.zeros((0, 4)),
+            amplitude=np.zeros((0, num_channels), dtype=np.complex128),
+            floor=np.zeros(0),
+            sine=np.zeros(0),
+            power=np.zeros(0),
+        )
+
+    def __len__(self) -> int:
+        return len(self.motion)
+
+    def __getitem__(self, which: BoolArray | IntArray) -> Self:
+        return replace(
+            self,
+            motion=self.motion[which],
+            amplitude=self.amplitude[which],
+            floor=self.floor[which],
+            sine=self.sine[which],
+            power=self.power[which],
+        )
+
+    def __add__(self, other: Self) -> Self:
+        return replace(
+            self,
+            motion=np.concatenate([self.motion, other.motion]),
+            amplitude=np.concatenate([self.amplitude, other.amplitude]),
+            floor=np.concatenate([self.floor, other.floor]),
+            sine=np.concatenate([self.sine, other.sine]),
+            power=np.concatenate([self.power, other.power]),
+        )
+
+    @property
+    def negated(self) -> Self:
+        """The points with the opposite signals: subtracting them adds the signals."""
+        return replace(self, amplitude=-self.amplitude)
+
+    def with_(self, which: IntArray, other: Self) -> Self:
+        """Points of which those numbered ``which`` are replaced by ``other``."""
+        new = {field.name: getattr(self, field.name).copy() for field in fields(self)}
+        for name, value in new.items():
+            value[which] = getattr(other, name)
+        return replace(self, **new)
+
+
+def without(seen: Observation, samples: ComplexArray, points: Points) -> ComplexArray:
+    """``samples`` less the signals of points, ``(channel, ramp, fast)``."""
+    out = samples.copy()
+    if len(points):
+        polynomial = points.amplitude[:, :, None, None] * seen.shape(points.motion, points.sine)
+        phases = seen.phases(points.motion)
+        subtract(out, seen.present, phases, polynomial, seen.model.times)
+    return out

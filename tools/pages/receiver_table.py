@@ -1,0 +1,156 @@
+"""Tables for docs/validation of the detections of the coherent and of the joint receiver.
+
+``python -m tools.pages.receiver_table FILE`` draws frames of points in noise, reads them with both
+receivers and stores the rates as JSON; ``bench/receivers.py`` draws the figure.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, Final
+
+from tools.experiments.receivers import (
+    Curve,
+    NoiseRow,
+    PointsRow,
+    close_points,
+    detection_probability,
+    false_detections,
+    passing_points,
+    ten_points,
+)
+from tools.pages.markdown import table
+
+RECORD: Final = "receiver.json"
+"""File with the numbers of the tables, in the folder of the pages."""
+
+_NOT_MEASURED: Final = "–"
+"""Cell of an SNR at which a receiver was not measured."""
+
+
+def receiver_tables(folder: Path) -> dict[str, str]:
+    """Blocks of the page by their names."""
+    record = json.loads((folder / RECORD).read_text(encoding="utf-8"))
+    return {
+        "receiver-detection": _detection(record["detection"]),
+        "receiver-noise": _noise(record["noise"]),
+        "receiver-points": _points(record["points"]),
+        "receiver-passing": _passing(record["passing"]),
+        "receiver-close": _close(record["close"]),
+    }
+
+
+def _detection(rows: Sequence[Mapping[str, Any]]) -> str:
+    """One line for every SNR, one column for every frame and receiver."""
+    columns = list(dict.fromkeys((row["frame"], row["receiver"]) for row in rows))
+    cells = {
+        (row["snr_db"], row["frame"], row["receiver"]): _within(row["detection"], 2) for row in rows
+    }
+    ideal = {row["snr_db"]: f"{row['ideal']:.2f}" for row in rows}
+    body = [
+        (
+            f"{snr:g}",
+            ideal[snr],
+            *(cells.get((snr, *column), _NOT_MEASURED) for column in columns),
+        )
+        for snr in sorted(ideal)
+    ]
+    names = (f"{frame}, {receiver}" for frame, receiver in columns)
+    return table(("coherent SNR, dB", "ideal detector", *names), body)
+
+
+def _noise(rows: Sequence[Mapping[str, Any]]) -> str:
+    head = ("frame", "probability", "frames", "expected per frame", "measured per frame")
+    body = [
+        (
+            row["frame"],
+            f"{row['probability']:.0e}".replace("e-0", "e-"),
+            str(row["num_trials"]),
+            f"{row['expected']:.2f}",
+            _within(row["measured"], 2),
+        )
+        for row in rows
+    ]
+    return table(head, body)
+
+
+def _points(rows: Sequence[Mapping[str, Any]]) -> str:
+    head = ("frame", "receiver", "frames", "missed per frame", "false per frame")
+    body = [
+        (
+            row["frame"],
+            row["receiver"],
+            str(row["num_trials"]),
+            _within(row["missed"], 2),
+            _within(row["false"], 2),
+        )
+        for row in rows
+    ]
+    return table(head, body)
+
+
+def _passing(rows: Sequence[Mapping[str, Any]]) -> str:
+    head = ("frame", "receiver", "frames", "found", "false per frame", "most false in a frame")
+    body = [
+        (
+            row["frame"],
+            row["receiver"],
+            str(row["num_trials"]),
+            _within(row["found"], 2),
+            _within(row["false"], 2),
+            str(row["most_false"]),
+        )
+        for row in rows
+    ]
+    return table(head, body)
+
+
+def _close(rows: Sequence[Mapping[str, Any]]) -> str:
+    head = ("frame", "points", "frames", "found", "false per frame")
+    body = [
+        (
+            row["frame"],
+            row["case"],
+            str(row["num_trials"]),
+            _within(row["found"], 2),
+            _within(row["false"], 2),
+        )
+        for row in rows
+    ]
+    return table(head, body)
+
+
+def _within(estimate: Mapping[str, float], digits: int) -> str:
+    value, low, high = (f"{estimate[name]:.{digits}f}" for name in ("value", "low", "high"))
+    return f"{value} ({low}…{high})"
+
+
+def as_record(rows: Sequence[Curve | NoiseRow | PointsRow]) -> list[dict[str, Any]]:
+    """Rows of the record, to five digits."""
+    return [{name: _rounded(value) for name, value in asdict(row).items()} for row in rows]
+
+
+def _rounded(value: object) -> object:
+    if isinstance(value, dict):
+        return {name: _rounded(part) for name, part in value.items()}
+    return float(f"{value:.5g}") if isinstance(value, float) else value
+
+
+def record() -> dict[str, Any]:
+    """All numbers of the page."""
+    return {
+        "detection": as_record(detection_probability()),
+        "noise": as_record(false_detections()),
+        "points": as_record(ten_points()),
+        "passing": as_record(passing_points()),
+        "close": as_record(close_points()),
+    }
+
+
+if __name__ == "__main__":
+    text = json.dumps(record(), indent=1, ensure_ascii=False) + "\n"
+    Path(sys.argv[1]).write_text(text, encoding="utf-8")
