@@ -33,14 +33,12 @@ def accelerated(seen: Observation, residual: ComplexArray, points: Points) -> Po
     """New points with the range rates and accelerations near theirs that have most power.
 
     A search reaches as far as the phases from block to block are unambiguous. So it starts from
-    several accelerations. If the point with most power is accelerated, it alone is returned: the
-    others may be parts of its smeared peak.
+    several accelerations.
     """
     elapsed, first = _blocks(seen)
     turns, steps = _hypotheses(seen, elapsed)
     best = points.motion
     still = _power(_sums(seen, residual, points, first), np.ones((elapsed.size, 1)))[:, 0]
-    power_of_best = still
     by_noise = np.log(len(steps)) * seen.count.sum() * points.floor
     most = np.maximum(LEAST_RISE * still, still + by_noise)
     for start in np.arange(0.0, GREATEST_ACCELERATION, 2.0 * float(np.max(steps[:, 1]))):
@@ -51,12 +49,8 @@ def accelerated(seen: Observation, residual: ComplexArray, points: Points) -> Po
             motion = motion + np.pad(steps[np.argmax(power, axis=1)], ((0, 0), (1, 1)))
             reached = np.max(power, axis=1)
             best = np.where((reached > most)[:, None], motion, best)
-            power_of_best = np.where(reached > most, reached, power_of_best)
             most = np.maximum(most, reached)
-    points = replace(points, motion=best)
-    strongest = np.argmax(power_of_best)
-    is_alone = power_of_best[strongest] > still[strongest]
-    return points[np.array([strongest])] if is_alone else points
+    return replace(points, motion=best)
 
 
 def _sums(
