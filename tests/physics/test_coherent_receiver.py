@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.radar import Converter
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.coherent.false_alarms import threshold_of
@@ -161,9 +162,9 @@ def test_two_points_one_cell_apart_are_resolved_at_20_db(family, axis):
         schedule = ramps(family, trial)
         samples = frame_of(schedule, []).times.is_sample.sum()
         first = replace(drawn_points(draw, 1)[0], acceleration=0.0, power=25.0 / samples)
-        wavelength = 299792458.0 / 79e9
+        wavelength = SPEED_OF_LIGHT / 79e9
         apart = {
-            "range": {"range": first.range + 0.5 * 299792458.0 / schedule.bandwidth.max()},
+            "range": {"range": first.range + 0.5 * SPEED_OF_LIGHT / schedule.bandwidth.max()},
             "range rate": {
                 "range_rate": first.range_rate + 0.5 * wavelength / schedule.end_time[-1]
             },

@@ -32,15 +32,35 @@ _NOT_MEASURED: Final = "–"
 """Cell of an SNR at which a receiver was not measured."""
 
 
+_FIELDS: Final = {
+    "frame": "frame",
+    "receiver": "receiver",
+    "points": "case",
+    "frames": "num_trials",
+    "found": "found",
+    "missed per frame": "missed",
+    "false per frame": "false",
+    "most false in a frame": "most_false",
+}
+"""Heads of columns, and the fields of `PointsRow` that they show."""
+
+
 def receiver_tables(folder: Path) -> dict[str, str]:
     """Blocks of the page by their names."""
     record = json.loads((folder / RECORD).read_text(encoding="utf-8"))
     return {
         "receiver-detection": _detection(record["detection"]),
         "receiver-noise": _noise(record["noise"]),
-        "receiver-points": _points(record["points"]),
-        "receiver-passing": _passing(record["passing"]),
-        "receiver-close": _close(record["close"]),
+        "receiver-points": _compared(
+            record["points"], "frame", "receiver", "frames", "missed per frame", "false per frame"
+        ),
+        "receiver-passing": _compared(
+            record["passing"],
+            *("frame", "receiver", "frames", "found", "false per frame", "most false in a frame"),
+        ),
+        "receiver-close": _compared(
+            record["close"], "frame", "points", "frames", "found", "false per frame"
+        ),
     }
 
 
@@ -78,50 +98,13 @@ def _noise(rows: Sequence[Mapping[str, Any]]) -> str:
     return table(head, body)
 
 
-def _points(rows: Sequence[Mapping[str, Any]]) -> str:
-    head = ("frame", "receiver", "frames", "missed per frame", "false per frame")
-    body = [
-        (
-            row["frame"],
-            row["receiver"],
-            str(row["num_trials"]),
-            _within(row["missed"], 2),
-            _within(row["false"], 2),
-        )
-        for row in rows
-    ]
-    return table(head, body)
+def _compared(rows: Sequence[Mapping[str, Any]], *heads: str) -> str:
+    """One line for every row, with the columns of these heads."""
+    return table(heads, [[_cell(row[_FIELDS[head]]) for head in heads] for row in rows])
 
 
-def _passing(rows: Sequence[Mapping[str, Any]]) -> str:
-    head = ("frame", "receiver", "frames", "found", "false per frame", "most false in a frame")
-    body = [
-        (
-            row["frame"],
-            row["receiver"],
-            str(row["num_trials"]),
-            _within(row["found"], 2),
-            _within(row["false"], 2),
-            str(row["most_false"]),
-        )
-        for row in rows
-    ]
-    return table(head, body)
-
-
-def _close(rows: Sequence[Mapping[str, Any]]) -> str:
-    head = ("frame", "points", "frames", "found", "false per frame")
-    body = [
-        (
-            row["frame"],
-            row["case"],
-            str(row["num_trials"]),
-            _within(row["found"], 2),
-            _within(row["false"], 2),
-        )
-        for row in rows
-    ]
-    return table(head, body)
+def _cell(value: Any) -> str:
+    return _within(value, 2) if isinstance(value, Mapping) else str(value)
 
 
 def _within(estimate: Mapping[str, float], digits: int) -> str:

@@ -16,7 +16,6 @@ from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.angle.beamform import orthogonal_sines, steering
 from polychirp.receiver.angle.doa import azimuths
 from polychirp.receiver.clustering import merged
-from polychirp.receiver.detection.range_rate_map import Grid
 from polychirp.receiver.detection.residual_map import ResidualMap, strongest_peaks
 from polychirp.receiver.detection.sidelobe_rejection import reject_sidelobes, without_cross_pairs
 from polychirp.receiver.detection.threshold import log_threshold_above_floor
@@ -38,6 +37,7 @@ from polychirp.receiver.estimation.two_targets_per_cell import MOST_GROUPS, Pair
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.receiver.settings import SearchSettings, need_dynamic_range
 from polychirp.receiver.signal_model.frame_model import FrameModel
+from polychirp.receiver.signal_model.grid import Grid
 from polychirp.receiver.signal_model.point_signal import beat_sensitivity
 from polychirp.receiver.signal_model.spectral_fit import BINS_PER_CELL, Band, band_of
 from polychirp.units import Ratio, from_db

@@ -13,7 +13,6 @@ from polychirp.model.antenna import AntennaArray
 from polychirp.model.if_frame import SampleTimes
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.detection.cfar import CfarWindow
-from polychirp.receiver.detection.range_rate_map import Grid
 from polychirp.receiver.detection.residual_map import SUBSTEPS
 from polychirp.receiver.estimation.azimuth_rate import sine_basis
 from polychirp.receiver.estimation.beat_refinement import (
@@ -21,6 +20,7 @@ from polychirp.receiver.estimation.beat_refinement import (
     LARGEST_RATE_CHANGE,
 )
 from polychirp.receiver.estimation.cramer_rao import Bound, _bound_of
+from polychirp.receiver.signal_model.grid import Grid
 from polychirp.receiver.signal_model.point_signal import beat_frequency, replica
 
 

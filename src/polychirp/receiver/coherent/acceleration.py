@@ -10,7 +10,6 @@ from dataclasses import replace
 import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
-from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.points import Points
 from polychirp.receiver.coherent.signals import moments
@@ -84,14 +83,12 @@ def _hypotheses(seen: Observation, elapsed: FloatArray) -> tuple[ComplexArray, F
     The steps change the phase by a quarter of a cycle over the frame. The greatest acceleration
     changes it by half a cycle from block to block at the ends of the frame.
     """
-    duration = max(float(np.ptp(elapsed)), 1e-12)
-    wavelength = SPEED_OF_LIGHT / float(seen.frequency.mean())
-    rate_step = 0.25 * wavelength / duration
-    step = 0.5 * wavelength / duration**2
+    rate_step = 0.5 * seen.range_rate_cell
+    step = seen.range_rate_cell / seen.duration
     greatest = min(GREATEST_ACCELERATION, step * elapsed.size)
-    reach = np.ceil(0.5 * greatest * duration / rate_step)
+    reach = np.ceil(0.5 * greatest * seen.duration / rate_step)
     rates = rate_step * np.arange(-reach, reach + 1.0)
     accelerations = np.arange(max(LEAST_ACCELERATION, -greatest), greatest + step, step)
     steps = np.stack(np.meshgrid(rates, accelerations, indexing="ij"), axis=-1).reshape(-1, 2)
     way = steps[:, 0] * elapsed[:, None] + 0.5 * steps[:, 1] * elapsed[:, None] ** 2
-    return np.exp(-4j * np.pi / wavelength * way), steps
+    return np.exp(-4j * np.pi / seen.wavelength * way), steps

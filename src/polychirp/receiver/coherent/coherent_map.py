@@ -15,7 +15,6 @@ On each ramp a range transform comes first. A point at (R, v) then stands at the
 added for each range rate.
 """
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -27,6 +26,7 @@ from polychirp.errors import InputError
 from polychirp.jit import reordered
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.settings import SearchSettings
+from polychirp.receiver.signal_model.grid import Grid
 from polychirp.receiver.signal_model.point_signal import replica
 
 FINE_PER_CELL = 4
@@ -39,31 +39,15 @@ BINS_PER_STEP = 4
 """Length of a ramp's Fourier transform over its number of samples; chosen for the interpolation."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class MapAxes:
-    """Ranges, m, and range rates, m/s, of the map at the middle of the frame."""
+def map_axes(seen: Observation, limits: SearchSettings) -> Grid:
+    """Axes in steps of half a cell of the whole frame, at the middle of the frame.
 
-    range: FloatArray
-    range_rate: FloatArray
-
-    @property
-    def range_step(self) -> float:
-        """Step of the range axis, m."""
-        return float(self.range[1] - self.range[0])
-
-    @property
-    def range_rate_step(self) -> float:
-        """Step of the range rate axis, m/s."""
-        return float(self.range_rate[1] - self.range_rate[0])
-
-
-def map_axes(seen: Observation, limits: SearchSettings) -> MapAxes:
-    """Axes in steps of half a range cell c/2B and half a cell λ/2T of the whole frame.
-
-    `InputError` is raised if the limits leave no range cell between them.
+    Raises
+    ------
+    InputError
+        The limits leave no range cell between them.
     """
-    schedule = seen.model.schedule
-    cell = SPEED_OF_LIGHT / (2.0 * seen.bandwidth)
+    cell = seen.range_cell
     distance = np.arange(limits.least_range, limits.greatest_range + 0.5 * cell, 0.5 * cell)
     if distance.size < 3:
         raise InputError(
@@ -71,17 +55,16 @@ def map_axes(seen: Observation, limits: SearchSettings) -> MapAxes:
             f"{limits.greatest_range:g} m, less than a range cell of {cell:.3g} m; lower its least "
             "range or raise its greatest range"
         )
-    wavelength = SPEED_OF_LIGHT / float(np.max(schedule.centre_frequency))
-    duration = float(schedule.end_time.max() - schedule.start_time.min())
-    step = wavelength / (2.0 * duration * RATES_PER_CELL)
+    step = seen.range_rate_cell / RATES_PER_CELL
     count = int(np.ceil(limits.greatest_speed / step))
-    return MapAxes(
+    return Grid(
         range=distance,
         range_rate=step * np.arange(-count, count + 1, dtype=np.float64),
+        time=seen.model.time,
     )
 
 
-def coherent_map(seen: Observation, residual: ComplexArray, axes: MapAxes) -> NDArray[np.float32]:
+def coherent_map(seen: Observation, residual: ComplexArray, axes: Grid) -> NDArray[np.float32]:
     """The map of ``residual`` ``(channel, ramp, fast)``: W, ``(range rate, range)``."""
     shift = _shifts(seen, axes.range_rate)
     fine = axes.range_step * 2 / FINE_PER_CELL

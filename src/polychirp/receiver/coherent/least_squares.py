@@ -55,7 +55,7 @@ def gauss_newton(
     return step_from(seen, points, sums, share=share)
 
 
-def step_from(seen: Observation, points: Points, sums: ComplexArray, *, share: float) -> Step:
+def step_from(seen: Observation, points: Points, sums: ComplexArray, *, share: float = 1.0) -> Step:
     """The step of `gauss_newton` that follows from the `moments` of the residual."""
     motion = points.motion
     main = seen.shape(motion, points.sine).conj()
@@ -156,12 +156,13 @@ def _motion_step(
 
 def _limited(seen: Observation, change: FloatArray) -> FloatArray:
     """Steps shortened to less than half a cell of range, range rate and acceleration."""
-    schedule = seen.model.schedule
-    duration = float(schedule.end_time.max() - schedule.start_time.min())
-    wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
-    cell = SPEED_OF_LIGHT / (2.0 * float(np.max(schedule.bandwidth)))
     limit = np.array(
-        [0.5 * cell, 0.25 * wavelength / duration, wavelength / duration**2, 1.0 / duration]
+        [
+            0.5 * seen.range_cell,
+            0.5 * seen.range_rate_cell,
+            2.0 * seen.range_rate_cell / seen.duration,
+            1.0 / seen.duration,
+        ]
     )
     excess = np.max(np.abs(change) / limit, axis=1, keepdims=True)
     return np.asarray(change / np.maximum(excess, 1.0))

@@ -1,4 +1,4 @@
-"""`Observation`: what the joint receiver knows about one frame before it looks for points."""
+"""`Observation`: what the coherent receiver knows about one frame before it looks for points."""
 
 from dataclasses import dataclass, replace
 from typing import Self
@@ -65,6 +65,27 @@ class Observation:
         times = self.model.times
         reach = 0.5 * self.model.schedule.slope * (times.num_samples - 1) / times.rate
         return float(np.ptp(np.concatenate([self.frequency - reach, self.frequency + reach])))
+
+    @property
+    def duration(self) -> float:
+        """Time from the start of the first ramp to the end of the last, s."""
+        schedule = self.model.schedule
+        return float(schedule.end_time.max() - schedule.start_time.min())
+
+    @property
+    def wavelength(self) -> float:
+        """Wavelength at the mean frequency λ, m."""
+        return SPEED_OF_LIGHT / float(self.frequency.mean())
+
+    @property
+    def range_cell(self) -> float:
+        """Resolution c/2B of the whole frame, m."""
+        return SPEED_OF_LIGHT / (2.0 * self.bandwidth)
+
+    @property
+    def range_rate_cell(self) -> float:
+        """Resolution λ/2T of the whole frame, m/s."""
+        return self.wavelength / (2.0 * self.duration)
 
     def phases(self, motion: FloatArray) -> FloatArray:
         """`beat_phase` of the motions, ``(point, ramp, 3)``."""

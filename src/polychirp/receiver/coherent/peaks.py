@@ -1,6 +1,6 @@
 """Peaks of the coherent map above its floor."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any, Self
 
 import numpy as np
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
 from polychirp.jit import compiled
-from polychirp.receiver.coherent.coherent_map import MapAxes
+from polychirp.receiver.signal_model.grid import Grid
 
 ROWS_FOR_FLOOR = 1000
 """Number of range rates from which the floor of a range is taken; chosen: its error is 5 %."""
@@ -48,14 +48,8 @@ class Peaks:
         return self.ratio * self.floor
 
     def __getitem__(self, which: BoolArray | IntArray) -> Self:
-        return replace(
-            self,
-            cell=self.cell[which],
-            range=self.range[which],
-            range_rate=self.range_rate[which],
-            ratio=self.ratio[which],
-            floor=self.floor[which],
-        )
+        chosen = {field.name: getattr(self, field.name)[which] for field in fields(self)}
+        return replace(self, **chosen)
 
 
 def floors(power: NDArray[np.float32], num_channels: int) -> NDArray[np.float32]:
@@ -83,7 +77,7 @@ def range_floors(power: NDArray[np.float32], num_channels: int) -> FloatArray:
 
 
 def peaks(
-    power: NDArray[np.float32], floor: NDArray[np.float32], axes: MapAxes, threshold: float
+    power: NDArray[np.float32], floor: NDArray[np.float32], axes: Grid, threshold: float
 ) -> Peaks:
     """Peaks whose interpolated value exceeds ``threshold`` times the floor.
 

@@ -1,7 +1,7 @@
 """`Points`: the points that are found in a frame so far, and their signals."""
 
 from dataclasses import dataclass, fields, replace
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -45,36 +45,27 @@ class Points:
         return len(self.motion)
 
     def __getitem__(self, which: BoolArray | IntArray) -> Self:
-        return replace(
-            self,
-            motion=self.motion[which],
-            amplitude=self.amplitude[which],
-            floor=self.floor[which],
-            sine=self.sine[which],
-            power=self.power[which],
-        )
+        return replace(self, **{name: value[which] for name, value in self._columns().items()})
 
     def __add__(self, other: Self) -> Self:
-        return replace(
-            self,
-            motion=np.concatenate([self.motion, other.motion]),
-            amplitude=np.concatenate([self.amplitude, other.amplitude]),
-            floor=np.concatenate([self.floor, other.floor]),
-            sine=np.concatenate([self.sine, other.sine]),
-            power=np.concatenate([self.power, other.power]),
-        )
+        more = other._columns()
+        both = {name: np.concatenate([v, more[name]]) for name, v in self._columns().items()}
+        return replace(self, **both)
 
     @property
     def negated(self) -> Self:
         """The points with the opposite signals: subtracting them adds the signals."""
         return replace(self, amplitude=-self.amplitude)
 
-    def with_(self, which: IntArray, other: Self) -> Self:
+    def replaced(self, which: IntArray, other: Self) -> Self:
         """Points of which those numbered ``which`` are replaced by ``other``."""
-        new = {field.name: getattr(self, field.name).copy() for field in fields(self)}
-        for name, value in new.items():
-            value[which] = getattr(other, name)
+        new = {name: value.copy() for name, value in self._columns().items()}
+        for name, value in other._columns().items():
+            new[name][which] = value
         return replace(self, **new)
+
+    def _columns(self) -> dict[str, Any]:
+        return {field.name: getattr(self, field.name) for field in fields(self)}
 
 
 def without(seen: Observation, samples: ComplexArray, points: Points) -> ComplexArray:

@@ -4,9 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from polychirp.axes import BoolArray, ComplexArray, FloatArray
-from polychirp.constants import SPEED_OF_LIGHT
-from polychirp.receiver.coherent.least_squares import gauss_newton, step_from
+from polychirp.axes import BoolArray, ComplexArray
+from polychirp.receiver.coherent.least_squares import step_from
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.overlap import LEAST_COUPLING, couplings, groups_of
 from polychirp.receiver.coherent.points import Points, without
@@ -49,27 +48,30 @@ def relaxed(
     """
     for _ in range(sweeps):
         any_moved = False
-        sums = moments(residual, seen.present, seen.phases(points.motion), seen.model.times)
         for group in groups_of(seen, points):
             before = points[group]
-            step = step_from(seen, before, sums[:, group], share=1.0)
+            sums = moments(residual, seen.present, seen.phases(before.motion), seen.model.times)
+            step = step_from(seen, before, sums)
             if step.gain < LEAST_GAIN:
-                points = points.with_(group, replace(before, power=step.points.power))
+                points = points.replaced(group, replace(before, power=step.points.power))
                 continue
-            better = _better(seen, residual, before)
+            better = _better(seen, residual, before, sums)
             if better is not None:
-                points, residual, any_moved = points.with_(group, better[0]), better[1], True
+                points, residual, any_moved = points.replaced(group, better[0]), better[1], True
         if not any_moved:
             break
     return points, residual
 
 
 def _better(
-    seen: Observation, residual: ComplexArray, before: Points
+    seen: Observation, residual: ComplexArray, before: Points, sums: ComplexArray
 ) -> tuple[Points, ComplexArray] | None:
-    """Points after the longest step that lowers the residual, and it; None if there is none."""
+    """Points after the longest step that lowers the residual, and it; None if there is none.
+
+    ``sums`` are the `moments` of the residual for the points ``before``.
+    """
     for share in SHARES_OF_A_STEP:
-        points = gauss_newton(seen, residual, before, share=share).points
+        points = step_from(seen, before, sums, share=share).points
         after = without(seen, residual, before.negated + points)
         if _energy(after) < _energy(residual):
             return points, after
@@ -94,7 +96,7 @@ def divided(
         )
         if _energy(residual) - _energy(left) >= threshold * points.floor[n]:
             moved = np.arange(len(near))
-            points = points.with_(near, group[moved]) + group[np.array([len(near)])]
+            points = points.replaced(near, group[moved]) + group[np.array([len(near)])]
             residual = left
     return points, residual
 
@@ -107,7 +109,7 @@ def _lobe(seen: Observation, residual: ComplexArray, one: Points) -> Points | No
     steps = np.linspace(-2.0, 2.0, 5)
     offsets = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
     motion = np.repeat(one.motion, len(offsets), axis=0)
-    motion[:, :2] += offsets * _half_cells(seen)
+    motion[:, :2] += offsets * [0.5 * seen.range_cell, 0.5 * seen.range_rate_cell]
     places = replace(one[np.zeros(len(offsets), dtype=np.int64)], motion=motion)
     sums = moments(residual, seen.present, seen.phases(motion), seen.model.times)
     shape = seen.shape(motion, places.sine).conj()
@@ -117,14 +119,6 @@ def _lobe(seen: Observation, residual: ComplexArray, one: Points) -> Points | No
     if power[best[0]] < LEAST_LOBE * matched.shape[1]:
         return None
     return replace(places, amplitude=matched)[best]
-
-
-def _half_cells(seen: Observation) -> FloatArray:
-    """Half a resolution cell of range, m, and of range rate, m/s."""
-    schedule = seen.model.schedule
-    duration = float(schedule.end_time.max() - schedule.start_time.min())
-    wavelength = SPEED_OF_LIGHT / float(seen.frequency.mean())
-    return np.array([0.25 * SPEED_OF_LIGHT / seen.bandwidth, 0.25 * wavelength / duration])
 
 
 def overlaps_another(seen: Observation, points: Points) -> BoolArray:
@@ -142,20 +136,21 @@ def pruned(
     below ``threshold``, in units of a point's floor, is none.
     """
     is_kept = np.ones(len(points), dtype=bool)
+    coupling = couplings(seen, points)
     for weakest in np.argsort(points.power * points.floor):
-        left = np.flatnonzero(is_kept)
-        strength = points.power[left] * points.floor[left]
-        own = int(np.flatnonzero(left == weakest)[0])
-        coupling = couplings(seen, points[left])[own]
-        if not np.any((strength > strength[own]) & (coupling > LEAST_REDUNDANCY)):
+        strength = points.power * points.floor
+        is_stronger = is_kept & (strength > strength[weakest])
+        if not np.any(coupling[weakest, is_stronger] > LEAST_REDUNDANCY):
             continue
-        near = left[(coupling > LEAST_COUPLING) & (left != weakest)]
-        added = without(seen, residual, points[left[[own]]].negated)
+        is_near = is_kept & (coupling[weakest] > LEAST_COUPLING)
+        is_near[weakest] = False
+        near = np.flatnonzero(is_near)
+        added = without(seen, residual, points[np.array([weakest])].negated)
         others, alone = relaxed(seen, added, points[near], sweeps=SWEEPS_WITHOUT_A_POINT)
         loss = _energy(alone) - _energy(residual)
         if loss < threshold * points.floor[weakest]:
             is_kept[weakest] = False
-            points, residual = points.with_(near, others), alone
+            points, residual = points.replaced(near, others), alone
     return points[is_kept], residual
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from polychirp.axes import ComplexArray
 from polychirp.receiver.coherent.acceleration import accelerated
-from polychirp.receiver.coherent.coherent_map import MapAxes, coherent_map
+from polychirp.receiver.coherent.coherent_map import coherent_map
 from polychirp.receiver.coherent.false_alarms import threshold_of
 from polychirp.receiver.coherent.least_squares import gauss_newton
 from polychirp.receiver.coherent.observation import Observation
@@ -24,6 +24,7 @@ from polychirp.receiver.coherent.refinement import (
     pruned,
     relaxed,
 )
+from polychirp.receiver.signal_model.grid import Grid
 
 MOST_AT_ONCE = 20
 """Greatest number of new points between two maps; chosen: the maps take as long as their fit."""
@@ -48,7 +49,7 @@ SWEEPS_OF_NEW_POINTS, SWEEPS_OF_ALL, LAST_SWEEPS = 12, 2, 6
 
 def find_points(
     seen: Observation,
-    axes: MapAxes,
+    axes: Grid,
     *,
     threshold: float,
     dynamic_range: float,
@@ -85,7 +86,7 @@ def find_points(
     return points[points.power >= needed]
 
 
-def with_floors(points: Points, floor: NDArray[np.float32], axes: MapAxes) -> Points:
+def with_floors(points: Points, floor: NDArray[np.float32], axes: Grid) -> Points:
     """Points with the floors of the cells in which they are."""
     row = np.rint((points.motion[:, 1] - axes.range_rate[0]) / axes.range_rate_step)
     column = np.rint((points.motion[:, 0] - axes.range[0]) / axes.range_step)
@@ -136,7 +137,7 @@ def starts(seen: Observation, residual: ComplexArray, found: Peaks) -> Points:
     points = accelerated(seen, residual, points)
     for group in groups_of(seen, points):
         fitted = gauss_newton(seen, residual, points[group], share=0.0)
-        points = points.with_(group, fitted.points)
+        points = points.replaced(group, fitted.points)
     return points
 
 
@@ -149,4 +150,4 @@ def added(
     coupling = couplings(seen, every)[len(points) :]
     near = np.flatnonzero(np.max(coupling, axis=0) > LEAST_COUPLING)
     moved, residual = relaxed(seen, residual, every[near], sweeps=SWEEPS_OF_NEW_POINTS)
-    return relaxed(seen, residual, every.with_(near, moved), sweeps=SWEEPS_OF_ALL)
+    return relaxed(seen, residual, every.replaced(near, moved), sweeps=SWEEPS_OF_ALL)

@@ -1,6 +1,5 @@
 """The range-rate map: mean over ramps, of any slopes, of ln(power) at a point's beats."""
 
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -10,27 +9,9 @@ from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.jit import compiled
 from polychirp.model.if_frame import SampleTimes
 from polychirp.model.ramp import RampSchedule
+from polychirp.receiver.signal_model.grid import Grid
 from polychirp.receiver.signal_model.point_signal import beat_frequency
 from polychirp.threads import in_ranges
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Grid:
-    """Evenly spaced axes of a map: range (m) at the instant ``time`` (s), and range rate (m/s)."""
-
-    range: FloatArray
-    range_rate: FloatArray
-    time: float
-
-    @property
-    def range_step(self) -> float:
-        """Spacing of the range axis, m."""
-        return float(self.range[1] - self.range[0])
-
-    @property
-    def range_rate_step(self) -> float:
-        """Spacing of the range-rate axis, m/s."""
-        return float(self.range_rate[1] - self.range_rate[0])
 
 
 def spectrum_size(times: SampleTimes) -> int:

@@ -11,12 +11,12 @@ from polychirp.model.if_frame import SampleTimes
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.detection.floor_correlation import FloorCorrelation, floor_correlation
 from polychirp.receiver.detection.range_rate_map import (
-    Grid,
     beat_lines,
     floor_over_range,
     medians,
     noise_share,
 )
+from polychirp.receiver.signal_model.grid import Grid
 from polychirp.receiver.signal_model.spectral_fit import BINS_PER_CELL, Band
 
 SUBSTEPS = 8

@@ -19,6 +19,7 @@ from polychirp.receiver.estimation.azimuth_rate import ramp_weights
 from polychirp.receiver.estimation.coherence_test import best_corrections
 from polychirp.receiver.signal_model.frame_model import FrameModel
 from polychirp.receiver.signal_model.point_signal import beat_sensitivity, path_of, path_slopes
+from polychirp.receiver.signal_model.unit_signal import unit_signal_into
 
 ONE_POINT_SHARE = 0.8
 """Least share of a point's power, less the noise in it, that adds up in phase over all ramps if the
@@ -257,40 +258,6 @@ def _is_unambiguous(
     return ALIAS_MARGIN * deviation < 0.5 * alias
 
 
-RECURRENCE_LANES = 16
-"""Number of recurrences that run side by side, each for every 16th sample. Chosen: a single one
-waits for each product, which prevents vector instructions."""
-
-
-@reordered
-def _unit_signal_into(real: Any, imag: Any, phase: Any, rate: float) -> None:  # pragma: no cover
-    """Signal of amplitude 1 of one point on one ramp; recurrences compute its quadratic phase."""
-    slope, bend = phase[1] / rate, phase[2] / rate**2
-    tr, ti, sr, si = (
-        np.empty(RECURRENCE_LANES),
-        np.empty(RECURRENCE_LANES),
-        np.empty(RECURRENCE_LANES),
-        np.empty(RECURRENCE_LANES),
-    )
-    for i in range(RECURRENCE_LANES):
-        turn = 2.0 * np.pi * ((phase[0] + slope * i + 0.5 * bend * i * i) % 1.0)
-        step = (
-            2.0 * np.pi * ((RECURRENCE_LANES * (slope + bend * (i + 0.5 * RECURRENCE_LANES))) % 1.0)
-        )
-        tr[i], ti[i], sr[i], si[i] = np.cos(turn), np.sin(turn), np.cos(step), np.sin(step)
-    gr = np.cos(2.0 * np.pi * bend * RECURRENCE_LANES**2)
-    gi = np.sin(2.0 * np.pi * bend * RECURRENCE_LANES**2)
-    for first in range(0, real.size, RECURRENCE_LANES):
-        count = min(RECURRENCE_LANES, real.size - first)
-        for i in range(count):
-            real[first + i], imag[first + i] = tr[i], ti[i]
-        for i in range(RECURRENCE_LANES):
-            x, y = tr[i], ti[i]
-            tr[i], ti[i] = x * sr[i] - y * si[i], x * si[i] + y * sr[i]
-            x, y = sr[i], si[i]
-            sr[i], si[i] = x * gr - y * gi, x * gi + y * gr
-
-
 @reordered
 def _read(  # pragma: no cover - compiled
     samples: Any, present: Any, phases: Any, amplitude: Any, centre: Any, rate: float
@@ -309,7 +276,7 @@ def _read(  # pragma: no cover - compiled
                 x[m, n] = samples[m, k, n].real if present[k, n] else 0.0
                 y[m, n] = samples[m, k, n].imag if present[k, n] else 0.0
         for p in range(points):
-            _unit_signal_into(real[p], imag[p], phases[p, k], rate)
+            unit_signal_into(real[p], imag[p], phases[p, k], rate)
             for n in range(fast):
                 real[p, n] *= present[k, n]
                 imag[p, n] *= present[k, n]

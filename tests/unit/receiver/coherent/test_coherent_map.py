@@ -5,6 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.errors import InputError
 from polychirp.model.front_end import HighPass
 from polychirp.model.radar import Converter
 from polychirp.model.ramp import RampSchedule
@@ -97,10 +99,10 @@ def test_a_resolution_cell_of_gapless_sawtooths_is_the_unit_of_area():
     ramps = Sawtooth(bandwidth=1e9, ramp_duration=50e-6).schedule(num_sweeps=64, streams=Streams(1))
     one = frame_of(ramps, [], converter=Converter(sample_rate=20e6, start=0.0, margin=0.0))
     seen = observed(one)
-    wavelength = 299792458.0 / float(seen.frequency.mean())
+    wavelength = SPEED_OF_LIGHT / float(seen.frequency.mean())
     duration = float(ramps.end_time[-1] - ramps.start_time[0])
     area = map_area(
-        seen, range_span=0.5 * 299792458.0 / 1e9, range_rate_span=0.5 * wavelength / duration
+        seen, range_span=0.5 * SPEED_OF_LIGHT / 1e9, range_rate_span=0.5 * wavelength / duration
     )
     assert area == pytest.approx(AREA_OF_A_CELL, rel=0.03)
 
@@ -138,5 +140,5 @@ def test_ramps_must_leave_a_range_cell():
         start_phase=[0.0, 0.0],
         sweep=[0, 0],
     )
-    with pytest.raises(Exception, match="less than a range cell of"):
+    with pytest.raises(InputError, match="less than a range cell of"):
         LIMITS.detect(frame_of(ramps, []))

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.receiver.coherent.acceleration import accelerated
 from polychirp.receiver.coherent.least_squares import gauss_newton
 from polychirp.receiver.coherent.observation import Observation
@@ -142,7 +143,7 @@ def test_pruning_keeps_two_points():
 def test_a_point_that_stands_for_two_is_divided(phase):
     """Two of 20 dB, one cell apart: whatever their phase, both are found from one."""
     seen = observed([], noise=1.0)
-    cell = 0.5 * 299792458.0 / seen.bandwidth
+    cell = 0.5 * SPEED_OF_LIGHT / seen.bandwidth
     pair = [NEAR, replace(NEAR, range=NEAR.range + cell)]
     true = points_at(seen, in_the_middle(seen, pair), floor=1.0)
     size = np.sqrt(100.0 / (4.0 * seen.count.sum()))

@@ -6,12 +6,12 @@ import pytest
 from polychirp.model.if_frame import sample_times
 from polychirp.model.radar import Converter
 from polychirp.receiver.detection.range_rate_map import (
-    Grid,
     floor_over_range,
     log_range_rate_map,
     log_spectra,
     spectrum_size,
 )
+from polychirp.receiver.signal_model.grid import Grid
 from polychirp.receiver.signal_model.point_signal import hann_weights
 from polychirp.rng import Streams
 from polychirp.waveform import DiverseTriangular

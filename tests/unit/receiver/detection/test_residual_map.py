@@ -5,8 +5,8 @@ import pytest
 
 from polychirp.model.if_frame import sample_times
 from polychirp.model.radar import Converter
-from polychirp.receiver.detection.range_rate_map import Grid
 from polychirp.receiver.detection.residual_map import ResidualMap, strongest_peaks
+from polychirp.receiver.signal_model.grid import Grid
 from polychirp.receiver.signal_model.point_signal import beat_frequency, beat_phase
 from polychirp.receiver.signal_model.spectral_fit import band_of
 from polychirp.rng import Streams
