@@ -18,6 +18,7 @@ from polychirp.receiver.chain import Receiver
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.coherent.coherent_map import coherent_map, map_axes
 from polychirp.receiver.coherent.observation import Observation
+from polychirp.receiver.coherent.profiles import Profiles
 from polychirp.receiver.detection.cfar import CfarWindow, ordered_statistic
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.rng import Streams
@@ -67,7 +68,8 @@ def test_the_map_of_256_drawn_chirps(benchmark):
     converter = Converter(sample_rate=20e6, start=2e-6, margin=1e-6)
     frame = frame_of(drawn_chirps(256, seed=1), [], converter=converter)
     seen = Observation.of(frame, mitigated(None, frame))
-    benchmark(coherent_map, seen, seen.samples, map_axes(seen, CoherentReceiver()))
+    axes = map_axes(seen, CoherentReceiver())
+    benchmark(lambda: coherent_map(seen, Profiles.of(seen, seen.samples, axes)))
 
 
 @pytest.mark.benchmark(timer=time.process_time, min_rounds=20, warmup=True)

@@ -29,8 +29,8 @@ copies (as recorded, and without the points found) with two bins for each sample
 _CELL: Final = 24
 """Bytes for each cell of the range-rate map besides the 8 bytes of each beam; an estimate."""
 
-_COHERENT_CELL: Final = 32
-"""Bytes for each cell of the coherent map: power, floor, ratio, logarithms; an estimate."""
+_COHERENT_CELL: Final = 40
+"""Bytes for each cell of the coherent map: powers, floors, ratios, logarithms; an estimate."""
 
 _RATES_TRIED: Final = 25
 """Number of corrections of range rate that the coherence test tries (`coherence_test`)."""

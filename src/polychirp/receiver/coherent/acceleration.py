@@ -24,27 +24,70 @@ MOST_BLOCKS = 48
 LEAST_RISE = 1.5
 """Rise of the coherent power from which an acceleration is believed; chosen."""
 
+RANGE_CELLS = 2.0
+"""Range cells by which the range of an accelerated peak may be off; chosen."""
+
 ROUNDS = 2
 """Number of searches from one start, each around the result of the one before; chosen."""
 
 
 def accelerated(seen: Observation, residual: ComplexArray, points: Points) -> Points:
-    """New points with the range rates and accelerations near theirs that have most power.
+    """New points with the ranges, range rates and accelerations near theirs that have most power.
 
     A search reaches as far as the phases from block to block are unambiguous. So it starts from
-    several accelerations.
+    several accelerations. The range may be wrong as well: the strongest peak of an accelerated body
+    is where its rising or its falling ramps alone add up.
+    """
+    elapsed, _ = _blocks(seen)
+    _, steps = _hypotheses(seen, elapsed)
+    still = _sums(seen, residual, points).sum(axis=2, keepdims=True)
+    least = _power(still, np.ones((1, 1)))[:, 0]
+    by_noise = np.log(len(steps)) * seen.count.sum() * points.floor
+    starts = np.arange(0.0, GREATEST_ACCELERATION, 2.0 * float(np.max(steps[:, 1])))
+    found = _best_of(
+        seen,
+        residual,
+        points,
+        offsets=starts[:, None] * np.array([0.0, 0.0, 1.0, 0.0]),
+        least=np.maximum(LEAST_RISE * least, least + by_noise),
+    )
+    moved = np.flatnonzero(np.any(found.motion != points.motion, axis=1))
+    if not moved.size:
+        return points
+    cells = np.arange(-RANGE_CELLS, RANGE_CELLS + 0.5, 0.5)
+    ranged = _best_of(
+        seen,
+        residual,
+        found[moved],
+        offsets=cells[:, None] * np.array([seen.range_cell, 0.0, 0.0, 0.0]),
+        least=np.zeros(moved.size),
+    )
+    return found.replaced(moved, ranged)
+
+
+def _best_of(
+    seen: Observation,
+    residual: ComplexArray,
+    points: Points,
+    *,
+    offsets: FloatArray,
+    least: FloatArray,
+) -> Points:
+    """Points with the motions near theirs plus an offset that have most power, if over ``least``.
+
+    Parameters
+    ----------
+    offsets : of the motion from which searches start, ``(start, 4)``
+    least : power that a motion must have, ``(point,)``
     """
     elapsed, first = _blocks(seen)
     turns, steps = _hypotheses(seen, elapsed)
-    best = points.motion
-    still = _power(_sums(seen, residual, points, first), np.ones((elapsed.size, 1)))[:, 0]
-    by_noise = np.log(len(steps)) * seen.count.sum() * points.floor
-    most = np.maximum(LEAST_RISE * still, still + by_noise)
-    for start in np.arange(0.0, GREATEST_ACCELERATION, 2.0 * float(np.max(steps[:, 1]))):
-        motion = points.motion + np.array([0.0, 0.0, start, 0.0])
+    best, most = points.motion, least
+    for offset in offsets:
+        motion = points.motion + offset
         for _ in range(ROUNDS):
-            moving = replace(points, motion=motion)
-            power = _power(_sums(seen, residual, moving, first), turns)
+            sums = _sums(seen, residual, replace(points, motion=motion))
+            power = _power(np.add.reduceat(sums, first, axis=2), turns)
             motion = motion + np.pad(steps[np.argmax(power, axis=1)], ((0, 0), (1, 1)))
             reached = np.max(power, axis=1)
             best = np.where((reached > most)[:, None], motion, best)
@@ -52,16 +95,11 @@ def accelerated(seen: Observation, residual: ComplexArray, points: Points) -> Po
     return replace(points, motion=best)
 
 
-def _sums(
-    seen: Observation, residual: ComplexArray, points: Points, first: IntArray
-) -> ComplexArray:
-    """Samples without the points' phases, summed over blocks of ramps, ``(point, channel, block)``.
-
-    ``first`` holds the first ramp of every block.
-    """
+def _sums(seen: Observation, residual: ComplexArray, points: Points) -> ComplexArray:
+    """Sums over each ramp without the points' phases, ``(point, channel, ramp)``."""
     sums = moments(residual, seen.present, seen.phases(points.motion), seen.model.times)[0]
     shape = seen.shape(points.motion, points.sine)[..., 0]
-    return np.asarray(np.add.reduceat(sums * shape.conj(), first, axis=2))
+    return np.asarray(sums * shape.conj() * seen.weights(points.motion)[:, None])
 
 
 def _power(sums: ComplexArray, turns: ComplexArray | FloatArray) -> FloatArray:

@@ -28,16 +28,16 @@ from polychirp.units import Ratio, from_db
 class CoherentReceiver(SearchSettings):
     """Receiver that adds all samples of a frame in phase, on ramps of any slopes and times.
 
-    The steps: mitigation, the map of all samples in phase over range and range rate, with the
-    powers of the channels added; peaks above a threshold; for each an acceleration, and a fit of
-    motion and amplitudes to the samples; subtraction; and again, until the map shows noise alone.
-    A point whose channels have two plane waves becomes two detections (`angle.two_waves`).
+    The steps: mitigation; weights of the ramps by their noise, and channels made white (`noise`);
+    the map of all samples in phase over range and range rate, with the powers of the channels
+    added; peaks above a threshold of which all ramps agree (`agreement`); for each an acceleration,
+    and a fit of motion and amplitudes to the samples; subtraction; and again, until the map shows
+    noise alone. A point whose channels have two plane waves becomes two detections
+    (`angle.two_waves`).
 
     A weak point needs no more SNR than a matched filter of the whole frame asks for. Points one
     resolution cell apart in range or range rate are separate, and 60 dB of power apart if they are
-    ideal points: bodies, of which many scatterers share a cell, take many points and a long time.
-    The floor is taken as white over range rates. Strong interference must therefore be mitigated
-    first.
+    ideal points. A body beside the radar takes 20 to 40 points, and the frame some 10 s.
 
     ``false_alarm_probability`` is the mean number of detections that noise alone causes, per
     resolution cell of the frame, c/2B by λ/2T (`false_alarms`).

@@ -5,38 +5,71 @@ range R and range rate v at :math:`t_0` with the phase
 
 .. math:: \varphi = 2\pi\,[f\,\tau - b\,\tau^2/2],\qquad \tau = 2\,[R + v\,(t-t_0)]/c,
 
-on whatever ramp of slope b it lies. The map is :math:`|\sum y\,e^{-j\varphi}|^2` summed over
-channels, divided by the number of samples: in white noise its mean is the noise power of a sample
-times the number of channels.
+on whatever ramp of slope b it lies. The map is :math:`|\sum w\,y\,e^{-j\varphi}|^2 / \sum w` summed
+over channels, with the weights w of `noise`: in white noise its mean is the noise power of a sample
+times the number of channels. The profiles of all ramps (`profiles`) are shifted, turned in phase
+and added for each range rate.
 
-On each ramp a range transform comes first. A point at (R, v) then stands at the range
-:math:`R + v\,(t_k - t_0 + f_k/b_k)` of ramp k, with :math:`t_k` the middle of the ramp's window and
-:math:`f_k` the frequency then, and the profiles of all ramps are shifted, turned in phase and
-added for each range rate.
+Two more maps tell where the ramps agree that there is a point (`agreement`).
 """
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from polychirp.axes import ComplexArray, FloatArray
-from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.errors import InputError
 from polychirp.jit import reordered
+from polychirp.receiver.coherent.agreement import Agreement
 from polychirp.receiver.coherent.observation import Observation
+from polychirp.receiver.coherent.profiles import STEPS_PER_RANGE, Profiles
 from polychirp.receiver.settings import SearchSettings
 from polychirp.receiver.signal_model.grid import Grid
 from polychirp.receiver.signal_model.point_signal import replica
 
-FINE_PER_CELL = 4
-"""Steps of the profiles per range cell; chosen: the nearest step loses 0.2 dB at most."""
-
 RATES_PER_CELL = 2
 """Range rates of the map per cell λ/2T; chosen: the nearest one loses 0.9 dB at most."""
 
-BINS_PER_STEP = 4
-"""Length of a ramp's Fourier transform over its number of samples; chosen for the interpolation."""
+GREATEST_STRIDE = 64
+"""Greatest number of range rates that share the sums of ramps without phases; chosen."""
+
+RATES_FOR_COVARIANCE = 20
+"""Number of range rates from which the channels' covariance is taken; chosen: it is right to some
+per cent."""
+
+GREATEST_OF_NOISE = 3.0
+"""Power over the median up to which a cell counts as noise for the covariance; chosen."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CoherentMap:
+    """The map and what tells if its values come from points, W, each ``(range rate, range)``.
+
+    Parameters
+    ----------
+    power : the map
+    difference, spread : as for `Agreement`
+    num_averaged, num_channels : of `Agreement`
+    """
+
+    power: NDArray[np.float32]
+    difference: NDArray[np.float32]
+    spread: NDArray[np.float32]
+    num_averaged: int
+    num_channels: int
+
+    def agreement(self, cell: IntArray) -> Agreement:
+        """What the ramps show at cells ``(place, 2)``."""
+        here = tuple(cell.T)
+        return Agreement(
+            power=self.power[here].astype(np.float64),
+            difference=self.difference[here].astype(np.float64),
+            spread=self.spread[here].astype(np.float64),
+            num_averaged=self.num_averaged,
+            num_channels=self.num_channels,
+        )
 
 
 def map_axes(seen: Observation, limits: SearchSettings) -> Grid:
@@ -64,108 +97,116 @@ def map_axes(seen: Observation, limits: SearchSettings) -> Grid:
     )
 
 
-def coherent_map(seen: Observation, residual: ComplexArray, axes: Grid) -> NDArray[np.float32]:
-    """The map of ``residual`` ``(channel, ramp, fast)``: W, ``(range rate, range)``."""
-    shift = _shifts(seen, axes.range_rate)
-    fine = axes.range_step * 2 / FINE_PER_CELL
-    steps = np.rint(shift / fine).astype(np.int64)
-    low, high = int(steps.min()), int(steps.max())
-    profile = _profiles(
-        seen, residual, axes.range[0] + fine * np.arange(low, high + 2 * axes.range.size + 2)
-    )
-    # phases of ramps relative to each other: range is counted from the profile's own place
-    elapsed = seen.middle - seen.model.time
-    away = axes.range_rate[:, None]
-    centre = seen.frequency.mean()
-    cycles = (
-        2.0
-        / SPEED_OF_LIGHT
-        * (seen.frequency * away * elapsed - (seen.frequency - centre) * fine * steps)
-    )
-    turn = np.exp(-2j * np.pi * (cycles % 1.0))
-    split = np.stack([profile[..., 0::2], profile[..., 1::2]], axis=2)
-    power = _sum_of_powers(
+def channel_covariance(seen: Observation, profiles: Profiles) -> ComplexArray:
+    """Covariance of the channels in cells without strong points, V², ``(channel, channel)``."""
+    rates = profiles.axes.range_rate
+    sums = profiles.sums(seen, rates[:: max(1, rates.size // RATES_FOR_COVARIANCE)])
+    cells = sums.reshape(len(sums), -1)
+    power = np.sum(np.abs(cells) ** 2, axis=0)
+    cells = cells[:, power <= GREATEST_OF_NOISE * np.median(power)].astype(np.complex128)
+    return np.asarray(cells @ cells.conj().T / cells.shape[1])
+
+
+def coherent_map(seen: Observation, profiles: Profiles) -> CoherentMap:
+    """The map of profiles whose channels are white."""
+    channels, ramps = profiles.value.shape[:2]
+    axes = profiles.axes
+    place, turn = profiles.places(seen, axes.range_rate)
+    rises = seen.model.schedule.slope > 0
+    stride = _stride(seen, axes)
+    energy = np.sum(np.abs(profiles.value) ** 2, axis=0) / profiles.weight
+    tables = np.stack([profiles.weight * rises[:, None], profiles.weight, energy])
+    rising, every, total = _sums_of_tables(tables, place[::stride], axes.range.size)
+    split = np.stack([profiles.value[..., 0::2], profiles.value[..., 1::2]], axis=2)
+    power, difference = _sums_of_powers(
         np.ascontiguousarray(split.real),
         np.ascontiguousarray(split.imag),
-        steps - low,
+        place,
         turn.real.astype(np.float32),
         turn.imag.astype(np.float32),
-        axes.range.size,
+        rises,
+        rising,
+        every,
+        stride,
     )
-    return np.asarray(power / np.float32(seen.count.sum()), dtype=np.float32)
+    averaged = channels * (ramps - 1)
+    row = np.arange(axes.range_rate.size) // stride
+    spread = np.maximum(total[row] - power, 0.0) / max(averaged, 1)
+    return CoherentMap(
+        power=power,
+        difference=difference,
+        spread=np.asarray(spread, dtype=np.float32),
+        num_averaged=averaged,
+        num_channels=channels,
+    )
 
 
-def _shifts(seen: Observation, range_rate: FloatArray) -> FloatArray:
-    """Range of a point on each ramp's profile less its range in mid-frame, ``(rate, ramp)``."""
-    schedule = seen.model.schedule
-    return range_rate[:, None] * (seen.middle - seen.model.time + seen.frequency / schedule.slope)
+def _stride(seen: Observation, axes: Grid) -> int:
+    """Number of range rates over which no ramp's profile moves by more than a range of the map."""
+    slope = seen.model.schedule.slope
+    reach = float(np.max(np.abs(seen.middle - seen.model.time + seen.frequency / slope)))
+    return int(np.clip(axes.range_step / (reach * axes.range_rate_step), 1, GREATEST_STRIDE))
 
 
-def _profiles(
-    seen: Observation, residual: ComplexArray, ranges: FloatArray
-) -> NDArray[np.complex64]:
-    """Range transforms of all ramps on one axis, ``(channel, ramp, range)``, complex64.
-
-    Their phases refer to the middle of the sampling window; those of a point at rest are removed,
-    except that of the mean frequency.
-    """
-    from scipy.fft import fft, next_fast_len
-
-    times, slope = seen.model.times, seen.model.schedule.slope
-    channels, ramps, fast = residual.shape
-    size = next_fast_len(BINS_PER_STEP * fast)
-    out = np.empty((channels, ramps, ranges.size), dtype=np.complex64)
-    buffer = np.zeros((channels, size), dtype=np.complex64)
-    delay = 2.0 * ranges / SPEED_OF_LIGHT
-    for k in range(ramps):
-        count = int(times.num_samples[k])
-        half = (count - 1) // 2
-        buffer[:] = 0.0
-        buffer[:, : count - half] = residual[:, k, half:count]
-        buffer[:, size - half :] = residual[:, k, :half]
-        spectrum = fft(buffer, axis=1)
-        beat = slope[k] * delay
-        place = (beat * size / times.rate) % size
-        low = place.astype(np.int64) % size
-        share = (place - np.floor(place)).astype(np.float32)
-        value = spectrum[:, low] * (1 - share) + spectrum[:, (low + 1) % size] * share
-        offset = 0.5 * (count - 1) - half  # the middle of the window lies between two samples
-        cycles = (
-            (seen.frequency[k] - seen.frequency.mean()) * delay
-            - 0.5 * slope[k] * delay**2
-            - beat * offset / times.rate
-        )
-        phase = -2.0 * np.pi * (cycles % 1.0)
-        if seen.model.high_pass is not None:
-            phase = phase - np.angle(seen.model.high_pass.response(beat))
-        out[:, k] = value * np.exp(1j * phase)
+@reordered
+def _sums_of_tables(tables: Any, place: Any, num_ranges: int) -> Any:  # pragma: no cover - compiled
+    """Sums over ramps of shifted ``(table, ramp, step)``: ``(table, rate, range)``."""
+    count, ramps = tables.shape[:2]
+    out = np.zeros((count, place.shape[0], num_ranges), dtype=np.float32)
+    for v in range(place.shape[0]):
+        for n in range(count):
+            for k in range(ramps):
+                low = place[v, k]
+                for i in range(num_ranges):
+                    out[n, v, i] += tables[n, k, low + STEPS_PER_RANGE * i]
     return out
 
 
 @reordered
-def _sum_of_powers(  # pragma: no cover - compiled
-    real: Any, imag: Any, steps: Any, cosine: Any, sine: Any, num_ranges: int
+def _sums_of_powers(  # pragma: no cover - compiled
+    real: Any,
+    imag: Any,
+    place: Any,
+    cosine: Any,
+    sine: Any,
+    rises: Any,
+    rising: Any,
+    every: Any,
+    stride: int,
 ) -> Any:
-    """Sum over channels of the power of the shifted, turned and added profiles."""
+    """Sums over channels of the power of the profiles' sum, and of that of their difference."""
     channels, ramps = real.shape[:2]
-    out = np.zeros((steps.shape[0], num_ranges), dtype=np.float32)
-    a = np.empty(num_ranges, dtype=np.float32)
-    b = np.empty(num_ranges, dtype=np.float32)
-    for v in range(steps.shape[0]):
+    rates, num_ranges = place.shape[0], every.shape[1]
+    power = np.zeros((rates, num_ranges), dtype=np.float32)
+    difference = np.zeros((rates, num_ranges), dtype=np.float32)
+    a = np.empty((2, num_ranges), dtype=np.float32)
+    b = np.empty((2, num_ranges), dtype=np.float32)
+    for v in range(rates):
+        up, total = rising[v // stride], every[v // stride]
         for m in range(channels):
-            a[:] = np.float32(0.0)
-            b[:] = np.float32(0.0)
+            for d in range(2):
+                for i in range(num_ranges):
+                    a[d, i] = np.float32(0.0)
+                    b[d, i] = np.float32(0.0)
             for k in range(ramps):
-                step = steps[v, k]
+                step = place[v, k]
                 x = real[m, k, step & 1, step >> 1 :]
                 y = imag[m, k, step & 1, step >> 1 :]
                 c, s = cosine[v, k], sine[v, k]
+                p, q = a[int(rises[k])], b[int(rises[k])]
                 for i in range(num_ranges):
-                    a[i] += x[i] * c - y[i] * s
-                    b[i] += x[i] * s + y[i] * c
+                    p[i] += x[i] * c - y[i] * s
+                    q[i] += x[i] * s + y[i] * c
             for i in range(num_ranges):
-                out[v, i] += a[i] * a[i] + b[i] * b[i]
-    return out
+                re, im = a[0, i] + a[1, i], b[0, i] + b[1, i]
+                power[v, i] += (re * re + im * im) / total[i]
+                down = total[i] - up[i]
+                if up[i] > 0.0 and down > 0.0:
+                    # what the sum says of the rising ramps, less what these say themselves
+                    re = a[1, i] - re * up[i] / total[i]
+                    im = b[1, i] - im * up[i] / total[i]
+                    difference[v, i] += (re * re + im * im) * total[i] / (up[i] * down)
+    return power, difference
 
 
 def coherent_power(seen: Observation, residual: ComplexArray, motion: FloatArray) -> FloatArray:
@@ -174,6 +215,8 @@ def coherent_power(seen: Observation, residual: ComplexArray, motion: FloatArray
     for n, one in enumerate(motion):
         signal = replica(seen.model.schedule, seen.model.times, motion=one, time=seen.model.time)
         phase = np.exp(1j * np.angle(seen.model.response(one[None])[0, 0]))
-        mean = np.sum(residual * seen.present * (signal * phase[:, None]).conj(), axis=(1, 2))
-        out[n] = np.sum(np.abs(mean) ** 2) / seen.count.sum()
+        weight = seen.weights(one[None])[0]
+        kept = residual * seen.present * weight[:, None]
+        mean = seen.mixing @ np.sum(kept * (signal * phase[:, None]).conj(), axis=(1, 2))
+        out[n] = np.sum(np.abs(mean) ** 2) / (weight @ seen.count)
     return out

@@ -58,7 +58,7 @@ def gauss_newton(
 def step_from(seen: Observation, points: Points, sums: ComplexArray, *, share: float = 1.0) -> Step:
     """The step of `gauss_newton` that follows from the `moments` of the residual."""
     motion = points.motion
-    main = seen.shape(motion, points.sine).conj()
+    main = seen.shape(motion, points.sine).conj() * seen.weights(motion)[:, None, :, None]
     value = np.einsum("pmki,ipmk->pmk", main, sums)
     moment = np.einsum("pmki,ipmk->pmk", main[..., :2], sums[1:])
     gram = overlaps(seen, points)
@@ -76,7 +76,8 @@ def step_from(seen: Observation, points: Points, sums: ComplexArray, *, share: f
     added = inverse @ matched
     won += float(np.real(np.vdot(matched, added)))
     amplitude = (points.amplitude + added) * turn
-    power = np.sum(np.abs(amplitude) ** 2, axis=1) / np.maximum(np.diag(inverse).real, 1e-300)
+    white = amplitude @ seen.mixing.T
+    power = np.sum(np.abs(white) ** 2, axis=1) / np.maximum(np.diag(inverse).real, 1e-300)
     moved = replace(points, motion=motion + change, amplitude=amplitude)
     return Step(
         points=replace(moved, sine=sines(seen, amplitude), power=np.asarray(power / points.floor)),

@@ -23,21 +23,28 @@ class Observation:
     samples : V, ``(channel, ramp, fast)``; zero where no sample is present
     present : mask of the samples that are used, ``(ramp, fast)``
     model : beats and phases of points; motions (R, v, a) refer to the middle of the frame
+    weight : of the ramps at the frequencies of a transform, ``(ramp, bin)`` (`noise.ramp_weights`)
+    mixing : matrix that makes the channels' noise white, ``(channel, channel)``
     """
 
     samples: ComplexArray
     present: BoolArray
     model: FrameModel
+    weight: FloatArray
+    mixing: ComplexArray
 
     @classmethod
     def of(cls, frame: IfFrame, cleaned: Mitigated) -> Self:
-        """The observation of a frame after mitigation."""
+        """The observation of a frame after mitigation; its noise is taken as white."""
         schedule = frame.schedule
         middle = float(0.5 * (schedule.start_time.min() + schedule.end_time.max()))
+        channels, ramps, fast = cleaned.samples.shape
         return cls(
             samples=np.ascontiguousarray(cleaned.samples),
             present=cleaned.weight > 0,
             model=replace(FrameModel.of(frame), time=middle),
+            weight=np.ones((ramps, fast)),
+            mixing=np.eye(channels, dtype=np.complex128),
         )
 
     @property
@@ -86,6 +93,20 @@ class Observation:
     def range_rate_cell(self) -> float:
         """Resolution λ/2T of the whole frame, m/s."""
         return self.wavelength / (2.0 * self.duration)
+
+    @property
+    def num_bins(self) -> int:
+        """Length of the transform to which `weight` refers."""
+        return int(self.weight.shape[-1])
+
+    def weights(self, motion: FloatArray) -> FloatArray:
+        """Weights of the ramps at the points' beats, ``(point, ramp)``."""
+        return self.weight_at(self.model.beats(motion[:, 0], motion[:, 1]))
+
+    def weight_at(self, beat: FloatArray) -> FloatArray:
+        """Weights of the ramps at beats, Hz, ``(…, ramp)``."""
+        place = np.rint(beat * (self.num_bins / self.model.times.rate)).astype(np.int64)
+        return np.asarray(self.weight[np.arange(beat.shape[-1]), place % self.num_bins])
 
     def phases(self, motion: FloatArray) -> FloatArray:
         """`beat_phase` of the motions, ``(point, ramp, 3)``."""

@@ -37,6 +37,7 @@ def overlaps(seen: Observation, points: Points) -> ComplexArray:
     first = np.where(near, z / 3.0, (np.sin(safe) / safe - np.cos(safe)) / safe)
     second = -zeroth + np.where(near, 2.0 / 3.0, 2.0 * first / safe)
     gain = np.mean(seen.shape(points.motion, points.sine)[..., 0], axis=1)
+    gain *= np.sqrt(seen.weights(points.motion))
     turn *= gain.conj()[:, None] * gain[None]
     return np.stack([turn * zeroth, 1j * reach * turn * first, -(reach**2) * turn * second])
 

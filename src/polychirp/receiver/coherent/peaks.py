@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
 from polychirp.jit import compiled
+from polychirp.receiver.coherent.coherent_map import CoherentMap
 from polychirp.receiver.signal_model.grid import Grid
 
 ROWS_FOR_FLOOR = 1000
@@ -34,6 +35,7 @@ class Peaks:
     range, range_rate : interpolated between cells, m and m/s, ``(peak,)``
     ratio : interpolated value over the noise power of a sample, ``(peak,)``
     floor : that noise power, W, ``(peak,)``
+    is_point : mask of the peaks at which the ramps show points (`agreement`), ``(peak,)``
     """
 
     cell: IntArray
@@ -41,6 +43,7 @@ class Peaks:
     range_rate: FloatArray
     ratio: FloatArray
     floor: FloatArray
+    is_point: BoolArray
 
     @property
     def power(self) -> FloatArray:
@@ -77,25 +80,30 @@ def range_floors(power: NDArray[np.float32], num_channels: int) -> FloatArray:
 
 
 def peaks(
-    power: NDArray[np.float32], floor: NDArray[np.float32], axes: Grid, threshold: float
+    seen: CoherentMap,
+    floor: NDArray[np.float32],
+    axes: Grid,
+    threshold: float,
 ) -> Peaks:
     """Peaks whose interpolated value exceeds ``threshold`` times the floor.
 
     Values are interpolated by parabolas through the logarithm of the power, along each axis.
     """
-    ratio = power / np.maximum(floor, np.float32(1e-37))
+    ratio = seen.power / np.maximum(floor, np.float32(1e-37))
     cell = np.array(_maxima(ratio, np.float32(GREATEST_LOSS * threshold)), dtype=np.int64)
     cell = cell.reshape(-1, 2)
     level = np.log(np.maximum(ratio, np.float32(1e-30)))
     by_rate, up = _vertex(level, cell, 0)
     by_range, along = _vertex(level, cell, 1)
     value = np.exp(level[tuple(cell.T)] + up + along)
+    own = floor[tuple(cell.T)].astype(np.float64)
     found = Peaks(
         cell=cell,
         range=axes.range[cell[:, 1]] + axes.range_step * by_range,
         range_rate=axes.range_rate[cell[:, 0]] + axes.range_rate_step * by_rate,
         ratio=value,
-        floor=floor[tuple(cell.T)].astype(np.float64),
+        floor=own,
+        is_point=seen.agreement(cell).shows_points(own, GREATEST_LOSS * threshold),
     )
     return found[value > threshold]
 

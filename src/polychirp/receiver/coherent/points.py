@@ -53,6 +53,11 @@ class Points:
         return replace(self, **both)
 
     @property
+    def strength(self) -> FloatArray:
+        """Fall of the fit if the point were left out, W, ``(point,)``."""
+        return self.power * self.floor
+
+    @property
     def negated(self) -> Self:
         """The points with the opposite signals: subtracting them adds the signals."""
         return replace(self, amplitude=-self.amplitude)

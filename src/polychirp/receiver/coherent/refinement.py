@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from polychirp.axes import BoolArray, ComplexArray
+from polychirp.axes import BoolArray, ComplexArray, FloatArray
 from polychirp.receiver.coherent.least_squares import step_from
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.overlap import LEAST_COUPLING, couplings, groups_of
@@ -73,7 +73,7 @@ def _better(
     for share in SHARES_OF_A_STEP:
         points = step_from(seen, before, sums, share=share).points
         after = without(seen, residual, before.negated + points)
-        if _energy(after) < _energy(residual):
+        if _rise(seen, residual, after, before) < 0:
             return points, after
     return None
 
@@ -86,7 +86,7 @@ def divided(
     Two points nearer than a cell leave lobes on either side of the one that is fitted to both, each
     of which may be below the threshold of the map.
     """
-    for n in np.argsort(-points.power * points.floor):
+    for n in np.argsort(-points.strength):
         fresh = _lobe(seen, residual, points[np.array([n])])
         if fresh is None:
             continue
@@ -94,7 +94,7 @@ def divided(
         group, left = relaxed(
             seen, without(seen, residual, fresh), points[near] + fresh, sweeps=SWEEPS_OF_A_PAIR
         )
-        if _energy(residual) - _energy(left) >= threshold * points.floor[n]:
+        if _loss(seen, left, residual, points[near]) >= threshold * points.floor[n]:
             moved = np.arange(len(near))
             points = points.replaced(near, group[moved]) + group[np.array([len(near)])]
             residual = left
@@ -112,9 +112,10 @@ def _lobe(seen: Observation, residual: ComplexArray, one: Points) -> Points | No
     motion[:, :2] += offsets * [0.5 * seen.range_cell, 0.5 * seen.range_rate_cell]
     places = replace(one[np.zeros(len(offsets), dtype=np.int64)], motion=motion)
     sums = moments(residual, seen.present, seen.phases(motion), seen.model.times)
-    shape = seen.shape(motion, places.sine).conj()
-    matched = np.einsum("pmki,ipmk->pm", shape, sums) / seen.count.sum()
-    power = np.sum(np.abs(matched) ** 2, axis=1) * seen.count.sum() / one.floor[0]
+    shape = seen.shape(motion, places.sine).conj() * seen.weights(motion)[:, None, :, None]
+    size = seen.weights(motion) @ seen.count
+    matched = np.einsum("pmki,ipmk->pm", shape, sums) / size[:, None]
+    power = np.sum(np.abs(matched @ seen.mixing.T) ** 2, axis=1) * size / one.floor[0]
     best = np.array([np.argmax(power)])
     if power[best[0]] < LEAST_LOBE * matched.shape[1]:
         return None
@@ -137,8 +138,8 @@ def pruned(
     """
     is_kept = np.ones(len(points), dtype=bool)
     coupling = couplings(seen, points)
-    for weakest in np.argsort(points.power * points.floor):
-        strength = points.power * points.floor
+    for weakest in np.argsort(points.strength):
+        strength = points.strength
         is_stronger = is_kept & (strength > strength[weakest])
         if not np.any(coupling[weakest, is_stronger] > LEAST_REDUNDANCY):
             continue
@@ -147,13 +148,26 @@ def pruned(
         near = np.flatnonzero(is_near)
         added = without(seen, residual, points[np.array([weakest])].negated)
         others, alone = relaxed(seen, added, points[near], sweeps=SWEEPS_WITHOUT_A_POINT)
-        loss = _energy(alone) - _energy(residual)
+        loss = _loss(seen, residual, alone, points[np.array([weakest])])
         if loss < threshold * points.floor[weakest]:
             is_kept[weakest] = False
             points, residual = points.replaced(near, others), alone
     return points[is_kept], residual
 
 
-def _energy(samples: ComplexArray) -> float:
-    """Sum of the powers of all samples."""
-    return float(np.vdot(samples, samples).real)
+def _rise(seen: Observation, before: ComplexArray, after: ComplexArray, points: Points) -> float:
+    """Rise of the weighted sum of the powers of all samples by a change of ``points``."""
+    weight = np.mean(seen.weights(points.motion), axis=0)
+    return float(weight @ (_energies(after) - _energies(before)))
+
+
+def _loss(seen: Observation, before: ComplexArray, after: ComplexArray, points: Points) -> float:
+    """The same, of channels whose noise is white."""
+    before, after = (np.tensordot(seen.mixing, residual, 1) for residual in (before, after))
+    return _rise(seen, before, after, points)
+
+
+def _energies(samples: ComplexArray) -> FloatArray:
+    """Sum of the powers of all samples of every ramp, ``(ramp,)``."""
+    parts = samples.view(np.float64)
+    return np.asarray(np.einsum("mkn,mkn->k", parts, parts))

@@ -9,15 +9,18 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from polychirp.axes import ComplexArray
+from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.receiver.coherent.acceleration import accelerated
-from polychirp.receiver.coherent.coherent_map import coherent_map
+from polychirp.receiver.coherent.agreement import Agreement
+from polychirp.receiver.coherent.coherent_map import channel_covariance, coherent_map
 from polychirp.receiver.coherent.false_alarms import threshold_of
 from polychirp.receiver.coherent.least_squares import gauss_newton
+from polychirp.receiver.coherent.noise import ramp_weights, whitening
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.overlap import LEAST_COUPLING, couplings, groups_of
 from polychirp.receiver.coherent.peaks import Peaks, floors, peaks
 from polychirp.receiver.coherent.points import Points, without
+from polychirp.receiver.coherent.profiles import Profiles
 from polychirp.receiver.coherent.refinement import (
     divided,
     overlaps_another,
@@ -28,6 +31,9 @@ from polychirp.receiver.signal_model.grid import Grid
 
 MOST_AT_ONCE = 20
 """Greatest number of new points between two maps; chosen: the maps take as long as their fit."""
+
+MOST_SMEARED = 8
+"""Number of the strongest peaks that are tried together if they show no points; chosen."""
 
 GREATEST_SPREAD = 0.01
 """Least power of a new point over the strongest new one; chosen: most side lobes are below."""
@@ -62,28 +68,42 @@ def find_points(
     dynamic_range : power ratio of the map's greatest value to the weakest peak that is tried
     most : number of points at which the search ends
     """
-    points, residual, top = Points.none(seen.samples.shape[0]), seen.samples, 0.0
+    channels = seen.samples.shape[0]
+    points, residual, top = Points.none(channels), seen.samples, 0.0
     is_tried = np.zeros((axes.range_rate.size, axes.range.size), dtype=bool)
     while True:
-        power = coherent_map(seen, residual, axes)
-        floor = floors(power, seen.samples.shape[0])
+        seen, profiles = adapted(seen, residual, axes)
+        seen_map = coherent_map(seen, profiles)
+        floor = floors(seen_map.power, channels)
         points = with_floors(points, floor, axes)
         points, residual = strong(seen, residual, points, threshold)
-        top = max(top, float(power.max()))
-        found = peaks(power, floor, axes, threshold)
+        top = max(top, float(seen_map.power.max()), float(np.max(points.strength, initial=0.0)))
+        found = peaks(seen_map, floor, axes, threshold)
         is_new = ~is_tried[tuple(found.cell.T)] & (found.power * dynamic_range >= top)
         if not np.any(is_new) or len(points) >= most:
             break
-        found = unrelated(seen, found[is_new])
-        for i, j in found.cell:
-            is_tried[max(0, i - 1) : i + 2, max(0, j - 1) : j + 2] = True
-        points, residual = added(seen, residual, points, starts(seen, residual, found))
+        found = found[is_new]
+        fresh = smeared_points(seen, residual, found, is_tried, threshold)
+        if not len(fresh):
+            fresh = plain_points(seen, residual, found, is_tried, threshold)
+        if len(fresh):
+            points, residual = added(seen, residual, points, fresh)
+        elif not np.any(found.is_point):
+            break
     points, residual = relaxed(seen, residual, points, sweeps=LAST_SWEEPS)
-    least = threshold_of(FALSE_PAIR_PROBABILITY, num_channels=seen.samples.shape[0])
+    least = threshold_of(FALSE_PAIR_PROBABILITY, num_channels=channels)
     points, residual = divided(seen, residual, points, least)
     points, residual = pruned(seen, residual, points, min(least, threshold))
     needed = np.where(overlaps_another(seen, points), min(least, threshold), threshold)
     return points[points.power >= needed]
+
+
+def adapted(seen: Observation, residual: ComplexArray, axes: Grid) -> tuple[Observation, Profiles]:
+    """The observation with the noise that the residual shows, and its profiles in white noise."""
+    seen = replace(seen, weight=ramp_weights(seen, residual))
+    profiles = Profiles.of(seen, residual, axes)
+    mixing = whitening(channel_covariance(seen, profiles))
+    return replace(seen, mixing=mixing), profiles.mixed(mixing)
 
 
 def with_floors(points: Points, floor: NDArray[np.float32], axes: Grid) -> Points:
@@ -98,6 +118,45 @@ def with_floors(points: Points, floor: NDArray[np.float32], axes: Grid) -> Point
     return replace(points, floor=own, power=points.power * points.floor / own)
 
 
+def plain_points(
+    seen: Observation, residual: ComplexArray, found: Peaks, is_tried: BoolArray, threshold: float
+) -> Points:
+    """New points at the peaks that show points; ``is_tried`` is set at all that are tried."""
+    found = found[found.is_point]
+    tried = found[distinct(seen, found.range, found.range_rate, found.power)]
+    mark(is_tried, tried)
+    fresh = starts(seen, residual, tried)
+    shown = Agreement.at(seen, residual, fresh)
+    return fresh[shown.shows_points(fresh.floor, threshold)]
+
+
+def smeared_points(
+    seen: Observation, residual: ComplexArray, found: Peaks, is_tried: BoolArray, threshold: float
+) -> Points:
+    """New points at the strongest peaks if the very strongest shows none.
+
+    An acceleration may have smeared it: the ramps agree only after its correction, and it succeeds
+    from some of the peaks that the point causes. ``is_tried`` is set at those that show no point.
+    """
+    found = found[np.argsort(-found.power, kind="stable")[:MOST_SMEARED]]
+    if not len(found.power) or found.is_point[0]:
+        return Points.none(seen.samples.shape[0])
+    fresh = starts(seen, residual, found)
+    shown = Agreement.at(seen, residual, fresh)
+    is_point = shown.shows_points(fresh.floor, threshold)
+    mark(is_tried, found[~is_point])
+    best = distinct(seen, fresh.motion[:, 0], fresh.motion[:, 1], shown.power)
+    best = best[is_point[best]]
+    mark(is_tried, found[best])
+    return fresh[best]
+
+
+def mark(is_tried: BoolArray, found: Peaks) -> None:
+    """Set the cells of peaks and those next to them, in place."""
+    for i, j in found.cell:
+        is_tried[max(0, i - 1) : i + 2, max(0, j - 1) : j + 2] = True
+
+
 def strong(
     seen: Observation, residual: ComplexArray, points: Points, threshold: float
 ) -> tuple[Points, ComplexArray]:
@@ -108,20 +167,21 @@ def strong(
     return points[~is_weak], residual
 
 
-def unrelated(seen: Observation, found: Peaks) -> Peaks:
-    """The strongest peaks; none has the beats of a stronger one, whose side lobe it may be."""
-    order = np.argsort(-found.power, kind="stable")[: 8 * MOST_AT_ONCE]
-    found = found[order]
-    beats = seen.model.beats(found.range, found.range_rate)
+def distinct(
+    seen: Observation, distance: FloatArray, range_rate: FloatArray, power: FloatArray
+) -> IntArray:
+    """Numbers of the strongest places; none has the beats of a stronger one, as side lobes have."""
+    order = np.argsort(-power, kind="stable")[: 8 * MOST_AT_ONCE]
+    beats = seen.model.beats(distance[order], range_rate[order])
     times = seen.model.times
     apart = np.abs(beats[:, None] - beats) * times.num_samples / times.rate
     is_related = np.mean(apart < CLOSE_BEATS, axis=-1) >= SHARED_BEATS
     taken: list[int] = []
-    for n in range(len(beats)):
-        is_bright = found.power[n] >= GREATEST_SPREAD * found.power[0]
+    for n, place in enumerate(order):
+        is_bright = power[place] >= GREATEST_SPREAD * power[order[0]]
         if is_bright and not np.any(is_related[n, taken]):
             taken.append(n)
-    return found[np.array(taken[:MOST_AT_ONCE])]
+    return order[np.array(taken[:MOST_AT_ONCE], dtype=np.int64)]
 
 
 def starts(seen: Observation, residual: ComplexArray, found: Peaks) -> Points:

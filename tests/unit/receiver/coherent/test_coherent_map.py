@@ -20,6 +20,7 @@ from polychirp.receiver.coherent.false_alarms import (
 )
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.peaks import floors, peaks
+from polychirp.receiver.coherent.profiles import Profiles
 from polychirp.receiver.mitigation.base import mitigated, with_weights
 from polychirp.rng import Streams
 from polychirp.waveform import DiverseTriangular, Sawtooth, Triangular
@@ -45,6 +46,10 @@ def observed(one, cleaned=None):
     return Observation.of(one, cleaned or mitigated(None, one))
 
 
+def mapped(seen, axes):
+    return coherent_map(seen, Profiles.of(seen, seen.samples, axes).mixed(seen.mixing))
+
+
 @pytest.mark.parametrize("kind", FRAMES)
 @pytest.mark.parametrize("is_filtered", [False, True])
 def test_the_map_is_the_sum_over_all_samples(kind, is_filtered):
@@ -54,7 +59,7 @@ def test_the_map_is_the_sum_over_all_samples(kind, is_filtered):
         one = replace(one, high_pass=HighPass(corners=(50e3,)))
     seen = observed(one)
     axes = map_axes(seen, LIMITS)
-    fast = coherent_map(seen, seen.samples, axes)
+    fast = mapped(seen, axes).power
     drawn = np.random.default_rng(6).integers(0, fast.shape, size=(60, 2))
     top = np.array(np.unravel_index(np.argmax(fast), fast.shape))
     cells = np.vstack([top + np.array([[0, 0], [1, 0], [0, 1]]), drawn])
@@ -70,8 +75,8 @@ def test_the_map_of_a_point_peaks_at_its_place_with_all_its_power():
     one = frame("diverse", [HandPoint(range=12.3, range_rate=-7.7, power=1.0)], noise=1e-9)
     seen = observed(one)
     axes = map_axes(seen, LIMITS)
-    power = coherent_map(seen, seen.samples, axes)
-    found = peaks(power, floors(power, 4), axes, 10.0)
+    whole = mapped(seen, axes)
+    found = peaks(whole, floors(whole.power, 4), axes, 10.0)
     best = np.argmax(found.power)
     late = seen.model.time - float(one.schedule.start_time[0])
     assert found.range[best] == pytest.approx(12.3 - 7.7 * late, abs=0.02)
@@ -84,13 +89,13 @@ def test_missing_samples_neither_add_power_nor_count():
     weight = one.times.is_sample * (np.arange(one.times.most_samples) % 3 > 0)
     seen = observed(one, with_weights(one, weight))
     axes = map_axes(seen, LIMITS)
-    assert coherent_map(seen, seen.samples, axes).mean() == pytest.approx(4 * 2.0, rel=0.04)
+    assert mapped(seen, axes).power.mean() == pytest.approx(4 * 2.0, rel=0.04)
 
 
 def test_the_floor_is_the_noise_power():
     one = frame("diverse", [], noise=2.0)
     seen = observed(one)
-    floor = floors(coherent_map(seen, seen.samples, map_axes(seen, LIMITS)), 4)
+    floor = floors(mapped(seen, map_axes(seen, LIMITS)).power, 4)
     assert np.median(floor) == pytest.approx(2.0, rel=0.05)
 
 

@@ -1,0 +1,90 @@
+"""Whether the ramps agree that there is a point.
+
+A point has one amplitude on all ramps. Where rising and falling ramps differ by more than noise
+explains, beats of two bodies meet, or those of one body alone whose amplitude changes during the
+frame. And power that adds up on no ramp with another is noise, interference, or the rest of such a
+body: a point must stand out of it as out of noise.
+"""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from polychirp.axes import BoolArray, ComplexArray, FloatArray
+from polychirp.receiver.coherent.observation import Observation
+from polychirp.receiver.coherent.points import Points
+from polychirp.receiver.coherent.signals import moments
+
+DEVIATIONS = 5.0
+"""Standard deviations of noise above which the spread of the ramps is a floor of its own; chosen:
+some 10⁵ cells of noise stay below."""
+
+LEAST_AGREEMENT = 4.0
+"""Power of all ramps over that of the difference between rising and falling ones, less its mean in
+noise, from which there is a point; chosen: beats that only one kind of ramps has give 1."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Agreement:
+    """What the ramps show at the beats of places, W, each ``(place,)``.
+
+    Parameters
+    ----------
+    power : sum of all ramps in phase, over the number of samples, summed over channels
+    difference : power by which separate amplitudes on rising and falling ramps fit better; zero
+        if all ramps are of one direction
+    spread : power of what does not add up, per channel and degree of freedom: the noise power of a
+        sample, in white noise
+    num_averaged : degrees of freedom of ``spread``
+    num_channels : of the array
+    """
+
+    power: FloatArray
+    difference: FloatArray
+    spread: FloatArray
+    num_averaged: int
+    num_channels: int
+
+    @classmethod
+    def at(cls, seen: Observation, residual: ComplexArray, points: Points) -> Self:
+        """Sums over the residual at the motions of points that are not subtracted from it."""
+        rises = seen.model.schedule.slope > 0
+        shape = seen.shape(points.motion, points.sine)[..., 0]
+        weight = seen.weights(points.motion)[:, None]
+        sums = moments(residual, seen.present, seen.phases(points.motion), seen.model.times)[0]
+        value = np.einsum("ab,pbk->pak", seen.mixing, weight * sums * shape.conj())
+        size = np.mean(weight * seen.count * np.abs(shape) ** 2, axis=1)
+        power = _power(value, size)
+        num_averaged = value.shape[1] * (rises.size - 1)
+        energy = np.sum(np.abs(value) ** 2 / size[:, None], axis=(1, 2))
+        difference = np.zeros(len(points))
+        if np.any(rises) and not np.all(rises):
+            sides = (_power(value[..., side], size[:, side]) for side in (rises, ~rises))
+            difference = sum(sides) - power
+        return cls(
+            power=power,
+            difference=difference,
+            spread=np.maximum(energy - power, 0.0) / max(num_averaged, 1),
+            num_averaged=num_averaged,
+            num_channels=value.shape[1],
+        )
+
+    def shows_points(self, floor: FloatArray, threshold: float) -> BoolArray:
+        """Mask of the places at which there is a point, ``(place,)``.
+
+        Parameters
+        ----------
+        floor : noise power of a sample, W, ``(place,)``
+        threshold : least power over it
+        """
+        least = 1.0 + DEVIATIONS / np.sqrt(max(self.num_averaged, 1))
+        noise = np.where(self.spread > least * floor, self.spread, floor)
+        beyond_noise = self.difference - self.num_channels * floor
+        is_one = self.power > LEAST_AGREEMENT * beyond_noise
+        return np.asarray(is_one & (self.power > threshold * noise), dtype=np.bool_)
+
+
+def _power(value: ComplexArray, size: FloatArray) -> FloatArray:
+    """Power of the sum over ramps, over the number of samples, ``(place,)``."""
+    return np.asarray(np.sum(np.abs(value.sum(axis=-1)) ** 2, axis=1) / size.sum(axis=-1))

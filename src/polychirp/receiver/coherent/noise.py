@@ -1,0 +1,78 @@
+r"""Noise that differs between ramps, frequencies and channels, as interference makes it.
+
+An interferer of another slope crosses a ramp's beats as a burst: on some ramps it raises some
+frequencies by tens of dB, and it arrives from one direction. An echo is on all ramps alike. Sums of
+measurements of unequal variance :math:`\sigma_k^2` are least noisy with the weights
+:math:`1/\sigma_k^2`, and channels with the covariance matrix :math:`C` are made white by
+:math:`C^{-1/2}` (Kay 1998, Fundamentals of Statistical Signal Processing II, 4.5).
+"""
+
+import numpy as np
+
+from polychirp.axes import ComplexArray, FloatArray
+from polychirp.receiver.coherent.observation import Observation
+from polychirp.receiver.signal_model.point_signal import hann_weights
+
+LEAST_RAMPS = 5
+"""Least number of ramps of one direction of which a median tells the usual level; chosen."""
+
+LEAST_CELLS = 32.0
+"""Least width over which a level is the median, in resolution cells of a ramp; chosen: many times
+as wide as an echo, which does not count then."""
+
+LEAST_VALUES = 128
+"""Least number of values, over cells and channels, from which a level is taken; chosen: noise makes
+differences of some 15 % then."""
+
+LEAST_EXCESS = 2.0
+"""Level of a ramp over the median from which it counts less; chosen: 6 deviations in noise."""
+
+LEAST_EIGENVALUE = 1e-6
+"""Least eigenvalue of a channel covariance over its mean; chosen: it bounds what is made white."""
+
+
+def ramp_weights(seen: Observation, residual: ComplexArray) -> FloatArray:
+    """Weight of every ramp at every frequency: the median level over its own, or 1.
+
+    The median is taken over the ramps of the same direction, at frequencies of the same range: the
+    beats of echoes in motion are lower or higher on rising ramps than on falling ones.
+
+    Returns
+    -------
+    ``(ramp, bin)``, for the frequencies of a transform of `Observation.num_bins`
+    """
+    from scipy.ndimage import median_filter
+
+    slope, times = seen.model.schedule.slope, seen.model.times
+    window = hann_weights(seen.present)
+    power = np.sum(np.abs(np.fft.fft(residual * window, seen.num_bins, axis=-1)) ** 2, axis=0)
+    power /= np.sum(window**2, axis=-1, keepdims=True)
+    cells = max(LEAST_CELLS, LEAST_VALUES / len(residual))
+    width = round(cells * seen.num_bins / float(np.median(times.num_samples)))
+    level = np.fft.fftshift(median_filter(power, (1, width), mode="wrap"), axes=-1)
+    frequency = np.fft.fftshift(np.fft.fftfreq(seen.num_bins))
+    weight = np.ones_like(level)
+    for ramps in (np.flatnonzero(slope > 0), np.flatnonzero(slope < 0)):
+        if ramps.size >= LEAST_RAMPS:
+            usual = _usual(level[ramps], frequency, slope[ramps] / slope[ramps].mean())
+            excess = level[ramps] / np.maximum(usual, np.finfo(np.float64).tiny)
+            weight[ramps] = np.where(excess > LEAST_EXCESS, 1.0 / excess, 1.0)
+    return np.asarray(np.fft.ifftshift(weight, axes=-1))
+
+
+def _usual(level: FloatArray, frequency: FloatArray, stretch: FloatArray) -> FloatArray:
+    """Median of the levels at frequencies of the same range, at those of each ramp."""
+    rows = zip(level, stretch, strict=True)
+    aligned = np.array([np.interp(frequency * factor, frequency, row) for row, factor in rows])
+    median = np.median(aligned, axis=0)
+    return np.array([np.interp(frequency / factor, frequency, median) for factor in stretch])
+
+
+def whitening(covariance: ComplexArray) -> ComplexArray:
+    """The matrix that makes channels of this covariance white, ``(channel, channel)``.
+
+    The mean of their powers stays.
+    """
+    value, vector = np.linalg.eigh(covariance)
+    value = np.maximum(value / value.mean(), LEAST_EIGENVALUE)
+    return np.asarray((vector / np.sqrt(value)) @ vector.conj().T)

@@ -1,0 +1,127 @@
+"""Range transforms of all ramps on one axis of range, ready to be added up in phase."""
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from polychirp.axes import ComplexArray, FloatArray, IntArray
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.receiver.coherent.observation import Observation
+from polychirp.receiver.signal_model.grid import Grid
+
+STEPS_PER_RANGE = 2
+"""Steps of the profiles per range of the map; chosen: at four steps per range cell, the nearest
+step loses 0.2 dB at most."""
+
+BINS_PER_SAMPLE = 4
+"""Length of a ramp's Fourier transform over its number of samples; chosen for the interpolation."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Profiles:
+    """Weighted range transforms.
+
+    A point at (R, v) stands at the range :math:`R + v (t_k - t_0 + f_k/b_k)` of ramp k, with
+    :math:`t_k` the middle of its window and :math:`f_k` the frequency then. The phases refer to
+    that middle; those of a point at rest are removed, except that of the mean frequency.
+
+    Parameters
+    ----------
+    value : V, sums over the samples of a ramp times their weight, ``(channel, ramp, step)``
+    weight : number of the ramp's samples times their weight, ``(ramp, step)``
+    axes : of the map; steps are ``1 / STEPS_PER_RANGE`` of its ranges
+    first : number of steps from the map's first range to the profiles' own
+    """
+
+    value: NDArray[np.complex64]
+    weight: NDArray[np.float32]
+    axes: Grid
+    first: int
+
+    @classmethod
+    def of(cls, seen: Observation, residual: ComplexArray, axes: Grid) -> Self:
+        """Profiles of ``residual`` ``(channel, ramp, fast)`` wherever points of the map stand."""
+        step = axes.range_step / STEPS_PER_RANGE
+        ends = np.rint(_shifts(seen, axes.range_rate[[0, -1]]) / step).astype(np.int64)
+        first = int(ends.min())
+        size = int(ends.max()) - first + STEPS_PER_RANGE * axes.range.size
+        ranges = axes.range[0] + step * (first + np.arange(size))
+        beat = 2.0 / SPEED_OF_LIGHT * ranges[:, None] * seen.model.schedule.slope
+        share = seen.weight_at(beat).T.astype(np.float32)
+        return cls(
+            value=_transforms(seen, residual, ranges) * share,
+            weight=share * seen.count[:, None].astype(np.float32),
+            axes=axes,
+            first=first,
+        )
+
+    def mixed(self, matrix: ComplexArray) -> Self:
+        """The profiles of other channels, which are these times a matrix."""
+        return replace(self, value=np.tensordot(matrix.astype(np.complex64), self.value, 1))
+
+    def places(self, seen: Observation, range_rate: FloatArray) -> tuple[IntArray, ComplexArray]:
+        """Step of the map's first range on each ramp, and the ramps' phasors, ``(rate, ramp)``."""
+        step = self.axes.range_step / STEPS_PER_RANGE
+        place = np.rint(_shifts(seen, range_rate) / step).astype(np.int64)
+        elapsed = seen.middle - seen.model.time
+        way = seen.frequency * range_rate[:, None] * elapsed
+        way -= (seen.frequency - seen.frequency.mean()) * step * place
+        return place - self.first, np.exp(-2j * np.pi * ((2.0 / SPEED_OF_LIGHT * way) % 1.0))
+
+    def sums(self, seen: Observation, range_rate: FloatArray) -> NDArray[np.complex64]:
+        """Sums of the ramps in phase at a few range rates, ``(channel, rate, range)``."""
+        place, turn = self.places(seen, range_rate)
+        channels, ramps = self.value.shape[:2]
+        out = np.zeros((channels, range_rate.size, self.axes.range.size), dtype=np.complex64)
+        width = STEPS_PER_RANGE * self.axes.range.size
+        for i in range(range_rate.size):
+            for k in range(ramps):
+                low = place[i, k]
+                shifted = self.value[:, k, low : low + width : STEPS_PER_RANGE]
+                out[:, i] += np.complex64(turn[i, k]) * shifted
+        return out
+
+
+def _shifts(seen: Observation, range_rate: FloatArray) -> FloatArray:
+    """Range of a point on each ramp's profile less its range in mid-frame, ``(rate, ramp)``."""
+    slope = seen.model.schedule.slope
+    return range_rate[:, None] * (seen.middle - seen.model.time + seen.frequency / slope)
+
+
+def _transforms(
+    seen: Observation, residual: ComplexArray, ranges: FloatArray
+) -> NDArray[np.complex64]:
+    """Range transforms at ``ranges``, ``(channel, ramp, range)``."""
+    from scipy.fft import fft, next_fast_len
+
+    times, slope = seen.model.times, seen.model.schedule.slope
+    channels, ramps, fast = residual.shape
+    size = next_fast_len(BINS_PER_SAMPLE * fast)
+    out = np.empty((channels, ramps, ranges.size), dtype=np.complex64)
+    buffer = np.zeros((channels, size), dtype=np.complex64)
+    delay = 2.0 * ranges / SPEED_OF_LIGHT
+    for k in range(ramps):
+        count = int(times.num_samples[k])
+        half = (count - 1) // 2
+        buffer[:] = 0.0
+        buffer[:, : count - half] = residual[:, k, half:count]
+        buffer[:, size - half :] = residual[:, k, :half]
+        spectrum = fft(buffer, axis=1)
+        beat = slope[k] * delay
+        place = (beat * size / times.rate) % size
+        low = place.astype(np.int64) % size
+        share = (place - np.floor(place)).astype(np.float32)
+        value = spectrum[:, low] * (1 - share) + spectrum[:, (low + 1) % size] * share
+        offset = 0.5 * (count - 1) - half  # the middle of the window lies between two samples
+        cycles = (
+            (seen.frequency[k] - seen.frequency.mean()) * delay
+            - 0.5 * slope[k] * delay**2
+            - beat * offset / times.rate
+        )
+        phase = -2.0 * np.pi * (cycles % 1.0)
+        if seen.model.high_pass is not None:
+            phase = phase - np.angle(seen.model.high_pass.response(beat))
+        out[:, k] = value * np.exp(1j * phase)
+    return out
