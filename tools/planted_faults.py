@@ -34,8 +34,8 @@ LIST: Final = Path(__file__).with_suffix(".toml")
 NEEDED_SHARE: Final = 0.95
 """Share of the faults that the quick tests must notice for the program to end with 0."""
 
-COPIED: Final = ("docs", "schemas", "src", "studies", "tests", "tools", "pyproject.toml")
-"""Folders and files that the tests need."""
+NOT_COPIED: Final = (".git", ".venv", ".*_cache", "shared")
+"""Files and folders that the tests do without."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -99,13 +99,8 @@ def noticed_by(fault: Fault) -> str:
 
 
 def _copy(root: Path) -> None:
-    root.mkdir()
-    for name in COPIED:
-        source = ROOT / name
-        if source.is_dir():
-            shutil.copytree(source, root / name)  # with times, so that compiled kernels are valid
-        else:
-            shutil.copy2(source, root / name)
+    # with times, so that compiled kernels are valid
+    shutil.copytree(ROOT, root, ignore=shutil.ignore_patterns(*NOT_COPIED))
 
 
 def _first_failure(root: Path, tests: Sequence[str]) -> str:

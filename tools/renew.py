@@ -124,6 +124,7 @@ RECORDS: Final = (
     _table("ghosts", 15, program="ghost"),
     _table("statistics", 180),
     _table("receiver", 12),
+    _table("streets", 12, program="street"),
     _figure("diversity-figure", "diversity", 0.1, "docs/validation/diversity.json"),
     _figure("ghosts-figure", "ghosts", 0.1, "docs/validation/ghosts.json"),
     _figure("receiver-figure", "receivers", 0.1, "docs/validation/receiver.json"),

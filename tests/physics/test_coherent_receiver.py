@@ -240,3 +240,22 @@ def test_interference_on_some_ramps_costs_no_more_than_these_ramps(family):
         others += seen.num_detections - here
     assert found >= 9
     assert others <= 1
+
+
+def test_interference_from_one_direction_on_all_ramps_hides_only_that_direction():
+    """It is 20 dB above the noise. A point a beam beside it loses a few dB to the null."""
+    found = others = 0
+    for trial in range(10):
+        draw = np.random.default_rng([42, trial])
+        schedule = ramps("diverse", trial)
+        point = replace(drawn_points(draw, 1)[0], azimuth=draw.uniform(-0.9, -0.3), power=1.0)
+        total = np.sum(frame_of(schedule, []).times.is_sample) * 4
+        one = frame_of(schedule, [replace(point, power=300.0 / total)], seed=trial)
+        one = with_noisy_ramps(one, np.full(schedule.num_ramps, 100.0), azimuth=0.3, seed=trial)
+        seen = CoherentReceiver(false_alarm_probability=1e-8).detect(one)
+        here = num_found(seen, true_motions(schedule, [point]))
+        found += here
+        assert seen.azimuth[np.argmax(seen.snr)] == pytest.approx(point.azimuth, abs=0.12)
+        others += seen.num_detections - here
+    assert found >= 9
+    assert others <= 1

@@ -38,6 +38,8 @@ from tools.pages.speed_table import RECORD as SPEED
 from tools.pages.speed_table import speed_tables
 from tools.pages.statistics_table import RECORD as STATISTICS
 from tools.pages.statistics_table import statistics_table
+from tools.pages.street_table import RECORD as STREETS
+from tools.pages.street_table import street_table
 from tools.pages.validation import Comparison, read_comparisons
 
 RECORD: Final = "comparisons.json"
@@ -217,6 +219,8 @@ def rendered(folder: Path) -> dict[str, str]:
         common |= speed_tables(folder)
     if (folder / RECEIVER).exists():
         common |= receiver_tables(folder)
+    if (folder / STREETS).exists():
+        common["receiver-streets"] = street_table(folder)
     pages = {}
     for name, text in texts.items():
         mine = [row for row in rows if row.page == Path(name).stem]

@@ -99,7 +99,8 @@ def _sums(seen: Observation, residual: ComplexArray, points: Points) -> ComplexA
     """Sums over each ramp without the points' phases, ``(point, channel, ramp)``."""
     sums = moments(residual, seen.present, seen.phases(points.motion), seen.model.times)[0]
     shape = seen.shape(points.motion, points.sine)[..., 0]
-    return np.asarray(sums * shape.conj() * seen.weights(points.motion)[:, None])
+    matched = sums * shape.conj() * seen.weights(points.motion)[:, None]
+    return np.asarray(np.einsum("ab,pbk->pak", seen.mixing, matched))
 
 
 def _power(sums: ComplexArray, turns: ComplexArray | FloatArray) -> FloatArray:

@@ -5,15 +5,14 @@ from typing import Literal
 
 import numpy as np
 
-from polychirp.axes import ComplexArray, FloatArray, IntArray
+from polychirp.axes import ComplexArray, FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame
 from polychirp.model.ramp import RampSchedule
-from polychirp.receiver.angle.doa import AngleEstimator, azimuths
-from polychirp.receiver.angle.two_waves import two_waves
 from polychirp.receiver.clustering import merged
 from polychirp.receiver.coherent.coherent_map import map_axes
+from polychirp.receiver.coherent.directions import directions
 from polychirp.receiver.coherent.false_alarms import expected_peaks, map_area, threshold_of
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.points import Points
@@ -33,7 +32,7 @@ class CoherentReceiver(SearchSettings):
     added; peaks above a threshold of which all ramps agree (`agreement`); for each an acceleration,
     and a fit of motion and amplitudes to the samples; subtraction; and again, until the map shows
     noise alone. A point whose channels have two plane waves becomes two detections
-    (`angle.two_waves`).
+    (`directions`).
 
     A weak point needs no more SNR than a matched filter of the whole frame asks for. Points one
     resolution cell apart in range or range rate are separate, and 60 dB of power apart if they are
@@ -81,7 +80,7 @@ class CoherentReceiver(SearchSettings):
     def detect(self, frame: IfFrame) -> Detections:
         """Detections of one frame, strongest first; range and azimuth in the frame's middle."""
         seen = Observation.of(frame, mitigated(self.mitigation, frame))
-        points = find_points(
+        points, seen = find_points(
             seen,
             map_axes(seen, self),
             threshold=threshold_of(
@@ -128,7 +127,9 @@ class CoherentReceiver(SearchSettings):
         is_inside = (distance >= self.least_range) & (distance <= self.greatest_range)
         points = points[is_inside & (np.abs(rate) <= self.greatest_speed)]
         spacing = spacing * float(seen.frequency.mean()) / SPEED_OF_LIGHT
-        number, azimuth, share = _directions(points, spacing=spacing, estimator=self.angle)
+        number, azimuth, share = directions(
+            points, seen.mixing, spacing=spacing, estimator=self.angle
+        )
         power = np.mean(np.abs(points.amplitude[number]) ** 2, axis=1) * share
         order = np.argsort(-power, kind="stable")
         number = number[order]
@@ -140,22 +141,3 @@ class CoherentReceiver(SearchSettings):
             power=power[order],
             snr=(points.power[number] * share[order]),
         )
-
-
-def _directions(
-    points: Points, *, spacing: float, estimator: AngleEstimator
-) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Point, azimuth, rad, and share of the point's power of every detection, ``(detection,)``."""
-    azimuth = azimuths(points.amplitude[:, :, None], spacing=spacing, estimator=estimator)
-    found = [(n, float(angle), 1.0) for n, angle in enumerate(azimuth)]
-    for n, amplitude in enumerate(points.amplitude):
-        total = float(np.sum(np.abs(amplitude) ** 2))
-        snapshot = amplitude * np.sqrt(points.power[n] / total)  # of unit noise
-        waves = two_waves(snapshot, spacing=spacing)
-        if waves is not None:
-            angles = np.arcsin(np.clip(waves.sine, -1.0, 1.0))
-            shares = amplitude.size * np.abs(waves.amplitude) ** 2 / points.power[n]
-            found[n] = (n, float(angles[0]), float(shares[0]))
-            found.append((n, float(angles[1]), float(shares[1])))
-    number, angle, share = np.array(found).reshape(-1, 3).T
-    return number.astype(np.int64), angle, share

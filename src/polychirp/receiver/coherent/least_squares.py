@@ -69,20 +69,28 @@ def step_from(seen: Observation, points: Points, sums: ComplexArray, *, share: f
     turn = np.ones_like(matched)
     if share > 0.0:
         slopes, common = _centred(seen, motion)
-        change, won = _motion_step(points, slopes, gram, inverse, value, moment, matched)
+        white = replace(points, amplitude=_mixed(seen, points.amplitude))
+        mixed = (_mixed(seen, sums) for sums in (value, moment, matched))
+        change, won = _motion_step(white, slopes, gram, inverse, *mixed)
         change = share * _limited(seen, change)
         turn = np.exp(-1j * np.einsum("pmi,pi->pm", common, change))
         matched = matched - _turn(points, slopes, gram, change)
     added = inverse @ matched
     won += float(np.real(np.vdot(matched, added)))
     amplitude = (points.amplitude + added) * turn
-    white = amplitude @ seen.mixing.T
-    power = np.sum(np.abs(white) ** 2, axis=1) / np.maximum(np.diag(inverse).real, 1e-300)
+    power = np.sum(np.abs(_mixed(seen, amplitude)) ** 2, axis=1) / np.maximum(
+        np.diag(inverse).real, 1e-300
+    )
     moved = replace(points, motion=motion + change, amplitude=amplitude)
     return Step(
         points=replace(moved, sine=sines(seen, amplitude), power=np.asarray(power / points.floor)),
         gain=won / float(np.min(points.floor)),
     )
+
+
+def _mixed(seen: Observation, value: ComplexArray) -> ComplexArray:
+    """Values ``(point, channel, …)`` on channels whose noise is white."""
+    return np.asarray(np.einsum("ab,pb...->pa...", seen.mixing, value))
 
 
 def sines(seen: Observation, amplitude: ComplexArray) -> FloatArray:

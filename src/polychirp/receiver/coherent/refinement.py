@@ -94,7 +94,7 @@ def divided(
         group, left = relaxed(
             seen, without(seen, residual, fresh), points[near] + fresh, sweeps=SWEEPS_OF_A_PAIR
         )
-        if _loss(seen, left, residual, points[near]) >= threshold * points.floor[n]:
+        if _rise(seen, left, residual, points[near]) >= threshold * points.floor[n]:
             moved = np.arange(len(near))
             points = points.replaced(near, group[moved]) + group[np.array([len(near)])]
             residual = left
@@ -148,7 +148,7 @@ def pruned(
         near = np.flatnonzero(is_near)
         added = without(seen, residual, points[np.array([weakest])].negated)
         others, alone = relaxed(seen, added, points[near], sweeps=SWEEPS_WITHOUT_A_POINT)
-        loss = _loss(seen, residual, alone, points[np.array([weakest])])
+        loss = _rise(seen, residual, alone, points[np.array([weakest])])
         if loss < threshold * points.floor[weakest]:
             is_kept[weakest] = False
             points, residual = points.replaced(near, others), alone
@@ -156,18 +156,12 @@ def pruned(
 
 
 def _rise(seen: Observation, before: ComplexArray, after: ComplexArray, points: Points) -> float:
-    """Rise of the weighted sum of the powers of all samples by a change of ``points``."""
+    """Rise of the power of all samples, where noise is white, by a change of ``points``."""
     weight = np.mean(seen.weights(points.motion), axis=0)
-    return float(weight @ (_energies(after) - _energies(before)))
+    return float(weight @ (_energies(seen, after) - _energies(seen, before)))
 
 
-def _loss(seen: Observation, before: ComplexArray, after: ComplexArray, points: Points) -> float:
-    """The same, of channels whose noise is white."""
-    before, after = (np.tensordot(seen.mixing, residual, 1) for residual in (before, after))
-    return _rise(seen, before, after, points)
-
-
-def _energies(samples: ComplexArray) -> FloatArray:
-    """Sum of the powers of all samples of every ramp, ``(ramp,)``."""
-    parts = samples.view(np.float64)
+def _energies(seen: Observation, residual: ComplexArray) -> FloatArray:
+    """Sum of the powers of all samples of every ramp, of white channels, ``(ramp,)``."""
+    parts = np.tensordot(seen.mixing, residual, 1).view(np.float64)
     return np.asarray(np.einsum("mkn,mkn->k", parts, parts))

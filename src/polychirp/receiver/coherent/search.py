@@ -60,8 +60,10 @@ def find_points(
     threshold: float,
     dynamic_range: float,
     most: int,
-) -> Points:
+) -> tuple[Points, Observation]:
     """Points whose power exceeds ``threshold`` times the noise power of a sample.
+
+    The observation comes back with the noise that they leave.
 
     Parameters
     ----------
@@ -95,7 +97,7 @@ def find_points(
     points, residual = divided(seen, residual, points, least)
     points, residual = pruned(seen, residual, points, min(least, threshold))
     needed = np.where(overlaps_another(seen, points), min(least, threshold), threshold)
-    return points[points.power >= needed]
+    return points[points.power >= needed], seen
 
 
 def adapted(seen: Observation, residual: ComplexArray, axes: Grid) -> tuple[Observation, Profiles]:

@@ -177,3 +177,14 @@ def test_an_acceleration_is_found_from_the_motion_without_it(acceleration):
     found = accelerated(seen, seen.samples, start).motion[0]
     assert found[2] == pytest.approx(true[0, 2], abs=5.0)
     assert found[1] == pytest.approx(true[0, 1], abs=0.1)
+
+
+def test_an_accelerated_point_is_found_from_a_range_that_is_wrong_by_a_cell():
+    """The peak of its rising ramps alone is as far away."""
+    point = HandPoint(range=5.0, range_rate=-9.0, acceleration=60.0, spreads=True)
+    seen = observed([point], noise=1e-3)
+    true = in_the_middle(seen, [point])
+    start = points_at(seen, true * [1.0, 1.0, 0.0] + [seen.range_cell, 0.0, 0.0], floor=1e-3)
+    found = accelerated(seen, seen.samples, start).motion[0]
+    assert found[0] == pytest.approx(true[0, 0], abs=0.3 * seen.range_cell)
+    assert found[2] == pytest.approx(true[0, 2], abs=5.0)

@@ -104,7 +104,7 @@ def adapted(one, axes):
 @pytest.mark.parametrize("kind", RAMPS)
 def test_the_weighted_map_is_the_weighted_sum_over_all_samples(kind):
     point = HandPoint(range=12.3, range_rate=-7.7, power=0.5)
-    one = noisy(frame(kind, [point]), [2, 5, 11], 30.0)
+    one = noisy(frame(kind, [point]), [2, 4, 6], 30.0)
     axes = map_axes(observed(one), LIMITS)
     seen, profiles = adapted(one, axes)
     fast = coherent_map(seen, profiles)
@@ -118,8 +118,10 @@ def test_the_weighted_map_is_the_weighted_sum_over_all_samples(kind):
     assert exact.power[0] == pytest.approx(slow[0], rel=1e-3)
     assert exact.power == pytest.approx(slow, rel=0.15)  # the azimuth's delays turn side lobes
     assert near.power[0] == pytest.approx(slow[0], rel=0.1)
+    assert near.difference[0] < 0.02 * near.power[0]
     assert np.median(near.power) == pytest.approx(np.median(slow), rel=0.15)
-    assert np.median(near.difference) == pytest.approx(np.median(exact.difference), rel=0.2)
+    apart = np.abs(near.difference - exact.difference)
+    assert np.median(apart) < 0.3 * np.median(exact.difference)
     assert np.mean(np.abs(near.spread - exact.spread) < 0.35 * exact.spread) > 0.8
     assert np.median(near.spread) == pytest.approx(np.median(exact.spread), rel=0.1)
 

@@ -1,0 +1,146 @@
+"""Both receivers on ray-traced streets with unmitigated interference.
+
+The street is that of the paper with the bodies, mirrors and bounces of the default tracer. Speeds
+and places are redrawn for every street. Two radars receive, each with its interferer; both
+receivers read the same frames.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from polychirp.model.baseband import Progress, no_progress
+from polychirp.receiver.chain import Receiver
+from polychirp.receiver.coherent.chain import CoherentReceiver
+from polychirp.rng import Streams
+from polychirp.scoring.statistics import Estimate, mean_count, proportion
+from polychirp.study.paper.results import WaveformKind
+from polychirp.study.paper.scenarios import TARGETS_OF_RADAR, paper_study
+from polychirp.study.spec import Study, scene_of, schedules_of
+from polychirp.study.trial import VictimResult, receive_and_score, trace_frame
+from polychirp.synthesis.received_frame import synthesize
+from polychirp.synthesis.stretch.engine import Stretch
+from polychirp.units import from_db
+
+NUM_STREETS: Final = 6
+"""Number of streets that are drawn; chosen: 12 minutes of one core."""
+
+FIRST_STREET: Final = 100
+"""Number of the first one: the receivers were made on streets of lower numbers."""
+
+SPREAD_OF_SPEEDS, SPREAD_OF_PLACES = 1.5, 0.3
+"""Greatest changes of a vehicle's speed, m/s, and of its place, m."""
+
+WAVEFORMS: Final[tuple[WaveformKind, ...]] = ("conventional", "diverse")
+"""Waveforms of all radars of a street."""
+
+PAIRS: Final = (("vehicle-1", "vehicle-3"), ("vehicle-2", "vehicle-4"))
+"""Radars that receive, and the interferer of each."""
+
+RECEIVERS: Final[Mapping[str, Receiver | CoherentReceiver]] = {
+    "joint": Receiver(),
+    "coherent": CoherentReceiver(dynamic_range=from_db(40.0)),
+}
+"""Both have 40 dB of dynamic range."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StreetRow:
+    """What one receiver finds with one waveform.
+
+    Parameters
+    ----------
+    found : share of the visible targets
+    unexplained : mean number of detections per frame that no body, ghost or known path explains
+    detections : mean number of all detections per frame
+    seconds : mean time of a frame
+    """
+
+    waveform: str
+    receiver: str
+    found: Estimate
+    unexplained: Estimate
+    detections: Estimate
+    seconds: float
+    num_trials: int
+
+
+def traced_streets(
+    *, num_streets: int = NUM_STREETS, progress: Progress = no_progress
+) -> tuple[StreetRow, ...]:
+    """Rows of all waveforms and receivers."""
+    read: dict[tuple[str, str], list[tuple[VictimResult, float]]] = {}
+    for number in range(num_streets):
+        progress("streets", number, num_streets)
+        for waveform in WAVEFORMS:
+            for receiver, one, seconds in _readings(waveform, FIRST_STREET + number):
+                read.setdefault((waveform, receiver), []).append((one, seconds))
+    return tuple(_row(*key, readings) for key, readings in read.items())
+
+
+def drawn_street(waveform: WaveformKind, number: int) -> Study:
+    """The paper's street whose vehicles have other speeds and places."""
+    study = paper_study(waveform, seed=1 + number)
+    draw = np.random.default_rng([77, number])
+    vehicles = tuple(
+        replace(
+            vehicle,
+            speed=vehicle.speed and vehicle.speed + draw.uniform(-1, 1) * SPREAD_OF_SPEEDS,
+            x=vehicle.x + draw.uniform(-1, 1) * SPREAD_OF_PLACES,
+            y=vehicle.y + draw.uniform(-1, 1) * SPREAD_OF_PLACES,
+        )
+        for vehicle in study.street.vehicles
+    )
+    return replace(study, street=replace(study.street, vehicles=vehicles))
+
+
+def _readings(waveform: WaveformKind, number: int) -> Iterator[tuple[str, VictimResult, float]]:
+    """Every receiver's name, what it makes of a frame of each radar, and its seconds."""
+    study = drawn_street(waveform, number)
+    scene, schedules = scene_of(study), schedules_of(study)
+    traced = trace_frame(study.tracer, scene, schedules, refresh_interval=study.refresh_interval)
+    for name, interferer in PAIRS:
+        victim = scene.radar_index(name)
+        frame, parts = synthesize(
+            Stretch(),
+            scene,
+            schedules,
+            traced,
+            victim=victim,
+            interferers=[scene.radar_index(interferer)],
+            streams=Streams(1 + number),
+        )
+        for kind, receiver in RECEIVERS.items():
+            begin = time.perf_counter()
+            one = receive_and_score(
+                receiver,
+                scene,
+                traced,
+                victim=victim,
+                frame=frame,
+                parts=parts,
+                targets=TARGETS_OF_RADAR[name],
+            )
+            yield kind, one, time.perf_counter() - begin
+
+
+def _row(waveform: str, receiver: str, readings: list[tuple[VictimResult, float]]) -> StreetRow:
+    received = [one for one, _ in readings]
+    visible = [one.truth.is_visible for one in received]
+    pairs = zip(received, visible, strict=True)
+    hits = [np.sum(one.score.is_detected & is_visible) for one, is_visible in pairs]
+    natures = [list(one.score.nature) for one in received]
+    return StreetRow(
+        waveform=waveform,
+        receiver=receiver,
+        found=proportion(np.array(hits, dtype=np.float64), np.array([s.sum() for s in visible])),
+        unexplained=mean_count(np.array([n.count("unexplained") for n in natures], dtype=float)),
+        detections=mean_count(np.array([len(n) for n in natures], dtype=float)),
+        seconds=float(np.mean([seconds for _, seconds in readings])),
+        num_trials=len(readings),
+    )

@@ -1,0 +1,49 @@
+"""Table for docs/validation of both receivers on ray-traced streets.
+
+``python -m tools.pages.street_table FILE`` traces the streets and stores the rates as JSON.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import Final
+
+from tools.experiments.traced_streets import traced_streets
+from tools.pages.markdown import table
+
+RECORD: Final = "streets.json"
+"""File with the numbers of the table, in the folder of the pages."""
+
+
+def street_table(folder: Path) -> str:
+    """One line for every waveform and receiver."""
+    rows = json.loads((folder / RECORD).read_text(encoding="utf-8"))
+    body = [
+        (
+            row["waveform"],
+            row["receiver"],
+            str(row["num_trials"]),
+            _within(row["found"], 2),
+            _within(row["unexplained"], 1),
+            f"{row['detections']['value']:.0f}",
+            f"{row['seconds']:.0f}",
+        )
+        for row in rows
+    ]
+    head = ("waveform", "receiver", "frames", "targets found", "unexplained per frame")
+    return table((*head, "detections per frame", "s per frame"), body)
+
+
+def _within(estimate: dict[str, float], digits: int) -> str:
+    value, low, high = (f"{estimate[name]:.{digits}f}" for name in ("value", "low", "high"))
+    return f"{value} ({low}…{high})"
+
+
+if __name__ == "__main__":
+    exact = json.dumps([asdict(row) for row in traced_streets()])
+    rows = json.loads(exact, parse_float=lambda digits: float(f"{float(digits):.5g}"))
+    text = json.dumps(rows, indent=1, ensure_ascii=False) + "\n"
+    Path(sys.argv[1]).write_text(text, encoding="utf-8")
