@@ -70,20 +70,26 @@ def step_from(seen: Observation, points: Points, sums: ComplexArray, *, share: f
     if share > 0.0:
         slopes, common = _centred(seen, motion)
         white = replace(points, amplitude=_mixed(seen, points.amplitude))
-        mixed = (_mixed(seen, sums) for sums in (value, moment, matched))
-        change, won = _motion_step(white, slopes, gram, inverse, *mixed)
+        change, won = _motion_step(
+            white,
+            slopes,
+            gram,
+            inverse,
+            _mixed(seen, value),
+            _mixed(seen, moment),
+            _mixed(seen, matched),
+        )
         change = share * _limited(seen, change)
         turn = np.exp(-1j * np.einsum("pmi,pi->pm", common, change))
         matched = matched - _turn(points, slopes, gram, change)
     added = inverse @ matched
-    won += float(np.real(np.vdot(matched, added)))
+    won += float(np.real(np.vdot(_mixed(seen, matched), _mixed(seen, added))))
     amplitude = (points.amplitude + added) * turn
-    power = np.sum(np.abs(_mixed(seen, amplitude)) ** 2, axis=1) / np.maximum(
-        np.diag(inverse).real, 1e-300
-    )
+    power = np.sum(np.abs(_mixed(seen, amplitude)) ** 2, axis=1)
+    power = power / np.maximum(np.diag(inverse).real, 1e-300) / points.floor
     moved = replace(points, motion=motion + change, amplitude=amplitude)
     return Step(
-        points=replace(moved, sine=sines(seen, amplitude), power=np.asarray(power / points.floor)),
+        points=replace(moved, sine=sines(seen, amplitude), power=power),
         gain=won / float(np.min(points.floor)),
     )
 
