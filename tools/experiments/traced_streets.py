@@ -51,7 +51,7 @@ RECEIVERS: Final[Mapping[str, Receiver | CoherentReceiver]] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StreetRow:
-    """What one receiver finds with one waveform.
+    """Detections of one receiver with one waveform.
 
     Parameters
     ----------

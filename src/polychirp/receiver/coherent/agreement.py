@@ -1,4 +1,4 @@
-"""Whether the ramps agree that there is a point.
+"""Agreement of the ramps that there is a point.
 
 A point has one amplitude on all ramps. Where rising and falling ramps differ by more than noise
 explains, beats of two bodies meet, or those of one body alone whose amplitude changes during the
@@ -27,7 +27,7 @@ noise, from which there is a point; chosen: beats that only one kind of ramps ha
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Agreement:
-    """What the ramps show at the beats of places, W, each ``(place,)``.
+    """Sums over the ramps at the beats of places, W, each ``(place,)``.
 
     Parameters
     ----------

@@ -61,7 +61,7 @@ class CoherentMap:
     num_channels: int
 
     def agreement(self, cell: IntArray) -> Agreement:
-        """What the ramps show at cells ``(place, 2)``."""
+        """Sums over the ramps at the beats of cells ``(place, 2)``."""
         here = tuple(cell.T)
         return Agreement(
             power=self.power[here].astype(np.float64),
