@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -27,3 +27,13 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 def _is_number(cell: str) -> bool:
     return re.fullmatch(r"[-+−]?[\d.]+(e[-+]?\d+)?", cell) is not None
+
+
+def within(estimate: Mapping[str, float], digits: int) -> str:
+    """A stored estimate with its interval, as a cell of a table.
+
+    >>> within({"value": 0.5, "low": 0.25, "high": 0.75}, 2)
+    '0.50 (0.25…0.75)'
+    """
+    value, low, high = (f"{estimate[name]:.{digits}f}" for name in ("value", "low", "high"))
+    return f"{value} ({low}…{high})"

@@ -23,7 +23,7 @@ from tools.experiments.receivers import (
     passing_points,
     ten_points,
 )
-from tools.pages.markdown import table
+from tools.pages.markdown import table, within
 
 RECORD: Final = "receiver.json"
 """File with the numbers of the tables, in the folder of the pages."""
@@ -68,7 +68,7 @@ def _detection(rows: Sequence[Mapping[str, Any]]) -> str:
     """One line for every SNR, one column for every frame and receiver."""
     columns = list(dict.fromkeys((row["frame"], row["receiver"]) for row in rows))
     cells = {
-        (row["snr_db"], row["frame"], row["receiver"]): _within(row["detection"], 2) for row in rows
+        (row["snr_db"], row["frame"], row["receiver"]): within(row["detection"], 2) for row in rows
     }
     ideal = {row["snr_db"]: f"{row['ideal']:.2f}" for row in rows}
     body = [
@@ -91,7 +91,7 @@ def _noise(rows: Sequence[Mapping[str, Any]]) -> str:
             f"{row['probability']:.0e}".replace("e-0", "e-"),
             str(row["num_trials"]),
             f"{row['expected']:.2f}",
-            _within(row["measured"], 2),
+            within(row["measured"], 2),
         )
         for row in rows
     ]
@@ -104,12 +104,7 @@ def _compared(rows: Sequence[Mapping[str, Any]], *heads: str) -> str:
 
 
 def _cell(value: Any) -> str:
-    return _within(value, 2) if isinstance(value, Mapping) else str(value)
-
-
-def _within(estimate: Mapping[str, float], digits: int) -> str:
-    value, low, high = (f"{estimate[name]:.{digits}f}" for name in ("value", "low", "high"))
-    return f"{value} ({low}…{high})"
+    return within(value, 2) if isinstance(value, Mapping) else str(value)
 
 
 def as_record(rows: Sequence[Curve | NoiseRow | PointsRow]) -> list[dict[str, Any]]:

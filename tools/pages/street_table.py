@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Final
 
 from tools.experiments.traced_streets import traced_streets
-from tools.pages.markdown import table
+from tools.pages.markdown import table, within
 
 RECORD: Final = "streets.json"
 """File with the numbers of the table, in the folder of the pages."""
@@ -26,8 +26,8 @@ def street_table(folder: Path) -> str:
             row["waveform"],
             row["receiver"],
             str(row["num_trials"]),
-            _within(row["found"], 2),
-            _within(row["unexplained"], 1),
+            within(row["found"], 2),
+            within(row["unexplained"], 1),
             f"{row['detections']['value']:.0f}",
             f"{row['seconds']:.0f}",
         )
@@ -35,11 +35,6 @@ def street_table(folder: Path) -> str:
     ]
     head = ("waveform", "receiver", "frames", "targets found", "unexplained per frame")
     return table((*head, "detections per frame", "s per frame"), body)
-
-
-def _within(estimate: dict[str, float], digits: int) -> str:
-    value, low, high = (f"{estimate[name]:.{digits}f}" for name in ("value", "low", "high"))
-    return f"{value} ({low}…{high})"
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ in the map of constant range rates is smeared over many cells, and a fit that st
 an acceleration ends on a side lobe.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -31,6 +31,22 @@ ROUNDS = 2
 """Number of searches from one start, each around the result of the one before; chosen."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Hypotheses:
+    """Motions that one search tries: steps from where it starts.
+
+    Parameters
+    ----------
+    first : number of the first ramp of every block, ``(block,)``
+    turn : phasors of the blocks, ``(block, hypothesis)``
+    step : of range rate, m/s, and acceleration, m/s², ``(hypothesis, 2)``
+    """
+
+    first: IntArray
+    turn: ComplexArray
+    step: FloatArray
+
+
 def accelerated(seen: Observation, residual: ComplexArray, points: Points) -> Points:
     """New points with the ranges, range rates and accelerations near theirs that have most power.
 
@@ -38,8 +54,8 @@ def accelerated(seen: Observation, residual: ComplexArray, points: Points) -> Po
     several accelerations. The range may be wrong as well: the strongest peak of an accelerated body
     is where its rising or its falling ramps alone add up.
     """
-    elapsed, _ = _blocks(seen)
-    _, steps = _hypotheses(seen, elapsed)
+    tried = _hypotheses(seen)
+    steps = tried.step
     still = _sums(seen, residual, points).sum(axis=2, keepdims=True)
     least = _power(still, np.ones((1, 1)))[:, 0]
     by_noise = np.log(len(steps)) * seen.count.sum() * points.floor
@@ -48,6 +64,7 @@ def accelerated(seen: Observation, residual: ComplexArray, points: Points) -> Po
         seen,
         residual,
         points,
+        tried,
         offsets=starts[:, None] * np.array([0.0, 0.0, 1.0, 0.0]),
         least=np.maximum(LEAST_RISE * least, least + by_noise),
     )
@@ -59,6 +76,7 @@ def accelerated(seen: Observation, residual: ComplexArray, points: Points) -> Po
         seen,
         residual,
         found[moved],
+        tried,
         offsets=cells[:, None] * np.array([seen.range_cell, 0.0, 0.0, 0.0]),
         least=np.zeros(moved.size),
     )
@@ -69,6 +87,7 @@ def _best_of(
     seen: Observation,
     residual: ComplexArray,
     points: Points,
+    tried: _Hypotheses,
     *,
     offsets: FloatArray,
     least: FloatArray,
@@ -80,15 +99,13 @@ def _best_of(
     offsets : of the motion from which searches start, ``(start, 4)``
     least : power that a motion must have, ``(point,)``
     """
-    elapsed, first = _blocks(seen)
-    turns, steps = _hypotheses(seen, elapsed)
     best, most = points.motion, least
     for offset in offsets:
         motion = points.motion + offset
         for _ in range(ROUNDS):
             sums = _sums(seen, residual, replace(points, motion=motion))
-            power = _power(np.add.reduceat(sums, first, axis=2), turns)
-            motion = motion + np.pad(steps[np.argmax(power, axis=1)], ((0, 0), (1, 1)))
+            power = _power(np.add.reduceat(sums, tried.first, axis=2), tried.turn)
+            motion = motion + np.pad(tried.step[np.argmax(power, axis=1)], ((0, 0), (1, 1)))
             reached = np.max(power, axis=1)
             best = np.where((reached > most)[:, None], motion, best)
             most = np.maximum(most, reached)
@@ -116,12 +133,13 @@ def _blocks(seen: Observation) -> tuple[FloatArray, IntArray]:
     return np.add.reduceat(seen.middle - seen.model.time, first) / number, first
 
 
-def _hypotheses(seen: Observation, elapsed: FloatArray) -> tuple[ComplexArray, FloatArray]:
-    """Phasors ``(block, hypothesis)``, and their steps of range rate and acceleration.
+def _hypotheses(seen: Observation) -> _Hypotheses:
+    """Steps that change the phase by a quarter of a cycle over the frame.
 
-    The steps change the phase by a quarter of a cycle over the frame. The greatest acceleration
-    changes it by half a cycle from block to block at the ends of the frame.
+    The greatest acceleration changes it by half a cycle from block to block at the ends of the
+    frame.
     """
+    elapsed, first = _blocks(seen)
     rate_step = 0.5 * seen.range_rate_cell
     step = seen.range_rate_cell / seen.duration
     greatest = min(GREATEST_ACCELERATION, step * elapsed.size)
@@ -130,4 +148,4 @@ def _hypotheses(seen: Observation, elapsed: FloatArray) -> tuple[ComplexArray, F
     accelerations = np.arange(max(LEAST_ACCELERATION, -greatest), greatest + step, step)
     steps = np.stack(np.meshgrid(rates, accelerations, indexing="ij"), axis=-1).reshape(-1, 2)
     way = steps[:, 0] * elapsed[:, None] + 0.5 * steps[:, 1] * elapsed[:, None] ** 2
-    return np.exp(-4j * np.pi / seen.wavelength * way), steps
+    return _Hypotheses(first=first, turn=np.exp(-4j * np.pi / seen.wavelength * way), step=steps)

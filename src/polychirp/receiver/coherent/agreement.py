@@ -56,12 +56,13 @@ class Agreement:
         value = np.einsum("ab,pbk->pak", seen.mixing, weight * sums * shape.conj())
         size = np.mean(weight * seen.count * np.abs(shape) ** 2, axis=1)
         power = _power(value, size)
-        num_averaged = value.shape[1] * (rises.size - 1)
-        energy = np.sum(np.abs(value) ** 2 / size[:, None], axis=(1, 2))
+        num_averaged = value.shape[1] * (seen.num_used - 1)
+        least = np.finfo(np.float64).tiny  # a ramp without samples has no size and no value
+        energy = np.sum(np.abs(value) ** 2 / np.maximum(size, least)[:, None], axis=(1, 2))
         difference = np.zeros(len(points))
-        if np.any(rises) and not np.all(rises):
-            sides = (_power(value[..., side], size[:, side]) for side in (rises, ~rises))
-            difference = sum(sides) - power
+        sides = [side for side in (rises, ~rises) if np.any(seen.count[side] > 0)]
+        if len(sides) == 2:
+            difference = sum(_power(value[..., side], size[:, side]) for side in sides) - power
         return cls(
             power=power,
             difference=difference,

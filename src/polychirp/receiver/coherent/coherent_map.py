@@ -109,12 +109,12 @@ def channel_covariance(seen: Observation, profiles: Profiles) -> ComplexArray:
 
 def coherent_map(seen: Observation, profiles: Profiles) -> CoherentMap:
     """The map of profiles whose channels are white."""
-    channels, ramps = profiles.value.shape[:2]
-    axes = profiles.axes
+    channels, axes = len(profiles.value), profiles.axes
     place, turn = profiles.places(seen, axes.range_rate)
     rises = seen.model.schedule.slope > 0
     stride = _stride(seen, axes)
-    energy = np.sum(np.abs(profiles.value) ** 2, axis=0) / profiles.weight
+    least = np.finfo(np.float32).tiny  # a ramp without samples has no weight and no value
+    energy = np.sum(np.abs(profiles.value) ** 2, axis=0) / np.maximum(profiles.weight, least)
     tables = np.stack([profiles.weight * rises[:, None], profiles.weight, energy])
     rising, every, total = _sums_of_tables(tables, place[::stride], axes.range.size)
     split = np.stack([profiles.value[..., 0::2], profiles.value[..., 1::2]], axis=2)
@@ -129,7 +129,7 @@ def coherent_map(seen: Observation, profiles: Profiles) -> CoherentMap:
         every,
         stride,
     )
-    averaged = channels * (ramps - 1)
+    averaged = channels * (seen.num_used - 1)
     row = np.arange(axes.range_rate.size) // stride
     spread = np.maximum(total[row] - power, 0.0) / max(averaged, 1)
     return CoherentMap(

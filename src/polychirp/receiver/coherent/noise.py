@@ -46,17 +46,18 @@ def ramp_weights(seen: Observation, residual: ComplexArray) -> FloatArray:
     slope, times = seen.model.schedule.slope, seen.model.times
     window = hann_weights(seen.present)
     power = np.sum(np.abs(np.fft.fft(residual * window, seen.num_bins, axis=-1)) ** 2, axis=0)
-    power /= np.sum(window**2, axis=-1, keepdims=True)
+    power /= np.maximum(np.sum(window**2, axis=-1, keepdims=True), np.finfo(np.float64).tiny)
     cells = max(LEAST_CELLS, LEAST_VALUES / len(residual))
     width = round(cells * seen.num_bins / float(np.median(times.num_samples)))
     level = np.fft.fftshift(median_filter(power, (1, width), mode="wrap"), axes=-1)
     frequency = np.fft.fftshift(np.fft.fftfreq(seen.num_bins))
     weight = np.ones_like(level)
-    for ramps in (np.flatnonzero(slope > 0), np.flatnonzero(slope < 0)):
+    for direction in (1.0, -1.0):
+        ramps = np.flatnonzero((np.sign(slope) == direction) & (seen.count > 0))
         if ramps.size >= LEAST_RAMPS:
             usual = _usual(level[ramps], frequency, slope[ramps] / slope[ramps].mean())
             excess = level[ramps] / np.maximum(usual, np.finfo(np.float64).tiny)
-            weight[ramps] = np.where(excess > LEAST_EXCESS, 1.0 / excess, 1.0)
+            weight[ramps] = np.where(excess > LEAST_EXCESS, 1.0 / np.fmax(excess, 1.0), 1.0)
     return np.asarray(np.fft.ifftshift(weight, axes=-1))
 
 
@@ -74,5 +75,7 @@ def whitening(covariance: ComplexArray) -> ComplexArray:
     The mean of their powers stays.
     """
     value, vector = np.linalg.eigh(covariance)
+    if value.mean() <= 0.0:  # of a frame without noise
+        return np.eye(len(covariance), dtype=np.complex128)
     value = np.maximum(value / value.mean(), LEAST_EIGENVALUE)
     return np.asarray((vector / np.sqrt(value)) @ vector.conj().T)

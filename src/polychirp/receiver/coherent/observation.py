@@ -53,6 +53,11 @@ class Observation:
         return np.asarray(self.present.sum(axis=1), dtype=np.float64)
 
     @property
+    def num_used(self) -> int:
+        """Number of ramps of which any sample is used."""
+        return int(np.count_nonzero(self.count))
+
+    @property
     def middle(self) -> FloatArray:
         """Middle of every ramp's sampling window, s, ``(ramp,)``."""
         times = self.model.times

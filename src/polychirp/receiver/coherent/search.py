@@ -72,6 +72,8 @@ def find_points(
     """
     channels = seen.samples.shape[0]
     points, residual, top = Points.none(channels), seen.samples, 0.0
+    if not np.any(seen.present):
+        return points, seen
     is_tried = np.zeros((axes.range_rate.size, axes.range.size), dtype=bool)
     while True:
         seen, profiles = adapted(seen, residual, axes)
