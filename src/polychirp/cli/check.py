@@ -107,6 +107,7 @@ def _rows(radar: DerivedRadar, victims: tuple[str, ...]) -> dict[str, str]:
         "unambiguous speed, by Doppler": f"±{3.6 * radar.unambiguous_speed:.3g} km/h"
         if radar.has_equal_sweeps
         else "no limit: sweeps differ",
+        "transmitting elements": _code(*radar.code),
         "greatest range (IF pass band)": f"{radar.greatest_range:.3g} m",
         "beat band": _span(radar.beat_band, 1e-3, "kHz"),
         "receiver": radar.receiver,
@@ -116,6 +117,15 @@ def _rows(radar: DerivedRadar, victims: tuple[str, ...]) -> dict[str, str]:
         "samples per frame and channel": str(radar.samples_per_frame),
         "memory": f"{radar.memory / 1e6:.3g} MB" if radar.name in victims else "– (no victim)",
     }
+
+
+def _code(num_sweeps: int, num_elements: int) -> str:
+    """Number of elements, and length of the code by which they share the sweeps."""
+    if num_elements == 1:
+        return "1"
+    empty = num_sweeps - num_elements
+    bands = f" ({_counted(empty, 'band')} empty)" if empty else ""
+    return f"{num_elements}, code of {num_sweeps} sweeps{bands}"
 
 
 def _span(limits: tuple[float, float], scale: float, unit: str) -> str:

@@ -81,8 +81,11 @@ class DerivedRadar:
     speed_resolution : m/s, :math:`\lambda/2T_{frame}`
     unambiguous_speed : m/s, greatest speed, approaching or receding, that a Doppler transform over
         equal sweeps gives without ambiguity: :math:`\lambda/4NT_{sweep}`. N is 1 with the
-        range-Doppler receiver, which tells the folds apart by the beams of the virtual array; else
-        it is the number of sweeps after which the transmitting elements' code repeats
+        range-Doppler receiver, which tells the folds apart by empty bands of the code and by the
+        beams of the virtual array; else it is the number of sweeps after which the transmitting
+        elements' code repeats
+    code : number of sweeps after which the code of the transmitting elements repeats, and number of
+        the elements; with Doppler division, the bands that their difference leaves are empty
     has_equal_sweeps : True if all sweeps are equal; with different sweeps, speeds above
         ``unambiguous_speed`` can be told apart
     greatest_range : m, range whose beat on the steepest ramp is at the edge of the IF filter's pass
@@ -104,6 +107,7 @@ class DerivedRadar:
     range_resolution: Limits
     speed_resolution: float
     unambiguous_speed: float
+    code: tuple[int, int]
     has_equal_sweeps: bool
     greatest_range: float
     beat_band: Limits
@@ -418,14 +422,19 @@ def _derived(radar: StudyRadar, schedule: RampSchedule, receiver: AnyReceiver) -
     steepest = float(np.max(np.abs(schedule.slope)))
     resolution = SPEED_OF_LIGHT / (2.0 * schedule.bandwidth)
     chosen = receiver_for(receiver, schedule)
-    has_folds = not (isinstance(chosen, RangeDoppler) and chosen.unfolds)
+    code = _code_length(schedule), schedule.num_elements
+    has_folds = not (
+        isinstance(chosen, RangeDoppler)
+        and chosen.tells_folds_apart(num_sweeps=code[0], num_elements=code[1])
+    )
     return DerivedRadar(
         name=radar.name,
         range_resolution=(float(resolution.min()), float(resolution.max())),
         speed_resolution=_doppler_cell(schedule),
         unambiguous_speed=wavelength
         * num_sweeps
-        / (4.0 * frame_duration * (_code_length(schedule) if has_folds else 1)),
+        / (4.0 * frame_duration * (code[0] if has_folds else 1)),
+        code=code,
         has_equal_sweeps=_has_equal_sweeps(schedule, num_sweeps),
         greatest_range=SPEED_OF_LIGHT * radar.if_filter.passband / (2.0 * steepest),
         beat_band=(0.0, 2.0 * steepest * receiver.greatest_range / SPEED_OF_LIGHT),

@@ -62,7 +62,9 @@ def _greatest_speed(study: Study, schedule: RampSchedule) -> tuple[float, str]:
             "receiver.greatest_speed"
         )
     wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
-    length = 1 if receiver.unfolds else len(code_blocks(schedule).weight)
+    length, elements = code_blocks(schedule).weight.shape
+    if receiver.tells_folds_apart(num_sweeps=length, num_elements=elements):
+        length = 1
     speed = wavelength / (4.0 * length * repetition_interval(schedule))
     return speed, (
         f"its chirps tell speeds apart to {3.6 * speed:.0f} km/h: it will appear with another "

@@ -45,7 +45,7 @@ class RangeDoppler(ReceiverSettings):
     quantile : rank of the training cell that gives the floor, as a share of their number
     unfolds : True if the range rates that a code leaves open are told apart by the virtual array's
         beams, for which the phases of its channels must be right to a fraction of a radian; else
-        the lowest is taken
+        by the bands of the code that no element uses, or, if all are used, the lowest is taken
 
     Examples
     --------
@@ -82,6 +82,10 @@ class RangeDoppler(ReceiverSettings):
         super(RangeDoppler, self).__post_init__()
         if not 0.0 < self.quantile <= 1.0:
             raise InputError(f"a receiver's quantile of {self.quantile:g} is not in (0, 1]")
+
+    def tells_folds_apart(self, *, num_sweeps: int, num_elements: int) -> bool:
+        """True if range rates beyond the span of a code of so many sweeps and elements are told."""
+        return self.unfolds or num_sweeps > num_elements > 1
 
     def detect(self, frame: IfFrame) -> Detections:
         """Detections of one frame, strongest first; range and azimuth in the middle of the frame.
@@ -125,11 +129,13 @@ class RangeDoppler(ReceiverSettings):
         blocks = code_blocks(frame.schedule)
         cells = spectra.amplitude[:, row, column].T
         cells = cells.reshape(row.size, frame.array.num_channels, len(blocks.weight))
-        num_rates = len(blocks.weight) if self.unfolds else 1
-        decoded = unfolded(frame, blocks, cells, rate, num_rates=num_rates)
+        floor = found.floor[is_peak]
+        decoded = unfolded(frame, blocks, cells, rate, floor=floor, by_beams=self.unfolds)
+        of = decoded.detection
+        power = power[of] * decoded.share
         schedule = frame.schedule
         middle = middle_frequency(schedule, frame.times)
-        distance = beat_range - decoded.range_rate * middle / schedule.slope[0]
+        distance = beat_range[of] - decoded.range_rate * middle / schedule.slope[0]
         line, _ = virtual_line(frame.array, schedule.num_elements)
         azimuth = azimuths(
             decoded.amplitude[:, :, None],
@@ -145,7 +151,7 @@ class RangeDoppler(ReceiverSettings):
             range_rate=decoded.range_rate[order],
             azimuth=azimuth[order],
             power=power[order],
-            snr=(found.power / found.floor)[is_peak][order],
+            snr=(decoded.share * (found.power[is_peak] / floor)[of])[order],
         )
         return seen if self.grouping is None else merged(seen, self.grouping)
 
