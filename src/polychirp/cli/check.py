@@ -104,9 +104,7 @@ def _rows(radar: DerivedRadar, victims: tuple[str, ...]) -> dict[str, str]:
     return {
         "range resolution": _span(radar.range_resolution, 1e2, "cm"),
         "speed resolution": f"{3.6 * radar.speed_resolution:.3g} km/h",
-        "unambiguous speed, by Doppler": f"±{3.6 * radar.unambiguous_speed:.3g} km/h"
-        if radar.has_equal_sweeps
-        else "no limit: sweeps differ",
+        "unambiguous speed, by Doppler": _speed_limit(radar),
         "transmitting elements": _code(*radar.code),
         "greatest range (IF pass band)": f"{radar.greatest_range:.3g} m",
         "beat band": _span(radar.beat_band, 1e-3, "kHz"),
@@ -117,6 +115,13 @@ def _rows(radar: DerivedRadar, victims: tuple[str, ...]) -> dict[str, str]:
         "samples per frame and channel": str(radar.samples_per_frame),
         "memory": f"{radar.memory / 1e6:.3g} MB" if radar.name in victims else "– (no victim)",
     }
+
+
+def _speed_limit(radar: DerivedRadar) -> str:
+    if not (radar.has_equal_sweeps or radar.has_subframes):
+        return "no limit: sweeps differ"
+    together = " by all subframes" if radar.has_subframes else ""
+    return f"±{3.6 * radar.unambiguous_speed:.3g} km/h{together}"
 
 
 def _code(num_sweeps: int, num_elements: int) -> str:

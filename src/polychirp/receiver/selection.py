@@ -11,7 +11,7 @@ from polychirp.receiver.chain import Receiver
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.estimation.beat_refinement import LARGEST_RATE_CHANGE
 from polychirp.receiver.range_doppler.chain import RangeDoppler
-from polychirp.receiver.range_doppler.transforms import unfit
+from polychirp.receiver.range_doppler.subframes import has_subframes, unreadable
 from polychirp.receiver.settings import SearchSettings, need_dynamic_range
 from polychirp.spec import ByKind
 from polychirp.units import Ratio
@@ -24,9 +24,10 @@ FrameReceiver = Receiver | CoherentReceiver | RangeDoppler
 class AutoReceiver(SearchSettings):
     """The receiver that suits the ramps.
 
-    Equal chirps at equal intervals have one beat for each range, and their speeds come from the
-    phases between chirps: they have range-Doppler processing. Long ramps that rise and fall tell
-    speeds by their beats, which the joint receiver uses. The coherent receiver reads all others.
+    Equal chirps at equal intervals, or in subframes of such, have one beat for each range, and
+    their speeds come from the phases between chirps: they have range-Doppler processing. Long ramps
+    that rise and fall tell speeds by their beats, which the joint receiver uses. The coherent
+    receiver reads all others.
 
     Parameters
     ----------
@@ -58,15 +59,16 @@ AnyReceiver = Annotated[
 
 def reason_of_choice(schedule: RampSchedule) -> str:
     """Reason for the choice of `AutoReceiver`, as the end of a sentence."""
-    if not unfit(schedule):
-        return "its chirps are equal and follow each other at equal intervals"
+    if not unreadable(schedule):
+        intervals = "intervals in each subframe" if has_subframes(schedule) else "intervals"
+        return f"its chirps are equal and follow each other at equal {intervals}"
     if tells_speeds_by_beats(schedule):
         return "its ramps rise and fall and are long"
-    return unfit(schedule)
+    return unreadable(schedule)
 
 
 def _kind_for(schedule: RampSchedule) -> type[FrameReceiver]:
-    if not unfit(schedule):
+    if not unreadable(schedule):
         return RangeDoppler
     return Receiver if tells_speeds_by_beats(schedule) else CoherentReceiver
 

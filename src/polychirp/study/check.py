@@ -26,8 +26,13 @@ from polychirp.model.scene import Scene
 from polychirp.receiver.chain import Receiver
 from polychirp.receiver.mitigation.bursts import BurstDetector
 from polychirp.receiver.range_doppler.chain import RangeDoppler
-from polychirp.receiver.range_doppler.transforms import refuse_unfit
-from polychirp.receiver.selection import AnyReceiver, reason_of_choice, receiver_for
+from polychirp.receiver.range_doppler.subframes import (
+    has_subframes,
+    unambiguous_span,
+    unreadable,
+)
+from polychirp.receiver.range_doppler.transforms import refuse
+from polychirp.receiver.selection import AnyReceiver, FrameReceiver, reason_of_choice, receiver_for
 from polychirp.receiver.signal_model.point_signal import beat_sensitivity
 from polychirp.receiver.signal_model.transmit_codes import code_blocks
 from polychirp.study.random_draw import sample_street
@@ -86,6 +91,8 @@ class DerivedRadar:
         elements' code repeats
     code : number of sweeps after which the code of the transmitting elements repeats, and number of
         the elements; with Doppler division, the bands that their difference leaves are empty
+    has_subframes : True if the range-Doppler receiver reads the frame in subframes, which tell
+        speeds up to ``unambiguous_speed`` together
     has_equal_sweeps : True if all sweeps are equal; with different sweeps, speeds above
         ``unambiguous_speed`` can be told apart
     greatest_range : m, range whose beat on the steepest ramp is at the edge of the IF filter's pass
@@ -109,6 +116,7 @@ class DerivedRadar:
     unambiguous_speed: float
     code: tuple[int, int]
     has_equal_sweeps: bool
+    has_subframes: bool
     greatest_range: float
     beat_band: Limits
     ramp_duration: Limits
@@ -416,7 +424,6 @@ def _material_problems(
 
 def _derived(radar: StudyRadar, schedule: RampSchedule, receiver: AnyReceiver) -> DerivedRadar:
     times = sample_times(schedule, radar.converter)
-    wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
     frame_duration = float(schedule.end_time[-1] - schedule.start_time[0])
     num_sweeps = int(schedule.sweep[-1]) + 1
     steepest = float(np.max(np.abs(schedule.slope)))
@@ -431,11 +438,10 @@ def _derived(radar: StudyRadar, schedule: RampSchedule, receiver: AnyReceiver) -
         name=radar.name,
         range_resolution=(float(resolution.min()), float(resolution.max())),
         speed_resolution=_doppler_cell(schedule),
-        unambiguous_speed=wavelength
-        * num_sweeps
-        / (4.0 * frame_duration * (code[0] if has_folds else 1)),
+        unambiguous_speed=_unambiguous_speed(schedule, chosen, code[0] if has_folds else 1),
         code=code,
         has_equal_sweeps=_has_equal_sweeps(schedule, num_sweeps),
+        has_subframes=isinstance(chosen, RangeDoppler) and has_subframes(schedule),
         greatest_range=SPEED_OF_LIGHT * radar.if_filter.passband / (2.0 * steepest),
         beat_band=(0.0, 2.0 * steepest * receiver.greatest_range / SPEED_OF_LIGHT),
         ramp_duration=(float(schedule.duration.min()), float(schedule.duration.max())),
@@ -447,6 +453,15 @@ def _derived(radar: StudyRadar, schedule: RampSchedule, receiver: AnyReceiver) -
         samples_per_frame=int(times.num_samples.sum()),
         memory=_memory(times, radar),
     )
+
+
+def _unambiguous_speed(schedule: RampSchedule, receiver: FrameReceiver, code_length: int) -> float:
+    """See `DerivedRadar`; ``code_length`` is that of a code whose folds are not told apart."""
+    if isinstance(receiver, RangeDoppler) and has_subframes(schedule):
+        return 0.5 * unambiguous_span(schedule, code_length=code_length)
+    wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
+    duration = float(schedule.end_time[-1] - schedule.start_time[0])
+    return wavelength * (int(schedule.sweep[-1]) + 1) / (4.0 * duration * code_length)
 
 
 def _code_length(schedule: RampSchedule) -> int:
@@ -485,7 +500,7 @@ def _need_readable(schedule: RampSchedule, *, number: int, kind: str) -> None:
     """Refuse a victim whose ramps, or whose transmitting elements, its receiver cannot read."""
     if kind == "range-doppler":
         try:
-            refuse_unfit(schedule)
+            refuse(unreadable(schedule))
         except CapabilityError as error:
             raise CapabilityError(f"radars.{number}.waveform: {error}") from None
     if schedule.num_elements > 1:

@@ -6,9 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from polychirp.axes import FloatArray
-from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.ramp import RampSchedule
-from polychirp.receiver.range_doppler.transforms import repetition_interval
+from polychirp.receiver.range_doppler.subframes import unambiguous_span
 from polychirp.receiver.selection import receiver_for
 from polychirp.receiver.settings import SearchSettings
 from polychirp.receiver.signal_model.transmit_codes import code_blocks
@@ -61,11 +60,10 @@ def _greatest_speed(study: Study, schedule: RampSchedule) -> tuple[float, str]:
             f"its receiver searches to {3.6 * receiver.greatest_speed:.0f} km/h; raise "
             "receiver.greatest_speed"
         )
-    wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
     length, elements = code_blocks(schedule).weight.shape
     if receiver.tells_folds_apart(num_sweeps=length, num_elements=elements):
         length = 1
-    speed = wavelength / (4.0 * length * repetition_interval(schedule))
+    speed = 0.5 * unambiguous_span(schedule, code_length=length)
     return speed, (
         f"its chirps tell speeds apart to {3.6 * speed:.0f} km/h: it will appear with another "
         "speed; use a shorter ramp_duration or idle"

@@ -1,6 +1,6 @@
 """`RangeDoppler`: the usual receiver of chirp sequences."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -16,14 +16,22 @@ from polychirp.receiver.angle.doa import azimuths
 from polychirp.receiver.clustering import merged
 from polychirp.receiver.detection.cfar import CfarWindow, ordered_statistic
 from polychirp.receiver.mitigation.base import mitigated
+from polychirp.receiver.range_doppler.combination import detect_by_subframes
 from polychirp.receiver.range_doppler.peaks import interpolated_peaks, is_local_maximum
+from polychirp.receiver.range_doppler.subframes import (
+    has_subframes,
+    ramps_of,
+    subframes,
+    unreadable,
+)
 from polychirp.receiver.range_doppler.transforms import (
     middle_frequency,
     range_profiles,
     range_rate_spectra,
-    refuse_unfit,
+    refuse,
+    unfit,
 )
-from polychirp.receiver.range_doppler.unfolding import unfolded
+from polychirp.receiver.range_doppler.unfolding import has_empty_bands, unfolded
 from polychirp.receiver.settings import ReceiverSettings
 from polychirp.receiver.signal_model.transmit_codes import code_blocks, virtual_line
 
@@ -37,7 +45,10 @@ class RangeDoppler(ReceiverSettings):
     code of the transmitting elements leaves open (`unfolding`), azimuths from the virtual array.
 
     Range rates beyond half the span λ/2T of chirps T apart appear inside it: `polychirp check`
-    names targets for which this happens. Points closer than a cell or two are one detection.
+    names targets for which this happens. Subframes of different T are read one by one, and their
+    folded range rates tell the true one (`association`); a detection that not all of them have, or
+    whose range rate remains unresolved, is dropped. Points closer than a cell or two are one
+    detection.
 
     Parameters
     ----------
@@ -93,10 +104,25 @@ class RangeDoppler(ReceiverSettings):
         Raises
         ------
         CapabilityError
-            The ramps differ, do not follow each other at equal intervals, or have codes that do
+            The ramps differ, are neither at equal intervals nor in subframes, or have codes that do
             not separate the transmitting elements.
         """
-        return self.detect_in(self.spectra(frame), frame)
+        refuse(unreadable(frame.schedule))
+        if not has_subframes(frame.schedule):
+            return self.detect_in(self.spectra(frame), frame)
+        each = replace(self, grouping=None)
+        seen = detect_by_subframes(
+            lambda part: each.detect_in(each.spectra(part), part),
+            frame,
+            tells_folds_apart=self._tells_folds_of(frame),
+        )
+        return seen if self.grouping is None else merged(seen, self.grouping)
+
+    def _tells_folds_of(self, frame: IfFrame) -> bool:
+        """True if range rates beyond the span of the frame's code are told apart for certain."""
+        elements = frame.schedule.num_elements
+        has_empty = has_empty_bands(code_blocks(frame.schedule))
+        return elements == 1 or has_empty or (self.unfolds and frame.array.num_channels > 1)
 
     def spectra(self, frame: IfFrame) -> RangeRateSpectra:
         """Spectra of the frame after mitigation, one for each channel and sweep of the code.
@@ -104,7 +130,7 @@ class RangeDoppler(ReceiverSettings):
         Amplitudes are divided by the mean weight that mitigation leaves to the samples, so that
         an echo keeps its power.
         """
-        refuse_unfit(frame.schedule)
+        refuse(unfit(frame.schedule))
         cleaned = mitigated(self.mitigation, frame)
         share = float(cleaned.weight.sum() / frame.times.is_sample.sum())
         profiles = range_profiles(
@@ -156,6 +182,13 @@ class RangeDoppler(ReceiverSettings):
         return seen if self.grouping is None else merged(seen, self.grouping)
 
     def combined_power(self, amplitude: ComplexArray, schedule: RampSchedule) -> FloatArray:
-        """Power, W, of amplitudes ``(…, ramp)`` that add up in phase over the blocks of a code."""
+        """Power, W, of amplitudes ``(…, ramp)`` that add up in phase over the blocks of a code.
+
+        In subframes, the power is the mean over the subframes.
+        """
+        if has_subframes(schedule):
+            parts = subframes(schedule)
+            each = [self.combined_power(amplitude[..., k], ramps_of(schedule, k)) for k in parts]
+            return np.asarray(np.mean(each, axis=0))
         ramps = code_blocks(schedule).ramps[:, :, 0]
         return np.asarray(np.mean(np.abs(np.mean(amplitude[..., ramps], axis=-2)) ** 2, axis=-1))
