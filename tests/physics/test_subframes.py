@@ -201,7 +201,7 @@ def test_a_speed_that_two_hypotheses_explain_as_well_is_not_reported():
 
 
 def test_the_joint_span_is_the_least_common_multiple():
-    """12 m/s are two spans of 6 and three of 4; 5.9 and 4 agree to 0.2 at 11.8 and to 0.1 at 112.1."""
+    """12 m/s are two spans of 6 and three of 4; 5.9 and 4 agree to 0.2 at 11.8, to 0.1 at 112.1."""
     assert joint_span(np.array([6.0, 4.0]), np.full(2, 0.1)) == pytest.approx(12.0)
     assert joint_span(np.array([5.9, 4.0]), np.full(2, 0.25)) == pytest.approx(11.8)
     assert joint_span(np.array([5.9, 4.0]), np.full(2, 0.15)) == pytest.approx(112.1)

@@ -111,7 +111,7 @@ def _rows(radar: DerivedRadar, victims: tuple[str, ...]) -> dict[str, str]:
         "receiver": radar.receiver,
         "ramp": _span(radar.ramp_duration, 1e3, "ms"),
         "frame": f"{1e3 * radar.frame_duration:.4g} ms, {radar.num_ramps} ramps",
-        "samples per ramp": _span(radar.samples_per_ramp, 1, ""),
+        "samples per ramp": f"{_span(radar.samples_per_ramp, 1, '')} {radar.sampling}",
         "samples per frame and channel": str(radar.samples_per_frame),
         "memory": f"{radar.memory / 1e6:.3g} MB" if radar.name in victims else "– (no victim)",
     }

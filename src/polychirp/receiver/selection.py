@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 import numpy as np
 
 from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.errors import CapabilityError
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.chain import Receiver
 from polychirp.receiver.coherent.chain import CoherentReceiver
@@ -83,6 +84,24 @@ def tells_speeds_by_beats(schedule: RampSchedule) -> bool:
     half_step = wavelength / (12.0 * float(np.max(schedule.duration)))
     has_both = bool(np.any(schedule.slope > 0) and np.any(schedule.slope < 0))
     return has_both and half_step <= LARGEST_RATE_CHANGE
+
+
+def refuse_real_samples(receiver: AnyReceiver, schedule: RampSchedule, *, radar: str) -> None:
+    """Refuse real samples for a receiver that takes their image for another beat.
+
+    Raises
+    ------
+    CapabilityError
+        The receiver of these ramps is not the range-Doppler receiver, which reads one side of each
+        spectrum.
+    """
+    kind = receiver_for(receiver, schedule).kind
+    if kind != "range-doppler":
+        raise CapabilityError(
+            f"the receiver '{kind}' needs complex samples, and the converter of '{radar}' takes "
+            "real ones; set its converter.sampling to 'complex', or use equal chirps, which the "
+            "receiver 'range-doppler' reads"
+        )
 
 
 def receiver_for(receiver: AnyReceiver, schedule: RampSchedule) -> FrameReceiver:

@@ -1,5 +1,6 @@
 """Check of a study before it runs: its problems, and the resolution of its radars."""
 
+import math
 import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -32,7 +33,13 @@ from polychirp.receiver.range_doppler.subframes import (
     unreadable,
 )
 from polychirp.receiver.range_doppler.transforms import refuse
-from polychirp.receiver.selection import AnyReceiver, FrameReceiver, reason_of_choice, receiver_for
+from polychirp.receiver.selection import (
+    AnyReceiver,
+    FrameReceiver,
+    reason_of_choice,
+    receiver_for,
+    refuse_real_samples,
+)
 from polychirp.receiver.signal_model.point_signal import beat_sensitivity
 from polychirp.receiver.signal_model.transmit_codes import code_blocks
 from polychirp.study.random_draw import sample_street
@@ -106,6 +113,7 @@ class DerivedRadar:
     num_ramps : in a frame
     samples_per_ramp : number, of one channel
     samples_per_frame : number, of one channel
+    sampling : "complex" or "real" samples
     memory : bytes of the samples of the frame and of its parts (echo, noise and so on), in all
         channels
     """
@@ -126,6 +134,7 @@ class DerivedRadar:
     num_ramps: int
     samples_per_ramp: tuple[int, int]
     samples_per_frame: int
+    sampling: str
     memory: int
 
 
@@ -170,14 +179,15 @@ def check(study: Study) -> Derived:
         The beats of echoes from the receiver's greatest range are above the edge of the IF filter's
         stop band, or above half the sample rate.
     CapabilityError
-        The elements of a victim's array cannot be told apart.
+        The elements of a victim's array cannot be told apart, or its receiver cannot read its ramps
+        or real samples.
 
     Warns
     -----
     ModelWarning
         The tracer gives targets no echo, a material is used outside its band, ramps are too short
-        for the receiver's range-rate map or for the guard of its mitigation, or a target is too far
-        away or too fast for the receiver.
+        for the receiver's range-rate map or for the guard of its mitigation, a target is too far
+        away or too fast for the receiver, or beats that real samples fold are not filtered out.
     """
     try:
         if study.seed >= 0:  # `_problems` reports a negative seed
@@ -199,6 +209,10 @@ def check(study: Study) -> Derived:
         refuse_unfollowed(radar)
     for number in victim_indices(study):
         _need_readable(schedules[number], number=number, kind=study.receiver.kind)
+        radar = study.radars[number]
+        if radar.converter.is_real:
+            refuse_real_samples(study.receiver, schedules[number], radar=radar.name)
+            _warn_of_folded_beats(radar, radars[number])
     _warn_of_targets_without_echo(study)
     _warn_of_receiver(study, schedules)
     for sentence in targets_out_of_reach(study, schedules):
@@ -262,6 +276,21 @@ def _warn_of_receiver(study: Study, schedules: Sequence[RampSchedule]) -> None:
                 ModelWarning,
                 stacklevel=3,
             )
+
+
+def _warn_of_folded_beats(radar: StudyRadar, derived: DerivedRadar) -> None:
+    """Warn of real samples in which echoes from beyond the receiver's ranges appear within them."""
+    rate, stopband = radar.converter.sample_rate, radar.if_filter.stopband
+    needed = stopband + derived.beat_band[1]
+    if rate < needed:
+        warnings.warn(
+            f"'{radar.name}' takes {rate / 1e6:.4g} million real samples per second, so that beats "
+            f"above {rate / 2e6:.4g} MHz, which its IF filter passes up to {stopband / 1e6:.4g} "
+            "MHz, fold on those of nearer echoes; set its converter.sample_rate to "
+            f"'{math.ceil(needed / 1e5) / 10:g} MS/s' or more, or lower if_filter.stopband",
+            ModelWarning,
+            stacklevel=3,
+        )
 
 
 def _too_coarse(schedule: RampSchedule, times: SampleTimes, receiver: Receiver) -> str:
@@ -451,6 +480,7 @@ def _derived(radar: StudyRadar, schedule: RampSchedule, receiver: AnyReceiver) -
         num_ramps=schedule.num_ramps,
         samples_per_ramp=(int(times.num_samples.min()), times.most_samples),
         samples_per_frame=int(times.num_samples.sum()),
+        sampling=radar.converter.sampling,
         memory=_memory(times, radar),
     )
 

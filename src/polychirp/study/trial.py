@@ -22,7 +22,7 @@ from polychirp.receiver.mimo import (
     virtual_array,
     virtual_parts,
 )
-from polychirp.receiver.selection import AnyReceiver, receiver_for
+from polychirp.receiver.selection import AnyReceiver, receiver_for, refuse_real_samples
 from polychirp.receiver.signal_model.transmit_codes import code_blocks
 from polychirp.rng import Streams
 from polychirp.scoring.compare import compare
@@ -86,6 +86,9 @@ def run_trial(study: Study, *, progress: Progress = no_progress) -> Trial:
     victims = victim_indices(study)
     for victim in victims:
         code_blocks(schedules[victim])  # raises, before the tracing, if codes are not orthogonal
+        radar = study.radars[victim]
+        if radar.converter.is_real:
+            refuse_real_samples(study.receiver, schedules[victim], radar=radar.name)
     compile_parts(parts_of(study), progress=progress)
     snapshots = trace_frame(
         study.tracer,
