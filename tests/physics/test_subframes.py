@@ -148,6 +148,25 @@ def test_turns_of_elements_without_phases_have_no_azimuth():
     assert np.all(np.isnan(found.azimuth))
 
 
+def subframe(span: float, folded, *, ranges=20.0, levels=0.0, deviation=0.1, **fields):
+    """A subframe's detections with ``folded`` range rates, whose other values are alike."""
+    rates = np.atleast_1d(folded)
+    one = np.ones(rates.size)
+    values = {
+        "time": 0.0,
+        "span": span,
+        "beat_range": ranges * one,
+        "range_rate": rates,
+        "sine": 0.0 * one,
+        "level": levels * one,
+        "range_variance": 0.01 * one,
+        "rate_variance": deviation**2 * one,
+        "sine_variance": one,
+        "level_variance": 1.0,
+    }
+    return SubframeDetections(**(values | fields))
+
+
 def test_the_association_finds_the_range_rate_of_greatest_likelihood():
     """The slow route: the sum of squares on a fine grid of range rates, for drawn measurements."""
     spans, deviation = np.array([39.0, 33.6, 30.1]), 0.08
@@ -157,21 +176,9 @@ def test_the_association_finds_the_range_rate_of_greatest_likelihood():
         rate = draw.uniform(-70, 70) + deviation * draw.normal(size=3)
         folded = wrapped(rate, spans)
         squares = np.sum((wrapped(folded[:, None] - grid, spans[:, None]) / deviation) ** 2, axis=0)
-        one = np.ones(1)
         parts = [
-            SubframeDetections(
-                time=0.0,
-                span=float(spans[b]),
-                beat_range=20.0 * one,
-                range_rate=folded[b] * one,
-                sine=0.0 * one,
-                level=0.0 * one,
-                range_variance=one,
-                rate_variance=deviation**2 * one,
-                sine_variance=one,
-                level_variance=1.0,
-            )
-            for b in range(3)
+            subframe(span, one, deviation=deviation)
+            for span, one in zip(spans, folded, strict=True)
         ]
         found = associated(parts, span=150.0)
         assert found.range_rate == pytest.approx([grid[np.argmin(squares)]], abs=2e-3)
@@ -179,25 +186,31 @@ def test_the_association_finds_the_range_rate_of_greatest_likelihood():
 
 def test_a_speed_that_two_hypotheses_explain_as_well_is_not_reported():
     """Spans of 30 and 20 m/s agree again after 60: −20 and 40 m/s cannot be told apart."""
-    one = np.ones(1)
-
-    def part(span: float) -> SubframeDetections:
-        return SubframeDetections(
-            time=0.0,
-            span=span,
-            beat_range=20.0 * one,
-            range_rate=wrapped(40.0 * one, span),
-            sine=0.0 * one,
-            level=0.0 * one,
-            range_variance=one,
-            rate_variance=0.01 * one,
-            sine_variance=one,
-            level_variance=1.0,
-        )
-
-    parts = [part(30.0), part(20.0)]
+    parts = [subframe(span, wrapped(40.0, span)) for span in (30.0, 20.0)]
     assert associated(parts, span=59.0).range_rate == pytest.approx([-20.0])
     assert associated(parts, span=110.0).range_rate.size == 0
+
+
+def test_a_target_is_sought_where_its_speed_takes_it():
+    """In 10 ms, 25 m/s are 0.25 m, and −35 m/s, which fold alike, are −0.35 m; 0.1 m is known."""
+    for rate in (25.0, -35.0):
+        parts = [
+            subframe(span, wrapped(rate, span), ranges=20.0 + rate * late, time=late)
+            for span, late in ((30.0, 0.0), (20.0, 0.01))
+        ]
+        found = associated(parts, span=100.0)
+        assert found.range_rate == pytest.approx([rate])
+
+
+def test_no_target_is_made_of_the_detections_of_two_others():
+    """5 and −5 m/s fold to themselves, ±25 m/s to one of them in each subframe.
+
+    The target at −5 m/s is 9 dB stronger.
+    """
+    parts = [subframe(span, [5.0, -5.0], levels=np.array([0.0, 2.0])) for span in (30.0, 20.0)]
+    found = associated(parts, span=59.0)
+    assert sorted(found.range_rate) == pytest.approx([-5.0, 5.0])
+    assert sorted(found.member.tolist()) == [[0, 0], [1, 1]]
 
 
 def test_the_joint_span_is_the_least_common_multiple():

@@ -59,9 +59,8 @@ def two_waves(
     found = _refined(model, cell, _best_of_grid(model, cell))
     for kept in (0, 1):
         # a weak wave may have the wrong shift until the strong one is between two grid points
-        found = max(
-            found, *_other_shifts(model, cell, found, kept=kept), key=lambda pair: pair.power
-        )
+        other = _refined(model, cell, _best_beside(model, cell, found, kept=kept))
+        found = max(found, other, key=lambda pair: pair.power)
     pair = model.waves(found.shift, found.turn)
     alone = max(model.explained(cell, pair[one : one + 1]) for one in (0, 1))
     if found.power - alone < math.log(len(code) * order.size / FALSE_PAIR) * noise:
@@ -175,18 +174,17 @@ def _refined(model: _Model, cell: ComplexArray, pair: _Pair) -> _Pair:
     return _Pair(pair.shift, pair.turn + step * found.x, -float(found.fun))
 
 
-def _other_shifts(model: _Model, cell: ComplexArray, pair: _Pair, *, kept: int) -> list[_Pair]:
-    """Pairs of one wave that is ``kept`` and of the best other wave of each other shift."""
+def _best_beside(model: _Model, cell: ComplexArray, pair: _Pair, *, kept: int) -> _Pair:
+    """One wave of a pair, and the best other wave of all other shifts and azimuths of the grid."""
     length, turn = len(model.code), model.grid
     fixed = model.waves(pair.shift[kept : kept + 1], pair.turn[kept : kept + 1])
-    pairs = []
+    of_fixed = np.einsum("fck,ck->f", fixed.conj(), cell)
+    best = _Pair(pair.shift, pair.turn, -math.inf)
     for shift in set(range(length)) - {int(pair.shift[kept])}:
         waves = model.waves(np.full(turn.size, shift), turn)
         alike = np.einsum("fck,uck->fu", fixed.conj(), waves)
-        matched = np.einsum("uck,ck->u", waves.conj(), cell)
-        power, place = _best_pair(np.einsum("fck,ck->f", fixed.conj(), cell), matched, alike)
-        start = _Pair(
-            np.array([pair.shift[kept], shift]), np.array([pair.turn[kept], turn[place[1]]]), power
-        )
-        pairs.append(_refined(model, cell, start))
-    return pairs
+        power, place = _best_pair(of_fixed, np.einsum("uck,ck->u", waves.conj(), cell), alike)
+        if power > best.power:
+            both = np.array([pair.turn[kept], turn[place[1]]])
+            best = _Pair(np.array([pair.shift[kept], shift]), both, power)
+    return best
