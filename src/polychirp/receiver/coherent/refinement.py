@@ -59,7 +59,7 @@ def settled(
         if not any_moved:
             return moved, residual
         after = Residual.of(seen, moved)
-        if after.energy(seen) >= residual.energy(seen):
+        if after.energy >= residual.energy:
             break
         points, residual = moved, after
     return points, residual
@@ -188,7 +188,7 @@ def divided(
         least = threshold * points.floor[n]
         if _may_fall(seen, residual, points, tried, least):
             after = Residual.of(seen, tried)
-            if residual.energy(seen) - after.energy(seen) >= least:
+            if residual.energy - after.energy >= least:
                 points, residual = tried, after
                 every = Replicas.of(seen, points)
     return points, residual
@@ -259,6 +259,6 @@ def pruned(
         least = -threshold * points.floor[weakest]
         if _may_fall(seen, residual, points[kept], alone, least):
             after = Residual.of(seen, alone)
-            if residual.energy(seen) - after.energy(seen) > least:
+            if residual.energy - after.energy > least:
                 points, kept, residual = points.replaced(others, alone), others, after
     return points[kept], residual

@@ -1,6 +1,6 @@
 """`Residual`: the samples without the signals of points, and sums over what other points leave."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -32,21 +32,29 @@ class Residual:
     samples : V, ``(channel, ramp, fast)``
     spectra : their Fourier transforms
     subtracted : the points whose signals are subtracted
+    energy : power of all samples of white channels, V², with the weights of ramps and frequencies
     """
 
     samples: ComplexArray
     spectra: Spectra
     subtracted: Replicas
+    energy: float
 
     @classmethod
     def of(cls, seen: Observation, points: Points) -> Self:
         """The samples of the observation without points."""
         samples = without(seen, seen.samples, points)
+        spectra = Spectra.of(seen, samples)
         return cls(
             samples=samples,
-            spectra=Spectra.of(seen, samples),
+            spectra=spectra,
             subtracted=Replicas.of(seen, points),
+            energy=_energy(seen, spectra),
         )
+
+    def weighted(self, seen: Observation) -> Self:
+        """The same samples with the energy that follows from other weights."""
+        return replace(self, energy=_energy(seen, self.spectra))
 
     def sums(self, seen: Observation, at: Replicas, points: Replicas | None = None) -> ComplexArray:
         """Sums of the samples at the motions of ``at``, ``(3, point, channel, ramp)``.
@@ -69,14 +77,15 @@ class Residual:
             sums = sums - sums_of(seen, points[come], at)
         return sums
 
-    def energy(self, seen: Observation) -> float:
-        """Power of all samples of white channels, V², with the weights of ramps and frequencies."""
-        value = self.spectra.value[:, ::BINS_FOR_ENERGY]
-        ramps, bins, channels = value.shape
-        place = np.rint(np.arange(bins) * (seen.num_bins / bins)).astype(np.int64) % seen.num_bins
-        white = (value.reshape(-1, channels) @ seen.mixing.T.astype(np.complex64)).view(np.float32)
-        power = np.einsum("bm,bm->b", white, white, dtype=np.float64).reshape(ramps, bins)
-        return float(np.sum(power * seen.weight[:, place]) / bins)
+
+def _energy(seen: Observation, spectra: Spectra) -> float:
+    """Power of all samples of white channels, V², with the weights of ramps and frequencies."""
+    value = spectra.value[:, ::BINS_FOR_ENERGY]
+    ramps, bins, channels = value.shape
+    place = np.rint(np.arange(bins) * (seen.num_bins / bins)).astype(np.int64) % seen.num_bins
+    white = (value.reshape(-1, channels) @ seen.mixing.T.astype(np.complex64)).view(np.float32)
+    power = np.einsum("bm,bm->b", white, white, dtype=np.float64).reshape(ramps, bins)
+    return float(np.sum(power * seen.weight[:, place]) / bins)
 
 
 def _unlike(first: Replicas, second: Replicas) -> tuple[BoolArray, BoolArray]:

@@ -7,12 +7,11 @@ each set of new points all points are fitted again, and the map of what they lea
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
 from polychirp.receiver.coherent.acceleration import accelerated
 from polychirp.receiver.coherent.agreement import Agreement
-from polychirp.receiver.coherent.coherent_map import channel_covariance, coherent_map
+from polychirp.receiver.coherent.coherent_map import CoherentMap, channel_covariance, coherent_map
 from polychirp.receiver.coherent.false_alarms import threshold_of
 from polychirp.receiver.coherent.least_squares import fitted, sines
 from polychirp.receiver.coherent.noise import ramp_weights, whitening
@@ -86,11 +85,10 @@ def find_points(
     while True:
         seen, profiles = adapted(seen, residual, axes)
         seen_map = coherent_map(seen, profiles)
-        floor = floors(seen_map.power, channels)
-        points = with_floors(points, floor, axes)
+        points = with_floors(points, seen_map, axes)
         points, residual = strong(seen, residual, points, threshold)
         top = max(top, float(seen_map.power.max()), float(np.max(points.strength, initial=0.0)))
-        found = peaks(seen_map, floor, axes, threshold)
+        found = peaks(seen_map, axes, threshold)
         is_new = ~is_tried[tuple(found.cell.T)] & (found.power * dynamic_range >= top)
         if not np.any(is_new) or len(points) >= most:
             break
@@ -117,15 +115,13 @@ def adapted(seen: Observation, residual: Residual, axes: Grid) -> tuple[Observat
     return replace(seen, mixing=mixing), profiles.mixed(mixing)
 
 
-def with_floors(points: Points, floor: NDArray[np.float32], axes: Grid) -> Points:
+def with_floors(points: Points, seen_map: CoherentMap, axes: Grid) -> Points:
     """Points with the floors of the cells in which they are."""
     row = np.rint((points.motion[:, 1] - axes.range_rate[0]) / axes.range_rate_step)
     column = np.rint((points.motion[:, 0] - axes.range[0]) / axes.range_step)
-    cell = tuple(
-        np.clip(place, 0, size - 1).astype(np.int64)
-        for place, size in zip((row, column), floor.shape, strict=True)
-    )
-    own = floor[cell].astype(np.float64)
+    last = np.array(seen_map.power.shape) - 1
+    cell = np.clip(np.stack([row, column], axis=1), 0, last).astype(np.int64)
+    own = floors(seen_map, cell)
     return replace(points, floor=own, power=points.power * points.floor / own)
 
 
@@ -185,12 +181,15 @@ def mark(is_tried: BoolArray, found: Peaks) -> None:
 def strong(
     seen: Observation, residual: Residual, points: Points, threshold: float
 ) -> tuple[Points, Residual]:
-    """The points above the threshold, and the residual to which the others are added again."""
+    """The points above the threshold, and the residual to which the others are added again.
+
+    The weights of the residual are those of the observation.
+    """
     is_weak = points.power < threshold
-    if np.any(is_weak):
-        points = points[~is_weak]
-        residual = Residual.of(seen, points)
-    return points, residual
+    if not np.any(is_weak):
+        return points, residual.weighted(seen)
+    points = points[~is_weak]
+    return points, Residual.of(seen, points)
 
 
 def distinct(
@@ -238,6 +237,6 @@ def added(
         seen, residual, every, sweeps=SWEEPS_OF_NEW_POINTS, free=near, least_gain=GAIN_OF_NEW_POINTS
     )
     every, after = settled(seen, every, least_gain=GAIN_OF_NEW_POINTS)
-    if after.energy(seen) >= residual.energy(seen):
+    if after.energy >= residual.energy:
         return points, residual
     return every, after

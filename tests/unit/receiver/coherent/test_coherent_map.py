@@ -79,7 +79,7 @@ def test_the_map_of_a_point_peaks_at_its_place_with_all_its_power():
     seen = observed(one)
     axes = map_axes(seen, LIMITS)
     whole = mapped(seen, axes)
-    found = peaks(whole, floors(whole.power, 4), axes, 10.0)
+    found = peaks(whole, axes, 10.0)
     best = np.argmax(found.power)
     late = seen.model.time - float(one.schedule.start_time[0])
     assert found.range[best] == pytest.approx(12.3 - 7.7 * late, abs=0.02)
@@ -98,8 +98,20 @@ def test_missing_samples_neither_add_power_nor_count():
 def test_the_floor_is_the_noise_power():
     one = frame("diverse", [], noise=2.0)
     seen = observed(one)
-    floor = floors(mapped(seen, map_axes(seen, LIMITS)).power, 4)
+    whole = mapped(seen, map_axes(seen, LIMITS))
+    cells = np.random.default_rng(3).integers(0, whole.power.shape, size=(200, 2))
+    floor = floors(whole, cells)
     assert np.median(floor) == pytest.approx(2.0, rel=0.05)
+
+
+def test_beside_a_residue_the_floor_is_the_mean_of_a_window():
+    seen = observed(frame("diverse", [], noise=2.0))
+    whole = mapped(seen, map_axes(seen, LIMITS))
+    near = np.zeros_like(whole.power)
+    near[300:330, 40:44] = 1e4
+    whole = replace(whole, power=whole.power + near)
+    slow = whole.power[310 - 64 : 310 + 65 : 2, 42 - 4 : 42 + 5].mean() / 4
+    assert floors(whole, np.array([[310, 42]]))[0] == pytest.approx(slow, rel=1e-4)
 
 
 def test_a_resolution_cell_of_gapless_sawtooths_is_the_unit_of_area():

@@ -165,9 +165,7 @@ def test_only_the_own_group_counts():
 def test_energies_are_those_of_all_samples():
     seen = observed([NEAR], noise=1.0)
     residual = Residual.of(seen, NOTHING)
-    assert residual.energy(seen) == pytest.approx(
-        np.vdot(seen.samples, seen.samples).real, rel=1e-5
-    )
+    assert residual.energy == pytest.approx(np.vdot(seen.samples, seen.samples).real, rel=1e-5)
 
 
 def test_an_ideal_point_is_subtracted_to_below_minus_80_db():
@@ -215,7 +213,7 @@ def test_a_fit_never_raises_the_residual():
     wild = replace(wild, amplitude=wild.amplitude + 3.0)
     residual = Residual.of(seen, wild)
     _, after = settled(seen, wild)
-    assert after.energy(seen) <= residual.energy(seen)
+    assert after.energy <= residual.energy
 
 
 def test_groups_hold_the_points_that_overlap():
