@@ -17,6 +17,7 @@ TRUTH = Truth(
     range=[6.5, 9.15, 20.0],
     range_rate=[0.2, 18.0, 0.0],
     azimuth=[0.0, -0.3, 0.0],
+    elevation=[0.0, 0.1, 0.0],
     point=np.zeros((3, 3)),
     is_visible=[True, True, False],
 )
@@ -73,6 +74,7 @@ def test_one_detection_serves_one_target():
         range=[6.5, 6.6],
         range_rate=[0, 0],
         azimuth=[0, 0],
+        elevation=[0, 0],
         point=np.zeros((2, 3)),
         is_visible=[True, True],
     )
