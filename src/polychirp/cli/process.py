@@ -72,9 +72,12 @@ def run(arguments: argparse.Namespace) -> int:
         )
     path = Path(arguments.capture)
     parameters = read_parameters(arguments.params or path.with_suffix(".toml"))
+    has_positions = bool(parameters.channel_positions or parameters.transmitter_positions)
     receiver = RangeDoppler(
         least_range=0.5 * parameters.range_resolution,
         greatest_range=parameters.greatest_range,
+        # root-MUSIC needs a line; for one wave, its errors are those of the beams
+        angle="bartlett" if has_positions else "root-music",
         unfolds=False,  # the phases of a recording's channels are not calibrated
         false_alarm_probability=_probability(arguments.pfa),
     )

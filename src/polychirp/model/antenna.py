@@ -146,7 +146,10 @@ class AntennaArray(Spec):
 
     def _check_positions(self, what: str, count: int) -> None:
         name = f"{what}_positions"
-        places = tuple((float(left), float(up)) for left, up in getattr(self, name))
+        given = getattr(self, name)
+        if any(len(place) != 2 for place in given):
+            raise InputError(f"{name}: every position is a pair, as in [2, 1] for 2 left and 1 up")
+        places = tuple((float(left), float(up)) for left, up in given)
         object.__setattr__(self, name, places)
         if len(places) not in (0, count):
             raise InputError(

@@ -100,7 +100,7 @@ def unambiguous_window(elements: Elements, *, estimator: str) -> Window:
 
 
 def nearest_to_boresight(cosines: FloatArray, elements: Elements) -> FloatArray:
-    """Of all direction cosines with the same phases as ``cosines`` ``(…, 2)``, the smallest."""
+    """Smallest direction cosines with the same phases as ``cosines`` ``(…, 2)``."""
     lobes = grating_lobes(elements, least=EQUAL_POWER)
     found = cosines
     for _ in range(2):  # a cosine may be two lobes away
