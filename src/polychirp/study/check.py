@@ -24,7 +24,7 @@ from polychirp.model.if_frame import SampleTimes, parts_of, sample_times
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
 from polychirp.receiver.angle.ambiguity import Window, ambiguities, unambiguous_window
-from polychirp.receiver.angle.beams import too_wide
+from polychirp.receiver.angle.beams import too_large
 from polychirp.receiver.angle.elements import Elements
 from polychirp.receiver.chain import Receiver
 from polychirp.receiver.mitigation.bursts import BurstDetector
@@ -436,8 +436,8 @@ def _derived(radar: StudyRadar, schedule: RampSchedule, receiver: AnyReceiver) -
     has_folds = not (isinstance(chosen, RangeDoppler) and chosen.unfolds)
     place, _ = virtual_channels(radar.array, schedule.num_elements)
     elements = Elements.of(place, frequency=SPEED_OF_LIGHT / wavelength)
-    window = Window(None, None)
-    if not too_wide(elements):
+    window = Window(None, None)  # of an array that no receiver reads
+    if not too_large(elements):
         window = unambiguous_window(elements, estimator=receiver.angle)
     return DerivedRadar(
         name=radar.name,

@@ -1,5 +1,7 @@
 """Detections against truth."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from polychirp.constants import SPEED_OF_LIGHT as C
@@ -64,6 +66,15 @@ def test_the_strongest_detection_in_the_gate_is_the_targets_not_the_nearest():
     found = detections((6.5, 0.2, 0.0, 1.0), (6.7, 0.2, 0.0, 10.0))
     target, detection = associate(found, TRUTH, gate=Gate())
     assert (target.tolist(), detection.tolist()) == ([0], [1])
+
+
+def test_a_detection_at_another_height_does_not_belong_to_a_target():
+    """0.5 rad above it; without an elevation, it does."""
+    low = detections((6.5, 0.2, 0.0, 1.0))
+    for elevation, expected in ((np.nan, 1), (0.2, 1), (0.5, 0)):
+        found = replace(low, elevation=np.array([elevation]))
+        target, _ = associate(found, TRUTH, gate=Gate())
+        assert target.size == expected
 
 
 def test_one_detection_serves_one_target():

@@ -6,6 +6,7 @@ of the step d has them at multiples of λ/d. A sparse array may have lobes that 
 and noise decides between them.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -46,6 +47,11 @@ def grating_lobes(elements: Elements, *, least: float = AMBIGUOUS_POWER) -> Floa
     """
     if not elements.axes:
         return np.zeros((0, 2))
+    line = elements.line()
+    if line is not None and line.is_uniform:
+        most = math.floor(WHOLE_SPHERE * line.step * (1.0 + 1e-9))
+        order = np.array([n for n in range(-most, most + 1) if n], dtype=np.float64)
+        return np.stack([order * (n == line.axis) / line.step for n in range(2)], axis=-1)
     count = len(elements.place)
     factor = np.ones((count, 1), dtype=np.complex128)
     points = grid(elements, reach=WHOLE_SPHERE)

@@ -36,8 +36,8 @@ NEWTON_STEPS = 6
 """Steps of Newton's method from the best grid point; chosen: four reach the rounding errors."""
 
 
-MOST_BEAMS = 1_000_000
-"""Greatest number of points of `grid`; chosen: 16 MB, and a second per detection."""
+MOST_TERMS = 100_000_000
+"""Greatest number of points of `grid` times that of channels; chosen: a second per detection."""
 
 
 class Grid(NamedTuple):
@@ -63,15 +63,15 @@ def grid(elements: Elements, *, reach: float = 1.0) -> Grid:
     return Grid(left, up)
 
 
-def too_wide(elements: Elements) -> str:
-    """Sentence that says that an array has more than `MOST_BEAMS`; empty if it has not."""
-    num_beams = math.prod(grid_size(elements))
-    if num_beams <= MOST_BEAMS:
+def too_large(elements: Elements) -> str:
+    """Sentence that says that an array needs more than `MOST_TERMS`; empty if it does not."""
+    beams, channels = math.prod(grid_size(elements)), len(elements.place)
+    if beams * channels <= MOST_TERMS:
         return ""
     width, height = elements.extent
     return (
-        f"the elements span {width:.4g} by {height:.4g} wavelengths, and their {num_beams} beams "
-        f"are more than {MOST_BEAMS}; bring them closer together"
+        f"its {channels} virtual elements span {width:.4g} by {height:.4g} wavelengths, and sums "
+        f"over them for {beams} beams take too long; use fewer elements, or bring them together"
     )
 
 

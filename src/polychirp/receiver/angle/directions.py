@@ -13,7 +13,7 @@ import numpy as np
 from polychirp.axes import ComplexArray, FloatArray
 from polychirp.errors import CapabilityError, InputError
 from polychirp.receiver.angle.ambiguity import nearest_to_boresight
-from polychirp.receiver.angle.beams import capon_factors, strongest_directions, too_wide
+from polychirp.receiver.angle.beams import capon_factors, strongest_directions, too_large
 from polychirp.receiver.angle.doa import ESTIMATORS, AngleEstimator, sines_of_sources
 from polychirp.receiver.angle.elements import Elements
 from polychirp.receiver.angle.esprit import esprit, shift_along
@@ -124,9 +124,11 @@ multiples of one distance; set receiver.angle to 'bartlett'"
             "all elements are on one slanted line, which measures neither azimuth nor elevation; "
             "move one of them off the line"
         )
-    if too_wide(elements):
-        return too_wide(elements)
-    if estimator == "root-music" and elements.axes and elements.line() is None:
+    line = elements.line()
+    is_uniform = line is not None and line.is_uniform
+    if too_large(elements) and (estimator == "esprit" or not is_uniform):
+        return too_large(elements)
+    if estimator == "root-music" and elements.axes and line is None:
         return (
             "the estimator 'root-music' needs all elements on one horizontal or vertical line, at "
             "multiples of one distance; set receiver.angle to 'bartlett'"
