@@ -13,6 +13,7 @@ ARRAYS = {
     "row": [(x, 0) for x in range(8)],
     "column": [(0, z) for z in range(6)],
     "sparse row": [(x, 0) for x in (0, 1, 4, 9, 11)],
+    "overlapping row": [(x, 0) for x in (0, 1, 2, 3, 2, 3, 4, 5)],
     "scattered": [(0, 0), (1.2, 0.4), (2.1, -1.3), (3.3, 0.9), (0.7, 2.2), (-1.4, 1.1), (-2, -1)],
 }
 """Places of elements to the left and up, in half wavelengths."""

@@ -31,9 +31,9 @@ def test_every_estimator_reads_the_arrays_that_it_can():
     for estimator in ("bartlett", "capon"):
         assert all((name, estimator) in READ for name in ARRAYS)
     lines = {name for name, estimator in READ if estimator == "root-music"}
-    assert lines == {"row", "column", "sparse row"}
+    assert lines == {"row", "column", "sparse row", "overlapping row"}
     shifted = {name for name, estimator in READ if estimator == "esprit"}
-    assert shifted == {"two rows", "rectangle", "row", "column"}
+    assert shifted == {"two rows", "rectangle", "row", "column", "overlapping row"}
 
 
 @pytest.mark.parametrize(("name", "estimator"), READ)
