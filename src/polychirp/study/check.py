@@ -436,7 +436,7 @@ def _derived(radar: StudyRadar, schedule: RampSchedule, receiver: AnyReceiver) -
     has_folds = not (isinstance(chosen, RangeDoppler) and chosen.unfolds)
     place, _ = virtual_channels(radar.array, schedule.num_elements)
     elements = Elements.of(place, frequency=SPEED_OF_LIGHT / wavelength)
-    window = Window(None, None)  # of an array that no receiver reads
+    window = Window(None, None)  # of an array whose lobes would take too long to find
     if not too_large(elements):
         window = unambiguous_window(elements, estimator=receiver.angle)
     return DerivedRadar(

@@ -7,6 +7,7 @@ and noise decides between them.
 """
 
 import math
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -74,15 +75,8 @@ def ambiguities(elements: Elements, *, estimator: str) -> FloatArray:
     ESPRIT has further ones than the array: it compares parts that are a shift δ apart, and cosines
     1/δ apart are equal to it.
     """
-    lobes = grating_lobes(elements)
-    if estimator != "esprit":
-        return lobes
-    added = []
-    for axis in elements.axes:
-        shift = shift_along(elements, axis)
-        if shift is not None and shift.length > 1.0 / WHOLE_SPHERE:
-            added.append([(1.0 - axis) / shift.length, axis / shift.length])
-    return np.concatenate([lobes, np.reshape(added, (-1, 2))])
+    repeats = [[p * (n == axis) for n in range(2)] for axis, p in _repeats(elements, estimator)]
+    return np.concatenate([grating_lobes(elements), np.reshape(repeats, (-1, 2))])
 
 
 def unambiguous_window(elements: Elements, *, estimator: str) -> Window:
@@ -93,16 +87,23 @@ def unambiguous_window(elements: Elements, *, estimator: str) -> Window:
     38.68
     """
     angles: list[float | None] = [None, None]
+    periods = dict(_repeats(elements, estimator))
     for axis in elements.axes:
         # directions that differ along this axis alone see the elements projected onto it
         place = np.zeros_like(elements.place)
         place[:, axis] = elements.place[:, axis]
         lobes = np.abs(grating_lobes(Elements(place=place))[:, axis])
-        other = np.abs(ambiguities(elements, estimator=estimator))
-        on_axis = other[other[:, 1 - axis] == 0.0, axis]
-        nearest = min([WHOLE_SPHERE, *lobes, *on_axis[on_axis > 0.0]])
+        nearest = min([WHOLE_SPHERE, periods.get(axis, WHOLE_SPHERE), *lobes])
         angles[axis] = float(np.arcsin(nearest / WHOLE_SPHERE))
     return Window(*angles)
+
+
+def _repeats(elements: Elements, estimator: str) -> Iterator[tuple[int, float]]:
+    """Axes along which ESPRIT's shift is longer than half a wavelength, and 1/δ of each."""
+    for axis in elements.axes if estimator == "esprit" else ():
+        shift = shift_along(elements, axis)
+        if shift is not None and WHOLE_SPHERE * shift.length > 1.0:
+            yield axis, 1.0 / shift.length
 
 
 def nearest_to_boresight(cosines: FloatArray, elements: Elements) -> FloatArray:
