@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import shlex
 from typing import TYPE_CHECKING, Any
 
@@ -42,7 +43,8 @@ def add_parser(subparsers: Any) -> None:
         "check",
         help="read a study and print what its radars resolve",
         description="Read a study, say what prevents it from running, and print what follows from "
-        "it: range and speed resolution, greatest range, beat band, memory, cost.",
+        "it: range and speed resolution, unambiguous directions, greatest range, beat band, "
+        "memory, cost.",
     )
     add_study_arguments(parser)
 
@@ -107,6 +109,8 @@ def _rows(radar: DerivedRadar, victims: tuple[str, ...]) -> dict[str, str]:
         "unambiguous speed, by Doppler": f"±{3.6 * radar.unambiguous_speed:.3g} km/h"
         if radar.has_equal_sweeps
         else "no limit: sweeps differ",
+        "unambiguous azimuth": _window(radar.azimuth_window),
+        "unambiguous elevation": _window(radar.elevation_window),
         "greatest range (IF pass band)": f"{radar.greatest_range:.3g} m",
         "beat band": _span(radar.beat_band, 1e-3, "kHz"),
         "receiver": radar.receiver,
@@ -116,6 +120,11 @@ def _rows(radar: DerivedRadar, victims: tuple[str, ...]) -> dict[str, str]:
         "samples per frame and channel": str(radar.samples_per_frame),
         "memory": f"{radar.memory / 1e6:.3g} MB" if radar.name in victims else "– (no victim)",
     }
+
+
+def _window(angle: float | None) -> str:
+    """The greatest angle to either side; a dash for an array that does not measure it."""
+    return "–" if angle is None else f"±{math.degrees(angle):.3g}°"
 
 
 def _span(limits: tuple[float, float], scale: float, unit: str) -> str:
