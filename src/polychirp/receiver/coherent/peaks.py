@@ -129,10 +129,8 @@ def _means(power: Any, cell: Any, height: int, width: int) -> Any:  # pragma: no
         i, j = cell[n]
         top, bottom = max(0, i - height // 2), min(rows, i + height // 2 + 1)
         left, right = max(0, j - width // 2), min(columns, j + width // 2 + 1)
-        rows_taken = 0
-        for p in range(
-            top + (i - top) % 2, bottom, 2
-        ):  # every other row: they are half a cell apart
+        rows_taken = 0  # of every other row: rows are half a cell apart
+        for p in range(top + (i - top) % 2, bottom, 2):
             rows_taken += 1
             for q in range(left, right):
                 out[n] += power[p, q]

@@ -10,7 +10,7 @@ from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.overlap import LEAST_COUPLING, couplings, groups_of
 from polychirp.receiver.coherent.points import Points
 from polychirp.receiver.coherent.replicas import Replicas, sums_of
-from polychirp.receiver.coherent.residual import Residual
+from polychirp.receiver.coherent.residual import Residual, unlike
 
 LEAST_GAIN = 0.5
 """Fall of the residual's power, in units of a point's floor, for which a step is worth taking;
@@ -27,8 +27,8 @@ SWEEPS_OF_ALL = 4
 """Greatest number of sweeps over all points between two exact residuals; chosen."""
 
 ERROR_OF_SUMS = 0.01
-"""Greatest error of powers that follow from approximate sums, as a share of the strongest point's;
-chosen: below it, an exact residual is taken."""
+"""Greatest error of powers that follow from approximate sums, as a share of the strongest point that
+changes; chosen: below it, an exact residual is taken."""
 
 LEAST_REDUNDANCY = 0.3
 """Correlation with a stronger point from which a point may be redundant; chosen."""
@@ -92,14 +92,14 @@ def relaxed(
         own, here = points[free], every[free]
         sums = residual.sums(seen, here, every)
         step = steps(seen, own, here, sums, group)
+        own = replace(own, power=step.power)
         least = np.full(step.gain.size, np.inf)
         np.minimum.at(least, group, least_gain * own.floor)
-        is_left = (step.gain >= least)[group]
-        own = replace(own, power=step.power)
-        if not np.any(is_left):
-            return points.replaced(free, own), any_moved
+        fallen = np.zeros(step.gain.size)
         for share in SHARES_OF_A_STEP:
-            which = np.flatnonzero(is_left)
+            which = np.flatnonzero(((step.gain >= least) & (fallen == 0.0))[group])
+            if not which.size:
+                break
             moved, fall = _tried(
                 seen,
                 residual,
@@ -113,13 +113,15 @@ def relaxed(
             )
             is_better = fall[group[which]] > 0.0
             own = own.replaced(which[is_better], moved[is_better])
-            is_left[which[is_better]] = False
-            any_moved = any_moved or bool(np.any(is_better))
-            if not np.any(is_left):
-                break
+            fallen[: fall.size] += np.maximum(fall, 0.0)
         own = replace(own, sine=sines(seen, own.amplitude))
         points = points.replaced(free, own)
+        any_moved = any_moved or bool(np.any(fallen > 0.0))
+        is_left = (fallen >= least)[group]  # the others stand still until they are tried again
+        if not np.any(is_left):
+            break
         every = every.replaced(free, Replicas.of(seen, own))
+        free, group = free[is_left], group[is_left]
     return points, any_moved
 
 
@@ -199,11 +201,13 @@ def _may_fall(
 ) -> bool:
     """True if the residual's power may fall by ``least`` if other points are subtracted."""
     here, there = Replicas.of(seen, before), Replicas.of(seen, after)
-    won = correlations(seen, there, residual.sums(seen, there) + residual.sums(seen, there, there))
-    lost = correlations(seen, here, residual.sums(seen, here) + residual.sums(seen, here, there))
+    gone, come = unlike(here, there)
+    old, new = here[gone], there[come]
+    won = correlations(seen, new, residual.sums(seen, new, here) + residual.sums(seen, new, there))
+    lost = correlations(seen, old, residual.sums(seen, old, here) + residual.sums(seen, old, there))
     fall = float(np.sum(won) - np.sum(lost))
-    greatest = float(np.max(after.strength, initial=0.0))
-    return fall + ERROR_OF_SUMS * greatest >= least
+    changed = np.append(before.strength[gone], after.strength[come])
+    return fall + ERROR_OF_SUMS * float(np.max(changed, initial=0.0)) >= least
 
 
 def _lobes(seen: Observation, residual: Residual, points: Points) -> tuple[Points, BoolArray]:

@@ -70,7 +70,7 @@ class Residual:
             sums[:, is_bent] = moments(self.samples, seen.present, phases, times)
         if points is None:
             return sums
-        gone, come = _unlike(self.subtracted, points)
+        gone, come = unlike(self.subtracted, points)
         if np.any(gone):
             sums = sums + sums_of(seen, self.subtracted[gone], at)
         if np.any(come):
@@ -88,7 +88,7 @@ def _energy(seen: Observation, spectra: Spectra) -> float:
     return float(np.sum(power * seen.weight[:, place]) / bins)
 
 
-def _unlike(first: Replicas, second: Replicas) -> tuple[BoolArray, BoolArray]:
+def unlike(first: Replicas, second: Replicas) -> tuple[BoolArray, BoolArray]:
     """Masks of the signals that only one of both has."""
     same = np.all(first.beat[:, None] == second.beat, axis=-1)
     same &= np.all(first.amplitude[:, None] == second.amplitude, axis=-1)
