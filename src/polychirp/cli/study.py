@@ -148,7 +148,6 @@ def _print_tables(name: str, plan: Plan, results: Results) -> None:
     from polychirp.study.monte_carlo.summary import summaries
 
     rows = summaries(results)
-    rates = sorted({point.study.receiver.false_alarm_probability for point in plan.points})
     axes = [axis.name for axis in plan.axes]
     console = tables()
     console.print(_table(f"{name}: detections, with 95 % intervals", axes, rows, _detections))
@@ -156,9 +155,23 @@ def _print_tables(name: str, plan: Plan, results: Results) -> None:
     console.print(_table("in the cells of the targets, medians", axes, rows, _levels))
     console.print(
         "A trial counts as one draw, however many targets it has. Ghosts and false detections "
-        "(ghosts that nothing explains) are means per frame, at a false-alarm probability per cell "
-        f"of {', '.join(f'{rate:g}' for rate in rates)}.",
+        f"(ghosts that nothing explains) are means per frame, {_thresholds(plan)}.",
     )
+
+
+def _thresholds(plan: Plan) -> str:
+    """Thresholds of the receivers of all points, as the end of a sentence."""
+    from polychirp.receiver.settings import DetectorSettings
+
+    receivers = [point.study.receiver for point in plan.points]
+    rates = {one.false_alarm_probability for one in receivers if isinstance(one, DetectorSettings)}
+    shown = []
+    if rates:
+        each = ", ".join(f"{rate:g}" for rate in sorted(rates))
+        shown.append(f"at a false-alarm probability per cell of {each}")
+    if any(one.kind == "paper" for one in receivers):
+        shown.append("with the receiver 'paper' at its threshold, the mean of the profile")
+    return ", and ".join(shown)
 
 
 def _table(

@@ -23,11 +23,16 @@ from polychirp.errors import (
 from polychirp.model.if_frame import SampleTimes, parts_of, sample_times
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
+from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
 from polychirp.receiver.chain import Receiver
 from polychirp.receiver.mitigation.bursts import BurstDetector
 from polychirp.receiver.range_doppler.chain import RangeDoppler
-from polychirp.receiver.range_doppler.transforms import refuse_unfit
-from polychirp.receiver.selection import AnyReceiver, reason_of_choice, receiver_for
+from polychirp.receiver.selection import (
+    AnyReceiver,
+    reason_of_choice,
+    receiver_for,
+    refuse_unreadable,
+)
 from polychirp.receiver.signal_model.point_signal import beat_sensitivity
 from polychirp.receiver.signal_model.transmit_codes import code_blocks
 from polychirp.study.random_draw import sample_street
@@ -186,7 +191,7 @@ def check(study: Study) -> Derived:
         _need_audible(radar, derived, number=number, study=study)
         refuse_unfollowed(radar)
     for number in victim_indices(study):
-        _need_readable(schedules[number], number=number, kind=study.receiver.kind)
+        _need_readable(study.receiver, schedules[number], number=number)
     _warn_of_targets_without_echo(study)
     _warn_of_receiver(study, schedules)
     for sentence in targets_out_of_reach(study, schedules):
@@ -239,6 +244,8 @@ def _warn_of_receiver(study: Study, schedules: Sequence[RampSchedule]) -> None:
                 ModelWarning,
                 stacklevel=3,
             )
+        if isinstance(receiver, PaperReceiver):
+            warnings.warn(_limits_of_paper_receiver(schedule), ModelWarning, stacklevel=3)
         mitigation = study.receiver.mitigation
         shortest = float(schedule.duration.min())
         if isinstance(mitigation, BurstDetector) and mitigation.guard > GREATEST_GUARD * shortest:
@@ -279,6 +286,25 @@ def _too_coarse(schedule: RampSchedule, times: SampleTimes, receiver: Receiver) 
             f"{'fewer sweeps' if has_both else 'ramps that rise and fall'}"
         )
     return ""
+
+
+def _limits_of_paper_receiver(schedule: RampSchedule) -> str:
+    r"""A sentence on what the paper's receiver does with these ramps.
+
+    A target at range rate v appears :math:`v f/b` away from its range, on ramps of different f/b at
+    different places, and moves by v T during the frame. Averaged, it is spread over more than the
+    cell c/2B if v exceeds :math:`(c/2B)/(\max f/b - \min f/b + T)`.
+    """
+    coupling = schedule.centre_frequency / np.abs(schedule.slope)
+    frame = float(schedule.end_time[-1] - schedule.start_time[0])
+    cell = SPEED_OF_LIGHT / (2.0 * float(np.max(schedule.bandwidth)))
+    speed = cell / (float(np.ptp(coupling)) + frame)
+    return (
+        "the receiver 'paper' serves for comparison: noise alone exceeds its threshold, the mean "
+        "of the profile, in every frame, and it spreads a target faster than "
+        f"{_kmh(speed)} over several range cells, as it averages over sweeps; 'joint' and "
+        "'coherent' do neither"
+    )
 
 
 def _kmh(speed: float) -> str:
@@ -472,13 +498,12 @@ def _memory(times: SampleTimes, radar: StudyRadar) -> int:
     return padded * (1 + len(parts_of(radar))) * _BYTES_OF_A_SAMPLE
 
 
-def _need_readable(schedule: RampSchedule, *, number: int, kind: str) -> None:
+def _need_readable(receiver: AnyReceiver, schedule: RampSchedule, *, number: int) -> None:
     """Refuse a victim whose ramps, or whose transmitting elements, its receiver cannot read."""
-    if kind == "range-doppler":
-        try:
-            refuse_unfit(schedule)
-        except CapabilityError as error:
-            raise CapabilityError(f"radars.{number}.waveform: {error}") from None
+    try:
+        refuse_unreadable(receiver, schedule)
+    except CapabilityError as error:
+        raise CapabilityError(f"radars.{number}.waveform: {error}") from None
     if schedule.num_elements > 1:
         try:
             code_blocks(schedule)

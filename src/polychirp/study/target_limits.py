@@ -8,9 +8,9 @@ import numpy as np
 from polychirp.axes import FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.ramp import RampSchedule
+from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.range_doppler.transforms import repetition_interval
 from polychirp.receiver.selection import receiver_for
-from polychirp.receiver.settings import SearchSettings
 from polychirp.receiver.signal_model.transmit_codes import code_blocks
 from polychirp.study.spec import Study, StudyRadar, target_names, victim_indices
 from polychirp.traffic.street import Point, Vehicle
@@ -56,7 +56,7 @@ def _bodies(study: Study) -> dict[str, Vehicle | Point]:
 def _greatest_speed(study: Study, schedule: RampSchedule) -> tuple[float, str]:
     """Greatest range rate that the receiver reports as it is, m/s, and the end of a sentence."""
     receiver = receiver_for(study.receiver, schedule)
-    if isinstance(receiver, SearchSettings):
+    if not isinstance(receiver, RangeDoppler):
         return receiver.greatest_speed, (
             f"its receiver searches to {3.6 * receiver.greatest_speed:.0f} km/h; raise "
             "receiver.greatest_speed"
