@@ -22,7 +22,7 @@ class MadeUp:
     def run(self, studies, tasks):
         del studies
         for task in tasks:
-            yield Outcome(task=task, victims=(made_up(task.point, task.seed),))
+            yield Outcome(task=task, result=(made_up(task.point, task.seed),))
 
 
 @pytest.fixture
