@@ -122,7 +122,11 @@ def test_power_that_is_combined_over_ramps_grows_with_the_square_of_amplitudes(c
 
 
 def test_bursts_are_mitigated_before_detection(case):
-    """A burst on a twelfth of every ramp, 40 dB above the point, leaves its place and power."""
+    """A burst on a twelfth of every ramp, 40 dB above the point, leaves its place and power.
+
+    The range-Doppler receiver corrects power by the mean weight of the samples, not by that under
+    its windows, which is lower here.
+    """
     receiver, frame = case
     burst = np.zeros_like(frame.samples)
     fast = frame.samples.shape[2]
@@ -130,7 +134,8 @@ def test_bursts_are_mitigated_before_detection(case):
     hit = frame.with_samples(frame.samples + burst)
     found = replace(receiver, mitigation=Blanking(guard=0.5e-6)).detect(hit)
     assert found.range[0] == pytest.approx(9.0, abs=0.15)
-    assert found.power[0] == pytest.approx(POINT.power, rel=0.4)
+    error = 0.4 if receiver.kind == "range-doppler" else 0.15
+    assert found.power[0] == pytest.approx(POINT.power, rel=error)
 
 
 def test_points_of_one_body_are_grouped(case):

@@ -206,7 +206,10 @@ def _write(plan: RocPlan, summary: RocSummary, folder: Path) -> tuple[str, ...]:
     from polychirp.report.figures.roc import noise_data, roc_picture
 
     title = figure_text(f"{plan.study.name}, radar '{plan.radar}': {_situation(plan)}")
-    note = "Intervals are those of 95 %. SNR: all samples of all channels added in phase."
+    note = (
+        "Intervals are those of 95 %; a triangle is an upper limit, where there was no detection. "
+        "SNR: all samples of all channels added in phase."
+    )
     roc_picture(summary, title=title, note=note).save(folder, "roc")
     (folder / "false_alarms.csv").write_text(csv_of(noise_data(summary)), encoding="utf-8")
     origin = {**asdict(plan.origin), "measurement": plan.key}
@@ -215,7 +218,7 @@ def _write(plan: RocPlan, summary: RocSummary, folder: Path) -> tuple[str, ...]:
 
 
 def _situation(plan: RocPlan) -> str:
-    """What there is beside the tested point, in words."""
+    """The tested point, and all that is beside it, in words."""
     from polychirp.units import to_db
 
     words = ["one point"]
@@ -245,9 +248,7 @@ def _curve_table(summary: RocSummary, number: int) -> Table:
     from rich.table import Table
 
     points = summary.of_curve(number)
-    is_windowed = any(point.ideal_windowed != point.ideal for point in points) and math.isfinite(
-        points[0].ideal_windowed
-    )
+    is_windowed = any(point.ideal_windowed < point.ideal for point in points)
     table = Table(title=f"receiver {summary.curves[number].label}", title_justify="left")
     for column in ("SNR", "frames", "Pd", "ideal"):
         table.add_column(column, justify="right")
@@ -313,15 +314,11 @@ def _noise_table(summary: RocSummary, *, has_others: bool) -> Table:
 
 
 def _notes(plan: RocPlan, summary: RocSummary) -> str:
-    """What was counted, in sentences."""
-    from polychirp.study.roc.plan import silent_frame
-    from polychirp.study.roc.yardsticks import error_limits
-
-    schedule = silent_frame(plan).schedule
-    limits = {}
-    for curve in summary.curves:
-        found = error_limits(curve.receiver, schedule)
-        limits[curve.kind] = f"{found.range:.2g} m and {found.range_rate:.2g} m/s ({curve.kind})"
+    """Meaning of the printed numbers, in sentences."""
+    limits = {
+        curve.kind: f"{limit.range:.2g} m and {limit.range_rate:.2g} m/s ({curve.kind})"
+        for curve, limit in zip(summary.curves, summary.limits, strict=True)
+    }
     looks = sorted(set(summary.looks))
     window = plan.window
     paper = (

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 KEPT_TRIALS: Final = (
     "finished trials are kept, and the same command continues with the missing trials"
 )
-"""What is kept after an interrupt, in words."""
+"""A sentence on the trials that are kept after an interrupt."""
 
 
 def add_workers(parser: Any) -> None:

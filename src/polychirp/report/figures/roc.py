@@ -6,6 +6,7 @@ from typing import Any, Final
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
 
 from polychirp.report.figures.drawing import (
     BLUE,
@@ -45,14 +46,16 @@ def roc_picture(summary: RocSummary, *, title: str, note: str) -> Drawing:
         points = summary.of_curve(number)
         line = summary.lines[number]
         left.plot(line.snr_db, line.ideal, color=colour, linestyle=":", linewidth=1.0)
-        left.plot(line.snr_db, line.windowed, color=colour, linestyle="--", linewidth=1.0)
+        if _has_windows(summary, number):
+            left.plot(line.snr_db, line.windowed, color=colour, linestyle="--", linewidth=1.0)
         _curve(left, points, colour, curve.label)
         _false_alarms(right, summary.noise[number], colour)
     left.plot([], [], color=GREY, linestyle=":", label="ideal detector")
-    if any(math.isfinite(point.ideal_windowed) for point in summary.points):
+    if any(_has_windows(summary, number) for number in range(len(summary.curves))):
         left.plot([], [], color=GREY, linestyle="--", label="ideal, with the windows")
     left.set(xlabel="Coherent SNR (dB)", ylabel="Detection probability", ylim=(-0.03, 1.03))
-    left.legend(loc="lower right", fontsize=7.5)
+    left.xaxis.set_major_locator(MaxNLocator(integer=True))
+    left.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3, fontsize=7.5)
     right.plot([], [], color=GREY, marker="_", markersize=14, linestyle="", label="stated, at most")
     right.set(yscale="log", ylabel="Detections in a frame of noise")
     right.set_xticks(
@@ -66,6 +69,12 @@ def roc_picture(summary: RocSummary, *, title: str, note: str) -> Drawing:
     figure.text(0.01, 0.01, note, color=GREY, size=7.5, va="bottom")
     figure.set_layout_engine("constrained", rect=(0.0, 0.04, 1.0, 0.96))  # room for the note
     return Drawing(figure=figure, data=curve_data(summary))
+
+
+def _has_windows(summary: RocSummary, curve: int) -> bool:
+    """True if the receiver's windows change the ideal detector's curve."""
+    points = summary.of_curve(curve)
+    return any(p.ideal_windowed < p.ideal for p in points)
 
 
 def curve_data(summary: RocSummary) -> dict[str, list[Any]]:

@@ -90,13 +90,8 @@ def _tasks(plan: RocPlan) -> Iterator[Task]:
 
 
 def _records(path: Path) -> Iterator[RocRecord]:
-    """Every record of the log, each once."""
-    seen: set[tuple[str, int]] = set()
-    for content in read_contents(path):
-        record = RocRecord.of(content)
-        if (record.case, record.trial) not in seen:
-            seen.add((record.case, record.trial))
-            yield record
+    """Every record of the log."""
+    return map(RocRecord.of, read_contents(path))
 
 
 def _compute(

@@ -18,6 +18,8 @@ from polychirp.scoring.statistics import (
 from polychirp.study.roc.plan import Curve, RocPlan, as_read, case_name, silent_frame
 from polychirp.study.roc.trial import RocRecord
 from polychirp.study.roc.yardsticks import (
+    Extent,
+    error_limits,
     num_cells,
     num_looks,
     stated_threshold,
@@ -129,11 +131,14 @@ class RocSummary:
     ----------
     curves : the plan's curves, by their number
     looks : number of channels whose powers the ideal detector adds, for each curve
+    limits : errors up to which a detection is that of a point, for each curve; in the first trial,
+        if ramps are drawn
     lines : of the ideal detector, for each curve
     """
 
     curves: tuple[Curve, ...]
     looks: tuple[int, ...]
+    limits: tuple[Extent, ...]
     points: tuple[CurvePoint, ...]
     noise: tuple[NoiseRow, ...]
     needed: tuple[Needed, ...]
@@ -171,6 +176,7 @@ def summary_of(plan: RocPlan, records: Iterable[RocRecord]) -> RocSummary:
     return RocSummary(
         curves=plan.curves,
         looks=tuple(looks),
+        limits=tuple(error_limits(curve.receiver, silent.schedule) for curve in plan.curves),
         points=tuple(points),
         noise=tuple(noise),
         needed=tuple(needed),

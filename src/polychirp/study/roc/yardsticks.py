@@ -1,4 +1,4 @@
-"""How a receiver is measured: its resolution, its looks, its cells, and the ideal detector."""
+"""Measures of a receiver: its resolution, its looks, its cells, and the ideal detector beside it."""
 
 from typing import NamedTuple
 
