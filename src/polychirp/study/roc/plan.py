@@ -40,6 +40,9 @@ from polychirp.study.target_limits import greatest_speed
 MOST_CASES: Final = 1000
 """Greatest number of SNRs; chosen."""
 
+SNR_DIGITS: Final = 6
+"""Number of decimals of an SNR in dB that count; chosen: steps of 0.1 dB then meet again."""
+
 STRONG_CELLS: Final = 4.0
 """Distance of a strong point from the tested one, range cells, if none is given; chosen: beyond the
 main lobes of all receivers."""
@@ -164,7 +167,7 @@ def case_name(snr_db: float | None) -> str:
     >>> case_name(12.0), case_name(None)
     ('12.0 dB', 'noise')
     """
-    return "noise" if snr_db is None else f"{snr_db:.6g} dB" if snr_db % 1 else f"{snr_db:.1f} dB"
+    return "noise" if snr_db is None else f"{snr_db} dB"
 
 
 def roc_plan(
@@ -230,7 +233,7 @@ def roc_plan(
     return RocPlan(
         study=bare,
         curves=tuple(curves),
-        snrs_db=tuple(sorted(set(snrs_db))),
+        snrs_db=tuple(sorted({round(float(snr), SNR_DIGITS) + 0.0 for snr in snrs_db})),
         trials=trials,
         noise_trials=noise_trials,
         strong=second,
@@ -267,6 +270,9 @@ def _bare_study(study: Study, radar: str | None, interferers: Sequence[str]) -> 
         )
     radars = tuple(study.radars[names.index(name)] for name in (tested, *interferers))
     carriers = {one.vehicle for one in radars}
+    vehicles = [one.name for one in study.street.vehicles]
+    for carrier in sorted(carriers.difference(vehicles)):
+        raise InputError(no_such("vehicle", carrier, vehicles))
     street = replace(
         study.street,
         road=None,

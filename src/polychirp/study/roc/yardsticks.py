@@ -1,4 +1,4 @@
-"""Measures of a receiver: its resolution, its looks, its cells, and the ideal detector beside it."""
+"""Measures of a receiver: resolution, looks, cells, and the ideal detector that is beside it."""
 
 from typing import NamedTuple
 

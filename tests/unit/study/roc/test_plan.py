@@ -111,14 +111,11 @@ def test_further_snrs_and_trials_belong_to_the_same_measurement():
 
 
 def test_cases_have_names():
-    assert [case_name(snr) for snr in (None, 12, 12.0, 12.5, -3.25, 1 / 3)] == [
-        "noise",
-        "12.0 dB",
-        "12.0 dB",
-        "12.5 dB",
-        "-3.25 dB",
-        "0.333333 dB",
-    ]
+    plan = roc_plan(
+        roc_study(), snrs_db=[12, 0.1 + 0.2, 0.3, -0.0, 0.0, -3.25], trials=1, noise_trials=1
+    )
+    names = ["noise", "-3.25 dB", "0.0 dB", "0.3 dB", "12.0 dB"]
+    assert [case_name(case) for case in plan.cases] == names
 
 
 @pytest.mark.parametrize(
@@ -141,6 +138,18 @@ def test_cases_have_names():
 def test_a_wrong_request_is_refused_in_one_sentence(change, message):
     with pytest.raises(InputError, match=message):
         roc_plan(roc_study(), **{**ASK, **change})
+
+
+def test_a_negative_seed_is_refused():
+    with pytest.raises(InputError, match="seed: is -1; use 0 or more"):
+        roc_plan(replace(roc_study(), seed=-1), **ASK)
+
+
+def test_a_radar_on_a_vehicle_that_is_not_there_is_refused():
+    study = roc_study()
+    lost = (replace(study.radars[0], vehicle="ego2"), study.radars[1])
+    with pytest.raises(InputError, match=r"no vehicle 'ego2'.*did you mean 'ego'"):
+        roc_plan(replace(study, radars=lost), **ASK)
 
 
 def test_a_probability_for_the_papers_receiver_is_refused():
