@@ -23,18 +23,20 @@ from polychirp.errors import (
 from polychirp.model.if_frame import SampleTimes, parts_of, sample_times
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
+from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
 from polychirp.receiver.angle.ambiguity import Window, ambiguities, unambiguous_window
 from polychirp.receiver.angle.beams import too_large
 from polychirp.receiver.angle.elements import Elements
 from polychirp.receiver.chain import Receiver
 from polychirp.receiver.mitigation.bursts import BurstDetector
 from polychirp.receiver.range_doppler.chain import RangeDoppler
-from polychirp.receiver.range_doppler.transforms import refuse_unfit
 from polychirp.receiver.selection import (
     AnyReceiver,
+    angle_estimator,
     readable_elements,
     reason_of_choice,
     receiver_for,
+    refuse_unreadable,
 )
 from polychirp.receiver.signal_model.point_signal import beat_sensitivity
 from polychirp.receiver.signal_model.transmit_codes import code_blocks, virtual_channels
@@ -254,6 +256,8 @@ def _warn_of_receiver(study: Study, schedules: Sequence[RampSchedule]) -> None:
                 ModelWarning,
                 stacklevel=3,
             )
+        if isinstance(receiver, PaperReceiver):
+            warnings.warn(_limits_of_paper_receiver(schedule), ModelWarning, stacklevel=3)
         mitigation = study.receiver.mitigation
         shortest = float(schedule.duration.min())
         if isinstance(mitigation, BurstDetector) and mitigation.guard > GREATEST_GUARD * shortest:
@@ -294,6 +298,25 @@ def _too_coarse(schedule: RampSchedule, times: SampleTimes, receiver: Receiver) 
             f"{'fewer sweeps' if has_both else 'ramps that rise and fall'}"
         )
     return ""
+
+
+def _limits_of_paper_receiver(schedule: RampSchedule) -> str:
+    r"""A sentence on what the paper's receiver does with these ramps.
+
+    A target at range rate v appears :math:`v f/b` away from its range, on ramps of different f/b at
+    different places, and moves by v T during the frame. Averaged, it is spread over more than the
+    cell c/2B if v exceeds :math:`(c/2B)/(\max f/b - \min f/b + T)`.
+    """
+    coupling = schedule.centre_frequency / np.abs(schedule.slope)
+    frame = float(schedule.end_time[-1] - schedule.start_time[0])
+    cell = SPEED_OF_LIGHT / (2.0 * float(np.max(schedule.bandwidth)))
+    speed = cell / (float(np.ptp(coupling)) + frame)
+    return (
+        "the receiver 'paper' serves for comparison: noise alone exceeds its threshold, the mean "
+        "of the profile, in every frame, and it spreads a target faster than "
+        f"{_kmh(speed)} over several range cells, as it averages over sweeps; 'joint' and "
+        "'coherent' do neither"
+    )
 
 
 def _kmh(speed: float) -> str:
@@ -438,7 +461,7 @@ def _derived(radar: StudyRadar, schedule: RampSchedule, receiver: AnyReceiver) -
     elements = Elements.of(place, frequency=SPEED_OF_LIGHT / wavelength)
     window = Window(None, None)  # of an array whose lobes would take too long to find
     if not too_large(elements):
-        window = unambiguous_window(elements, estimator=receiver.angle)
+        window = unambiguous_window(elements, estimator=angle_estimator(chosen))
     return DerivedRadar(
         name=radar.name,
         range_resolution=(float(resolution.min()), float(resolution.max())),
@@ -496,11 +519,10 @@ def _memory(times: SampleTimes, radar: StudyRadar) -> int:
 
 def _need_readable(study: Study, schedule: RampSchedule, *, number: int) -> None:
     """Refuse a victim whose ramps, or whose array and its coding, its receiver cannot read."""
-    if study.receiver.kind == "range-doppler":
-        try:
-            refuse_unfit(schedule)
-        except CapabilityError as error:
-            raise CapabilityError(f"radars.{number}.waveform: {error}") from None
+    try:
+        refuse_unreadable(study.receiver, schedule)
+    except CapabilityError as error:
+        raise CapabilityError(f"radars.{number}.waveform: {error}") from None
     if schedule.num_elements > 1:
         try:
             code_blocks(schedule)
@@ -528,7 +550,7 @@ def _warn_of_ambiguity(study: Study, schedules: Sequence[RampSchedule]) -> None:
             min(0.5 * width, 0.5 * np.pi)
             for width in (pattern.azimuth_beamwidth, pattern.elevation_beamwidth)
         ]
-        lobes = np.abs(ambiguities(elements, estimator=receiver.angle))
+        lobes = np.abs(ambiguities(elements, estimator=angle_estimator(receiver)))
         inside = lobes[np.all(lobes < 2.0 * np.sin(half) - 1e-6, axis=1)]
         if not len(inside):
             continue

@@ -92,8 +92,8 @@ class MadeUp:
             raise KeyboardInterrupt
         self.ran[task.point, task.trial] += 1
         if (task.point, task.trial) in self.failing:
-            return Outcome(task=task, victims=None, failure="the mast fell over")
-        return Outcome(task=task, victims=(made_up(task.point, task.seed),))
+            return Outcome(task=task, result=None, failure="the mast fell over")
+        return Outcome(task=task, result=(made_up(task.point, task.seed),))
 
 
 @pytest.fixture(scope="module")

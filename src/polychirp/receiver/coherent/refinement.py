@@ -27,7 +27,7 @@ SWEEPS_OF_ALL = 4
 """Greatest number of sweeps over all points between two exact residuals; chosen."""
 
 ERROR_OF_SUMS = 0.01
-"""Greatest error of powers that follow from approximate sums, as a share of the strongest point that
+"""Greatest error of powers from approximate sums, as a share of the strongest point that
 changes; chosen: below it, an exact residual is taken."""
 
 LEAST_REDUNDANCY = 0.3

@@ -24,12 +24,12 @@ from polychirp.receiver.range_doppler.transforms import (
     refuse_unfit,
 )
 from polychirp.receiver.range_doppler.unfolding import unfolded
-from polychirp.receiver.settings import ReceiverSettings
+from polychirp.receiver.settings import DetectorSettings
 from polychirp.receiver.signal_model.transmit_codes import code_blocks, virtual_channels
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RangeDoppler(ReceiverSettings):
+class RangeDoppler(DetectorSettings):
     """Receiver of equal chirps: two Fourier transforms, ordered-statistic CFAR, MIMO decoding.
 
     The steps: mitigation, tapered transforms over each chirp and over the chirps, power summed over

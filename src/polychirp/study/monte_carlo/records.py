@@ -151,8 +151,8 @@ class TrialLog:
         self._file = file
         self._synced = time.monotonic()
 
-    def append(self, record: TrialRecord) -> None:
-        """Store one finished trial."""
+    def append(self, record: Any) -> None:
+        """Store the record of one finished trial, a data class."""
         try:
             self._file.write(_line(asdict(record)))
             self._file.flush()
@@ -261,16 +261,21 @@ def _in_words(made_with: Mapping[str, Any] | None) -> str:
 
 def read_records(path: Path) -> Iterator[TrialRecord]:
     """Every complete trial of a log, each once, in the order in which they finished."""
+    seen: set[tuple[str, int]] = set()
+    for content in read_contents(path):
+        record = _record_from(content)
+        if record.key not in seen:
+            seen.add(record.key)
+            yield record
+
+
+def read_contents(path: Path) -> Iterator[dict[str, Any]]:
+    """Content of every complete record of a log, in their order; none if there is no log."""
     if not path.exists():
         return
-    seen: set[tuple[str, int]] = set()
     with path.open("rb") as file:
         file.readline()
         for line in file:
             content = _content(line)
-            if content is None:
-                continue
-            record = _record_from(content)
-            if record.key not in seen:
-                seen.add(record.key)
-                yield record
+            if content is not None:
+                yield content
