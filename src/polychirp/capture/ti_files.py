@@ -69,6 +69,9 @@ def _whole(value: object, place: str) -> int:
     return int(number)
 
 
+MOST_VALUES: Final = 64
+"""Greatest number of values of a command. Chosen: ``profileCfg`` has 14."""
+
 _CODES: Final = {
     "rlBpmChirps": "rlBpmChirpCfg_t",
     "rlRfPhaseShiftCfgs": "rlRfPhaseShiftCfg_t",
@@ -232,6 +235,8 @@ def _commands(text: str) -> Iterator[tuple[str, list[float], str]]:
         name, *words = line.split("%")[0].split("#")[0].split() or [""]
         if name in READ_COMMANDS:
             place = f"line {number}, {name}"
+            if len(words) > MOST_VALUES:
+                raise InputError(f"{place}: has {len(words)} values, more than {MOST_VALUES}")
             yield name, [_number(word, place) for word in words], place
 
 

@@ -267,6 +267,7 @@ def test_codes_of_zero_phase_are_no_codes(tmp_path):
         ("radar.json", b'{"mmWaveDevices": [{}, {}]}', "must list one device"),
         ("radar.txt", b"", "must end in .json"),
         ("radar.cfg", (MOST_BYTES + 1) * b"%", "larger than 16 MiB"),
+        ("radar.cfg", b"adcCfg" + 100_000 * b" 1", "line 1, adcCfg: has 100000 values"),
         ("radar.cfg", 3000 * b"chirpCfg 0 0 0 0 0 0 0 1\n", "more than 2048 commands"),
     ],
 )
