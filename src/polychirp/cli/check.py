@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import shlex
 from typing import TYPE_CHECKING, Any, Final
 
@@ -42,7 +43,8 @@ def add_parser(subparsers: Any) -> None:
         "check",
         help="read a study and print what its radars resolve",
         description="Read a study, say what prevents it from running, and print what follows from "
-        "it: range and speed resolution, greatest range, beat band, memory, cost.",
+        "it: range and speed resolution, unambiguous directions, greatest range, beat band, "
+        "memory, cost.",
     )
     add_study_arguments(parser)
 
@@ -112,6 +114,8 @@ def _rows(radar: DerivedRadar, victims: tuple[str, ...]) -> dict[str, str]:
         "… by Doppler and beams": f"±{3.6 * radar.unfolded_speed:.3g} km/h"
         if radar.unfolded_speed > radar.unambiguous_speed
         else _ABSENT,
+        "unambiguous azimuth": _window(radar.azimuth_window),
+        "unambiguous elevation": _window(radar.elevation_window),
         "greatest range (IF pass band)": f"{radar.greatest_range:.3g} m",
         "beat band": _prefixed_span(radar.beat_band, "Hz"),
         "receiver": radar.receiver,
@@ -141,6 +145,11 @@ def _prefixed_span(limits: tuple[float, float], unit: str) -> str:
     fits = (name for name, size in prefixes.items() if limits[1] >= size * (1 - 1e-9))
     prefix = next(fits, list(prefixes)[-1])
     return _span(limits, 1.0 / prefixes[prefix], prefix + unit)
+
+
+def _window(angle: float | None) -> str:
+    """The greatest angle to either side; a dash for an array that does not measure it."""
+    return _ABSENT if angle is None else f"±{math.degrees(angle):.3g}°"
 
 
 def _span(limits: tuple[float, float], scale: float, unit: str) -> str:

@@ -191,6 +191,7 @@ def _errors(row: Summary) -> dict[str, str]:
         "range, m": _shown(row.range_rmse),
         "speed, km/h": _shown(row.range_rate_rmse, scale=3.6),
         "azimuth, °": _shown(row.azimuth_rmse, scale=180 / math.pi),
+        "elevation, °": _shown(row.elevation_rmse, scale=180 / math.pi),
     }
 
 

@@ -6,7 +6,7 @@ The subpackages and modules in reading order; other packages may use the names b
 - `signal_model`: signals of moving points, and their fit in the spectra.
 - `detection`: the range-rate map, its floor and thresholds: `cfar.CfarWindow`.
 - `estimation`: refinement and tests of points: `cramer_rao.cramer_rao_bound`.
-- `angle`: azimuths of points: `doa`, `beamform`.
+- `angle`: azimuths and elevations of points: `directions`, `doa`, `beamform`; `ambiguity`.
 - `clustering`: several points of one body as one detection: `Body`, `merged`.
 - `settings`: what all receivers share.
 - `chain`: all of these in order, for ramps of any slopes: `Receiver`.

@@ -6,13 +6,22 @@ from typing import Annotated, Literal
 import numpy as np
 
 from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.errors import CapabilityError
+from polychirp.model.antenna import AntennaArray
 from polychirp.model.ramp import RampSchedule
+from polychirp.receiver.angle.directions import unfit as unfit_array
+from polychirp.receiver.angle.elements import Elements
 from polychirp.receiver.chain import Receiver
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.estimation.beat_refinement import LARGEST_RATE_CHANGE
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.range_doppler.transforms import unfit
 from polychirp.receiver.settings import SearchSettings, need_dynamic_range
+from polychirp.receiver.signal_model.transmit_codes import (
+    need_own_line,
+    virtual_channels,
+    virtual_line,
+)
 from polychirp.spec import ByKind
 from polychirp.units import Ratio
 
@@ -81,6 +90,28 @@ def tells_speeds_by_beats(schedule: RampSchedule) -> bool:
     half_step = wavelength / (12.0 * float(np.max(schedule.duration)))
     has_both = bool(np.any(schedule.slope > 0) and np.any(schedule.slope < 0))
     return has_both and half_step <= LARGEST_RATE_CHANGE
+
+
+def readable_elements(
+    receiver: FrameReceiver, array: AntennaArray, schedule: RampSchedule
+) -> Elements:
+    """The virtual elements of an array, if the receiver and its estimator of angles can read them.
+
+    Raises
+    ------
+    CapabilityError
+        The joint and the coherent receiver need a uniform line of virtual elements; the estimators
+        have the needs of `angle.directions.unfit`.
+    """
+    place, _ = virtual_channels(array, schedule.num_elements)
+    if not isinstance(receiver, RangeDoppler):
+        need_own_line(array)
+        virtual_line(array, schedule.num_elements)
+    elements = Elements.of(place, frequency=float(np.mean(schedule.centre_frequency)))
+    reason = unfit_array(elements, receiver.angle)
+    if reason:
+        raise CapabilityError(reason)
+    return elements
 
 
 def receiver_for(receiver: AnyReceiver, schedule: RampSchedule) -> FrameReceiver:

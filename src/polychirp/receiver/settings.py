@@ -21,7 +21,8 @@ class ReceiverSettings(Spec):
     false_alarm_probability : probability that noise alone crosses the threshold, per cell of the
         map over range and range rate
     least_range, greatest_range : m, limits of the map
-    angle : estimator of azimuths: root-MUSIC, or Bartlett's or Capon's beamformer
+    angle : estimator of azimuths and elevations: root-MUSIC (elements on a line), ESPRIT (an array
+        that contains a part and its shifted copy), or Bartlett's or Capon's beams (any array)
     grouping : limits within which several points are merged into one detection of a body; None
         for one detection per point
     """

@@ -23,13 +23,21 @@ from polychirp.errors import (
 from polychirp.model.if_frame import SampleTimes, parts_of, sample_times
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
+from polychirp.receiver.angle.ambiguity import Window, ambiguities, unambiguous_window
+from polychirp.receiver.angle.beams import too_large
+from polychirp.receiver.angle.elements import Elements
 from polychirp.receiver.chain import Receiver
 from polychirp.receiver.mitigation.bursts import BurstDetector
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.range_doppler.transforms import refuse_unfit
-from polychirp.receiver.selection import AnyReceiver, reason_of_choice, receiver_for
+from polychirp.receiver.selection import (
+    AnyReceiver,
+    readable_elements,
+    reason_of_choice,
+    receiver_for,
+)
 from polychirp.receiver.signal_model.point_signal import beat_sensitivity
-from polychirp.receiver.signal_model.transmit_codes import code_blocks
+from polychirp.receiver.signal_model.transmit_codes import code_blocks, virtual_channels
 from polychirp.study.random_draw import sample_street
 from polychirp.study.size import refuse_too_large
 from polychirp.study.spec import (
@@ -94,6 +102,9 @@ class DerivedRadar:
         ramp
     ramp_duration : s
     frame_duration : s, from the first ramp's start to the last one's end
+    azimuth_window, elevation_window : rad, greatest azimuth and elevation to either side that the
+        virtual array tells apart (`angle.ambiguity.unambiguous_window`); None if it does not
+        measure them
     receiver : kind of the receiver of its frame
     receiver_reason : why `AutoReceiver` chose it, as the end of a sentence
     num_ramps : in a frame
@@ -113,6 +124,8 @@ class DerivedRadar:
     beat_band: Limits
     ramp_duration: Limits
     frame_duration: float
+    azimuth_window: float | None
+    elevation_window: float | None
     receiver: str
     receiver_reason: str
     num_ramps: int
@@ -162,14 +175,15 @@ def check(study: Study) -> Derived:
         The beats of echoes from the receiver's greatest range are above the edge of the IF filter's
         stop band, or above half the sample rate.
     CapabilityError
-        The elements of a victim's array cannot be told apart.
+        The elements of a victim's array cannot be told apart, or its receiver or estimator of
+        angles cannot read the array.
 
     Warns
     -----
     ModelWarning
         The tracer gives targets no echo, a material is used outside its band, ramps are too short
-        for the receiver's range-rate map or for the guard of its mitigation, or a target is too far
-        away or too fast for the receiver.
+        for the receiver's range-rate map or for the guard of its mitigation, an array is ambiguous
+        in its elements' beam, or a target is too far away or too fast for the receiver.
     """
     try:
         if study.seed >= 0:  # `_problems` reports a negative seed
@@ -190,9 +204,10 @@ def check(study: Study) -> Derived:
         _need_audible(radar, derived, number=number, study=study)
         refuse_unfollowed(radar)
     for number in victim_indices(study):
-        _need_readable(schedules[number], number=number, kind=study.receiver.kind)
+        _need_readable(study, schedules[number], number=number)
     _warn_of_targets_without_echo(study)
     _warn_of_receiver(study, schedules)
+    _warn_of_ambiguity(study, schedules)
     for sentence in targets_out_of_reach(study, schedules):
         warnings.warn(sentence, ModelWarning, stacklevel=2)
     victims = [radars[i] for i in victim_indices(study)]
@@ -429,6 +444,11 @@ def _derived(radar: StudyRadar, schedule: RampSchedule, receiver: AnyReceiver) -
     speed = wavelength / (4.0 * _sweep_interval(schedule))
     folded = speed / _code_length(schedule)
     is_unfolded = isinstance(chosen, RangeDoppler) and chosen.unfolds
+    place, _ = virtual_channels(radar.array, schedule.num_elements)
+    elements = Elements.of(place, frequency=SPEED_OF_LIGHT / wavelength)
+    window = Window(None, None)  # of an array whose lobes would take too long to find
+    if not too_large(elements):
+        window = unambiguous_window(elements, estimator=receiver.angle)
     return DerivedRadar(
         name=radar.name,
         range_resolution=(float(resolution.min()), float(resolution.max())),
@@ -440,6 +460,8 @@ def _derived(radar: StudyRadar, schedule: RampSchedule, receiver: AnyReceiver) -
         beat_band=(0.0, 2.0 * steepest * receiver.greatest_range / SPEED_OF_LIGHT),
         ramp_duration=(float(schedule.duration.min()), float(schedule.duration.max())),
         frame_duration=frame_duration,
+        azimuth_window=window.azimuth,
+        elevation_window=window.elevation,
         receiver=chosen.kind,
         receiver_reason=reason_of_choice(schedule),
         num_ramps=schedule.num_ramps,
@@ -490,9 +512,9 @@ def _memory(times: SampleTimes, radar: StudyRadar) -> int:
     return padded * (1 + len(parts_of(radar))) * _BYTES_OF_A_SAMPLE
 
 
-def _need_readable(schedule: RampSchedule, *, number: int, kind: str) -> None:
-    """Refuse a victim whose ramps, or whose transmitting elements, its receiver cannot read."""
-    if kind == "range-doppler":
+def _need_readable(study: Study, schedule: RampSchedule, *, number: int) -> None:
+    """Refuse a victim whose ramps, or whose array and its coding, its receiver cannot read."""
+    if study.receiver.kind == "range-doppler":
         try:
             refuse_unfit(schedule)
         except CapabilityError as error:
@@ -502,6 +524,41 @@ def _need_readable(schedule: RampSchedule, *, number: int, kind: str) -> None:
             code_blocks(schedule)
         except CapabilityError as error:
             raise CapabilityError(f"radars.{number}.coding: {error}") from None
+    try:
+        readable_elements(
+            receiver_for(study.receiver, schedule), study.radars[number].array, schedule
+        )
+    except CapabilityError as error:
+        raise CapabilityError(f"radars.{number}.array: {error}") from None
+
+
+def _warn_of_ambiguity(study: Study, schedules: Sequence[RampSchedule]) -> None:
+    """Warn of victims with directions in their field of view that their arrays cannot tell apart.
+
+    The field of view is that of the elements' 3-dB beam.
+    """
+    for number in victim_indices(study):
+        radar, schedule = study.radars[number], schedules[number]
+        receiver = receiver_for(study.receiver, schedule)
+        elements = readable_elements(receiver, radar.array, schedule)
+        pattern = radar.array.pattern
+        half = [
+            min(0.5 * width, 0.5 * np.pi)
+            for width in (pattern.azimuth_beamwidth, pattern.elevation_beamwidth)
+        ]
+        lobes = np.abs(ambiguities(elements, estimator=receiver.angle))
+        inside = lobes[np.all(lobes < 2.0 * np.sin(half) - 1e-6, axis=1)]
+        if not len(inside):
+            continue
+        left, up = inside[np.argmin(np.linalg.norm(inside, axis=1))]
+        warnings.warn(
+            f"the array of '{radar.name}' cannot tell apart directions in its elements' beam of "
+            f"±{np.degrees(half[0]):.3g}° by ±{np.degrees(half[1]):.3g}°, such as two whose sines "
+            f"differ by {left:.3g} in azimuth and {up:.3g} in elevation: a target may appear in a "
+            "wrong direction; place elements closer together, or unevenly",
+            ModelWarning,
+            stacklevel=3,
+        )
 
 
 def _need_audible(radar: StudyRadar, derived: DerivedRadar, *, number: int, study: Study) -> None:

@@ -114,9 +114,7 @@ def test_the_unambiguous_speed_is_that_of_one_transmitters_interval(coding, swee
         converter=Converter(sample_rate=20e6, start=3e-6, margin=1e-6),
         if_filter=IfFilter(passband=9e6, stopband=10e6),
     )
-    post = Street(
-        vehicles=STUDY.street.vehicles[:1], points=(Point(name="p", x=9, y=0, z=1, rcs=1),)
-    )
+    post = Point(name="post", x=9.0, y=0.0, z=1.0, rcs=1.0)
     street = Street(vehicles=STUDY.street.vehicles[:1], points=(post,))
     study = replace(STUDY, radars=(radar,), street=street, tracer=FreeSpace(), num_sweeps=24)
     span = SPEED_OF_LIGHT / 77.2e9 / (4 * 55e-6)
