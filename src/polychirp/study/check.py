@@ -87,12 +87,15 @@ class DerivedRadar:
     Parameters
     ----------
     name : name of the radar
-    range_resolution : m, :math:`c/2B` with the bandwidth B of each ramp
+    range_resolution : m, :math:`c/2B` with the bandwidth B of the sampled part of each ramp
     speed_resolution : m/s, :math:`\lambda/2T_{frame}`
     unambiguous_speed : m/s, greatest speed, approaching or receding, that a Doppler transform over
-        equal sweeps gives without ambiguity: :math:`\lambda/4NT_{sweep}`. N is 1 with the
-        range-Doppler receiver, which tells the folds apart by the beams of the virtual array; else
-        it is the number of sweeps after which the transmitting elements' code repeats
+        equal sweeps of the same transmitting elements gives without ambiguity:
+        :math:`\lambda/4NT`. T is the interval from sweep to sweep, and N the number of sweeps after
+        which the elements' code repeats, so that NT is the repetition interval of one transmitter
+    unfolded_speed : m/s, greatest speed that the receiver reports as it is: :math:`\lambda/4T` if
+        it is the range-Doppler receiver and tells the speeds that a code leaves open apart by the
+        beams of the virtual array, else ``unambiguous_speed``
     has_equal_sweeps : True if all sweeps are equal; with different sweeps, speeds above
         ``unambiguous_speed`` can be told apart
     greatest_range : m, range whose beat on the steepest ramp is at the edge of the IF filter's pass
@@ -117,6 +120,7 @@ class DerivedRadar:
     range_resolution: Limits
     speed_resolution: float
     unambiguous_speed: float
+    unfolded_speed: float
     has_equal_sweeps: bool
     greatest_range: float
     beat_band: Limits
@@ -260,11 +264,14 @@ def _warn_of_receiver(study: Study, schedules: Sequence[RampSchedule]) -> None:
             warnings.warn(_limits_of_paper_receiver(schedule), ModelWarning, stacklevel=3)
         mitigation = study.receiver.mitigation
         shortest = float(schedule.duration.min())
-        if isinstance(mitigation, BurstDetector) and mitigation.guard > GREATEST_GUARD * shortest:
+        if not isinstance(mitigation, BurstDetector):
+            continue
+        guard = mitigation.guard_time(radar.converter.sample_rate)
+        if guard > GREATEST_GUARD * shortest:
             warnings.warn(
-                f"the guard of the mitigation '{mitigation.kind}' is {1e6 * mitigation.guard:.3g} "
-                f"µs, and the shortest ramp of '{radar.name}' lasts {1e6 * shortest:.3g} µs, so "
-                "that each burst takes much of a ramp; set receiver.mitigation.guard to "
+                f"the guard of the mitigation '{mitigation.kind}' is {1e6 * guard:.3g} µs, and "
+                f"the shortest ramp of '{radar.name}' lasts {1e6 * shortest:.3g} µs, so that "
+                "each burst takes much of a ramp; set receiver.mitigation.guard to "
                 f"'{1e6 * GREATEST_GUARD * shortest:.2g} us' or less",
                 ModelWarning,
                 stacklevel=3,
@@ -454,9 +461,12 @@ def _derived(radar: StudyRadar, schedule: RampSchedule, receiver: AnyReceiver) -
     frame_duration = float(schedule.end_time[-1] - schedule.start_time[0])
     num_sweeps = int(schedule.sweep[-1]) + 1
     steepest = float(np.max(np.abs(schedule.slope)))
-    resolution = SPEED_OF_LIGHT / (2.0 * schedule.bandwidth)
+    sampled = np.abs(schedule.slope) * times.num_samples / times.rate
+    resolution = SPEED_OF_LIGHT / (2.0 * sampled)
     chosen = receiver_for(receiver, schedule)
-    has_folds = not (isinstance(chosen, RangeDoppler) and chosen.unfolds)
+    speed = wavelength / (4.0 * _sweep_interval(schedule))
+    folded = speed / _code_length(schedule)
+    is_unfolded = isinstance(chosen, RangeDoppler) and chosen.unfolds
     place, _ = virtual_channels(radar.array, schedule.num_elements)
     elements = Elements.of(place, frequency=SPEED_OF_LIGHT / wavelength)
     window = Window(None, None)  # of an array whose lobes would take too long to find
@@ -466,9 +476,8 @@ def _derived(radar: StudyRadar, schedule: RampSchedule, receiver: AnyReceiver) -
         name=radar.name,
         range_resolution=(float(resolution.min()), float(resolution.max())),
         speed_resolution=_doppler_cell(schedule),
-        unambiguous_speed=wavelength
-        * num_sweeps
-        / (4.0 * frame_duration * (_code_length(schedule) if has_folds else 1)),
+        unambiguous_speed=folded,
+        unfolded_speed=speed if is_unfolded else folded,
         has_equal_sweeps=_has_equal_sweeps(schedule, num_sweeps),
         greatest_range=SPEED_OF_LIGHT * radar.if_filter.passband / (2.0 * steepest),
         beat_band=(0.0, 2.0 * steepest * receiver.greatest_range / SPEED_OF_LIGHT),
@@ -483,6 +492,15 @@ def _derived(radar: StudyRadar, schedule: RampSchedule, receiver: AnyReceiver) -
         samples_per_frame=int(times.num_samples.sum()),
         memory=_memory(times, radar),
     )
+
+
+def _sweep_interval(schedule: RampSchedule) -> float:
+    """Mean time from the start of a sweep to that of the next one, s; a lone sweep's duration."""
+    first_ramp = np.searchsorted(schedule.sweep, np.unique(schedule.sweep))
+    starts = schedule.start_time[first_ramp]
+    if starts.size == 1:
+        return float(schedule.end_time[-1] - starts[0])
+    return float(starts[-1] - starts[0]) / (starts.size - 1)
 
 
 def _code_length(schedule: RampSchedule) -> int:
