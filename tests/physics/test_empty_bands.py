@@ -4,6 +4,8 @@ Four elements in six bands, as the AWR2944 plays them (TI, TIDUF01, §2.4.8), un
 otherwise. SNRs are those of the whole frame: of all samples, elements and channels together.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import binom
@@ -45,11 +47,11 @@ def array(num_elements: int, num_channels: int = 4) -> AntennaArray:
     )
 
 
-def seen(points, seed, *, coding=SIX, elements=4, channels=4, errors=0.0):
+def seen(points, seed, *, coding=SIX, elements=4, channels=4, errors=0.0, placed=()):
     return coded_frame(
         plan(coding, elements),
         points,
-        array=array(elements, channels),
+        array=replace(array(elements, channels), transmitter_positions=placed),
         converter=CONVERTER,
         errors=errors,
         seed=seed,
@@ -125,8 +127,24 @@ def test_99_of_100_speeds_are_right_near_the_threshold_of_detection(unfolds, spr
     assert binom.cdf(wrong, seen_at_all, 0.01) < 0.05
 
 
-@pytest.mark.parametrize("ratio", [0.0, 10.0, 20.0])
-def test_two_targets_of_one_cell_are_both_found(ratio):
+def test_the_speed_is_right_with_elements_in_two_rows():
+    """Of 30 drawn targets of 26 dB all have the right speed: 0.9 or more, at 95 %."""
+    raised = ((0, 0), (4, 1), (8, 0), (12, 1))
+    reader = replace(READER, angle="bartlett")
+    for seed in range(30):
+        draw = np.random.default_rng([65, seed])
+        point = replace(drawn_point(draw, 26.0), elevation=draw.uniform(-0.3, 0.3))
+        found = reader.detect(seen([point], seed, placed=raised))
+        assert right(found, point)
+        assert found.num_detections == 1
+
+
+@pytest.mark.parametrize(
+    ("ratio", "placed"),
+    [(0.0, ()), (10.0, ()), (20.0, ()), (10.0, ((0, 0), (4, 0), (10, 0), (14, 0)))],
+    ids=["equal", "10 dB", "20 dB", "10 dB, a line with a gap"],
+)
+def test_two_targets_of_one_cell_are_both_found(ratio, placed):
     """Their range rates differ by whole bands and up to half a cell; the weaker one has 25 dB.
 
     Of 24 pairs 21 are both right, and at most one of 48 points is reported that is none.
@@ -147,7 +165,7 @@ def test_two_targets_of_one_cell_are_both_found(ratio):
             )
             for k in (0, 1)
         ]
-        found = READER.detect(seen(points, seed))
+        found = READER.detect(seen(points, seed, placed=placed))
         hits = sum(right(found, point) for point in points)
         both += hits == 2
         false += found.num_detections - hits

@@ -28,6 +28,7 @@ from polychirp.model.paths import Bounce
 from polychirp.model.radar import Converter, Radar
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Actor, Scene
+from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.selection import AutoReceiver
@@ -229,10 +230,14 @@ def test_another_sampling_is_refused():
         {"receiver": CoherentReceiver(greatest_range=45.0)},
         {
             "waveform": Triangular(bandwidth=500e6, ramp_duration=50e-6),
+            "receiver": PaperReceiver(greatest_range=45.0),
+        },
+        {
+            "waveform": Triangular(bandwidth=500e6, ramp_duration=50e-6),
             "receiver": AutoReceiver(greatest_range=45.0),
         },
     ],
-    ids=["named", "chosen"],
+    ids=["named", "paper", "chosen"],
 )
 def test_receivers_that_take_the_image_for_a_beat_are_refused_before_the_run(changes):
     with pytest.raises(CapabilityError, match=r"needs complex samples.*of 'front' takes real ones"):

@@ -23,13 +23,15 @@ class HandPoint:
     """A point: m, m/s, m/s², rad, and its power at the start relative to unit noise per sample.
 
     ``sine_rate``, 1/s, is the rate of the sine of its azimuth at the start. If ``spreads``, its
-    amplitude follows 1/R² over the frame; else it is constant.
+    amplitude follows 1/R² over the frame; else it is constant. `coded_frame` alone reads
+    ``elevation``, and neither rates of the azimuth nor growth.
     """
 
     range: float
     range_rate: float = 0.0
     acceleration: float = 0.0
     azimuth: float = 0.0
+    elevation: float = 0.0
     sine_rate: float = 0.0
     power: float = 1.0
     spreads: bool = False
@@ -82,12 +84,18 @@ def coded_frame(
     times = sample_times(schedule, converter)
     shape = (array.num_channels, schedule.num_ramps, times.most_samples)
     samples = np.sqrt(0.5) * (draw.normal(size=shape) + 1j * draw.normal(size=shape))
-    place = virtual_position(array)[: schedule.num_elements, :, 1]
+    place = virtual_position(array)[: schedule.num_elements]
     wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
     for point in points:
         motion = np.array([point.range, point.range_rate, 0.0])
         signal = replica(schedule, times, motion=motion, time=float(schedule.start_time[0]))
-        cycles = place * np.sin(point.azimuth) / wavelength + draw.random()
+        level = np.cos(point.elevation)
+        to_it = [
+            level * np.cos(point.azimuth),
+            level * np.sin(point.azimuth),
+            np.sin(point.elevation),
+        ]
+        cycles = place @ np.array(to_it) / wavelength + draw.random()
         each = np.exp(-2j * np.pi * cycles + 1j * np.asarray(errors))
         by_ramp = schedule.transmit_weight.conj() @ each
         samples += np.sqrt(point.power) * by_ramp.T[:, :, None] * signal

@@ -134,13 +134,15 @@ def _print_table(trial: Trial) -> None:
         levels.add_column(column)
     for column in ("SNR", "INR", "SINR", "SINR, mitigated"):
         levels.add_column(column, justify="right")
-    for column in ("range", "range error", "speed error", "azimuth error"):
+    columns = ["range", "range error", "speed error", "azimuth error"]
+    has_elevation = any(_measures_elevation(victim) for victim in trial.victims)
+    for column in columns + ["elevation", "elevation error"] * has_elevation:
         errors.add_column(column, justify="right")
     for victim in trial.victims:
         rise = decibels(victim.score.floor_rise)
         counts.add_row(victim.name, *(str(count) for count in _counts(victim).values()), rise)
         for row in _error_rows(victim):
-            errors.add_row(victim.name, *row)
+            errors.add_row(victim.name, *row[: len(errors.columns) - 1])
         for row in _level_rows(victim):
             levels.add_row(victim.name, *row)
     console = tables()
@@ -162,7 +164,7 @@ def _level_rows(victim: VictimResult) -> Iterator[tuple[str, ...]]:
 
 
 def _error_rows(victim: VictimResult) -> Iterator[tuple[str, ...]]:
-    """Name, true range, and errors of every target found, as text with units."""
+    """Every target found, as text with units: name, range, errors, elevation and its error."""
     truth, score = victim.truth, victim.score
     for number, name in enumerate(truth.name):
         if score.is_detected[number]:
@@ -172,9 +174,20 @@ def _error_rows(victim: VictimResult) -> Iterator[tuple[str, ...]]:
                 f"{score.range_error[number]:+.3f} m",
                 f"{3.6 * score.range_rate_error[number]:+.3f} km/h",
                 _degrees(score.azimuth_error[number]),
+                _degrees(truth.elevation[number]),
+                _degrees(score.elevation_error[number]),
             )
 
 
-def _degrees(azimuth: float) -> str:
-    """Azimuth error with its unit; a dash for a radar of one channel, which has no azimuths."""
-    return "–" if math.isnan(azimuth) else f"{math.degrees(azimuth):+.2f}°"
+def _measures_elevation(victim: VictimResult) -> bool:
+    """True if a target was found with an elevation."""
+    score = victim.score
+    return any(
+        is_detected and not math.isnan(error)
+        for is_detected, error in zip(score.is_detected, score.elevation_error, strict=True)
+    )
+
+
+def _degrees(angle: float) -> str:
+    """Angle or its error with its unit; a dash for an array that does not measure it."""
+    return "–" if math.isnan(angle) else f"{math.degrees(angle):+.2f}°"

@@ -16,7 +16,8 @@ class Truth(Sealed):
     ----------
     time : instant of all values, s
     name : names of the targets, ``(target,)``
-    range, range_rate, azimuth : m, m/s (positive = away), rad (positive left), ``(target,)``
+    range, range_rate : m, m/s (positive = away), ``(target,)``
+    azimuth, elevation : rad (positive left, up), ``(target,)``
     point : position of the point in the world, m, ``(target, xyz)``
     is_visible : ``(target,)``; if false, the other values are those of the nearest hidden point
     """
@@ -26,5 +27,6 @@ class Truth(Sealed):
     range: PerTarget
     range_rate: PerTarget
     azimuth: PerTarget
+    elevation: PerTarget
     point: Annotated[FloatArray, Axes("target", "3")]
     is_visible: Annotated[BoolArray, Axes("target", dtype=np.bool_)]

@@ -16,13 +16,15 @@ from polychirp.units import Metres, MetresPerSecond, Radians
 class Gate(Spec):
     """Largest errors, to either side, with which a detection can still belong to a target.
 
-    The errors are those of the range (m), range rate (m/s) and azimuth (rad); the defaults are
-    chosen. A detection without azimuth (NaN, from a single channel) meets any limit of azimuth.
+    The errors are those of the range (m), range rate (m/s), azimuth and elevation (rad); the
+    defaults are chosen. A detection without azimuth or elevation (NaN, from an array that does not
+    measure it) meets any limit of that angle.
     """
 
     range: Metres = 0.4
     range_rate: MetresPerSecond = 1.0
     azimuth: Radians = np.pi / 12
+    elevation: Radians = np.pi / 12
 
 
 class Association(NamedTuple):
@@ -69,6 +71,10 @@ def _inside(detections: Detections, truth: Truth, gate: Gate) -> BoolArray:
         & (
             within(detections.azimuth, truth.azimuth, gate.azimuth)
             | np.isnan(detections.azimuth)[None, :]
+        )
+        & (
+            within(detections.elevation, truth.elevation, gate.elevation)
+            | np.isnan(detections.elevation)[None, :]
         )
         & truth.is_visible[:, None]
     )

@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from polychirp.study.trial import VictimResult
 
 FORMAT: Final = "polychirp run"
-FORMAT_VERSION: Final = 3
+FORMAT_VERSION: Final = 4
 
 UNITS: Final[Mapping[type, Mapping[str, str]]] = {
     IfFrame: {"samples": "V"},
@@ -62,19 +62,34 @@ UNITS: Final[Mapping[type, Mapping[str, str]]] = {
         "sweep": "1",
         "transmit_weight": "1",
     },
-    Detections: {"range": "m", "range_rate": "m/s", "azimuth": "rad", "power": "W", "snr": "1"},
+    Detections: {
+        "range": "m",
+        "range_rate": "m/s",
+        "azimuth": "rad",
+        "elevation": "rad",
+        "power": "W",
+        "snr": "1",
+    },
     Score: {
         "is_detected": "1",
         "range_error": "m",
         "range_rate_error": "m/s",
         "azimuth_error": "rad",
+        "elevation_error": "rad",
         "sinr": "1",
         "snr": "1",
         "inr": "1",
         "mitigated_sinr": "1",
         "power": "W",
     },
-    Truth: {"range": "m", "range_rate": "m/s", "azimuth": "rad", "point": "m", "is_visible": "1"},
+    Truth: {
+        "range": "m",
+        "range_rate": "m/s",
+        "azimuth": "rad",
+        "elevation": "rad",
+        "point": "m",
+        "is_visible": "1",
+    },
 }
 """Unit of every stored array, by data type and field; "1" for numbers, ratios and masks."""
 

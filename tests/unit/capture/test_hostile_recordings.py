@@ -121,7 +121,7 @@ def test_a_stored_run_is_read_with_the_same_care(tmp_path: Path):
     """A run whose metadata name a codec that is not read is damaged, whatever it holds."""
     path = tmp_path / "run.zarr"
     root = zarr.create_group(store=path, zarr_format=3)
-    root.attrs.update({"format": "polychirp run", "format_version": 3, "victims": ["front"]})
+    root.attrs.update({"format": "polychirp run", "format_version": 4, "victims": ["front"]})
     root.attrs["provenance"] = dict.fromkeys(
         ["study_hash", "seed", "revision", "versions", "platform"], ""
     )

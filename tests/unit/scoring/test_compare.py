@@ -1,5 +1,7 @@
 """Detections against truth."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from polychirp.constants import SPEED_OF_LIGHT as C
@@ -17,6 +19,7 @@ TRUTH = Truth(
     range=[6.5, 9.15, 20.0],
     range_rate=[0.2, 18.0, 0.0],
     azimuth=[0.0, -0.3, 0.0],
+    elevation=[0.0, 0.1, 0.0],
     point=np.zeros((3, 3)),
     is_visible=[True, True, False],
 )
@@ -65,6 +68,15 @@ def test_the_strongest_detection_in_the_gate_is_the_targets_not_the_nearest():
     assert (target.tolist(), detection.tolist()) == ([0], [1])
 
 
+def test_a_detection_at_another_height_does_not_belong_to_a_target():
+    """0.5 rad above it; without an elevation, it does."""
+    low = detections((6.5, 0.2, 0.0, 1.0))
+    for elevation, expected in ((np.nan, 1), (0.2, 1), (0.5, 0)):
+        found = replace(low, elevation=np.array([elevation]))
+        target, _ = associate(found, TRUTH, gate=Gate())
+        assert target.size == expected
+
+
 def test_one_detection_serves_one_target():
     """Two targets in each other's gate, one detection: one is missed."""
     both = Truth(
@@ -73,6 +85,7 @@ def test_one_detection_serves_one_target():
         range=[6.5, 6.6],
         range_rate=[0, 0],
         azimuth=[0, 0],
+        elevation=[0, 0],
         point=np.zeros((2, 3)),
         is_visible=[True, True],
     )

@@ -9,6 +9,7 @@ from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.channel.geometry.enclosure import winding_numbers
 from polychirp.channel.materials.library import known_materials, material_table
 from polychirp.errors import InputError
+from polychirp.frames import direction_angles
 from polychirp.model.material import Material
 from polychirp.model.scene import Actor, Scene
 from polychirp.model.truth import Truth
@@ -82,13 +83,14 @@ def truth(
     distance = np.linalg.norm(way, axis=-1)
     towards = way / np.maximum(distance, 1e-12)[:, None]
     velocity = np.array([_actor(scene, name).velocity for name in targets]).reshape(-1, 3)
-    ahead = towards @ scene.radar_rotation[receiver]
+    azimuth, elevation = direction_angles(towards @ scene.radar_rotation[receiver])
     return Truth(
         time=scene.time,
         name=tuple(targets),
         range=distance,
         range_rate=np.sum((velocity - scene.radar_velocity[receiver]) * towards, axis=-1),
-        azimuth=np.arctan2(ahead[:, 1], ahead[:, 0]),
+        azimuth=azimuth,
+        elevation=elevation,
         point=point,
         is_visible=np.array(seen, dtype=np.bool_),
     )

@@ -48,20 +48,20 @@ class SubframeDetections:
     span : m/s, of the range rates that the subframe tells apart
     beat_range : m, of the beat: the range with the shift by the range rate
     range_rate : m/s, folded
-    sine : of the azimuth, NaN if it is unknown
+    left : direction cosine to the left, NaN if it is unknown
     level : logarithm of the power
-    range_variance, rate_variance, sine_variance, level_variance : of the values above
+    range_variance, rate_variance, left_variance, level_variance : of the values above
     """
 
     time: float
     span: float
     beat_range: FloatArray
     range_rate: FloatArray
-    sine: FloatArray
+    left: FloatArray
     level: FloatArray
     range_variance: FloatArray
     rate_variance: FloatArray
-    sine_variance: FloatArray
+    left_variance: FloatArray
     level_variance: float
 
 
@@ -161,11 +161,11 @@ def _squares(
     folded = wrapped(part.range_rate - rate[:, None], part.span)
     moved = first.beat_range[start] + rate * (part.time - first.time)
     away = part.beat_range - moved[:, None]
-    turned = np.nan_to_num(part.sine - first.sine[start][:, None])
+    turned = np.nan_to_num(part.left - first.left[start][:, None])
     louder = part.level - first.level[start][:, None]
     others = (
         over(away, first.range_variance, part.range_variance)
-        + over(turned, first.sine_variance, part.sine_variance)
+        + over(turned, first.left_variance, part.left_variance)
         + louder**2 / (first.level_variance + part.level_variance)
     )
     return over(folded, first.rate_variance, part.rate_variance), others

@@ -6,13 +6,13 @@ from typing import Literal
 import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray
-from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.spectra import RangeRateSpectra
-from polychirp.receiver.angle.doa import azimuths
+from polychirp.receiver.angle.directions import directions
+from polychirp.receiver.angle.elements import Elements
 from polychirp.receiver.clustering import merged
 from polychirp.receiver.detection.cfar import CfarWindow, ordered_statistic
 from polychirp.receiver.mitigation.base import mitigated
@@ -32,17 +32,18 @@ from polychirp.receiver.range_doppler.transforms import (
     unfit,
 )
 from polychirp.receiver.range_doppler.unfolding import has_empty_bands, unfolded
-from polychirp.receiver.settings import ReceiverSettings
-from polychirp.receiver.signal_model.transmit_codes import code_blocks, virtual_line
+from polychirp.receiver.settings import DetectorSettings
+from polychirp.receiver.signal_model.transmit_codes import code_blocks, virtual_channels
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RangeDoppler(ReceiverSettings):
+class RangeDoppler(DetectorSettings):
     """Receiver of equal chirps: two Fourier transforms, ordered-statistic CFAR, MIMO decoding.
 
     The steps: mitigation, tapered transforms over each chirp and over the chirps, power summed over
     channels, CFAR, local maxima interpolated between cells, the choice among the range rates that a
-    code of the transmitting elements leaves open (`unfolding`), azimuths from the virtual array.
+    code of the transmitting elements leaves open (`unfolding`), azimuths and elevations from the
+    virtual array's amplitudes in the cell, which are one snapshot (`angle.directions`).
 
     Range rates beyond half the span λ/2T of chirps T apart appear inside it: `polychirp check`
     names targets for which this happens. Subframes of different T are read one by one, and their
@@ -62,6 +63,7 @@ class RangeDoppler(ReceiverSettings):
     --------
     A point at 12 m that recedes at 3 m/s, as strong as the noise of a sample:
 
+    >>> from polychirp.constants import SPEED_OF_LIGHT
     >>> from polychirp.model.antenna import AntennaArray
     >>> from polychirp.model.if_frame import SampleTimes
     >>> k = np.arange(64)
@@ -107,7 +109,7 @@ class RangeDoppler(ReceiverSettings):
             The ramps differ, are neither at equal intervals nor in subframes, or have codes that do
             not separate the transmitting elements.
         """
-        refuse(unreadable(frame.schedule))
+        refuse(unreadable(frame.schedule), frame.schedule)
         if not has_subframes(frame.schedule):
             return self.detect_in(self.spectra(frame), frame)
         each = replace(self, grouping=None)
@@ -130,7 +132,7 @@ class RangeDoppler(ReceiverSettings):
         Amplitudes are divided by the mean weight that mitigation leaves to the samples, so that
         an echo keeps its power.
         """
-        refuse(unfit(frame.schedule))
+        refuse(unfit(frame.schedule), frame.schedule)
         cleaned = mitigated(self.mitigation, frame)
         share = float(cleaned.weight.sum() / frame.times.is_sample.sum())
         profiles = range_profiles(
@@ -162,10 +164,10 @@ class RangeDoppler(ReceiverSettings):
         schedule = frame.schedule
         middle = middle_frequency(schedule, frame.times)
         distance = beat_range[of] - decoded.range_rate * middle / schedule.slope[0]
-        line, _ = virtual_line(frame.array, schedule.num_elements)
-        azimuth = azimuths(
+        place, _ = virtual_channels(frame.array, schedule.num_elements)
+        azimuth, elevation = directions(
             decoded.amplitude[:, :, None],
-            spacing=line.spacing * middle / SPEED_OF_LIGHT,
+            Elements.of(place, frequency=middle),
             estimator=self.angle,
         )
         is_near = (distance >= self.least_range) & (distance <= self.greatest_range)
@@ -176,6 +178,7 @@ class RangeDoppler(ReceiverSettings):
             range=distance[order],
             range_rate=decoded.range_rate[order],
             azimuth=azimuth[order],
+            elevation=elevation[order],
             power=power[order],
             snr=(decoded.share * (found.power[is_peak] / floor)[of])[order],
         )

@@ -5,7 +5,8 @@ Once the motion of one of the K range rates is removed, a target that is s spans
 
 .. math:: Y_{ck} = a\, e^{j2\pi sk/K} \sum_l \overline{w_{kl}}\, e^{-ju(y_l + y_c)}
 
-on channel c and sweep k of the block, with the elements' code w and an azimuth u. All pairs of such
+on channel c and sweep k of the block, with the elements' code w and the sine u of an azimuth, or of
+an elevation if the virtual elements are above each other. All pairs of such
 waves with different s are compared on a grid of azimuths, and the best ones between its points. The
 pair whose least-squares fit leaves least is the maximum-likelihood pair in white noise.
 """
@@ -18,7 +19,8 @@ import numpy as np
 from polychirp.axes import ComplexArray, FloatArray, IntArray
 
 BEAMS_PER_CHANNEL: Final = 4
-"""Azimuths per virtual channel. Chosen: between two of them, a plane wave loses 0.22 dB."""
+"""Azimuths per step of the line of virtual channels. Chosen: between two of them, a plane wave
+loses 0.22 dB."""
 
 FALSE_PAIR: Final = 1e-4
 """Probability that noise counts as a second target of a cell. Chosen as that of the empty bands."""
@@ -42,7 +44,7 @@ class TwoWaves(NamedTuple):
 
 
 def two_waves(
-    cell: ComplexArray, *, code: ComplexArray, order: IntArray, noise: float
+    cell: ComplexArray, *, code: ComplexArray, order: IntArray, steps: IntArray, noise: float
 ) -> TwoWaves | None:
     """The two waves of different range rates that explain most of a cell's power.
 
@@ -53,9 +55,10 @@ def two_waves(
     cell : V ``(channel, sweep of the block)``
     code : weights of the elements ``(sweep of the block, element)``
     order : flat index into (element, channel) of each virtual channel
+    steps : place of each virtual channel on their line, in steps of it
     noise : power of the noise of one channel and sweep, W
     """
-    model = _Model(code=code, order=order, num_channels=cell.shape[0])
+    model = _Model(code=code, order=order, steps=steps, num_channels=cell.shape[0])
     found = _refined(model, cell, _best_of_grid(model, cell))
     for kept in (0, 1):
         # a weak wave may have the wrong shift until the strong one is between two grid points
@@ -78,7 +81,7 @@ def two_waves(
 class _Pair(NamedTuple):
     """Shifts and azimuths of two waves ``(wave,)``, and the power that they explain, W.
 
-    An azimuth is given by ``turn``, cycles from one virtual channel to the next.
+    An azimuth is given by ``turn``, cycles from one step of the line to the next.
     """
 
     shift: IntArray
@@ -87,23 +90,24 @@ class _Pair(NamedTuple):
 
 
 class _Model(NamedTuple):
-    """The code, the order of the virtual channels and the number of receiving channels."""
+    """The code, order and places of the virtual channels, and number of receiving channels."""
 
     code: ComplexArray
     order: IntArray
+    steps: IntArray
     num_channels: int
 
     @property
     def grid(self) -> FloatArray:
-        """Azimuths that are tried, as cycles from one virtual channel to the next."""
-        count = BEAMS_PER_CHANNEL * self.order.size
+        """Azimuths that are tried, as cycles from one step of the line to the next."""
+        count = BEAMS_PER_CHANNEL * (int(self.steps.max()) + 1)
         return np.arange(count) / count
 
     def waves(self, shift: IntArray, turn: FloatArray) -> ComplexArray:
         """Waves of unit energy, ``(wave, channel, sweep of the block)``."""
         length, elements = self.code.shape
         flat = np.empty((turn.size, self.order.size), dtype=np.complex128)
-        flat[:, self.order] = np.exp(2j * np.pi * np.outer(turn, np.arange(self.order.size)))
+        flat[:, self.order] = np.exp(2j * np.pi * np.outer(turn, self.steps))
         by_element = flat.reshape(turn.size, elements, self.num_channels)
         still = np.einsum("kl,ulc->uck", self.code.conj(), by_element)
         faster = np.exp(2j * np.pi * np.outer(shift, np.arange(length)) / length)

@@ -19,7 +19,8 @@ and the virtual array has the phases of one plane wave. Two properties tell the 
 
 If the empty bands admit no range rate, two targets of this range share the cell, at two of its K
 range rates. They are then the two plane waves that explain most of the cell's power
-(`overlapping`).
+(`overlapping`). This needs virtual elements on one line; with elements in a plane, the two targets
+remain one detection, with the range rate of the strongest beam.
 """
 
 from typing import Final, NamedTuple
@@ -29,13 +30,11 @@ import numpy as np
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.if_frame import IfFrame
+from polychirp.receiver.angle.beams import strongest_beam
+from polychirp.receiver.angle.elements import Elements, Line
 from polychirp.receiver.range_doppler.overlapping import two_waves
 from polychirp.receiver.range_doppler.transforms import middle_frequency, repetition_interval
-from polychirp.receiver.signal_model.transmit_codes import CodeBlocks, virtual_line
-
-BEAMS_PER_CHANNEL = 8
-"""Beams per channel in which the strongest is sought. Chosen: between two of them, the beam of a
-plane wave is weaker by 0.06 dB at most."""
+from polychirp.receiver.signal_model.transmit_codes import CodeBlocks, virtual_channels
 
 EQUAL_BEAMS = 1e-6
 """Relative difference below which two beams count as equal, and the lower speed is taken: with one
@@ -55,8 +54,8 @@ class Unfolded(NamedTuple):
 
     Most detections are one target, and a few are two. ``detection`` is the number of the detection
     of each target, and ``share`` its share of that detection's power. The amplitudes
-    ``(target, virtual channel)`` run from right to left and refer to the middle of the block's
-    first sweeps.
+    ``(target, virtual channel)`` are in the order of `virtual_channels`, and refer to the middle of
+    the block's first sweeps.
     """
 
     detection: IntArray
@@ -114,8 +113,7 @@ def unfolded(
     elif not by_beams:
         quality = -np.abs(folds.range_rate)
     if by_beams:
-        beams = np.fft.fft(folds.virtual, BEAMS_PER_CHANNEL * folds.virtual.shape[-1], axis=-1)
-        quality = np.max(np.abs(beams) ** 2, axis=-1)
+        quality = strongest_beam(folds.virtual, _elements(frame))
     is_crowded = np.asarray(~is_admitted.any(axis=1))
     allowed = np.where(is_admitted | is_crowded[:, None], quality, -np.inf)
     best = _first_of_the_best(allowed)
@@ -160,9 +158,15 @@ def _folds(
 
 def _virtual(frame: IfFrame, blocks: CodeBlocks, cell: ComplexArray) -> ComplexArray:
     """The virtual array ``(…, virtual channel)`` of cells ``(…, channel, sweep of the block)``."""
-    _, order = virtual_line(frame.array, frame.schedule.num_elements)
+    _, order = virtual_channels(frame.array, frame.schedule.num_elements)
     apart = np.einsum("kl,...ck->...lc", blocks.weight / _energy(blocks), cell)
     return np.asarray(apart.reshape(*cell.shape[:-2], order.size)[..., order])
+
+
+def _elements(frame: IfFrame) -> Elements:
+    """The virtual elements, in the order of `virtual_channels`."""
+    place, _ = virtual_channels(frame.array, frame.schedule.num_elements)
+    return Elements.of(place, frequency=middle_frequency(frame.schedule, frame.times))
 
 
 def _is_admitted(
@@ -190,7 +194,10 @@ def _with_pairs(
     floor: FloatArray,
 ) -> Unfolded:
     """The targets, with two in place of one at those ``crowded`` detections that hold two."""
-    pairs = [_pair(frame, blocks, folds, int(k), float(floor[k])) for k in crowded]
+    line = _elements(frame).line()
+    if line is None:
+        return alone
+    pairs = [_pair(frame, blocks, folds, line, int(k), float(floor[k])) for k in crowded]
     found = [pair for pair in pairs if pair is not None]
     replaced = [int(pair.detection[0]) for pair in found]
     kept = np.flatnonzero(~np.isin(alone.detection, replaced))
@@ -210,13 +217,13 @@ def _with_pairs(
 
 
 def _pair(
-    frame: IfFrame, blocks: CodeBlocks, folds: _Folds, number: int, noise: float
+    frame: IfFrame, blocks: CodeBlocks, folds: _Folds, line: Line, number: int, noise: float
 ) -> Unfolded | None:
     """The two targets of the detection with this number; None if it holds one."""
-    _, order = virtual_line(frame.array, frame.schedule.num_elements)
+    _, order = virtual_channels(frame.array, frame.schedule.num_elements)
     # the other folds of a cell are whole cycles per block away from the first
     cell = folds.cell[number, 0]
-    waves = two_waves(cell, code=blocks.weight, order=order, noise=noise)
+    waves = two_waves(cell, code=blocks.weight, order=order, steps=line.steps, noise=noise)
     if waves is None:
         return None
     length = len(blocks.weight)
