@@ -176,12 +176,14 @@ def divided(
     """Points, two in place of one where these leave less by ``threshold`` floors or more.
 
     Two points nearer than a cell leave lobes on either side of the one that is fitted to both, each
-    of which may be below the threshold of the map.
+    of which may be below the threshold of the map. Points that overlap another are not divided:
+    those of a body, whose scatterers no number of points explains.
     """
     lobes, is_strong = _lobes(seen, residual, points)
     every = Replicas.of(seen, points)
+    is_alone = ~overlaps_another(seen, points)
     for n in np.argsort(-points.strength):
-        if not is_strong[n]:
+        if not (is_strong[n] and is_alone[n]):
             continue
         near = np.flatnonzero(couplings(seen, every[[n]], every)[0] > LEAST_COUPLING)
         both = points + lobes[np.array([n])]

@@ -17,7 +17,7 @@ GREATEST_BEND = 0.7
 sums follow from spectra; chosen: they are wrong by some per cent then."""
 
 BINS_FOR_ENERGY = 2
-"""Every which bin counts for the energy; these bins are still more than a ramp has samples."""
+"""Every second bin counts for the energy; these are still more bins than a ramp has samples."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
