@@ -176,38 +176,37 @@ def divided(
     """Points, two in place of one where these leave less by ``threshold`` floors or more.
 
     Two points nearer than a cell leave lobes on either side of the one that is fitted to both, each
-    of which may be below the threshold of the map.
+    of which may be below the threshold of the map. Points that overlap another are not divided:
+    those of a body, whose scatterers no number of points explains.
     """
     lobes, is_strong = _lobes(seen, residual, points)
     every = Replicas.of(seen, points)
+    is_alone = ~overlaps_another(seen, points)
     for n in np.argsort(-points.strength):
-        if not is_strong[n]:
+        if not (is_strong[n] and is_alone[n]):
             continue
         near = np.flatnonzero(couplings(seen, every[[n]], every)[0] > LEAST_COUPLING)
         both = points + lobes[np.array([n])]
         free = np.append(near, len(points))
         tried, _ = relaxed(seen, residual, both, sweeps=SWEEPS_OF_A_PAIR, free=free)
         least = threshold * points.floor[n]
-        if _may_fall(seen, residual, points, tried, least):
-            after = Residual.of(seen, tried)
+        if _may_fall(seen, residual, tried, least):
+            after = residual.after(seen, tried)
             if residual.energy - after.energy >= least:
                 points, residual = tried, after
                 every = Replicas.of(seen, points)
     return points, residual
 
 
-def _may_fall(
-    seen: Observation, residual: Residual, before: Points, after: Points, least: float
-) -> bool:
+def _may_fall(seen: Observation, residual: Residual, after: Points, least: float) -> bool:
     """True if the residual's power may fall by ``least`` if other points are subtracted."""
-    here, there = Replicas.of(seen, before), Replicas.of(seen, after)
-    gone, come = unlike(here, there)
-    old, new = here[gone], there[come]
-    won = correlations(seen, new, residual.sums(seen, new, here) + residual.sums(seen, new, there))
-    lost = correlations(seen, old, residual.sums(seen, old, here) + residual.sums(seen, old, there))
-    fall = float(np.sum(won) - np.sum(lost))
-    changed = np.append(before.strength[gone], after.strength[come])
-    return fall + ERROR_OF_SUMS * float(np.max(changed, initial=0.0)) >= least
+    gone, come = unlike(residual.subtracted, Replicas.of(seen, after))
+    old, new = residual.subtracted[gone], Replicas.of(seen, after[come])
+    change = new + old.negated
+    sums = 2.0 * residual.sums(seen, change) - sums_of(seen, change, change)
+    fall = float(np.sum(correlations(seen, change, sums)))
+    strength = np.append(residual.points.strength[gone], after.strength[come])
+    return fall + ERROR_OF_SUMS * float(np.max(strength, initial=0.0)) >= least
 
 
 def _lobes(seen: Observation, residual: Residual, points: Points) -> tuple[Points, BoolArray]:
@@ -261,8 +260,8 @@ def pruned(
         free = np.flatnonzero(coupling[weakest, others] > LEAST_COUPLING)
         alone, _ = relaxed(seen, residual, points[others], sweeps=SWEEPS_WITHOUT_A_POINT, free=free)
         least = -threshold * points.floor[weakest]
-        if _may_fall(seen, residual, points[kept], alone, least):
-            after = Residual.of(seen, alone)
+        if _may_fall(seen, residual, alone, least):
+            after = residual.after(seen, alone)
             if residual.energy - after.energy > least:
                 points, kept, residual = points.replaced(others, alone), others, after
     return points[kept], residual

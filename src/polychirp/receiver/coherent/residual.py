@@ -17,7 +17,7 @@ GREATEST_BEND = 0.7
 sums follow from spectra; chosen: they are wrong by some per cent then."""
 
 BINS_FOR_ENERGY = 2
-"""Every which bin counts for the energy; these bins are still more than a ramp has samples."""
+"""Every second bin counts for the energy; these are still more bins than a ramp has samples."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -31,23 +31,35 @@ class Residual:
     ----------
     samples : V, ``(channel, ramp, fast)``
     spectra : their Fourier transforms
-    subtracted : the points whose signals are subtracted
+    points : those whose signals are subtracted
+    subtracted : their replicas
     energy : power of all samples of white channels, V², with the weights of ramps and frequencies
     """
 
     samples: ComplexArray
     spectra: Spectra
+    points: Points
     subtracted: Replicas
     energy: float
 
     @classmethod
     def of(cls, seen: Observation, points: Points) -> Self:
         """The samples of the observation without points."""
-        samples = without(seen, seen.samples, points)
+        return cls._of(seen, without(seen, seen.samples, points), points)
+
+    def after(self, seen: Observation, points: Points) -> Self:
+        """The residual of other points, of which few differ from those that are subtracted."""
+        gone, come = unlike(self.subtracted, Replicas.of(seen, points))
+        change = self.points[gone].negated + points[come]
+        return self._of(seen, without(seen, self.samples, change), points)
+
+    @classmethod
+    def _of(cls, seen: Observation, samples: ComplexArray, points: Points) -> Self:
         spectra = Spectra.of(seen, samples)
         return cls(
             samples=samples,
             spectra=spectra,
+            points=points,
             subtracted=Replicas.of(seen, points),
             energy=_energy(seen, spectra),
         )
@@ -89,7 +101,7 @@ def _energy(seen: Observation, spectra: Spectra) -> float:
 
 
 def unlike(first: Replicas, second: Replicas) -> tuple[BoolArray, BoolArray]:
-    """Masks of the signals that only one of both has."""
-    same = np.all(first.beat[:, None] == second.beat, axis=-1)
-    same &= np.all(first.amplitude[:, None] == second.amplitude, axis=-1)
+    """Masks of the signals that only one of both has; those of one ramp and channel tell them."""
+    same = first.beat[:, None, 0] == second.beat[:, 0]
+    same &= first.amplitude[:, None, 0] == second.amplitude[:, 0]
     return ~np.any(same, axis=1), ~np.any(same, axis=0)
