@@ -21,7 +21,7 @@ from polychirp.capture.sigmf import open_sigmf, write_sigmf
 from polychirp.capture.zarr_file import decoded_size, open_zarr
 from polychirp.errors import InputError
 from polychirp.model.baseband import Baseband
-from polychirp.study.store import load_run
+from polychirp.study.store import FORMAT_VERSION, load_run
 
 PARAMETERS = CaptureParameters(
     start_frequency=77e9,
@@ -121,7 +121,8 @@ def test_a_stored_run_is_read_with_the_same_care(tmp_path: Path):
     """A run whose metadata name a codec that is not read is damaged, whatever it holds."""
     path = tmp_path / "run.zarr"
     root = zarr.create_group(store=path, zarr_format=3)
-    root.attrs.update({"format": "polychirp run", "format_version": 4, "victims": ["front"]})
+    version = {"format": "polychirp run", "format_version": FORMAT_VERSION}
+    root.attrs.update({**version, "victims": ["front"]})
     root.attrs["provenance"] = dict.fromkeys(
         ["study_hash", "seed", "revision", "versions", "platform"], ""
     )

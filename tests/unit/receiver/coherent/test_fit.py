@@ -11,7 +11,7 @@ from polychirp.receiver.coherent.least_squares import by_size, fitted, steps
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.overlap import couplings, groups_of
 from polychirp.receiver.coherent.points import Points, without
-from polychirp.receiver.coherent.refinement import divided, pruned, settled
+from polychirp.receiver.coherent.refinement import divided, pruned, relaxed, settled
 from polychirp.receiver.coherent.replicas import Replicas, products, sums_of, total_products
 from polychirp.receiver.coherent.residual import Residual
 from polychirp.receiver.coherent.signals import moments
@@ -120,6 +120,7 @@ def test_steps_of_groups_are_those_of_all_samples():
     true = in_the_middle(seen, [NEAR, BESIDE])
     away = np.array([[0.004, 0.002, 0.0], [0.0, 0.003, 0.0]])
     points = with_amplitudes(seen, points_at(seen, true + away))
+    points = replace(points, amplitude=points.amplitude * np.array([[0.9], [0.95 + 0.1j]]))
     here, residual = Replicas.of(seen, points), Residual.of(seen, points)
     found = steps(seen, points, here, residual.sums(seen, here), np.zeros(2, dtype=np.int64))
     assert found.motion[:, :2] == pytest.approx(slow_step(seen, points, residual), abs=4e-4)
@@ -214,6 +215,19 @@ def test_a_fit_never_raises_the_residual():
     residual = Residual.of(seen, wild)
     _, after = settled(seen, wild)
     assert after.energy <= residual.energy
+
+
+@pytest.mark.parametrize("away", [0.3, 0.6, 0.9])
+def test_a_step_from_far_away_does_not_raise_the_residual(away):
+    """Half a cell is the most that a step takes, and a whole one may be too far."""
+    seen = observed([NEAR, BESIDE], noise=1.0)
+    cells = np.array([seen.range_cell, seen.range_rate_cell, 0.0])
+    true = in_the_middle(seen, [NEAR, BESIDE])
+    for sign in ([1, 1, 0], [1, -1, 0], [-1, 1, 0], [-1, -1, 0]):
+        points = with_amplitudes(seen, points_at(seen, true + away * cells * sign, floor=1.0))
+        before = Residual.of(seen, points)
+        moved, _ = relaxed(seen, before, points, sweeps=1)
+        assert Residual.of(seen, moved).energy <= 1.001 * before.energy
 
 
 def test_groups_hold_the_points_that_overlap():
