@@ -153,7 +153,7 @@ def test_points_of_one_body_are_grouped(case):
     ],
 )
 def test_ramps_that_it_cannot_read_are_refused_with_what_works(receiver, schedule, reason):
-    with pytest.raises(CapabilityError, match=rf"{reason}; the receiver '\w+'"):
+    with pytest.raises(CapabilityError, match=rf"{reason}; the receivers? '\w+'"):
         refuse_unreadable(receiver, schedule)
     with pytest.raises(CapabilityError, match=reason):
         receiver.detect(frame_of(schedule, [], converter=FAST if schedule is CHIRPS else None))

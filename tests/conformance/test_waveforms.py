@@ -10,6 +10,7 @@ from polychirp.waveform import (
     DiverseTriangular,
     FixedTriangular,
     Sawtooth,
+    Subframes,
     Triangular,
     Waveform,
 )
@@ -17,6 +18,8 @@ from polychirp.waveform import (
 FAMILIES = [
     Sawtooth(),
     Sawtooth(direction="down", idle=1e-4),
+    Subframes(ramps_per_subframe=4),
+    Subframes(intervals=(30e-6, 37e-6), ramps_per_subframe=3, direction="down"),
     Triangular(),
     Triangular(order="down-first", idle=1e-4),
     DiverseTriangular(),

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from polychirp.axes import FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.antenna import AntennaArray
 from polychirp.model.if_frame import IfFrame, sample_times
@@ -14,6 +15,7 @@ from polychirp.model.radar import Converter
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.estimation.azimuth_rate import sine_basis
 from polychirp.receiver.signal_model.point_signal import path_of, replica
+from polychirp.receiver.signal_model.transmit_codes import virtual_position
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -21,13 +23,15 @@ class HandPoint:
     """A point: m, m/s, m/s², rad, and its power at the start relative to unit noise per sample.
 
     ``sine_rate``, 1/s, is the rate of the sine of its azimuth at the start. If ``spreads``, its
-    amplitude follows 1/R² over the frame; else it is constant.
+    amplitude follows 1/R² over the frame; else it is constant. `coded_frame` alone reads
+    ``elevation``, and neither rates of the azimuth nor growth.
     """
 
     range: float
     range_rate: float = 0.0
     acceleration: float = 0.0
     azimuth: float = 0.0
+    elevation: float = 0.0
     sine_rate: float = 0.0
     power: float = 1.0
     spreads: bool = False
@@ -60,3 +64,39 @@ def frame_of(
         growth = (point.range / distance) ** 2 if point.spreads else 1.0
         samples += np.sqrt(point.power) * growth * np.exp(-2j * np.pi * cycles) * signal
     return IfFrame(samples=samples * times.is_sample, times=times, schedule=schedule, array=array)
+
+
+def coded_frame(
+    schedule: RampSchedule,
+    points: Sequence[HandPoint],
+    *,
+    array: AntennaArray,
+    converter: Converter,
+    errors: FloatArray | float = 0.0,
+    seed: int = 0,
+) -> IfFrame:
+    """A frame of points seen by coded transmitting elements, in noise of power 1 per sample.
+
+    Points are at the schedule's start. ``power`` is that of one element in one channel, and
+    ``errors`` are added to the phases of virtual channels, rad ``(element, channel)``.
+    """
+    draw = np.random.default_rng(seed)
+    times = sample_times(schedule, converter)
+    shape = (array.num_channels, schedule.num_ramps, times.most_samples)
+    samples = np.sqrt(0.5) * (draw.normal(size=shape) + 1j * draw.normal(size=shape))
+    place = virtual_position(array)[: schedule.num_elements]
+    wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
+    for point in points:
+        motion = np.array([point.range, point.range_rate, 0.0])
+        signal = replica(schedule, times, motion=motion, time=float(schedule.start_time[0]))
+        level = np.cos(point.elevation)
+        to_it = [
+            level * np.cos(point.azimuth),
+            level * np.sin(point.azimuth),
+            np.sin(point.elevation),
+        ]
+        cycles = place @ np.array(to_it) / wavelength + draw.random()
+        each = np.exp(-2j * np.pi * cycles + 1j * np.asarray(errors))
+        by_ramp = schedule.transmit_weight.conj() @ each
+        samples += np.sqrt(point.power) * by_ramp.T[:, :, None] * signal
+    return IfFrame(samples=samples, times=times, schedule=schedule, array=array)

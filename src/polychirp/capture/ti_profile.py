@@ -101,7 +101,7 @@ def profile_of(tables: TiTables) -> ChirpProfile:
         transmitters=transmitters,
         sharing=sharing,
         num_bands=bands,
-        notes=tuple(_notes(first, sampling, transmitters, sharing)),
+        notes=tuple(_notes(first, transmitters, sharing)),
     )
 
 
@@ -208,9 +208,7 @@ def _receivers(mask: int) -> int:
     return number
 
 
-def _notes(
-    first: Fields, sampling: Sampling, transmitters: tuple[int, ...], sharing: Sharing
-) -> list[str]:
+def _notes(first: Fields, transmitters: tuple[int, ...], sharing: Sharing) -> list[str]:
     """Sentences on what the file says and the study leaves out."""
     notes = []
     *others, last = (str(number) for number in transmitters)
@@ -224,11 +222,6 @@ def _notes(
         notes.append(
             f"txEnable: the file does not say where transmitters {names} are; the study has them "
             "on one line in this order, a whole receiving array apart, none raised"
-        )
-    if sampling == "real":
-        notes.append(
-            "adcOutputFmt: the device takes real samples and the study complex ones, so that "
-            "interference at negative beats does not fall onto positive ones"
         )
     if first["txOutPowerBackoffCode"]:
         notes.append(

@@ -108,12 +108,11 @@ def _rows(radar: DerivedRadar, victims: tuple[str, ...]) -> dict[str, str]:
     return {
         "range resolution": _span(radar.range_resolution, 1e2, "cm"),
         "speed resolution": f"{3.6 * radar.speed_resolution:.3g} km/h",
-        "unambiguous speed, by Doppler": f"±{3.6 * radar.unambiguous_speed:.3g} km/h"
-        if radar.has_equal_sweeps
-        else "no limit: sweeps differ",
-        "… by Doppler and beams": f"±{3.6 * radar.unfolded_speed:.3g} km/h"
+        "unambiguous speed, by Doppler": _speed_limit(radar),
+        "… and by beams or empty bands": f"±{3.6 * radar.unfolded_speed:.3g} km/h"
         if radar.unfolded_speed > radar.unambiguous_speed
         else _ABSENT,
+        "transmitting elements": _code(*radar.code),
         "unambiguous azimuth": _window(radar.azimuth_window),
         "unambiguous elevation": _window(radar.elevation_window),
         "greatest range (IF pass band)": f"{radar.greatest_range:.3g} m",
@@ -121,10 +120,26 @@ def _rows(radar: DerivedRadar, victims: tuple[str, ...]) -> dict[str, str]:
         "receiver": radar.receiver,
         "ramp": _prefixed_span(radar.ramp_duration, "s"),
         "frame": f"{_prefixed_span((radar.frame_duration,) * 2, 's')}, {radar.num_ramps} ramps",
-        "samples per ramp": _span(radar.samples_per_ramp, 1, ""),
+        "samples per ramp": f"{_span(radar.samples_per_ramp, 1, '')} {radar.sampling}",
         "samples per frame and channel": str(radar.samples_per_frame),
         "memory": f"{radar.memory / 1e6:.3g} MB" if radar.name in victims else "– (no victim)",
     }
+
+
+def _speed_limit(radar: DerivedRadar) -> str:
+    if not (radar.has_equal_sweeps or radar.has_subframes):
+        return "no limit: sweeps differ"
+    together = " by all subframes" if radar.has_subframes else ""
+    return f"±{3.6 * radar.unambiguous_speed:.3g} km/h{together}"
+
+
+def _code(num_sweeps: int, num_elements: int) -> str:
+    """Number of elements, and length of the code by which they share the sweeps."""
+    if num_elements == 1:
+        return "1"
+    empty = num_sweeps - num_elements
+    bands = f" ({_counted(empty, 'band')} empty)" if empty else ""
+    return f"{num_elements}, code of {num_sweeps} sweeps{bands}"
 
 
 _ABSENT: Final = "–"

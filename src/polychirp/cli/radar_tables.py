@@ -116,16 +116,18 @@ def _coding_table(profile: ChirpProfile, source: str) -> dict[str, dict[str, Row
 def _sampling_tables(profile: ChirpProfile) -> dict[str, dict[str, Row]]:
     """Filter and converter.
 
-    The filter of the model passes beats of both signs, so that it takes complex samples at twice
+    The filter of the model passes beats of both signs, so that complex samples are taken at twice
     the edge of its stop band. A device whose filter passes positive beats only (complex 1x) takes
-    half as many.
+    half as many. Real samples are those of the device.
     """
     chirps = profile.chirps
     stopband = chirps.usable_beat / _SHARE_OF_STOPBAND
-    rate = 2.0 * stopband
+    is_real = chirps.sampling == "real"
+    rate = chirps.sample_rate if is_real else 2.0 * stopband
     window = (round(chirps.num_samples * rate / chirps.sample_rate) - 0.5) / rate
     margin = max(chirps.ramp_end_time - chirps.adc_start - window, 0.0)
-    device = f"the device's {chirps.sampling} {text_of(chirps.sample_rate, 1e6, 'MS/s')}"
+    device = f"the device's complex {text_of(chirps.sample_rate, 1e6, 'MS/s')}"
+    kind: dict[str, Row] = {"sampling": ("real", "the branch I alone")} if is_real else {}
     return {
         "defaults.radar.if_filter": {
             "passband": (text_of(chirps.usable_beat, 1e6, "MHz"), "beats above are weakened …"),
@@ -133,7 +135,11 @@ def _sampling_tables(profile: ChirpProfile) -> dict[str, dict[str, Row]]:
             "attenuation": ("60 dB", "typical"),
         },
         "defaults.radar.converter": {
-            "sample_rate": (text_of(rate, 1e6, "MS/s"), f"complex, beats of both signs; {device}"),
+            **kind,
+            "sample_rate": (
+                text_of(rate, 1e6, "MS/s"),
+                "" if is_real else f"complex, beats of both signs; {device}",
+            ),
             "start": (text_of(chirps.adc_start, 1e-6, "us"), "after a chirp's start"),
             "margin": (text_of(margin, 1e-6, "us"), "before its end"),
         },

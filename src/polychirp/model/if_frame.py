@@ -95,8 +95,9 @@ class IfFrame:
 
     A sample is :math:`y = s_{tx}\,\overline{s_{rx}}` of the transmitted and the received signal:
     the echo of a target at rest at range R on a ramp of slope b has the beat **+**\ 2bR/c.
-    :math:`|y|^2` is the power in W at the converter's input (volts across one ohm). Short ramps
-    are padded with zeros from sample ``times.num_samples`` on.
+    :math:`|y|^2` is the power in W at the converter's input (volts across one ohm). Of a converter
+    with real samples, y is twice the sampled branch I (`Converter`). Short ramps are padded with
+    zeros from sample ``times.num_samples`` on.
 
     Parameters
     ----------

@@ -1,6 +1,7 @@
 """`Radar`: front end, antenna, filter, converter and mounting pose of one radar."""
 
 from dataclasses import dataclass, field
+from typing import Literal
 
 from polychirp.errors import InputError
 from polychirp.frames import Pose
@@ -15,22 +16,38 @@ from polychirp.units import Ratio, SamplesPerSecond, Seconds, Watts, from_db
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Converter(Spec):
-    """Sample rate of the dechirped signal, and its window on a ramp (complex samples).
+    r"""Sample rate of the dechirped signal, its window on a ramp, and the branches that it takes.
 
     On every ramp the first sample is taken ``start`` after the ramp's start, the last one no
     later than ``margin`` before its end. The defaults are chosen so that the IF filter
     settles and echoes from 30 m arrive before the window starts, as in real radars.
+
+    A converter takes both branches I and Q (``sampling`` = "complex"), or I alone ("real"). A real
+    mixer's output is the in-phase branch :math:`\mathrm{Re}\,y` of the complex beat y, so that
+    beats at −f fold on f: the noise of both sides adds up (3 dB), and so does interference on
+    either side of the victim's slope. The samples of a frame are then
+    :math:`2\,\mathrm{Re}\,y = y + \bar y`, in which the tone at an echo's beat has the echo's
+    amplitude. Beats above half the sample rate fold back into the band of the echoes, whereas
+    complex samples have them at negative frequencies.
     """
 
     sample_rate: SamplesPerSecond = 1e6
     start: Seconds = 10e-6
     margin: Seconds = 10e-6
+    sampling: Literal["complex", "real"] = "complex"
 
     def __post_init__(self) -> None:
         if not self.sample_rate > 0:
             raise InputError("a converter's sample rate must be positive")
         if self.start < 0 or self.margin < 0:
             raise InputError("a converter's start and margin cannot be negative")
+        if self.sampling not in ("complex", "real"):
+            raise InputError(f"a converter's sampling '{self.sampling}' is not complex or real")
+
+    @property
+    def is_real(self) -> bool:
+        """True if the branch I alone is sampled."""
+        return self.sampling == "real"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,6 +91,11 @@ class Radar(Spec):
             raise InputError(f"radar '{self.name}' needs positive transmit power and gains")
         if not self.noise_figure >= 1.0:
             raise InputError(f"radar '{self.name}' has a noise figure below 0 dB; use 0 dB or more")
+        if self.converter.is_real and self.front_end.imbalance is not None:
+            raise InputError(
+                f"radar '{self.name}' samples the branch I alone, which has no I/Q imbalance; "
+                "leave the imbalance out or set converter.sampling to 'complex'"
+            )
 
     @property
     def receives_itself(self) -> bool:

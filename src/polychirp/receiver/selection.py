@@ -18,7 +18,8 @@ from polychirp.receiver.chain import Receiver
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.estimation.beat_refinement import LARGEST_RATE_CHANGE
 from polychirp.receiver.range_doppler.chain import RangeDoppler
-from polychirp.receiver.range_doppler.transforms import refuse_unfit, unfit
+from polychirp.receiver.range_doppler.subframes import has_subframes, unreadable
+from polychirp.receiver.range_doppler.transforms import refuse
 from polychirp.receiver.settings import (
     DetectorSettings,
     ReceiverSettings,
@@ -41,9 +42,10 @@ FrameReceiver = Receiver | CoherentReceiver | RangeDoppler | PaperReceiver
 class AutoReceiver(SearchSettings):
     """The receiver that suits the ramps.
 
-    Equal chirps at equal intervals have one beat for each range, and their speeds come from the
-    phases between chirps: they have range-Doppler processing. Long ramps that rise and fall tell
-    speeds by their beats, which the joint receiver uses. The coherent receiver reads all others.
+    Equal chirps at equal intervals, or in subframes of such, have one beat for each range, and
+    their speeds come from the phases between chirps: they have range-Doppler processing. Long ramps
+    that rise and fall tell speeds by their beats, which the joint receiver uses. The coherent
+    receiver reads all others.
 
     Parameters
     ----------
@@ -78,15 +80,16 @@ RECEIVERS: Final = {
 
 def reason_of_choice(schedule: RampSchedule) -> str:
     """Reason for the choice of `AutoReceiver`, as the end of a sentence."""
-    if not unfit(schedule):
-        return "its chirps are equal and follow each other at equal intervals"
+    if not unreadable(schedule):
+        intervals = "intervals in each subframe" if has_subframes(schedule) else "intervals"
+        return f"its chirps are equal and follow each other at equal {intervals}"
     if tells_speeds_by_beats(schedule):
         return "its ramps rise and fall and are long"
-    return unfit(schedule)
+    return unreadable(schedule)
 
 
 def _kind_for(schedule: RampSchedule) -> type[FrameReceiver]:
-    if not unfit(schedule):
+    if not unreadable(schedule):
         return RangeDoppler
     return Receiver if tells_speeds_by_beats(schedule) else CoherentReceiver
 
@@ -101,6 +104,24 @@ def tells_speeds_by_beats(schedule: RampSchedule) -> bool:
     half_step = wavelength / (12.0 * float(np.max(schedule.duration)))
     has_both = bool(np.any(schedule.slope > 0) and np.any(schedule.slope < 0))
     return has_both and half_step <= LARGEST_RATE_CHANGE
+
+
+def refuse_real_samples(receiver: AnyReceiver, schedule: RampSchedule, *, radar: str) -> None:
+    """Refuse real samples for a receiver that takes their image for another beat.
+
+    Raises
+    ------
+    CapabilityError
+        The receiver of these ramps is not the range-Doppler receiver, which reads one side of each
+        spectrum.
+    """
+    kind = receiver_for(receiver, schedule).kind
+    if kind != "range-doppler":
+        raise CapabilityError(
+            f"the receiver '{kind}' needs complex samples, and the converter of '{radar}' takes "
+            "real ones; set its converter.sampling to 'complex', or use equal chirps, which the "
+            "receiver 'range-doppler' reads"
+        )
 
 
 def readable_elements(
@@ -165,6 +186,6 @@ def refuse_unreadable(receiver: AnyReceiver, schedule: RampSchedule) -> None:
     """Refuse ramps that the receiver cannot read, with a `CapabilityError` that says why."""
     match receiver:
         case RangeDoppler():
-            refuse_unfit(schedule)
+            refuse(unreadable(schedule), schedule)
         case PaperReceiver():
             refuse_unpaired(schedule)

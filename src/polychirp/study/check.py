@@ -1,5 +1,6 @@
 """Check of a study before it runs: its problems, and the resolution of its radars."""
 
+import math
 import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -30,12 +31,15 @@ from polychirp.receiver.angle.elements import Elements
 from polychirp.receiver.chain import Receiver
 from polychirp.receiver.mitigation.bursts import BurstDetector
 from polychirp.receiver.range_doppler.chain import RangeDoppler
+from polychirp.receiver.range_doppler.subframes import has_subframes, unambiguous_span
 from polychirp.receiver.selection import (
     AnyReceiver,
+    FrameReceiver,
     angle_estimator,
     readable_elements,
     reason_of_choice,
     receiver_for,
+    refuse_real_samples,
     refuse_unreadable,
 )
 from polychirp.receiver.signal_model.point_signal import beat_sensitivity
@@ -92,10 +96,15 @@ class DerivedRadar:
     unambiguous_speed : m/s, greatest speed, approaching or receding, that a Doppler transform over
         equal sweeps of the same transmitting elements gives without ambiguity:
         :math:`\lambda/4NT`. T is the interval from sweep to sweep, and N the number of sweeps after
-        which the elements' code repeats, so that NT is the repetition interval of one transmitter
-    unfolded_speed : m/s, greatest speed that the receiver reports as it is: :math:`\lambda/4T` if
-        it is the range-Doppler receiver and tells the speeds that a code leaves open apart by the
-        beams of the virtual array, else ``unambiguous_speed``
+        which the elements' code repeats, so that NT is the repetition interval of one transmitter;
+        in subframes, it is the greatest speed that all of them tell apart together
+    unfolded_speed : m/s, greatest speed that the receiver reports as it is: that with N = 1 if it
+        is the range-Doppler receiver and tells the speeds that a code leaves open apart, by empty
+        bands of the code or by the beams of the virtual array, else ``unambiguous_speed``
+    code : number of sweeps after which the code of the transmitting elements repeats, and number of
+        the elements; with Doppler division, the bands that their difference leaves are empty
+    has_subframes : True if the range-Doppler receiver reads the frame in subframes, which tell
+        speeds up to ``unambiguous_speed`` together
     has_equal_sweeps : True if all sweeps are equal; with different sweeps, speeds above
         ``unambiguous_speed`` can be told apart
     greatest_range : m, range whose beat on the steepest ramp is at the edge of the IF filter's pass
@@ -112,6 +121,7 @@ class DerivedRadar:
     num_ramps : in a frame
     samples_per_ramp : number, of one channel
     samples_per_frame : number, of one channel
+    sampling : "complex" or "real" samples
     memory : bytes of the samples of the frame and of its parts (echo, noise and so on), in all
         channels
     """
@@ -121,7 +131,9 @@ class DerivedRadar:
     speed_resolution: float
     unambiguous_speed: float
     unfolded_speed: float
+    code: tuple[int, int]
     has_equal_sweeps: bool
+    has_subframes: bool
     greatest_range: float
     beat_band: Limits
     ramp_duration: Limits
@@ -133,6 +145,7 @@ class DerivedRadar:
     num_ramps: int
     samples_per_ramp: tuple[int, int]
     samples_per_frame: int
+    sampling: str
     memory: int
 
 
@@ -177,15 +190,16 @@ def check(study: Study) -> Derived:
         The beats of echoes from the receiver's greatest range are above the edge of the IF filter's
         stop band, or above half the sample rate.
     CapabilityError
-        The elements of a victim's array cannot be told apart, or its receiver or estimator of
-        angles cannot read the array.
+        The elements of a victim's array cannot be told apart, or its receiver cannot read its ramps
+        or real samples, or its receiver or estimator of angles cannot read the array.
 
     Warns
     -----
     ModelWarning
         The tracer gives targets no echo, a material is used outside its band, ramps are too short
         for the receiver's range-rate map or for the guard of its mitigation, an array is ambiguous
-        in its elements' beam, or a target is too far away or too fast for the receiver.
+        in its elements' beam, a target is too far away or too fast for the receiver, or beats that
+        real samples fold are not filtered out.
     """
     try:
         if study.seed >= 0:  # `_problems` reports a negative seed
@@ -207,6 +221,10 @@ def check(study: Study) -> Derived:
         refuse_unfollowed(radar)
     for number in victim_indices(study):
         _need_readable(study, schedules[number], number=number)
+        radar = study.radars[number]
+        if radar.converter.is_real:
+            refuse_real_samples(study.receiver, schedules[number], radar=radar.name)
+            _warn_of_folded_beats(radar, radars[number])
     _warn_of_targets_without_echo(study)
     _warn_of_receiver(study, schedules)
     _warn_of_ambiguity(study, schedules)
@@ -276,6 +294,21 @@ def _warn_of_receiver(study: Study, schedules: Sequence[RampSchedule]) -> None:
                 ModelWarning,
                 stacklevel=3,
             )
+
+
+def _warn_of_folded_beats(radar: StudyRadar, derived: DerivedRadar) -> None:
+    """Warn of real samples in which echoes from beyond the receiver's ranges appear within them."""
+    rate, stopband = radar.converter.sample_rate, radar.if_filter.stopband
+    needed = stopband + derived.beat_band[1]
+    if rate < needed:
+        warnings.warn(
+            f"'{radar.name}' takes {rate / 1e6:.4g} million real samples per second, so that beats "
+            f"above {rate / 2e6:.4g} MHz, which its IF filter passes up to {stopband / 1e6:.4g} "
+            "MHz, fold on those of nearer echoes; set its converter.sample_rate to "
+            f"'{math.ceil(needed / 1e5) / 10:g} MS/s' or more, or lower if_filter.stopband",
+            ModelWarning,
+            stacklevel=3,
+        )
 
 
 def _too_coarse(schedule: RampSchedule, times: SampleTimes, receiver: Receiver) -> str:
@@ -464,9 +497,10 @@ def _derived(radar: StudyRadar, schedule: RampSchedule, receiver: AnyReceiver) -
     sampled = np.abs(schedule.slope) * times.num_samples / times.rate
     resolution = SPEED_OF_LIGHT / (2.0 * sampled)
     chosen = receiver_for(receiver, schedule)
-    speed = wavelength / (4.0 * _sweep_interval(schedule))
-    folded = speed / _code_length(schedule)
-    is_unfolded = isinstance(chosen, RangeDoppler) and chosen.unfolds
+    code = _code_length(schedule), schedule.num_elements
+    is_unfolded = isinstance(chosen, RangeDoppler) and chosen.tells_folds_apart(
+        num_sweeps=code[0], num_elements=code[1]
+    )
     place, _ = virtual_channels(radar.array, schedule.num_elements)
     elements = Elements.of(place, frequency=SPEED_OF_LIGHT / wavelength)
     window = Window(None, None)  # of an array whose lobes would take too long to find
@@ -476,9 +510,11 @@ def _derived(radar: StudyRadar, schedule: RampSchedule, receiver: AnyReceiver) -
         name=radar.name,
         range_resolution=(float(resolution.min()), float(resolution.max())),
         speed_resolution=_doppler_cell(schedule),
-        unambiguous_speed=folded,
-        unfolded_speed=speed if is_unfolded else folded,
+        unambiguous_speed=_unambiguous_speed(schedule, chosen, code[0]),
+        unfolded_speed=_unambiguous_speed(schedule, chosen, 1 if is_unfolded else code[0]),
+        code=code,
         has_equal_sweeps=_has_equal_sweeps(schedule, num_sweeps),
+        has_subframes=isinstance(chosen, RangeDoppler) and has_subframes(schedule),
         greatest_range=SPEED_OF_LIGHT * radar.if_filter.passband / (2.0 * steepest),
         beat_band=(0.0, 2.0 * steepest * receiver.greatest_range / SPEED_OF_LIGHT),
         ramp_duration=(float(schedule.duration.min()), float(schedule.duration.max())),
@@ -490,8 +526,17 @@ def _derived(radar: StudyRadar, schedule: RampSchedule, receiver: AnyReceiver) -
         num_ramps=schedule.num_ramps,
         samples_per_ramp=(int(times.num_samples.min()), times.most_samples),
         samples_per_frame=int(times.num_samples.sum()),
+        sampling=radar.converter.sampling,
         memory=_memory(times, radar),
     )
+
+
+def _unambiguous_speed(schedule: RampSchedule, receiver: FrameReceiver, code_length: int) -> float:
+    """See `DerivedRadar`; ``code_length`` is that of a code whose folds are not told apart."""
+    if isinstance(receiver, RangeDoppler) and has_subframes(schedule):
+        return 0.5 * unambiguous_span(schedule, code_length=code_length)
+    wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
+    return wavelength / (4.0 * _sweep_interval(schedule) * code_length)
 
 
 def _sweep_interval(schedule: RampSchedule) -> float:

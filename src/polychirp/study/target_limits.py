@@ -6,10 +6,9 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from polychirp.axes import FloatArray
-from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.range_doppler.chain import RangeDoppler
-from polychirp.receiver.range_doppler.transforms import repetition_interval
+from polychirp.receiver.range_doppler.subframes import unambiguous_span
 from polychirp.receiver.selection import AnyReceiver, receiver_for
 from polychirp.receiver.signal_model.transmit_codes import code_blocks
 from polychirp.study.spec import Study, StudyRadar, target_names, victim_indices
@@ -64,9 +63,10 @@ def greatest_speed(receiver: AnyReceiver, schedule: RampSchedule) -> tuple[float
             f"its receiver searches to {3.6 * receiver.greatest_speed:.0f} km/h; raise "
             "receiver.greatest_speed"
         )
-    wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
-    length = 1 if receiver.unfolds else len(code_blocks(schedule).weight)
-    speed = wavelength / (4.0 * length * repetition_interval(schedule))
+    length, elements = code_blocks(schedule).weight.shape
+    if receiver.tells_folds_apart(num_sweeps=length, num_elements=elements):
+        length = 1
+    speed = 0.5 * unambiguous_span(schedule, code_length=length)
     return speed, (
         f"its chirps tell speeds apart to {3.6 * speed:.0f} km/h: it will appear with another "
         "speed; use a shorter ramp_duration or idle"

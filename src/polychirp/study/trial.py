@@ -22,7 +22,12 @@ from polychirp.receiver.mimo import (
     virtual_array,
     virtual_parts,
 )
-from polychirp.receiver.selection import AnyReceiver, readable_elements, receiver_for
+from polychirp.receiver.selection import (
+    AnyReceiver,
+    readable_elements,
+    receiver_for,
+    refuse_real_samples,
+)
 from polychirp.receiver.signal_model.transmit_codes import code_blocks
 from polychirp.rng import Streams
 from polychirp.scoring.compare import compare
@@ -85,10 +90,13 @@ def run_trial(study: Study, *, progress: Progress = no_progress) -> Trial:
     refuse_too_large(study, schedules)
     victims = victim_indices(study)
     for victim in victims:
-        # these raise, before the tracing, if the receiver cannot read the codes or the array
+        # these raise, before the tracing, if the receiver cannot read codes, array or samples
         code_blocks(schedules[victim])
+        radar = study.radars[victim]
         receiver = receiver_for(study.receiver, schedules[victim])
         readable_elements(receiver, scene.radars[victim].array, schedules[victim])
+        if radar.converter.is_real:
+            refuse_real_samples(study.receiver, schedules[victim], radar=radar.name)
     compile_parts(parts_of(study), progress=progress)
     snapshots = trace_frame(
         study.tracer,

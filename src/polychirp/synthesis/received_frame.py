@@ -1,5 +1,6 @@
 """Samples of one radar over one frame: the sum of the contributions of all transmitters."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -12,7 +13,7 @@ from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
 from polychirp.rng import Streams
 from polychirp.synthesis.base import SynthesisEngine
-from polychirp.synthesis.impairments.front_end import distortion, linear_steps
+from polychirp.synthesis.impairments.front_end import distortion, linear_steps, sample_scale
 from polychirp.synthesis.impairments.high_pass import with_lead
 from polychirp.synthesis.links.interferer_culling import NEGLIGIBLE_SHARE, audible_radars
 from polychirp.synthesis.links.leakage import LEAKAGE_PART
@@ -69,10 +70,17 @@ def synthesize(
     others = [i for i in range(len(scene.radars)) if i != victim]
     chosen = others if interferers is None else list(interferers)
     _check(scene, schedules, snapshots, victim, chosen)
-    audible = audible_radars(
-        scene, schedules, snapshots, victim=victim, interferers=chosen, share=neglected_share
-    )
     radar, schedule = scene.radars[victim], schedules[victim]
+    scale = sample_scale(radar)
+    # the noise of one branch has half the power of both, and the bound is on both
+    audible = audible_radars(
+        scene,
+        schedules,
+        snapshots,
+        victim=victim,
+        interferers=chosen,
+        share=neglected_share / math.sqrt(scale),
+    )
     times = sample_times(schedule, radar.converter)
     names = parts_of(radar)
     samples = _behind_the_filter(
@@ -88,7 +96,9 @@ def synthesize(
     samples = linear_steps(radar, samples, times)
     if "distortion" in names:
         samples[-1] = distortion(radar, samples[:-1].sum(axis=0), times)
-    parts = IfParts(samples=samples, names=names, neglected=audible.neglected)
+    if scale != 1.0:
+        samples *= scale
+    parts = IfParts(samples=samples, names=names, neglected=scale * audible.neglected)
     frame = IfFrame(
         samples=parts.total(),
         times=times,

@@ -1,7 +1,8 @@
 """Waveforms: what a radar transmits. A study file chooses a family by its ``kind``.
 
-`base` has the interface, `sawtooth` and `triangular` the families, `coding` the codes of several
-transmitting elements, `design` equations for sweep time and bandwidth, `playing` a radio's samples.
+`base` has the interface, `sawtooth`, `subframes` and `triangular` the families, `coding` the codes
+of several transmitting elements, `design` equations for sweep time and bandwidth, `playing` a
+radio's samples.
 """
 
 from typing import Annotated
@@ -15,11 +16,12 @@ from polychirp.waveform.coding import PhaseCoded as PhaseCoded
 from polychirp.waveform.coding import TimeDivision as TimeDivision
 from polychirp.waveform.coding import coded as coded
 from polychirp.waveform.sawtooth import Sawtooth as Sawtooth
+from polychirp.waveform.subframes import Subframes as Subframes
 from polychirp.waveform.triangular import DiverseTriangular as DiverseTriangular
 from polychirp.waveform.triangular import FixedTriangular as FixedTriangular
 from polychirp.waveform.triangular import Triangular as Triangular
 
 AnyWaveform = Annotated[
-    Sawtooth | Triangular | DiverseTriangular | FixedTriangular,
+    Sawtooth | Subframes | Triangular | DiverseTriangular | FixedTriangular,
     ByKind(),
 ]

@@ -54,16 +54,20 @@ def directions(
     (array([20.]), array([10.]))
     """
     cosines = cosines_of_waves(snapshots, elements, num_waves=1, estimator=estimator)[:, 0]
-    left, up = np.clip(cosines, -1.0, 1.0).T
-    unknown = np.full(len(cosines), np.nan)
-    elevation = np.arcsin(up)
+    known = [axis in elements.axes for axis in range(2)]
+    left, up = np.where(known, cosines, np.nan).T
+    return angles_of(left, up)
+
+
+def angles_of(left: FloatArray, up: FloatArray) -> Directions:
+    """Azimuths and elevations of direction cosines ``(detection,)``, NaN where these are NaN.
+
+    An azimuth without an elevation is that at the elevation zero.
+    """
+    elevation = np.arcsin(np.clip(up, -1.0, 1.0))
     # a wave from the side may be found a little beyond ±90°
-    level = np.maximum(np.cos(elevation), 1e-12)
-    azimuth = np.arcsin(np.clip(left / level, -1.0, 1.0))
-    return Directions(
-        azimuth=azimuth if 0 in elements.axes else unknown,
-        elevation=elevation if 1 in elements.axes else unknown,
-    )
+    level = np.maximum(np.cos(np.nan_to_num(elevation)), 1e-12)
+    return Directions(np.arcsin(np.clip(left / level, -1.0, 1.0)), elevation)
 
 
 def cosines_of_waves(

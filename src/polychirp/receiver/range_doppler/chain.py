@@ -1,6 +1,6 @@
 """`RangeDoppler`: the usual receiver of chirp sequences."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -16,14 +16,22 @@ from polychirp.receiver.angle.elements import Elements
 from polychirp.receiver.clustering import merged
 from polychirp.receiver.detection.cfar import CfarWindow, ordered_statistic
 from polychirp.receiver.mitigation.base import mitigated
+from polychirp.receiver.range_doppler.combination import detect_by_subframes
 from polychirp.receiver.range_doppler.peaks import interpolated_peaks, is_local_maximum
+from polychirp.receiver.range_doppler.subframes import (
+    has_subframes,
+    ramps_of,
+    subframes,
+    unreadable,
+)
 from polychirp.receiver.range_doppler.transforms import (
     middle_frequency,
     range_profiles,
     range_rate_spectra,
-    refuse_unfit,
+    refuse,
+    unfit,
 )
-from polychirp.receiver.range_doppler.unfolding import unfolded
+from polychirp.receiver.range_doppler.unfolding import has_empty_bands, unfolded
 from polychirp.receiver.settings import DetectorSettings
 from polychirp.receiver.signal_model.transmit_codes import code_blocks, virtual_channels
 
@@ -38,7 +46,10 @@ class RangeDoppler(DetectorSettings):
     virtual array's amplitudes in the cell, which are one snapshot (`angle.directions`).
 
     Range rates beyond half the span λ/2T of chirps T apart appear inside it: `polychirp check`
-    names targets for which this happens. Points closer than a cell or two are one detection.
+    names targets for which this happens. Subframes of different T are read one by one, and their
+    folded range rates tell the true one (`association`); a detection that not all of them have, or
+    whose range rate remains unresolved, is dropped. Points closer than a cell or two are one
+    detection.
 
     Parameters
     ----------
@@ -46,7 +57,7 @@ class RangeDoppler(DetectorSettings):
     quantile : rank of the training cell that gives the floor, as a share of their number
     unfolds : True if the range rates that a code leaves open are told apart by the virtual array's
         beams, for which the phases of its channels must be right to a fraction of a radian; else
-        the lowest is taken
+        by the bands of the code that no element uses, or, if all are used, the lowest is taken
 
     Examples
     --------
@@ -85,16 +96,35 @@ class RangeDoppler(DetectorSettings):
         if not 0.0 < self.quantile <= 1.0:
             raise InputError(f"a receiver's quantile of {self.quantile:g} is not in (0, 1]")
 
+    def tells_folds_apart(self, *, num_sweeps: int, num_elements: int) -> bool:
+        """True if range rates beyond the span of a code of so many sweeps and elements are told."""
+        return self.unfolds or num_sweeps > num_elements > 1
+
     def detect(self, frame: IfFrame) -> Detections:
         """Detections of one frame, strongest first; range and azimuth in the middle of the frame.
 
         Raises
         ------
         CapabilityError
-            The ramps differ, do not follow each other at equal intervals, or have codes that do
+            The ramps differ, are neither at equal intervals nor in subframes, or have codes that do
             not separate the transmitting elements.
         """
-        return self.detect_in(self.spectra(frame), frame)
+        refuse(unreadable(frame.schedule), frame.schedule)
+        if not has_subframes(frame.schedule):
+            return self.detect_in(self.spectra(frame), frame)
+        each = replace(self, grouping=None)
+        seen = detect_by_subframes(
+            lambda part: each.detect_in(each.spectra(part), part),
+            frame,
+            tells_folds_apart=self._tells_folds_of(frame),
+        )
+        return seen if self.grouping is None else merged(seen, self.grouping)
+
+    def _tells_folds_of(self, frame: IfFrame) -> bool:
+        """True if range rates beyond the span of the frame's code are told apart for certain."""
+        elements = frame.schedule.num_elements
+        has_empty = has_empty_bands(code_blocks(frame.schedule))
+        return elements == 1 or has_empty or (self.unfolds and frame.array.num_channels > 1)
 
     def spectra(self, frame: IfFrame) -> RangeRateSpectra:
         """Spectra of the frame after mitigation, one for each channel and sweep of the code.
@@ -102,7 +132,7 @@ class RangeDoppler(DetectorSettings):
         Amplitudes are divided by the mean weight that mitigation leaves to the samples, so that
         an echo keeps its power.
         """
-        refuse_unfit(frame.schedule)
+        refuse(unfit(frame.schedule), frame.schedule)
         cleaned = mitigated(self.mitigation, frame)
         share = float(cleaned.weight.sum() / frame.times.is_sample.sum())
         profiles = range_profiles(
@@ -127,11 +157,13 @@ class RangeDoppler(DetectorSettings):
         blocks = code_blocks(frame.schedule)
         cells = spectra.amplitude[:, row, column].T
         cells = cells.reshape(row.size, frame.array.num_channels, len(blocks.weight))
-        num_rates = len(blocks.weight) if self.unfolds else 1
-        decoded = unfolded(frame, blocks, cells, rate, num_rates=num_rates)
+        floor = found.floor[is_peak]
+        decoded = unfolded(frame, blocks, cells, rate, floor=floor, by_beams=self.unfolds)
+        of = decoded.detection
+        power = power[of] * decoded.share
         schedule = frame.schedule
         middle = middle_frequency(schedule, frame.times)
-        distance = beat_range - decoded.range_rate * middle / schedule.slope[0]
+        distance = beat_range[of] - decoded.range_rate * middle / schedule.slope[0]
         place, _ = virtual_channels(frame.array, schedule.num_elements)
         azimuth, elevation = directions(
             decoded.amplitude[:, :, None],
@@ -148,11 +180,18 @@ class RangeDoppler(DetectorSettings):
             azimuth=azimuth[order],
             elevation=elevation[order],
             power=power[order],
-            snr=(found.power / found.floor)[is_peak][order],
+            snr=(decoded.share * (found.power[is_peak] / floor)[of])[order],
         )
         return seen if self.grouping is None else merged(seen, self.grouping)
 
     def combined_power(self, amplitude: ComplexArray, schedule: RampSchedule) -> FloatArray:
-        """Power, W, of amplitudes ``(…, ramp)`` that add up in phase over the blocks of a code."""
+        """Power, W, of amplitudes ``(…, ramp)`` that add up in phase over the blocks of a code.
+
+        In subframes, the power is the mean over the subframes.
+        """
+        if has_subframes(schedule):
+            parts = subframes(schedule)
+            each = [self.combined_power(amplitude[..., k], ramps_of(schedule, k)) for k in parts]
+            return np.asarray(np.mean(each, axis=0))
         ramps = code_blocks(schedule).ramps[:, :, 0]
         return np.asarray(np.mean(np.abs(np.mean(amplitude[..., ramps], axis=-2)) ** 2, axis=-1))

@@ -44,14 +44,8 @@ def taper(size: int) -> FloatArray:
     return np.asarray(window / window.sum())
 
 
-def unfit(schedule: RampSchedule) -> str:
-    """Reason why these transforms cannot read ramps, as the end of a sentence; empty if they can.
-
-    >>> from polychirp.rng import Streams
-    >>> from polychirp.waveform import Triangular
-    >>> unfit(Triangular().schedule(num_sweeps=4, streams=Streams(seed=1)))
-    'its ramps differ in slope'
-    """
+def unequal(schedule: RampSchedule) -> str:
+    """Reason why ramps do not count as equal, as the end of a sentence; empty if they do."""
     if schedule.num_ramps < 2:
         return "it has a single ramp"
     for name, values in (
@@ -61,6 +55,19 @@ def unfit(schedule: RampSchedule) -> str:
     ):
         if not np.allclose(values, values[0], rtol=LARGEST_DIFFERENCE, atol=0.0):
             return f"its ramps differ in {name}"
+    return ""
+
+
+def unfit(schedule: RampSchedule) -> str:
+    """Reason why these transforms cannot read ramps, as the end of a sentence; empty if they can.
+
+    >>> from polychirp.rng import Streams
+    >>> from polychirp.waveform import Triangular
+    >>> unfit(Triangular().schedule(num_sweeps=4, streams=Streams(seed=1)))
+    'its ramps differ in slope'
+    """
+    if reason := unequal(schedule):
+        return reason
     start = schedule.start_time
     interval = float(start[-1] - start[0]) / (start.size - 1)
     uneven = float(np.max(np.abs(start - start[0] - interval * np.arange(start.size))))
@@ -79,19 +86,24 @@ def _code_length(schedule: RampSchedule) -> int:
         return 1
 
 
-def refuse_unfit(schedule: RampSchedule) -> None:
-    """Refuse ramps that these transforms cannot read.
+def refuse(reason: str, schedule: RampSchedule) -> None:
+    """Refuse ramps that the receiver cannot read, unless the reason of `unfit` is empty.
+
+    The message names the receivers that read them.
 
     Raises
     ------
     CapabilityError
-        The ramps differ, or do not follow each other at equal intervals.
+        There is a reason.
     """
-    reason = unfit(schedule)
     if reason:
+        has_both = np.ptp(np.sign(schedule.slope)) > 0
+        others = (
+            "receivers 'joint' and 'coherent' read" if has_both else "receiver 'coherent' reads"
+        )
         raise CapabilityError(
             "the range-Doppler receiver needs equal ramps at equal intervals, and of this schedule "
-            f"{reason}; the receiver 'joint' reads it"
+            f"{reason}; the {others} it"
         )
 
 

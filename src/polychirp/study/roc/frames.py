@@ -9,7 +9,8 @@ with M channels, :math:`n_k` samples on ramp k, the amplitude :math:`a_l` of the
 transmitting element l, its weight :math:`w_{kl}` on the ramp, and the noise density :math:`N_0`,
 all before the IF filter, at the sample rate :math:`f_s`. This is the SNR of a matched filter of the
 whole frame that adds all channels in phase. The IF filter and the stages behind it do not change
-it, as they act on echo and noise alike.
+it, as they act on echo and noise alike. Real samples have the noise of the beats f and −f at f, so
+that their :math:`N_0` is twice that of complex ones.
 """
 
 import math
@@ -30,6 +31,7 @@ from polychirp.rng import Streams
 from polychirp.study.roc.plan import Strong, Window
 from polychirp.study.spec import Study, as_built, schedules_of
 from polychirp.study.trial import trace_frame
+from polychirp.synthesis.impairments.front_end import sample_scale
 from polychirp.synthesis.impairments.oscillator_errors import Oscillating
 from polychirp.synthesis.links.links import links_of_all, nearest_snapshots
 from polychirp.synthesis.links.thermal_noise import noise_density
@@ -167,7 +169,7 @@ def _body(
     weighted = np.sum(np.abs(schedule.transmit_weight) ** 2 * of_ramp, axis=1)
     count = sample_times(schedule, radar.converter).num_samples
     energy = radar.array.num_channels * float(count @ weighted)
-    noise = noise_density(radar) * radar.converter.sample_rate
+    noise = sample_scale(radar) * noise_density(radar) * radar.converter.sample_rate
     return replace(actor, points=(replace(actor.points[0], rcs=point.snr * noise / energy),))
 
 

@@ -1,7 +1,8 @@
 """Stages from the IF filter's output to the samples, for each part of a frame by itself.
 
-High-pass and I/Q imbalance are linear and act on each part. Offset, saturation and quantisation
-are not: the error that they add to the sum of all parts is a separate part, the distortion.
+High-pass, I/Q imbalance and the choice of the branch I are linear and act on each part. Offset,
+saturation and quantisation are not: the error that they add to the sum of all parts is a separate
+part, the distortion.
 """
 
 import numpy as np
@@ -17,20 +18,27 @@ from polychirp.synthesis.impairments.high_pass import high_passed
 def linear_steps(radar: Radar, samples: ComplexArray, times: SampleTimes) -> ComplexArray:
     """Samples after high-pass and I/Q imbalance, V ``(part, channel, ramp, fast)``, at ``times``.
 
-    ``samples`` are at the times of `high_pass.with_lead`, and may be overwritten.
+    Real samples have no imaginary part. ``samples`` are at the times of `high_pass.with_lead`, and
+    may be overwritten.
     """
     samples = high_passed(radar, samples, times)
     imbalance = radar.front_end.imbalance
     if imbalance is not None:
         for part in samples:
             part[...] = imbalance.applied(part)
+    if radar.converter.is_real:
+        samples.imag = 0.0
     return samples
+
+
+def sample_scale(radar: Radar) -> float:
+    """Ratio of a frame's samples to the sampled voltages: 2 of real samples (`Converter`)."""
+    return 2.0 if radar.converter.is_real else 1.0
 
 
 def distortion(radar: Radar, linear: ComplexArray, times: SampleTimes) -> ComplexArray:
     """Offset and digitiser errors of ``linear``, the sum of parts, V ``(channel, ramp, fast)``."""
-    offset = radar.front_end.offset
-    added = 0.0 if offset is None else np.where(times.is_sample, offset.voltage, 0.0)
+    added = _offset(radar, times)
     if radar.front_end.digitiser is None:
         return np.broadcast_to(added, linear.shape)
     return np.asarray(digitised(radar.front_end.digitiser, linear + added).samples - linear)
@@ -41,10 +49,15 @@ def reading(radar: Radar, parts: IfParts, times: SampleTimes) -> Digitised:
 
     `InputError` is raised if the radar has no digitiser.
     """
-    digitiser, offset = radar.front_end.digitiser, radar.front_end.offset
+    digitiser = radar.front_end.digitiser
     if digitiser is None:
         raise InputError(f"radar '{radar.name}' has no digitiser; give its front end one")
     linear = parts.total(*(part for part in parts.names if part != "distortion"))
-    if offset is not None:
-        linear = linear + np.where(times.is_sample, offset.voltage, 0.0)
-    return digitised(digitiser, linear)
+    return digitised(digitiser, linear / sample_scale(radar) + _offset(radar, times))
+
+
+def _offset(radar: Radar, times: SampleTimes) -> ComplexArray:
+    """Constant voltage that is added to the samples, V ``(ramp, fast)``."""
+    offset = radar.front_end.offset
+    voltage = 0.0 if offset is None else offset.voltage
+    return np.where(times.is_sample, voltage.real if radar.converter.is_real else voltage, 0.0 + 0j)

@@ -115,8 +115,13 @@ def test_falling_chirps_read_as_rising_ones():
     ],
 )
 def test_ramps_that_differ_are_refused(changes: dict[str, np.ndarray], reason: str):
-    with pytest.raises(CapabilityError, match=f"{reason}; the receiver 'joint' reads it"):
+    with pytest.raises(CapabilityError, match=f"{reason}; the receiver 'coherent' reads it"):
         RangeDoppler().detect(frame(**changes))
+
+
+def test_ramps_that_rise_and_fall_are_left_to_both_other_receivers():
+    with pytest.raises(CapabilityError, match="the receivers 'joint' and 'coherent' read it"):
+        RangeDoppler().detect(frame(slope=np.array([10e12, -10e12] * 4)))
 
 
 def test_ramps_that_cannot_be_shared_out_are_refused():

@@ -42,6 +42,25 @@ def test_a_point_has_the_snr_that_is_asked_for(waveform, coding):
     assert energy / np.mean(power) == pytest.approx(POINT.snr, rel=0.06)
 
 
+def test_real_samples_have_the_noise_of_both_sides_in_the_snr():
+    """As above; of the energy of y + ȳ, one half is that of the echo's beat, the other its image's.
+
+    The noise of 8 frames: 8 · 4 · 8 ramps · 60 bins, of which those at f and −f are alike: 1.2 %.
+    """
+    converter = replace(roc_study(CHIRPS).radars[0].converter, sampling="real")
+    bare = roc_study(CHIRPS, num_sweeps=8, converter=converter)
+    study = roc_plan(bare, kinds=["range-doppler"], **ASK).study
+    echo = frame_with(study, (POINT,), streams=Streams(1))
+    power = []
+    for trial in range(8):
+        noise = frame_with(study, (), streams=Streams(trial + 2))
+        spectrum = np.fft.fft(noise.samples, axis=2) / np.sqrt(noise.times.most_samples)
+        inside = np.abs(np.fft.fftfreq(noise.times.most_samples)) < 0.2
+        power.append(np.mean(np.abs(spectrum[:, :, inside]) ** 2))
+    energy = 0.5 * np.sum(np.abs(echo.samples) ** 2)
+    assert energy / np.mean(power) == pytest.approx(POINT.snr, rel=0.06)
+
+
 @pytest.mark.parametrize("waveform", [CHIRPS, TRIANGLES], ids=["chirps", "triangles"])
 def test_a_point_is_where_the_receivers_find_it(waveform):
     """From a moving car with a turned radar; a tenth of a cell, with 70 dB."""
