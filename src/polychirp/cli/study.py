@@ -155,8 +155,8 @@ def _print_tables(name: str, plan: Plan, results: Results) -> None:
     console.print(_table("errors of targets found, rms", axes, rows, _errors))
     console.print(_table("in the cells of the targets, medians", axes, rows, _levels))
     console.print(
-        "A trial counts as one draw, however many targets it has. Ghosts and false detections "
-        "(ghosts that nothing explains) are means per frame, at a false-alarm probability per cell "
+        "A trial counts as one draw, however many targets it has. Ghosts, and those of "
+        "them that nothing explains, are means per frame, at a false-alarm probability per cell "
         f"of {', '.join(f'{rate:g}' for rate in rates)}.",
     )
 
@@ -182,7 +182,7 @@ def _detections(row: Summary) -> dict[str, str]:
         "Pd": _shown(row.detection, digits=3),
         "P(ghost)": _shown(row.ghost, digits=3),
         "ghosts": _shown(row.ghosts),
-        "false detections": _shown(row.false_detections),
+        "unexplained": _shown(row.unexplained),
     }
 
 
