@@ -19,6 +19,7 @@ from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.coherent.coherent_map import coherent_map, map_axes
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.profiles import Profiles
+from polychirp.receiver.coherent.spectra import Spectra
 from polychirp.receiver.detection.cfar import CfarWindow, ordered_statistic
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.rng import Streams
@@ -69,7 +70,7 @@ def test_the_map_of_256_drawn_chirps(benchmark):
     frame = frame_of(drawn_chirps(256, seed=1), [], converter=converter)
     seen = Observation.of(frame, mitigated(None, frame))
     axes = map_axes(seen, CoherentReceiver())
-    benchmark(lambda: coherent_map(seen, Profiles.of(seen, seen.samples, axes)))
+    benchmark(lambda: coherent_map(seen, Profiles.of(seen, Spectra.of(seen, seen.samples), axes)))
 
 
 @pytest.mark.benchmark(timer=time.process_time, min_rounds=20, warmup=True)

@@ -63,6 +63,18 @@ def direction_angles(direction: FloatArray) -> tuple[FloatArray, FloatArray]:
     return np.arctan2(y, x), np.arctan2(z, np.hypot(x, y))
 
 
+def direction_of(azimuth: FloatArray, elevation: FloatArray) -> FloatArray:
+    """Unit vectors ``(…, xyz)`` in a radar's frame, of azimuths and elevations ``(…)``, rad.
+
+    >>> direction_of(np.array(0.0), np.array(np.pi / 6)).round(3)
+    array([0.866, 0.   , 0.5  ])
+    """
+    across = np.cos(elevation)
+    return np.stack(
+        [across * np.cos(azimuth), across * np.sin(azimuth), np.sin(elevation)], axis=-1
+    )
+
+
 def polarisation_basis(direction: FloatArray) -> FloatArray:
     """Unit vectors (V, H) perpendicular to outward directions ``(…, xyz)``: shape ``(…, 2, xyz)``.
 

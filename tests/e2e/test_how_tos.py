@@ -37,6 +37,14 @@ num_samples = 64
 num_receivers = 2
 device = "xwr16xx"
 """
+RADAR = """\
+channelCfg 15 5 0
+adcCfg 2 1
+profileCfg 0 77 10 6 40 0 0 30 0 256 8000 0 0 30
+chirpCfg 0 0 0 0 0 0 0 1
+chirpCfg 1 1 0 0 0 0 0 4
+frameCfg 0 1 32 0 40 1 0
+"""
 FAST = ["tracer.kind=free-space", 'targets=["post"]']
 """Changes under which a run takes a second: points instead of traced bodies."""
 
@@ -48,6 +56,7 @@ def make_files(folder: Path) -> None:
     noise = np.random.default_rng(1).normal(0.0, 300.0, (3, 8, 2, 64, 2))
     np.save(folder / "walk.npy", noise[:2].view(complex)[..., 0])
     noise.astype("<i2").tofile(folder / "walk.bin")
+    (folder / "radar.cfg").write_text(RADAR, encoding="utf-8")
     (folder / "walk.toml").write_text(WALK, encoding="utf-8")
     save_glb(mesh_of(plate(0.1, 0.05), "glass"), str(folder / "car.glb"))
     corners = 1e3 * plate(0.1, 0.05)

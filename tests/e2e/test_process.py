@@ -101,6 +101,34 @@ def test_a_capture_that_was_cut_off_is_processed_as_far_as_it_goes(
     assert len(json.loads(capsys.readouterr().out)["frames"]) == 1
 
 
+def test_a_board_with_a_raised_transmitter_measures_elevations(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    """The phases of a point 12° left and 9° up at the places that the parameter file gives."""
+    second = np.arange(128) % 2  # the transmitter of every other ramp is 1 further left and 2 up
+    left, up = np.array([0, 2, 4, 6])[:, None] + second, 2 * second
+    azimuth, elevation = np.radians([12.0, 9.0])
+    half_turns = left * np.cos(elevation) * np.sin(azimuth) + up * np.sin(elevation)
+    samples = point(1) * np.exp(-1j * np.pi * half_turns)[..., None]
+    np.save(tmp_path / "walk.npy", samples.transpose(0, 2, 1, 3))
+    text = TEMPLATE
+    for name, places in (
+        ("channel_positions", "[[0, 0], [2, 0], [4, 0], [6, 0]]"),
+        ("transmitter_positions", "[[0, 0], [1, 2]]"),
+    ):
+        text = text.replace(f"#{name} = []", f"{name} = {places}")
+    (tmp_path / "walk.toml").write_text(text, encoding="utf-8")
+    arguments = ["process", str(tmp_path / "walk.npy"), "--pfa", "1e-8", "--out"]
+    assert main([*arguments, str(tmp_path / "out"), "--json"]) == 0
+    (found,) = json.loads(capsys.readouterr().out)["frames"][0]["detections"]
+    assert np.degrees(found["azimuth_rad"]) == pytest.approx(12.0, abs=0.3)
+    assert np.degrees(found["elevation_rad"]) == pytest.approx(9.0, abs=0.3)
+    assert main([*arguments, str(tmp_path / "out")]) == 0
+    printed = capsys.readouterr().out
+    assert "azimuth   elevation" in printed
+    assert "+12." in printed
+
+
 @pytest.mark.parametrize("form", ["npy", "zarr"])
 def test_numpy_and_zarr_arrays_are_processed_alike(
     tmp_path: Path, form: str, capsys: pytest.CaptureFixture[str]

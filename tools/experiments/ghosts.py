@@ -240,9 +240,9 @@ def measure_ghosts(
     found: dict[tuple[int, int], VictimRecord] = {}
     with closing(executor.run([case.study for case in cases], tasks)) as outcomes:
         for outcome in outcomes:
-            if outcome.victims is None:
+            if outcome.result is None:
                 raise RunError(f"a trial of the ghosts failed: {outcome.failure}")
-            found[outcome.task.point, outcome.task.trial] = outcome.victims[0]
+            found[outcome.task.point, outcome.task.trial] = outcome.result[0]
             progress("ghosts", len(found), total)
     return tuple(
         _row(

@@ -1,10 +1,8 @@
-r"""Detections of the coherent and of the joint receiver on drawn frames of points in white noise.
+"""Detections of the coherent and of the joint receiver on drawn frames of points in white noise.
 
 A point's coherent SNR is the sum of its power over all samples of all channels, divided by the
-noise power of a sample. The ideal coherent detector knows a point's motion, and compares the power
-of its samples, added in phase on each of M channels, with the receiver's threshold :math:`\tau`:
-
-.. math:: P_d = P\{\chi^2_{2M}(2\,\mathrm{SNR}) > 2\tau\}
+noise power of a sample. The ideal detector (`scoring.ideal_detector`) has the coherent receiver's
+threshold.
 
 Each trial draws its points, its noise and its schedule. Both receivers read the same frames. A
 point is found if a detection, which no other point has, is near its range and range rate at the
@@ -31,6 +29,7 @@ from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.coherent.false_alarms import threshold_of
 from polychirp.receiver.signal_model.point_signal import path_of
 from polychirp.rng import Streams
+from polychirp.scoring.ideal_detector import ideal_detection
 from polychirp.scoring.statistics import Estimate, mean_count, proportion
 from polychirp.units import from_db
 from polychirp.waveform import DiverseTriangular, Triangular
@@ -276,24 +275,22 @@ def detection_probability(
                     receiver=key,
                     snr_db=snr_db,
                     detection=_share(hits),
-                    ideal=ideal_detection(snr),
+                    ideal=ideal_of_coherent(snr),
                 )
                 for key, hits in found.items()
             ]
     return tuple(rows)
 
 
-def ideal_detection(snr: float, *, false_alarm_probability: float = 1e-6) -> float:
+def ideal_of_coherent(snr: float, *, false_alarm_probability: float = 1e-6) -> float:
     """Detection probability of the ideal detector at the coherent receiver's threshold.
 
-    >>> round(ideal_detection(from_db(14.0)), 2)
+    >>> round(ideal_of_coherent(from_db(14.0)), 2)
     0.71
     """
-    from scipy.stats import ncx2
-
     channels = _ARRAY.num_channels
     threshold = threshold_of(false_alarm_probability, num_channels=channels)
-    return float(ncx2.sf(2.0 * threshold, 2 * channels, 2.0 * snr))
+    return float(ideal_detection(snr, num_channels=channels, threshold=threshold))
 
 
 def false_detections(

@@ -36,6 +36,10 @@ num_samples = 256               # samples of a ramp
 num_transmitters = 2
 num_receivers = 4
 #spacing = "1.95 mm"            # of receiving elements; default: half a wavelength
+# places to the left and up, in multiples of spacing and seen from behind the radar, of elements
+# that are not on these lines, as in [[0, 0], [2, 1]]
+#channel_positions = []         # of receivers
+#transmitter_positions = []
 #first_receiver = "right"       # side of receiver 0, seen from behind the radar; or "left"
 
 # the file

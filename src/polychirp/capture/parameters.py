@@ -9,7 +9,7 @@ import numpy as np
 from polychirp.axes import FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
-from polychirp.model.antenna import ISOTROPIC, AntennaArray
+from polychirp.model.antenna import ISOTROPIC, AntennaArray, Place
 from polychirp.model.if_frame import SampleTimes
 from polychirp.model.ramp import RampSchedule
 from polychirp.spec import Spec
@@ -53,7 +53,10 @@ class CaptureParameters(Spec):
     num_receivers : number of receivers, which are recorded together
     spacing : m, of the receiving elements; by default half a wavelength at `middle_frequency`.
         Transmitters are a whole receiving array apart, so that together they make one longer array
-    first_receiver : side of the array on which receiver 0 is, seen from behind the radar
+    channel_positions : place (to the left, up) of each receiver in multiples of ``spacing``, seen
+        from behind the radar; empty for a line
+    transmitter_positions : the same of each transmitter; empty for a line
+    first_receiver : side of a line on which receiver 0 is, seen from behind the radar
     axes : names of the axes of the array in a NumPy or Zarr file, slowest first
     stored_as : "unsigned" if int16 samples were saved as if they were uint16
     full_scale : stored value that is the converter's full scale, 0 dBFS
@@ -76,6 +79,8 @@ class CaptureParameters(Spec):
     num_transmitters: Annotated[int, Between(greatest=1024)] = 1
     num_receivers: Annotated[int, Between(greatest=1024)] = 1
     spacing: Metres | None = None
+    channel_positions: tuple[Place, ...] = ()
+    transmitter_positions: tuple[Place, ...] = ()
     first_receiver: Side = "right"
     axes: tuple[AxisName, ...] = ("frame", "ramp", "receiver", "fast")
     stored_as: Storage = "signed"
@@ -102,6 +107,9 @@ class CaptureParameters(Spec):
                 raise InputError(f"{name}: must be positive")
         self._check_counts()
         self._check_axes()
+        if self.channel_positions and self.first_receiver == "left":
+            raise InputError("first_receiver: has no effect beside channel_positions; leave it out")
+        _ = self.array  # raises if positions do not fit
 
     def _check_counts(self) -> None:
         if self.num_samples < 2:
@@ -206,6 +214,8 @@ class CaptureParameters(Spec):
             num_transmitters=self.num_transmitters,
             spacing=spacing,
             pattern=ISOTROPIC,
+            channel_positions=self.channel_positions,
+            transmitter_positions=self.transmitter_positions,
         )
 
     @property

@@ -19,6 +19,7 @@ VERBS: Final = (
     "check",
     "run",
     "study",
+    "roc",
     "process",
     "rcs",
     "correlate",

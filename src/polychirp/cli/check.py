@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import shlex
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from polychirp.cli.terminal import command_name, say, tables
 
@@ -42,7 +43,8 @@ def add_parser(subparsers: Any) -> None:
         "check",
         help="read a study and print what its radars resolve",
         description="Read a study, say what prevents it from running, and print what follows from "
-        "it: range and speed resolution, greatest range, beat band, memory, cost.",
+        "it: range and speed resolution, unambiguous directions, greatest range, beat band, "
+        "memory, cost.",
     )
     add_study_arguments(parser)
 
@@ -79,7 +81,9 @@ def _print_tables(name: str, derived: Derived) -> None:
         table.add_column(radar.name, justify="right")
     columns = [_rows(radar, derived.victims) for radar in derived.radars]
     for label in columns[0]:
-        table.add_row(label, *(column[label] for column in columns))
+        cells = [column[label] for column in columns]
+        if any(cell != _ABSENT for cell in cells):
+            table.add_row(label, *cells)
     console = tables()
     console.print(table)
     for radar in derived.radars:
@@ -107,15 +111,45 @@ def _rows(radar: DerivedRadar, victims: tuple[str, ...]) -> dict[str, str]:
         "unambiguous speed, by Doppler": f"±{3.6 * radar.unambiguous_speed:.3g} km/h"
         if radar.has_equal_sweeps
         else "no limit: sweeps differ",
+        "… by Doppler and beams": f"±{3.6 * radar.unfolded_speed:.3g} km/h"
+        if radar.unfolded_speed > radar.unambiguous_speed
+        else _ABSENT,
+        "unambiguous azimuth": _window(radar.azimuth_window),
+        "unambiguous elevation": _window(radar.elevation_window),
         "greatest range (IF pass band)": f"{radar.greatest_range:.3g} m",
-        "beat band": _span(radar.beat_band, 1e-3, "kHz"),
+        "beat band": _prefixed_span(radar.beat_band, "Hz"),
         "receiver": radar.receiver,
-        "ramp": _span(radar.ramp_duration, 1e3, "ms"),
-        "frame": f"{1e3 * radar.frame_duration:.4g} ms, {radar.num_ramps} ramps",
+        "ramp": _prefixed_span(radar.ramp_duration, "s"),
+        "frame": f"{_prefixed_span((radar.frame_duration,) * 2, 's')}, {radar.num_ramps} ramps",
         "samples per ramp": _span(radar.samples_per_ramp, 1, ""),
         "samples per frame and channel": str(radar.samples_per_frame),
         "memory": f"{radar.memory / 1e6:.3g} MB" if radar.name in victims else "– (no victim)",
     }
+
+
+_ABSENT: Final = "–"
+"""Cell of a quantity that a radar does not have; a row without any other cell is left out."""
+
+_PREFIXES: Final = {"Hz": {"G": 1e9, "M": 1e6, "k": 1e3}, "s": {"": 1.0, "m": 1e-3, "µ": 1e-6}}
+"""Prefixes that the table uses with each unit, from the greatest on."""
+
+
+def _prefixed_span(limits: tuple[float, float], unit: str) -> str:
+    """Limits with the greatest prefix at which the upper one is at least 1.
+
+    >>> _prefixed_span((0.0, 7.5e6), "Hz"), _prefixed_span((40e-6, 40e-6), "s")
+    ('0 … 7.5 MHz', '40 µs')
+    """
+    prefixes = _PREFIXES[unit]
+    # the margin keeps 1 ms, computed as 0.999… ms, from being 1000 µs
+    fits = (name for name, size in prefixes.items() if limits[1] >= size * (1 - 1e-9))
+    prefix = next(fits, list(prefixes)[-1])
+    return _span(limits, 1.0 / prefixes[prefix], prefix + unit)
+
+
+def _window(angle: float | None) -> str:
+    """The greatest angle to either side; a dash for an array that does not measure it."""
+    return _ABSENT if angle is None else f"±{math.degrees(angle):.3g}°"
 
 
 def _span(limits: tuple[float, float], scale: float, unit: str) -> str:

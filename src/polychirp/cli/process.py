@@ -72,9 +72,12 @@ def run(arguments: argparse.Namespace) -> int:
         )
     path = Path(arguments.capture)
     parameters = read_parameters(arguments.params or path.with_suffix(".toml"))
+    has_positions = bool(parameters.channel_positions or parameters.transmitter_positions)
     receiver = RangeDoppler(
         least_range=0.5 * parameters.range_resolution,
         greatest_range=parameters.greatest_range,
+        # root-MUSIC needs a line; for one wave, its errors are those of the beams
+        angle="bartlett" if has_positions else "root-music",
         unfolds=False,  # the phases of a recording's channels are not calibrated
         false_alarm_probability=_probability(arguments.pfa),
     )
@@ -182,13 +185,14 @@ def _process(
 
 
 def _rows(found: Detections) -> list[dict[str, float | None]]:
-    """Detections in SI units, strongest first; the azimuth is None if there is one channel."""
+    """Detections in SI units, strongest first; None for an angle that the array cannot measure."""
     import numpy as np
 
     columns = {
         "range_m": found.range,
         "range_rate_m_per_s": found.range_rate,
         "azimuth_rad": found.azimuth,
+        "elevation_rad": found.elevation,
         "snr": found.snr,
         "power_full_scale": found.power,
     }
@@ -239,13 +243,18 @@ def _print_frame(frame: dict[str, Any]) -> None:
         f"\nframe {frame['frame']}: {len(rows)} detections, strongest first; noise alone would "
         f"give about {frame['expected_false_alarms']:.2g}"
     )
-    print("  range    range rate   azimuth      SNR      power")
+    has_elevation = any(row["elevation_rad"] is not None for row in rows)
+    above = "   elevation" if has_elevation else ""
+    print(f"  range    range rate   azimuth{above}      SNR      power")
+
+    def shown(angle: float | None, width: int) -> str:
+        return "–".rjust(width) if angle is None else f"{degrees(angle):+{width - 1}.1f}°"
+
     for row in rows:
-        azimuth = row["azimuth_rad"]
+        elevation = f"   {shown(row['elevation_rad'], 9)}" if has_elevation else ""
         rate = round(row["range_rate_m_per_s"], 2) + 0.0  # 0.00, not −0.00
-        shown = "      –" if azimuth is None else f"{degrees(azimuth):+6.1f}°"
         print(
-            f"{row['range_m']:6.2f} m  {rate:+7.2f} m/s   {shown}"
+            f"{row['range_m']:6.2f} m  {rate:+7.2f} m/s   {shown(row['azimuth_rad'], 7)}{elevation}"
             f"  {10 * log10(row['snr']):4.0f} dB  {10 * log10(row['power_full_scale']):5.0f} dBFS"
         )
     print()
@@ -254,7 +263,14 @@ def _print_frame(frame: dict[str, Any]) -> None:
 def _write_detections(path: Path, frames: list[dict[str, Any]]) -> None:
     import csv
 
-    keys = ["range_m", "range_rate_m_per_s", "azimuth_rad", "snr", "power_full_scale"]
+    keys = [
+        "range_m",
+        "range_rate_m_per_s",
+        "azimuth_rad",
+        "elevation_rad",
+        "snr",
+        "power_full_scale",
+    ]
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, ["frame", *keys], lineterminator="\n")
         writer.writeheader()

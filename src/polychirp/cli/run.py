@@ -152,13 +152,15 @@ def _print_table(trial: Trial) -> None:
         levels.add_column(column)
     for column in ("SNR", "INR", "SINR", "SINR, mitigated"):
         levels.add_column(column, justify="right")
-    for column in ("range", "range error", "speed error", "azimuth error", "points", "extent"):
+    columns = ["range", "range error", "speed error", "azimuth error", "points", "extent"]
+    has_elevation = any(_measures_elevation(victim) for victim in trial.victims)
+    for column in columns + ["elevation", "elevation error"] * has_elevation:
         errors.add_column(column, justify="right")
     for victim in trial.victims:
         rise = decibels(victim.score.floor_rise)
         counts.add_row(victim.name, *(str(count) for count in _counts(victim).values()), rise)
         for row in _error_rows(victim):
-            errors.add_row(victim.name, *row)
+            errors.add_row(victim.name, *row[: len(errors.columns) - 1])
         for row in _level_rows(victim):
             levels.add_row(victim.name, *row)
     console = tables()
@@ -180,7 +182,7 @@ def _level_rows(victim: VictimResult) -> Iterator[tuple[str, ...]]:
 
 
 def _error_rows(victim: VictimResult) -> Iterator[tuple[str, ...]]:
-    """Name, true range, errors and extents of every target found, as text with units."""
+    """Every target found, as text: name, range, errors, extents, elevation and its error."""
     truth, score = victim.truth, victim.score
     for number, name in enumerate(truth.name):
         if score.is_detected[number]:
@@ -192,6 +194,8 @@ def _error_rows(victim: VictimResult) -> Iterator[tuple[str, ...]]:
                 _degrees(score.azimuth_error[number]),
                 f"{score.num_points[number]:.0f}",
                 _extent_words(victim, number),
+                _degrees(truth.elevation[number]),
+                _degrees(score.elevation_error[number]),
             )
 
 
@@ -208,6 +212,15 @@ def _size(value: float) -> str:
     return "–" if math.isnan(value) else f"{value:.1f}"
 
 
-def _degrees(azimuth: float) -> str:
-    """Azimuth error with its unit; a dash for a radar of one channel, which has no azimuths."""
-    return "–" if math.isnan(azimuth) else f"{math.degrees(azimuth):+.2f}°"
+def _measures_elevation(victim: VictimResult) -> bool:
+    """True if a target was found with an elevation."""
+    score = victim.score
+    return any(
+        is_detected and not math.isnan(error)
+        for is_detected, error in zip(score.is_detected, score.elevation_error, strict=True)
+    )
+
+
+def _degrees(angle: float) -> str:
+    """Angle or its error with its unit; a dash for an array that does not measure it."""
+    return "–" if math.isnan(angle) else f"{math.degrees(angle):+.2f}°"

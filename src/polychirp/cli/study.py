@@ -13,21 +13,25 @@ from typing import TYPE_CHECKING, Any, Final
 from polychirp.cli.check import add_study_arguments, all_overrides
 from polychirp.cli.progress import progress_bar
 from polychirp.cli.terminal import command_name, decibels, say, tables, usable_folder
-from polychirp.errors import InputError, RunError
+from polychirp.cli.trials import (
+    KEPT_TRIALS,
+    add_workers,
+    num_workers,
+    refuse_other_files,
+    shown,
+)
+from polychirp.errors import RunError
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from polychirp.scoring.statistics import Estimate
     from polychirp.study.monte_carlo.plan import Plan
     from polychirp.study.monte_carlo.results import Results
     from polychirp.study.monte_carlo.run import Finished
     from polychirp.study.monte_carlo.summary import Summary
     from polychirp.study.monte_carlo.tasks import Executor
 
-KEPT_FILES: Final = (
-    "finished trials are kept, and the same command continues with the missing trials"
-)
+KEPT_FILES: Final = KEPT_TRIALS
 """Part of the message that `cli.app` prints after an interrupt."""
 
 
@@ -48,12 +52,7 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         "--force", action="store_true", help="remove the trials in that folder first"
     )
-    parser.add_argument(
-        "--workers",
-        type=int,
-        metavar="N",
-        help="number of worker processes, of one thread each (default: one for each core)",
-    )
+    add_workers(parser)
     parser.add_argument(
         "--cluster",
         metavar="WHERE",
@@ -65,7 +64,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Check all points, run the missing trials, store the results and print them."""
     from polychirp.config.monte_carlo import load_plan
     from polychirp.study.monte_carlo.plan import check_plan
-    from polychirp.study.monte_carlo.run import run_plan
+    from polychirp.study.monte_carlo.run import LOG, run_plan
 
     executor = _executor(arguments)
     plan = load_plan(arguments.study, overrides=all_overrides(arguments), program=command_name())
@@ -75,7 +74,7 @@ def run(arguments: argparse.Namespace) -> int:
     folder = usable_folder(
         arguments.out or Path("out") / f"{name}-{plan.origin.study_hash[:8]}-trials"
     )
-    _refuse_other_files(folder)
+    refuse_other_files(folder, LOG)
     with progress_bar(name) as progress:
         finished = run_plan(
             plan,
@@ -98,30 +97,12 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _executor(arguments: argparse.Namespace) -> Executor:
     from polychirp.study.monte_carlo.dask_executor import DaskWorkers
-    from polychirp.study.monte_carlo.executor import WORKERS_PER_CORE, LocalWorkers
-    from polychirp.threads import num_cores
+    from polychirp.study.monte_carlo.executor import LocalWorkers
 
-    count = num_cores() if arguments.workers is None else arguments.workers
-    if count < 1:
-        raise InputError(f"--workers is {count}; use 1 or more")
-    most = WORKERS_PER_CORE * num_cores()
-    if count > most and arguments.cluster in (None, "local"):
-        say(
-            f"note: --workers is {count}, but at most {WORKERS_PER_CORE} start for each core, "
-            f"here {most}"
-        )
-        count = most
+    count = num_workers(arguments, is_local=arguments.cluster in (None, "local"))
     if arguments.cluster is not None:
         return DaskWorkers(cluster=arguments.cluster, count=count)
     return LocalWorkers(count=count)
-
-
-def _refuse_other_files(folder: Path) -> None:
-    """Refuse a folder that holds files but no log of trials."""
-    from polychirp.study.monte_carlo.run import LOG
-
-    if folder.exists() and any(folder.iterdir()) and not (folder / LOG).exists():
-        raise InputError(f"--out: '{folder}' holds files but no log of trials; name another folder")
 
 
 def _summary(name: str, plan: Plan, folder: Path, finished: Finished) -> dict[str, Any]:
@@ -148,17 +129,30 @@ def _print_tables(name: str, plan: Plan, results: Results) -> None:
     from polychirp.study.monte_carlo.summary import summaries
 
     rows = summaries(results)
-    rates = sorted({point.study.receiver.false_alarm_probability for point in plan.points})
     axes = [axis.name for axis in plan.axes]
     console = tables()
     console.print(_table(f"{name}: detections, with 95 % intervals", axes, rows, _detections))
     console.print(_table("errors of targets found, rms", axes, rows, _errors))
     console.print(_table("in the cells of the targets, medians", axes, rows, _levels))
     console.print(
-        "A trial counts as one draw, however many targets it has. Ghosts, and those of "
-        "them that nothing explains, are means per frame, at a false-alarm probability per cell "
-        f"of {', '.join(f'{rate:g}' for rate in rates)}.",
+        "A trial counts as one draw, however many targets it has. Ghosts, and those of them that "
+        f"nothing explains, are means per frame, {_thresholds(plan)}.",
     )
+
+
+def _thresholds(plan: Plan) -> str:
+    """Thresholds of the receivers of all points, as the end of a sentence."""
+    from polychirp.receiver.settings import DetectorSettings
+
+    receivers = [point.study.receiver for point in plan.points]
+    rates = {one.false_alarm_probability for one in receivers if isinstance(one, DetectorSettings)}
+    shown = []
+    if rates:
+        each = ", ".join(f"{rate:g}" for rate in sorted(rates))
+        shown.append(f"at a false-alarm probability per cell of {each}")
+    if any(one.kind == "paper" for one in receivers):
+        shown.append("with the receiver 'paper' at its threshold, the mean of the profile")
+    return ", and ".join(shown)
 
 
 def _table(
@@ -179,18 +173,19 @@ def _table(
 def _detections(row: Summary) -> dict[str, str]:
     return {
         "trials": str(row.num_trials),
-        "Pd": _shown(row.detection, digits=3),
-        "P(ghost)": _shown(row.ghost, digits=3),
-        "ghosts": _shown(row.ghosts),
-        "unexplained": _shown(row.unexplained),
+        "Pd": shown(row.detection, digits=3),
+        "P(ghost)": shown(row.ghost, digits=3),
+        "ghosts": shown(row.ghosts),
+        "unexplained": shown(row.unexplained),
     }
 
 
 def _errors(row: Summary) -> dict[str, str]:
     return {
-        "range, m": _shown(row.range_rmse),
-        "speed, km/h": _shown(row.range_rate_rmse, scale=3.6),
-        "azimuth, °": _shown(row.azimuth_rmse, scale=180 / math.pi),
+        "range, m": shown(row.range_rmse),
+        "speed, km/h": shown(row.range_rate_rmse, scale=3.6),
+        "azimuth, °": shown(row.azimuth_rmse, scale=180 / math.pi),
+        "elevation, °": shown(row.elevation_rmse, scale=180 / math.pi),
     }
 
 
@@ -206,22 +201,6 @@ def _levels(row: Summary) -> dict[str, str]:
 
 def _in_db(ratio: float) -> str:
     return decibels(ratio) if ratio > 0 else "–"
-
-
-def _shown(estimate: Estimate, *, scale: float = 1.0, digits: int = 2) -> str:
-    """The estimate and, on the next line, the limits of its interval: 0.812 and 0.774–0.845."""
-    if math.isnan(estimate.value):
-        return "–"
-    value, low, high = (scale * v for v in (estimate.value, estimate.low, estimate.high))
-    limits = "" if math.isnan(low) else f"\n{_short(low, digits)}–{_short(high, digits)}"
-    return f"{_short(value, digits)}{limits}"
-
-
-def _short(value: float, digits: int) -> str:
-    """The value with ``digits`` decimals; with two significant digits below 10^(1 − digits)."""
-    if value == 0.0 or abs(value) >= 10.0**-digits * 10:
-        return f"{value:.{digits}f}"
-    return f"{value:.2g}"
 
 
 def _print_files(folder: Path, finished: Finished) -> None:

@@ -67,12 +67,19 @@ ISOTROPIC = ElementPattern(
 """Antenna element with the gain 1 in all directions, vertically polarised."""
 
 
+_Multiple = Annotated[float, Between(least=-1e6, greatest=1e6)]
+Place = tuple[_Multiple, _Multiple]
+"""Place of an element to the left and up, in multiples of its array's spacing."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AntennaArray(Spec):
-    r"""A line of receiving and a line of transmitting elements along y, each evenly spaced.
+    r"""Receiving and transmitting elements in the plane across the radar's axis.
 
-    Both lines are centred on the origin of the radar's frame; channel 0 and transmitting element
-    0 are the rightmost ones (most negative y).
+    By default each form a horizontal line along y, evenly spaced; channel 0 and transmitting
+    element 0 are the rightmost ones (most negative y). ``channel_positions`` and
+    ``transmitter_positions`` place the elements anywhere in the plane instead, so that the array
+    measures elevations too. Both sets are centred on the origin of the radar's frame.
 
     Real channels differ in gain g and phase ψ. Each channel multiplies the wave that it receives,
     and each transmitting element the wave that it sends, by its own :math:`\sqrt{g}\,e^{j\psi}`. A
@@ -82,11 +89,15 @@ class AntennaArray(Spec):
     Parameters
     ----------
     num_channels : number of receiving elements
-    spacing : m, of the receiving elements; by default half a wavelength at 79 GHz
+    spacing : m, of the receiving elements, and unit of the positions below; by default half a
+        wavelength at 79 GHz
     pattern : pattern of every element, receiving and transmitting
     num_transmitters : number of transmitting elements
     transmit_spacing : m, of the transmitting elements; by default ``num_channels * spacing``, so
         that the virtual elements form one evenly spaced line without a gap
+    channel_positions : place (to the left, up) of each receiving element in multiples of
+        ``spacing``, from any origin, since only differences count; empty for the line
+    transmitter_positions : the same of each transmitting element
     channel_gains : g, ratio of powers, one for each channel; empty if there are no errors
     channel_phases : ψ, rad, one for each channel
     transmitter_gains : g, ratio of powers, one for each transmitting element
@@ -97,6 +108,12 @@ class AntennaArray(Spec):
     >>> array = AntennaArray(num_channels=2, num_transmitters=2, spacing=2e-3)
     >>> array.position[:, 1] * 1e3, array.transmit_position[:, 1] * 1e3
     (array([-1.,  1.]), array([-2.,  2.]))
+
+    Three transmitting elements, the middle one raised, as on TI's IWR6843L board (SWRU585):
+
+    >>> array = AntennaArray(num_transmitters=3, transmitter_positions=((0, 0), (2, 1), (4, 0)))
+    >>> (array.transmit_position[:, 1:] / array.spacing).round(2).tolist()
+    [[-2.0, -0.33], [0.0, 0.67], [2.0, -0.33]]
     """
 
     num_channels: Annotated[int, Between(greatest=1024)] = 4
@@ -104,6 +121,8 @@ class AntennaArray(Spec):
     pattern: ElementPattern = field(default_factory=ElementPattern)
     num_transmitters: Annotated[int, Between(greatest=1024)] = 1
     transmit_spacing: Metres | None = None
+    channel_positions: tuple[Place, ...] = ()
+    transmitter_positions: tuple[Place, ...] = ()
     channel_gains: tuple[Ratio, ...] = ()
     channel_phases: tuple[Radians, ...] = ()
     transmitter_gains: tuple[Ratio, ...] = ()
@@ -118,8 +137,35 @@ class AntennaArray(Spec):
             raise InputError("an array's spacing must be positive")
         if self.transmit_spacing is not None and not self.transmit_spacing > 0:
             raise InputError("the spacing of an array's transmitting elements must be positive")
-        self._check_errors("channel", self.num_channels)
-        self._check_errors("transmitter", self.num_transmitters)
+        for what, count in (
+            ("channel", self.num_channels),
+            ("transmitter", self.num_transmitters),
+        ):
+            self._check_positions(what, count)
+            self._check_errors(what, count)
+
+    def _check_positions(self, what: str, count: int) -> None:
+        name = f"{what}_positions"
+        given = getattr(self, name)
+        if any(len(place) != 2 for place in given):
+            raise InputError(f"{name}: every position is a pair, as in [2, 1] for 2 left and 1 up")
+        places = tuple((float(left), float(up)) for left, up in given)
+        object.__setattr__(self, name, places)
+        if len(places) not in (0, count):
+            raise InputError(
+                f"{name}: an array of {count} {what}s needs {count} positions or none, not "
+                f"{len(places)}"
+            )
+        if len(set(places)) < len(places):
+            twice = next(place for place in places if places.count(place) > 1)
+            raise InputError(
+                f"{name}: two elements are at {list(twice)}; give each its own position"
+            )
+        if places and what == "transmitter" and self.transmit_spacing is not None:
+            raise InputError(
+                "transmit_spacing: has no effect beside transmitter_positions; leave one of them "
+                "out"
+            )
 
     def _check_errors(self, what: str, count: int) -> None:
         for name in (f"{what}_gains", f"{what}_phases"):
@@ -136,11 +182,15 @@ class AntennaArray(Spec):
     @property
     def position(self) -> FloatArray:
         """m, ``(channel, xyz)`` of the receiving elements in the radar's frame."""
+        if self.channel_positions:
+            return _in_plane(self.channel_positions, self.spacing)
         return _line(self.num_channels, self.spacing)
 
     @property
     def transmit_position(self) -> FloatArray:
         """m, ``(element, xyz)`` of the transmitting elements in the radar's frame."""
+        if self.transmitter_positions:
+            return _in_plane(self.transmitter_positions, self.spacing)
         whole = self.num_channels * self.spacing
         return _line(self.num_transmitters, self.transmit_spacing or whole)
 
@@ -158,6 +208,11 @@ class AntennaArray(Spec):
 def _line(count: int, spacing: float) -> FloatArray:
     y = (np.arange(count) - 0.5 * (count - 1)) * spacing
     return np.stack([np.zeros_like(y), y, np.zeros_like(y)], axis=-1)
+
+
+def _in_plane(places: tuple[Place, ...], unit: float) -> FloatArray:
+    across = unit * np.array(places)
+    return np.insert(across - across.mean(axis=0), 0, 0.0, axis=1)
 
 
 def _response(count: int, gains: tuple[float, ...], phases: tuple[float, ...]) -> ComplexArray:

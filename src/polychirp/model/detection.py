@@ -19,7 +19,9 @@ class Detections:
     ----------
     time : instant to which range and azimuth refer, s
     range, range_rate : m, m/s (positive = away)
-    azimuth : rad, positive left; NaN if the radar has a single channel, which measures none
+    azimuth : rad, positive left; NaN if all channels of the radar are above each other, as a
+        single one, which measure none
+    elevation : rad, positive up; NaN, as by default, if all channels are at one height
     power : W at the converter, squared amplitude of the detection in one channel
     snr : ratio of the detection statistic to its local floor
     num_points : number of points of each object; 1 by default
@@ -33,6 +35,7 @@ class Detections:
     azimuth: PerDetection
     power: PerDetection
     snr: PerDetection
+    elevation: PerDetection = field(default_factory=lambda: np.zeros(0))
     num_points: Annotated[IntArray, Axes("detection", dtype=np.int64)] = field(
         default_factory=lambda: np.zeros(0, dtype=np.int64)
     )
@@ -42,6 +45,8 @@ class Detections:
 
     def __post_init__(self) -> None:
         size = np.size(self.range)
+        if not np.size(self.elevation):
+            object.__setattr__(self, "elevation", np.full(size, np.nan))
         if not np.size(self.num_points):
             object.__setattr__(self, "num_points", np.ones(size, dtype=np.int64))
         for name in ("length", "width", "range_rate_span"):

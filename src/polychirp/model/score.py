@@ -13,8 +13,9 @@ class Score(Sealed):
     Parameters
     ----------
     is_detected : true for a target that has a detection, ``(target,)``
-    range_error, range_rate_error, azimuth_error : m, m/s, rad, found minus true, ``(target,)``;
-        zero also where ``is_detected`` is false
+    range_error, range_rate_error, azimuth_error, elevation_error : m, m/s, rad, rad, found minus
+        true, ``(target,)``; zero also where ``is_detected`` is false, and NaN where the radar does
+        not measure the angle
     sinr : power ratio of the own echo to all other parts at the target's detection, ``(target,)``;
         zero where ``is_detected`` is false
     snr, inr : power ratio of the own echo, and of interference, to noise in the cell of every
@@ -38,6 +39,7 @@ class Score(Sealed):
     range_error: PerTarget
     range_rate_error: PerTarget
     azimuth_error: PerTarget
+    elevation_error: PerTarget
     sinr: PerTarget
     snr: PerTarget
     inr: PerTarget

@@ -19,13 +19,13 @@ class Truth:
     ----------
     time : instant of all values, s
     name : names of the targets, ``(target,)``
-    range, range_rate, azimuth : of the nearest visible point, m, m/s (positive = away), rad
-        (positive left), ``(target,)``
-    point : position of this point in the world, m, ``(target, xyz)``
+    range, range_rate : of the nearest visible point, m, m/s (positive = away), ``(target,)``
+    azimuth, elevation : of this point, rad (positive left, up), ``(target,)``
+    point : its position in the world, m, ``(target, xyz)``
     is_visible : ``(target,)``; if false, the other values are those of the nearest hidden point
     place_target : numbers of the targets on whose visible metal there are places, ``(place,)``,
         ascending; by default every visible target has one place, its nearest point
-    place_range, place_range_rate, place_azimuth : of these places, ``(place,)``
+    place_range, place_range_rate, place_azimuth, place_elevation : of these places, ``(place,)``
     """
 
     time: float
@@ -33,6 +33,7 @@ class Truth:
     range: PerTarget
     range_rate: PerTarget
     azimuth: PerTarget
+    elevation: PerTarget
     point: Annotated[FloatArray, Axes("target", "3")]
     is_visible: Annotated[BoolArray, Axes("target", dtype=np.bool_)]
     place_target: Annotated[IntArray, Axes("place", dtype=np.int64)] = field(
@@ -41,12 +42,13 @@ class Truth:
     place_range: PerPlace = field(default_factory=lambda: np.zeros(0))
     place_range_rate: PerPlace = field(default_factory=lambda: np.zeros(0))
     place_azimuth: PerPlace = field(default_factory=lambda: np.zeros(0))
+    place_elevation: PerPlace = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
         if not np.size(self.place_target):
             seen = np.flatnonzero(self.is_visible)
             object.__setattr__(self, "place_target", seen)
-            for name in ("range", "range_rate", "azimuth"):
+            for name in ("range", "range_rate", "azimuth", "elevation"):
                 object.__setattr__(self, f"place_{name}", np.asarray(getattr(self, name))[seen])
         seal(self)
 

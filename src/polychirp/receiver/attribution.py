@@ -6,6 +6,7 @@ import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.frames import direction_of
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import PARTS, IfFrame, IfParts
 from polychirp.model.target_levels import TargetLevels
@@ -48,7 +49,7 @@ def part_amplitudes(
     """Amplitude of each of ``parts`` at each detection: V, ``(detection, part, ramp)``.
 
     The mitigation that was chosen for the whole frame is applied to each part. The part is then
-    steered to the detection's azimuth and matched to a point of its range and range rate on every
+    steered to the detection's direction and matched to a point of its range and range rate on every
     ramp. These steps are linear, so that the amplitudes of all parts add up to that of the frame.
     """
     cleaned = mitigated(receiver.mitigation, frame)
@@ -57,7 +58,10 @@ def part_amplitudes(
         [detections.range, detections.range_rate, np.zeros(detections.num_detections)], axis=-1
     )
     phases = beat_phase(frame.schedule, frame.times, motion=motion, time=detections.time)
-    weights = _steering(frame, np.sin(np.nan_to_num(detections.azimuth)))
+    _, sine, rise = direction_of(
+        np.nan_to_num(detections.azimuth), np.nan_to_num(detections.elevation)
+    ).T
+    weights = _steering(frame, sine, rise)
     stacked = cleaned.repair(parts.samples).reshape(-1, *weight.shape)  # part × channel
     amplitude = matched_amplitudes(stacked, weight, phases, frame.times.rate)
     by_part = amplitude.reshape(len(motion), *parts.samples.shape[:3])
@@ -85,6 +89,7 @@ def target_levels(
         range=truth.range,
         range_rate=truth.range_rate,
         azimuth=truth.azimuth,
+        elevation=truth.elevation,
         power=still,
         snr=still,
     )
@@ -166,6 +171,6 @@ def range_response(receiver: Receiver, frame: IfFrame, parts: IfParts) -> RangeR
     )
 
 
-def _steering(frame: IfFrame, sine: FloatArray) -> ComplexArray:
+def _steering(frame: IfFrame, sine: FloatArray, rise: FloatArray | None = None) -> ComplexArray:
     frequency = float(np.mean(frame.schedule.centre_frequency))
-    return steering(frame.array, frequency=frequency, sine=sine)
+    return steering(frame.array, frequency=frequency, sine=sine, rise=rise)

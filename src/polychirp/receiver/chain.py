@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.constants import SPEED_OF_LIGHT
-from polychirp.errors import InputError
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame
 from polychirp.model.ramp import RampSchedule
@@ -35,7 +34,7 @@ from polychirp.receiver.estimation.phase_refinement import (
 )
 from polychirp.receiver.estimation.two_targets_per_cell import MOST_GROUPS, Pair, Pairs
 from polychirp.receiver.mitigation.base import mitigated
-from polychirp.receiver.settings import SearchSettings, need_dynamic_range
+from polychirp.receiver.settings import SearchSettings, need_dynamic_range, range_axis
 from polychirp.receiver.signal_model.frame_model import FrameModel
 from polychirp.receiver.signal_model.grid import Grid
 from polychirp.receiver.signal_model.point_signal import beat_sensitivity
@@ -459,22 +458,3 @@ def search_grid(receiver: Receiver, frame: IfFrame, time: float) -> Grid:
         range_rate=step * np.arange(-count, count + 1, dtype=np.float64),
         time=time,
     )
-
-
-def range_axis(receiver: Receiver, schedule: RampSchedule) -> FloatArray:
-    """Range axis of the map, m, in steps of half the range cell of the largest bandwidth.
-
-    Raises
-    ------
-    InputError
-        The receiver's limits leave no range cell between them.
-    """
-    cell = SPEED_OF_LIGHT / (2.0 * float(np.max(schedule.bandwidth)))
-    distance = np.arange(receiver.least_range, receiver.greatest_range, 0.5 * cell)
-    if distance.size < 2:
-        raise InputError(
-            f"the receiver's map reaches from {receiver.least_range:g} m to "
-            f"{receiver.greatest_range:g} m, less than half a range cell of {cell:.3g} m; lower "
-            "its least range or raise its greatest range"
-        )
-    return distance

@@ -1,5 +1,6 @@
 """Objects: clusters of detections in place and range rate, with their extents."""
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -7,6 +8,7 @@ import numpy as np
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
 from polychirp.errors import InputError
+from polychirp.frames import direction_angles, direction_of
 from polychirp.model.detection import Detections
 from polychirp.model.extent import extent_of
 from polychirp.spec import Spec
@@ -19,12 +21,13 @@ class Body(Spec):
 
     Parameters
     ----------
-    gap : m, greatest distance between neighbouring detections on the road's plane
+    gap : m, greatest distance between neighbouring detections: in space, or on the road's plane if
+        the radar measures no elevations
     range_rate : m/s, greatest difference between neighbours: in different directions one motion
         has different range rates, and wheels and limbs move differently
     extent : m, greatest distance between any two detections of the body; a long car by default
-    place : source of the body's range, range rate and azimuth: its "nearest" detection, its
-        "strongest", or the "mean" of all, weighted by power
+    place : source of the body's range, range rate, azimuth and elevation: its "nearest" detection,
+        its "strongest", or the "mean" of all, weighted by power
     """
 
     gap: Metres = 2.0
@@ -93,7 +96,7 @@ def merged(detections: Detections, body: Body | None = None) -> Detections:
     members = [np.flatnonzero(number == n) for n in range(int(number.max(initial=-1)) + 1)]
     power = np.array([detections.power[m].sum() for m in members], dtype=np.float64)
     order = np.argsort(-power, kind="stable")
-    found = np.array([_detection(detections, members[n], body) for n in order]).reshape(-1, 3)
+    found = np.array([_detection(detections, members[n], body) for n in order]).reshape(-1, 4)
     extents = [
         extent_of(
             range=detections.range[members[n]],
@@ -107,6 +110,7 @@ def merged(detections: Detections, body: Body | None = None) -> Detections:
         range=found[:, 0],
         range_rate=found[:, 1],
         azimuth=found[:, 2],
+        elevation=found[:, 3],
         power=power[order],
         snr=np.array([detections.snr[members[n]].max() for n in order], dtype=np.float64),
         num_points=np.array([one.num_points for one in extents], dtype=np.int64),
@@ -116,24 +120,38 @@ def merged(detections: Detections, body: Body | None = None) -> Detections:
     )
 
 
-def _detection(detections: Detections, members: IntArray, body: Body) -> tuple[float, float, float]:
-    """Range, range rate and azimuth of one object."""
+def _detection(detections: Detections, members: IntArray, body: Body) -> tuple[float, ...]:
+    """Range, range rate, azimuth and elevation of one object."""
     distance, azimuth = detections.range[members], detections.azimuth[members]
     power, rate = detections.power[members], detections.range_rate[members]
+    elevation = detections.elevation[members]
     if body.place == "mean":
         weight = power / power.sum()
         if np.any(np.isnan(azimuth)):  # a single channel measures no azimuth
-            return float(weight @ distance), float(weight @ rate), float("nan")
-        place = weight @ (distance * np.exp(1j * azimuth))
-        return float(np.abs(place)), float(weight @ rate), float(np.angle(place))
+            mean = (weight @ value for value in (distance, rate, azimuth, elevation))
+            return tuple(float(value) for value in mean)
+        place = weight @ _places(detections)[members]
+        around, up = direction_angles(place)
+        height = math.nan if np.any(np.isnan(elevation)) else float(up)
+        return float(np.linalg.norm(place)), float(weight @ rate), float(around), height
     n = int(np.argmin(distance) if body.place == "nearest" else np.argmax(power))
-    return float(distance[n]), float(rate[n]), float(azimuth[n])
+    return float(distance[n]), float(rate[n]), float(azimuth[n]), float(elevation[n])
 
 
 def _distances(detections: Detections) -> FloatArray:
-    # distances on the road's plane, m; ranges alone decide if a single channel measures no azimuth
-    place = detections.range * np.exp(1j * np.nan_to_num(detections.azimuth))
-    return np.asarray(np.abs(place[:, None] - place))
+    place = _places(detections)
+    return np.asarray(np.linalg.norm(place[:, None] - place, axis=-1))
+
+
+def _places(detections: Detections) -> FloatArray:
+    """Places of detections, m ``(detection, xyz)``; an angle that is not measured counts as 0.
+
+    So ranges alone decide if a single channel measures no angles.
+    """
+    azimuth, elevation = (
+        np.nan_to_num(angle) for angle in (detections.azimuth, detections.elevation)
+    )
+    return detections.range[:, None] * direction_of(azimuth, elevation)
 
 
 def _grown(

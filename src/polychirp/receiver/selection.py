@@ -1,22 +1,39 @@
 """The receivers that a study file may name by their ``kind``, and the choice of one for a frame."""
 
 from dataclasses import dataclass, fields
-from typing import Annotated, Literal
+from typing import Annotated, Any, Final, Literal
 
 import numpy as np
 
 from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.errors import CapabilityError, InputError, no_such
+from polychirp.model.antenna import AntennaArray
 from polychirp.model.ramp import RampSchedule
+from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
+from polychirp.receiver.alternatives.triangular_pairing import refuse_unpaired
+from polychirp.receiver.angle.directions import unfit as unfit_array
+from polychirp.receiver.angle.doa import AngleEstimator
+from polychirp.receiver.angle.elements import Elements
 from polychirp.receiver.chain import Receiver
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.estimation.beat_refinement import LARGEST_RATE_CHANGE
 from polychirp.receiver.range_doppler.chain import RangeDoppler
-from polychirp.receiver.range_doppler.transforms import unfit
-from polychirp.receiver.settings import SearchSettings, need_dynamic_range
+from polychirp.receiver.range_doppler.transforms import refuse_unfit, unfit
+from polychirp.receiver.settings import (
+    DetectorSettings,
+    ReceiverSettings,
+    SearchSettings,
+    need_dynamic_range,
+)
+from polychirp.receiver.signal_model.transmit_codes import (
+    need_own_line,
+    virtual_channels,
+    virtual_line,
+)
 from polychirp.spec import ByKind
 from polychirp.units import Ratio
 
-FrameReceiver = Receiver | CoherentReceiver | RangeDoppler
+FrameReceiver = Receiver | CoherentReceiver | RangeDoppler | PaperReceiver
 """Receivers that read a frame themselves."""
 
 
@@ -43,17 +60,20 @@ class AutoReceiver(SearchSettings):
     def chosen(self, schedule: RampSchedule) -> FrameReceiver:
         """The receiver that reads these ramps, with the settings that it knows."""
         kind = _kind_for(schedule)
-        known = {field.name for field in fields(kind)} - {"kind"}
-        given = {f.name: getattr(self, f.name) for f in fields(self) if f.name in known}
-        if self.dynamic_range is None:
-            given.pop("dynamic_range", None)
-        return kind(**given)
+        return kind(**_shared(kind, self))
 
 
 AnyReceiver = Annotated[
-    AutoReceiver | Receiver | CoherentReceiver | RangeDoppler, ByKind(default="auto")
+    AutoReceiver | Receiver | CoherentReceiver | RangeDoppler | PaperReceiver,
+    ByKind(default="auto"),
 ]
 """Receivers of a study; a study file that names no kind has the first."""
+
+RECEIVERS: Final = {
+    kind().kind: kind
+    for kind in (AutoReceiver, Receiver, CoherentReceiver, RangeDoppler, PaperReceiver)
+}
+"""Class of every receiver that a study may name, by its kind."""
 
 
 def reason_of_choice(schedule: RampSchedule) -> str:
@@ -83,6 +103,68 @@ def tells_speeds_by_beats(schedule: RampSchedule) -> bool:
     return has_both and half_step <= LARGEST_RATE_CHANGE
 
 
+def readable_elements(
+    receiver: FrameReceiver, array: AntennaArray, schedule: RampSchedule
+) -> Elements:
+    """The virtual elements of an array, if the receiver and its estimator of angles can read them.
+
+    Raises
+    ------
+    CapabilityError
+        The joint and the coherent receiver need a uniform line of virtual elements; the estimators
+        have the needs of `angle.directions.unfit`.
+    """
+    place, _ = virtual_channels(array, schedule.num_elements)
+    if not isinstance(receiver, RangeDoppler):
+        need_own_line(array)
+        virtual_line(array, schedule.num_elements)
+    elements = Elements.of(place, frequency=float(np.mean(schedule.centre_frequency)))
+    reason = unfit_array(elements, angle_estimator(receiver))
+    if reason:
+        raise CapabilityError(reason)
+    return elements
+
+
+def angle_estimator(receiver: FrameReceiver) -> AngleEstimator:
+    """The estimator of angles of a receiver; the paper's receiver has root-MUSIC alone."""
+    return receiver.angle if isinstance(receiver, DetectorSettings) else "root-music"
+
+
 def receiver_for(receiver: AnyReceiver, schedule: RampSchedule) -> FrameReceiver:
     """The receiver itself, or the one that `AutoReceiver` chooses for these ramps."""
     return receiver.chosen(schedule) if isinstance(receiver, AutoReceiver) else receiver
+
+
+def receiver_of_kind(kind: str, settings: AnyReceiver) -> AnyReceiver:
+    """The receiver of this kind, with those of the ``settings`` that it knows.
+
+    A receiver that has this kind already is returned as it is. `InputError` is raised if there is
+    no such kind.
+
+    >>> receiver_of_kind("joint", RangeDoppler(greatest_range=50.0)).greatest_range
+    50.0
+    """
+    if kind == settings.kind:
+        return settings
+    if kind not in RECEIVERS:
+        raise InputError(no_such("receiver", kind, list(RECEIVERS)))
+    chosen = RECEIVERS[kind]
+    return chosen(**_shared(chosen, settings))
+
+
+def _shared(kind: type[ReceiverSettings], settings: ReceiverSettings) -> dict[str, Any]:
+    """Values of the settings that a receiver of this kind has as well."""
+    known = {field.name for field in fields(kind)} - {"kind"}
+    given = {f.name: getattr(settings, f.name) for f in fields(settings) if f.name in known}
+    if given.get("dynamic_range", 0.0) is None:
+        del given["dynamic_range"]  # the default of the receiver
+    return given
+
+
+def refuse_unreadable(receiver: AnyReceiver, schedule: RampSchedule) -> None:
+    """Refuse ramps that the receiver cannot read, with a `CapabilityError` that says why."""
+    match receiver:
+        case RangeDoppler():
+            refuse_unfit(schedule)
+        case PaperReceiver():
+            refuse_unpaired(schedule)

@@ -9,6 +9,8 @@ The modules in reading order; others may use the names beside them:
 - `mitigation`: measures of mitigation: `signal_to_disturbance`, `error_vector_magnitude`,
   `share_touched`.
 - `statistics`: estimates over trials with confidence intervals: `Estimate`, `proportion`,
-  `mean_count`, `rms`, `ratio_difference`, `rms_difference`, `wilson`.
+  `mean_count`, `poisson_mean`, `rms`, `ratio_difference`, `rms_difference`, `wilson`.
+- `ideal_detector`: detection probability of the ideal coherent detector: `ideal_detection`,
+  `cell_threshold`, `needed_snr`.
 - `closed_forms`: probabilities of ghosts and of interference, to compare estimates with.
 """

@@ -1,18 +1,19 @@
 r"""Detections on bodies: the margins of a detection, its distance from a body, one-to-one pairs.
 
 A target body is found if a detection lies on its visible metal. The difference of detection and
-place is taken in range, range rate and azimuth, each in units of its margin in `Gate`. The largest
-of the three is the distance from the place, and the least over all places (`Truth`) that from the
-body,
+place is taken in range, range rate, azimuth and elevation, each in units of its margin in `Gate`.
+The largest of the four is the distance from the place, and the least over all places (`Truth`) that
+from the body,
 
 .. math:: D = \min_p \max\left(\frac{|R - R_p|}{g_R},\ \frac{|\dot R - \dot R_p|}{g_{\dot R}},\
-              \frac{|\varphi - \varphi_p|}{g_\varphi}\right),
+              \frac{|\varphi - \varphi_p|}{g_\varphi},\
+              \frac{|\varepsilon - \varepsilon_p|}{g_\varepsilon}\right),
 
 so that a detection with :math:`D \le 1` lies on the body.
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple, Self
+from typing import Literal, NamedTuple, Self
 
 import numpy as np
 
@@ -30,13 +31,15 @@ from polychirp.units import Metres, MetresPerSecond, Radians
 class Gate(Spec):
     """Margins: largest errors, to either side, of a detection of a place.
 
-    The errors are those of the range (m), range rate (m/s) and azimuth (rad); the defaults are
-    chosen. A detection without azimuth (NaN, from a single channel) meets any margin of azimuth.
+    The errors are those of the range (m), range rate (m/s), azimuth and elevation (rad); the
+    defaults are chosen. A detection without azimuth or elevation (NaN, from an array that does not
+    measure it) meets any margin of that angle.
     """
 
     range: Metres = 0.4
     range_rate: MetresPerSecond = 1.0
     azimuth: Radians = np.pi / 12
+    elevation: Radians = np.pi / 12
 
     @classmethod
     def of(cls, schedule: RampSchedule, array: AntennaArray) -> Self:
@@ -45,12 +48,14 @@ class Gate(Spec):
         With the cells of the frame
 
         .. math:: \Delta R = \frac{c}{2B},\qquad \Delta\dot R = \frac{\lambda}{2T_{frame}},\qquad
-                  \Delta\varphi = \frac{\lambda}{M d},
+                  \Delta\varphi = \frac{\lambda}{M d},\qquad
+                  \Delta\varepsilon = \frac{\lambda}{M' d'},
 
         the margins in range and range rate are the defaults, or one cell if that is more; the
-        margin in azimuth is the default, or one cell if that is less. B is the mean bandwidth of
-        the ramps, and d the mean spacing of the M channels, which are those of the virtual array
-        if several transmitting elements share the frame.
+        margins in azimuth and elevation are the defaults, or one cell if that is less. B is the
+        mean bandwidth of the ramps, and d the mean spacing of the M columns of channels, d' that of
+        the M' rows. The channels are those of the virtual array if several transmitting elements
+        share the frame.
         """
         usual = cls()
         wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
@@ -60,15 +65,17 @@ class Gate(Spec):
         return cls(
             range=max(usual.range, SPEED_OF_LIGHT / (2.0 * bandwidth)),
             range_rate=max(usual.range_rate, wavelength / (2.0 * frame)),
-            azimuth=min(usual.azimuth, wavelength / max(_aperture(schedule, array), 1e-9)),
+            azimuth=min(usual.azimuth, wavelength / max(_aperture(schedule, array, "y"), 1e-9)),
+            elevation=min(usual.elevation, wavelength / max(_aperture(schedule, array, "z"), 1e-9)),
         )
 
 
-def _aperture(schedule: RampSchedule, array: AntennaArray) -> float:
-    """Number of channels times their mean spacing, m, for the array that is decoded."""
-    across = array.transmit_position[: schedule.num_elements, None, 1] + array.position[:, 1]
-    channels = np.unique(np.round(across, 6))
-    return float(np.ptp(channels)) * channels.size / max(channels.size - 1, 1)
+def _aperture(schedule: RampSchedule, array: AntennaArray, along: Literal["y", "z"]) -> float:
+    """Number of places of channels along an axis times their mean spacing, m, once decoded."""
+    axis = "xyz".index(along)
+    place = array.transmit_position[: schedule.num_elements, None, axis] + array.position[:, axis]
+    places = np.unique(np.round(place, 6))
+    return float(np.ptp(places)) * places.size / max(places.size - 1, 1)
 
 
 class Association(NamedTuple):
@@ -88,8 +95,9 @@ def distances_from_bodies(detections: Detections, truth: Truth, gate: Gate) -> F
     A car from 10 m to 14 m, and detections on it, 0.2 m behind it, and beside it:
 
     >>> car = Truth(time=0.0, name=("car",), range=[10.0], range_rate=[0.0], azimuth=[0.0],
-    ...     point=np.zeros((1, 3)), is_visible=[True], place_target=[0, 0, 0],
-    ...     place_range=[10.0, 12.0, 14.0], place_range_rate=np.zeros(3), place_azimuth=np.zeros(3))
+    ...     elevation=[0.0], point=np.zeros((1, 3)), is_visible=[True], place_target=[0, 0, 0],
+    ...     place_range=[10.0, 12.0, 14.0], place_range_rate=np.zeros(3), place_azimuth=np.zeros(3),
+    ...     place_elevation=np.zeros(3))
     >>> one = np.ones(3)
     >>> found = Detections(time=0.0, range=[12.0, 14.2, 12.0], range_rate=0 * one,
     ...     azimuth=[0.0, 0.0, 0.5], power=one, snr=one)
@@ -98,7 +106,12 @@ def distances_from_bodies(detections: Detections, truth: Truth, gate: Gate) -> F
     """
     out = np.full((len(truth.name), detections.num_detections), np.inf)
     apart = distances(
-        detections, truth.place_range, truth.place_range_rate, truth.place_azimuth, gate
+        detections,
+        truth.place_range,
+        truth.place_range_rate,
+        truth.place_azimuth,
+        truth.place_elevation,
+        gate,
     )
     np.minimum.at(out, truth.place_target, apart)
     return out
@@ -109,18 +122,20 @@ def distances(
     distance: FloatArray,
     range_rate: FloatArray,
     azimuth: FloatArray,
+    elevation: FloatArray,
     gate: Gate,
 ) -> FloatArray:
     """Distance D of every detection from every place, ``(place, detection)``.
 
-    ``distance``, m, ``range_rate``, m/s, and ``azimuth``, rad, are those of the places. A NaN for
-    an azimuth meets any margin.
+    ``distance``, m, ``range_rate``, m/s, ``azimuth`` and ``elevation``, rad, are those of the
+    places, ``(place,)``. A NaN for an angle meets any margin.
     """
     apart: FloatArray = np.maximum.reduce(
         [
             np.abs(detections.range - distance[:, None]) / gate.range,
             np.abs(detections.range_rate - range_rate[:, None]) / gate.range_rate,
             np.abs(np.nan_to_num(detections.azimuth - azimuth[:, None])) / gate.azimuth,
+            np.abs(np.nan_to_num(detections.elevation - elevation[:, None])) / gate.elevation,
         ]
     )
     return apart
@@ -141,7 +156,9 @@ def associate(
 
     if not np.any(is_on_body):
         return Association(np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64))
-    apart = distances(detections, truth.range, truth.range_rate, truth.azimuth, gate)
+    apart = distances(
+        detections, truth.range, truth.range_rate, truth.azimuth, truth.elevation, gate
+    )
     level = np.log(np.maximum(detections.power, 1e-300))
     rank = np.where(apart <= 1.0, 1e3 + level - level.min(), -np.minimum(apart, 1e3))
     value = np.where(is_on_body, 1e6 + rank, 0.0)

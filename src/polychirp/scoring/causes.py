@@ -102,7 +102,7 @@ def causes(
        it lies on the target's visible metal (`association`), unless another body's echo within the
        margins is above `HIDING_RATIO` times that of the target.
     3. Otherwise it is of the **body** or **clutter** whose paths within the margins have the most
-       power. If there is none, paths at all azimuths count: those of two echoes in one cell, and
+       power. If there is none, paths in all directions count: those of two echoes in one cell, and
        those far beside the axis, are measured with large errors.
     4. An own signal without such a path is **multipath** if a mirrored path is within the margins
        of range and range rate, and else unexplained.
@@ -115,8 +115,7 @@ def causes(
     part = {name: powers[:, n] for n, name in enumerate(PARTS)}
     signal = _strongest_signal(part)
     is_echo = (signal == "own") & (part["multipath"] <= MIRROR_RATIO * part["echo"])
-    near = _near(detections, echoes, gate, azimuth=echoes.azimuth)
-    at_range = _near(detections, echoes, gate, azimuth=np.full(echoes.range.size, np.nan))
+    near, at_range = _near(detections, echoes, gate)
     by_body = power_by_body(echoes, near)
     apart = distances_from_bodies(detections, truth, gate)
     may_be = (apart <= 1.0) & is_echo & ~_is_hidden(by_body, truth, echoes)
@@ -148,9 +147,18 @@ def causes(
     )
 
 
-def _near(detections: Detections, echoes: Echoes, gate: Gate, *, azimuth: FloatArray) -> BoolArray:
-    """Mask of the paths within the margins of detections, ``(path, detection)``."""
-    return distances(detections, echoes.range, echoes.range_rate, azimuth, gate) <= 1.0
+def _near(detections: Detections, echoes: Echoes, gate: Gate) -> tuple[BoolArray, BoolArray]:
+    """Masks of the paths within the margins of detections, ``(path, detection)``.
+
+    The first is that of the paths within all margins, the second that of the paths within those of
+    range and range rate, in any direction.
+    """
+    place = (echoes.range, echoes.range_rate)
+    anywhere = np.full(echoes.range.size, np.nan)
+    return (
+        distances(detections, *place, echoes.azimuth, echoes.elevation, gate) <= 1.0,
+        distances(detections, *place, anywhere, anywhere, gate) <= 1.0,
+    )
 
 
 def _strongest_signal(part: dict[str, FloatArray]) -> NDArray[np.str_]:

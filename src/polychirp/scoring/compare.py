@@ -51,6 +51,7 @@ def compare(
         range_error=per_target(detections.range[detection] - truth.range[target]),
         range_rate_error=per_target(detections.range_rate[detection] - truth.range_rate[target]),
         azimuth_error=per_target(detections.azimuth[detection] - truth.azimuth[target]),
+        elevation_error=per_target(detections.elevation[detection] - truth.elevation[target]),
         sinr=per_target(_sinr(powers)[detection]),
         snr=before.snr,
         inr=before.inr,

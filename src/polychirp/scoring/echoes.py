@@ -7,6 +7,7 @@ import numpy as np
 
 from polychirp.axes import Axes, BoolArray, FloatArray, IntArray, PerPath, PerPathIndex, Sealed
 from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.frames import direction_angles
 from polychirp.model.paths import Bounce, PropagationPaths
 from polychirp.model.scene import Scene
 
@@ -26,7 +27,7 @@ class Echoes(Sealed):
     body : name of every actor of the scene
     is_clutter : ``(actor,)``; true for roads, buildings and trees
     actor : number of the actor that sends the path back, ``(path,)``
-    range, range_rate, azimuth : m, m/s, rad, ``(path,)``
+    range, range_rate, azimuth, elevation : m, m/s, rad, rad, ``(path,)``
     power : received over transmitted power with the elements' gains, ``(path,)``
     is_mirrored : ``(path,)``; true for multipath (`PropagationPaths.is_mirrored`)
     """
@@ -37,6 +38,7 @@ class Echoes(Sealed):
     range: PerPath
     range_rate: PerPath
     azimuth: PerPath
+    elevation: PerPath
     power: PerPath
     is_mirrored: Annotated[BoolArray, Axes("path", dtype=np.bool_)]
 
@@ -47,6 +49,7 @@ def echoes_of(paths: PropagationPaths, scene: Scene, radar: int) -> Echoes:
     own = paths.select(is_own)
     turn, pattern = scene.radar_rotation[radar], scene.radars[radar].array.pattern
     arrival, departure = own.arrival @ turn, own.departure @ turn
+    azimuth, elevation = direction_angles(arrival)
     gain = pattern.gain(arrival) * pattern.gain(departure)
     return Echoes(
         body=tuple(actor.name for actor in scene.actors),
@@ -54,7 +57,8 @@ def echoes_of(paths: PropagationPaths, scene: Scene, radar: int) -> Echoes:
         actor=_sending_back(own),
         range=0.5 * SPEED_OF_LIGHT * own.delay,
         range_rate=0.5 * SPEED_OF_LIGHT * own.delay_rate,
-        azimuth=np.arctan2(arrival[:, 1], arrival[:, 0]),
+        azimuth=azimuth,
+        elevation=elevation,
         power=gain * np.max(np.abs(own.transfer) ** 2, axis=(-2, -1)),
         is_mirrored=own.is_mirrored,
     )

@@ -130,8 +130,6 @@ def mean_count(counts: FloatArray, *, level: float = CONFIDENCE_LEVEL) -> Estima
     >>> found.value, round(found.high, 3)
     (0.0, 0.037)
     """
-    from scipy.special import gammaincinv
-
     if not counts.size:
         return UNKNOWN_ESTIMATE
     mean, number, tail = float(counts.mean()), counts.size, 0.5 * (1 - level)
@@ -141,9 +139,31 @@ def mean_count(counts: FloatArray, *, level: float = CONFIDENCE_LEVEL) -> Estima
         z = NormalDist().inv_cdf(1 - tail)
         dispersion = max(float(counts.var(ddof=1)), least) / mean
         draws *= (z / _student(level, number - 1)) ** 2 / dispersion
-    events = mean * draws
-    low = float(gammaincinv(events, tail)) / draws if events > 0 else 0.0
-    return Estimate(value=mean, low=low, high=float(gammaincinv(events + 1, 1 - tail)) / draws)
+    low, high = _garwood(mean * draws, tail)
+    return Estimate(value=mean, low=low / draws, high=high / draws)
+
+
+def poisson_mean(counts: FloatArray, *, level: float = CONFIDENCE_LEVEL) -> Estimate:
+    """Mean of a number per trial that is known to be a Poisson number, such as peaks of noise.
+
+    The limits are exact (Garwood 1936), and narrower than those of `mean_count` for few events.
+
+    >>> found = poisson_mean(np.array([0.0, 1.0]))
+    >>> found.value, round(found.low, 3), round(found.high, 3)
+    (0.5, 0.013, 2.786)
+    """
+    if not counts.size:
+        return UNKNOWN_ESTIMATE
+    low, high = _garwood(float(counts.sum()), 0.5 * (1 - level))
+    return Estimate(value=float(counts.mean()), low=low / counts.size, high=high / counts.size)
+
+
+def _garwood(events: float, tail: float) -> tuple[float, float]:
+    """Limits of the mean of a Poisson number, each with the probability ``tail`` beyond it."""
+    from scipy.special import gammaincinv
+
+    low = float(gammaincinv(events, tail)) if events > 0 else 0.0
+    return low, float(gammaincinv(events + 1, 1 - tail))
 
 
 def rms(squares: FloatArray, counts: FloatArray, *, level: float = CONFIDENCE_LEVEL) -> Estimate:

@@ -23,13 +23,23 @@ from polychirp.errors import (
 from polychirp.model.if_frame import SampleTimes, parts_of, sample_times
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
+from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
+from polychirp.receiver.angle.ambiguity import Window, ambiguities, unambiguous_window
+from polychirp.receiver.angle.beams import too_large
+from polychirp.receiver.angle.elements import Elements
 from polychirp.receiver.chain import Receiver
 from polychirp.receiver.mitigation.bursts import BurstDetector
 from polychirp.receiver.range_doppler.chain import RangeDoppler
-from polychirp.receiver.range_doppler.transforms import refuse_unfit
-from polychirp.receiver.selection import AnyReceiver, reason_of_choice, receiver_for
+from polychirp.receiver.selection import (
+    AnyReceiver,
+    angle_estimator,
+    readable_elements,
+    reason_of_choice,
+    receiver_for,
+    refuse_unreadable,
+)
 from polychirp.receiver.signal_model.point_signal import beat_sensitivity
-from polychirp.receiver.signal_model.transmit_codes import code_blocks
+from polychirp.receiver.signal_model.transmit_codes import code_blocks, virtual_channels
 from polychirp.study.random_draw import sample_street
 from polychirp.study.size import refuse_too_large
 from polychirp.study.spec import (
@@ -77,12 +87,15 @@ class DerivedRadar:
     Parameters
     ----------
     name : name of the radar
-    range_resolution : m, :math:`c/2B` with the bandwidth B of each ramp
+    range_resolution : m, :math:`c/2B` with the bandwidth B of the sampled part of each ramp
     speed_resolution : m/s, :math:`\lambda/2T_{frame}`
     unambiguous_speed : m/s, greatest speed, approaching or receding, that a Doppler transform over
-        equal sweeps gives without ambiguity: :math:`\lambda/4NT_{sweep}`. N is 1 with the
-        range-Doppler receiver, which tells the folds apart by the beams of the virtual array; else
-        it is the number of sweeps after which the transmitting elements' code repeats
+        equal sweeps of the same transmitting elements gives without ambiguity:
+        :math:`\lambda/4NT`. T is the interval from sweep to sweep, and N the number of sweeps after
+        which the elements' code repeats, so that NT is the repetition interval of one transmitter
+    unfolded_speed : m/s, greatest speed that the receiver reports as it is: :math:`\lambda/4T` if
+        it is the range-Doppler receiver and tells the speeds that a code leaves open apart by the
+        beams of the virtual array, else ``unambiguous_speed``
     has_equal_sweeps : True if all sweeps are equal; with different sweeps, speeds above
         ``unambiguous_speed`` can be told apart
     greatest_range : m, range whose beat on the steepest ramp is at the edge of the IF filter's pass
@@ -91,6 +104,9 @@ class DerivedRadar:
         ramp
     ramp_duration : s
     frame_duration : s, from the first ramp's start to the last one's end
+    azimuth_window, elevation_window : rad, greatest azimuth and elevation to either side that the
+        virtual array tells apart (`angle.ambiguity.unambiguous_window`); None if it does not
+        measure them
     receiver : kind of the receiver of its frame
     receiver_reason : why `AutoReceiver` chose it, as the end of a sentence
     num_ramps : in a frame
@@ -104,11 +120,14 @@ class DerivedRadar:
     range_resolution: Limits
     speed_resolution: float
     unambiguous_speed: float
+    unfolded_speed: float
     has_equal_sweeps: bool
     greatest_range: float
     beat_band: Limits
     ramp_duration: Limits
     frame_duration: float
+    azimuth_window: float | None
+    elevation_window: float | None
     receiver: str
     receiver_reason: str
     num_ramps: int
@@ -158,14 +177,15 @@ def check(study: Study) -> Derived:
         The beats of echoes from the receiver's greatest range are above the edge of the IF filter's
         stop band, or above half the sample rate.
     CapabilityError
-        The elements of a victim's array cannot be told apart.
+        The elements of a victim's array cannot be told apart, or its receiver or estimator of
+        angles cannot read the array.
 
     Warns
     -----
     ModelWarning
         The tracer gives targets no echo, a material is used outside its band, ramps are too short
-        for the receiver's range-rate map or for the guard of its mitigation, or a target is too far
-        away or too fast for the receiver.
+        for the receiver's range-rate map or for the guard of its mitigation, an array is ambiguous
+        in its elements' beam, or a target is too far away or too fast for the receiver.
     """
     try:
         if study.seed >= 0:  # `_problems` reports a negative seed
@@ -186,9 +206,10 @@ def check(study: Study) -> Derived:
         _need_audible(radar, derived, number=number, study=study)
         refuse_unfollowed(radar)
     for number in victim_indices(study):
-        _need_readable(schedules[number], number=number, kind=study.receiver.kind)
+        _need_readable(study, schedules[number], number=number)
     _warn_of_targets_without_echo(study)
     _warn_of_receiver(study, schedules)
+    _warn_of_ambiguity(study, schedules)
     for sentence in targets_out_of_reach(study, schedules):
         warnings.warn(sentence, ModelWarning, stacklevel=2)
     victims = [radars[i] for i in victim_indices(study)]
@@ -239,13 +260,18 @@ def _warn_of_receiver(study: Study, schedules: Sequence[RampSchedule]) -> None:
                 ModelWarning,
                 stacklevel=3,
             )
+        if isinstance(receiver, PaperReceiver):
+            warnings.warn(_limits_of_paper_receiver(schedule), ModelWarning, stacklevel=3)
         mitigation = study.receiver.mitigation
         shortest = float(schedule.duration.min())
-        if isinstance(mitigation, BurstDetector) and mitigation.guard > GREATEST_GUARD * shortest:
+        if not isinstance(mitigation, BurstDetector):
+            continue
+        guard = mitigation.guard_time(radar.converter.sample_rate)
+        if guard > GREATEST_GUARD * shortest:
             warnings.warn(
-                f"the guard of the mitigation '{mitigation.kind}' is {1e6 * mitigation.guard:.3g} "
-                f"µs, and the shortest ramp of '{radar.name}' lasts {1e6 * shortest:.3g} µs, so "
-                "that each burst takes much of a ramp; set receiver.mitigation.guard to "
+                f"the guard of the mitigation '{mitigation.kind}' is {1e6 * guard:.3g} µs, and "
+                f"the shortest ramp of '{radar.name}' lasts {1e6 * shortest:.3g} µs, so that "
+                "each burst takes much of a ramp; set receiver.mitigation.guard to "
                 f"'{1e6 * GREATEST_GUARD * shortest:.2g} us' or less",
                 ModelWarning,
                 stacklevel=3,
@@ -279,6 +305,25 @@ def _too_coarse(schedule: RampSchedule, times: SampleTimes, receiver: Receiver) 
             f"{'fewer sweeps' if has_both else 'ramps that rise and fall'}"
         )
     return ""
+
+
+def _limits_of_paper_receiver(schedule: RampSchedule) -> str:
+    r"""A sentence on what the paper's receiver does with these ramps.
+
+    A target at range rate v appears :math:`v f/b` away from its range, on ramps of different f/b at
+    different places, and moves by v T during the frame. Averaged, it is spread over more than the
+    cell c/2B if v exceeds :math:`(c/2B)/(\max f/b - \min f/b + T)`.
+    """
+    coupling = schedule.centre_frequency / np.abs(schedule.slope)
+    frame = float(schedule.end_time[-1] - schedule.start_time[0])
+    cell = SPEED_OF_LIGHT / (2.0 * float(np.max(schedule.bandwidth)))
+    speed = cell / (float(np.ptp(coupling)) + frame)
+    return (
+        "the receiver 'paper' serves for comparison: noise alone exceeds its threshold, the mean "
+        "of the profile, in every frame, and it spreads a target faster than "
+        f"{_kmh(speed)} over several range cells, as it averages over sweeps; 'joint' and "
+        "'coherent' do neither"
+    )
 
 
 def _kmh(speed: float) -> str:
@@ -416,21 +461,30 @@ def _derived(radar: StudyRadar, schedule: RampSchedule, receiver: AnyReceiver) -
     frame_duration = float(schedule.end_time[-1] - schedule.start_time[0])
     num_sweeps = int(schedule.sweep[-1]) + 1
     steepest = float(np.max(np.abs(schedule.slope)))
-    resolution = SPEED_OF_LIGHT / (2.0 * schedule.bandwidth)
+    sampled = np.abs(schedule.slope) * times.num_samples / times.rate
+    resolution = SPEED_OF_LIGHT / (2.0 * sampled)
     chosen = receiver_for(receiver, schedule)
-    has_folds = not (isinstance(chosen, RangeDoppler) and chosen.unfolds)
+    speed = wavelength / (4.0 * _sweep_interval(schedule))
+    folded = speed / _code_length(schedule)
+    is_unfolded = isinstance(chosen, RangeDoppler) and chosen.unfolds
+    place, _ = virtual_channels(radar.array, schedule.num_elements)
+    elements = Elements.of(place, frequency=SPEED_OF_LIGHT / wavelength)
+    window = Window(None, None)  # of an array whose lobes would take too long to find
+    if not too_large(elements):
+        window = unambiguous_window(elements, estimator=angle_estimator(chosen))
     return DerivedRadar(
         name=radar.name,
         range_resolution=(float(resolution.min()), float(resolution.max())),
         speed_resolution=_doppler_cell(schedule),
-        unambiguous_speed=wavelength
-        * num_sweeps
-        / (4.0 * frame_duration * (_code_length(schedule) if has_folds else 1)),
+        unambiguous_speed=folded,
+        unfolded_speed=speed if is_unfolded else folded,
         has_equal_sweeps=_has_equal_sweeps(schedule, num_sweeps),
         greatest_range=SPEED_OF_LIGHT * radar.if_filter.passband / (2.0 * steepest),
         beat_band=(0.0, 2.0 * steepest * receiver.greatest_range / SPEED_OF_LIGHT),
         ramp_duration=(float(schedule.duration.min()), float(schedule.duration.max())),
         frame_duration=frame_duration,
+        azimuth_window=window.azimuth,
+        elevation_window=window.elevation,
         receiver=chosen.kind,
         receiver_reason=reason_of_choice(schedule),
         num_ramps=schedule.num_ramps,
@@ -438,6 +492,15 @@ def _derived(radar: StudyRadar, schedule: RampSchedule, receiver: AnyReceiver) -
         samples_per_frame=int(times.num_samples.sum()),
         memory=_memory(times, radar),
     )
+
+
+def _sweep_interval(schedule: RampSchedule) -> float:
+    """Mean time from the start of a sweep to that of the next one, s; a lone sweep's duration."""
+    first_ramp = np.searchsorted(schedule.sweep, np.unique(schedule.sweep))
+    starts = schedule.start_time[first_ramp]
+    if starts.size == 1:
+        return float(schedule.end_time[-1] - starts[0])
+    return float(starts[-1] - starts[0]) / (starts.size - 1)
 
 
 def _code_length(schedule: RampSchedule) -> int:
@@ -472,18 +535,52 @@ def _memory(times: SampleTimes, radar: StudyRadar) -> int:
     return padded * (1 + len(parts_of(radar))) * _BYTES_OF_A_SAMPLE
 
 
-def _need_readable(schedule: RampSchedule, *, number: int, kind: str) -> None:
-    """Refuse a victim whose ramps, or whose transmitting elements, its receiver cannot read."""
-    if kind == "range-doppler":
-        try:
-            refuse_unfit(schedule)
-        except CapabilityError as error:
-            raise CapabilityError(f"radars.{number}.waveform: {error}") from None
+def _need_readable(study: Study, schedule: RampSchedule, *, number: int) -> None:
+    """Refuse a victim whose ramps, or whose array and its coding, its receiver cannot read."""
+    try:
+        refuse_unreadable(study.receiver, schedule)
+    except CapabilityError as error:
+        raise CapabilityError(f"radars.{number}.waveform: {error}") from None
     if schedule.num_elements > 1:
         try:
             code_blocks(schedule)
         except CapabilityError as error:
             raise CapabilityError(f"radars.{number}.coding: {error}") from None
+    try:
+        readable_elements(
+            receiver_for(study.receiver, schedule), study.radars[number].array, schedule
+        )
+    except CapabilityError as error:
+        raise CapabilityError(f"radars.{number}.array: {error}") from None
+
+
+def _warn_of_ambiguity(study: Study, schedules: Sequence[RampSchedule]) -> None:
+    """Warn of victims with directions in their field of view that their arrays cannot tell apart.
+
+    The field of view is that of the elements' 3-dB beam.
+    """
+    for number in victim_indices(study):
+        radar, schedule = study.radars[number], schedules[number]
+        receiver = receiver_for(study.receiver, schedule)
+        elements = readable_elements(receiver, radar.array, schedule)
+        pattern = radar.array.pattern
+        half = [
+            min(0.5 * width, 0.5 * np.pi)
+            for width in (pattern.azimuth_beamwidth, pattern.elevation_beamwidth)
+        ]
+        lobes = np.abs(ambiguities(elements, estimator=angle_estimator(receiver)))
+        inside = lobes[np.all(lobes < 2.0 * np.sin(half) - 1e-6, axis=1)]
+        if not len(inside):
+            continue
+        left, up = inside[np.argmin(np.linalg.norm(inside, axis=1))]
+        warnings.warn(
+            f"the array of '{radar.name}' cannot tell apart directions in its elements' beam of "
+            f"±{np.degrees(half[0]):.3g}° by ±{np.degrees(half[1]):.3g}°, such as two whose sines "
+            f"differ by {left:.3g} in azimuth and {up:.3g} in elevation: a target may appear in a "
+            "wrong direction; place elements closer together, or unevenly",
+            ModelWarning,
+            stacklevel=3,
+        )
 
 
 def _need_audible(radar: StudyRadar, derived: DerivedRadar, *, number: int, study: Study) -> None:

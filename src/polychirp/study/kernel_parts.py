@@ -50,6 +50,7 @@ _OF_RECEIVER: Final = {
     "joint": "receiver",
     "range-doppler": "range-Doppler",
     "coherent": "coherent",
+    "paper": "profiles",
 }
 _STREET: Final = ("visibility", "bounces", "facets", "bundles", "edges")
 _OF_TRACER: Final = {

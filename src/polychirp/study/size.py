@@ -10,10 +10,13 @@ from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
 from polychirp.model.if_frame import SampleTimes, parts_of, sample_times
 from polychirp.model.ramp import RampSchedule
-from polychirp.receiver.chain import Receiver, range_axis
+from polychirp.receiver.alternatives.paper_receiver import PADDING, PaperReceiver
+from polychirp.receiver.chain import Receiver
 from polychirp.receiver.coherent.chain import CoherentReceiver
+from polychirp.receiver.detection.range_rate_map import spectrum_size
 from polychirp.receiver.estimation.coherence_test import GREATEST_ACCELERATION
 from polychirp.receiver.selection import AnyReceiver, receiver_for
+from polychirp.receiver.settings import range_axis
 from polychirp.study.spec import Study, StudyRadar, victim_indices
 
 MOST_MEMORY: Final = 32 << 30
@@ -61,7 +64,7 @@ def refuse_too_large(study: Study, schedules: Sequence[RampSchedule]) -> None:
             )
         receiver = receiver_for(study.receiver, schedule)
         try:
-            if isinstance(receiver, Receiver):
+            if isinstance(receiver, Receiver | PaperReceiver):
                 range_axis(receiver, schedule)
         except InputError as error:
             raise InputError(f"radars.{number}: {error}") from None
@@ -74,12 +77,14 @@ def refuse_too_large(study: Study, schedules: Sequence[RampSchedule]) -> None:
 
 _NAMES: Final = {
     "frame": "frame",
+    "spectra": "spectra",
     "map": "range-rate map",
     "accelerations": "table of accelerations",
 }
 
 _WAYS_OUT: Final = {
     "frame": "use fewer sweeps or channels, shorter ramps or a slower converter",
+    "spectra": "use fewer sweeps or channels, shorter ramps or a slower converter",
     "map": "lower receiver.greatest_speed or receiver.greatest_range, or use fewer channels",
     "accelerations": "use fewer sweeps or shorter ones",
 }
@@ -93,6 +98,9 @@ def _parts(receiver: AnyReceiver, radar: StudyRadar, schedule: RampSchedule) -> 
     receiver = receiver_for(receiver, schedule)
     if isinstance(receiver, CoherentReceiver):
         return {**frame, "map": coherent_map_memory(receiver, schedule, radar)}
+    if isinstance(receiver, PaperReceiver):
+        lines = float(radar.array.num_channels) * elements * schedule.num_ramps
+        return {**frame, "spectra": 2.0 * lines * PADDING * spectrum_size(times) * _SAMPLE}
     if not isinstance(receiver, Receiver):
         return frame
     return {

@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from polychirp.study.trial import VictimResult
 
 FORMAT: Final = "polychirp run"
-FORMAT_VERSION: Final = 4
+FORMAT_VERSION: Final = 5
 
 UNITS: Final[Mapping[type, Mapping[str, str]]] = {
     IfFrame: {"samples": "V"},
@@ -66,6 +66,7 @@ UNITS: Final[Mapping[type, Mapping[str, str]]] = {
         "range": "m",
         "range_rate": "m/s",
         "azimuth": "rad",
+        "elevation": "rad",
         "power": "W",
         "snr": "1",
         "num_points": "1",
@@ -78,6 +79,7 @@ UNITS: Final[Mapping[type, Mapping[str, str]]] = {
         "range_error": "m",
         "range_rate_error": "m/s",
         "azimuth_error": "rad",
+        "elevation_error": "rad",
         "sinr": "1",
         "snr": "1",
         "inr": "1",
@@ -92,12 +94,14 @@ UNITS: Final[Mapping[type, Mapping[str, str]]] = {
         "range": "m",
         "range_rate": "m/s",
         "azimuth": "rad",
+        "elevation": "rad",
         "point": "m",
         "is_visible": "1",
         "place_target": "1",
         "place_range": "m",
         "place_range_rate": "m/s",
         "place_azimuth": "rad",
+        "place_elevation": "rad",
     },
 }
 """Unit of every stored array, by data type and field; "1" for numbers, ratios and masks."""

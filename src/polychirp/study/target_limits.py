@@ -8,9 +8,9 @@ import numpy as np
 from polychirp.axes import FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.ramp import RampSchedule
+from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.range_doppler.transforms import repetition_interval
-from polychirp.receiver.selection import receiver_for
-from polychirp.receiver.settings import SearchSettings
+from polychirp.receiver.selection import AnyReceiver, receiver_for
 from polychirp.receiver.signal_model.transmit_codes import code_blocks
 from polychirp.study.spec import Study, StudyRadar, target_names, victim_indices
 from polychirp.traffic.street import Point, Vehicle
@@ -28,7 +28,7 @@ def targets_out_of_reach(study: Study, schedules: Sequence[RampSchedule]) -> Ite
     near: set[str] = set()
     for number in victim_indices(study):
         radar = study.radars[number]
-        speed, why = _greatest_speed(study, schedules[number])
+        speed, why = greatest_speed(study.receiver, schedules[number])
         for name in sorted(bodies.keys() & set(target_names(study, radar))):
             distance, rate = _seen_from(radar, bodies, bodies[name])
             if distance > study.receiver.greatest_range:
@@ -53,10 +53,13 @@ def _bodies(study: Study) -> dict[str, Vehicle | Point]:
     return bodies | {point.name: point for point in study.street.points}
 
 
-def _greatest_speed(study: Study, schedule: RampSchedule) -> tuple[float, str]:
-    """Greatest range rate that the receiver reports as it is, m/s, and the end of a sentence."""
-    receiver = receiver_for(study.receiver, schedule)
-    if isinstance(receiver, SearchSettings):
+def greatest_speed(receiver: AnyReceiver, schedule: RampSchedule) -> tuple[float, str]:
+    """Greatest range rate that the receiver reports as it is, m/s, and the end of a sentence.
+
+    The sentence says why a target that is faster is not reported as it is, and what would help.
+    """
+    receiver = receiver_for(receiver, schedule)
+    if not isinstance(receiver, RangeDoppler):
         return receiver.greatest_speed, (
             f"its receiver searches to {3.6 * receiver.greatest_speed:.0f} km/h; raise "
             "receiver.greatest_speed"

@@ -22,7 +22,7 @@ from polychirp.receiver.mimo import (
     virtual_array,
     virtual_parts,
 )
-from polychirp.receiver.selection import AnyReceiver, receiver_for
+from polychirp.receiver.selection import AnyReceiver, readable_elements, receiver_for
 from polychirp.receiver.signal_model.transmit_codes import code_blocks
 from polychirp.rng import Streams
 from polychirp.scoring.association import Gate
@@ -87,7 +87,10 @@ def run_trial(study: Study, *, progress: Progress = no_progress) -> Trial:
     refuse_too_large(study, schedules)
     victims = victim_indices(study)
     for victim in victims:
-        code_blocks(schedules[victim])  # raises, before the tracing, if codes are not orthogonal
+        # these raise, before the tracing, if the receiver cannot read the codes or the array
+        code_blocks(schedules[victim])
+        receiver = receiver_for(study.receiver, schedules[victim])
+        readable_elements(receiver, scene.radars[victim].array, schedules[victim])
     compile_parts(parts_of(study), progress=progress)
     snapshots = trace_frame(
         study.tracer,

@@ -83,6 +83,12 @@ class Vehicle(Spec):
         """Pose of the vehicle's frame in the world."""
         return Pose(x=self.x, y=self.y, yaw=self.heading)
 
+    @property
+    def velocity(self) -> tuple[float, float, float]:
+        """Velocity in the world, m/s, ``(x, y, z)``."""
+        along, across = math.cos(self.heading), math.sin(self.heading)
+        return self.speed * along, self.speed * across, 0.0
+
     def surface(self) -> Mesh:
         """The vehicle's mesh in its own frame."""
         if self.mesh is None:
@@ -95,11 +101,7 @@ class Vehicle(Spec):
             name=self.name,
             kind="vehicle",
             pose=self.pose,
-            velocity=(
-                self.speed * math.cos(self.heading),
-                self.speed * math.sin(self.heading),
-                0.0,
-            ),
+            velocity=self.velocity,
             mesh=self.surface(),
         )
 

@@ -90,6 +90,14 @@ def test_every_parameter_file_of_the_repository_reads(path: Path):
         ({"adc_start": "-1 us"}, "x.toml: adc_start: cannot be negative"),
         ({"highest_beat": "0 Hz"}, "x.toml: highest_beat: must be positive"),
         ({"sampling": "real", "conjugate": True}, "x.toml: conjugate: has no effect"),
+        ({"channel_positions": [[0, 0], [1, 0]]}, "x.toml: channel_positions: an array of 1 chan"),
+        ({"channel_positions": [[0, 0, 0]]}, "x.toml: channel_positions: every position is a pa"),
+        ({"channel_positions": [[0, "1 m"]]}, "x.toml: channel_positions: must be a number"),
+        ({"channel_positions": [[0, 1e9]]}, "x.toml: channel_positions: 1000000000.0 is too lar"),
+        (
+            {"channel_positions": [[0, 0]], "first_receiver": "left"},
+            "x.toml: first_receiver: has no effect beside channel_positions",
+        ),
     ],
 )
 def test_a_wrong_value_is_refused_with_its_place(changes: dict[str, object], message: str):

@@ -3,6 +3,7 @@
 import errno
 import json
 import math
+import re
 import sys
 import tempfile
 from dataclasses import dataclass
@@ -54,6 +55,7 @@ def silent_victim(study, number: int) -> Victim:
             range=many,
             range_rate=many,
             azimuth=many,
+            elevation=many,
             point=np.zeros((len(names), 3)),
             is_visible=np.ones(len(names), dtype=bool),
         ),
@@ -62,6 +64,7 @@ def silent_victim(study, number: int) -> Victim:
             range_error=many,
             range_rate_error=many,
             azimuth_error=many,
+            elevation_error=many,
             sinr=many,
             snr=10.0 + many,
             inr=many,
@@ -231,6 +234,23 @@ def test_sweeps_that_differ_have_no_unambiguous_speed(trial, capsys):
     assert "no limit: sweeps differ" in capsys.readouterr().out
     assert main(["check", str(QUICKSTART), *TDM[:2]]) == 0
     assert "no limit" not in capsys.readouterr().out
+
+
+def test_long_and_short_ramps_are_shown_in_units_that_fit(trial, capsys):
+    """Ramps of 1.1 to 2 ms beat at kilohertz; chirps of 40 µs and 1 GHz at 5.005 MHz from 30 m."""
+    assert main(["check", str(QUICKSTART)]) == 0
+    long = capsys.readouterr().out
+    assert re.search(r"ramp +│ +1\.\d+ … [12](\.\d+)? ms", long)
+    assert re.search(r"beat band +│ +0 … 1\d\d\.\d kHz", long)
+    assert "by Doppler and beams" not in long
+    assert main(["init", "tdm.toml", "--template", "tdm-mimo"]) == 0
+    assert main(["check", "tdm.toml", "--set", "receiver.greatest_range=30 m"]) == 0
+    short = capsys.readouterr().out
+    assert re.search(r"ramp +│ +40 µs", short)
+    assert re.search(r"frame +│ +11\.5 ms, 192 ramps", short)
+    assert re.search(r"beat band +│ +0 … 5\.003 MHz", short)
+    assert re.search(r"unambiguous speed, by Doppler +│ +±19\.5 km/h", short)
+    assert re.search(r"by Doppler and beams +│ +±58\.4 km/h", short)
 
 
 def test_check_suggests_the_run_with_the_same_changes(trial, capsys, monkeypatch):

@@ -22,7 +22,7 @@ class MadeUp:
     def run(self, studies, tasks):
         del studies
         for task in tasks:
-            yield Outcome(task=task, victims=(made_up(task.point, task.seed),))
+            yield Outcome(task=task, result=(made_up(task.point, task.seed),))
 
 
 @pytest.fixture
@@ -99,6 +99,15 @@ def test_far_too_many_workers_are_noted_and_not_started(tmp_path, capsys):
     most = WORKERS_PER_CORE * num_cores()
     assert study._executor(arguments).count == most
     assert f"at most {WORKERS_PER_CORE} start for each core, here {most}" in capsys.readouterr().err
+
+
+def test_a_negative_seed_is_one_sentence(tmp_path, capsys):
+    path = tmp_path / "small.toml"
+    path.write_text(SMALL_STUDY + SMALL_GRID, encoding="utf-8")
+    assert main(["study", str(path), "--seed", "-1"]) == 2
+    printed = capsys.readouterr().err
+    assert "seed: is -1; use 0 or more" in printed
+    assert "Traceback" not in printed
 
 
 @pytest.mark.parametrize("place", ["http://x", "nowhere"])

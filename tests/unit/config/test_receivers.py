@@ -1,5 +1,6 @@
 """Receivers in study files: a kind may be named, and is "auto" if none is."""
 
+import re
 import tomllib
 from pathlib import Path
 
@@ -9,7 +10,8 @@ from polychirp.cli.init import TEMPLATES, template
 from polychirp.config.dump import dump
 from polychirp.config.load import load_study, study_of_tables
 from polychirp.config.monte_carlo import load_plan
-from polychirp.errors import CapabilityError, InputError
+from polychirp.errors import CapabilityError, InputError, ModelWarning
+from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
 from polychirp.receiver.chain import Receiver
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.range_doppler.chain import RangeDoppler
@@ -37,6 +39,10 @@ def chirps(tmp_path):
             'receiver={kind="coherent", dynamic_range="50 dB"}',
             CoherentReceiver(dynamic_range=1e5),
         ),
+        (
+            'receiver={kind="paper", greatest_speed="90 km/h"}',
+            PaperReceiver(greatest_speed=25.0),
+        ),
     ],
 )
 def test_a_table_without_a_kind_is_auto(chirps, change, expected):
@@ -48,7 +54,8 @@ def test_a_table_without_a_kind_is_auto(chirps, change, expected):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ('receiver={kind="paper"}', "auto"),
+        ('receiver={kind="papers"}', "'paper'"),
+        ('receiver={kind="paper", false_alarm_probability=1e-4}', "false_alarm_probability"),
         ('receiver={kind="range-doppler", greatest_speed="9 m/s"}', "greatest_speed"),
         ("receiver={quantile=0.7}", "quantile"),
     ],
@@ -63,6 +70,24 @@ def test_ramps_that_the_named_receiver_cannot_read_are_refused_before_the_run(ch
     study = load_study(chirps, overrides=[*changes, 'radars.1.waveform={kind="triangular"}'])
     with pytest.raises(CapabilityError, match=r"radars\.0\.waveform.*differ in slope.*'joint'"):
         check(study)
+
+
+def test_chirps_of_one_direction_are_refused_for_the_papers_receiver(chirps):
+    study = load_study(chirps, overrides=['receiver={kind="paper"}'])
+    with pytest.raises(CapabilityError, match=r"radars\.0\.waveform.*one ramp.*'auto'"):
+        check(study)
+
+
+def test_the_limits_of_the_papers_receiver_are_said_before_the_run():
+    """A cell of 0.17 m in 24 ms of equal ramps: 25 km/h; with f/b of 0.08 to 0.2 s less by far."""
+    path = ROOT / "studies" / "quickstart.toml"
+    for kind, limits in (("triangular", (24, 26)), ("diverse-triangular", (3, 12))):
+        changes = ['receiver={kind="paper"}', f'radars.*.waveform={{kind="{kind}"}}']
+        with pytest.warns(ModelWarning, match="noise alone exceeds its threshold") as caught:
+            check(load_study(path, overrides=changes))
+        said = " ".join(str(one.message) for one in caught)
+        spread = int(re.search(r"faster than (\d+)", said)[1])
+        assert limits[0] <= spread <= limits[1]
 
 
 @pytest.mark.parametrize("name", TEMPLATES)

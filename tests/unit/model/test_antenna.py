@@ -49,3 +49,38 @@ def test_an_impossible_array_is_refused(fields, message):
 def test_a_negative_spread_of_errors_is_refused(spread):
     with pytest.raises(InputError, match="at least 0 dB"):
         ArrayErrors(**spread)
+
+
+def test_positions_are_to_the_left_and_up_in_multiples_of_the_spacing():
+    """Differences count; their middle is the origin of the radar's frame."""
+    array = AntennaArray(
+        num_channels=3, spacing=2e-3, channel_positions=((5, 7), (6, 7), (5.5, 8.5))
+    )
+    differences = np.diff(array.position, axis=0)
+    np.testing.assert_allclose(differences, [[0.0, 2e-3, 0.0], [0.0, -1e-3, 3e-3]], atol=1e-15)
+    np.testing.assert_allclose(array.position.mean(axis=0), 0.0, atol=1e-15)
+
+
+def test_positions_of_the_line_are_the_line():
+    line = AntennaArray(num_transmitters=2)
+    same = AntennaArray(
+        num_transmitters=2,
+        channel_positions=((0, 0), (1, 0), (2, 0), (3, 0)),
+        transmitter_positions=((0, 0), (4, 0)),
+    )
+    np.testing.assert_allclose(same.position, line.position, atol=1e-15)
+    np.testing.assert_allclose(same.transmit_position, line.transmit_position, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"channel_positions": ((0, 0), (1, 0))}, "an array of 4 channels needs 4 positions"),
+        ({"channel_positions": ((0, 0), (1, 0), (2, 0), (1, 0))}, "two elements are at"),
+        ({"transmitter_positions": ((0, 0, 1),)}, "every position is a pair"),
+        ({"transmitter_positions": ((0, 0),), "transmit_spacing": 1e-2}, "has no effect beside"),
+    ],
+)
+def test_positions_that_do_not_fit_are_refused(fields, message):
+    with pytest.raises(InputError, match=message):
+        AntennaArray(**fields)

@@ -1,5 +1,7 @@
 """Detections of one body as one object."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -38,6 +40,33 @@ def test_a_car_is_one_object_and_its_neighbour_another():
 def test_what_moves_otherwise_is_another_object():
     found = detections([(10.0, 0.0), (10.5, 0.0)], [-5.0, -8.0], [2.0, 1.0])
     assert objects(found).tolist() == [0, 1]
+
+
+def test_a_bridge_above_a_car_is_another_object():
+    """Both 10 m away in the same azimuth, 5 m apart in height; on the road's plane they are one."""
+    above = np.arcsin(0.5)
+    plane = detections([(10.0, 0.0), (10.0, 0.0)], [-5.0, -5.0], [2.0, 1.0])
+    assert objects(plane).tolist() == [0, 0]
+    space = replace(plane, elevation=np.array([0.0, above]))
+    assert objects(space).tolist() == [0, 1]
+    assert merged(space).elevation == pytest.approx([0.0, above])
+
+
+def test_the_mean_of_a_body_has_a_mean_height():
+    """Of two points 3 m above and 1 m below the radar, 12 m ahead, it is 1 m above, 12 m ahead."""
+    height = np.array([3.0, -1.0])
+    found = Detections(
+        time=0.0,
+        range=np.hypot(12.0, height),
+        range_rate=[-5.0, -5.0],
+        azimuth=[0.0, 0.0],
+        elevation=np.arctan2(height, 12.0),
+        power=[1.0, 1.0],
+        snr=[9.0, 9.0],
+    )
+    one = merged(found, Body(gap=5.0, place="mean"))
+    assert one.range == pytest.approx([np.hypot(12.0, 1.0)])
+    assert one.elevation == pytest.approx([np.arctan2(1.0, 12.0)])
 
 
 def test_no_object_is_longer_than_a_body():

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from polychirp.model.radar import Converter
 from polychirp.receiver.mitigation import Autoregression, Blanking, Imat, StftExcision
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.receiver.signal_model.point_signal import (
@@ -11,7 +12,7 @@ from polychirp.receiver.signal_model.point_signal import (
     matched_amplitudes,
 )
 from polychirp.rng import Streams
-from polychirp.waveform import DiverseTriangular
+from polychirp.waveform import DiverseTriangular, Sawtooth
 from tests.support.points import HandPoint, frame_of
 
 RAMPS = DiverseTriangular().schedule(num_sweeps=3, streams=Streams(2))
@@ -99,6 +100,35 @@ def test_azimuths_are_kept(method):
     after = amplitudes(cleaned, frame, POINTS[0])
     turn = np.angle(after[1:] * after[:-1].conj() / (before[1:] * before[:-1].conj()))
     assert np.abs(turn).max() < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("default", "explicit"),
+    [
+        (Blanking(), Blanking(guard=8e-6)),
+        (Autoregression(), Autoregression(guard=8e-6)),
+        (Imat(), Imat(guard=8e-6)),
+    ],
+    ids=["blanking", "autoregression", "imat"],
+)
+def test_on_the_papers_ramps_the_default_guard_is_8_us(default, explicit):
+    frame = frame_of(RAMPS, POINTS)
+    frame = frame.with_samples(frame.samples + bursts(frame))
+    assert np.array_equal(mitigated(default, frame).samples, mitigated(explicit, frame).samples)
+    assert np.array_equal(mitigated(default, frame).weight, mitigated(explicit, frame).weight)
+
+
+def test_the_default_guard_shrinks_as_the_sample_rate_grows():
+    """A chirp of 40 µs at 20 MS/s: 8 samples on either side of a burst of 4, not 160."""
+    ramps = Sawtooth(start_frequency=77e9, bandwidth=4e8, ramp_duration=40e-6).schedule(
+        num_sweeps=2, streams=Streams(1)
+    )
+    converter = Converter(sample_rate=20e6, start=3e-6, margin=1e-6)
+    frame = frame_of(ramps, POINTS[:1], converter=converter)
+    samples = frame.samples.copy()
+    samples[:, 1, 300:304] += 1e4
+    cleaned = mitigated(Blanking(), frame.with_samples(samples))
+    assert np.flatnonzero(cleaned.weight[1] == 0.0).tolist() == list(range(292, 312))
 
 
 def test_without_mitigation_all_samples_are_present():

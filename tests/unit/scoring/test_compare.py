@@ -1,15 +1,21 @@
 """Detections against truth: bodies, their extents, and the cause of every detection."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.model.antenna import AntennaArray
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import PARTS
 from polychirp.model.target_levels import TargetLevels
 from polychirp.model.truth import Truth
+from polychirp.rng import Streams
 from polychirp.scoring.association import Gate, distances_from_bodies
 from polychirp.scoring.compare import compare
 from polychirp.scoring.echoes import Echoes
+from polychirp.waveform import DiverseTriangular
 
 TRUTH = Truth(
     time=0.0,
@@ -17,6 +23,7 @@ TRUTH = Truth(
     range=[6.5, 9.15, 20.0],
     range_rate=[0.2, 18.0, 0.0],
     azimuth=[0.0, -0.3, 0.0],
+    elevation=[0.0, 0.1, 0.0],
     point=np.zeros((3, 3)),
     is_visible=[True, True, False],
 )
@@ -30,7 +37,7 @@ def detections(*rows):
 
 
 def echoes(*rows, body=BODIES):
-    """Rows of body, range, range rate, azimuth, power, and True for multipath."""
+    """Rows of body, range, range rate, azimuth, power, True for multipath; at one height."""
     columns = list(zip(*rows, strict=True)) or [()] * 6
     return Echoes(
         body=body,
@@ -39,6 +46,7 @@ def echoes(*rows, body=BODIES):
         range=columns[1],
         range_rate=columns[2],
         azimuth=columns[3],
+        elevation=np.zeros(len(columns[3])),
         power=columns[4],
         is_mirrored=columns[5],
     )
@@ -78,12 +86,14 @@ def car(*, length=4.5, along=23):
         range=[abs(nearest)],
         range_rate=[-5.0],
         azimuth=[np.angle(nearest)],
+        elevation=[0.0],
         point=np.zeros((1, 3)),
         is_visible=[True],
         place_target=zero,
         place_range=np.abs(place),
         place_range_rate=zero - 5.0,
         place_azimuth=np.angle(place),
+        place_elevation=zero,
     )
 
 
@@ -198,6 +208,69 @@ def test_a_stronger_echo_of_a_wall_hides_a_body_in_the_same_cell(ratio, body):
     assert score.nature == (("target",) if body == "car" else ("clutter",))
 
 
+def test_a_detection_at_another_height_does_not_belong_to_a_target():
+    """0.5 rad above it; without an elevation, it does."""
+    low = detections((6.5, 0.2, 0.0, 1.0))
+    for elevation, expected in ((np.nan, 1), (0.2, 1), (0.5, 0)):
+        score = score_of(replace(low, elevation=np.array([elevation])))
+        assert score.is_detected.sum() == expected
+
+
+@pytest.mark.parametrize(
+    ("height", "is_found"), [(0.0, True), (1.5, True), (3.0, True), (4.2, False)]
+)
+def test_a_detection_anywhere_on_a_tall_body_is_the_bodys(height, is_found):
+    """The rear of a lorry 5 m ahead, 3 m high; its nearest point is at the radar's height.
+
+    The margin of 15 degrees is 1.3 m or more, but the range of 0.4 m excludes what is 4.2 m above.
+    """
+    up = np.linspace(0.0, 3.0, 16)
+    lorry = Truth(
+        time=0.0,
+        name=("lorry",),
+        range=[5.0],
+        range_rate=[0.0],
+        azimuth=[0.0],
+        elevation=[0.0],
+        point=np.zeros((1, 3)),
+        is_visible=[True],
+        place_target=0.0 * up,
+        place_range=np.hypot(5.0, up),
+        place_range_rate=0.0 * up,
+        place_azimuth=0.0 * up,
+        place_elevation=np.arctan2(up, 5.0),
+    )
+    found = detections((np.hypot(5.0, height), 0.0, 0.0, 1.0))
+    score = score_of(replace(found, elevation=np.arctan2([height], 5.0)), lorry)
+    assert score.is_detected.tolist() == [is_found]
+
+
+@pytest.mark.parametrize(("elevation", "body"), [(0.05, "car"), (0.4, "sign")])
+def test_the_body_of_an_echo_is_that_at_its_height(elevation, body):
+    """A weak echo of a car and a strong one of a sign above it, in one cell."""
+    paths = replace(
+        echoes(
+            ("car", 30.0, 3.0, 0.0, 1.0, False),
+            ("sign", 30.0, 3.0, 0.0, 5.0, False),
+            body=("car", "sign"),
+        ),
+        elevation=np.array([0.0, 0.45]),
+    )
+    found = replace(detections((30.0, 3.0, 0.0, 1.0)), elevation=np.array([elevation]))
+    assert score_of(found, paths=paths).body == (body,)
+
+
+def test_margins_in_elevation_are_those_of_a_beam_of_many_rows():
+    """Sixteen rows λ/2 apart have a beam of λ/(16 λ/2) = 0.125 rad; two rows have the default."""
+    waveform = DiverseTriangular(ramp_duration=(1e-4, 2e-4))
+    schedule = waveform.schedule(num_sweeps=2, streams=Streams(1))
+    half = 0.5 * SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
+    for rows, expected in ((16, 0.125), (2, Gate().elevation), (1, Gate().elevation)):
+        places = tuple((0.0, float(row)) for row in range(rows))
+        array = AntennaArray(num_channels=rows, spacing=half, channel_positions=places)
+        assert Gate.of(schedule, array).elevation == pytest.approx(expected, rel=1e-4)
+
+
 def test_one_detection_serves_one_target():
     """Two targets in each other's margins, one detection: one is missed."""
     both = Truth(
@@ -206,6 +279,7 @@ def test_one_detection_serves_one_target():
         range=[6.5, 6.6],
         range_rate=[0, 0],
         azimuth=[0, 0],
+        elevation=[0, 0],
         point=np.zeros((2, 3)),
         is_visible=[True, True],
     )
@@ -260,28 +334,36 @@ def test_every_kind_of_detection_gets_its_name():
 
 
 def test_distances_from_bodies_are_those_of_a_loop():
-    """Two drawn bodies of 40 places each, 50 detections; the third body is hidden."""
+    """Two drawn bodies of 40 places each, 50 detections; the third body is hidden.
+
+    The last ten detections have no elevation.
+    """
     draw, gate = np.random.default_rng(4), Gate()
-    place = draw.uniform([5, -3, -0.5], [15, 3, 0.5], size=(80, 3))
+    place = draw.uniform([5, -3, -0.5, -0.5], [15, 3, 0.5, 0.5], size=(80, 4))
     truth = Truth(
         time=0.0,
         name=("a", "b", "hidden"),
         range=[5.0, 5.0, 9.0],
         range_rate=[0.0, 0.0, 0.0],
         azimuth=[0.0, 0.0, 0.0],
+        elevation=[0.0, 0.0, 0.0],
         point=np.zeros((3, 3)),
         is_visible=[True, True, False],
         place_target=np.repeat([0, 1], 40),
         place_range=place[:, 0],
         place_range_rate=place[:, 1],
         place_azimuth=place[:, 2],
+        place_elevation=place[:, 3],
     )
     rows = draw.uniform([5, -3, -0.5, 1], [15, 3, 0.5, 1], size=(50, 4))
-    apart = distances_from_bodies(detections(*rows), truth, gate)
-    margins = np.array([gate.range, gate.range_rate, gate.azimuth])
+    elevation = np.where(np.arange(50) < 40, draw.uniform(-0.5, 0.5, 50), np.nan)
+    found = replace(detections(*rows), elevation=elevation)
+    apart = distances_from_bodies(found, truth, gate)
+    margins = np.array([gate.range, gate.range_rate, gate.azimuth, gate.elevation])
     for n, row in enumerate(rows):
+        seen = np.append(row[:3], elevation[n])
         for body in (0, 1):
             mine = place[40 * body : 40 * body + 40]
-            expected = min(max(abs(row[:3] - one) / margins) for one in mine)
+            expected = min(np.nanmax(abs(seen - one) / margins) for one in mine)
             assert apart[body, n] == pytest.approx(expected)
     assert np.all(np.isinf(apart[2]))

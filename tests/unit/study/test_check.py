@@ -28,7 +28,13 @@ from polychirp.study.spec import (
 )
 from polychirp.study.trial import Trial, run_trial
 from polychirp.traffic.street import Building, Point, Street, Vehicle
-from polychirp.waveform import DiverseTriangular, Sawtooth, Triangular
+from polychirp.waveform import (
+    DiverseTriangular,
+    DopplerDivision,
+    Sawtooth,
+    TimeDivision,
+    Triangular,
+)
 
 PLAIN = Triangular(bandwidth=1e9, ramp_duration=1e-3)
 BUMPER = Pose(x=2.4, z=0.5)
@@ -50,10 +56,13 @@ STUDY = Study(
 
 
 def test_what_a_radar_resolves_is_what_its_ramps_say():
-    """16 triangles of 2 · 1 ms from 79 to 80 GHz: 32 ms about 79.5 GHz, slope 1e12 Hz/s."""
+    """16 triangles of 2 · 1 ms from 79 to 80 GHz: 32 ms about 79.5 GHz, slope 1e12 Hz/s.
+
+    Of every ramp 981 samples at 1 MS/s are taken: 981 µs of it, or 981 MHz.
+    """
     radar = check(STUDY).radars[0]
     wavelength = SPEED_OF_LIGHT / 79.5e9
-    assert radar.range_resolution == pytest.approx((SPEED_OF_LIGHT / 2e9,) * 2)
+    assert radar.range_resolution == pytest.approx((SPEED_OF_LIGHT / (2 * 981e6),) * 2)
     assert radar.speed_resolution == pytest.approx(wavelength / (2 * 32e-3))
     assert radar.unambiguous_speed == pytest.approx(wavelength / (4 * 2e-3))
     assert radar.greatest_range == pytest.approx(SPEED_OF_LIGHT * 0.3e6 / 2e12)
@@ -86,9 +95,38 @@ def test_a_sweep_of_one_ramp_doubles_the_unambiguous_speed():
     assert one.radars[0].unambiguous_speed == pytest.approx(2 * two.radars[0].unambiguous_speed)
 
 
+@pytest.mark.parametrize(
+    ("coding", "sweeps_of_the_code"),
+    [(None, 1), (TimeDivision(), 3), (DopplerDivision(num_bands=4), 4)],
+    ids=["no code", "turns", "Doppler bands"],
+)
+def test_the_unambiguous_speed_is_that_of_one_transmitters_interval(coding, sweeps_of_the_code):
+    """λ/4NT about 77.2 GHz: chirps of 40 µs, 15 µs apart, so that T = 55 µs, the idle included.
+
+    The range-Doppler receiver tells the N folds apart, and reports speeds to λ/4T.
+    """
+    chirps = Sawtooth(start_frequency=77e9, bandwidth=4e8, ramp_duration=40e-6, idle=15e-6)
+    radar = replace(
+        FRONT,
+        waveform=chirps,
+        coding=coding,
+        array=replace(FRONT.array, num_transmitters=1 if coding is None else 3),
+        converter=Converter(sample_rate=20e6, start=3e-6, margin=1e-6),
+        if_filter=IfFilter(passband=9e6, stopband=10e6),
+    )
+    post = Point(name="post", x=9.0, y=0.0, z=1.0, rcs=1.0)
+    street = Street(vehicles=STUDY.street.vehicles[:1], points=(post,))
+    study = replace(STUDY, radars=(radar,), street=street, tracer=FreeSpace(), num_sweeps=24)
+    span = SPEED_OF_LIGHT / 77.2e9 / (4 * 55e-6)
+    found = check(study).radars[0]
+    assert found.receiver == "range-doppler"
+    assert found.unambiguous_speed == pytest.approx(span / sweeps_of_the_code)
+    assert found.unfolded_speed == pytest.approx(span)
+
+
 def test_diverse_ramps_give_limits_instead_of_values():
     radar = check(STUDY).radars[1]
-    assert 0.149 < radar.range_resolution[0] < radar.range_resolution[1] < 0.188
+    assert 0.15 < radar.range_resolution[0] < radar.range_resolution[1] < 0.192
     assert 1e-3 < radar.ramp_duration[0] < radar.ramp_duration[1] < 2e-3
     assert radar.samples_per_ramp[0] < radar.samples_per_ramp[1]
 

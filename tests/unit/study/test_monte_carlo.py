@@ -58,9 +58,11 @@ def made_up(point: int, seed: int) -> VictimRecord:
         range=(9.0, 18.0),
         range_rate=(0.0, -1.0),
         azimuth=(0.0, 0.1),
+        elevation=(0.0, 0.1),
         range_error=errors,
         range_rate_error=errors,
         azimuth_error=errors,
+        elevation_error=errors,
         sinr=(10.0, 10.0),
         snr=(40.0, 20.0),
         inr=(3.0, 1.0),
@@ -97,8 +99,8 @@ class MadeUp:
             raise KeyboardInterrupt
         self.ran[task.point, task.trial] += 1
         if (task.point, task.trial) in self.failing:
-            return Outcome(task=task, victims=None, failure="the mast fell over")
-        return Outcome(task=task, victims=(made_up(task.point, task.seed),))
+            return Outcome(task=task, result=None, failure="the mast fell over")
+        return Outcome(task=task, result=(made_up(task.point, task.seed),))
 
 
 @pytest.fixture(scope="module")

@@ -57,6 +57,7 @@ def victim(name: str, *, num_detections: int = 3) -> Victim:
             range=[1.0, 2.0],
             range_rate=[0.0, 1.0],
             azimuth=[0.1, 0.2],
+            elevation=[0.0, 0.1],
             point=np.zeros((2, 3)),
             is_visible=[True, False],
         ),
@@ -65,6 +66,7 @@ def victim(name: str, *, num_detections: int = 3) -> Victim:
             range_error=[0.1, 0.0],
             range_rate_error=[0.2, 0.0],
             azimuth_error=[0.3, 0.0],
+            elevation_error=[0.4, 0.0],
             sinr=[1e3, 0.0],
             snr=[2e3, 0.0],
             inr=[3.0, 0.0],
@@ -167,7 +169,7 @@ def test_every_array_names_its_axes_and_its_unit(stored):
         for name, array in arrays.items()
         if isinstance(array, zarr.Array)
     }
-    assert len(found) == 2 + 2 + 7 + 9 + 9 + 13
+    assert len(found) == 2 + 2 + 7 + 10 + 11 + 14
     assert found["samples"] == (("channel", "ramp", "fast"), "V")
     assert found["parts"] == (("part", "channel", "ramp", "fast"), "V")
     assert found["schedule/slope"] == (("ramp",), "Hz/s")

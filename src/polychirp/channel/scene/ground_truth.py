@@ -10,6 +10,7 @@ from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.channel.geometry.enclosure import winding_numbers
 from polychirp.channel.materials.library import known_materials, material_table
 from polychirp.errors import InputError
+from polychirp.frames import direction_angles
 from polychirp.model.material import Material
 from polychirp.model.scene import Actor, Scene
 from polychirp.model.truth import Truth
@@ -91,8 +92,8 @@ def truth(
     ]
     of_target = np.repeat(np.arange(len(actors)), [len(some) for some in places])
     seen_from = partial(_as_seen, scene, receiver)
-    distance, rate, azimuth = seen_from(point, velocity)
-    place_distance, place_rate, place_azimuth = seen_from(
+    distance, rate, azimuth, elevation = seen_from(point, velocity)
+    place_distance, place_rate, place_azimuth, place_elevation = seen_from(
         np.concatenate([*places, np.zeros((0, 3))]), velocity[of_target]
     )
     return Truth(
@@ -101,25 +102,27 @@ def truth(
         range=distance,
         range_rate=rate,
         azimuth=azimuth,
+        elevation=elevation,
         point=point,
         is_visible=is_visible,
         place_target=of_target,
         place_range=place_distance,
         place_range_rate=place_rate,
         place_azimuth=place_azimuth,
+        place_elevation=place_elevation,
     )
 
 
 def _as_seen(
     scene: Scene, receiver: int, point: FloatArray, velocity: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Range, m, range rate, m/s, and azimuth, rad, of moving points ``(point, xyz)``."""
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Range, m, range rate, m/s, azimuth and elevation, rad, of moving points ``(point, xyz)``."""
     way = point - scene.radar_position[receiver]
     distance = np.linalg.norm(way, axis=-1)
     towards = way / np.maximum(distance, 1e-12)[:, None]
-    ahead = towards @ scene.radar_rotation[receiver]
+    azimuth, elevation = direction_angles(towards @ scene.radar_rotation[receiver])
     rate = np.sum((velocity - scene.radar_velocity[receiver]) * towards, axis=-1)
-    return distance, rate, np.arctan2(ahead[:, 1], ahead[:, 0])
+    return distance, rate, azimuth, elevation
 
 
 def _actor(scene: Scene, name: str) -> Actor:

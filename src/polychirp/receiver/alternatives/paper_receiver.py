@@ -1,4 +1,4 @@
-"""The paper's receiver as its section VII describes it, for comparison only."""
+"""The paper's receiver as its section VII describes it, for comparison."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -7,63 +7,84 @@ import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.constants import SPEED_OF_LIGHT
-from polychirp.errors import InputError
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame
-from polychirp.receiver.alternatives.triangular_pairing import range_and_rate
+from polychirp.model.ramp import RampSchedule
+from polychirp.receiver.alternatives.triangular_pairing import range_and_rate, refuse_unpaired
 from polychirp.receiver.angle.beamform import beamform, orthogonal_sines, steering
-from polychirp.receiver.angle.doa import root_music
+from polychirp.receiver.angle.doa import azimuths
+from polychirp.receiver.clustering import merged
 from polychirp.receiver.detection.range_rate_map import spectrum_size
 from polychirp.receiver.detection.threshold import mean_threshold
+from polychirp.receiver.mitigation.base import mitigated
+from polychirp.receiver.settings import ReceiverSettings, need_speed, range_axis
 from polychirp.receiver.signal_model.point_signal import hann_weights
-from polychirp.spec import Spec
-from polychirp.units import Metres, MetresPerSecond
+from polychirp.units import MetresPerSecond
+
+PADDING = 4
+"""Length of the spectra over `spectrum_size`. Chosen: there are eight bins or more per resolution
+cell, so that the nearest bin of a beat has its amplitude to 0.3 %."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PaperReceiver(Spec):
+class PaperReceiver(ReceiverSettings):
     """Receiver that averages range profiles over sweeps, and pairs peaks above their mean (eq. 12).
+
+    It reads triangles: an up- and a down-ramp of one slope in every sweep. The steps: a beam for
+    every channel, spectra of all ramps, their magnitudes averaged over the up-ramps and over the
+    down-ramps, peaks above the mean of the profile, pairs of an up- and a down-peak of similar
+    strength, range and range rate by eqs 9 and 10, azimuth by root-MUSIC.
 
     The weaknesses of the paper's receiver are kept: profiles of different slopes are averaged
     without correction of speed, so that diverse slopes smear a moving target (errata 10); the
-    threshold has no set false-alarm probability (errata 4); peaks are paired by strength.
+    threshold has no set false-alarm probability, and noise alone exceeds it in every frame
+    (errata 4); peaks are paired by strength. Mitigation and grouping, which the other receivers
+    have as well, are not of the paper; by default there are none.
 
     Parameters
     ----------
-    least_range, greatest_range : m, limits of the profiles
     greatest_speed : m/s, greatest magnitude of the range rate of a pair of peaks
     """
 
-    kind: Literal["paper"] = "paper"
-    least_range: Metres = 0.5
-    greatest_range: Metres = 30.0
     greatest_speed: MetresPerSecond = 32.0
+    kind: Literal["paper"] = "paper"
 
     def __post_init__(self) -> None:
-        if not 0 < self.least_range < self.greatest_range:
-            raise InputError("a receiver's least range must be positive and below its greatest")
-        if not self.greatest_speed > 0:
-            raise InputError("a receiver's greatest speed must be positive")
+        super(PaperReceiver, self).__post_init__()
+        need_speed(self.greatest_speed)
 
     def detect(self, frame: IfFrame) -> Detections:
         """Detections from pairs of peaks, strongest first; ranges at the first ramp's start.
 
         The averaged profile shows the range in the middle of the frame. The range at the start is
         computed from it by the range rate.
+
+        Raises
+        ------
+        CapabilityError
+            A sweep is not an up- and a down-ramp of one slope.
         """
-        ranges = np.arange(
-            self.least_range,
-            self.greatest_range,
-            SPEED_OF_LIGHT / (4.0 * float(np.max(frame.schedule.bandwidth))),
-        )
-        spectra = range_spectra(frame, ranges)
+        refuse_unpaired(frame.schedule)
+        cleaned = mitigated(self.mitigation, frame)
+        ranges = range_axis(self, frame.schedule)
+        spectra = range_spectra(frame.with_samples(cleaned.samples), ranges, weight=cleaned.weight)
         rising = frame.schedule.slope > 0
         beams = beamform(spectra, self._beams(frame))
         profiles = [np.mean(np.abs(beams[:, which]), axis=1) for which in (rising, ~rising)]
         strongest = [profile.max(axis=0) for profile in profiles]
         up, down = (peaks_above(line, mean_threshold(line)) for line in strongest)
         pairs = self._pairs(frame, ranges, up, down, strongest)
-        return self._detections(frame, ranges, pairs, strongest, spectra[:, rising])
+        found = self._detections(frame, ranges, pairs, strongest, spectra[:, rising])
+        return found if self.grouping is None else merged(found, self.grouping)
+
+    def combined_power(self, amplitude: ComplexArray, schedule: RampSchedule) -> FloatArray:
+        """Power, W, of amplitudes ``(…, ramp)``: magnitudes averaged over up- and over down-ramps.
+
+        It is the mean of the squares of both averages, as the power of a pair of peaks.
+        """
+        rising = schedule.slope > 0
+        up, down = (np.mean(np.abs(amplitude[..., which]), axis=-1) for which in (rising, ~rising))
+        return np.asarray(0.5 * (up**2 + down**2))
 
     def _beams(self, frame: IfFrame) -> ComplexArray:
         return steering(
@@ -112,7 +133,11 @@ class PaperReceiver(Spec):
         middle = 0.5 * float(frame.schedule.end_time[-1] - start)
         snapshots = np.moveaxis(rising[:, :, up], 2, 0)  # (detection, channel, ramp)
         frequency = float(np.mean(frame.schedule.centre_frequency))
-        sines = root_music(snapshots, spacing=frame.array.spacing * frequency / SPEED_OF_LIGHT)
+        azimuth = azimuths(
+            snapshots,
+            spacing=frame.array.spacing * frequency / SPEED_OF_LIGHT,
+            estimator="root-music",
+        )
         power = 0.5 * (lines[0][up] ** 2 + lines[1][down] ** 2) / frame.array.num_channels
         order = np.argsort(-power, kind="stable")
         threshold = mean_threshold(lines[0])
@@ -120,13 +145,15 @@ class PaperReceiver(Spec):
             time=start,
             range=np.asarray(distance - rate * middle)[order],
             range_rate=np.asarray(rate)[order],
-            azimuth=np.arcsin(np.clip(sines, -1.0, 1.0))[order],
+            azimuth=azimuth[order],
             power=power[order],
             snr=((lines[0][up] / threshold) ** 2)[order],
         )
 
 
-def range_spectra(frame: IfFrame, ranges: FloatArray) -> ComplexArray:
+def range_spectra(
+    frame: IfFrame, ranges: FloatArray, *, weight: FloatArray | None = None
+) -> ComplexArray:
     r"""Amplitude at the beats of ``ranges`` (m) on every ramp: V, ``(channel, ramp, range)``.
 
     .. math:: X_k(R) = \frac{1}{\sum w}\sum_n w_n y_{kn} e^{-j2\pi (2 b_k R/c) n/f_s}
@@ -134,11 +161,12 @@ def range_spectra(frame: IfFrame, ranges: FloatArray) -> ComplexArray:
     All slopes have one common range axis; amplitudes are those of the nearest bin of a transform
     zero-padded to eight bins per resolution cell or more. Speed is not corrected: the echo of a
     target that recedes at v appears :math:`v f/b_k` too far on an up-ramp, too near on a down-ramp.
+    The window w is Hann's times ``weight`` ``(ramp, fast)``; None for all samples alike.
     """
-    weight = hann_weights(frame.times.is_sample)
-    size = 4 * spectrum_size(frame.times)
-    total = np.sum(weight, axis=1)[:, None]
-    spectra = np.fft.fft(frame.samples * (weight / total), size, axis=-1)
+    window = hann_weights(frame.times.is_sample if weight is None else weight)
+    size = PADDING * spectrum_size(frame.times)
+    total = np.maximum(np.sum(window, axis=1)[:, None], 1e-300)  # 0 on a ramp without a sample
+    spectra = np.fft.fft(frame.samples * (window / total), size, axis=-1)
     beats = 2.0 * frame.schedule.slope[:, None] * ranges / SPEED_OF_LIGHT
     index = np.round(beats * size / frame.times.rate).astype(np.int64) % size
     return np.asarray(np.take_along_axis(spectra, index[None], axis=-1))

@@ -1,7 +1,15 @@
 """Range and range rate from the beats of an up- and a down-ramp (the paper's eqs 9 and 10)."""
 
+import numpy as np
+
 from polychirp.axes import FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.errors import CapabilityError
+from polychirp.model.ramp import RampSchedule
+
+LARGEST_DIFFERENCE = 1e-3
+"""Greatest relative difference between the slopes of the two ramps of a triangle. Chosen far above
+the drift of a clock: such a difference changes a range by half of it at most."""
 
 
 def range_and_rate(
@@ -43,3 +51,35 @@ def range_and_rate(
     distance = SPEED_OF_LIGHT / (2.0 * slope) * 0.5 * (up_beat + down_beat)
     rate = SPEED_OF_LIGHT / (2.0 * turning_frequency) * 0.5 * (up_beat - down_beat)
     return distance, rate
+
+
+def unpaired(schedule: RampSchedule) -> str:
+    """Reason why `range_and_rate` cannot read ramps, as the end of a sentence; empty if it can.
+
+    >>> from polychirp.rng import Streams
+    >>> from polychirp.waveform import DiverseTriangular, Sawtooth
+    >>> unpaired(DiverseTriangular().schedule(num_sweeps=4, streams=Streams(seed=1)))
+    ''
+    >>> unpaired(Sawtooth().schedule(num_sweeps=4, streams=Streams(seed=1)))
+    'a sweep has one ramp'
+    """
+    count = np.bincount(schedule.sweep)
+    other = count[count != 2]
+    if other.size:
+        return f"a sweep has {'one ramp' if other[0] == 1 else f'{other[0]} ramps'}"
+    slope = schedule.slope.reshape(-1, 2)
+    if np.any(np.prod(slope, axis=1) > 0):
+        return "both ramps of a sweep rise, or both fall"
+    if np.any(np.abs(slope.sum(axis=1)) > LARGEST_DIFFERENCE * np.abs(slope).max(axis=1)):
+        return "a sweep rises and falls at different slopes"
+    return ""
+
+
+def refuse_unpaired(schedule: RampSchedule) -> None:
+    """Refuse ramps that are not triangles, with a `CapabilityError` that says why."""
+    reason = unpaired(schedule)
+    if reason:
+        raise CapabilityError(
+            "the paper's receiver pairs the beats of a rising and a falling ramp in every sweep, "
+            f"and of this schedule {reason}; the receiver 'auto' chooses one that reads it"
+        )

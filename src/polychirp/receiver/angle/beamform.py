@@ -18,16 +18,26 @@ def orthogonal_sines(num_channels: int) -> FloatArray:
     return (2.0 * np.arange(num_channels) - (num_channels - 1)) / num_channels
 
 
-def steering(array: AntennaArray, *, frequency: float, sine: FloatArray) -> ComplexArray:
-    r"""Weights ``(beam, channel)`` that add up a wave from azimuth asin(``sine``) in phase.
+def steering(
+    array: AntennaArray, *, frequency: float, sine: FloatArray, rise: FloatArray | None = None
+) -> ComplexArray:
+    r"""Weights ``(beam, channel)`` that add up waves in phase.
 
-    An element at y receives a wave from the left earlier by :math:`y\sin\theta/c`. In
-    :math:`s_{tx}\overline{s_{rx}}` its beat therefore has the phase
-    :math:`-2\pi f\,y\sin\theta/c`, which the weight removes. Each row has unit norm, so that the
-    noise power of a beam is that of a channel.
+    An element at y to the left and z up receives a wave of the direction cosines u to the left and
+    w up earlier by :math:`(yu + zw)/c`. In :math:`s_{tx}\overline{s_{rx}}` its beat therefore has
+    the phase :math:`-2\pi f\,(yu + zw)/c`, which the weight removes. Each row has unit norm, so
+    that the noise power of a beam is that of a channel.
+
+    Parameters
+    ----------
+    frequency : Hz
+    sine : u, ``(beam,)``; the sine of the azimuth if the elevation is zero
+    rise : w, ``(beam,)``, the sine of the elevation; by default zero
     """
-    along = array.position[:, 1]
-    cycles = frequency / SPEED_OF_LIGHT * np.outer(sine, along)
+    delays = np.outer(sine, array.position[:, 1])
+    if rise is not None:
+        delays += np.outer(rise, array.position[:, 2])
+    cycles = frequency / SPEED_OF_LIGHT * delays
     return np.asarray(np.exp(2j * np.pi * cycles) / np.sqrt(array.num_channels))
 
 

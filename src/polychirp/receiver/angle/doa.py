@@ -1,4 +1,4 @@
-r"""Azimuths from the phases along a uniform linear array: root-MUSIC and the beamformers.
+r"""Azimuths from the phases along a uniform linear array: root-MUSIC, ESPRIT and the beamformers.
 
 **Sign.** Element m is at :math:`y_m`, which grows to the left. A wave from azimuth :math:`\theta`
 (positive left) reaches an element further left earlier, by :math:`y_m\sin\theta/c`. The element
@@ -15,8 +15,10 @@ from typing import Final, Literal
 
 import numpy as np
 
-from polychirp.axes import ComplexArray, FloatArray
+from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.errors import InputError
+from polychirp.receiver.angle.elements import Elements
+from polychirp.receiver.angle.esprit import esprit
 
 
 def covariance(snapshots: ComplexArray, *, subarray: int | None = None) -> ComplexArray:
@@ -94,18 +96,43 @@ def capon(snapshots: ComplexArray, *, spacing: float) -> FloatArray:
     .. math:: \max_s\; \frac{1}{a(s)^H R^{-1} a(s)}
 
     This is Capon's beamformer (1969). Diagonal loading with a millionth of the mean power (chosen)
-    makes R invertible with fewer snapshots than elements. Parameters and errors: see `root_music`.
+    makes R invertible with fewer snapshots than elements. Of a single snapshot, the maximum is
+    Bartlett's; forward–backward averaging would give its noise the weight of the wave. Parameters
+    and errors: see `root_music`.
     """
+    if np.shape(snapshots)[-1] == 1:
+        return bartlett(snapshots, spacing=spacing)
     matrices = covariance(snapshots)
     size = matrices.shape[-1]
     load = 1e-6 * np.trace(matrices, axis1=1, axis2=2).real / size + 1e-300
     return _strongest(-np.linalg.inv(matrices + load[:, None, None] * np.eye(size)), spacing)
 
 
-ESTIMATORS: Final = {"root-music": root_music, "bartlett": bartlett, "capon": capon}
+def esprit_sines(snapshots: ComplexArray, *, spacing: float) -> FloatArray:
+    """Sine of the azimuth of the single source, ``(detection,)``, by `esprit.esprit`.
+
+    Parameters and errors are those of `root_music`.
+
+    >>> wave = np.exp(-0.5j * np.pi * np.arange(4))
+    >>> esprit_sines(wave[None, :, None], spacing=0.5).round(9)
+    array([0.5])
+    """
+    if not spacing > 0:
+        raise InputError("the spacing of an array must be positive, in wavelengths")
+    along = spacing * np.arange(np.shape(snapshots)[1])
+    elements = Elements(place=np.stack([along, 0.0 * along], axis=-1))
+    return esprit(snapshots, elements, num_waves=1)[:, 0, 0]
+
+
+ESTIMATORS: Final = {
+    "root-music": root_music,
+    "bartlett": bartlett,
+    "capon": capon,
+    "esprit": esprit_sines,
+}
 """Estimators of the azimuth of one source, by the names that a study file gives them."""
 
-AngleEstimator = Literal["root-music", "bartlett", "capon"]
+AngleEstimator = Literal["root-music", "bartlett", "capon", "esprit"]
 
 
 def azimuths(snapshots: ComplexArray, *, spacing: float, estimator: AngleEstimator) -> FloatArray:
@@ -144,8 +171,16 @@ def _strongest(matrices: ComplexArray, spacing: float) -> FloatArray:
     return np.asarray(found)
 
 
-def sines_of_sources(covariances: ComplexArray, *, num_sources: int, spacing: float) -> FloatArray:
+def sines_of_sources(
+    covariances: ComplexArray,
+    *,
+    num_sources: int,
+    spacing: float,
+    index: IntArray | None = None,
+) -> FloatArray:
     r"""Sines of the azimuths of several sources, ``(detection, source)``, from right to left.
+
+    The elements may be at any multiples n of one distance.
 
     Root-MUSIC (Barabell 1983): the sources are the roots nearest to the unit circle, from inside,
     of :math:`\sum_l z^l \sum_{n-m=l} (E_n E_n^H)_{mn}`, where :math:`E_n` spans the noise
@@ -156,6 +191,8 @@ def sines_of_sources(covariances: ComplexArray, *, num_sources: int, spacing: fl
     ----------
     covariances : ``(detection, element, element)``
     spacing : distance of neighbouring elements, in wavelengths
+    index : n, place of every element in multiples of ``spacing``, ``(element,)``; by default
+        0, 1, 2 …
 
     Raises
     ------
@@ -164,14 +201,20 @@ def sines_of_sources(covariances: ComplexArray, *, num_sources: int, spacing: fl
     """
     covariances = np.asarray(covariances, dtype=np.complex128)
     _check_sources(num_sources, covariances.shape[-1], spacing)
-    return _sines_of_roots(_roots(_null_polynomial(covariances, num_sources)), num_sources, spacing)
+    polynomial = _null_polynomial(covariances, num_sources, index)
+    return _sines_of_roots(_roots(polynomial), num_sources, spacing)
 
 
-def _null_polynomial(covariances: ComplexArray, num_sources: int) -> ComplexArray:
-    """Coefficients of the polynomial, ``(detection, 2·element − 1)``, highest power first."""
+def _null_polynomial(
+    covariances: ComplexArray, num_sources: int, index: IntArray | None
+) -> ComplexArray:
+    """Coefficients of the polynomial, ``(detection, 2·place − 1)``, highest power first."""
     size = covariances.shape[-1]
     _, vector = np.linalg.eigh(covariances)
     noise = vector[:, :, : size - num_sources]
+    if index is not None:  # places without an element add nothing
+        is_at = (index == np.arange(index.max() + 1)[:, None]).astype(np.float64)
+        noise, size = is_at @ noise, len(is_at)
     projector = noise @ noise.conj().swapaxes(1, 2)
     diagonals = [
         np.trace(projector, offset=offset, axis1=1, axis2=2)

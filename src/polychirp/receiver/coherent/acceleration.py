@@ -10,9 +10,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
+from polychirp.receiver.coherent.least_squares import mixed
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.points import Points
-from polychirp.receiver.coherent.signals import moments
+from polychirp.receiver.coherent.replicas import Replicas
+from polychirp.receiver.coherent.residual import Residual
 
 LEAST_ACCELERATION, GREATEST_ACCELERATION = -10.0, 130.0
 """Accelerations that are tried, m/s²; chosen: a car that brakes in front, and one that passes at
@@ -47,7 +49,7 @@ class _Hypotheses:
     step: FloatArray
 
 
-def accelerated(seen: Observation, residual: ComplexArray, points: Points) -> Points:
+def accelerated(seen: Observation, residual: Residual, points: Points) -> Points:
     """New points with the ranges, range rates and accelerations near theirs that have most power.
 
     A search reaches as far as the phases from block to block are unambiguous. So it starts from
@@ -85,7 +87,7 @@ def accelerated(seen: Observation, residual: ComplexArray, points: Points) -> Po
 
 def _best_of(
     seen: Observation,
-    residual: ComplexArray,
+    residual: Residual,
     points: Points,
     tried: _Hypotheses,
     *,
@@ -112,12 +114,10 @@ def _best_of(
     return replace(points, motion=best)
 
 
-def _sums(seen: Observation, residual: ComplexArray, points: Points) -> ComplexArray:
+def _sums(seen: Observation, residual: Residual, points: Points) -> ComplexArray:
     """Sums over each ramp without the points' phases, ``(point, channel, ramp)``."""
-    sums = moments(residual, seen.present, seen.phases(points.motion), seen.model.times)[0]
-    shape = seen.shape(points.motion, points.sine)[..., 0]
-    matched = sums * shape.conj() * seen.weights(points.motion)[:, None]
-    return np.asarray(np.einsum("ab,pbk->pak", seen.mixing, matched))
+    here = Replicas.of(seen, points)
+    return mixed(seen, here.matched(residual.sums(seen, here))[0])
 
 
 def _power(sums: ComplexArray, turns: ComplexArray | FloatArray) -> FloatArray:

@@ -12,9 +12,11 @@ from typing import Self
 import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray
+from polychirp.receiver.coherent.least_squares import mixed
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.points import Points
-from polychirp.receiver.coherent.signals import moments
+from polychirp.receiver.coherent.replicas import Replicas
+from polychirp.receiver.coherent.residual import Residual
 
 DEVIATIONS = 5.0
 """Standard deviations of noise above which the spread of the ramps is a floor of its own; chosen:
@@ -47,19 +49,17 @@ class Agreement:
     num_channels: int
 
     @classmethod
-    def at(cls, seen: Observation, residual: ComplexArray, points: Points) -> Self:
+    def at(cls, seen: Observation, residual: Residual, points: Points) -> Self:
         """Sums over the residual at the motions of points that are not subtracted from it."""
         rises = seen.model.schedule.slope > 0
-        shape = seen.shape(points.motion, points.sine)[..., 0]
-        weight = seen.weights(points.motion)[:, None]
-        sums = moments(residual, seen.present, seen.phases(points.motion), seen.model.times)[0]
-        value = np.einsum("ab,pbk->pak", seen.mixing, weight * sums * shape.conj())
-        size = np.mean(weight * seen.count * np.abs(shape) ** 2, axis=1)
+        here = Replicas.of(seen, points)
+        value = mixed(seen, here.matched(residual.sums(seen, here))[0])
+        size = here.weight * seen.count * np.mean(np.abs(here.shape[..., 0]) ** 2, axis=1)
         power = _power(value, size)
         num_averaged = value.shape[1] * (seen.num_used - 1)
         least = np.finfo(np.float64).tiny  # a ramp without samples has no size and no value
         energy = np.sum(np.abs(value) ** 2 / np.maximum(size, least)[:, None], axis=(1, 2))
-        difference = np.zeros(len(points))
+        difference = np.zeros(len(here))
         sides = [side for side in (rises, ~rises) if np.any(seen.count[side] > 0)]
         if len(sides) == 2:
             difference = sum(_power(value[..., side], size[:, side]) for side in sides) - power

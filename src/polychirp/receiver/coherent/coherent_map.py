@@ -42,6 +42,12 @@ per cent."""
 GREATEST_OF_NOISE = 3.0
 """Power over the median up to which a cell counts as noise for the covariance; chosen."""
 
+ROWS_FOR_FLOOR = 1000
+"""Number of range rates from which the floor of a range is taken; chosen: its error is 5 %."""
+
+NEIGHBOURS = 3
+"""Number of ranges on either side over which floors are averaged; chosen."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CoherentMap:
@@ -51,12 +57,14 @@ class CoherentMap:
     ----------
     power : the map
     difference, spread : as for `Agreement`
+    range_floor : noise power of a sample at every range (`range_floors`), W, ``(range,)``
     num_averaged, num_channels : of `Agreement`
     """
 
     power: NDArray[np.float32]
     difference: NDArray[np.float32]
     spread: NDArray[np.float32]
+    range_floor: FloatArray
     num_averaged: int
     num_channels: int
 
@@ -117,14 +125,16 @@ def coherent_map(seen: Observation, profiles: Profiles) -> CoherentMap:
     energy = np.sum(np.abs(profiles.value) ** 2, axis=0) / np.maximum(profiles.weight, least)
     tables = np.stack([profiles.weight * rises[:, None], profiles.weight, energy])
     rising, every, total = _sums_of_tables(tables, place[::stride], axes.range.size)
-    split = np.stack([profiles.value[..., 0::2], profiles.value[..., 1::2]], axis=2)
+    order = np.argsort(rises, kind="stable")
+    value = profiles.value[:, order]
+    split = np.stack([value[..., 0::2], value[..., 1::2]], axis=2)
     power, difference = _sums_of_powers(
         np.ascontiguousarray(split.real),
         np.ascontiguousarray(split.imag),
-        place,
-        turn.real.astype(np.float32),
-        turn.imag.astype(np.float32),
-        rises,
+        place[:, order],
+        turn.real[:, order].astype(np.float32),
+        turn.imag[:, order].astype(np.float32),
+        rises[order],
         rising,
         every,
         stride,
@@ -136,6 +146,7 @@ def coherent_map(seen: Observation, profiles: Profiles) -> CoherentMap:
         power=power,
         difference=difference,
         spread=np.asarray(spread, dtype=np.float32),
+        range_floor=range_floors(power, channels),
         num_averaged=averaged,
         num_channels=channels,
     )
@@ -146,6 +157,17 @@ def _stride(seen: Observation, axes: Grid) -> int:
     slope = seen.model.schedule.slope
     reach = float(np.max(np.abs(seen.middle - seen.model.time + seen.frequency / slope)))
     return int(np.clip(axes.range_step / (reach * axes.range_rate_step), 1, GREATEST_STRIDE))
+
+
+def range_floors(power: NDArray[np.float32], num_channels: int) -> FloatArray:
+    """Noise power of a sample at every range, W, from the median over range rates, ``(range,)``."""
+    from scipy.special import gammaincinv
+
+    step = max(1, power.shape[0] // ROWS_FOR_FLOOR)
+    median = np.median(power[::step], axis=0) / gammaincinv(num_channels, 0.5)
+    padded = np.pad(median, NEIGHBOURS, mode="edge")
+    width = 2 * NEIGHBOURS + 1
+    return np.asarray(np.convolve(padded, np.full(width, 1.0 / width), mode="valid"))
 
 
 @reordered
@@ -188,15 +210,24 @@ def _sums_of_powers(  # pragma: no cover - compiled
                 for i in range(num_ranges):
                     a[d, i] = np.float32(0.0)
                     b[d, i] = np.float32(0.0)
-            for k in range(ramps):
-                step = place[v, k]
-                x = real[m, k, step & 1, step >> 1 :]
-                y = imag[m, k, step & 1, step >> 1 :]
-                c, s = cosine[v, k], sine[v, k]
+            k = 0
+            while k < ramps:
                 p, q = a[int(rises[k])], b[int(rises[k])]
-                for i in range(num_ranges):
-                    p[i] += x[i] * c - y[i] * s
-                    q[i] += x[i] * s + y[i] * c
+                s0, c0, t0 = place[v, k], cosine[v, k], sine[v, k]
+                x0, y0 = real[m, k, s0 & 1, s0 >> 1 :], imag[m, k, s0 & 1, s0 >> 1 :]
+                if k + 1 < ramps and rises[k + 1] == rises[k]:  # two ramps share loads of sums
+                    s1, c1, t1 = place[v, k + 1], cosine[v, k + 1], sine[v, k + 1]
+                    x1 = real[m, k + 1, s1 & 1, s1 >> 1 :]
+                    y1 = imag[m, k + 1, s1 & 1, s1 >> 1 :]
+                    for i in range(num_ranges):
+                        p[i] += x0[i] * c0 - y0[i] * t0 + x1[i] * c1 - y1[i] * t1
+                        q[i] += x0[i] * t0 + y0[i] * c0 + x1[i] * t1 + y1[i] * c1
+                    k += 2
+                else:
+                    for i in range(num_ranges):
+                        p[i] += x0[i] * c0 - y0[i] * t0
+                        q[i] += x0[i] * t0 + y0[i] * c0
+                    k += 1
             for i in range(num_ranges):
                 re, im = a[0, i] + a[1, i], b[0, i] + b[1, i]
                 power[v, i] += (re * re + im * im) / total[i]

@@ -1,24 +1,25 @@
-r"""Gauss–Newton steps: motions and amplitudes of several points at once, by least squares.
+r"""Gauss–Newton steps: motions and amplitudes of all points at once, group by group.
 
 The signal of point p on channel m and ramp k is :math:`\alpha_{pm}\,g_{pk}\,s_{pkn}`, with the
 unit signal s of its motion and the known shape g (`Observation.shape`). Its derivative by the
 quantity i of the motion is :math:`j\,\alpha_{pm}\,g_{pk}\,(A_{pki} + B_{ki}u_n)\,s_{pkn}`, with u
 the time from the middle of the ramp, A the derivative of the phase there and B that of the beat.
 Amplitudes are linear and are eliminated from the normal equations (variable projection, Golub and
-Pereyra 1973).
+Pereyra 1973). The points of a group overlap each other; groups are solved separately.
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from polychirp.axes import ComplexArray, FloatArray
+from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.jit import reordered
 from polychirp.receiver.angle.doa import ESTIMATORS
 from polychirp.receiver.coherent.observation import Observation
-from polychirp.receiver.coherent.overlap import overlaps
 from polychirp.receiver.coherent.points import Points
-from polychirp.receiver.coherent.signals import moments
+from polychirp.receiver.coherent.replicas import Replicas, products
 from polychirp.receiver.estimation.azimuth_rate import TYPICAL_CROSSING_SPEED
 
 ACCELERATION_DEVIATION = 10.0
@@ -30,73 +31,112 @@ REGULARISATION = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Step:
-    """Result of one Gauss–Newton step.
+class Steps:
+    """Gauss–Newton steps of points.
 
     Parameters
     ----------
-    points : the points after the step
-    gain : expected fall of the residual's power by the step, in units of the floor
+    motion : changes of the motions, ``(point, 4)``, limited to half a cell
+    phase : by which the signals turn with them, rad, ``(point, channel)``
+    power : fall of the fit if a point were left out where it is, over its floor, ``(point,)``
+    gain : expected fall of the residual's power by each group, W, ``(group,)``
     """
 
-    points: Points
-    gain: float
+    motion: FloatArray
+    phase: FloatArray
+    power: FloatArray
+    gain: FloatArray
 
-
-def gauss_newton(
-    seen: Observation, residual: ComplexArray, points: Points, *, share: float = 1.0
-) -> Step:
-    """One step of ``points`` jointly, from the residual without them and all other points.
-
-    Steps are limited to half a cell, within which the phases are nearly linear. The motions go this
-    ``share`` of their step; if it is 0, amplitudes alone are fitted.
-    """
-    sums = moments(residual, seen.present, seen.phases(points.motion), seen.model.times)
-    return step_from(seen, points, sums, share=share)
-
-
-def step_from(seen: Observation, points: Points, sums: ComplexArray, *, share: float = 1.0) -> Step:
-    """The step of `gauss_newton` that follows from the `moments` of the residual."""
-    motion = points.motion
-    main = seen.shape(motion, points.sine).conj() * seen.weights(motion)[:, None, :, None]
-    value = np.einsum("pmki,ipmk->pmk", main, sums)
-    moment = np.einsum("pmki,ipmk->pmk", main[..., :2], sums[1:])
-    gram = overlaps(seen, points)
-    total = gram[0].sum(axis=-1)
-    inverse = _inverse(total)
-    matched = value.sum(axis=-1)
-    change, won = np.zeros_like(motion), 0.0
-    turn = np.ones_like(matched)
-    if share > 0.0:
-        slopes, common = _centred(seen, motion)
-        white = replace(points, amplitude=_mixed(seen, points.amplitude))
-        change, won = _motion_step(
-            white,
-            slopes,
-            gram,
-            inverse,
-            _mixed(seen, value),
-            _mixed(seen, moment),
-            _mixed(seen, matched),
+    def __getitem__(self, which: IntArray) -> "Steps":
+        """Steps of some points, with the gains of all groups."""
+        return replace(
+            self, motion=self.motion[which], phase=self.phase[which], power=self.power[which]
         )
-        change = share * _limited(seen, change)
-        turn = np.exp(-1j * np.einsum("pmi,pi->pm", common, change))
-        matched = matched - _turn(points, slopes, gram, change)
-    added = inverse @ matched
-    won += float(np.real(np.vdot(_mixed(seen, matched), _mixed(seen, added))))
-    amplitude = (points.amplitude + added) * turn
-    power = np.sum(np.abs(_mixed(seen, amplitude)) ** 2, axis=1)
-    power = power / np.maximum(np.diag(inverse).real, 1e-300) / points.floor
-    moved = replace(points, motion=motion + change, amplitude=amplitude)
-    return Step(
-        points=replace(moved, sine=sines(seen, amplitude), power=power),
-        gain=won / float(np.min(points.floor)),
+
+
+def steps(
+    seen: Observation, points: Points, here: Replicas, sums: ComplexArray, group: IntArray
+) -> Steps:
+    """Steps of the points of each group, from the residual without all points.
+
+    Parameters
+    ----------
+    here : replicas of the points
+    sums : of the residual at the points, as of `Residual.sums`
+    group : number of each point's group, ``(point,)``
+    """
+    value, moment = (mixed(seen, part) for part in here.matched(sums))
+    slopes, common = _centred(seen, points.motion)
+    gram = products(seen, here, group)
+    total = gram[0].sum(axis=-1)
+    matched = value.sum(axis=-1)
+    derivative = 1j * mixed(seen, points.amplitude)
+    right = np.real(
+        np.einsum("pm,pmki,pmk->pi", derivative.conj(), slopes[0], value)
+        + np.einsum("pm,pmki,pmk->pi", derivative.conj(), slopes[1], moment)
     )
+    normal, cross = _normal_equations(derivative, slopes[0], slopes[1], gram, group)
+    prior = _prior(points)
+    right -= prior * points.motion
+    change = np.zeros_like(points.motion)
+    gain = np.zeros(int(np.max(group, initial=-1)) + 1)
+    power = np.sum(np.abs(derivative) ** 2, axis=1) / points.floor
+    for number, members in by_size(group):
+        first, second = members[:, :, None], members[:, None, :]
+        inverse = inverses(total[first, second])
+        white = matched[members]
+        mutual = cross[first, :, :, second].transpose(0, 1, 3, 4, 2)
+        solved = mutual @ inverse[:, None, None]
+        block = normal[first, :, second].transpose(0, 1, 3, 2, 4)
+        block = block - np.real(np.einsum("gpimr,gsjmr->gpisj", solved, mutual.conj()))
+        side = right[members] - np.real(np.einsum("gpimr,grm->gpi", solved, white))
+        step = _solved(block, side, prior[members])
+        change[members] = step
+        power[members] /= np.maximum(np.diagonal(inverse, axis1=1, axis2=2).real, 1e-300)
+        gain[number] = np.einsum("gpi,gpi->g", side, step) + _fall(inverse, white)
+    change = _limited(seen, change)
+    phase = np.einsum("pmi,pi->pm", common, change)
+    return Steps(motion=change, phase=phase, power=power, gain=gain)
 
 
-def _mixed(seen: Observation, value: ComplexArray) -> ComplexArray:
+def fitted(
+    seen: Observation, points: Points, here: Replicas, sums: ComplexArray, group: IntArray
+) -> tuple[Points, Replicas]:
+    """Points with the amplitudes that fit best, and their replicas; parameters as of `steps`."""
+    matched = here.matched(sums)[0].sum(axis=-1)
+    total = products(seen, here, group)[0].sum(axis=-1)
+    amplitude = points.amplitude.copy()
+    size = np.ones(len(points))
+    for _, members in by_size(group):
+        inverse = inverses(total[members[:, :, None], members[:, None, :]])
+        amplitude[members] += inverse @ matched[members]
+        size[members] = np.diagonal(inverse, axis1=1, axis2=2).real
+    power = np.sum(np.abs(mixed(seen, amplitude)) ** 2, axis=1)
+    power = power / np.maximum(size, 1e-300) / points.floor
+    better = replace(points, amplitude=amplitude, power=power)
+    return better, replace(here, amplitude=amplitude)
+
+
+def by_size(group: IntArray) -> list[tuple[IntArray, IntArray]]:
+    """Numbers ``(group,)`` and points ``(group, member)`` of the groups of each size."""
+    order = np.argsort(group, kind="stable")
+    number, first, size = np.unique(group[order], return_index=True, return_counts=True)
+    return [
+        (number[size == n], order[first[size == n][:, None] + np.arange(n)])
+        for n in np.unique(size)
+    ]
+
+
+def mixed(seen: Observation, value: ComplexArray) -> ComplexArray:
     """Values ``(point, channel, …)`` on channels whose noise is white."""
     return np.asarray(np.einsum("ab,pb...->pa...", seen.mixing, value))
+
+
+def inverses(gram: ComplexArray) -> ComplexArray:
+    """Inverses of Gram matrices ``(group, member, member)``, slightly regularised."""
+    scale = 1.0 / np.sqrt(np.maximum(np.diagonal(gram, axis1=1, axis2=2).real, 1e-300))
+    outer = scale[:, :, None] * scale[:, None, :]
+    return np.asarray(np.linalg.inv(gram * outer + REGULARISATION * np.eye(gram.shape[1])) * outer)
 
 
 def sines(seen: Observation, amplitude: ComplexArray) -> FloatArray:
@@ -119,54 +159,30 @@ def _centred(seen: Observation, motion: FloatArray) -> tuple[FloatArray, FloatAr
     return slopes, common
 
 
-def _inverse(gram: ComplexArray) -> ComplexArray:
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(gram).real, 1e-300))
-    normal = gram * np.outer(scale, scale)
-    normal = normal + REGULARISATION * np.eye(len(gram))
-    return np.asarray(np.linalg.inv(normal) * np.outer(scale, scale))
-
-
-def _motion_step(
-    points: Points,
-    slopes: FloatArray,
-    gram: ComplexArray,
-    inverse: ComplexArray,
-    value: ComplexArray,
-    moment: ComplexArray,
-    matched: ComplexArray,
-) -> tuple[FloatArray, float]:
-    """Change of the motions, ``(point, quantity)``, and the fall of power that it brings."""
-    phase, beat = slopes
-    count, motion_size = points.motion.shape
-    derivative = 1j * points.amplitude
-    right = np.real(
-        np.einsum("pm,pmki,pmk->pi", derivative.conj(), phase, value)
-        + np.einsum("pm,pmki,pmk->pi", derivative.conj(), beat, moment)
-    )
-    # overlaps of derivatives with each other, and with signals: the amplitudes take their share
-    by_phase = derivative[:, :, None, None] * phase
-    by_beat = derivative[:, :, None, None] * beat
-    normal = np.einsum("pmki,qmkj,pqk->piqj", by_phase.conj(), by_phase, gram[0])
-    normal += np.einsum("pmki,qmkj,pqk->piqj", by_phase.conj(), by_beat, gram[1])
-    normal += np.einsum("pmki,qmkj,pqk->piqj", by_beat.conj(), by_phase, gram[1])
-    normal += np.einsum("pmki,qmkj,pqk->piqj", by_beat.conj(), by_beat, gram[2])
-    cross = np.einsum("pmki,pqk->pimq", by_phase.conj(), gram[0])
-    cross += np.einsum("pmki,pqk->pimq", by_beat.conj(), gram[1])
-    solved = np.einsum("pimq,qr->pimr", cross, inverse)
-    normal = np.real(normal - np.einsum("pimr,sjmr->pisj", solved, cross.conj()))
-    right = right - np.real(np.einsum("pimr,rm->pi", solved, matched))
-    size = motion_size * count
-    normal = normal.reshape(size, size)
-    prior = np.zeros((count, motion_size))
-    # half the noise power: the sums above are of complex samples, of which noise has both parts
+def _prior(points: Points) -> FloatArray:
+    """Weights of the motions that are known a priori, ``(point, 4)``."""
+    prior = np.zeros_like(points.motion)
+    # half the noise power: the sums are of complex samples, of which noise has both parts
     prior[:, 2] = 0.5 * points.floor / ACCELERATION_DEVIATION**2
     prior[:, 3] = 0.5 * points.floor * (points.motion[:, 0] / TYPICAL_CROSSING_SPEED) ** 2
-    right = right.reshape(-1) - (prior * points.motion).reshape(-1)
-    normal = normal + np.diag(prior.reshape(-1))
-    unit = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-300))
-    scaled = normal * np.outer(unit, unit) + 1e-6 * np.eye(size)
-    step = unit * np.linalg.solve(scaled, unit * right)
-    return step.reshape(count, motion_size), float(right @ step)
+    return prior
+
+
+def _fall(inverse: ComplexArray, matched: ComplexArray) -> FloatArray:
+    """Fall of the power by amplitudes that fit best, ``(group,)``."""
+    return np.asarray(np.real(np.einsum("gpm,gpq,gqm->g", matched.conj(), inverse, matched)))
+
+
+def _solved(normal: FloatArray, right: FloatArray, prior: FloatArray) -> FloatArray:
+    """Solutions of normal equations ``(group, member, quantity, …)``, with unit diagonals."""
+    groups, members, quantities = right.shape
+    size = members * quantities
+    normal = normal.reshape(groups, size, size)
+    normal = normal + prior.reshape(groups, size, 1) * np.eye(size)
+    unit = 1.0 / np.sqrt(np.maximum(np.diagonal(normal, axis1=1, axis2=2), 1e-300))
+    scaled = normal * unit[:, :, None] * unit[:, None, :] + 1e-6 * np.eye(size)
+    step = np.linalg.solve(scaled, (unit * right.reshape(groups, size))[..., None])[..., 0]
+    return np.asarray((unit * step).reshape(right.shape))
 
 
 def _limited(seen: Observation, change: FloatArray) -> FloatArray:
@@ -183,11 +199,36 @@ def _limited(seen: Observation, change: FloatArray) -> FloatArray:
     return np.asarray(change / np.maximum(excess, 1.0))
 
 
-def _turn(
-    points: Points, slopes: FloatArray, gram: ComplexArray, change: FloatArray
-) -> ComplexArray:
-    """Change of the matched sums by a step of the motions, to first order, ``(point, channel)``."""
-    phase, beat = np.einsum("pi,dpmki->dpmk", change, slopes)
-    single = np.einsum("pmk,pqk->pmq", phase.conj(), gram[0])
-    single += np.einsum("pmk,pqk->pmq", beat.conj(), gram[1])
-    return np.asarray(np.einsum("pmq,pm->qm", single.conj(), 1j * points.amplitude))
+@reordered
+def _normal_equations(
+    derivative: Any, phase: Any, beat: Any, gram: Any, group: Any
+) -> Any:  # pragma: no cover - compiled
+    """Overlaps of derivatives with each other, and with signals.
+
+    They are ``(point, quantity, point, quantity)`` and ``(point, quantity, channel, point)``.
+    """
+    points, channels, ramps, quantities = phase.shape
+    normal = np.zeros((points, quantities, points, quantities))
+    cross = np.zeros((points, quantities, channels, points), dtype=np.complex128)
+    for p in range(points):
+        for q in range(points):
+            if group[p] != group[q]:
+                continue
+            for m in range(channels):
+                weight = np.conj(derivative[p, m]) * derivative[q, m]
+                for k in range(ramps):
+                    a = weight * gram[0, p, q, k]
+                    b = weight * gram[1, p, q, k]
+                    c = weight * gram[2, p, q, k]
+                    for i in range(quantities):
+                        x, y = phase[p, m, k, i], beat[p, m, k, i]
+                        by_phase = a.real * x + b.real * y
+                        by_beat = b.real * x + c.real * y
+                        for j in range(quantities):
+                            normal[p, i, q, j] += (
+                                by_phase * phase[q, m, k, j] + by_beat * beat[q, m, k, j]
+                            )
+                        cross[p, i, m, q] += np.conj(derivative[p, m]) * (
+                            x * gram[0, p, q, k] + y * gram[1, p, q, k]
+                        )
+    return normal, cross

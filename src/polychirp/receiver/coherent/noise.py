@@ -24,6 +24,9 @@ LEAST_VALUES = 128
 """Least number of values, over cells and channels, from which a level is taken; chosen: noise makes
 differences of some 15 % then."""
 
+LEVELS_PER_WIDTH = 4
+"""Number of levels in the width over which each is a median; chosen: bursts are wider."""
+
 LEAST_EXCESS = 2.0
 """Level of a ramp over the median from which it counts less; chosen: 6 deviations in noise."""
 
@@ -39,18 +42,11 @@ def ramp_weights(seen: Observation, residual: ComplexArray) -> FloatArray:
 
     Returns
     -------
-    ``(ramp, bin)``, for the frequencies of a transform of `Observation.num_bins`
+    ``(ramp, bin)``; the bins divide the sample rate evenly
     """
-    from scipy.ndimage import median_filter
-
-    slope, times = seen.model.schedule.slope, seen.model.times
-    window = hann_weights(seen.present)
-    power = np.sum(np.abs(np.fft.fft(residual * window, seen.num_bins, axis=-1)) ** 2, axis=0)
-    power /= np.maximum(np.sum(window**2, axis=-1, keepdims=True), np.finfo(np.float64).tiny)
-    cells = max(LEAST_CELLS, LEAST_VALUES / len(residual))
-    width = round(cells * seen.num_bins / float(np.median(times.num_samples)))
-    level = np.fft.fftshift(median_filter(power, (1, width), mode="wrap"), axes=-1)
-    frequency = np.fft.fftshift(np.fft.fftfreq(seen.num_bins))
+    slope = seen.model.schedule.slope
+    level = _levels(seen, residual)
+    frequency = np.fft.fftshift(np.fft.fftfreq(level.shape[1]))
     weight = np.ones_like(level)
     for direction in (1.0, -1.0):
         ramps = np.flatnonzero((np.sign(slope) == direction) & (seen.count > 0))
@@ -59,6 +55,26 @@ def ramp_weights(seen: Observation, residual: ComplexArray) -> FloatArray:
             excess = level[ramps] / np.maximum(usual, np.finfo(np.float64).tiny)
             weight[ramps] = np.where(excess > LEAST_EXCESS, 1.0 / np.fmax(excess, 1.0), 1.0)
     return np.asarray(np.fft.ifftshift(weight, axes=-1))
+
+
+def _levels(seen: Observation, residual: ComplexArray) -> FloatArray:
+    """Median power of every ramp near frequencies from the lowest to the highest, ``(ramp, bin)``.
+
+    There are `LEVELS_PER_WIDTH` bins in each width over which the median is taken.
+    """
+    from scipy.fft import fft
+
+    window = hann_weights(seen.present)
+    spectrum = fft((residual * window).astype(np.complex64), axis=-1)
+    power = np.sum(spectrum.real**2 + spectrum.imag**2, axis=0, dtype=np.float64)
+    power /= np.maximum(np.sum(window**2, axis=-1, keepdims=True), np.finfo(np.float64).tiny)
+    size = power.shape[1]
+    cells = max(LEAST_CELLS, LEAST_VALUES / len(residual))
+    width = round(cells * size / float(np.median(seen.model.times.num_samples)))
+    bins = max(1, LEVELS_PER_WIDTH * size // width)
+    middle = np.rint(np.fft.fftshift(np.fft.fftfreq(bins)) * size).astype(np.int64)
+    near = (middle[:, None] + np.arange(width) - width // 2) % size
+    return np.asarray(np.median(power[:, near], axis=-1))
 
 
 def _usual(level: FloatArray, frequency: FloatArray, stretch: FloatArray) -> FloatArray:

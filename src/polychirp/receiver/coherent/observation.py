@@ -64,6 +64,11 @@ class Observation:
         return np.asarray(times.first + 0.5 * (times.num_samples - 1) / times.rate)
 
     @property
+    def reach(self) -> FloatArray:
+        """Half the length of every ramp's sampling window, s, ``(ramp,)``."""
+        return np.asarray(0.5 * self.model.times.num_samples / self.model.times.rate)
+
+    @property
     def frequency(self) -> FloatArray:
         """Transmitted frequency in the middle of every ramp's sampling window, Hz, ``(ramp,)``."""
         schedule = self.model.schedule

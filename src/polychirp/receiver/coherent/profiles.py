@@ -9,14 +9,12 @@ from numpy.typing import NDArray
 from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.receiver.coherent.observation import Observation
+from polychirp.receiver.coherent.spectra import Spectra
 from polychirp.receiver.signal_model.grid import Grid
 
 STEPS_PER_RANGE = 2
 """Steps of the profiles per range of the map; chosen: at four steps per range cell, the nearest
 step loses 0.2 dB at most."""
-
-BINS_PER_SAMPLE = 4
-"""Length of a ramp's Fourier transform over its number of samples; chosen for the interpolation."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -41,17 +39,25 @@ class Profiles:
     first: int
 
     @classmethod
-    def of(cls, seen: Observation, residual: ComplexArray, axes: Grid) -> Self:
-        """Profiles of ``residual`` ``(channel, ramp, fast)`` wherever points of the map stand."""
+    def of(cls, seen: Observation, spectra: Spectra, axes: Grid) -> Self:
+        """Profiles wherever points of the map stand."""
         step = axes.range_step / STEPS_PER_RANGE
         ends = np.rint(_shifts(seen, axes.range_rate[[0, -1]]) / step).astype(np.int64)
         first = int(ends.min())
         size = int(ends.max()) - first + STEPS_PER_RANGE * axes.range.size
         ranges = axes.range[0] + step * (first + np.arange(size))
-        beat = 2.0 / SPEED_OF_LIGHT * ranges[:, None] * seen.model.schedule.slope
-        share = seen.weight_at(beat).T.astype(np.float32)
+        delay = 2.0 / SPEED_OF_LIGHT * ranges
+        slope = seen.model.schedule.slope[:, None]
+        beat = slope * delay
+        share = seen.weight_at(beat.T).T.astype(np.float32)
+        cycles = (seen.frequency - seen.frequency.mean())[:, None] * delay - 0.5 * beat * delay
+        phase = -2.0 * np.pi * (cycles % 1.0)
+        if seen.model.high_pass is not None:
+            phase = phase - np.angle(seen.model.high_pass.response(beat))
+        value = spectra.at(seen, beat)
+        value *= (share * np.exp(1j * phase)).astype(np.complex64)
         return cls(
-            value=_transforms(seen, residual, ranges) * share,
+            value=value,
             weight=share * seen.count[:, None].astype(np.float32),
             axes=axes,
             first=first,
@@ -88,40 +94,3 @@ def _shifts(seen: Observation, range_rate: FloatArray) -> FloatArray:
     """Range of a point on each ramp's profile less its range in mid-frame, ``(rate, ramp)``."""
     slope = seen.model.schedule.slope
     return range_rate[:, None] * (seen.middle - seen.model.time + seen.frequency / slope)
-
-
-def _transforms(
-    seen: Observation, residual: ComplexArray, ranges: FloatArray
-) -> NDArray[np.complex64]:
-    """Range transforms at ``ranges``, ``(channel, ramp, range)``."""
-    from scipy.fft import fft, next_fast_len
-
-    times, slope = seen.model.times, seen.model.schedule.slope
-    channels, ramps, fast = residual.shape
-    size = next_fast_len(BINS_PER_SAMPLE * fast)
-    out = np.empty((channels, ramps, ranges.size), dtype=np.complex64)
-    buffer = np.zeros((channels, size), dtype=np.complex64)
-    delay = 2.0 * ranges / SPEED_OF_LIGHT
-    for k in range(ramps):
-        count = int(times.num_samples[k])
-        half = (count - 1) // 2
-        buffer[:] = 0.0
-        buffer[:, : count - half] = residual[:, k, half:count]
-        buffer[:, size - half :] = residual[:, k, :half]
-        spectrum = fft(buffer, axis=1)
-        beat = slope[k] * delay
-        place = (beat * size / times.rate) % size
-        low = place.astype(np.int64) % size
-        share = (place - np.floor(place)).astype(np.float32)
-        value = spectrum[:, low] * (1 - share) + spectrum[:, (low + 1) % size] * share
-        offset = 0.5 * (count - 1) - half  # the middle of the window lies between two samples
-        cycles = (
-            (seen.frequency[k] - seen.frequency.mean()) * delay
-            - 0.5 * slope[k] * delay**2
-            - beat * offset / times.rate
-        )
-        phase = -2.0 * np.pi * (cycles % 1.0)
-        if seen.model.high_pass is not None:
-            phase = phase - np.angle(seen.model.high_pass.response(beat))
-        out[:, k] = value * np.exp(1j * phase)
-    return out

@@ -4,12 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from polychirp.axes import BoolArray, ComplexArray, FloatArray
-from polychirp.receiver.coherent.least_squares import step_from
+from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
+from polychirp.receiver.coherent.least_squares import Steps, fitted, mixed, sines, steps
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.overlap import LEAST_COUPLING, couplings, groups_of
-from polychirp.receiver.coherent.points import Points, without
-from polychirp.receiver.coherent.signals import moments
+from polychirp.receiver.coherent.points import Points
+from polychirp.receiver.coherent.replicas import Replicas, sums_of
+from polychirp.receiver.coherent.residual import Residual, unlike
 
 LEAST_GAIN = 0.5
 """Fall of the residual's power, in units of a point's floor, for which a step is worth taking;
@@ -18,10 +19,21 @@ chosen: noise makes differences of 1."""
 SHARES_OF_A_STEP = (1.0, 0.5, 0.2, 0.0)
 """Shares of a step that are tried until one lowers the residual; the last fits amplitudes alone."""
 
+MOST_SUBTRACTIONS = 3
+"""Greatest number of exact residuals that `settled` takes; chosen: steps between two of them are
+right to some per cent."""
+
+SWEEPS_OF_ALL = 4
+"""Greatest number of sweeps over all points between two exact residuals; chosen."""
+
+ERROR_OF_SUMS = 0.01
+"""Greatest error of powers from approximate sums, as a share of the strongest point that
+changes; chosen: below it, an exact residual is taken."""
+
 LEAST_REDUNDANCY = 0.3
 """Correlation with a stronger point from which a point may be redundant; chosen."""
 
-LEAST_LOBE = 2.0
+LEAST_LOBE = 3.0
 """Power of a lobe beside a point, over its mean in noise, from which a second point is tried;
 chosen."""
 
@@ -33,135 +45,221 @@ SWEEPS_WITHOUT_A_POINT = 4
 have ended by then."""
 
 
-def relaxed(
+def settled(
     seen: Observation,
-    residual: ComplexArray,
     points: Points,
     *,
-    sweeps: int,
-) -> tuple[Points, ComplexArray]:
-    """Points after at most ``sweeps`` over all groups, and the residual.
-
-    Every group sees the residual that the groups before it have left. A step that would not lower
-    the residual's power is not taken, so that the fit never becomes worse; the sweeps end when no
-    step is worth taking.
-    """
-    for _ in range(sweeps):
-        any_moved = False
-        for group in groups_of(seen, points):
-            before = points[group]
-            sums = moments(residual, seen.present, seen.phases(before.motion), seen.model.times)
-            step = step_from(seen, before, sums)
-            if step.gain < LEAST_GAIN:
-                points = points.replaced(group, replace(before, power=step.points.power))
-                continue
-            better = _better(seen, residual, before, sums)
-            if better is not None:
-                points, residual, any_moved = points.replaced(group, better[0]), better[1], True
+    sweeps: int = SWEEPS_OF_ALL,
+    least_gain: float = LEAST_GAIN,
+) -> tuple[Points, Residual]:
+    """Points fitted to the samples, and the exact residual; no fit raises its power."""
+    residual = Residual.of(seen, points)
+    for _ in range(MOST_SUBTRACTIONS):
+        moved, any_moved = relaxed(seen, residual, points, sweeps=sweeps, least_gain=least_gain)
         if not any_moved:
+            return moved, residual
+        after = Residual.of(seen, moved)
+        if after.energy >= residual.energy:
             break
+        points, residual = moved, after
     return points, residual
 
 
-def _better(
-    seen: Observation, residual: ComplexArray, before: Points, sums: ComplexArray
-) -> tuple[Points, ComplexArray] | None:
-    """Points after the longest step that lowers the residual, and it; None if there is none.
+def relaxed(
+    seen: Observation,
+    residual: Residual,
+    points: Points,
+    *,
+    sweeps: int,
+    free: IntArray | None = None,
+    least_gain: float = LEAST_GAIN,
+) -> tuple[Points, bool]:
+    """Points after at most ``sweeps`` steps of all groups, and if any has moved.
 
-    ``sums`` are the `moments` of the residual for the points ``before``.
+    A step that would not lower the power of what the group leaves is not taken; the sweeps end when
+    no step is worth taking. The residual is that of other points, which may be near these ones.
+
+    Parameters
+    ----------
+    free : numbers of the points that may move; None for all
+    least_gain : fall of the power, in units of a point's floor, for which a step is taken
     """
-    for share in SHARES_OF_A_STEP:
-        points = step_from(seen, before, sums, share=share).points
-        after = without(seen, residual, before.negated + points)
-        if _rise(seen, residual, after, before) < 0:
-            return points, after
-    return None
+    free = np.arange(len(points)) if free is None else free
+    any_moved = False
+    every = Replicas.of(seen, points)
+    group = groups_of(seen, every[free])
+    for _ in range(sweeps):
+        own, here = points[free], every[free]
+        sums = residual.sums(seen, here, every)
+        step = steps(seen, own, here, sums, group)
+        own = replace(own, power=step.power)
+        least = np.full(step.gain.size, np.inf)
+        np.minimum.at(least, group, least_gain * own.floor)
+        fallen = np.zeros(step.gain.size)
+        for share in SHARES_OF_A_STEP:
+            which = np.flatnonzero(((step.gain >= least) & (fallen == 0.0))[group])
+            if not which.size:
+                break
+            moved, fall = _tried(
+                seen,
+                residual,
+                every,
+                here[which],
+                sums[:, which],
+                own[which],
+                step[which],
+                share,
+                group[which],
+            )
+            is_better = fall[group[which]] > 0.0
+            own = own.replaced(which[is_better], moved[is_better])
+            fallen[: fall.size] += np.maximum(fall, 0.0)
+        own = replace(own, sine=sines(seen, own.amplitude))
+        points = points.replaced(free, own)
+        any_moved = any_moved or bool(np.any(fallen > 0.0))
+        is_left = (fallen >= least)[group]  # the others stand still until they are tried again
+        if not np.any(is_left):
+            break
+        every = every.replaced(free, Replicas.of(seen, own))
+        free, group = free[is_left], group[is_left]
+    return points, any_moved
+
+
+def _tried(
+    seen: Observation,
+    residual: Residual,
+    every: Replicas,
+    here: Replicas,
+    sums: ComplexArray,
+    own: Points,
+    step: Steps,
+    share: float,
+    group: IntArray,
+) -> tuple[Points, FloatArray]:
+    r"""Points after a share of their step, and the fall of the power that each group leaves.
+
+    Other groups are taken to stand still. With a residual r and a change δ of a group's signals the
+    power rises by :math:`|r - \delta|^2 - |r|^2 = -\mathrm{Re}\langle\delta, r + (r -
+    \delta)\rangle`.
+    """
+    moved = replace(
+        own,
+        motion=own.motion + share * step.motion,
+        amplitude=own.amplitude * np.exp(-1j * share * step.phase),
+    )
+    there = Replicas.of(seen, moved)
+    before = residual.sums(seen, there, every)
+    change = sums_of(seen, here + there.negated, there, np.tile(group, 2), group)
+    moved, there = fitted(seen, moved, there, before + change, group)
+    twice = np.tile(group, 2)
+    change = sums_of(seen, here + there.negated, there + here, twice, twice)
+    after = 2.0 * np.concatenate([before, sums], axis=1) + change
+    won = correlations(seen, there + here.negated, after)
+    return moved, np.asarray(np.bincount(twice, won), dtype=np.float64)
+
+
+def correlations(seen: Observation, points: Replicas, sums: ComplexArray) -> FloatArray:
+    """Real parts of the products of points' signals with others, V², ``(point,)``.
+
+    Parameters
+    ----------
+    sums : of the others at the points, as of `Residual.sums`
+    """
+    matched = mixed(seen, points.matched(sums)[0].sum(axis=-1))
+    own = mixed(seen, points.amplitude)
+    return np.asarray(np.einsum("pm,pm->p", own.conj(), matched).real)
 
 
 def divided(
-    seen: Observation, residual: ComplexArray, points: Points, threshold: float
-) -> tuple[Points, ComplexArray]:
+    seen: Observation, residual: Residual, points: Points, threshold: float
+) -> tuple[Points, Residual]:
     """Points, two in place of one where these leave less by ``threshold`` floors or more.
 
     Two points nearer than a cell leave lobes on either side of the one that is fitted to both, each
     of which may be below the threshold of the map.
     """
+    lobes, is_strong = _lobes(seen, residual, points)
+    every = Replicas.of(seen, points)
     for n in np.argsort(-points.strength):
-        fresh = _lobe(seen, residual, points[np.array([n])])
-        if fresh is None:
+        if not is_strong[n]:
             continue
-        near = np.flatnonzero(couplings(seen, points)[n] > LEAST_COUPLING)
-        group, left = relaxed(
-            seen, without(seen, residual, fresh), points[near] + fresh, sweeps=SWEEPS_OF_A_PAIR
-        )
-        if _rise(seen, left, residual, points[near]) >= threshold * points.floor[n]:
-            moved = np.arange(len(near))
-            points = points.replaced(near, group[moved]) + group[np.array([len(near)])]
-            residual = left
+        near = np.flatnonzero(couplings(seen, every[[n]], every)[0] > LEAST_COUPLING)
+        both = points + lobes[np.array([n])]
+        free = np.append(near, len(points))
+        tried, _ = relaxed(seen, residual, both, sweeps=SWEEPS_OF_A_PAIR, free=free)
+        least = threshold * points.floor[n]
+        if _may_fall(seen, residual, tried, least):
+            after = residual.after(seen, tried)
+            if residual.energy - after.energy >= least:
+                points, residual = tried, after
+                every = Replicas.of(seen, points)
     return points, residual
 
 
-def _lobe(seen: Observation, residual: ComplexArray, one: Points) -> Points | None:
-    """Start of a second point where the residual within a cell of one point is strongest.
+def _may_fall(seen: Observation, residual: Residual, after: Points, least: float) -> bool:
+    """True if the residual's power may fall by ``least`` if other points are subtracted."""
+    gone, come = unlike(residual.subtracted, Replicas.of(seen, after))
+    old, new = residual.subtracted[gone], Replicas.of(seen, after[come])
+    change = new + old.negated
+    sums = 2.0 * residual.sums(seen, change) - sums_of(seen, change, change)
+    fall = float(np.sum(correlations(seen, change, sums)))
+    strength = np.append(residual.points.strength[gone], after.strength[come])
+    return fall + ERROR_OF_SUMS * float(np.max(strength, initial=0.0)) >= least
 
-    None is returned if the residual is no stronger there than noise is.
+
+def _lobes(seen: Observation, residual: Residual, points: Points) -> tuple[Points, BoolArray]:
+    """Starts of second points where the residual within a cell of each point is strongest.
+
+    The mask holds those where it is stronger than noise.
     """
-    steps = np.linspace(-2.0, 2.0, 5)
-    offsets = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
-    motion = np.repeat(one.motion, len(offsets), axis=0)
-    motion[:, :2] += offsets * [0.5 * seen.range_cell, 0.5 * seen.range_rate_cell]
-    places = replace(one[np.zeros(len(offsets), dtype=np.int64)], motion=motion)
-    sums = moments(residual, seen.present, seen.phases(motion), seen.model.times)
-    shape = seen.shape(motion, places.sine).conj() * seen.weights(motion)[:, None, :, None]
-    size = seen.weights(motion) @ seen.count
-    matched = np.einsum("pmki,ipmk->pm", shape, sums) / size[:, None]
-    power = np.sum(np.abs(matched @ seen.mixing.T) ** 2, axis=1) * size / one.floor[0]
-    best = np.array([np.argmax(power)])
-    if power[best[0]] < LEAST_LOBE * matched.shape[1]:
-        return None
-    return replace(places, amplitude=matched)[best]
+    grid = np.linspace(-2.0, 2.0, 5)
+    offsets = np.stack(np.meshgrid(grid, grid), axis=-1).reshape(-1, 2)
+    offsets = offsets * [0.5 * seen.range_cell, 0.5 * seen.range_rate_cell]
+    best = np.zeros(len(points))
+    lobes = points
+    for offset in offsets:
+        motion = points.motion + np.append(offset, [0.0, 0.0])
+        places = replace(points, motion=motion)
+        here = Replicas.of(seen, places)
+        size = here.weight @ seen.count
+        matched = here.matched(residual.sums(seen, here))[0].sum(axis=-1) / size[:, None]
+        power = np.sum(np.abs(matched @ seen.mixing.T) ** 2, axis=1) * size / points.floor
+        better = np.flatnonzero(power > best)
+        best[better] = power[better]
+        lobes = lobes.replaced(better, replace(places, amplitude=matched)[better])
+    return lobes, best >= LEAST_LOBE * points.amplitude.shape[1]
 
 
 def overlaps_another(seen: Observation, points: Points) -> BoolArray:
     """Mask of the points that overlap much with another, ``(point,)``."""
-    coupling = couplings(seen, points) - np.eye(len(points))
+    every = Replicas.of(seen, points)
+    coupling = couplings(seen, every, every) - np.eye(len(points))
     return np.asarray(np.any(coupling > LEAST_REDUNDANCY, axis=1), dtype=np.bool_)
 
 
 def pruned(
-    seen: Observation, residual: ComplexArray, points: Points, threshold: float
-) -> tuple[Points, ComplexArray]:
+    seen: Observation, residual: Residual, points: Points, threshold: float
+) -> tuple[Points, Residual]:
     """Points without those that the others replace at no loss, once these are fitted again.
 
     A fit that stood still beside its optimum leaves a residue, which was taken for a point. A loss
     below ``threshold``, in units of a point's floor, is none.
     """
-    is_kept = np.ones(len(points), dtype=bool)
-    coupling = couplings(seen, points)
-    for weakest in np.argsort(points.strength):
+    kept = np.arange(len(points))
+    every = Replicas.of(seen, points)
+    coupling = couplings(seen, every, every)
+    order = np.argsort(points.strength)
+    for weakest in order:
+        others = kept[kept != weakest]
         strength = points.strength
-        is_stronger = is_kept & (strength > strength[weakest])
-        if not np.any(coupling[weakest, is_stronger] > LEAST_REDUNDANCY):
+        is_stronger = strength[others] > strength[weakest]
+        if not np.any(coupling[weakest, others[is_stronger]] > LEAST_REDUNDANCY):
             continue
-        is_near = is_kept & (coupling[weakest] > LEAST_COUPLING)
-        is_near[weakest] = False
-        near = np.flatnonzero(is_near)
-        added = without(seen, residual, points[np.array([weakest])].negated)
-        others, alone = relaxed(seen, added, points[near], sweeps=SWEEPS_WITHOUT_A_POINT)
-        loss = _rise(seen, residual, alone, points[np.array([weakest])])
-        if loss < threshold * points.floor[weakest]:
-            is_kept[weakest] = False
-            points, residual = points.replaced(near, others), alone
-    return points[is_kept], residual
-
-
-def _rise(seen: Observation, before: ComplexArray, after: ComplexArray, points: Points) -> float:
-    """Rise of the power of all samples, where noise is white, by a change of ``points``."""
-    weight = np.mean(seen.weights(points.motion), axis=0)
-    return float(weight @ (_energies(seen, after) - _energies(seen, before)))
-
-
-def _energies(seen: Observation, residual: ComplexArray) -> FloatArray:
-    """Sum of the powers of all samples of every ramp, of white channels, ``(ramp,)``."""
-    parts = np.tensordot(seen.mixing, residual, 1).view(np.float64)
-    return np.asarray(np.einsum("mkn,mkn->k", parts, parts))
+        free = np.flatnonzero(coupling[weakest, others] > LEAST_COUPLING)
+        alone, _ = relaxed(seen, residual, points[others], sweeps=SWEEPS_WITHOUT_A_POINT, free=free)
+        least = -threshold * points.floor[weakest]
+        if _may_fall(seen, residual, alone, least):
+            after = residual.after(seen, alone)
+            if residual.energy - after.energy > least:
+                points, kept, residual = points.replaced(others, alone), others, after
+    return points[kept], residual

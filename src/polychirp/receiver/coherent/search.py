@@ -7,26 +7,28 @@ each set of new points all points are fitted again, and the map of what they lea
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
+from polychirp.axes import BoolArray, FloatArray, IntArray
 from polychirp.receiver.coherent.acceleration import accelerated
 from polychirp.receiver.coherent.agreement import Agreement
-from polychirp.receiver.coherent.coherent_map import channel_covariance, coherent_map
+from polychirp.receiver.coherent.coherent_map import CoherentMap, channel_covariance, coherent_map
 from polychirp.receiver.coherent.false_alarms import threshold_of
-from polychirp.receiver.coherent.least_squares import gauss_newton
+from polychirp.receiver.coherent.least_squares import fitted, sines
 from polychirp.receiver.coherent.noise import ramp_weights, whitening
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.overlap import LEAST_COUPLING, couplings, groups_of
 from polychirp.receiver.coherent.peaks import Peaks, floors, peaks
-from polychirp.receiver.coherent.points import Points, without
+from polychirp.receiver.coherent.points import Points
 from polychirp.receiver.coherent.profiles import Profiles
 from polychirp.receiver.coherent.refinement import (
     divided,
     overlaps_another,
     pruned,
     relaxed,
+    settled,
 )
+from polychirp.receiver.coherent.replicas import Replicas
+from polychirp.receiver.coherent.residual import Residual
 from polychirp.receiver.signal_model.grid import Grid
 
 MOST_AT_ONCE = 20
@@ -42,6 +44,10 @@ FALSE_PAIR_PROBABILITY = 1e-5
 """Probability, per resolution cell, with which noise makes a second point beside one; chosen: fewer
 cells are tried than in the map, so that less is needed."""
 
+GAIN_OF_NEW_POINTS = 5.0
+"""Fall of the residual's power, in units of a floor, for which a step is taken between two maps;
+chosen: below what makes a peak."""
+
 SHARED_BEATS = 0.2
 """Share of the ramps on which a peak may have the beats of a stronger new one; chosen: peaks of one
 point's up-beats alone have one half of the ramps in common with it."""
@@ -49,7 +55,7 @@ point's up-beats alone have one half of the ramps in common with it."""
 CLOSE_BEATS = 3.0
 """Difference of two beats, in resolutions of a ramp, below which they count as the same; chosen."""
 
-SWEEPS_OF_NEW_POINTS, SWEEPS_OF_ALL, LAST_SWEEPS = 12, 2, 6
+SWEEPS_OF_NEW_POINTS, LAST_SWEEPS = 12, 6
 """Greatest numbers of sweeps of fits; chosen: they end before where steps are not worth taking."""
 
 
@@ -71,30 +77,29 @@ def find_points(
     most : number of points at which the search ends
     """
     channels = seen.samples.shape[0]
-    points, residual, top = Points.none(channels), seen.samples, 0.0
+    points, top = Points.none(channels), 0.0
     if not np.any(seen.present):
         return points, seen
+    residual = Residual.of(seen, points)
     is_tried = np.zeros((axes.range_rate.size, axes.range.size), dtype=bool)
     while True:
         seen, profiles = adapted(seen, residual, axes)
         seen_map = coherent_map(seen, profiles)
-        floor = floors(seen_map.power, channels)
-        points = with_floors(points, floor, axes)
+        points = with_floors(points, seen_map, axes)
         points, residual = strong(seen, residual, points, threshold)
         top = max(top, float(seen_map.power.max()), float(np.max(points.strength, initial=0.0)))
-        found = peaks(seen_map, floor, axes, threshold)
+        found = peaks(seen_map, axes, threshold)
         is_new = ~is_tried[tuple(found.cell.T)] & (found.power * dynamic_range >= top)
         if not np.any(is_new) or len(points) >= most:
             break
         found = found[is_new]
         fresh = smeared_points(seen, residual, found, is_tried, threshold)
-        if not len(fresh):
-            fresh = plain_points(seen, residual, found, is_tried, threshold)
+        fresh = plain_points(seen, residual, found, fresh, is_tried, threshold)
         if len(fresh):
             points, residual = added(seen, residual, points, fresh)
         elif not np.any(found.is_point):
             break
-    points, residual = relaxed(seen, residual, points, sweeps=LAST_SWEEPS)
+    points, residual = settled(seen, points, sweeps=LAST_SWEEPS)
     least = threshold_of(FALSE_PAIR_PROBABILITY, num_channels=channels)
     points, residual = divided(seen, residual, points, least)
     points, residual = pruned(seen, residual, points, min(least, threshold))
@@ -102,40 +107,52 @@ def find_points(
     return points[points.power >= needed], seen
 
 
-def adapted(seen: Observation, residual: ComplexArray, axes: Grid) -> tuple[Observation, Profiles]:
+def adapted(seen: Observation, residual: Residual, axes: Grid) -> tuple[Observation, Profiles]:
     """The observation with the noise that the residual shows, and its profiles in white noise."""
-    seen = replace(seen, weight=ramp_weights(seen, residual))
-    profiles = Profiles.of(seen, residual, axes)
+    seen = replace(seen, weight=ramp_weights(seen, residual.samples))
+    profiles = Profiles.of(seen, residual.spectra, axes)
     mixing = whitening(channel_covariance(seen, profiles))
     return replace(seen, mixing=mixing), profiles.mixed(mixing)
 
 
-def with_floors(points: Points, floor: NDArray[np.float32], axes: Grid) -> Points:
+def with_floors(points: Points, seen_map: CoherentMap, axes: Grid) -> Points:
     """Points with the floors of the cells in which they are."""
     row = np.rint((points.motion[:, 1] - axes.range_rate[0]) / axes.range_rate_step)
     column = np.rint((points.motion[:, 0] - axes.range[0]) / axes.range_step)
-    cell = tuple(
-        np.clip(place, 0, size - 1).astype(np.int64)
-        for place, size in zip((row, column), floor.shape, strict=True)
-    )
-    own = floor[cell].astype(np.float64)
+    last = np.array(seen_map.power.shape) - 1
+    cell = np.clip(np.stack([row, column], axis=1), 0, last).astype(np.int64)
+    own = floors(seen_map, cell)
     return replace(points, floor=own, power=points.power * points.floor / own)
 
 
 def plain_points(
-    seen: Observation, residual: ComplexArray, found: Peaks, is_tried: BoolArray, threshold: float
+    seen: Observation,
+    residual: Residual,
+    found: Peaks,
+    others: Points,
+    is_tried: BoolArray,
+    threshold: float,
 ) -> Points:
-    """New points at the peaks that show points; ``is_tried`` is set at all that are tried."""
+    """The new points ``others``, and those at peaks that show points and have no beats of theirs.
+
+    ``is_tried`` is set at all peaks that are tried.
+    """
     found = found[found.is_point]
-    tried = found[distinct(seen, found.range, found.range_rate, found.power)]
+    chosen = distinct(
+        seen,
+        np.append(others.motion[:, 0], found.range),
+        np.append(others.motion[:, 1], found.range_rate),
+        np.append(others.strength, found.power),
+    )
+    tried = found[chosen[chosen >= len(others)] - len(others)]
     mark(is_tried, tried)
     fresh = starts(seen, residual, tried)
     shown = Agreement.at(seen, residual, fresh)
-    return fresh[shown.shows_points(fresh.floor, threshold)]
+    return others + fresh[shown.shows_points(fresh.floor, threshold)]
 
 
 def smeared_points(
-    seen: Observation, residual: ComplexArray, found: Peaks, is_tried: BoolArray, threshold: float
+    seen: Observation, residual: Residual, found: Peaks, is_tried: BoolArray, threshold: float
 ) -> Points:
     """New points at the strongest peaks if the very strongest shows none.
 
@@ -162,13 +179,17 @@ def mark(is_tried: BoolArray, found: Peaks) -> None:
 
 
 def strong(
-    seen: Observation, residual: ComplexArray, points: Points, threshold: float
-) -> tuple[Points, ComplexArray]:
-    """The points above the threshold, and the residual to which the others are added again."""
+    seen: Observation, residual: Residual, points: Points, threshold: float
+) -> tuple[Points, Residual]:
+    """The points above the threshold, and the residual to which the others are added again.
+
+    The weights of the residual are those of the observation.
+    """
     is_weak = points.power < threshold
-    if np.any(is_weak):
-        residual = without(seen, residual, points[is_weak].negated)
-    return points[~is_weak], residual
+    if not np.any(is_weak):
+        return points, residual.weighted(seen)
+    points = points[~is_weak]
+    return points, Residual.of(seen, points)
 
 
 def distinct(
@@ -188,7 +209,7 @@ def distinct(
     return order[np.array(taken[:MOST_AT_ONCE], dtype=np.int64)]
 
 
-def starts(seen: Observation, residual: ComplexArray, found: Peaks) -> Points:
+def starts(seen: Observation, residual: Residual, found: Peaks) -> Points:
     """Points at the peaks, accelerated where this helps, with the amplitudes that fit there."""
     zero = np.zeros(found.range.size)
     points = Points(
@@ -199,19 +220,23 @@ def starts(seen: Observation, residual: ComplexArray, found: Peaks) -> Points:
         power=zero,
     )
     points = accelerated(seen, residual, points)
-    for group in groups_of(seen, points):
-        fitted = gauss_newton(seen, residual, points[group], share=0.0)
-        points = points.replaced(group, fitted.points)
-    return points
+    here = Replicas.of(seen, points)
+    points, _ = fitted(seen, points, here, residual.sums(seen, here), groups_of(seen, here))
+    return replace(points, sine=sines(seen, points.amplitude))
 
 
 def added(
-    seen: Observation, residual: ComplexArray, points: Points, fresh: Points
-) -> tuple[Points, ComplexArray]:
+    seen: Observation, residual: Residual, points: Points, fresh: Points
+) -> tuple[Points, Residual]:
     """All points, fitted again: first the new ones with their neighbours, then all."""
     every = points + fresh
-    residual = without(seen, residual, fresh)
-    coupling = couplings(seen, every)[len(points) :]
+    replicas = Replicas.of(seen, every)
+    coupling = couplings(seen, replicas[len(points) :], replicas)
     near = np.flatnonzero(np.max(coupling, axis=0) > LEAST_COUPLING)
-    moved, residual = relaxed(seen, residual, every[near], sweeps=SWEEPS_OF_NEW_POINTS)
-    return relaxed(seen, residual, every.replaced(near, moved), sweeps=SWEEPS_OF_ALL)
+    every, _ = relaxed(
+        seen, residual, every, sweeps=SWEEPS_OF_NEW_POINTS, free=near, least_gain=GAIN_OF_NEW_POINTS
+    )
+    every, after = settled(seen, every, least_gain=GAIN_OF_NEW_POINTS)
+    if after.energy >= residual.energy:
+        return points, residual
+    return every, after

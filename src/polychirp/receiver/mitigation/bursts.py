@@ -15,6 +15,11 @@ from polychirp.receiver.mitigation.prediction import prediction_error, rms
 from polychirp.spec import Spec
 from polychirp.units import Between, Seconds
 
+GUARD_SAMPLES = 8.0
+"""Default guard of a burst, sample intervals. Chosen: at the paper's sample rate of 1 MS/s it is
+8 µs, the half length of the default IF filter's response, 7.1 µs, in whole samples. A converter's
+rate grows with the IF bandwidth, and the response's duration falls with it."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BurstDetector(Spec):
@@ -37,18 +42,19 @@ class BurstDetector(Spec):
     Parameters
     ----------
     factor : ratio to the ramp's median amplitude or median error, above which a sample is hit
-    guard : s, before and after a sample above that limit
+    guard : s, before and after a sample above that limit; None for `GUARD_SAMPLES` intervals of
+        the converter's samples
     whitening : number of samples from which each one is predicted; 0: amplitudes alone decide
     """
 
     factor: float = 3.0
-    guard: Seconds = 8e-6
+    guard: Seconds | None = None
     whitening: Annotated[int, Between(greatest=1024)] = 8
 
     def __post_init__(self) -> None:
         if not self.factor > 1.0:
             raise InputError("a mitigation's factor must be above 1, or it hits every sample")
-        if self.guard < 0:
+        if self.guard is not None and self.guard < 0:
             raise InputError("a mitigation's guard cannot be negative")
         if self.whitening < 0:
             raise InputError("a mitigation's whitening cannot be negative; 0 is none")
@@ -62,10 +68,19 @@ class BurstDetector(Spec):
                 error[k, :length] = prediction_error(frame.samples[:, k, :length], self.whitening)
             above |= self._stands_out(error, frame.times.is_sample)
         # a guard longer than the ramp hits the whole ramp, so that its reach is limited to the ramp
-        reach = round(min(self.guard * frame.times.rate, above.shape[1]))
+        rate = frame.times.rate
+        reach = round(min(self.guard_time(rate) * rate, above.shape[1]))
         count = np.cumsum(np.pad(above, ((0, 0), (reach + 1, reach))), axis=-1)
         near = count[:, 2 * reach + 1 :] - count[:, : -2 * reach - 1] > 0
         return np.asarray(near & frame.times.is_sample)
+
+    def guard_time(self, sample_rate: float) -> float:
+        """The guard, s, if the converter takes ``sample_rate`` samples per second.
+
+        >>> BurstDetector().guard_time(20e6)
+        4e-07
+        """
+        return GUARD_SAMPLES / sample_rate if self.guard is None else self.guard
 
     def _stands_out(self, amplitude: FloatArray, present: BoolArray) -> BoolArray:
         """Mask of the samples above ``factor`` times their ramp's median, ``(ramp, fast)``."""

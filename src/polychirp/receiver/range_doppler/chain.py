@@ -6,13 +6,13 @@ from typing import Literal
 import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray
-from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.spectra import RangeRateSpectra
-from polychirp.receiver.angle.doa import azimuths
+from polychirp.receiver.angle.directions import directions
+from polychirp.receiver.angle.elements import Elements
 from polychirp.receiver.clustering import merged
 from polychirp.receiver.detection.cfar import CfarWindow, ordered_statistic
 from polychirp.receiver.mitigation.base import mitigated
@@ -24,17 +24,18 @@ from polychirp.receiver.range_doppler.transforms import (
     refuse_unfit,
 )
 from polychirp.receiver.range_doppler.unfolding import unfolded
-from polychirp.receiver.settings import ReceiverSettings
-from polychirp.receiver.signal_model.transmit_codes import code_blocks, virtual_line
+from polychirp.receiver.settings import DetectorSettings
+from polychirp.receiver.signal_model.transmit_codes import code_blocks, virtual_channels
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RangeDoppler(ReceiverSettings):
+class RangeDoppler(DetectorSettings):
     """Receiver of equal chirps: two Fourier transforms, ordered-statistic CFAR, MIMO decoding.
 
     The steps: mitigation, tapered transforms over each chirp and over the chirps, power summed over
     channels, CFAR, local maxima interpolated between cells, the choice among the range rates that a
-    code of the transmitting elements leaves open (`unfolding`), azimuths from the virtual array.
+    code of the transmitting elements leaves open (`unfolding`), azimuths and elevations from the
+    virtual array's amplitudes in the cell, which are one snapshot (`angle.directions`).
 
     Range rates beyond half the span λ/2T of chirps T apart appear inside it: `polychirp check`
     names targets for which this happens. Points closer than a cell or two are one detection.
@@ -51,6 +52,7 @@ class RangeDoppler(ReceiverSettings):
     --------
     A point at 12 m that recedes at 3 m/s, as strong as the noise of a sample:
 
+    >>> from polychirp.constants import SPEED_OF_LIGHT
     >>> from polychirp.model.antenna import AntennaArray
     >>> from polychirp.model.if_frame import SampleTimes
     >>> k = np.arange(64)
@@ -130,10 +132,10 @@ class RangeDoppler(ReceiverSettings):
         schedule = frame.schedule
         middle = middle_frequency(schedule, frame.times)
         distance = beat_range - decoded.range_rate * middle / schedule.slope[0]
-        line, _ = virtual_line(frame.array, schedule.num_elements)
-        azimuth = azimuths(
+        place, _ = virtual_channels(frame.array, schedule.num_elements)
+        azimuth, elevation = directions(
             decoded.amplitude[:, :, None],
-            spacing=line.spacing * middle / SPEED_OF_LIGHT,
+            Elements.of(place, frequency=middle),
             estimator=self.angle,
         )
         is_near = (distance >= self.least_range) & (distance <= self.greatest_range)
@@ -144,6 +146,7 @@ class RangeDoppler(ReceiverSettings):
             range=distance[order],
             range_rate=decoded.range_rate[order],
             azimuth=azimuth[order],
+            elevation=elevation[order],
             power=power[order],
             snr=(found.power / found.floor)[is_peak][order],
         )

@@ -19,12 +19,10 @@ import numpy as np
 from polychirp.axes import ComplexArray, FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.if_frame import IfFrame
+from polychirp.receiver.angle.beams import strongest_beam
+from polychirp.receiver.angle.elements import Elements
 from polychirp.receiver.range_doppler.transforms import middle_frequency, repetition_interval
-from polychirp.receiver.signal_model.transmit_codes import CodeBlocks, virtual_line
-
-BEAMS_PER_CHANNEL = 8
-"""Beams per channel in which the strongest is sought. Chosen: between two of them, the beam of a
-plane wave is weaker by 0.06 dB at most."""
+from polychirp.receiver.signal_model.transmit_codes import CodeBlocks, virtual_channels
 
 EQUAL_BEAMS = 1e-6
 """Relative difference below which two beams count as equal, and the lower speed is taken: with one
@@ -34,8 +32,8 @@ receiving channel, every range rate gives some plane wave. Chosen: above the rou
 class Unfolded(NamedTuple):
     """Range rates, m/s ``(detection,)``, and the virtual array's amplitudes, V.
 
-    The amplitudes ``(detection, virtual channel)`` run from right to left and refer to the middle
-    of the block's first sweeps.
+    The amplitudes ``(detection, virtual channel)`` are in the order of `virtual_channels`, and
+    refer to the middle of the block's first sweeps.
     """
 
     range_rate: FloatArray
@@ -67,11 +65,10 @@ def unfolded(
     late = interval * np.arange(length)
     turn = np.exp(-4j * np.pi * rates[..., None] * late / wavelength)
     weight = blocks.weight / np.sum(np.abs(blocks.weight) ** 2, axis=0)
-    _, order = virtual_line(frame.array, frame.schedule.num_elements)
+    place, order = virtual_channels(frame.array, frame.schedule.num_elements)
     apart = np.einsum("kl,dnk,dck->dnlc", weight, turn, amplitude)
     virtual = apart.reshape(*rates.shape, order.size)[..., order]
-    beams = np.fft.fft(virtual, BEAMS_PER_CHANNEL * order.size, axis=-1)
-    strongest = np.max(np.abs(beams) ** 2, axis=-1)
+    strongest = strongest_beam(virtual, Elements.of(place, frequency=SPEED_OF_LIGHT / wavelength))
     is_best = strongest >= (1.0 - EQUAL_BEAMS) * strongest.max(axis=1, keepdims=True)
     best = np.argmax(is_best, axis=1)
     number = np.arange(len(best))

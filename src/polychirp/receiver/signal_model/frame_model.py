@@ -10,6 +10,7 @@ from polychirp.model.front_end import HighPass
 from polychirp.model.if_frame import IfFrame, SampleTimes
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.signal_model.point_signal import beat_frequency, beat_phase
+from polychirp.receiver.signal_model.transmit_codes import need_own_line
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -32,7 +33,11 @@ class FrameModel:
 
     @classmethod
     def of(cls, frame: IfFrame) -> Self:
-        """The model of a frame; motions refer to the start of the frame's first ramp."""
+        """The model of a frame; motions refer to the start of the frame's first ramp.
+
+        `CapabilityError` is raised if the receiving elements are no evenly spaced line.
+        """
+        need_own_line(frame.array)
         return cls(
             schedule=frame.schedule,
             times=frame.times,

@@ -1,6 +1,6 @@
 """Codes of the transmitting elements over a frame's sweeps, and the virtual array they give."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -75,20 +75,59 @@ def virtual_position(array: AntennaArray) -> FloatArray:
     return np.asarray(array.transmit_position[:, None] + array.position)
 
 
+def virtual_channels(array: AntennaArray, num_elements: int) -> tuple[FloatArray, IntArray]:
+    """Positions of the virtual channels, m, ``(virtual channel, xyz)``, and their order.
+
+    They run from right to left in rows from bottom to top. Their order ``(virtual channel,)`` holds
+    the flat index of each into (element, channel).
+    """
+    place = virtual_position(array)[:num_elements].reshape(-1, 3)
+    # rows are at one height in spite of rounding
+    order = np.lexsort((place[:, 1], place[:, 2].round(9)))
+    return np.asarray(place[order]), np.asarray(order)
+
+
+def need_own_line(array: AntennaArray) -> None:
+    """Refuse receiving elements that are not the line of their ``spacing``, from right to left.
+
+    Raises
+    ------
+    CapabilityError
+        ``channel_positions`` place them elsewhere.
+    """
+    if not np.allclose(array.position, replace(array, channel_positions=()).position, atol=1e-9):
+        raise CapabilityError(
+            "this receiver needs receiving elements on a horizontal line, one at every 'spacing' "
+            "from right to left, and channel_positions places them elsewhere; the receiver "
+            "'range-doppler' reads any array, from equal chirps"
+        )
+
+
 def virtual_line(array: AntennaArray, num_elements: int) -> tuple[AntennaArray, IntArray]:
-    """The virtual array, and for each of its channels the flat index into (element, channel)."""
-    y = virtual_position(array)[:num_elements, :, 1].ravel()
-    order = np.argsort(y, kind="stable")
-    gap = np.diff(y[order])
+    """The virtual array, and for each of its channels the flat index into (element, channel).
+
+    Raises
+    ------
+    CapabilityError
+        The virtual elements are not on one horizontal line at equal distances.
+    """
+    place, order = virtual_channels(array, num_elements)
+    gap = np.diff(place[:, 1])
+    if np.ptp(place[:, 2]) > 1e-9:
+        raise CapabilityError(
+            "the virtual elements are not at one height, as this receiver needs; the receiver "
+            "'range-doppler' reads any array, from equal chirps"
+        )
     spacing = float(gap.mean()) if gap.size else array.spacing
     if not np.allclose(gap, spacing, rtol=1e-6, atol=0.0) or spacing == 0.0:
         raise CapabilityError(
-            "the virtual elements are not at equal distances, as these estimators need; "
-            f"a transmit_spacing of {array.num_channels * array.spacing:.4g} m would do"
+            "the virtual elements are not at equal distances, as this receiver needs; "
+            f"a transmit_spacing of {array.num_channels * array.spacing:.4g} m would do, and the "
+            "receiver 'range-doppler' reads any array, from equal chirps"
         )
     gains, phases = _virtual_errors(array, num_elements, order)
     line = AntennaArray(
-        num_channels=y.size,
+        num_channels=order.size,
         spacing=spacing,
         pattern=array.pattern,
         channel_gains=gains,

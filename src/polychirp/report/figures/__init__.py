@@ -9,6 +9,7 @@ The modules in reading order; other packages use the functions that draw, and `r
 - `range_profile`: figures 9 to 11.
 - `detection_statistics`: figures 12 and 13.
 - `floor_and_masking`: floor rise, misses and ghosts of every variant.
+- `roc`: detection probability over SNR, and false alarms.
 - `range_rate`: a map of range and range rate with its detections.
 - `rcs`, `convergence`: cross sections over aspect, and over the number of facets.
 - `diversity`, `ghosts`, `estimation_bound`, `growth`: figures of the pages in docs/validation.

@@ -47,12 +47,7 @@ class Drawing:
 
     def csv(self) -> str:
         """The data as a CSV file; numbers have seven significant digits."""
-        file = io.StringIO()
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(self.data)
-        for line in zip(*self.data.values(), strict=True):
-            writer.writerow(_cell(value) for value in line)
-        return file.getvalue()
+        return csv_of(self.data)
 
     def save(self, folder: Path, name: str) -> bytes:
         """Write ``NAME.png`` and ``NAME.csv`` into ``folder``; gives the bytes of the PNG file."""
@@ -60,6 +55,16 @@ class Drawing:
         (folder / f"{name}.png").write_bytes(picture)
         (folder / f"{name}.csv").write_text(self.csv(), encoding="utf-8")
         return picture
+
+
+def csv_of(data: Mapping[str, Column]) -> str:
+    """Columns of equal length as a CSV file; numbers have seven significant digits."""
+    file = io.StringIO()
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow(data)
+    for line in zip(*data.values(), strict=True):
+        writer.writerow(_cell(value) for value in line)
+    return file.getvalue()
 
 
 def _cell(value: Any) -> str:

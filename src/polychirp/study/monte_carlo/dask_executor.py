@@ -217,7 +217,7 @@ class _Batches:
         except KilledWorker:
             if len(batch) == 1:
                 failure = f"{MOST_DEATHS} workers died during this trial"
-                return [Outcome(task=batch[0], victims=None, failure=failure)]
+                return [Outcome(task=batch[0], result=None, failure=failure)]
             self._again.extend(batch)
             return []
         except Exception as error:

@@ -10,6 +10,7 @@ from collections import Counter, deque
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from itertools import chain, groupby, islice
 from pathlib import Path
 from queue import SimpleQueue
@@ -17,7 +18,14 @@ from threading import Thread
 from typing import IO, Any, Final, cast
 
 from polychirp.errors import InputError, RunError
-from polychirp.study.monte_carlo.tasks import MOST_DEATHS, ONE_THREAD, Outcome, Task
+from polychirp.study.monte_carlo.tasks import (
+    MOST_DEATHS,
+    ONE_THREAD,
+    Outcome,
+    Task,
+    Work,
+    attempt,
+)
 from polychirp.study.monte_carlo.worker import READY_MESSAGE
 from polychirp.study.spec import Study
 from polychirp.threads import num_cores
@@ -57,8 +65,12 @@ class LocalWorkers:
 
         `RunError` is raised if a worker cannot be started.
         """
+        return self.compute(partial(attempt, tuple(studies)), tasks)
+
+    def compute(self, work: Work, tasks: Iterator[Task]) -> Generator[Outcome, None, None]:
+        """Outcomes of ``work`` on each task, in the order in which they finish; as `run`."""
         first = list(islice(tasks, min(self.count, WORKERS_PER_CORE * num_cores())))
-        pool = _Pool(studies, chain(first, tasks), count=len(first))
+        pool = _Pool(work, chain(first, tasks), count=len(first))
         try:
             yield from pool.outcomes()
         finally:
@@ -68,15 +80,15 @@ class LocalWorkers:
 class _Pool:
     """Workers with their tasks, and tasks that must run again."""
 
-    def __init__(self, studies: Sequence[Study], tasks: Iterator[Task], *, count: int) -> None:
-        self._studies = tuple(studies)
+    def __init__(self, work: Work, tasks: Iterator[Task], *, count: int) -> None:
+        self._work = work
         self._trials = (group for _, group in groupby(tasks, key=lambda task: task.trial))
         self._again: deque[Task] = deque()
         self._deaths: Counter[Task] = Counter()
         self._news: SimpleQueue[tuple[_Worker, Any]] = SimpleQueue()
         self._duration = _SHORT_TRIAL
         self._failed_starts = 0
-        self._workers = [_Worker(self._studies, self._news) for _ in range(count)]
+        self._workers = [_Worker(work, self._news) for _ in range(count)]
 
     def outcomes(self) -> Iterator[Outcome]:
         for worker in self._workers:
@@ -136,10 +148,10 @@ class _Pool:
             else:
                 yield Outcome(
                     task=culprit,
-                    victims=None,
+                    result=None,
                     failure=f"{MOST_DEATHS} workers died during this trial",
                 )
-        successor = _Worker(self._studies, self._news)
+        successor = _Worker(self._work, self._news)
         successor.ahead.extend(worker.ahead)
         self._workers.append(successor)
         for one in self._workers:
@@ -152,7 +164,7 @@ class _Worker:
     ``given`` are its tasks without an outcome, ``ahead`` later tasks of the same trial.
     """
 
-    def __init__(self, studies: Sequence[Study], news: SimpleQueue[tuple[_Worker, Any]]) -> None:
+    def __init__(self, work: Work, news: SimpleQueue[tuple[_Worker, Any]]) -> None:
         self.given: deque[Task] = deque()
         self.ahead: deque[Task] = deque()
         self.is_ready = False
@@ -163,7 +175,7 @@ class _Worker:
             stdout=subprocess.PIPE,
             env=_environment(),
         )
-        self._inbox.put(tuple(studies))
+        self._inbox.put(work)
         Thread(target=self._write, daemon=True).start()
         Thread(target=self._read, args=(news,), daemon=True).start()
 

@@ -198,5 +198,7 @@ def trial_seed(seed: int, trial: int) -> int:
     >>> trial_seed(1, 0) == trial_seed(1, 1)
     False
     """
+    if seed < 0:
+        raise InputError(f"seed: is {seed}; use 0 or more")
     word = np.random.SeedSequence([seed, trial]).generate_state(1, np.uint64)[0]
     return int(word >> np.uint64(12))

@@ -40,8 +40,9 @@ class VictimRecord:
     name : name of the radar
     target : names of its targets
     is_visible, is_detected : True for each target that is in line of sight, that was detected
-    range, range_rate, azimuth : true values of each target, m, m/s, rad
-    range_error, range_rate_error, azimuth_error : detected minus true value, m, m/s, rad
+    range, range_rate, azimuth, elevation : true values of each target, m, m/s, rad, rad
+    range_error, range_rate_error, azimuth_error, elevation_error : detected minus true value, m,
+        m/s, rad, rad
     sinr : power ratio at each target's detection, own echo to all other parts of the samples
     snr, inr, mitigated_sinr : power ratios in the cell of every target, as of `Score`
     num_points : number of detections on each target
@@ -58,9 +59,11 @@ class VictimRecord:
     range: tuple[float, ...]
     range_rate: tuple[float, ...]
     azimuth: tuple[float, ...]
+    elevation: tuple[float, ...]
     range_error: tuple[float, ...]
     range_rate_error: tuple[float, ...]
     azimuth_error: tuple[float, ...]
+    elevation_error: tuple[float, ...]
     sinr: tuple[float, ...]
     snr: tuple[float, ...]
     inr: tuple[float, ...]
@@ -108,14 +111,14 @@ def _record(victim: "VictimResult") -> VictimRecord:
     def values(noun: "Truth | Score", *names: str) -> dict[str, Any]:
         return {name: tuple(getattr(noun, name).tolist()) for name in names}
 
-    errors = ("range_error", "range_rate_error", "azimuth_error")
+    errors = ("range_error", "range_rate_error", "azimuth_error", "elevation_error")
     levels = ("snr", "inr", "mitigated_sinr")
     extents = ("length", "width", "range_rate_span")
     visible = [victim.truth.extent(n) for n in range(len(victim.truth.name))]
     return VictimRecord(
         name=victim.name,
         target=victim.truth.name,
-        **values(victim.truth, "is_visible", "range", "range_rate", "azimuth"),
+        **values(victim.truth, "is_visible", "range", "range_rate", "azimuth", "elevation"),
         **values(victim.score, "is_detected", *errors, "sinr", *levels),
         **values(victim.score, "num_points", *extents),
         **{f"visible_{name}": tuple(getattr(one, name) for one in visible) for name in extents},
@@ -162,8 +165,8 @@ class TrialLog:
         self._file = file
         self._synced = time.monotonic()
 
-    def append(self, record: TrialRecord) -> None:
-        """Store one finished trial."""
+    def append(self, record: Any) -> None:
+        """Store the record of one finished trial, a data class."""
         try:
             self._file.write(_line(asdict(record)))
             self._file.flush()
@@ -272,16 +275,21 @@ def _in_words(made_with: Mapping[str, Any] | None) -> str:
 
 def read_records(path: Path) -> Iterator[TrialRecord]:
     """Every complete trial of a log, each once, in the order in which they finished."""
+    seen: set[tuple[str, int]] = set()
+    for content in read_contents(path):
+        record = _record_from(content)
+        if record.key not in seen:
+            seen.add(record.key)
+            yield record
+
+
+def read_contents(path: Path) -> Iterator[dict[str, Any]]:
+    """Content of every complete record of a log, in their order; none if there is no log."""
     if not path.exists():
         return
-    seen: set[tuple[str, int]] = set()
     with path.open("rb") as file:
         file.readline()
         for line in file:
             content = _content(line)
-            if content is None:
-                continue
-            record = _record_from(content)
-            if record.key not in seen:
-                seen.add(record.key)
-                yield record
+            if content is not None:
+                yield content

@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from zarr import Group
 
 FORMAT: Final = "polychirp monte carlo"
-FORMAT_VERSION: Final = 3
+FORMAT_VERSION: Final = 4
 
 PerTargetOfTrial = Annotated[FloatArray, Axes("point", "trial", "victim", "target")]
 
@@ -58,9 +58,11 @@ _UNITS: Final = {
     "range": "m",
     "range_rate": "m/s",
     "azimuth": "rad",
+    "elevation": "rad",
     "range_error": "m",
     "range_rate_error": "m/s",
     "azimuth_error": "rad",
+    "elevation_error": "rad",
     "sinr": "1",
     "snr": "1",
     "inr": "1",
@@ -78,11 +80,12 @@ _UNITS: Final = {
 """Unit of every stored array; "1" for numbers and ratios."""
 
 _OF_DETECTED: Final = (
-    *("range_error", "range_rate_error", "azimuth_error", "sinr"),
+    *("range_error", "range_rate_error", "azimuth_error", "elevation_error", "sinr"),
     *("length", "width", "range_rate_span"),
 )
 _TRUE_VALUES: Final = (
-    *("range", "range_rate", "azimuth", "snr", "inr", "mitigated_sinr", "num_points"),
+    *("range", "range_rate", "azimuth", "elevation"),
+    *("snr", "inr", "mitigated_sinr", "num_points"),
     *("visible_length", "visible_width", "visible_range_rate_span"),
 )
 """Arrays with values for detected targets alone, and for all targets."""
@@ -101,8 +104,9 @@ class Results:
     num_trials : number of trials at each point; a trial that failed is counted and has NaN
     seed : seed of each trial, the same at every point
     detected : 1 if the target was detected, 0 if it was missed, NaN if it is not visible
-    range, range_rate, azimuth : true values, m, m/s, rad, of hidden targets too
-    range_error, range_rate_error, azimuth_error : detected minus true value, m, m/s, rad
+    range, range_rate, azimuth, elevation : true values, m, m/s, rad, rad, of hidden targets too
+    range_error, range_rate_error, azimuth_error, elevation_error : detected minus true value, m,
+        m/s, rad, rad
     sinr : power ratio at a target's detection, own echo to all other parts of the samples
     snr, inr : power ratio of own echo, and of interference, to noise in the cell of every target,
         detected or not, before mitigation
@@ -126,9 +130,11 @@ class Results:
     range: PerTargetOfTrial
     range_rate: PerTargetOfTrial
     azimuth: PerTargetOfTrial
+    elevation: PerTargetOfTrial
     range_error: PerTargetOfTrial
     range_rate_error: PerTargetOfTrial
     azimuth_error: PerTargetOfTrial
+    elevation_error: PerTargetOfTrial
     sinr: PerTargetOfTrial
     snr: PerTargetOfTrial
     inr: PerTargetOfTrial

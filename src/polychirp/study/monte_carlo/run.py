@@ -91,7 +91,7 @@ def run_plan(
 def made_with(origin: Provenance) -> Mapping[str, Any]:
     """Format, versions and platform, which all trials in one log must share."""
     return {
-        "format": "polychirp trials, version 3",
+        "format": "polychirp trials, version 4",
         "versions": origin.versions,
         "platform": origin.platform,
     }
@@ -148,7 +148,7 @@ class _Run:
     def _take(self, outcome: Outcome) -> None:
         task = outcome.task
         point = self._plan.points[task.point]
-        if outcome.victims is None:
+        if outcome.result is None:
             repeated = f"repeat it with: {point.command} --seed {task.seed}"
             if point.command is None:
                 repeated = f"no command runs it alone; its seed is {task.seed}"
@@ -167,11 +167,11 @@ class _Run:
                 study_hash=point.study_hash,
                 trial=task.trial,
                 seed=task.seed,
-                victims=outcome.victims,
+                victims=outcome.result,
             )
         )
         self.num_new += 1
-        self._stopping.add(task.point, task.trial, counts_of(outcome.victims))
+        self._stopping.add(task.point, task.trial, counts_of(outcome.result))
         for note in outcome.notes:
             if note not in self._noted:
                 self._noted.add(note)

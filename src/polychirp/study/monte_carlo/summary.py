@@ -20,7 +20,7 @@ from polychirp.study.monte_carlo.grid import Label
 from polychirp.study.monte_carlo.records import NATURES
 from polychirp.study.monte_carlo.results import Results
 
-ERROR_NAMES: Final = ("range", "range_rate", "azimuth")
+ERROR_NAMES: Final = ("range", "range_rate", "azimuth", "elevation")
 """Quantities whose rms errors are estimated."""
 
 _IS_GHOST: Final = np.array([Nature(name).is_ghost for name in NATURES])
@@ -47,7 +47,8 @@ class Summary:
     floor_rise : power ratio, median over trials
     snr, inr, sinr, mitigated_sinr : power ratios in the cells of visible targets, detected or not:
         medians over targets and trials; the last after mitigation, the others before it
-    range_rmse, range_rate_rmse, azimuth_rmse : rms errors of detected targets, m, m/s, rad
+    range_rmse, range_rate_rmse, azimuth_rmse, elevation_rmse : rms errors of detected targets, m,
+        m/s, rad, rad
     """
 
     labels: tuple[Label, ...]
@@ -67,6 +68,7 @@ class Summary:
     range_rmse: Estimate
     range_rate_rmse: Estimate
     azimuth_rmse: Estimate
+    elevation_rmse: Estimate
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,7 +83,8 @@ class Difference:
     victim : name of the radar
     num_trials : number of trials that both points have
     detection, ghosts : other minus first: detection probability, mean number of ghosts in a frame
-    range_rmse, range_rate_rmse, azimuth_rmse : other minus first: rms errors, m, m/s, rad
+    range_rmse, range_rate_rmse, azimuth_rmse, elevation_rmse : other minus first: rms errors, m,
+        m/s, rad, rad
     """
 
     axis: str
@@ -95,6 +98,7 @@ class Difference:
     range_rmse: Estimate
     range_rate_rmse: Estimate
     azimuth_rmse: Estimate
+    elevation_rmse: Estimate
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -181,6 +185,7 @@ def _summary(results: Results, point: int, victim: int) -> Summary:
         range_rmse=rms(counts.squares["range"], counts.found),
         range_rate_rmse=rms(counts.squares["range_rate"], counts.found),
         azimuth_rmse=rms(counts.squares["azimuth"], counts.found),
+        elevation_rmse=rms(counts.squares["elevation"], counts.found),
     )
 
 
@@ -233,4 +238,5 @@ def _difference(results: Results, axis: int, pair: tuple[int, int], victim: int)
         range_rmse=rmse("range"),
         range_rate_rmse=rmse("range_rate"),
         azimuth_rmse=rmse("azimuth"),
+        elevation_rmse=rmse("elevation"),
     )

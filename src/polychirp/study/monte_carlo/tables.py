@@ -28,6 +28,7 @@ _UNIT_SUFFIXES: Final = {
     "range_rmse": "_m",
     "range_rate_rmse": "_m_per_s",
     "azimuth_rmse": "_rad",
+    "elevation_rmse": "_rad",
 }
 """Endings that columns of `Summary` and `Difference` get in the tables."""
 
@@ -135,9 +136,11 @@ def _target_rows(results: Results) -> Iterator[Row]:
         "range_m": results.range,
         "range_rate_m_per_s": results.range_rate,
         "azimuth_rad": results.azimuth,
+        "elevation_rad": results.elevation,
         "range_error_m": results.range_error,
         "range_rate_error_m_per_s": results.range_rate_error,
         "azimuth_error_rad": results.azimuth_error,
+        "elevation_error_rad": results.elevation_error,
         "sinr": results.sinr,
         "snr": results.snr,
         "inr": results.inr,

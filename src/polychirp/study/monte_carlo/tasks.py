@@ -1,10 +1,10 @@
-"""Tasks and outcomes of executors, and the function that runs a task."""
+"""Tasks and outcomes of executors, and the functions that run a task."""
 
 import time
 import warnings
-from collections.abc import Generator, Iterator, Sequence
-from dataclasses import dataclass
-from typing import Final, Protocol
+from collections.abc import Callable, Generator, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Final, Protocol
 
 from polychirp.errors import ModelWarning, PolychirpError
 from polychirp.study.monte_carlo.records import VictimRecord, victim_records
@@ -45,14 +45,15 @@ class Outcome:
 
     Parameters
     ----------
-    victims : record of each victim; None if the trial failed
+    result : what the task computes, for a trial of a study the record of each victim; None if it
+        failed
     failure : reason of a failure, in one sentence; else empty
     notes : warnings of the models
     duration : time that the trial took, s
     """
 
     task: Task
-    victims: tuple[VictimRecord, ...] | None
+    result: Any
     failure: str = ""
     notes: tuple[str, ...] = ()
     duration: float = 0.0
@@ -70,19 +71,30 @@ class Executor(Protocol):
         """
 
 
+Work = Callable[[Task], Outcome]
+"""Function that computes a task; it can be pickled, so that a worker process has it."""
+
+
 def attempt(studies: Sequence[Study], task: Task) -> Outcome:
     """Run one trial in this process; an exception becomes the failure of the outcome."""
-    from dataclasses import replace
 
-    from polychirp.study.trial import run_trial
+    def records() -> tuple[VictimRecord, ...]:
+        from polychirp.study.trial import run_trial
 
+        return victim_records(run_trial(replace(studies[task.point], seed=task.seed)))
+
+    return outcome_of(task, records)
+
+
+def outcome_of(task: Task, compute: Callable[[], Any]) -> Outcome:
+    """Outcome of ``compute``, with its duration and notes; an exception becomes the failure."""
     start = time.perf_counter()
-    victims: tuple[VictimRecord, ...] | None = None
+    result = None
     failure = ""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
-            victims = victim_records(run_trial(replace(studies[task.point], seed=task.seed)))
+            result = compute()
         except PolychirpError as error:
             failure = str(error)
         except Exception as error:  # a bug in one trial must not end the others
@@ -90,7 +102,7 @@ def attempt(studies: Sequence[Study], task: Task) -> Outcome:
     notes = [str(entry.message) for entry in caught if issubclass(entry.category, ModelWarning)]
     return Outcome(
         task=task,
-        victims=victims,
+        result=result,
         failure=failure,
         notes=tuple(dict.fromkeys(notes)),
         duration=time.perf_counter() - start,

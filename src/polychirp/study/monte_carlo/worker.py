@@ -1,4 +1,4 @@
-"""A worker process: it reads studies and tasks from stdin and writes outcomes to stdout, pickled.
+"""A worker process: it reads a function and tasks from stdin and writes outcomes, pickled.
 
 The worker ends after its current trial once its stdin is closed, so that it does not outlive the
 program that started it.
@@ -27,12 +27,10 @@ def main() -> None:
 
 
 def _serve(tasks: IO[bytes], out: IO[bytes]) -> None:
-    from polychirp.study.monte_carlo.tasks import attempt
-
-    studies = pickle.load(tasks)
+    work = pickle.load(tasks)
     _send(out, READY_MESSAGE)
     while True:
-        _send(out, attempt(studies, pickle.load(tasks)))
+        _send(out, work(pickle.load(tasks)))
 
 
 def _send(out: IO[bytes], message: Any) -> None:

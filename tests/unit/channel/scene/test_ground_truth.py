@@ -315,6 +315,7 @@ def as_detections(point, velocity):
         range=distance,
         range_rate=point @ np.array(velocity) / distance,
         azimuth=np.arctan2(point[:, 1], point[:, 0]),
+        elevation=np.arcsin(point[:, 2] / distance),
         power=one,
         snr=one,
     )

@@ -7,12 +7,15 @@ import pytest
 
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.receiver.coherent.acceleration import accelerated
-from polychirp.receiver.coherent.least_squares import gauss_newton
+from polychirp.receiver.coherent.least_squares import by_size, fitted, steps
 from polychirp.receiver.coherent.observation import Observation
-from polychirp.receiver.coherent.overlap import couplings, groups_of, overlaps
+from polychirp.receiver.coherent.overlap import couplings, groups_of
 from polychirp.receiver.coherent.points import Points, without
-from polychirp.receiver.coherent.refinement import divided, pruned, relaxed
+from polychirp.receiver.coherent.refinement import divided, pruned, settled
+from polychirp.receiver.coherent.replicas import Replicas, products, sums_of, total_products
+from polychirp.receiver.coherent.residual import Residual
 from polychirp.receiver.coherent.signals import moments
+from polychirp.receiver.coherent.spectra import Spectra
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.receiver.signal_model.point_signal import path_of, replica
 from polychirp.rng import Streams
@@ -23,6 +26,7 @@ RAMPS = DiverseTriangular().schedule(num_sweeps=6, streams=Streams(2))
 NEAR = HandPoint(range=12.3, range_rate=-7.7, acceleration=3.0, azimuth=0.2, spreads=True)
 BESIDE = HandPoint(range=12.42, range_rate=-7.7, azimuth=-0.4, spreads=True)
 """Two points 0.8 cells apart in range."""
+NOTHING = Points.none(4)
 
 
 def observed(points, noise=1e-9):
@@ -47,9 +51,25 @@ def points_at(seen, motion, floor=1e-9):
     )
 
 
-def fitted_amplitudes(seen, points):
-    step = gauss_newton(seen, seen.samples, points, share=0.0)
-    return step.points, without(seen, seen.samples, step.points)
+def with_amplitudes(seen, points):
+    """The points with the amplitudes that fit at their motions, all together."""
+    here = Replicas.of(seen, points)
+    sums = Residual.of(seen, points).sums(seen, here)
+    return fitted(seen, points, here, sums, np.zeros(len(points), dtype=np.int64))[0]
+
+
+def drawn(count, seed=3):
+    draw = np.random.default_rng(seed)
+    low, high = [2.0, -30.0, -10.0, -0.3], [30.0, 30.0, 40.0, 0.3]
+    motion = draw.uniform(low, high, (count, 4))
+    amplitude = draw.normal(size=(2, count, 4))
+    points = points_at(observed([]), motion[:, :3])
+    return replace(
+        points,
+        motion=motion,
+        amplitude=amplitude[0] + 1j * amplitude[1],
+        sine=draw.uniform(-0.7, 0.7, count),
+    )
 
 
 def test_moments_are_sums_over_samples():
@@ -64,24 +84,110 @@ def test_moments_are_sums_over_samples():
         assert np.abs(found - true).max() < 1e-3 * np.abs(true).max()
 
 
+@pytest.mark.parametrize(("power", "error"), [(0, 5e-3), (1, 0.05), (2, 0.1)])
+def test_sums_of_spectra_are_moments(power, error):
+    points = drawn(20)
+    seen = observed([NEAR, BESIDE], noise=1.0)
+    here = Replicas.of(seen, points)
+    exact = moments(seen.samples, seen.present, here.phases(seen), seen.model.times)[power]
+    found = Spectra.of(seen, seen.samples).sums(seen, here)[power]
+    assert np.linalg.norm(found - exact) < error * np.linalg.norm(exact)
+
+
+def test_a_residual_tells_what_other_points_would_leave():
+    """Each point is moved by a tenth of a cell: sums change as those of the exact residual."""
+    seen, points = observed([NEAR], noise=1.0), drawn(12)
+    moved = replace(points, motion=points.motion + np.array([0.01, 0.002, 0.0, 0.0]))
+    here, there = Replicas.of(seen, points), Replicas.of(seen, moved)
+    before = Residual.of(seen, points)
+    exact = Residual.of(seen, moved).sums(seen, here)
+    change = exact - before.sums(seen, here)
+    error = before.sums(seen, here, there) - exact
+    assert np.linalg.norm(error[0]) < 0.1 * np.linalg.norm(change[0])
+
+
+def test_a_strongly_bent_signal_has_exact_sums():
+    """At 2000 m/s² the phase on a ramp is bent by more than a cycle."""
+    seen = observed([NEAR], noise=1.0)
+    here = Replicas.of(seen, points_at(seen, np.array([[12.3, 5.0, 2e3]])))
+    exact = moments(seen.samples, seen.present, here.phases(seen), seen.model.times)
+    assert Residual.of(seen, NOTHING).sums(seen, here) == pytest.approx(exact)
+
+
+def test_steps_of_groups_are_those_of_all_samples():
+    """The twin has a column for every sample, and solves for motions and amplitudes together."""
+    seen = observed([NEAR, BESIDE])
+    true = in_the_middle(seen, [NEAR, BESIDE])
+    away = np.array([[0.004, 0.002, 0.0], [0.0, 0.003, 0.0]])
+    points = with_amplitudes(seen, points_at(seen, true + away))
+    here, residual = Replicas.of(seen, points), Residual.of(seen, points)
+    found = steps(seen, points, here, residual.sums(seen, here), np.zeros(2, dtype=np.int64))
+    assert found.motion[:, :2] == pytest.approx(slow_step(seen, points, residual), abs=4e-4)
+
+
+def slow_step(seen, points, residual):
+    """Least squares of range, range rate and amplitudes by differences of exact signals."""
+    size, small, columns = residual.samples.size, 1e-5, []
+    for n in range(len(points)):
+        one = points[np.array([n])]
+        for i in range(2):
+            change = np.zeros(4)
+            change[i] = small
+            moved = replace(one, motion=one.motion + change)
+            columns.append((signal_of(seen, moved) - signal_of(seen, one)) / small)
+        for m in range(4):
+            unit = replace(one, amplitude=np.eye(4)[[m]].astype(np.complex128))
+            columns += [signal_of(seen, unit), 1j * signal_of(seen, unit)]
+    matrix = np.array(columns).reshape(len(columns), size)
+    matrix = np.concatenate([matrix.real, matrix.imag], axis=1).T
+    side = np.concatenate([residual.samples.real.ravel(), residual.samples.imag.ravel()])
+    solved = np.linalg.lstsq(matrix, side, rcond=None)[0].reshape(len(points), -1)
+    return solved[:, :2]
+
+
+def signal_of(seen, points):
+    return -without(seen, np.zeros_like(seen.samples), points)
+
+
+def test_groups_of_one_size_come_together():
+    group = np.array([2, 0, 2, 1])
+    found = {tuple(n): m.tolist() for n, m in by_size(group)}
+    assert found == {(0, 1): [[1], [3]], (2,): [[0, 2]]}
+
+
+def test_only_the_own_group_counts():
+    seen, points = observed([]), drawn(4)
+    here, group = Replicas.of(seen, points), np.array([0, 1, 0, 1])
+    alone = sums_of(seen, here[[0, 2]], here[[0]])
+    assert sums_of(seen, here, here[[0]], group, group[[0]]) == pytest.approx(alone)
+
+
+def test_energies_are_those_of_all_samples():
+    seen = observed([NEAR], noise=1.0)
+    residual = Residual.of(seen, NOTHING)
+    assert residual.energy == pytest.approx(np.vdot(seen.samples, seen.samples).real, rel=1e-5)
+
+
 def test_an_ideal_point_is_subtracted_to_below_minus_80_db():
     """The beats, the phases between elements over the band, and the growth with 1/R² fit."""
     seen = observed([NEAR], noise=1e-14)
     points = points_at(seen, in_the_middle(seen, [NEAR]), floor=1e-14)
-    points, residual = fitted_amplitudes(seen, points)
-    points, residual = relaxed(seen, residual, points, sweeps=6)
+    _, left = settled(seen, with_amplitudes(seen, points))
+    residual = left.samples
     assert np.vdot(residual, residual).real < 1e-8 * np.vdot(seen.samples, seen.samples).real
 
 
-def test_overlaps_are_sums_of_products():
+def test_products_are_sums_of_products():
     seen = observed([])
     motion = np.array([[12.1, -7.6, 2.0], [12.2, -7.5, 0.0], [12.1, -6.9, 0.0]])
     model = seen.model
     signals = [replica(model.schedule, model.times, motion=one, time=model.time) for one in motion]
     time = model.times.time - seen.middle[:, None]
     points = points_at(seen, motion)
-    found = overlaps(seen, points)
-    gain = seen.shape(points.motion, points.sine)[:, 0, :, 0]
+    here = Replicas.of(seen, points)
+    found = products(seen, here, np.zeros(3, dtype=np.int64))
+    assert total_products(seen, here, here) == pytest.approx(found[0].sum(axis=-1))
+    gain = here.shape[:, 0, :, 0]
     for p, q in ((0, 1), (1, 2), (0, 0)):
         for n in range(3):
             product = signals[p].conj() * signals[q] * time**n * seen.present
@@ -94,8 +200,7 @@ def test_two_points_in_a_cell_are_fitted_to_their_places():
     seen = observed([NEAR, BESIDE])
     true = in_the_middle(seen, [NEAR, BESIDE])
     start = points_at(seen, true + np.array([[0.02, 0.01, -1.0], [-0.02, 0.01, 1.0]]))
-    points, residual = fitted_amplitudes(seen, start)
-    points, residual = relaxed(seen, residual, points, sweeps=12)
+    points, _ = settled(seen, with_amplitudes(seen, start), sweeps=12)
     assert points.motion[:, 0] == pytest.approx(true[:, 0], abs=1e-4)
     assert points.motion[:, 1] == pytest.approx(true[:, 1], abs=1e-3)
     assert np.sum(np.abs(points.amplitude) ** 2, axis=1) == pytest.approx([4.0, 4.0], rel=0.05)
@@ -106,26 +211,26 @@ def test_a_fit_never_raises_the_residual():
     seen = observed([NEAR], noise=1.0)
     wild = points_at(seen, np.array([[0.2, 30.0, 50.0], [0.3, -31.0, 90.0]]), floor=1.0)
     wild = replace(wild, amplitude=wild.amplitude + 3.0)
-    residual = without(seen, seen.samples, wild)
-    _, after = relaxed(seen, residual, wild, sweeps=4)
-    assert np.vdot(after, after).real <= np.vdot(residual, residual).real
+    residual = Residual.of(seen, wild)
+    _, after = settled(seen, wild)
+    assert after.energy <= residual.energy
 
 
 def test_groups_hold_the_points_that_overlap():
     seen = observed([])
     motion = np.array([[12.1, -7.6, 0.0], [12.2, -7.6, 0.0], [20.0, 4.0, 0.0]])
     points = points_at(seen, motion)
-    assert couplings(seen, points)[0, 1] > 0.3
-    groups = sorted(sorted(group.tolist()) for group in groups_of(seen, points))
-    assert groups == [[0, 1], [2]]
+    here = Replicas.of(seen, points)
+    assert couplings(seen, here, here)[0, 1] > 0.3
+    group = groups_of(seen, here)
+    assert group[0] == group[1] != group[2]
 
 
 def test_a_point_that_its_neighbour_replaces_is_pruned():
     seen = observed([NEAR], noise=1.0)
     true = in_the_middle(seen, [NEAR])
     twice = points_at(seen, np.vstack([true, true + np.array([0.005, 0.002, 0.0])]), floor=1.0)
-    twice, residual = fitted_amplitudes(seen, twice)
-    twice, residual = relaxed(seen, residual, twice, sweeps=2)
+    twice, residual = settled(seen, with_amplitudes(seen, twice))
     left, _ = pruned(seen, residual, twice, threshold=25.0)
     assert len(left) == 1
     assert left.motion[0, 0] == pytest.approx(true[0, 0], abs=0.005)
@@ -134,8 +239,7 @@ def test_a_point_that_its_neighbour_replaces_is_pruned():
 def test_pruning_keeps_two_points():
     seen = observed([NEAR, BESIDE], noise=0.01)
     points = points_at(seen, in_the_middle(seen, [NEAR, BESIDE]), floor=0.01)
-    points, residual = fitted_amplitudes(seen, points)
-    points, residual = relaxed(seen, residual, points, sweeps=4)
+    points, residual = settled(seen, with_amplitudes(seen, points))
     assert len(pruned(seen, residual, points, threshold=25.0)[0]) == 2
 
 
@@ -149,9 +253,9 @@ def test_a_point_that_stands_for_two_is_divided(phase):
     size = np.sqrt(100.0 / (4.0 * seen.count.sum()))
     turned = size * np.exp(1j * np.array([[0.0], [phase]])) * np.ones((2, 4))
     both = without(seen, seen.samples, replace(true, amplitude=-turned))
+    seen = replace(seen, samples=both)
     middle = points_at(seen, true.motion[:1, :3] + [[0.5 * cell, 0.0, 0.0]], floor=1.0)
-    step = gauss_newton(seen, both, middle, share=0.0)
-    one, residual = relaxed(seen, without(seen, both, step.points), step.points, sweeps=6)
+    one, residual = settled(seen, with_amplitudes(seen, middle))
     found, _ = divided(seen, residual, one, threshold=20.0)
     assert len(found) == 2
     assert np.ptp(found.motion[:, 0]) == pytest.approx(cell, rel=0.35)
@@ -162,8 +266,7 @@ def test_a_lone_point_is_not_divided():
         one = frame_of(RAMPS, [replace(NEAR, power=1.0)], noise=1.0, seed=seed)
         seen = Observation.of(one, mitigated(None, one))
         points = points_at(seen, in_the_middle(seen, [NEAR]), floor=1.0)
-        points, residual = fitted_amplitudes(seen, points)
-        points, residual = relaxed(seen, residual, points, sweeps=6)
+        points, residual = settled(seen, with_amplitudes(seen, points))
         assert len(divided(seen, residual, points, threshold=20.0)[0]) == 1
 
 
@@ -174,7 +277,7 @@ def test_an_acceleration_is_found_from_the_motion_without_it(acceleration):
     seen = observed([point], noise=1.0)
     true = in_the_middle(seen, [point])
     start = points_at(seen, true * [1.0, 1.0, 0.0], floor=1.0)
-    found = accelerated(seen, seen.samples, start).motion[0]
+    found = accelerated(seen, Residual.of(seen, NOTHING), start).motion[0]
     assert found[2] == pytest.approx(true[0, 2], abs=5.0)
     assert found[1] == pytest.approx(true[0, 1], abs=0.1)
 
@@ -185,6 +288,6 @@ def test_an_accelerated_point_is_found_from_a_range_that_is_wrong_by_a_cell():
     seen = observed([point], noise=1e-3)
     true = in_the_middle(seen, [point])
     start = points_at(seen, true * [1.0, 1.0, 0.0] + [seen.range_cell, 0.0, 0.0], floor=1e-3)
-    found = accelerated(seen, seen.samples, start).motion[0]
+    found = accelerated(seen, Residual.of(seen, NOTHING), start).motion[0]
     assert found[0] == pytest.approx(true[0, 0], abs=0.3 * seen.range_cell)
     assert found[2] == pytest.approx(true[0, 2], abs=5.0)

@@ -17,7 +17,9 @@ from polychirp.receiver.coherent.noise import ramp_weights, whitening
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.points import Points
 from polychirp.receiver.coherent.profiles import Profiles
+from polychirp.receiver.coherent.residual import Residual
 from polychirp.receiver.coherent.search import find_points
+from polychirp.receiver.coherent.spectra import Spectra
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.rng import Streams
 from polychirp.waveform import DiverseTriangular, Triangular
@@ -29,6 +31,11 @@ RAMPS = {
     "diverse": DiverseTriangular(),
 }
 LIMITS = CoherentReceiver(greatest_range=20.0, greatest_speed=12.0)
+
+
+def nothing_from(seen):
+    """The residual of a frame from which no point is subtracted."""
+    return Residual.of(seen, Points.none(len(seen.samples)))
 
 
 def frame(kind="diverse", points=(), **options):
@@ -97,7 +104,7 @@ def test_whitening_makes_channels_white_and_keeps_their_mean_power():
 def adapted(one, axes):
     seen = observed(one)
     seen = replace(seen, weight=ramp_weights(seen, seen.samples))
-    profiles = Profiles.of(seen, seen.samples, axes)
+    profiles = Profiles.of(seen, Spectra.of(seen, seen.samples), axes)
     mixing = whitening(channel_covariance(seen, profiles))
     return replace(seen, mixing=mixing), profiles.mixed(mixing)
 
@@ -114,7 +121,7 @@ def test_the_weighted_map_is_the_weighted_sum_over_all_samples(kind):
     cells = np.vstack([top, drawn])
     motion = np.stack([axes.range[cells[:, 1]], axes.range_rate[cells[:, 0]], 0 * cells[:, 0]], 1)
     slow = coherent_power(seen, seen.samples, motion)
-    exact = Agreement.at(seen, seen.samples, points_at(seen, motion))
+    exact = Agreement.at(seen, nothing_from(seen), points_at(seen, motion))
     near = fast.agreement(cells)
     assert exact.power[0] == pytest.approx(slow[0], rel=1e-3)
     assert exact.power == pytest.approx(slow, rel=0.15)  # the azimuth's delays turn side lobes
@@ -131,7 +138,7 @@ def test_spread_and_difference_of_noise_are_its_power():
     one = frame(noise=2.0)
     axes = map_axes(observed(one), LIMITS)
     seen = observed(one)
-    shown = coherent_map(seen, Profiles.of(seen, seen.samples, axes))
+    shown = coherent_map(seen, Profiles.of(seen, Spectra.of(seen, seen.samples), axes))
     assert shown.spread.mean() == pytest.approx(2.0, rel=0.03)
     assert shown.difference.mean() == pytest.approx(4 * 2.0, rel=0.05)
 
@@ -144,8 +151,10 @@ def test_beats_on_rising_ramps_alone_are_no_point(kind):
     seen = observed(one)
     late = seen.model.time - float(one.schedule.start_time[0])
     there = points_at(seen, np.array([[12.3 - 7.7 * late, -7.7, 0.0]]))
-    whole = Agreement.at(seen, seen.samples, there)
-    half = Agreement.at(seen, seen.samples * rises[:, None], there)
+    whole = Agreement.at(seen, nothing_from(seen), there)
+    half = Agreement.at(
+        seen, nothing_from(replace(seen, samples=seen.samples * rises[:, None])), there
+    )
     assert whole.shows_points(np.ones(1), 25.0)[0]
     assert whole.difference[0] < 0.01 * whole.power[0]
     assert half.difference[0] == pytest.approx(half.power[0], rel=0.05)
@@ -160,7 +169,7 @@ def test_interference_on_one_ramp_is_no_point():
     seen = observed(one)
     late = seen.model.time - float(one.schedule.start_time[0])
     there = points_at(seen, np.array([[12.3 - 7.7 * late, -7.7, 0.0]]))
-    shown = Agreement.at(seen, seen.samples, there)
+    shown = Agreement.at(seen, nothing_from(seen), there)
     assert shown.power[0] > 1000.0
     assert not shown.shows_points(np.full(1, 1e-6), 5.0)[0]
 

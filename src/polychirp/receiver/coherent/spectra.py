@@ -1,0 +1,145 @@
+r"""Fourier transforms of all ramps, and sums over samples that follow from them.
+
+Correlations of the samples with the signals of points are values of their Fourier transforms
+between two bins, and sums with powers of the time are derivatives there. They are interpolated, so
+that a point costs as much on long ramps as on short ones:
+
+.. math:: \sum_n y_n u_n^j\,e^{-j2\pi f u_n} = \Big(\frac{j}{2\pi}\frac{d}{df}\Big)^j
+          \sum_n y_n\,e^{-j2\pi f u_n}
+
+with the time u from the middle of the ramp's sampling window.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from polychirp.axes import ComplexArray, FloatArray
+from polychirp.jit import reordered
+from polychirp.receiver.coherent.observation import Observation
+from polychirp.receiver.coherent.replicas import Replicas
+
+BINS_PER_SAMPLE = 4
+"""Length of a ramp's Fourier transform over its number of samples; chosen for interpolation."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Spectra:
+    """Fourier transforms of the samples of all ramps.
+
+    Parameters
+    ----------
+    value : V, with the phase that refers to the middle of each ramp's sampling window,
+        ``(ramp, bin, channel)``
+    """
+
+    value: NDArray[np.complex64]
+
+    @classmethod
+    def of(cls, seen: Observation, samples: ComplexArray) -> Self:
+        """Transforms of ``samples`` ``(channel, ramp, fast)``, zero where none is present."""
+        from scipy.fft import fft, next_fast_len
+
+        channels, ramps, fast = samples.shape
+        size = next_fast_len(BINS_PER_SAMPLE * fast)
+        out = np.empty((ramps, size, channels), dtype=np.complex64)
+        buffer = np.zeros((channels, size), dtype=np.complex64)
+        half_step = np.exp(1j * np.pi * np.fft.fftfreq(size)).astype(np.complex64)
+        for k, count in enumerate(seen.model.times.num_samples):
+            half = (int(count) - 1) // 2
+            buffer[:] = 0.0
+            buffer[:, : count - half] = samples[:, k, half:count]
+            buffer[:, size - half :] = samples[:, k, :half]
+            spectrum = fft(buffer, axis=1)
+            if count % 2 == 0:  # the middle of the window lies between two samples
+                spectrum *= half_step
+            out[k] = spectrum.T
+        return cls(value=out)
+
+    def at(self, seen: Observation, beat: FloatArray) -> NDArray[np.complex64]:
+        """Values at beats ``(ramp, step)``, Hz: ``(channel, ramp, step)``, right to 1 %."""
+        place = beat * (self.value.shape[1] / seen.model.times.rate)
+        return np.asarray(_values(self.value, place, _lagrange(4)[0].astype(np.float32)))
+
+    def sums(self, seen: Observation, points: Replicas) -> ComplexArray:
+        r"""Sums over the samples without each point's phase, times powers 0, 1 and 2 of the time.
+
+        With d the rate of the beat, the phase :math:`\pi d u^2` on a ramp is expanded:
+        :math:`S_j = D_j - j\pi d\,D_{j+2} - \tfrac12(\pi d)^2 D_{j+4}` of the derivatives D, as
+        far as the fourth. `signals.moments` is the exact twin.
+
+        Returns
+        -------
+        V, V s and V s², ``(3, point, channel, ramp)``
+        """
+        per_bin = self.value.shape[1] / seen.model.times.rate
+        power = _derivatives(self.value, points.beat * per_bin, _lagrange(8))
+        power *= (0.5j * per_bin / np.pi) ** np.arange(5)[:, None, None, None]
+        bend = (1j * np.pi * points.drift)[:, None]
+        sums = power[:3]
+        sums -= bend * power[2:]
+        sums[0] += bend**2 * (0.5 * power[4])
+        return np.asarray(points.middle.conj()[:, None] * sums)
+
+
+@lru_cache
+def _lagrange(taps: int) -> FloatArray:
+    """Coefficients of Lagrange's interpolation between bins and its four derivatives.
+
+    The polynomials are those of the distance from the bin below, ``(derivative, tap, power)``.
+    """
+    nodes = np.arange(taps) - (taps // 2 - 1)
+    power = np.arange(taps)
+    rows = [np.linalg.inv(nodes[:, None].astype(np.float64) ** power).T]
+    for _ in range(4):
+        rows.append(np.roll(rows[-1] * power, -1, axis=1))
+    return np.stack(rows)
+
+
+@reordered
+def _derivatives(value: Any, place: Any, table: Any) -> Any:  # pragma: no cover - compiled
+    """Interpolated values and derivatives at places ``(point, ramp)``, in bins.
+
+    They are ``(derivative, point, channel, ramp)``.
+    """
+    bins, channels = value.shape[1:]
+    points, ramps = place.shape
+    orders, taps, powers = table.shape
+    out = np.zeros((orders, points, channels, ramps), dtype=np.complex128)
+    for p in range(points):
+        for k in range(ramps):
+            low = int(np.floor(place[p, k]))
+            x = place[p, k] - low
+            for t in range(taps):
+                b = (low + t - (taps // 2 - 1)) % bins
+                for d in range(orders):
+                    share = 0.0
+                    for n in range(powers - 1, -1, -1):
+                        share = share * x + table[d, t, n]
+                    for m in range(channels):
+                        out[d, p, m, k] += share * value[k, b, m]
+    return out
+
+
+@reordered
+def _values(value: Any, place: Any, table: Any) -> Any:  # pragma: no cover - compiled
+    """Interpolated values at places ``(ramp, step)``, in bins: ``(channel, ramp, step)``."""
+    bins, channels = value.shape[1:]
+    ramps, steps = place.shape
+    taps, powers = table.shape
+    out = np.zeros((channels, ramps, steps), dtype=np.complex64)
+    for k in range(ramps):
+        for i in range(steps):
+            low = int(np.floor(place[k, i]))
+            x = np.float32(place[k, i] - low)
+            for t in range(taps):
+                b = (low + t - (taps // 2 - 1)) % bins
+                share = np.float32(0.0)
+                for n in range(powers - 1, -1, -1):
+                    share = share * x + table[t, n]
+                for m in range(channels):
+                    out[m, k, i] += share * value[k, b, m]
+    return out

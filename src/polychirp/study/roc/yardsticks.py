@@ -1,0 +1,121 @@
+"""Measures of a receiver: resolution, looks, cells, and the ideal detector that is beside it."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.model.if_frame import IfFrame
+from polychirp.model.ramp import RampSchedule
+from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
+from polychirp.receiver.chain import Receiver, search_grid
+from polychirp.receiver.coherent.chain import CoherentReceiver
+from polychirp.receiver.coherent.false_alarms import threshold_of
+from polychirp.receiver.range_doppler.chain import RangeDoppler
+from polychirp.receiver.range_doppler.transforms import taper
+from polychirp.receiver.selection import FrameReceiver
+from polychirp.receiver.settings import DetectorSettings
+from polychirp.receiver.signal_model.transmit_codes import code_blocks
+from polychirp.scoring.ideal_detector import cell_threshold
+
+
+class Extent(NamedTuple):
+    """A distance in range, m, and in range rate, m/s."""
+
+    range: float
+    range_rate: float
+
+
+def resolution(schedule: RampSchedule) -> Extent:
+    r"""Resolution cell of the frame: :math:`c/2B` of the largest bandwidth, :math:`\lambda/2T`."""
+    wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
+    duration = float(schedule.end_time.max() - schedule.start_time.min())
+    return Extent(
+        range=SPEED_OF_LIGHT / (2.0 * float(np.max(schedule.bandwidth))),
+        range_rate=wavelength / (2.0 * duration),
+    )
+
+
+def error_limits(receiver: FrameReceiver, schedule: RampSchedule) -> Extent:
+    r"""Greatest errors of a detection that counts as that of a point.
+
+    They are chosen above the errors of each receiver at its threshold, and small beside the map:
+
+    - coherent: one cell of `resolution`, less than the distance of the first side lobe;
+    - range-Doppler: one and a half cells, the width of its tapered main lobe;
+    - joint: two cells in range and four in range rate, as powers of ramps alone may set both;
+    - paper: one cell in range and half a cell of a ramp, :math:`\lambda/4T_{ramp}`, in range rate.
+    """
+    cell = resolution(schedule)
+    match receiver:
+        case CoherentReceiver():
+            return cell
+        case RangeDoppler():
+            return Extent(1.5 * cell.range, 1.5 * cell.range_rate)
+        case Receiver():
+            return Extent(2.0 * cell.range, 4.0 * cell.range_rate)
+    wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
+    return Extent(cell.range, wavelength / (4.0 * float(np.max(schedule.duration))))
+
+
+def num_looks(receiver: FrameReceiver, frame: IfFrame) -> int:
+    """Number of channels whose powers the ideal detector adds.
+
+    They are the receiving channels; with several transmitting elements those of the virtual array,
+    and for the range-Doppler receiver one for each channel and sweep of the code.
+    """
+    if isinstance(receiver, RangeDoppler):
+        return frame.array.num_channels * len(code_blocks(frame.schedule).weight)
+    return frame.array.num_channels
+
+
+def num_cells(receiver: FrameReceiver, frame: IfFrame) -> float:
+    """Number of cells of the frame to which a false-alarm probability refers.
+
+    They are the cells of the receiver's map within its limits. The coherent receiver counts
+    resolution cells, whatever its map's steps; they are used for the paper's receiver too, which
+    has no such map.
+    """
+    match receiver:
+        case CoherentReceiver():
+            expected = receiver.expected_false_detections(frame)
+            return float(expected / receiver.false_alarm_probability)
+        case RangeDoppler():
+            map_ = receiver.spectra(frame).mean_power
+            is_near = (map_.range >= receiver.least_range) & (map_.range <= receiver.greatest_range)
+            return float(map_.range_rate.size * np.count_nonzero(is_near))
+        case Receiver():
+            grid = search_grid(receiver, frame, float(frame.schedule.start_time[0]))
+            return float(grid.range.size * grid.range_rate.size)
+    assert isinstance(receiver, PaperReceiver)
+    cell = resolution(frame.schedule)
+    span = receiver.greatest_range - receiver.least_range
+    return span / cell.range * 2.0 * receiver.greatest_speed / cell.range_rate
+
+
+def stated_threshold(receiver: FrameReceiver, *, looks: int) -> float | None:
+    """Threshold of the ideal detector at the receiver's false-alarm probability.
+
+    That of the coherent receiver counts peaks per resolution cell, those of others single cells.
+    None for the paper's receiver, which states no false-alarm probability.
+    """
+    if not isinstance(receiver, DetectorSettings):
+        return None
+    if isinstance(receiver, CoherentReceiver):
+        return threshold_of(receiver.false_alarm_probability, num_channels=looks)
+    return cell_threshold(receiver.false_alarm_probability, num_channels=looks)
+
+
+def window_share(receiver: FrameReceiver, frame: IfFrame) -> float:
+    r"""Greatest SNR in a cell of the receiver's map over the coherent SNR, a ratio.
+
+    For weights w it is :math:`(\sum w)^2 / (N \sum w^2)`, for the range-Doppler receiver times that
+    of its other transform. The coherent receiver has no windows: 1. The other receivers add powers
+    of ramps, and have no such cell: NaN.
+    """
+    if isinstance(receiver, CoherentReceiver):
+        return 1.0
+    if not isinstance(receiver, RangeDoppler):
+        return float("nan")
+    sizes = (frame.times.most_samples, len(code_blocks(frame.schedule).ramps))
+    return float(np.prod([1.0 / (size * np.sum(taper(size) ** 2)) for size in sizes]))

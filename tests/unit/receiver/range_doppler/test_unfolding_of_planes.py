@@ -1,0 +1,56 @@
+"""Beams by which the folds of a code are told apart, with elements in two rows."""
+
+import numpy as np
+import pytest
+
+from polychirp.receiver.angle.beams import strongest_beam
+from polychirp.receiver.angle.elements import Elements
+
+ROWS = {"line": [(0, 0), (4, 0), (8, 0)], "raised": [(0, 0), (2, 1), (4, 0)]}
+"""Places of three transmitting elements, half wavelengths; four receiving ones are in a line."""
+
+
+def bands(count):
+    """Weights ``(sweep, element)`` of Doppler division in ``count`` bands."""
+    return np.exp(2j * np.pi * np.outer(np.arange(count), np.arange(3)) / count)
+
+
+def margins(name, code):
+    """dB by which the right fold's beam exceeds any other's, in 500 drawn directions.
+
+    A fold m gives sweep k of the code's block a phase of 2π·mk/K, with which it is decoded.
+    """
+    rng, length = np.random.default_rng(1), len(code)
+    sender, receiver = np.array(ROWS[name]), np.array([(n, 0) for n in range(4)])
+    elements = Elements(place=0.5 * (sender[:, None] + receiver).reshape(-1, 2))
+    azimuth, elevation = np.radians(rng.uniform([-50, -10], [50, 10], (500, 2))).T
+    elevation *= np.ptp(elements.place[:, 1]) > 0
+    cosines = np.stack([np.cos(elevation) * np.sin(azimuth), np.sin(elevation)], axis=-1)
+    waves = elements.steering(cosines).reshape(-1, 3, 4)
+    received = np.einsum("kl,nlc->nkc", code.conj(), waves)
+    power = []
+    for fold in range(length):
+        turn = np.exp(2j * np.pi * fold * np.arange(length) / length)
+        apart = np.einsum("kl,k,nkc->nlc", code, turn, received).reshape(500, -1)
+        power.append(strongest_beam(apart, elements))
+    return 10 * np.log10(power[0] / np.max(power[1:], axis=0))
+
+
+@pytest.mark.parametrize(
+    ("name", "code", "least"),
+    [
+        ("line", np.eye(3), 1.3),
+        ("raised", np.eye(3), 0.95),
+        ("line", bands(4), 3.4),
+        ("raised", bands(4), 3.3),
+        ("raised", bands(5), 3.3),
+    ],
+)
+def test_the_right_fold_has_the_strongest_beam(name, code, least):
+    assert np.min(margins(name, code)) > least
+
+
+@pytest.mark.parametrize(("name", "share"), [("line", 0.37), ("raised", 0.61)])
+def test_without_an_empty_band_another_fold_is_often_as_strong(name, share):
+    """A limit that docs/explanation/limits.md states."""
+    assert np.mean(margins(name, bands(3)) < 0.5) == pytest.approx(share, abs=0.05)

@@ -1,0 +1,175 @@
+"""What a measurement of detection is made of, and what is refused before it begins."""
+
+from dataclasses import replace
+
+import pytest
+
+from polychirp.errors import CapabilityError, InputError, ModelWarning
+from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
+from polychirp.receiver.chain import Receiver
+from polychirp.receiver.coherent.chain import CoherentReceiver
+from polychirp.receiver.range_doppler.chain import RangeDoppler
+from polychirp.receiver.selection import AutoReceiver
+from polychirp.rng import Streams
+from polychirp.study.roc.plan import case_name, roc_plan
+from polychirp.study.roc.yardsticks import error_limits, resolution
+from polychirp.study.spec import schedules_of
+from polychirp.traffic.street import Building, Point
+from tests.support.roc_study import TRIANGLES, roc_study
+
+ASK = {"snrs_db": [14.0], "trials": 3, "noise_trials": 4}
+
+
+def test_the_street_is_left_out_and_the_radar_stays():
+    study = roc_study()
+    street = replace(
+        study.street,
+        points=(Point(name="post", x=12.0, y=1.0, z=0.5, rcs=10.0),),
+        buildings=(Building(name="house", x=20.0, y=12.0, length=5.0, width=5.0, height=4.0),),
+    )
+    plan = roc_plan(replace(study, street=street, targets=("post",)), **ASK)
+    assert [vehicle.name for vehicle in plan.study.street.vehicles] == ["ego"]
+    assert (plan.study.street.points, plan.study.street.buildings) == ((), ())
+    assert plan.study.radars == (study.radars[0],)
+    assert plan.cases == (None, 14.0)
+    assert [plan.num_trials(n) for n in (0, 1)] == [4, 3]
+
+
+def test_another_radar_and_interferers_are_chosen_by_name():
+    plan = roc_plan(roc_study(), radar="other", interferers=["front"], **ASK)
+    assert [radar.name for radar in plan.study.radars] == ["other", "front"]
+    assert plan.radar == "other"
+    first = roc_plan(replace(roc_study(), victims=("other",)), **ASK)
+    assert first.radar == "other"
+
+
+def test_every_receiver_has_every_probability_that_it_knows():
+    with pytest.warns(ModelWarning, match="'paper' serves for comparison"):
+        plan = roc_plan(
+            roc_study(TRIANGLES, num_sweeps=6),
+            kinds=["paper", "coherent", "joint"],
+            probabilities=[1e-3, 1e-5],
+            **ASK,
+        )
+    assert [curve.label for curve in plan.curves] == [
+        "paper",
+        "coherent, 1e-3",
+        "coherent, 1e-5",
+        "joint, 1e-3",
+        "joint, 1e-5",
+    ]
+
+
+def test_auto_becomes_the_receiver_that_it_chooses():
+    study = roc_study(receiver=AutoReceiver(greatest_range=25.0))
+    (curve,) = roc_plan(study, **ASK).curves
+    assert curve.receiver == RangeDoppler(greatest_range=25.0)
+
+
+def test_points_and_their_errors_stay_within_all_receivers_limits():
+    """Two limits of error at each end; λ/4T is 19.6 m/s for chirps 50 µs apart at 76.6 GHz."""
+    study = roc_study()
+    schedule = schedules_of(study)[0]
+    window = roc_plan(study, **ASK).window
+    limits = error_limits(RangeDoppler(), schedule)
+    wavelength = 299792458.0 / float(schedule.centre_frequency[0])
+    assert window.least_range == pytest.approx(0.5 + 2 * limits.range)
+    assert window.greatest_range == pytest.approx(30.0 - 2 * limits.range)
+    fastest = wavelength / (4 * 50e-6) - 2 * limits.range_rate
+    assert window.greatest_speed == pytest.approx(fastest, rel=1e-9)
+    assert window.half_frame == pytest.approx(0.5 * (31 * 50e-6 + 40e-6))
+
+
+def test_no_receiver_takes_a_first_side_lobe_for_the_point():
+    """The coherent receiver has no windows: its first side lobe is 1.43 cells away."""
+    schedule = TRIANGLES.schedule(num_sweeps=6, streams=Streams(seed=1))
+    cell = resolution(schedule)
+    coherent = error_limits(CoherentReceiver(), schedule)
+    assert coherent.range < 1.43 * cell.range
+    assert coherent.range_rate < 1.43 * cell.range_rate
+    for receiver in (Receiver(), RangeDoppler(), PaperReceiver()):
+        found = error_limits(receiver, schedule)
+        assert cell.range <= found.range <= 2 * cell.range
+        assert found.range_rate >= cell.range_rate
+
+
+def test_a_strong_point_is_four_cells_away_unless_told():
+    cell = resolution(schedules_of(roc_study())[0])
+    plan = roc_plan(roc_study(), strong=100.0, **ASK)
+    assert plan.strong.apart == (pytest.approx(4 * cell.range), 0.0)
+    told = roc_plan(roc_study(), strong=100.0, apart=(1.5, 2.0), **ASK)
+    assert told.strong.apart == (1.5, 2.0)
+
+
+def test_further_snrs_and_trials_belong_to_the_same_measurement():
+    one = roc_plan(roc_study(), **ASK)
+    more = roc_plan(roc_study(), snrs_db=[3.0, 14.0], trials=9, noise_trials=1)
+    assert one.key == more.key
+    for change in ({"strong": 10.0}, {"probabilities": [1e-3]}, {"radar": "other"}):
+        assert roc_plan(roc_study(), **ASK, **change).key != one.key
+    assert roc_plan(replace(roc_study(), seed=6), **ASK).key != one.key
+
+
+def test_cases_have_names():
+    plan = roc_plan(
+        roc_study(), snrs_db=[12, 0.1 + 0.2, 0.3, -0.0, 0.0, -3.25], trials=1, noise_trials=1
+    )
+    names = ["noise", "-3.25 dB", "0.0 dB", "0.3 dB", "12.0 dB"]
+    assert [case_name(case) for case in plan.cases] == names
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"radar": "frnt"}, "there is no radar 'frnt'.*did you mean 'front'"),
+        ({"interferers": ["nobody"]}, "there is no radar 'nobody'"),
+        ({"interferers": ["front"]}, "other radars than 'front'"),
+        ({"interferers": ["other", "other"]}, "each named once"),
+        ({"kinds": ["joind"]}, "there is no receiver 'joind'.*did you mean 'joint'"),
+        ({"kinds": ["auto", "range-doppler"]}, "range-doppler, 1e-4' is asked for twice"),
+        ({"probabilities": [1e-4, 1e-4]}, "asked for twice"),
+        ({"probabilities": [0.5]}, "must lie between 1e-12 and 0.1"),
+        ({"snrs_db": []}, "there are 0 SNRs"),
+        ({"snrs_db": [1e6]}, "outside of -100 dB to 200 dB"),
+        ({"trials": 0}, "must be 1 or more"),
+        ({"noise_trials": 0}, "must be 1 or more"),
+    ],
+)
+def test_a_wrong_request_is_refused_in_one_sentence(change, message):
+    with pytest.raises(InputError, match=message):
+        roc_plan(roc_study(), **{**ASK, **change})
+
+
+def test_a_negative_seed_is_refused():
+    with pytest.raises(InputError, match="seed: is -1; use 0 or more"):
+        roc_plan(replace(roc_study(), seed=-1), **ASK)
+
+
+def test_a_radar_on_a_vehicle_that_is_not_there_is_refused():
+    study = roc_study()
+    lost = (replace(study.radars[0], vehicle="ego2"), study.radars[1])
+    with pytest.raises(InputError, match=r"no vehicle 'ego2'.*did you mean 'ego'"):
+        roc_plan(replace(study, radars=lost), **ASK)
+
+
+def test_a_probability_for_the_papers_receiver_is_refused():
+    study = roc_study(TRIANGLES, num_sweeps=6, receiver=PaperReceiver())
+    with (
+        pytest.warns(ModelWarning, match="serves for comparison"),
+        pytest.raises(InputError, match="'paper' has no false-alarm probability; leave --pfa out"),
+    ):
+        roc_plan(study, probabilities=[1e-3], **ASK)
+
+
+def test_ramps_that_a_receiver_cannot_read_are_refused_with_their_place_in_the_file():
+    with pytest.raises(CapabilityError, match=r"radars\.1\.waveform: the paper's receiver"):
+        roc_plan(roc_study(), radar="other", kinds=["paper"], **ASK)
+
+
+def test_limits_without_room_for_a_point_are_refused():
+    near = roc_study(receiver=RangeDoppler(greatest_range=4.0))
+    with pytest.raises(InputError, match=r"leave no room for points.*raise receiver"):
+        roc_plan(near, **ASK)
+    slow = roc_study(TRIANGLES, num_sweeps=6, receiver=Receiver(greatest_speed=0.5))
+    with pytest.raises(InputError, match="too few cells for a point"):
+        roc_plan(slow, **ASK)
