@@ -90,7 +90,7 @@ def test_a_car_and_a_pedestrian_are_found_where_they_are():
     assert max(np.abs(score.range_rate_error).max() for score in scores) < 0.06
     assert max(np.abs(score.azimuth_error).max() for score in scores) < np.radians(2.5)
     assert sum(len(score.nature) for score in scores) <= 24 + 1  # 1e-6 of 9000 cells, per frame
-    assert {nature for score in scores for nature in score.nature} <= {"echo", "target"}
+    assert {nature for score in scores for nature in score.nature} <= {"body", "target"}
 
 
 @pytest.mark.parametrize("speed", [1.0, 2.2])
@@ -103,7 +103,7 @@ def test_the_coherent_receiver_finds_both_also_beyond_the_span_of_speeds(speed):
     assert max(np.abs(score.range_rate_error).max() for score in scores) < 0.06
     assert max(np.abs(score.azimuth_error).max() for score in scores) < np.radians(2.5)
     assert sum(len(score.nature) for score in scores) <= 8 + 1
-    assert {nature for score in scores for nature in score.nature} <= {"echo", "target"}
+    assert {nature for score in scores for nature in score.nature} <= {"body", "target"}
 
 
 @pytest.mark.parametrize(

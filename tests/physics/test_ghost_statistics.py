@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from polychirp.scoring.ghosts import Nature
+from polychirp.scoring.causes import Nature
 from polychirp.study.monte_carlo.grid import trial_seed
 from polychirp.study.monte_carlo.tasks import attempt
 from polychirp.study.random_draw import sample_street

@@ -23,6 +23,7 @@ from polychirp.frames import Pose
 from polychirp.model.baseband import Progress, no_progress
 from polychirp.model.paths import PropagationPaths
 from polychirp.receiver.settings import SearchSettings
+from polychirp.scoring.causes import Nature
 from polychirp.scoring.closed_forms import (
     any_of,
     apparent_point,
@@ -31,7 +32,6 @@ from polychirp.scoring.closed_forms import (
     has_ridge_in_map,
     removing_slope_difference,
 )
-from polychirp.scoring.ghosts import Nature
 from polychirp.scoring.statistics import Estimate, mean_count, proportion
 from polychirp.study.monte_carlo.grid import trial_seed
 from polychirp.study.monte_carlo.records import NATURES, VictimRecord

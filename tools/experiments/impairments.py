@@ -13,6 +13,7 @@ from polychirp.model.front_end import Digitiser, FrontEnd, GainControl, HighPass
 from polychirp.model.leakage import Bumper, Leakage
 from polychirp.model.oscillator import Oscillator, PhaseNoise, QuadraticError
 from polychirp.model.paths import PropagationPaths
+from polychirp.scoring.causes import MADE_BY_RADARS
 from polychirp.study.paper.results import WaveformKind
 from polychirp.study.paper.scenarios import paper_study
 from polychirp.study.spec import Study, StudyRadar, scene_of, schedules_of
@@ -148,13 +149,12 @@ def _victim_result(study: Study, snapshots: Sequence[PropagationPaths]) -> Victi
 
 def _row(name: str, waveform: str, seen: VictimResult) -> ImpairedRow:
     found, score = seen.detections, seen.score
-    made = ("direct", "indirect", "front-end")
     targets = [float(found.power[n]) for n in score.target_detection]
     strongest = max(targets, default=math.nan)
 
     def ghosts() -> Iterator[tuple[float, float]]:
         for n in sorted(score.ghosts, key=lambda n: -found.power[n]):
-            if score.nature[n] in made:
+            if score.nature[n] in MADE_BY_RADARS:
                 yield float(found.range[n]), float(to_db(found.power[n] / strongest))
 
     return ImpairedRow(
@@ -163,5 +163,5 @@ def _row(name: str, waveform: str, seen: VictimResult) -> ImpairedRow:
         ghosts=tuple(ghosts()),
         floor_rise_db=float(to_db(score.floor_rise)),
         missed=score.num_missed,
-        others=sum(score.nature[n] not in made for n in score.ghosts),
+        others=sum(score.nature[n] not in MADE_BY_RADARS for n in score.ghosts),
     )

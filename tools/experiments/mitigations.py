@@ -24,6 +24,7 @@ from polychirp.receiver.mitigation import (
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.receiver.selection import FrameReceiver, receiver_for
 from polychirp.rng import Streams
+from polychirp.scoring.causes import MADE_BY_RADARS
 from polychirp.scoring.mitigation import (
     error_vector_magnitude,
     share_touched,
@@ -180,7 +181,7 @@ class _Bench:
     ) -> MitigationRow:
         own, rest = self._amplitudes(mitigation, result)
         score = result.score
-        made = sum(score.nature[n] in ("direct", "indirect", "front-end") for n in score.ghosts)
+        made = sum(score.nature[n] in MADE_BY_RADARS for n in score.ghosts)
         return MitigationRow(
             scenario=scenario,
             method=name,
@@ -189,7 +190,7 @@ class _Bench:
             floor_rise_db=float(to_db(score.floor_rise)),
             ghosts=made,
             others=len(score.ghosts) - made,
-            echoes=len(score.numbers("echo")),
+            echoes=len(score.other_echoes),
             missed=score.num_missed,
             lost=0.0,
             touched_clean=0.0,

@@ -88,6 +88,7 @@ def _summary(name: str, seed: int, path: Path, trial: Trial) -> dict[str, Any]:
                 "detected_targets": _targets(victim, found=True),
                 "undetected_targets": _targets(victim, found=False),
                 "levels": _levels(victim),
+                "extents": _extents(victim),
             }
             for victim in trial.victims
         ],
@@ -102,7 +103,7 @@ def _counts(victim: VictimResult) -> dict[str, int]:
         "found": int(score.is_detected.sum()),
         "missed": score.num_missed,
         "ghosts": len(score.ghosts),
-        "other_echoes": len(score.numbers("echo")),
+        "other_echoes": len(score.other_echoes),
     }
 
 
@@ -120,6 +121,23 @@ def _levels(victim: VictimResult) -> dict[str, dict[str, float]]:
     }
 
 
+def _extents(victim: VictimResult) -> dict[str, dict[str, float]]:
+    """Number of detections on each target found, and their extent in SI beside the visible one."""
+    score = victim.score
+    names = ("length", "width", "range_rate_span")
+    out = {}
+    for n, is_found in enumerate(score.is_detected.tolist()):
+        if not is_found:
+            continue
+        visible = victim.truth.extent(n)
+        out[victim.truth.name[n]] = {
+            "points": int(score.num_points[n]),
+            **{name: float(getattr(score, name)[n]) for name in names},
+            **{f"visible_{name}": float(getattr(visible, name)) for name in names},
+        }
+    return out
+
+
 def _print_table(trial: Trial) -> None:
     from rich.table import Table
 
@@ -134,7 +152,7 @@ def _print_table(trial: Trial) -> None:
         levels.add_column(column)
     for column in ("SNR", "INR", "SINR", "SINR, mitigated"):
         levels.add_column(column, justify="right")
-    columns = ["range", "range error", "speed error", "azimuth error"]
+    columns = ["range", "range error", "speed error", "azimuth error", "points", "extent"]
     has_elevation = any(_measures_elevation(victim) for victim in trial.victims)
     for column in columns + ["elevation", "elevation error"] * has_elevation:
         errors.add_column(column, justify="right")
@@ -164,7 +182,7 @@ def _level_rows(victim: VictimResult) -> Iterator[tuple[str, ...]]:
 
 
 def _error_rows(victim: VictimResult) -> Iterator[tuple[str, ...]]:
-    """Every target found, as text with units: name, range, errors, elevation and its error."""
+    """Every target found, as text: name, range, errors, extents, elevation and its error."""
     truth, score = victim.truth, victim.score
     for number, name in enumerate(truth.name):
         if score.is_detected[number]:
@@ -174,9 +192,24 @@ def _error_rows(victim: VictimResult) -> Iterator[tuple[str, ...]]:
                 f"{score.range_error[number]:+.3f} m",
                 f"{3.6 * score.range_rate_error[number]:+.3f} km/h",
                 _degrees(score.azimuth_error[number]),
+                f"{score.num_points[number]:.0f}",
+                _extent_words(victim, number),
                 _degrees(truth.elevation[number]),
                 _degrees(score.elevation_error[number]),
             )
+
+
+def _extent_words(victim: VictimResult, number: int) -> str:
+    """Length and width of a target's detections, and those of its visible metal: a text in m."""
+    score, visible = victim.score, victim.truth.extent(number)
+    pairs = ((score.length[number], visible.length), (score.width[number], visible.width))
+    found, seen = ("×".join(_size(pair[n]) for pair in pairs) for n in (0, 1))
+    return f"{found} of {seen} m"
+
+
+def _size(value: float) -> str:
+    """A length in m; a dash for the width that a radar of one channel does not measure."""
+    return "–" if math.isnan(value) else f"{value:.1f}"
 
 
 def _measures_elevation(victim: VictimResult) -> bool:

@@ -135,8 +135,8 @@ def _print_tables(name: str, plan: Plan, results: Results) -> None:
     console.print(_table("errors of targets found, rms", axes, rows, _errors))
     console.print(_table("in the cells of the targets, medians", axes, rows, _levels))
     console.print(
-        "A trial counts as one draw, however many targets it has. Ghosts and false detections "
-        f"(ghosts that nothing explains) are means per frame, {_thresholds(plan)}.",
+        "A trial counts as one draw, however many targets it has. Ghosts, and those of them that "
+        f"nothing explains, are means per frame, {_thresholds(plan)}.",
     )
 
 
@@ -176,7 +176,7 @@ def _detections(row: Summary) -> dict[str, str]:
         "Pd": shown(row.detection, digits=3),
         "P(ghost)": shown(row.ghost, digits=3),
         "ghosts": shown(row.ghosts),
-        "false detections": shown(row.false_detections),
+        "unexplained": shown(row.unexplained),
     }
 
 

@@ -1,15 +1,19 @@
 """`Detections` of a receiver in one frame."""
 
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 
-from polychirp.axes import PerDetection, seal
+from polychirp.axes import Axes, IntArray, PerDetection, seal
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Detections:
     """Detections of a receiver in one frame, strongest first.
+
+    A detection is a point. If the receiver groups points to objects, each entry is an object, with
+    the place of its group and an extent (`Extent`).
 
     Parameters
     ----------
@@ -20,6 +24,9 @@ class Detections:
     elevation : rad, positive up; NaN, as by default, if all channels are at one height
     power : W at the converter, squared amplitude of the detection in one channel
     snr : ratio of the detection statistic to its local floor
+    num_points : number of points of each object; 1 by default
+    length, width, range_rate_span : extent of each object along range, m, across, m, and in range
+        rate, m/s; 0 by default
     """
 
     time: float
@@ -29,10 +36,22 @@ class Detections:
     power: PerDetection
     snr: PerDetection
     elevation: PerDetection = field(default_factory=lambda: np.zeros(0))
+    num_points: Annotated[IntArray, Axes("detection", dtype=np.int64)] = field(
+        default_factory=lambda: np.zeros(0, dtype=np.int64)
+    )
+    length: PerDetection = field(default_factory=lambda: np.zeros(0))
+    width: PerDetection = field(default_factory=lambda: np.zeros(0))
+    range_rate_span: PerDetection = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
+        size = np.size(self.range)
         if not np.size(self.elevation):
-            object.__setattr__(self, "elevation", np.full(np.size(self.range), np.nan))
+            object.__setattr__(self, "elevation", np.full(size, np.nan))
+        if not np.size(self.num_points):
+            object.__setattr__(self, "num_points", np.ones(size, dtype=np.int64))
+        for name in ("length", "width", "range_rate_span"):
+            if not np.size(getattr(self, name)):
+                object.__setattr__(self, name, np.zeros(size))
         seal(self)
 
     @property

@@ -22,10 +22,15 @@ class Score(Sealed):
         target before mitigation, ``(target,)`` (`TargetLevels`)
     mitigated_sinr : power ratio of the own echo to all other parts in the cell of every target
         after mitigation, ``(target,)``
-    nature : nature of every detection: "target", "echo" (a real echo of another body), or the kind
-        of ghost: "multipath", "direct", "indirect", "front-end", "unexplained"
+    num_points : number of detections on every target, ``(target,)``
+    length, width, range_rate_span : extent of these detections along range, m, across, m, and in
+        range rate, m/s, ``(target,)`` (`Extent`); zero where ``is_detected`` is false
+    nature : nature of every detection: "target", "body" (an echo of another body), "clutter", or
+        the kind of ghost: "multipath", "direct", "indirect", "front-end", "unexplained"
+    body : name of the body whose echo every detection is; None for ghosts
     power : power of every detection, W, ``(detection,)``
-    target_detection : number of the detection of each detected target, in the order of the targets
+    target_detection : number of the detection that gives the errors of each detected target, in
+        the order of the targets
     num_missed : number of visible targets without a detection
     floor_rise : power ratio of the range spectra's floor to the floor of noise alone
     """
@@ -39,7 +44,12 @@ class Score(Sealed):
     snr: PerTarget
     inr: PerTarget
     mitigated_sinr: PerTarget
+    num_points: PerTarget
+    length: PerTarget
+    width: PerTarget
+    range_rate_span: PerTarget
     nature: tuple[str, ...]
+    body: tuple[str | None, ...]
     power: PerDetection
     target_detection: tuple[int, ...]
     num_missed: int
@@ -50,6 +60,11 @@ class Score(Sealed):
         return tuple(n for n, what in enumerate(self.nature) if what == nature)
 
     @property
+    def other_echoes(self) -> tuple[int, ...]:
+        """Numbers of the detections that are echoes of other bodies or clutter."""
+        return tuple(n for n, what in enumerate(self.nature) if what in ("body", "clutter"))
+
+    @property
     def ghosts(self) -> tuple[int, ...]:
         """Numbers of the detections at which there is no body."""
-        return tuple(n for n, what in enumerate(self.nature) if what not in ("target", "echo"))
+        return tuple(n for n, body in enumerate(self.body) if body is None)

@@ -1,4 +1,4 @@
-"""Clusters of detections in place and range rate: one detection per body."""
+"""Objects: clusters of detections in place and range rate, with their extents."""
 
 import math
 from dataclasses import dataclass
@@ -10,6 +10,7 @@ from polychirp.axes import BoolArray, FloatArray, IntArray
 from polychirp.errors import InputError
 from polychirp.frames import direction_angles, direction_of
 from polychirp.model.detection import Detections
+from polychirp.model.extent import extent_of
 from polychirp.spec import Spec
 from polychirp.units import Metres, MetresPerSecond
 
@@ -76,6 +77,9 @@ def objects(detections: Detections, body: Body | None = None) -> IntArray:
 def merged(detections: Detections, body: Body | None = None) -> Detections:
     """One detection per object of `objects`, with the total power and the greatest SNR.
 
+    Each has the extent of its points: their number, its length along range, its width across and
+    the span of its range rates.
+
     Examples
     --------
     >>> found = Detections(
@@ -84,6 +88,8 @@ def merged(detections: Detections, body: Body | None = None) -> Detections:
     >>> one = merged(found)
     >>> one.range, one.power
     (array([10., 20.]), array([4., 2.]))
+    >>> one.num_points, one.length
+    (array([2, 1]), array([1.5, 0. ]))
     """
     body = body or Body()
     number = objects(detections, body)
@@ -91,6 +97,14 @@ def merged(detections: Detections, body: Body | None = None) -> Detections:
     power = np.array([detections.power[m].sum() for m in members], dtype=np.float64)
     order = np.argsort(-power, kind="stable")
     found = np.array([_detection(detections, members[n], body) for n in order]).reshape(-1, 4)
+    extents = [
+        extent_of(
+            range=detections.range[members[n]],
+            range_rate=detections.range_rate[members[n]],
+            azimuth=detections.azimuth[members[n]],
+        )
+        for n in order
+    ]
     return Detections(
         time=detections.time,
         range=found[:, 0],
@@ -99,6 +113,10 @@ def merged(detections: Detections, body: Body | None = None) -> Detections:
         elevation=found[:, 3],
         power=power[order],
         snr=np.array([detections.snr[members[n]].max() for n in order], dtype=np.float64),
+        num_points=np.array([one.num_points for one in extents], dtype=np.int64),
+        length=np.array([one.length for one in extents]),
+        width=np.array([one.width for one in extents]),
+        range_rate_span=np.array([one.range_rate_span for one in extents]),
     )
 
 

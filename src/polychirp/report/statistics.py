@@ -45,7 +45,7 @@ def statistics_rows(rows: Iterable[StatisticsRow]) -> Iterator[tuple[str, ...]]:
             str(row.num_trials),
             within(row.detection, 3),
             within(row.ghosts, 2),
-            within(row.false_detections, 2),
+            within(row.unexplained, 2),
             *(short(value) for value in (row.range_rmse_m, row.azimuth_rmse_deg)),
             short(row.speed_rmse_kmh),
             decimal(row.floor_rise_db, 1),

@@ -2,8 +2,9 @@
 
 The modules in reading order; others may use the names beside them:
 
-- `association`: pairs of targets and detections: `Gate`, `associate`.
-- `ghosts`: the cause of every detection: `Nature`, `natures`, `dominated_by_interference`.
+- `association`: detections on bodies: `Gate`, `distances_from_bodies`, `associate`.
+- `echoes`: own paths with the body that each is of: `Echoes`, `echoes_of`.
+- `causes`: the one rule for the cause of every detection: `Nature`, `causes`.
 - `compare`: the score of one radar in one trial: `compare`.
 - `mitigation`: measures of mitigation: `signal_to_disturbance`, `error_vector_magnitude`,
   `share_touched`.

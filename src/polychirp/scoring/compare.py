@@ -1,16 +1,17 @@
-"""Detections against truth: targets found and missed, their errors, and ghosts."""
+"""Detections against truth: targets found and missed, their errors and extents, and ghosts."""
 
 import numpy as np
 
-from polychirp.axes import FloatArray
+from polychirp.axes import BoolArray, FloatArray
 from polychirp.model.detection import Detections
+from polychirp.model.extent import Extent, extent_of
 from polychirp.model.if_frame import PARTS
-from polychirp.model.paths import PropagationPaths
 from polychirp.model.score import Score
 from polychirp.model.target_levels import TargetLevels
 from polychirp.model.truth import Truth
-from polychirp.scoring.association import Gate, associate
-from polychirp.scoring.ghosts import dominated_by_interference, natures
+from polychirp.scoring.association import Gate
+from polychirp.scoring.causes import causes
+from polychirp.scoring.echoes import Echoes
 
 
 def compare(
@@ -18,7 +19,7 @@ def compare(
     truth: Truth,
     *,
     powers: FloatArray,
-    own_paths: PropagationPaths,
+    echoes: Echoes,
     floor_rise: float,
     before: TargetLevels,
     after: TargetLevels,
@@ -29,15 +30,14 @@ def compare(
     Parameters
     ----------
     powers : W, power of every part in every detection, ``(detection, part)``
-    own_paths : paths from the victim back to itself, at the time of the detections
+    echoes : paths from the victim back to itself, at the time of the detections
     floor_rise : ratio of the range spectra's floor to the noise alone; the score passes it on
     before, after : echo and interference over noise at every target, before and after mitigation
-    gate : largest differences between a detection and its target; None is `Gate` by default
+    gate : margins of a detection; None is `Gate` by default
     """
-    gate = gate or Gate()
-    target, detection = associate(
-        detections, truth, gate=gate, may_be_target=~dominated_by_interference(powers)
-    )
+    found = causes(detections, truth, powers=powers, echoes=echoes, gate=gate or Gate())
+    target, detection = found.association
+    extents = [_extent(detections, mine) for mine in found.is_on_target]
 
     def per_target(values: FloatArray) -> FloatArray:
         out = np.zeros(len(truth.name))
@@ -56,16 +56,35 @@ def compare(
         snr=before.snr,
         inr=before.inr,
         mitigated_sinr=after.sinr,
-        nature=tuple(
-            nature.value
-            for nature in natures(
-                detections, powers, own_paths, targets=detection.tolist(), gate=gate
-            )
-        ),
+        num_points=np.array([one.num_points for one in extents], dtype=np.float64),
+        length=np.array([one.length for one in extents]),
+        width=np.array([one.width for one in extents]),
+        range_rate_span=np.array([one.range_rate_span for one in extents]),
+        nature=tuple(nature.value for nature in found.nature),
+        body=found.body,
         power=detections.power,
         target_detection=tuple(int(n) for n in detection),
         num_missed=int(np.sum(truth.is_visible & ~is_detected)),
         floor_rise=floor_rise,
+    )
+
+
+def _extent(detections: Detections, mine: BoolArray) -> Extent:
+    """Extent of the detections in a mask ``(detection,)``; of objects, at least the largest one."""
+    places = extent_of(
+        range=detections.range[mine],
+        range_rate=detections.range_rate[mine],
+        azimuth=detections.azimuth[mine],
+    )
+
+    def at_least(value: float, of_objects: FloatArray) -> float:
+        return max(value, float(of_objects[mine].max(initial=0.0)))
+
+    return Extent(
+        num_points=int(detections.num_points[mine].sum()),
+        length=at_least(places.length, detections.length),
+        width=at_least(places.width, detections.width),
+        range_rate_span=at_least(places.range_rate_span, detections.range_rate_span),
     )
 
 

@@ -47,7 +47,10 @@ class StudyRadar(Radar):
         element transmits
     array_errors : rms values from which errors of its array are drawn; the drawn errors replace
         any errors that `array` lists
+    num_sweeps : sweeps that it transmits in a frame; None for those of the study. An interferer
+        whose sweeps are shorter than the victim's needs more of them to transmit as long
     start_time : s, start of its first ramp
+    start_spread : s; its first ramp starts up to this later, drawn uniformly for every seed
     clock_offset : relative error of its oscillator at its start, positive for a fast clock
     clock_drift : growth of that error, 1/s
     start_jitter : s, rms error of the start of every sweep, drawn independently
@@ -57,7 +60,9 @@ class StudyRadar(Radar):
     waveform: AnyWaveform
     coding: AnyCoding | None = None
     array_errors: ArrayErrors | None = None
+    num_sweeps: Annotated[int, Between(greatest=1_000_000)] | None = None
     start_time: Seconds = 0.0
+    start_spread: Seconds = 0.0
     clock_offset: Fraction = 0.0
     clock_drift: FractionPerSecond = 0.0
     start_jitter: Seconds = 0.0
@@ -75,8 +80,12 @@ class StudyRadar(Radar):
                 f"a second; use at most {GREATEST_DRIFT * 1e6:g} ppm, up to which its ramps stay "
                 "straight"
             )
-        if not self.start_jitter >= 0:
-            raise InputError(f"radar '{self.name}' has a negative start jitter; use 0 s or more")
+        if not (self.start_jitter >= 0 and self.start_spread >= 0):
+            raise InputError(
+                f"radar '{self.name}' has a negative start jitter or spread; use 0 s or more"
+            )
+        if self.num_sweeps is not None and self.num_sweeps < 1:
+            raise InputError(f"radar '{self.name}' has no sweeps; use a num_sweeps of 1 or more")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -124,18 +133,20 @@ class Study(Spec):
 
 def schedule_of(study: Study, radar: StudyRadar) -> RampSchedule:
     """Ramps of one radar, with the errors of its clock, in the true time of the scene."""
+    num_sweeps = radar.num_sweeps or study.num_sweeps
     streams = Streams(seed=study.seed).of("radar", radar.name)
-    schedule = radar.waveform.schedule(num_sweeps=study.num_sweeps, streams=streams)
+    schedule = radar.waveform.schedule(num_sweeps=num_sweeps, streams=streams)
     if radar.coding is not None:
         schedule = coded(schedule, radar.coding, num_elements=radar.array.num_transmitters)
+    late = float(Streams(seed=study.seed)["start", radar.name].uniform(0.0, radar.start_spread))
     clocked = schedule.as_clocked(
-        start_time=radar.start_time,
+        start_time=radar.start_time + late,
         clock_offset=radar.clock_offset,
         clock_drift=radar.clock_drift,
     )
     if radar.start_jitter == 0.0:
         return clocked
-    draws = Streams(seed=study.seed)["jitter", radar.name].standard_normal(study.num_sweeps)
+    draws = Streams(seed=study.seed)["jitter", radar.name].standard_normal(num_sweeps)
     return clocked.with_late_sweeps(radar.start_jitter * draws)
 
 

@@ -10,8 +10,8 @@
         ├── times/first …             s (ramp); attribute rate, 1/s
         ├── schedule/start_time …     (ramp)
         ├── detections/range …        (detection); attribute time, s
-        ├── truth/range …             (target); attributes time, s, and name
-        └── score/range_error …       (target), power (detection); attributes nature …
+        ├── truth/range …             (target), place_range (place); attributes time, s, and name
+        └── score/range_error …       (target), power (detection); attributes nature, body …
 
 Every array names its axes (``dimension_names``, as xarray reads them) and its unit.
 """
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from polychirp.study.trial import VictimResult
 
 FORMAT: Final = "polychirp run"
-FORMAT_VERSION: Final = 4
+FORMAT_VERSION: Final = 5
 
 UNITS: Final[Mapping[type, Mapping[str, str]]] = {
     IfFrame: {"samples": "V"},
@@ -69,6 +69,10 @@ UNITS: Final[Mapping[type, Mapping[str, str]]] = {
         "elevation": "rad",
         "power": "W",
         "snr": "1",
+        "num_points": "1",
+        "length": "m",
+        "width": "m",
+        "range_rate_span": "m/s",
     },
     Score: {
         "is_detected": "1",
@@ -80,6 +84,10 @@ UNITS: Final[Mapping[type, Mapping[str, str]]] = {
         "snr": "1",
         "inr": "1",
         "mitigated_sinr": "1",
+        "num_points": "1",
+        "length": "m",
+        "width": "m",
+        "range_rate_span": "m/s",
         "power": "W",
     },
     Truth: {
@@ -89,6 +97,11 @@ UNITS: Final[Mapping[type, Mapping[str, str]]] = {
         "elevation": "rad",
         "point": "m",
         "is_visible": "1",
+        "place_target": "1",
+        "place_range": "m",
+        "place_range_rate": "m/s",
+        "place_azimuth": "rad",
+        "place_elevation": "rad",
     },
 }
 """Unit of every stored array, by data type and field; "1" for numbers, ratios and masks."""
@@ -197,6 +210,7 @@ def _write(path: Path, *, victims: tuple[VictimResult, ...], provenance: Provena
 def _score_attributes(score: Score) -> dict[str, Any]:
     return {
         "nature": list(score.nature),
+        "body": list(score.body),
         "target_detection": list(score.target_detection),
         "num_missed": score.num_missed,
         "floor_rise": score.floor_rise,

@@ -30,7 +30,9 @@ from polychirp.receiver.selection import (
 )
 from polychirp.receiver.signal_model.transmit_codes import code_blocks
 from polychirp.rng import Streams
+from polychirp.scoring.association import Gate
 from polychirp.scoring.compare import compare
+from polychirp.scoring.echoes import Echoes, echoes_of
 from polychirp.study.kernel_parts import compile_parts, parts_of
 from polychirp.study.random_draw import sample_street
 from polychirp.study.size import refuse_too_large
@@ -198,8 +200,6 @@ def receive_and_score(
     if is_coded:
         found = azimuths_in_motion(receiver, received, found)
     true = truth(scene.at(found.time), victim, targets, has_occlusion=has_occlusion)
-    nearest = min(snapshots, key=lambda paths: abs(paths.reference_time - found.time))
-    own = (nearest.transmitter == victim) & (nearest.receiver == victim)
     after = target_levels(receiver, frame, parts, true)
     before = after
     if receiver.mitigation is not None:
@@ -208,10 +208,11 @@ def receive_and_score(
         found,
         true,
         powers=powers,
-        own_paths=nearest.select(own),
+        echoes=echoes_at(found.time, scene, snapshots, victim=victim),
         floor_rise=floor_rise(receiver, frame, parts),
         before=before,
         after=after,
+        gate=Gate.of(received.schedule, received.array),
     )
     return VictimResult(
         name=scene.radars[victim].name,
@@ -221,3 +222,11 @@ def receive_and_score(
         truth=true,
         score=score,
     )
+
+
+def echoes_at(
+    time: float, scene: Scene, snapshots: Sequence[PropagationPaths], *, victim: int
+) -> Echoes:
+    """Echoes of radar ``victim`` in the snapshot that is nearest to a time, s."""
+    nearest = min(snapshots, key=lambda paths: abs(paths.reference_time - time))
+    return echoes_of(nearest, scene.at(nearest.reference_time), victim)

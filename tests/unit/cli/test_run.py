@@ -69,7 +69,12 @@ def silent_victim(study, number: int) -> Victim:
             snr=10.0 + many,
             inr=many,
             mitigated_sinr=many,
+            num_points=np.arange(len(names)) == 0,
+            length=many,
+            width=many,
+            range_rate_span=many,
             nature=("target",),
+            body=names[:1],
             power=one,
             target_detection=(0,),
             num_missed=len(names) - 1,
@@ -128,6 +133,15 @@ def test_the_summary_for_machines_goes_to_stdout(trial, capsys):
             "levels": {
                 name: {"snr": 10.0, "inr": 0.0, "mitigated_sinr": 0.0}
                 for name in ("oncoming", "ahead", "post")
+            },
+            "extents": {
+                "oncoming": {
+                    "points": 1,
+                    **dict.fromkeys(("length", "width", "range_rate_span"), 0.0),
+                    **dict.fromkeys(
+                        ("visible_length", "visible_width", "visible_range_rate_span"), 0.0
+                    ),
+                }
             },
         }
     ]

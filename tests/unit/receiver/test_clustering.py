@@ -101,6 +101,15 @@ def test_an_object_has_the_power_of_its_members_and_the_place_that_is_asked_for(
     assert one.snr == pytest.approx([90.0, 30.0])
 
 
+def test_an_object_keeps_the_extent_of_its_points():
+    """The points (10, 1) and (9, −1) m are at 10.050 and 9.055 m; across they are 2 m apart."""
+    one = merged(detections(*PAIR), Body(gap=2.5))
+    assert one.num_points.tolist() == [1, 2]
+    assert one.length == pytest.approx([0.0, 10.0499 - 9.0554], abs=1e-4)
+    assert one.width == pytest.approx([0.0, 2.0], abs=1e-9)
+    assert one.range_rate_span == pytest.approx([0.0, 0.5])
+
+
 RAMPS = DiverseTriangular().schedule(num_sweeps=16, streams=Streams(3))
 
 

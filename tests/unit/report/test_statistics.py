@@ -18,7 +18,7 @@ def row(waveform: str, count: int) -> StatisticsRow:
         num_trials=20,
         detection=(0.95, 0.8, 0.99),
         ghosts=(1.5, 1.0, 2.0),
-        false_detections=(0.0, 0.0, 0.1),
+        unexplained=(0.0, 0.0, 0.1),
         range_rmse_m=(1e-4, 5e-5, 2e-4),
         azimuth_rmse_deg=(0.01, 0.005, 0.02),
         speed_rmse_kmh=(0.002, 0.001, 0.004),

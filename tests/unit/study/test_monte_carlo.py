@@ -67,6 +67,13 @@ def made_up(point: int, seed: int) -> VictimRecord:
         snr=(40.0, 20.0),
         inr=(3.0, 1.0),
         mitigated_sinr=(30.0, 15.0),
+        num_points=tuple(2.0 * d for d in is_detected),
+        length=errors,
+        width=errors,
+        range_rate_span=errors,
+        visible_length=(4.0, 4.0),
+        visible_width=(2.0, 2.0),
+        visible_range_rate_span=(0.0, 0.0),
         detections=tuple(counts[name] for name in NATURES),
         floor_rise=2.0,
     )
@@ -358,7 +365,7 @@ def test_the_mean_of_what_is_stored_is_what_is_summed_up(done):
         assert row.detection.value == pytest.approx(np.nanmean(seen))
         assert row.ghosts.value == point
         assert row.ghost.value == (point > 0)
-        assert row.false_detections.value == 0.0
+        assert row.unexplained.value == 0.0
         assert row.range_rmse.value == pytest.approx(ERROR)
         assert row.missed.value * row.num_trials == np.sum(seen == 0.0)
 

@@ -71,7 +71,12 @@ def victim(name: str, *, num_detections: int = 3) -> Victim:
             snr=[2e3, 0.0],
             inr=[3.0, 0.0],
             mitigated_sinr=[9e2, 0.0],
+            num_points=[2.0, 0.0],
+            length=[1.5, 0.0],
+            width=[0.5, 0.0],
+            range_rate_span=[0.1, 0.0],
             nature=("direct",) * num_detections,
+            body=(None,) * num_detections,
             power=column,
             target_detection=(0,),
             num_missed=1,
@@ -164,7 +169,7 @@ def test_every_array_names_its_axes_and_its_unit(stored):
         for name, array in arrays.items()
         if isinstance(array, zarr.Array)
     }
-    assert len(found) == 2 + 2 + 7 + 6 + 6 + 10
+    assert len(found) == 2 + 2 + 7 + 10 + 11 + 14
     assert found["samples"] == (("channel", "ramp", "fast"), "V")
     assert found["parts"] == (("part", "channel", "ramp", "fast"), "V")
     assert found["schedule/slope"] == (("ramp",), "Hz/s")

@@ -1,11 +1,12 @@
-"""Nearest visible points of targets for a radar; a check that no radar is inside a body."""
+"""Visible metal of targets for a radar; a check that no radar is inside a body."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from polychirp.axes import ComplexArray, FloatArray, IntArray
+from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.channel.geometry.enclosure import winding_numbers
 from polychirp.channel.materials.library import known_materials, material_table
 from polychirp.errors import InputError
@@ -25,6 +26,11 @@ PIECE_SIZE: Final = 0.05
 """Longest edge of the pieces into which the faces of a partly hidden body are cut to find its
 nearest visible point, m. Chosen: far below the size of a target."""
 
+PLACE_SPACING: Final = 0.2
+"""Edge of the cubes, m, of which each has one place at most of a body's visible metal. Chosen: half
+of the margin in range with which detections belong to a body; half of it takes four times as long.
+"""
+
 FIRST_BATCH_SIZE: Final = 64
 """Points in the first batch of visibility tests, the nearest ones; each later batch is four times
 larger. Chosen: mostly one of the nearest points is visible, so that few are tested."""
@@ -43,11 +49,12 @@ def truth(
     frequency: float = 79e9,
     has_occlusion: bool = True,
 ) -> Truth:
-    r"""Nearest visible point of the metal of every target, from a radar's phase centre.
+    r"""Visible metal of every target from a radar's phase centre, and its nearest point.
 
-    Without metal, all faces of the body are searched; without faces, its plates; without plates,
-    its point scatterers. If the nearest point is visible, it is exact. If not, the result is the
-    nearest visible one of pieces of `PIECE_SIZE`; on a hidden body, it is the nearest point.
+    Places on the visible metal are `PLACE_SPACING` apart. Without metal, all faces of the body are
+    searched; without faces, its plates; without plates, its point scatterers. If the nearest point
+    is visible, it is exact. If not, the result is the nearest visible one of pieces of
+    `PIECE_SIZE`; on a hidden body, it is the nearest point.
 
     The range rate is :math:`(v_B - v_X)\cdot u`, with the velocities of body and radar and the
     unit vector u from the radar to the point. The movement of the nearest point over a curved body
@@ -72,28 +79,50 @@ def truth(
         table = material_table(materials)
         world = world_of(scene, frequency=frequency, dynamic_range=1.0, table=table)
     eye = scene.radar_position[receiver]
-    points, seen = [], []
-    for name in targets:
-        actor = _actor(scene, name)
-        point, is_visible = _nearest_visible(world, actor, eye)
-        points.append(point)
-        seen.append(is_visible)
-    point = np.array(points).reshape(-1, 3)
-    way = point - eye
-    distance = np.linalg.norm(way, axis=-1)
-    towards = way / np.maximum(distance, 1e-12)[:, None]
-    velocity = np.array([_actor(scene, name).velocity for name in targets]).reshape(-1, 3)
-    azimuth, elevation = direction_angles(towards @ scene.radar_rotation[receiver])
+    actors = [_actor(scene, name) for name in targets]
+    nearest = [_nearest_visible(world, actor, eye) for actor in actors]
+    point = np.array([place for place, _ in nearest]).reshape(-1, 3)
+    is_visible = np.array([is_seen for _, is_seen in nearest], dtype=np.bool_)
+    velocity = np.array([actor.velocity for actor in actors]).reshape(-1, 3)
+    places = [
+        np.concatenate([place[None], _visible_places(world, actor, eye)])
+        if is_seen
+        else np.zeros((0, 3))
+        for (place, is_seen), actor in zip(nearest, actors, strict=True)
+    ]
+    of_target = np.repeat(np.arange(len(actors)), [len(some) for some in places])
+    seen_from = partial(_as_seen, scene, receiver)
+    distance, rate, azimuth, elevation = seen_from(point, velocity)
+    place_distance, place_rate, place_azimuth, place_elevation = seen_from(
+        np.concatenate([*places, np.zeros((0, 3))]), velocity[of_target]
+    )
     return Truth(
         time=scene.time,
         name=tuple(targets),
         range=distance,
-        range_rate=np.sum((velocity - scene.radar_velocity[receiver]) * towards, axis=-1),
+        range_rate=rate,
         azimuth=azimuth,
         elevation=elevation,
         point=point,
-        is_visible=np.array(seen, dtype=np.bool_),
+        is_visible=is_visible,
+        place_target=of_target,
+        place_range=place_distance,
+        place_range_rate=place_rate,
+        place_azimuth=place_azimuth,
+        place_elevation=place_elevation,
     )
+
+
+def _as_seen(
+    scene: Scene, receiver: int, point: FloatArray, velocity: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Range, m, range rate, m/s, azimuth and elevation, rad, of moving points ``(point, xyz)``."""
+    way = point - scene.radar_position[receiver]
+    distance = np.linalg.norm(way, axis=-1)
+    towards = way / np.maximum(distance, 1e-12)[:, None]
+    azimuth, elevation = direction_angles(towards @ scene.radar_rotation[receiver])
+    rate = np.sum((velocity - scene.radar_velocity[receiver]) * towards, axis=-1)
+    return distance, rate, azimuth, elevation
 
 
 def _actor(scene: Scene, name: str) -> Actor:
@@ -130,9 +159,54 @@ def _nearest_visible(
     nearest = actor.pose.to_outer(points[np.argmin(np.sum((points - place) ** 2, axis=-1))])
     if _first_visible(world, nearest[None], eye) is not None:
         return nearest, True
-    pieces = closest_points(_cut(corners), place)[0]
+    pieces = closest_points(_cut(corners, PIECE_SIZE), place)[0]
     found = _first_visible(world, actor.pose.to_outer(pieces), eye)
     return (nearest, False) if found is None else (found, True)
+
+
+def _visible_places(world: "World | None", actor: Actor, eye: FloatArray) -> FloatArray:
+    """Visible places on the metal of a body in world axes, m, ``(place, xyz)``.
+
+    Each cube of `PLACE_SPACING` has one place at most.
+    """
+    from polychirp.channel.geometry.closest_point import closest_points
+
+    corners = target_corners(actor)
+    if len(corners):
+        place = actor.pose.to_inner(eye)
+        is_front = closest_points(corners, place)[1]
+        if np.any(is_front):
+            corners = corners[is_front]
+        inner = closest_points(_cut(corners, PLACE_SPACING), place)[0]
+    else:
+        inner = np.array([point.position for point in actor.points]).reshape(-1, 3)
+    cube = np.floor(inner / PLACE_SPACING).astype(np.int64)
+    cube -= cube.min(axis=0)
+    number = np.ravel_multi_index(tuple(cube.T), tuple(cube.max(axis=0) + 1))
+    few = np.unique(number, return_index=True)[1]
+    places = actor.pose.to_outer(inner[few])
+    return np.asarray(places[_are_visible(world, places, eye)])
+
+
+def _are_visible(world: "World | None", candidates: FloatArray, eye: FloatArray) -> BoolArray:
+    """Mask of the points ``(candidate, xyz)`` that are visible, as in `_first_visible`."""
+    if world is None:
+        return np.ones(len(candidates), dtype=np.bool_)
+    from polychirp.channel.scene.occlusion import blocked
+    from polychirp.channel.scene.transmission import transmission_matrices
+
+    ends = _before(candidates, eye)
+    is_open = ~blocked(world, eye[None], ends)
+    power = least_power(transmission_matrices(world, eye[None], ends[is_open]))
+    is_open[is_open] = power >= VISIBLE_POWER
+    return np.asarray(is_open)
+
+
+def _before(candidates: FloatArray, eye: FloatArray) -> FloatArray:
+    """Points 1 mm before the candidates ``(candidate, xyz)``, as seen from ``eye``."""
+    gap = eye - candidates
+    away = np.linalg.norm(gap, axis=-1, keepdims=True)
+    return np.asarray(candidates + 1e-3 * gap / np.maximum(away, 1e-12))
 
 
 def _first_visible(
@@ -148,10 +222,9 @@ def _first_visible(
     from polychirp.channel.scene.occlusion import blocked
     from polychirp.channel.scene.transmission import transmission_matrices
 
-    gap = eye - candidates
-    away = np.linalg.norm(gap, axis=-1, keepdims=True)
-    ends = candidates + 1e-3 * gap / np.maximum(away, 1e-12)
-    for batch in _growing(np.argsort(away[:, 0], kind="stable")):
+    away = np.linalg.norm(eye - candidates, axis=-1)
+    ends = _before(candidates, eye)
+    for batch in _growing(np.argsort(away, kind="stable")):
         open_ones = batch[~blocked(world, eye[None], ends[batch])]
         for some in _growing(open_ones):
             is_clear = (
@@ -205,12 +278,12 @@ def _plate_corners(actor: Actor) -> FloatArray:
     return np.array([plate.triangles for plate in actor.plates]).reshape(-1, 3, 3)
 
 
-def _cut(corners: FloatArray) -> FloatArray:
-    """Triangles ``(face, corner, xyz)``, halved at the longest edge until all fit `PIECE_SIZE`."""
+def _cut(corners: FloatArray, size: float) -> FloatArray:
+    """Triangles ``(face, corner, xyz)``, halved until no edge is longer than ``size``, m."""
     done = []
     while len(corners):
         edge = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=-1)
-        long = edge.max(axis=1) > PIECE_SIZE
+        long = edge.max(axis=1) > size
         done.append(corners[~long])
         first = np.argmax(edge, axis=1)[long]
         turned = np.take_along_axis(

@@ -134,7 +134,7 @@ def _data(rows: Sequence[StatisticsRow]) -> dict[str, list[Any]]:
         "targets": [row.num_targets for row in rows],
         "trials": [row.num_trials for row in rows],
     }
-    for field in (*_PANELS, "false_detections"):
+    for field in (*_PANELS, "unexplained"):
         for n, what in enumerate(("", " low", " high")):
             data[f"{field}{what}"] = [getattr(row, field)[n] for row in rows]
     for field in ("range_median_m", "azimuth_median_deg", "speed_median_kmh"):

@@ -11,7 +11,7 @@ from typing import IO, TYPE_CHECKING, Any, Final
 from zlib import crc32
 
 from polychirp.errors import InputError, RunError
-from polychirp.scoring.ghosts import Nature
+from polychirp.scoring.causes import Nature
 
 if TYPE_CHECKING:
     from polychirp.model.score import Score
@@ -33,7 +33,7 @@ finished within this time after the last call."""
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VictimRecord:
-    """Results of one radar in one trial; errors and SINR are zero for targets without a detection.
+    """Results of one radar in one trial; errors, SINR and extents are zero for missed targets.
 
     Parameters
     ----------
@@ -45,6 +45,9 @@ class VictimRecord:
         m/s, rad, rad
     sinr : power ratio at each target's detection, own echo to all other parts of the samples
     snr, inr, mitigated_sinr : power ratios in the cell of every target, as of `Score`
+    num_points : number of detections on each target
+    length, width, range_rate_span : extent of these, m, m, m/s, as of `Score`
+    visible_length, visible_width, visible_range_rate_span : extent of each target's visible metal
     detections : number of detections of each of `NATURES`
     floor_rise : power ratio, floor of the range spectra to that of noise alone
     """
@@ -65,6 +68,13 @@ class VictimRecord:
     snr: tuple[float, ...]
     inr: tuple[float, ...]
     mitigated_sinr: tuple[float, ...]
+    num_points: tuple[float, ...]
+    length: tuple[float, ...]
+    width: tuple[float, ...]
+    range_rate_span: tuple[float, ...]
+    visible_length: tuple[float, ...]
+    visible_width: tuple[float, ...]
+    visible_range_rate_span: tuple[float, ...]
     detections: tuple[int, ...]
     floor_rise: float
 
@@ -103,11 +113,15 @@ def _record(victim: "VictimResult") -> VictimRecord:
 
     errors = ("range_error", "range_rate_error", "azimuth_error", "elevation_error")
     levels = ("snr", "inr", "mitigated_sinr")
+    extents = ("length", "width", "range_rate_span")
+    visible = [victim.truth.extent(n) for n in range(len(victim.truth.name))]
     return VictimRecord(
         name=victim.name,
         target=victim.truth.name,
         **values(victim.truth, "is_visible", "range", "range_rate", "azimuth", "elevation"),
         **values(victim.score, "is_detected", *errors, "sinr", *levels),
+        **values(victim.score, "num_points", *extents),
+        **{f"visible_{name}": tuple(getattr(one, name) for one in visible) for name in extents},
         detections=tuple(victim.score.nature.count(nature) for nature in NATURES),
         floor_rise=float(victim.score.floor_rise),
     )

@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from zarr import Group
 
 FORMAT: Final = "polychirp monte carlo"
-FORMAT_VERSION: Final = 3
+FORMAT_VERSION: Final = 4
 
 PerTargetOfTrial = Annotated[FloatArray, Axes("point", "trial", "victim", "target")]
 
@@ -67,26 +67,26 @@ _UNITS: Final = {
     "snr": "1",
     "inr": "1",
     "mitigated_sinr": "1",
+    "num_points": "1",
+    "length": "m",
+    "width": "m",
+    "range_rate_span": "m/s",
+    "visible_length": "m",
+    "visible_width": "m",
+    "visible_range_rate_span": "m/s",
     "num_detections": "1",
     "floor_rise": "1",
 }
 """Unit of every stored array; "1" for numbers and ratios."""
 
 _OF_DETECTED: Final = (
-    "range_error",
-    "range_rate_error",
-    "azimuth_error",
-    "elevation_error",
-    "sinr",
+    *("range_error", "range_rate_error", "azimuth_error", "elevation_error", "sinr"),
+    *("length", "width", "range_rate_span"),
 )
 _TRUE_VALUES: Final = (
-    "range",
-    "range_rate",
-    "azimuth",
-    "elevation",
-    "snr",
-    "inr",
-    "mitigated_sinr",
+    *("range", "range_rate", "azimuth", "elevation"),
+    *("snr", "inr", "mitigated_sinr", "num_points"),
+    *("visible_length", "visible_width", "visible_range_rate_span"),
 )
 """Arrays with values for detected targets alone, and for all targets."""
 
@@ -111,6 +111,10 @@ class Results:
     snr, inr : power ratio of own echo, and of interference, to noise in the cell of every target,
         detected or not, before mitigation
     mitigated_sinr : own echo to all other parts there, after mitigation
+    num_points : number of detections on each target
+    length, width, range_rate_span : extent of these along range, m, across, m, and in range rate,
+        m/s; of objects, if the receiver groups detections
+    visible_length, visible_width, visible_range_rate_span : extent of each target's visible metal
     num_detections : number of detections of each of `NATURES`
     floor_rise : power ratio, floor of the range spectra to that of noise alone
     origin : provenance of the study without its grid
@@ -135,6 +139,13 @@ class Results:
     snr: PerTargetOfTrial
     inr: PerTargetOfTrial
     mitigated_sinr: PerTargetOfTrial
+    num_points: PerTargetOfTrial
+    length: PerTargetOfTrial
+    width: PerTargetOfTrial
+    range_rate_span: PerTargetOfTrial
+    visible_length: PerTargetOfTrial
+    visible_width: PerTargetOfTrial
+    visible_range_rate_span: PerTargetOfTrial
     num_detections: Annotated[FloatArray, Axes("point", "trial", "victim", "nature")]
     floor_rise: Annotated[FloatArray, Axes("point", "trial", "victim")]
     origin: Provenance

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from polychirp.axes import FloatArray
-from polychirp.scoring.ghosts import Nature
+from polychirp.scoring.causes import Nature
 from polychirp.scoring.statistics import (
     Estimate,
     mean_count,
@@ -42,8 +42,8 @@ class Summary:
     num_trials : number of trials with a result
     detection : probability that a visible target is detected
     ghost : probability that a frame has at least one ghost
-    ghosts, false_detections, missed : mean number in a frame; ``false_detections`` are the ghosts
-        that no path explains: noise, or errors of the processing
+    ghosts, unexplained, missed : mean number in a frame; ``unexplained`` are the ghosts that no
+        signal of a radar explains: noise, or errors of the processing
     floor_rise : power ratio, median over trials
     snr, inr, sinr, mitigated_sinr : power ratios in the cells of visible targets, detected or not:
         medians over targets and trials; the last after mitigation, the others before it
@@ -58,7 +58,7 @@ class Summary:
     detection: Estimate
     ghost: Estimate
     ghosts: Estimate
-    false_detections: Estimate
+    unexplained: Estimate
     missed: Estimate
     floor_rise: float
     snr: float
@@ -175,7 +175,7 @@ def _summary(results: Results, point: int, victim: int) -> Summary:
         detection=proportion(counts.found, counts.seen),
         ghost=proportion((counts.ghosts > 0).astype(np.float64), ones),
         ghosts=mean_count(counts.ghosts),
-        false_detections=mean_count(counts.unexplained),
+        unexplained=mean_count(counts.unexplained),
         missed=mean_count(counts.seen - counts.found),
         floor_rise=_median(results.floor_rise[point, :, victim]),
         snr=_median(snr),

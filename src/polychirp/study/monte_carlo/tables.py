@@ -145,6 +145,13 @@ def _target_rows(results: Results) -> Iterator[Row]:
         "snr": results.snr,
         "inr": results.inr,
         "mitigated_sinr": results.mitigated_sinr,
+        "num_points": results.num_points,
+        "length_m": results.length,
+        "width_m": results.width,
+        "range_rate_span_m_per_s": results.range_rate_span,
+        "visible_length_m": results.visible_length,
+        "visible_width_m": results.visible_width,
+        "visible_range_rate_span_m_per_s": results.visible_range_rate_span,
     }
     for place, row in _trials(results):
         for number, name in enumerate(results.target):

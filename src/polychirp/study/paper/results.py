@@ -188,7 +188,7 @@ class StatisticsRow:
     situation : interference at the victim, and blanking
     num_targets, num_trials : number of targets on the street, and of trials
     detection : probability that a visible target is detected
-    ghosts, false_detections : mean number in a frame: all ghosts; those that no path explains
+    ghosts, unexplained : mean number in a frame: all ghosts; those that no path explains
     range_rmse_m, azimuth_rmse_deg, speed_rmse_kmh : rms errors of detected targets
     range_median_m, azimuth_median_deg, speed_median_kmh : medians of the absolute errors; a few
         targets that share a cell with another one contribute most of an rms error, but not of these
@@ -201,7 +201,7 @@ class StatisticsRow:
     num_trials: int
     detection: Interval
     ghosts: Interval
-    false_detections: Interval
+    unexplained: Interval
     range_rmse_m: Interval
     azimuth_rmse_deg: Interval
     speed_rmse_kmh: Interval

@@ -18,12 +18,13 @@ from polychirp.model.paths import PropagationPaths
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
 from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
-from polychirp.receiver.attribution import range_response
+from polychirp.receiver.attribution import part_powers, range_response
 from polychirp.receiver.chain import Receiver
 from polychirp.receiver.detection.threshold import mean_threshold
 from polychirp.receiver.mitigation.blanking import Blanking
 from polychirp.rng import Streams
-from polychirp.scoring.association import Gate, associate
+from polychirp.scoring.association import Gate
+from polychirp.scoring.causes import causes
 from polychirp.study.kernel_parts import OF_PAPER, compile_parts
 from polychirp.study.paper.results import (
     Antenna,
@@ -40,7 +41,7 @@ from polychirp.study.paper.results import (
 from polychirp.study.provenance import versions
 from polychirp.study.section_v.cases import run_correlation
 from polychirp.study.spec import Study, StudyRadar, scene_of, schedules_of
-from polychirp.study.trial import VictimResult, receive_and_score, trace_frame
+from polychirp.study.trial import VictimResult, echoes_at, receive_and_score, trace_frame
 from polychirp.synthesis.received_frame import synthesize
 from polychirp.synthesis.stretch.engine import Stretch
 from polychirp.threads import side_by_side
@@ -72,8 +73,8 @@ GREATEST_CLOCK_OFFSET: Final = 20e-6
 """Greatest relative clock error of interferers that are not synchronous; chosen: a crystal's."""
 
 PAPER_GATE: Final = Gate(range=0.4, range_rate=2.0, azimuth=math.radians(15.0))
-"""Gate for the paper's receiver; chosen: wide in range rate, since this receiver resolves only the
-Doppler cell of one ramp, 1.3 m/s at 1.5 ms."""
+"""Margins of the paper's receiver; chosen: wide in range rate, since this receiver resolves only
+the Doppler cell of one ramp, 1.3 m/s at 1.5 ms."""
 
 GHOST_EXTENT: Final = (1.0, 2.0)
 """Differences of range, m, and range rate, m/s, below which two ghosts of one kind count as one;
@@ -304,7 +305,28 @@ def _case_row(
         parts=parts,
         targets=TARGETS_OF_RADAR[case.victim],
     )
-    return paper_row(case, result, receiver)
+    return paper_row(
+        case, result, receiver, paper_found=_found_by_the_paper(result, scene, snapshots, receiver)
+    )
+
+
+def _found_by_the_paper(
+    result: VictimResult,
+    scene: Scene,
+    snapshots: Sequence[PropagationPaths],
+    receiver: Receiver,
+) -> tuple[int, int]:
+    """Numbers of detections of the paper's receiver in the same frame, and of targets found."""
+    detections = PaperReceiver().detect(result.frame)
+    victim = scene.radar_index(result.name)
+    found = causes(
+        detections,
+        result.truth,
+        powers=part_powers(receiver, result.frame, result.parts, detections),
+        echoes=echoes_at(detections.time, scene, snapshots, victim=victim),
+        gate=PAPER_GATE,
+    )
+    return detections.num_detections, int(found.association.target.size)
 
 
 def _tables(rows: Mapping[Case, PaperRow]) -> dict[str, tuple[PaperRow, ...]]:
@@ -328,12 +350,15 @@ _NOTES: Final = (
 )
 
 
-def paper_row(case: Case, victim: VictimResult, receiver: Receiver) -> PaperRow:
-    """One row of the table, in the units of the report."""
+def paper_row(
+    case: Case, victim: VictimResult, receiver: Receiver, *, paper_found: tuple[int, int]
+) -> PaperRow:
+    """One row of the table, in the units of the report.
+
+    ``paper_found`` are the numbers of detections of the paper's receiver and of targets among them.
+    """
     response = range_response(receiver, victim.frame, victim.parts)
     score = victim.score
-    by_the_paper = PaperReceiver().detect(victim.frame)
-    found, _ = associate(by_the_paper, victim.truth, gate=PAPER_GATE)
     return PaperRow(
         scenario=case.scenario,
         radar=case.victim,
@@ -344,15 +369,15 @@ def paper_row(case: Case, victim: VictimResult, receiver: Receiver) -> PaperRow:
         ghosts=_ghost_rows(victim),
         missed=score.num_missed,
         floor_rise_db=float(to_db(score.floor_rise)),
-        other_echoes=len(score.numbers("echo")),
+        other_echoes=len(score.other_echoes),
         profile_range=response.range,
         profile_power_db=_dbm(response.power),
         noise_floor_db=float(_dbm(response.noise)),
         mean_threshold_db=float(_dbm(mean_threshold(np.sqrt(response.power)) ** 2)),
         detection_range=victim.detections.range,
         detection_power_db=_dbm(victim.detections.power),
-        paper_detections=by_the_paper.num_detections,
-        paper_found=int(found.size),
+        paper_detections=paper_found[0],
+        paper_found=paper_found[1],
         antenna=case.antenna,
     )
 

@@ -161,7 +161,7 @@ def _row(summary: Summary, results: Results, point: int) -> StatisticsRow:
         num_trials=summary.num_trials,
         detection=_interval(summary.detection),
         ghosts=_interval(summary.ghosts),
-        false_detections=_interval(summary.false_detections),
+        unexplained=_interval(summary.unexplained),
         range_rmse_m=_interval(summary.range_rmse),
         azimuth_rmse_deg=_interval(summary.azimuth_rmse, scale=180.0 / math.pi),
         speed_rmse_kmh=_interval(summary.range_rate_rmse, scale=3.6),

@@ -132,7 +132,7 @@ def from_study(study: Study, radar: str, *, num_sweeps: int) -> Operand:
         raise InputError(f"num_sweeps is {num_sweeps}; use 1 or more")
     for one in study.radars:
         if one.name == radar:
-            schedule = schedule_of(replace(study, num_sweeps=num_sweeps), one)
+            schedule = schedule_of(study, replace(one, num_sweeps=num_sweeps))
             return Operand(name=radar, schedule=_from_zero(schedule))
     known = [one.name for one in study.radars]
     raise InputError(f"the study: {no_such('radar', radar, known)}")

@@ -9,9 +9,11 @@ from polychirp.channel.geometry.closest_point import closest_points
 from polychirp.channel.scene.ground_truth import least_power, refuse_radar_inside_body, truth
 from polychirp.errors import InputError
 from polychirp.frames import Pose
+from polychirp.model.detection import Detections
 from polychirp.model.mesh import Mesh, Plate
 from polychirp.model.radar import Radar
 from polychirp.model.scene import Actor, PointScatterer, Scene
+from polychirp.scoring.association import Gate, distances_from_bodies
 from polychirp.testing.shapes import around, box, mesh_of, plate, sphere
 from tests.support.references.geometry import closest_points_by_columns
 
@@ -247,3 +249,84 @@ def test_without_occlusion_the_nearest_point_is_visible_behind_a_wall():
     seen = truth(scene, 0, ["body", "point"], has_occlusion=False)
     assert seen.is_visible.all()
     np.testing.assert_allclose(seen.range, [5.0, 9.0])
+
+
+CAR = (4.5, 1.8, 1.4)
+"""m, size of a box for a car."""
+
+
+def metal_box(**pose):
+    return body(box(CAR, 2.0), kind="vehicle", **pose)
+
+
+def test_the_extent_of_a_box_ahead_is_its_rear():
+    """The rear 1.8 m × 1.4 m at 10 m: the corners are √(10² + 0.9² + 0.7²) − 10 = 0.065 m farther.
+
+    Places are the parts of a mesh's pieces of 0.2 m that are nearest to the radar, so that the
+    outermost ones may be missing.
+    """
+    seen = truth(around([metal_box(x=10.0 + CAR[0] / 2)], EYE), 0, ["body"])
+    extent = seen.extent(0)
+    assert 1.4 < extent.width <= CAR[1]
+    assert 0.03 < extent.length <= 0.0648
+    assert extent.num_points > 30
+
+
+def test_the_extent_of_a_box_beside_the_axis_has_its_length():
+    """From the corner (10, 4) m to (14.5, 4) m: √(14.5² + 4²) − √(10² + 4²) = 4.271 m."""
+    scene = around([metal_box(x=10.0 + CAR[0] / 2, y=4.0 + CAR[1] / 2)], EYE)
+    assert truth(scene, 0, ["body"]).extent(0).length == pytest.approx(4.271, abs=0.25)
+
+
+def test_every_place_on_a_drawn_box_is_within_the_margins_of_a_place_of_its_truth():
+    """Points of the faces that are turned to the radar lie on the body, which is convex.
+
+    A point that is beyond the margin of 0.4 m, from all points of those faces, does not.
+    """
+    draw = np.random.default_rng(11)
+    half = 0.5 * np.array(CAR)
+    for _ in range(20):
+        pose = Pose(x=draw.uniform(7, 20), y=draw.uniform(-6, 6), yaw=draw.uniform(0, 2 * np.pi))
+        actor = replace(metal_box(), pose=pose, velocity=(*draw.uniform(-20, 20, 2), 0.0))
+        scene = around([actor], EYE)
+        seen = truth(scene, 0, ["body"])
+        eye = pose.to_inner(np.zeros(3))
+        point = draw.uniform(-half, half, size=(600, 3))
+        face = draw.integers(0, 3, 600)
+        side = np.where(eye[face] > 0, 1.0, -1.0)
+        point[np.arange(600), face] = side * half[face]
+        is_turned = np.abs(eye[face]) > half[face]
+        inner = point[is_turned]
+        world = pose.to_outer(inner)
+        apart = distances_from_bodies(as_detections(world, actor.velocity), seen, Gate())[0]
+        assert apart.max() <= 1.0
+        farther = world * (1.0 + 0.7 / np.linalg.norm(world, axis=1))[:, None]
+        beyond = np.linalg.norm(farther, axis=1) - np.linalg.norm(world, axis=1).max() > 0.45
+        apart = distances_from_bodies(as_detections(farther, actor.velocity), seen, Gate())[0]
+        assert np.all(apart[beyond] > 1.0)
+
+
+def as_detections(point, velocity):
+    """Detections at points ``(point, xyz)`` that move alike, seen from a radar at the origin."""
+    distance = np.linalg.norm(point, axis=1)
+    one = np.ones(len(point))
+    return Detections(
+        time=0.0,
+        range=distance,
+        range_rate=point @ np.array(velocity) / distance,
+        azimuth=np.arctan2(point[:, 1], point[:, 0]),
+        elevation=np.arcsin(point[:, 2] / distance),
+        power=one,
+        snr=one,
+    )
+
+
+def test_what_a_screen_hides_of_a_body_does_not_belong_to_it():
+    """The screen hides the left half of the rear: no place is to the left of its shadow."""
+    scene = around([metal_box(x=12.0), screen(3.0, y=3.1)], EYE)
+    seen = truth(scene, 0, ["body"])
+    # the screen's right edge at (2, 0.1) m shades y > 0.05 x
+    y = seen.place_range * np.sin(seen.place_azimuth)
+    x = seen.place_range * np.cos(seen.place_azimuth)
+    assert np.all(y <= 0.05 * x + 1e-2)
+    assert y.min() < -0.7

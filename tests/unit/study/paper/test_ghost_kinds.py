@@ -3,7 +3,7 @@
 from typing import get_args
 
 from polychirp.report.figures.range_profile import GHOST_MARKS
-from polychirp.scoring.ghosts import Nature
+from polychirp.scoring.causes import Nature
 from polychirp.study.paper.results import GhostKind
 from polychirp.study.paper.scenarios import _kind
 

@@ -1,0 +1,187 @@
+"""The cause of every detection: a target, another body, clutter, or one of several ghosts."""
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from polychirp.axes import BoolArray, FloatArray
+from polychirp.model.detection import Detections
+from polychirp.model.if_frame import PARTS
+from polychirp.model.truth import Truth
+from polychirp.scoring.association import (
+    Association,
+    Gate,
+    associate,
+    distances,
+    distances_from_bodies,
+)
+from polychirp.scoring.echoes import Echoes, power_by_body
+
+
+class Nature(Enum):
+    """Cause of a detection."""
+
+    TARGET = "target"
+    """An echo of a target, on its visible metal."""
+    BODY = "body"
+    """An echo of a vehicle or object that is no target, or of a target beside its visible metal."""
+    CLUTTER = "clutter"
+    """An echo of a road, building or tree."""
+    MULTIPATH = "multipath"
+    """An own echo with a mirror on a part of its path: no body is at that place."""
+    DIRECT = "direct"
+    """Another radar's signal without a reflection."""
+    INDIRECT = "indirect"
+    """Another radar's signal that a body reflects."""
+    FRONT_END = "front-end"
+    """Caused in the radar itself: leakage, a bumper, clipping, quantisation, an offset."""
+    UNEXPLAINED = "unexplained"
+    """None of the other causes: noise, or an error of the processing."""
+
+    @property
+    def is_ghost(self) -> bool:
+        """True if no body is at the place of the detection."""
+        return self not in (Nature.TARGET, Nature.BODY, Nature.CLUTTER)
+
+
+MADE_BY_RADARS: Final = (Nature.DIRECT.value, Nature.INDIRECT.value, Nature.FRONT_END.value)
+"""Natures of ghosts that interference or the radar itself makes, which mitigation may remove."""
+
+_PARTS_OF: Final = {
+    "own": ("echo", "multipath"),
+    "interference": ("direct", "indirect"),
+    "front end": ("leakage", "distortion"),
+    "noise": ("noise",),
+}
+"""Parts of the samples that may cause a detection together."""
+
+MIRROR_RATIO: Final = 9.0
+"""Ratio of powers, multipath to echo, above which a detection is multipath. A road adds to the echo
+one wave that it reflects on the way out, one on the way back and one on both; if it reflects all,
+their sum has at most three times the echo's amplitude."""
+
+HIDING_RATIO: Final = 10.0
+"""Ratio of powers, echo of another body to that of a target within the margins of a detection,
+above which the detection is not the target's. Chosen: an echo that is weaker by 10 dB is hidden
+beside another one in the same cell."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Causes:
+    """Causes of all detections.
+
+    Parameters
+    ----------
+    nature : of every detection
+    body : name of the body whose echo each detection is; None for ghosts
+    is_on_target : true if a detection is an echo of a target, ``(target, detection)``; a detection
+        belongs to one target at most
+    association : found targets, and the detection that gives the errors of each
+    """
+
+    nature: tuple[Nature, ...]
+    body: tuple[str | None, ...]
+    is_on_target: BoolArray
+    association: Association
+
+
+def causes(
+    detections: Detections, truth: Truth, *, powers: FloatArray, echoes: Echoes, gate: Gate
+) -> Causes:
+    """Cause of every detection.
+
+    The powers of the parts say which signal causes a detection, and places say which body:
+
+    1. The signal is that of the parts with the most power: own echo and multipath, interference,
+       front end, or noise. A ghost on a body is therefore a ghost. Interference is direct or
+       indirect, whichever is stronger; a detection of noise is unexplained.
+    2. An own signal whose multipath is not above `MIRROR_RATIO` times the echo is a **target** if
+       it lies on the target's visible metal (`association`), unless another body's echo within the
+       margins is above `HIDING_RATIO` times that of the target.
+    3. Otherwise it is of the **body** or **clutter** whose paths within the margins have the most
+       power. If there is none, paths in all directions count: those of two echoes in one cell, and
+       those far beside the axis, are measured with large errors.
+    4. An own signal without such a path is **multipath** if a mirrored path is within the margins
+       of range and range rate, and else unexplained.
+
+    Parameters
+    ----------
+    powers : W, ``(detection, part)`` in the order of `PARTS`
+    echoes : own paths of the radar at the time of the detections
+    """
+    part = {name: powers[:, n] for n, name in enumerate(PARTS)}
+    signal = _strongest_signal(part)
+    is_echo = (signal == "own") & (part["multipath"] <= MIRROR_RATIO * part["echo"])
+    near, at_range = _near(detections, echoes, gate)
+    by_body = power_by_body(echoes, near)
+    apart = distances_from_bodies(detections, truth, gate)
+    may_be = (apart <= 1.0) & is_echo & ~_is_hidden(by_body, truth, echoes)
+    pairs = associate(detections, truth, gate=gate, is_on_body=may_be)
+    is_on_target = _nearest_of(may_be, apart, pairs)
+    is_mirrored = np.any(at_range & echoes.is_mirrored[:, None], axis=0)
+    by_body = np.where(np.any(by_body > 0, axis=0), by_body, power_by_body(echoes, at_range))
+
+    def cause(n: int) -> tuple[Nature, str | None]:
+        if np.any(is_on_target[:, n]):
+            return Nature.TARGET, truth.name[int(np.argmax(is_on_target[:, n]))]
+        if is_echo[n] and np.any(by_body[:, n] > 0):
+            actor = int(np.argmax(by_body[:, n]))
+            return Nature.CLUTTER if echoes.is_clutter[actor] else Nature.BODY, echoes.body[actor]
+        if signal[n] == "interference":
+            is_direct = part["direct"][n] >= part["indirect"][n]
+            return Nature.DIRECT if is_direct else Nature.INDIRECT, None
+        if signal[n] == "front end":
+            return Nature.FRONT_END, None
+        is_multipath = signal[n] == "own" and is_mirrored[n]
+        return Nature.MULTIPATH if is_multipath else Nature.UNEXPLAINED, None
+
+    every = [cause(n) for n in range(detections.num_detections)]
+    return Causes(
+        nature=tuple(nature for nature, _ in every),
+        body=tuple(body for _, body in every),
+        is_on_target=is_on_target,
+        association=pairs,
+    )
+
+
+def _near(detections: Detections, echoes: Echoes, gate: Gate) -> tuple[BoolArray, BoolArray]:
+    """Masks of the paths within the margins of detections, ``(path, detection)``.
+
+    The first is that of the paths within all margins, the second that of the paths within those of
+    range and range rate, in any direction.
+    """
+    place = (echoes.range, echoes.range_rate)
+    anywhere = np.full(echoes.range.size, np.nan)
+    return (
+        distances(detections, *place, echoes.azimuth, echoes.elevation, gate) <= 1.0,
+        distances(detections, *place, anywhere, anywhere, gate) <= 1.0,
+    )
+
+
+def _strongest_signal(part: dict[str, FloatArray]) -> NDArray[np.str_]:
+    """Key of `_PARTS_OF` whose parts have the most power in each detection, ``(detection,)``."""
+    total = [np.sum([part[name] for name in names], axis=0) for names in _PARTS_OF.values()]
+    return np.asarray(np.array(list(_PARTS_OF))[np.argmax(total, axis=0)])
+
+
+def _is_hidden(by_body: FloatArray, truth: Truth, echoes: Echoes) -> BoolArray:
+    """Mask of the pairs whose target another body hides, ``(target, detection)``."""
+    is_target = np.isin(echoes.body, truth.name)
+    others = by_body[~is_target].max(axis=0, initial=0.0)
+    own = np.array(
+        [by_body[[name == body for body in echoes.body]].sum(axis=0) for name in truth.name]
+    ).reshape(len(truth.name), by_body.shape[1])
+    return np.asarray(others > HIDING_RATIO * own)
+
+
+def _nearest_of(may_be: BoolArray, apart: FloatArray, pairs: Association) -> BoolArray:
+    """Mask ``may_be`` in which each detection has one target: that of its pair, or the nearest."""
+    out = np.zeros_like(may_be)
+    some = np.flatnonzero(np.any(may_be, axis=0))
+    out[np.argmin(np.where(may_be, apart, np.inf)[:, some], axis=0), some] = True
+    out[:, pairs.detection] = False
+    out[pairs.target, pairs.detection] = True
+    return out
