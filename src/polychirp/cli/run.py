@@ -204,6 +204,8 @@ def _extent_words(victim: VictimResult, number: int) -> str:
     score, visible = victim.score, victim.truth.extent(number)
     pairs = ((score.length[number], visible.length), (score.width[number], visible.width))
     found, seen = ("×".join(_size(pair[n]) for pair in pairs) for n in (0, 1))
+    if visible.length == visible.width == 0.0:
+        return f"{found} m of a point"
     return f"{found} of {seen} m"
 
 
