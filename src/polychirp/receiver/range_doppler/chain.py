@@ -29,11 +29,16 @@ from polychirp.receiver.range_doppler.transforms import (
     range_profiles,
     range_rate_spectra,
     refuse,
+    taper,
     unfit,
 )
 from polychirp.receiver.range_doppler.unfolding import has_empty_bands, unfolded
 from polychirp.receiver.settings import DetectorSettings
-from polychirp.receiver.signal_model.transmit_codes import code_blocks, virtual_channels
+from polychirp.receiver.signal_model.transmit_codes import (
+    CodeBlocks,
+    code_blocks,
+    virtual_channels,
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -129,17 +134,17 @@ class RangeDoppler(DetectorSettings):
     def spectra(self, frame: IfFrame) -> RangeRateSpectra:
         """Spectra of the frame after mitigation, one for each channel and sweep of the code.
 
-        Amplitudes are divided by the mean weight that mitigation leaves to the samples, so that
-        an echo keeps its power.
+        Amplitudes are divided by the mean weight that mitigation leaves to the samples, with the
+        tapers of both transforms, so that an echo keeps its power.
         """
         refuse(unfit(frame.schedule), frame.schedule)
-        cleaned = mitigated(self.mitigation, frame)
-        share = float(cleaned.weight.sum() / frame.times.is_sample.sum())
-        profiles = range_profiles(
-            frame.with_samples(cleaned.samples / max(share, 1e-300)),
-            greatest_range=self.greatest_range,
-        )
-        return range_rate_spectra(profiles, frame, code_blocks(frame.schedule))
+        blocks = code_blocks(frame.schedule)
+        if self.mitigation is not None:
+            cleaned = mitigated(self.mitigation, frame)
+            share = max(_tapered_mean(cleaned.weight, blocks), 1e-300)
+            frame = frame.with_samples(cleaned.samples * cleaned.weight / share)
+        profiles = range_profiles(frame, greatest_range=self.greatest_range)
+        return range_rate_spectra(profiles, frame, blocks)
 
     def detect_in(self, spectra: RangeRateSpectra, frame: IfFrame) -> Detections:
         """Detections, as of `detect`, from the `spectra` of the frame."""
@@ -195,3 +200,9 @@ class RangeDoppler(DetectorSettings):
             return np.asarray(np.mean(each, axis=0))
         ramps = code_blocks(schedule).ramps[:, :, 0]
         return np.asarray(np.mean(np.abs(np.mean(amplitude[..., ramps], axis=-2)) ** 2, axis=-1))
+
+
+def _tapered_mean(weight: FloatArray, blocks: CodeBlocks) -> float:
+    """Mean of samples' weights ``(ramp, fast)``, with the tapers of both transforms."""
+    of_ramp = weight @ taper(weight.shape[1])
+    return float(np.mean(taper(len(blocks.ramps)) @ of_ramp[blocks.ramps[:, :, 0]]))

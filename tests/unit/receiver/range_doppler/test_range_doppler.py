@@ -1,4 +1,4 @@
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -8,6 +8,7 @@ from polychirp.model.antenna import AntennaArray
 from polychirp.model.if_frame import IfFrame, SampleTimes
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.spectra import RangeRateMap
+from polychirp.receiver.mitigation.base import Mitigated, with_weights
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.range_doppler.peaks import interpolated_peaks
 from polychirp.receiver.range_doppler.transforms import range_profiles, taper
@@ -53,6 +54,32 @@ def test_the_range_rate_axis_is_symmetric_and_folds_at_half_a_span():
     assert spectra.amplitude.shape == (4, 4, 16)
     span = 299_792_458 / (77e9 + 10e12 * 7.5e-6) / (2 * 120e-6)
     np.testing.assert_allclose(spectra.range_rate, span * np.array([-0.5, -0.25, 0.0, 0.25]))
+
+
+@dataclass(frozen=True)
+class Weights:
+    """A mitigation that gives samples these weights, ``(ramp, fast)``."""
+
+    rows: tuple[tuple[float, ...], ...]
+
+    def mitigate(self, frame: IfFrame) -> Mitigated:
+        return with_weights(frame, np.array(self.rows))
+
+
+def test_a_tone_keeps_its_amplitude_where_samples_are_blanked():
+    """Samples in the middle of ramps in the middle of the frame count most in tapered sums."""
+    weight = np.ones((8, 16))
+    weight[3:6, 4:12] = 0.0
+    weight[3:6, [3, 12]] = 0.5
+    tone = np.exp(2j * np.pi * 3 * np.arange(16) / 16)
+    silent = frame()
+    one = silent.with_samples(np.broadcast_to(tone, silent.samples.shape))
+    blanked = RangeDoppler(
+        greatest_range=7.5, mitigation=Weights(tuple(map(tuple, weight.tolist())))
+    )
+    found, whole = (r.spectra(one).amplitude for r in (blanked, RangeDoppler(greatest_range=7.5)))
+    assert np.abs(whole).max() == pytest.approx(1.0)
+    assert np.abs(found[:, 4, 3]) == pytest.approx(np.abs(whole[:, 4, 3]), rel=1e-9)
 
 
 def test_a_taper_leaves_a_constant_alone():
