@@ -101,7 +101,12 @@ def _energy(seen: Observation, spectra: Spectra) -> float:
 
 
 def unlike(first: Replicas, second: Replicas) -> tuple[BoolArray, BoolArray]:
-    """Masks of the signals that only one of both has; those of one ramp and channel tell them."""
+    """Masks of the signals that only one of both has.
+
+    Values on the first ramp tell them: the beat, the amplitude on the first channel, and the shape
+    on the last one, which alone has the azimuth and its rate.
+    """
     same = first.beat[:, None, 0] == second.beat[:, 0]
     same &= first.amplitude[:, None, 0] == second.amplitude[:, 0]
+    same &= first.shape[:, None, -1, 0, 0] == second.shape[:, -1, 0, 0]
     return ~np.any(same, axis=1), ~np.any(same, axis=0)

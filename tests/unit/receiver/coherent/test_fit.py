@@ -11,7 +11,14 @@ from polychirp.receiver.coherent.least_squares import by_size, fitted, steps
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.overlap import couplings, groups_of
 from polychirp.receiver.coherent.points import Points, without
-from polychirp.receiver.coherent.refinement import divided, pruned, relaxed, settled
+from polychirp.receiver.coherent.refinement import (
+    ERROR_OF_SUMS,
+    correlations,
+    divided,
+    pruned,
+    relaxed,
+    settled,
+)
 from polychirp.receiver.coherent.replicas import Replicas, products, sums_of, total_products
 from polychirp.receiver.coherent.residual import Residual
 from polychirp.receiver.coherent.signals import moments
@@ -104,6 +111,31 @@ def test_a_residual_tells_what_other_points_would_leave():
     change = exact - before.sums(seen, here)
     error = before.sums(seen, here, there) - exact
     assert np.linalg.norm(error[0]) < 0.1 * np.linalg.norm(change[0])
+
+
+def test_the_residual_after_a_change_is_that_of_the_new_points():
+    """Three points move, one of them in the rate of its azimuth alone; one goes and one comes."""
+    seen, points = observed([NEAR], noise=1.0), drawn(6)
+    moved = replace(points, motion=points.motion + np.eye(6, 4) * 0.01)[np.arange(1, 6)]
+    others = moved + drawn(1, seed=4)
+    found, exact = Residual.of(seen, points).after(seen, others), Residual.of(seen, others)
+    assert found.samples == pytest.approx(exact.samples, abs=1e-9)
+    assert found.energy == pytest.approx(exact.energy, rel=1e-6)
+
+
+def test_correlations_give_the_fall_of_the_energy():
+    """The fall is |r|² − |r − δ|² = Re⟨δ, 2r − δ⟩, of a change δ of the signals."""
+    seen, points = observed([NEAR], noise=1.0), drawn(6)
+    moved = replace(points, motion=points.motion + np.array([0.03, 0.01, 0.0, 0.0]))
+    moved = replace(moved, amplitude=0.3 * points.amplitude)
+    before, after = Residual.of(seen, points), Residual.of(seen, moved)
+    change = Replicas.of(seen, moved) + Replicas.of(seen, points).negated
+    sums = 2.0 * before.sums(seen, change) - sums_of(seen, change, change)
+    fall = float(np.sum(correlations(seen, change, sums)))
+    strength = seen.count.sum() * np.sum(np.abs(points.amplitude) ** 2, axis=1)
+    allowed = ERROR_OF_SUMS * strength.max()
+    assert abs(before.energy - after.energy) > 20.0 * allowed
+    assert fall == pytest.approx(before.energy - after.energy, abs=allowed)
 
 
 def test_a_strongly_bent_signal_has_exact_sums():

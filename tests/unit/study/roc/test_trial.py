@@ -21,6 +21,17 @@ CODED = {"array": AntennaArray(num_channels=2, num_transmitters=2)}
 POINT = DrawnPoint(range=14.0, range_rate=-6.0, azimuth=0.4, snr=from_db(70.0))
 
 
+def noise_power(study, num_frames):
+    """Mean noise density in the pass band, as power of a sample."""
+    power = []
+    for trial in range(num_frames):
+        noise = frame_with(study, (), streams=Streams(trial + 2))
+        spectrum = np.fft.fft(noise.samples, axis=2) / np.sqrt(noise.times.most_samples)
+        inside = np.abs(np.fft.fftfreq(noise.times.most_samples)) < 0.2
+        power.append(np.mean(np.abs(spectrum[:, :, inside]) ** 2))
+    return np.mean(power)
+
+
 @pytest.mark.parametrize("waveform", [CHIRPS, TRIANGLES], ids=["chirps", "triangles"])
 @pytest.mark.parametrize("coding", [None, TimeDivision(), PhaseCoded()], ids=repr)
 def test_a_point_has_the_snr_that_is_asked_for(waveform, coding):
@@ -32,14 +43,8 @@ def test_a_point_has_the_snr_that_is_asked_for(waveform, coding):
     more = {} if coding is None else {**CODED, "coding": coding}
     study = roc_plan(roc_study(waveform, num_sweeps=8, **more), kinds=["auto"], **ASK).study
     echo = frame_with(study, (POINT,), streams=Streams(1))
-    power = []
-    for trial in range(6):
-        noise = frame_with(study, (), streams=Streams(trial + 2))
-        spectrum = np.fft.fft(noise.samples, axis=2) / np.sqrt(noise.times.most_samples)
-        inside = np.abs(np.fft.fftfreq(noise.times.most_samples)) < 0.2
-        power.append(np.mean(np.abs(spectrum[:, :, inside]) ** 2))
     energy = np.sum(np.abs(echo.samples) ** 2)
-    assert energy / np.mean(power) == pytest.approx(POINT.snr, rel=0.06)
+    assert energy / noise_power(study, num_frames=6) == pytest.approx(POINT.snr, rel=0.06)
 
 
 def test_real_samples_have_the_noise_of_both_sides_in_the_snr():
@@ -51,14 +56,8 @@ def test_real_samples_have_the_noise_of_both_sides_in_the_snr():
     bare = roc_study(CHIRPS, num_sweeps=8, converter=converter)
     study = roc_plan(bare, kinds=["range-doppler"], **ASK).study
     echo = frame_with(study, (POINT,), streams=Streams(1))
-    power = []
-    for trial in range(8):
-        noise = frame_with(study, (), streams=Streams(trial + 2))
-        spectrum = np.fft.fft(noise.samples, axis=2) / np.sqrt(noise.times.most_samples)
-        inside = np.abs(np.fft.fftfreq(noise.times.most_samples)) < 0.2
-        power.append(np.mean(np.abs(spectrum[:, :, inside]) ** 2))
     energy = 0.5 * np.sum(np.abs(echo.samples) ** 2)
-    assert energy / np.mean(power) == pytest.approx(POINT.snr, rel=0.06)
+    assert energy / noise_power(study, num_frames=8) == pytest.approx(POINT.snr, rel=0.06)
 
 
 @pytest.mark.parametrize("waveform", [CHIRPS, TRIANGLES], ids=["chirps", "triangles"])
