@@ -156,11 +156,11 @@ class RangeDoppler(DetectorSettings):
             quantile=self.quantile,
             num_looks=spectra.amplitude.shape[0],
         )
-        is_peak = is_local_maximum(map_.power)[found.row, found.column]
+        is_peak = is_local_maximum(map_.power, row=found.row, column=found.column)
         row, column = found.row[is_peak], found.column[is_peak]
         rate, beat_range, power = interpolated_peaks(map_, row=row, column=column)
         blocks = code_blocks(frame.schedule)
-        cells = spectra.amplitude[:, row, column].T
+        cells = spectra.amplitude[:, row, column].T.astype(np.complex128)
         cells = cells.reshape(row.size, frame.array.num_channels, len(blocks.weight))
         floor = found.floor[is_peak]
         decoded = unfolded(frame, blocks, cells, rate, floor=floor, by_beams=self.unfolds)
