@@ -15,6 +15,7 @@ from polychirp.cli.progress import progress_bar
 from polychirp.cli.terminal import command_name, decibels, say, tables, usable_folder
 from polychirp.cli.trials import (
     KEPT_TRIALS,
+    WHY_UNRESOLVED,
     add_workers,
     num_workers,
     refuse_other_files,
@@ -138,6 +139,13 @@ def _print_tables(name: str, plan: Plan, results: Results) -> None:
         "A trial counts as one draw, however many targets it has. Ghosts, and those of them that "
         f"nothing explains, are means per frame, {_thresholds(plan)}.",
     )
+    most = max((row.unresolved.value for row in rows), default=0.0)
+    if most > 0.0:
+        console.print(
+            f"Detections with unresolved speeds were left out, up to {most:.2g} per frame in the "
+            f"mean at one point: {WHY_UNRESOLVED}. The column 'unresolved' of summary.csv has the "
+            "means of all points.",
+        )
 
 
 def _thresholds(plan: Plan) -> str:

@@ -18,6 +18,12 @@ KEPT_TRIALS: Final = (
 )
 """A sentence on the trials that are kept after an interrupt."""
 
+WHY_UNRESOLVED: Final = (
+    "not every subframe has them, or two speeds explain them almost equally well; a greater SNR, "
+    "or intervals of the subframes with less in common, would resolve more"
+)
+"""Reason why a receiver leaves detections out, and what helps, as the end of a sentence."""
+
 
 def add_workers(parser: Any) -> None:
     """Add the option ``--workers``."""

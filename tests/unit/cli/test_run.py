@@ -6,7 +6,7 @@ import math
 import re
 import sys
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
@@ -127,6 +127,7 @@ def test_the_summary_for_machines_goes_to_stdout(trial, capsys):
             "missed": 2,
             "ghosts": 0,
             "other_echoes": 0,
+            "unresolved": 0,
             "floor_rise": 10.0,
             "detected_targets": ["oncoming"],
             "undetected_targets": ["ahead", "post"],
@@ -146,6 +147,22 @@ def test_the_summary_for_machines_goes_to_stdout(trial, capsys):
         }
     ]
     assert load_run(summary["stored"]).provenance.seed == 5
+
+
+def test_detections_that_the_receiver_left_out_are_told(trial, capsys, monkeypatch):
+    whole = silent_victim
+
+    def one_that_dropped(study, number):
+        victim = whole(study, number)
+        return replace(victim, score=replace(victim.score, num_unresolved=2))
+
+    monkeypatch.setitem(globals(), "silent_victim", one_that_dropped)
+    assert main(quick()) == 0
+    assert "note: 2 detections with unresolved speeds were left out of the frame of 'front'" in (
+        capsys.readouterr().err
+    )
+    (path,) = Path("out").glob("quickstart-*/run.zarr")
+    assert load_run(path).victims[0].score.num_unresolved == 2
 
 
 def test_options_reach_the_trial(trial):
