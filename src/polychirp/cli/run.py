@@ -6,16 +6,18 @@ import argparse
 import json
 import math
 from collections.abc import Iterator
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from polychirp.cli.check import add_study_arguments, all_overrides, next_command
 from polychirp.cli.progress import progress_bar
 from polychirp.cli.terminal import decibels, say, tables, usable_folder
-from polychirp.cli.trials import WHY_UNRESOLVED
+from polychirp.cli.trials import WHY_UNRESOLVED, margins_text
 from polychirp.errors import InputError
 
 if TYPE_CHECKING:
+    from polychirp.study.spec import Study
     from polychirp.study.trial import Trial, VictimResult
 
 _COUNTS: Final = ("targets", "found", "missed", "ghosts", "other echoes")
@@ -43,6 +45,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Check the study, run it, store the results and print them."""
     from polychirp.config.load import MONTE_CARLO, load_study, read_toml
     from polychirp.study.check import check
+    from polychirp.study.margins import gates_of
     from polychirp.study.provenance import provenance
     from polychirp.study.store import save_run
 
@@ -59,9 +62,10 @@ def run(arguments: argparse.Namespace) -> int:
         trial = run_trial(study, progress=progress)
     save_run(path, victims=trial.victims, provenance=origin)
     if arguments.json:
-        print(json.dumps(_summary(study.name, study.seed, path, trial), indent=2))
+        print(json.dumps(_summary(study, path, trial), indent=2))
     else:
         _print_table(trial)
+        print(margins_text(gates_of(study).values()))
         for note in _unresolved(trial):
             say(note)
         say(f"stored in {path}")
@@ -81,10 +85,13 @@ def _refuse_other_results(path: Path, *, study_hash: str, force: bool) -> None:
         )
 
 
-def _summary(name: str, seed: int, path: Path, trial: Trial) -> dict[str, Any]:
+def _summary(study: Study, path: Path, trial: Trial) -> dict[str, Any]:
+    from polychirp.study.margins import gates_of
+
+    gates = gates_of(study)
     return {
-        "study": name,
-        "seed": seed,
+        "study": study.name,
+        "seed": study.seed,
         "stored": str(path),
         "victims": [
             {
@@ -95,6 +102,7 @@ def _summary(name: str, seed: int, path: Path, trial: Trial) -> dict[str, Any]:
                 "undetected_targets": _targets(victim, found=False),
                 "levels": _levels(victim),
                 "extents": _extents(victim),
+                "margins": asdict(gates[victim.name]),
             }
             for victim in trial.victims
         ],

@@ -112,6 +112,7 @@ def test_a_run_is_stored_and_told(trial, capsys):
     assert str(path) in shown.err
     assert "front" in shown.out
     assert "10.0 dB" in shown.out
+    assert "on a target within 0.4 m, 1 m/s and 15° of azimuth" in shown.out
     assert [victim.name for victim in load_run(path).victims] == ["front"]
 
 
@@ -143,6 +144,12 @@ def test_the_summary_for_machines_goes_to_stdout(trial, capsys):
                         ("visible_length", "visible_width", "visible_range_rate_span"), 0.0
                     ),
                 }
+            },
+            "margins": {
+                "range": 0.4,
+                "range_rate": 1.0,
+                "azimuth": pytest.approx(math.radians(15.0)),
+                "elevation": pytest.approx(math.radians(15.0)),
             },
         }
     ]
