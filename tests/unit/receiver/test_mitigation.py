@@ -27,10 +27,17 @@ METHODS = {
     "imat": Imat(),
     "zeroing excision": StftExcision(),
     "levelling excision": StftExcision(cells="levelled"),
+    "filling excision": StftExcision(cells="filled"),
 }
 
 
-@pytest.fixture(params=METHODS.values(), ids=METHODS.keys())
+PARAMS = [
+    pytest.param(method, marks=[pytest.mark.slow] if name == "filling excision" else [], id=name)
+    for name, method in METHODS.items()
+]
+
+
+@pytest.fixture(params=PARAMS)
 def method(request):
     return request.param
 
