@@ -54,7 +54,7 @@ class Agreement:
         rises = seen.model.schedule.slope > 0
         here = Replicas.of(seen, points)
         value = mixed(seen, here.matched(residual.sums(seen, here))[0])
-        size = here.weight * seen.count * np.mean(np.abs(here.shape[..., 0]) ** 2, axis=1)
+        size = here.size(seen)
         power = _power(value, size)
         num_averaged = value.shape[1] * (seen.num_used - 1)
         least = np.finfo(np.float64).tiny  # a ramp without samples has no size and no value

@@ -18,9 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from polychirp.axes import ComplexArray, FloatArray
-from polychirp.jit import reordered
+from polychirp.jit import reordered, reordered_inner
 from polychirp.receiver.coherent.observation import Observation
-from polychirp.receiver.coherent.replicas import Replicas
 
 BINS_PER_SAMPLE = 4
 """Length of a ramp's Fourier transform over its number of samples; chosen for interpolation."""
@@ -62,31 +61,11 @@ class Spectra:
     def at(self, seen: Observation, beat: FloatArray) -> NDArray[np.complex64]:
         """Values at beats ``(ramp, step)``, Hz: ``(channel, ramp, step)``, right to 1 %."""
         place = beat * (self.value.shape[1] / seen.model.times.rate)
-        return np.asarray(_values(self.value, place, _lagrange(4)[0].astype(np.float32)))
-
-    def sums(self, seen: Observation, points: Replicas) -> ComplexArray:
-        r"""Sums over the samples without each point's phase, times powers 0, 1 and 2 of the time.
-
-        With d the rate of the beat, the phase :math:`\pi d u^2` on a ramp is expanded:
-        :math:`S_j = D_j - j\pi d\,D_{j+2} - \tfrac12(\pi d)^2 D_{j+4}` of the derivatives D, as
-        far as the fourth. `signals.moments` is the exact twin.
-
-        Returns
-        -------
-        V, V s and V s², ``(3, point, channel, ramp)``
-        """
-        per_bin = self.value.shape[1] / seen.model.times.rate
-        power = _derivatives(self.value, points.beat * per_bin, _lagrange(8))
-        power *= (0.5j * per_bin / np.pi) ** np.arange(5)[:, None, None, None]
-        bend = (1j * np.pi * points.drift)[:, None]
-        sums = power[:3]
-        sums -= bend * power[2:]
-        sums[0] += bend**2 * (0.5 * power[4])
-        return np.asarray(points.middle.conj()[:, None] * sums)
+        return np.asarray(_values(self.value, place, lagrange(4)[0].astype(np.float32)))
 
 
 @lru_cache
-def _lagrange(taps: int) -> FloatArray:
+def lagrange(taps: int) -> FloatArray:
     """Coefficients of Lagrange's interpolation between bins and its four derivatives.
 
     The polynomials are those of the distance from the bin below, ``(derivative, tap, power)``.
@@ -99,29 +78,53 @@ def _lagrange(taps: int) -> FloatArray:
     return np.stack(rows)
 
 
-@reordered
-def _derivatives(value: Any, place: Any, table: Any) -> Any:  # pragma: no cover - compiled
-    """Interpolated values and derivatives at places ``(point, ramp)``, in bins.
+@reordered_inner
+def interpolated_into(  # pragma: no cover - compiled
+    ramps: Any, value: Any, table: Any, beat: Any, drift: Any, weight: Any, sums: Any
+) -> None:
+    r"""Sums over samples without a tone, times powers 0, 1 and 2 of the time and the weights' root.
 
-    They are ``(derivative, point, channel, ramp)``.
+    With d the rate of the beat, the phase :math:`\pi d u^2` on a ramp is expanded:
+    :math:`S_j = D_j - j\pi d\,D_{j+2} - \tfrac12(\pi d)^2 D_{j+4}` of the derivatives D, as far as
+    the fourth. `signals.moments` is the exact twin.
+
+    Parameters
+    ----------
+    value : of `Spectra`
+    table : coefficients of `lagrange`
+    beat, drift, weight : of the tone on every ramp, ``(ramp,)``
+    sums : result, its real and imaginary parts, ``(3, 2, channel, ramp)``
     """
     bins, channels = value.shape[1:]
-    points, ramps = place.shape
     orders, taps, powers = table.shape
-    out = np.zeros((orders, points, channels, ramps), dtype=np.complex128)
-    for p in range(points):
-        for k in range(ramps):
-            low = int(np.floor(place[p, k]))
-            x = place[p, k] - low
-            for t in range(taps):
-                b = (low + t - (taps // 2 - 1)) % bins
-                for d in range(orders):
-                    share = 0.0
-                    for n in range(powers - 1, -1, -1):
-                        share = share * x + table[d, t, n]
-                    for m in range(channels):
-                        out[d, p, m, k] += share * value[k, b, m]
-    return out
+    scale = bins / ramps.rate
+    found = np.empty((orders, channels), dtype=np.complex128)
+    for k in range(beat.size):
+        place = beat[k] * scale
+        low = int(np.floor(place))
+        x = place - low
+        for d in range(orders):
+            for m in range(channels):
+                found[d, m] = 0.0
+        for t in range(taps):
+            b = (low + t - (taps // 2 - 1)) % bins
+            for d in range(orders):
+                share = 0.0
+                for n in range(powers - 1, -1, -1):
+                    share = share * x + table[d, t, n]
+                for m in range(channels):
+                    found[d, m] += share * value[k, b, m]
+        root, bend = np.sqrt(weight[k]), 1j * np.pi * drift[k]
+        for m in range(channels):
+            factor = complex(root, 0.0)
+            for d in range(orders):
+                found[d, m] *= factor
+                factor *= 0.5j * scale / np.pi
+            for d in range(3):
+                one = found[d, m] - bend * found[d + 2, m]
+                if d == 0:
+                    one += 0.5 * bend * bend * found[4, m]
+                sums[d, 0, m, k], sums[d, 1, m, k] = one.real, one.imag
 
 
 @reordered
