@@ -14,6 +14,7 @@ import numpy as np
 
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.jit import reordered_inner
+from polychirp.receiver.coherent.ramps import ELAPSED, FREQUENCY, SLOPE, USED
 from polychirp.receiver.coherent.replicas import bessel_into, gains_into
 from polychirp.receiver.coherent.solutions import inverse_into, product_of
 from polychirp.receiver.estimation.azimuth_rate import TYPICAL_CROSSING_SPEED
@@ -39,7 +40,7 @@ def step_into(
 
     ``own`` are the numbers of its points; ``work`` holds what they match, and gets the step.
     """
-    size, channels, ramps = own.size, now.wave.shape[1], now.beat.shape[1]
+    size, channels, ramps = own.size, now.wave.shape[1], now.track.shape[2]
     phase, beat = np.empty((size, 4, ramps)), np.empty((size, 4, ramps))
     mean, side = np.empty((size, 4)), np.zeros((size, 4))
     white = np.zeros((2, size, channels), dtype=np.complex128)
@@ -99,8 +100,12 @@ def _slopes_into(
     total = 0.0
     for i in range(4):
         mean[i] = 0.0
-    for k in range(ramps.slope.size):
-        time, frequency, slope = ramps.elapsed[k], ramps.frequency[k], ramps.slope[k]
+    for k in range(ramps.table.shape[1]):
+        time, frequency, slope = (
+            ramps.table[ELAPSED, k],
+            ramps.table[FREQUENCY, k],
+            ramps.table[SLOPE, k],
+        )
         square = distance * distance + (2.0 * distance * rate + bend * time) * time
         now = np.sqrt(max(square, (LEAST_RANGE_SHARE * distance) ** 2))
         scale = 2.0 * wave_number * frequency / now
@@ -112,12 +117,12 @@ def _slopes_into(
         beat[1, k] = 2.0 * wave_number * (frequency + slope * time)
         beat[2, k] = 2.0 * wave_number * (frequency * time + 0.5 * slope * time * time)
         beat[3, k] = -wave_number * frequency
-        total += ramps.used[k]
+        total += ramps.table[USED, k]
         for i in range(4):
-            mean[i] += ramps.used[k] * phase[i, k]
+            mean[i] += ramps.table[USED, k] * phase[i, k]
     for i in range(4):
         mean[i] /= max(total, 1.0)
-        for k in range(ramps.slope.size):
+        for k in range(ramps.table.shape[1]):
             phase[i, k] -= mean[i]
 
 
@@ -151,10 +156,10 @@ def _overlap_into(
     cross : products of the first point's derivatives with the second's signal, ``(4,)``
     normal : those of its derivatives with the derivatives of the second, ``(4, 4)``
     """
-    count = ramps.slope.size
+    count = ramps.table.shape[1]
     a, b, c = np.zeros(count), np.zeros(count), np.zeros(count)
     u, v = np.empty(count), np.empty(count)
-    bessel_into(ramps, now.turn[first], now.turn[second], a, b, c)
+    bessel_into(ramps, now.track[first], now.track[second], a, b, c)
     gains_into(now.wave[first], now.wave[second], u, v)
     total = complex(0.0, 0.0)
     for k in range(count):

@@ -8,7 +8,7 @@ import numpy as np
 from polychirp.axes import BoolArray, ComplexArray, FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.if_frame import IfFrame
-from polychirp.receiver.coherent.ramps import Ramps
+from polychirp.receiver.coherent.ramps import ELAPSED, FREQUENCY, HALF_LENGTH, USED, Ramps
 from polychirp.receiver.estimation.azimuth_rate import sine_basis
 from polychirp.receiver.mitigation.base import Mitigated
 from polychirp.receiver.signal_model.frame_model import FrameModel
@@ -55,7 +55,7 @@ class Observation:
     @property
     def count(self) -> FloatArray:
         """Number of samples of every ramp that are used, ``(ramp,)``."""
-        return self.ramps.used
+        return np.asarray(self.ramps.table[USED])
 
     @property
     def num_used(self) -> int:
@@ -65,17 +65,17 @@ class Observation:
     @property
     def middle(self) -> FloatArray:
         """Middle of every ramp's sampling window, s, ``(ramp,)``."""
-        return np.asarray(self.model.time + self.ramps.elapsed)
+        return np.asarray(self.model.time + self.ramps.table[ELAPSED])
 
     @property
     def reach(self) -> FloatArray:
         """Half the length of every ramp's sampling window, s, ``(ramp,)``."""
-        return self.ramps.reach
+        return np.asarray(self.ramps.table[HALF_LENGTH])
 
     @property
     def frequency(self) -> FloatArray:
         """Transmitted frequency in the middle of every ramp's sampling window, Hz, ``(ramp,)``."""
-        return self.ramps.frequency
+        return np.asarray(self.ramps.table[FREQUENCY])
 
     @property
     def bandwidth(self) -> float:

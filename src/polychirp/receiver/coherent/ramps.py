@@ -7,33 +7,28 @@ import numpy as np
 from polychirp.axes import BoolArray, FloatArray
 from polychirp.receiver.signal_model.frame_model import FrameModel
 
+BEGIN, ELAPSED, FIRST_FREQUENCY, FREQUENCY, SLOPE, HALF, HALF_LENGTH, USED = range(8)
+"""Rows of `Ramps.table`."""
+
 
 class Ramps(NamedTuple):
-    """Arrays over the ramps of a frame, ``(ramp,)``, and what all ramps share.
+    """Numbers of all ramps of a frame, and what the ramps share.
+
+    There are few arrays, because kernels compile the longer, the more they are given.
 
     Parameters
     ----------
-    begin, elapsed : time from the middle of the frame to the first sample, and to the middle of the
-        sampling window, s
-    first_frequency, frequency : transmitted frequency then, Hz
-    slope : Hz/s
-    half : time from the first sample to the middle of the window, s
-    reach : half the length of the window, s; a sample's step longer than twice ``half``
-    used : number of samples that are used
+    table : numbers of the ramps, ``(8, ramp)``: times from the middle of the frame to the first
+        sample and to the middle of the sampling window, s; transmitted frequencies then, Hz; the
+        slope, Hz/s; the time from the first sample to the middle, and half the length of the
+        window, half a sample's step longer, s; the number of samples that are used
     channel_y : place of every channel on the array's line, m, ``(channel,)``
     corners : of the high pass, Hz, ``(section,)``; empty if there is none
-    mean_frequency : mean of ``frequency``, Hz
+    mean_frequency : mean of the frequencies in the middle, Hz
     rate : sample rate, 1/s
     """
 
-    begin: FloatArray
-    elapsed: FloatArray
-    first_frequency: FloatArray
-    frequency: FloatArray
-    slope: FloatArray
-    half: FloatArray
-    reach: FloatArray
-    used: FloatArray
+    table: FloatArray
     channel_y: FloatArray
     corners: FloatArray
     mean_frequency: float
@@ -43,21 +38,23 @@ class Ramps(NamedTuple):
     def of(cls, model: FrameModel, present: BoolArray) -> Self:
         """Those of a frame of which the samples ``present`` ``(ramp, fast)`` are used."""
         schedule, times = model.schedule, model.times
-        half = np.asarray(0.5 * (times.num_samples - 1) / times.rate)
+        half = 0.5 * (times.num_samples - 1) / times.rate
+        begin = times.first - model.time
         first = schedule.start_frequency + schedule.slope * (times.first - schedule.start_time)
         frequency = first + schedule.slope * half
+        reach = 0.5 * times.num_samples / times.rate
+        used = present.sum(axis=1)
+        rows = [begin, begin + half, first, frequency, schedule.slope, half, reach, used]
         corners = () if model.high_pass is None else model.high_pass.corners
         return cls(
-            begin=times.first - model.time,
-            elapsed=times.first - model.time + half,
-            first_frequency=first,
-            frequency=frequency,
-            slope=np.array(schedule.slope),
-            half=half,
-            reach=np.asarray(0.5 * times.num_samples / times.rate),
-            used=present.sum(axis=1).astype(np.float64),
+            table=np.array(rows, dtype=np.float64),
             channel_y=np.array(model.channel_y),
             corners=np.array(corners, dtype=np.float64),
             mean_frequency=float(frequency.mean()),
             rate=float(times.rate),
         )
+
+    @property
+    def num_ramps(self) -> int:
+        """Number of ramps."""
+        return int(self.table.shape[1])

@@ -19,7 +19,20 @@ from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.jit import reordered, reordered_inner
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.points import Points
+from polychirp.receiver.coherent.ramps import (
+    BEGIN,
+    ELAPSED,
+    FIRST_FREQUENCY,
+    FREQUENCY,
+    HALF,
+    HALF_LENGTH,
+    SLOPE,
+    USED,
+)
 from polychirp.receiver.signal_model.point_signal import LEAST_RANGE_SHARE
+
+BEAT, DRIFT, WEIGHT, TURN, COSINE, SINE = range(6)
+"""Rows of `Replicas.track`."""
 
 FAR_APART = 100.0
 """Least phase, rad, by which two signals turn against each other from the middle of a ramp to its
@@ -32,46 +45,29 @@ class Replicas:
 
     Parameters
     ----------
-    middle : phasor in the middle of each ramp's sampling window, ``(point, ramp)``
-    beat : frequency there, Hz, ``(point, ramp)``
-    drift : rate of the beat, Hz/s, ``(point, ramp)``
-    weight : as of `Observation.weights`, ``(point, ramp)``
-    turn : phase from the middle of each window to its end, rad, its cosine and its sine, ``(point,
-        3, ramp)``
-    wave : polynomial of `Observation.shape` times ``middle`` and the root of ``weight``, its real
-        and imaginary parts, ``(point, channel, 6, ramp)``
+    track : frequency in the middle of each ramp's sampling window, Hz; its rate, Hz/s; the weight
+        as of `Observation.weights`; the phase from the middle to the end of the window, rad, its
+        cosine and its sine, ``(point, 6, ramp)``
+    wave : polynomial of `Observation.shape` times the phasor in the middle of the window and the
+        root of the weight, its real and imaginary parts, ``(point, channel, 6, ramp)``
     amplitude : V, ``(point, channel)``
     """
 
-    middle: ComplexArray
-    beat: FloatArray
-    drift: FloatArray
-    weight: FloatArray
-    turn: FloatArray
+    track: FloatArray
     wave: FloatArray
     amplitude: ComplexArray
 
     @classmethod
     def of(cls, seen: Observation, points: Points) -> Self:
         """Replicas of points."""
-        count, ramps, channels = len(points), seen.ramps.slope.size, seen.ramps.channel_y.size
-        middle = np.empty((count, ramps), dtype=np.complex128)
-        beat, drift, weight = np.empty((3, count, ramps))
-        turn, wave = np.empty((count, 3, ramps)), np.empty((count, channels, 6, ramps))
+        count, ramps, channels = len(points), seen.ramps.num_ramps, seen.ramps.channel_y.size
+        track, wave = np.empty((count, 6, ramps)), np.empty((count, channels, 6, ramps))
         motion, sine = np.ascontiguousarray(points.motion), np.ascontiguousarray(points.sine)
-        _replicas(seen.ramps, seen.weight, motion, sine, middle, beat, drift, weight, turn, wave)
-        return cls(
-            middle=middle,
-            beat=beat,
-            drift=drift,
-            weight=weight,
-            turn=turn,
-            wave=wave,
-            amplitude=points.amplitude,
-        )
+        _replicas(seen.ramps, seen.weight, motion, sine, track, wave)
+        return cls(track=track, wave=wave, amplitude=points.amplitude)
 
     def __len__(self) -> int:
-        return len(self.beat)
+        return len(self.track)
 
     def __getitem__(self, which: Any) -> Self:
         chosen: dict[str, Any] = {f.name: getattr(self, f.name)[which] for f in fields(self)}
@@ -94,16 +90,8 @@ class Replicas:
 
         It is the sum of the squares of a signal of amplitude 1, as a mean over channels.
         """
-        return np.asarray(np.mean(self.wave[:, :, 0] ** 2 + self.wave[:, :, 1] ** 2, axis=1)) * (
-            seen.ramps.used
-        )
-
-    def phases(self, seen: Observation) -> FloatArray:
-        """Phases at the first sample of each ramp as of `beat_phase`, ``(point, ramp, 3)``."""
-        half = seen.ramps.half
-        beat = self.beat - half * self.drift
-        start = np.angle(self.middle) / (2.0 * np.pi) - half * (beat + 0.5 * half * self.drift)
-        return np.stack([start, beat, self.drift], axis=-1)
+        power = np.mean(self.wave[:, :, 0] ** 2 + self.wave[:, :, 1] ** 2, axis=1)
+        return np.asarray(power * seen.count)
 
     def matched(self, sums: ComplexArray) -> ComplexArray:
         """Sums over samples times the conjugate shapes, with the ramps' weights.
@@ -131,7 +119,7 @@ def sums_of(seen: Observation, of: Replicas, at: Replicas) -> ComplexArray:
     times powers 0, 1 and 2 of the time, ``(3, point, channel, ramp)``
     """
     sums = np.zeros((len(at), 3, 2, *at.wave.shape[1::2]))
-    _sums_of(seen.ramps, of.turn, of.wave, of.amplitude, at.turn, sums)
+    _sums_of(seen.ramps, of.track, of.wave, of.amplitude, at.track, sums)
     return np.moveaxis(sums[:, :, 0] + 1j * sums[:, :, 1], 1, 0)
 
 
@@ -141,39 +129,34 @@ def products(seen: Observation, points: Replicas) -> ComplexArray:
     The first of a pair is conjugated: ``(3, point, point, ramp)``, times powers 0, 1 and 2 of the
     time. They hold the weights of the ramps, and are means over channels.
     """
-    out = np.empty((3, 2, len(points), len(points), seen.ramps.slope.size))
-    _products(seen.ramps, points.turn, points.wave, out)
+    out = np.empty((3, 2, len(points), len(points), seen.ramps.num_ramps))
+    _products(seen.ramps, points.track, points.wave, out)
     return np.asarray(out[:, 0] + 1j * out[:, 1])
 
 
 def correlations(seen: Observation, first: Replicas, second: Replicas) -> FloatArray:
     """Magnitude of the correlation of pairs of signals of amplitude 1, ``(first, second)``."""
     out = np.zeros((len(first), len(second)))
-    _correlations(seen.ramps, first.turn, first.wave, second.turn, second.wave, out)
+    _correlations(seen.ramps, first.track, first.wave, second.track, second.wave, out)
     sizes = (np.sqrt(np.maximum(one.size(seen).sum(axis=1), 1e-300)) for one in (first, second))
     return np.asarray(out / np.outer(*sizes))
 
 
 @reordered_inner
-def replica_into(  # pragma: no cover - compiled
-    ramps: Any,
-    weights: Any,
-    motion: Any,
-    sine: float,
-    middle: Any,
-    beat: Any,
-    drift: Any,
-    weight: Any,
-    turn: Any,
-    wave: Any,
-) -> None:
+def replica_into(
+    ramps: Any, weights: Any, motion: Any, sine: float, track: Any, wave: Any
+) -> None:  # pragma: no cover - compiled
     """The signal of one point; arrays as those of `Replicas`, without the axis of points."""
     distance, rate, acceleration, sine_rate = motion[0], motion[1], motion[2], motion[3]
     bins, channels = weights.shape[1], ramps.channel_y.size
     bend = rate * rate + distance * acceleration
     least = LEAST_RANGE_SHARE * distance
-    for k in range(ramps.slope.size):
-        slope, time, frequency = ramps.slope[k], ramps.begin[k], ramps.first_frequency[k]
+    for k in range(ramps.table.shape[1]):
+        slope, time, frequency = (
+            ramps.table[SLOPE, k],
+            ramps.table[BEGIN, k],
+            ramps.table[FIRST_FREQUENCY, k],
+        )
         square = distance * distance + (2.0 * distance * rate + bend * time) * time
         now = np.sqrt(max(square, least * least))
         velocity = (distance * rate + bend * time) / now
@@ -182,19 +165,18 @@ def replica_into(  # pragma: no cover - compiled
         first = slope * delay + (frequency - slope * delay) * growth
         bent = 2.0 * slope * growth - slope * growth * growth
         bent += frequency * 2.0 / SPEED_OF_LIGHT * (bend - velocity * velocity) / now
-        half = ramps.half[k]
+        half = ramps.table[HALF, k]
         cycles = (
             frequency * delay - 0.5 * slope * delay * delay + half * (first + 0.5 * half * bent)
         )
-        beat[k], drift[k] = first + half * bent, bent
+        beat = first + half * bent
         phase = 2.0 * np.pi * (cycles - np.floor(cycles))
-        middle[k] = complex(np.cos(phase), np.sin(phase))
-        place = int(np.rint(beat[k] * bins / ramps.rate)) % bins
-        weight[k] = weights[k, place]
-        angle = 2.0 * np.pi * beat[k] * ramps.reach[k]
-        turn[0, k], turn[1, k], turn[2, k] = angle, np.cos(angle), np.sin(angle)
+        weight = weights[k, int(np.rint(beat * bins / ramps.rate)) % bins]
+        turn = 2.0 * np.pi * beat * ramps.table[HALF_LENGTH, k]
+        track[BEAT, k], track[DRIFT, k], track[WEIGHT, k] = beat, bent, weight
+        track[TURN, k], track[COSINE, k], track[SINE, k] = turn, np.cos(turn), np.sin(turn)
 
-        time, frequency = ramps.elapsed[k], ramps.frequency[k]
+        time, frequency = ramps.table[ELAPSED, k], ramps.table[FREQUENCY, k]
         square = distance * distance + (2.0 * distance * rate + bend * time) * time
         now = np.sqrt(max(square, least * least))
         velocity = (distance * rate + bend * time) / now
@@ -203,7 +185,7 @@ def replica_into(  # pragma: no cover - compiled
         delay = 2.0 * steady / (SPEED_OF_LIGHT + rate)
         growth = 2.0 * rate / (SPEED_OF_LIGHT + rate)
         tone = 1j * (slope * delay * (1.0 - growth) + frequency * growth)
-        size = np.sqrt(weight[k]) * (distance / now) ** 2 * middle[k]
+        size = np.sqrt(weight) * (distance / now) ** 2 * complex(np.cos(phase), np.sin(phase))
         for corner in ramps.corners:
             size *= tone / (corner + tone)
         for m in range(channels):
@@ -226,23 +208,23 @@ def bessel_into(  # pragma: no cover - compiled
 
     False, without sums, if the signals are far apart on all ramps.
     """
-    count = ramps.slope.size
+    count = ramps.table.shape[1]
     least = np.inf
     for k in range(count):
-        least = min(least, abs(there[0, k] - here[0, k]))
+        least = min(least, abs(there[TURN, k] - here[TURN, k]))
     if least > FAR_APART:
         return False
     for k in range(count):
-        z = there[0, k] - here[0, k]
-        cosine = there[1, k] * here[1, k] + there[2, k] * here[2, k]
-        sine = there[2, k] * here[1, k] - there[1, k] * here[2, k]
+        z = there[TURN, k] - here[TURN, k]
+        cosine = there[COSINE, k] * here[COSINE, k] + there[SINE, k] * here[SINE, k]
+        sine = there[SINE, k] * here[COSINE, k] - there[COSINE, k] * here[SINE, k]
         near = abs(z) < 0.05
         square = z * z
         safe = 1.0 if near else z
         a = 1.0 - square / 6.0 * (1.0 - square / 20.0) if near else sine / safe
         b = z / 3.0 * (1.0 - square / 10.0) if near else (a - cosine) / safe
         c = 1.0 / 3.0 - square / 10.0 if near else a - 2.0 * b / safe
-        size, reach = ramps.used[k], ramps.reach[k]
+        size, reach = ramps.table[USED, k], ramps.table[HALF_LENGTH, k]
         zeroth[k] = size * a
         first[k] = size * reach * b
         second[k] = size * reach * reach * c
@@ -298,53 +280,33 @@ def product(  # pragma: no cover - compiled
 
 @reordered
 def _replicas(
-    ramps: Any,
-    weights: Any,
-    motion: Any,
-    sine: Any,
-    middle: Any,
-    beat: Any,
-    drift: Any,
-    weight: Any,
-    turn: Any,
-    wave: Any,
+    ramps: Any, weights: Any, motion: Any, sine: Any, track: Any, wave: Any
 ) -> None:  # pragma: no cover - compiled
     for p in range(len(motion)):
-        replica_into(
-            ramps,
-            weights,
-            motion[p],
-            sine[p],
-            middle[p],
-            beat[p],
-            drift[p],
-            weight[p],
-            turn[p],
-            wave[p],
-        )
+        replica_into(ramps, weights, motion[p], sine[p], track[p], wave[p])
 
 
 @reordered
 def _sums_of(
-    ramps: Any, turn: Any, wave: Any, amplitude: Any, at: Any, sums: Any
+    ramps: Any, track: Any, wave: Any, amplitude: Any, at: Any, sums: Any
 ) -> None:  # pragma: no cover - compiled
-    count = ramps.slope.size
+    count = ramps.table.shape[1]
     a, b, c = np.empty(count), np.empty(count), np.empty(count)
     for q in range(len(at)):
-        for p in range(len(turn)):
-            if bessel_into(ramps, at[q], turn[p], a, b, c):
+        for p in range(len(track)):
+            if bessel_into(ramps, at[q], track[p], a, b, c):
                 signal_into(sums[q], wave[p], amplitude[p], a, b, c)
 
 
 @reordered
-def _products(ramps: Any, turn: Any, wave: Any, out: Any) -> None:  # pragma: no cover - compiled
-    count = ramps.slope.size
+def _products(ramps: Any, track: Any, wave: Any, out: Any) -> None:  # pragma: no cover - compiled
+    count = ramps.table.shape[1]
     a, b, c = np.empty(count), np.empty(count), np.empty(count)
-    for q in range(len(turn)):
-        for p in range(len(turn)):
-            near = bessel_into(ramps, turn[q], turn[p], a, b, c)
+    for q in range(len(track)):
+        for p in range(len(track)):
+            near = bessel_into(ramps, track[q], track[p], a, b, c)
             gains_into(wave[q], wave[p], out[0, 0, q, p], out[0, 1, q, p])
-            for k in range(ramps.slope.size):
+            for k in range(ramps.table.shape[1]):
                 u, v = out[0, 0, q, p, k] * near, out[0, 1, q, p, k] * near
                 out[0, 0, q, p, k], out[0, 1, q, p, k] = u * a[k], v * a[k]
                 out[1, 0, q, p, k], out[1, 1, q, p, k] = -v * b[k], u * b[k]
@@ -369,7 +331,7 @@ def gains_into(here: Any, there: Any, real: Any, imag: Any) -> None:  # pragma: 
 def _correlations(
     ramps: Any, at: Any, here: Any, of: Any, there: Any, out: Any
 ) -> None:  # pragma: no cover - compiled
-    count = ramps.slope.size
+    count = ramps.table.shape[1]
     a, b, c = np.empty(count), np.empty(count), np.empty(count)
     u, v = np.empty(count), np.empty(count)
     for q in range(len(at)):

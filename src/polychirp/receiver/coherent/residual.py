@@ -10,8 +10,8 @@ from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.jit import reordered, reordered_inner
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.points import Points, without
-from polychirp.receiver.coherent.replicas import Replicas, sums_of
-from polychirp.receiver.coherent.signals import moments_in_samples
+from polychirp.receiver.coherent.ramps import HALF, HALF_LENGTH
+from polychirp.receiver.coherent.replicas import BEAT, DRIFT, WEIGHT, Replicas, sums_of
 from polychirp.receiver.coherent.spectra import Spectra, interpolated_into, lagrange
 
 GREATEST_BEND = 0.7
@@ -84,8 +84,8 @@ class Residual:
         -------
         V, V s and V s², ``(3, point, channel, ramp)``
         """
-        value = np.empty((len(at), 3, 2, len(seen.samples), seen.ramps.slope.size))
-        _sums(seen.ramps, self.kernel_view(seen), at.middle, at.beat, at.drift, at.weight, value)
+        value = np.empty((len(at), 3, 2, len(seen.samples), seen.ramps.num_ramps))
+        _sums(seen.ramps, self.kernel_view(seen), at.track, value)
         sums = np.moveaxis(value[:, :, 0] + 1j * value[:, :, 1], 1, 0)
         if points is None:
             return sums
@@ -126,42 +126,40 @@ class Left(NamedTuple):
 
 
 @reordered_inner
-def left_into(
-    ramps: Any, left: Any, middle: Any, beat: Any, drift: Any, weight: Any, sums: Any
-) -> None:  # pragma: no cover - compiled
+def left_into(ramps: Any, left: Any, track: Any, sums: Any) -> None:  # pragma: no cover - compiled
     """Sums over the samples of a residual at one place, ``(3, 2, channel, ramp)``.
 
     They are exact where the phase on any ramp bends by more than `GREATEST_BEND`.
     """
     bend = 0.0
-    for k in range(beat.size):
-        bend = max(bend, np.pi * abs(drift[k]) * ramps.reach[k] ** 2)
+    for k in range(track.shape[1]):
+        bend = max(bend, np.pi * abs(track[DRIFT, k]) * ramps.table[HALF_LENGTH, k] ** 2)
     if bend <= GREATEST_BEND:
-        interpolated_into(ramps, left.spectra, left.table, beat, drift, weight, sums)
+        interpolated_into(ramps, left.spectra, left.table, track, sums)
         return
-    phases = np.empty((1, beat.size, 3))
-    for k in range(beat.size):
-        half = ramps.half[k]
-        begin = beat[k] - half * drift[k]
-        turns = np.arctan2(middle[k].imag, middle[k].real) / (2.0 * np.pi)
-        phases[0, k, 0] = turns - half * (begin + 0.5 * half * drift[k])
-        phases[0, k, 1], phases[0, k, 2] = begin, drift[k]
-    exact = moments_in_samples(left.samples, left.present, phases, left.counts, ramps.rate)
-    for k in range(beat.size):
-        factor = middle[k] * np.sqrt(weight[k])
-        for n in range(3):
+    for k in range(track.shape[1]):
+        root = np.sqrt(track[WEIGHT, k])
+        for m in range(sums.shape[2]):
+            for n in range(3):
+                sums[n, 0, m, k], sums[n, 1, m, k] = 0.0, 0.0
+        for i in range(left.counts[k]):
+            if not left.present[k, i]:
+                continue
+            time = i / ramps.rate - ramps.table[HALF, k]
+            turn = 2.0 * np.pi * (track[BEAT, k] + 0.5 * track[DRIFT, k] * time) * time
+            tone = complex(root * np.cos(turn), -root * np.sin(turn))
             for m in range(sums.shape[2]):
-                one = exact[n, 0, m, k] * factor
-                sums[n, 0, m, k], sums[n, 1, m, k] = one.real, one.imag
-            factor /= ramps.rate
+                one = left.samples[m, k, i] * tone
+                for n in range(3):
+                    sums[n, 0, m, k] += one.real
+                    sums[n, 1, m, k] += one.imag
+                    one *= time
 
 
 @reordered
-def _sums(
-    ramps: Any, left: Any, middle: Any, beat: Any, drift: Any, weight: Any, sums: Any
-) -> None:  # pragma: no cover - compiled
-    for p in range(len(beat)):
-        left_into(ramps, left, middle[p], beat[p], drift[p], weight[p], sums[p])
+def _sums(ramps: Any, left: Any, track: Any, sums: Any) -> None:  # pragma: no cover - compiled
+    for p in range(len(track)):
+        left_into(ramps, left, track[p], sums[p])
 
 
 def _energy(seen: Observation, spectra: Spectra) -> float:

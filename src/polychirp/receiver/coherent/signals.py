@@ -27,7 +27,7 @@ def moments(
     -------
     V, V s and V s², ``(3, point, channel, ramp)``
     """
-    value = moments_in_samples(samples, present, phases, times.num_samples, times.rate)
+    value = _moments(samples, present, phases, times.num_samples, times.rate)
     value[1] /= times.rate
     value[2] /= times.rate**2
     return np.asarray(value)
@@ -50,10 +50,9 @@ def subtract(
 
 
 @reordered
-def moments_in_samples(  # pragma: no cover - compiled
+def _moments(  # pragma: no cover - compiled
     samples: Any, present: Any, phases: Any, counts: Any, rate: float
 ) -> Any:
-    """`moments` with the time in samples."""
     channels, ramps, fast = samples.shape
     points = phases.shape[0]
     out = np.zeros((3, points, channels, ramps), dtype=np.complex128)

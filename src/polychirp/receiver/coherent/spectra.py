@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from polychirp.axes import ComplexArray, FloatArray
 from polychirp.jit import reordered, reordered_inner
 from polychirp.receiver.coherent.observation import Observation
+from polychirp.receiver.coherent.replicas import BEAT, DRIFT, WEIGHT
 
 BINS_PER_SAMPLE = 4
 """Length of a ramp's Fourier transform over its number of samples; chosen for interpolation."""
@@ -80,7 +81,7 @@ def lagrange(taps: int) -> FloatArray:
 
 @reordered_inner
 def interpolated_into(  # pragma: no cover - compiled
-    ramps: Any, value: Any, table: Any, beat: Any, drift: Any, weight: Any, sums: Any
+    ramps: Any, value: Any, table: Any, track: Any, sums: Any
 ) -> None:
     r"""Sums over samples without a tone, times powers 0, 1 and 2 of the time and the weights' root.
 
@@ -92,15 +93,15 @@ def interpolated_into(  # pragma: no cover - compiled
     ----------
     value : of `Spectra`
     table : coefficients of `lagrange`
-    beat, drift, weight : of the tone on every ramp, ``(ramp,)``
+    track : of the tone, as of `Replicas`, ``(6, ramp)``
     sums : result, its real and imaginary parts, ``(3, 2, channel, ramp)``
     """
     bins, channels = value.shape[1:]
     orders, taps, powers = table.shape
     scale = bins / ramps.rate
     found = np.empty((orders, channels), dtype=np.complex128)
-    for k in range(beat.size):
-        place = beat[k] * scale
+    for k in range(track.shape[1]):
+        place = track[BEAT, k] * scale
         low = int(np.floor(place))
         x = place - low
         for d in range(orders):
@@ -114,7 +115,7 @@ def interpolated_into(  # pragma: no cover - compiled
                     share = share * x + table[d, t, n]
                 for m in range(channels):
                     found[d, m] += share * value[k, b, m]
-        root, bend = np.sqrt(weight[k]), 1j * np.pi * drift[k]
+        root, bend = np.sqrt(track[WEIGHT, k]), 1j * np.pi * track[DRIFT, k]
         for m in range(channels):
             factor = complex(root, 0.0)
             for d in range(orders):

@@ -5,7 +5,7 @@ a group's signals the power that is left rises by :math:`|r - \delta|^2 - |r|^2 
 -\mathrm{Re}\langle\delta, 2r - \delta\rangle`. A step that would raise it is shortened.
 """
 
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -37,11 +37,7 @@ class Signals(NamedTuple):
     since the subtraction.
     """
 
-    middle: ComplexArray
-    beat: FloatArray
-    drift: FloatArray
-    weight: FloatArray
-    turn: FloatArray
+    track: FloatArray
     wave: FloatArray
     amplitude: ComplexArray
     differs: BoolArray
@@ -49,8 +45,12 @@ class Signals(NamedTuple):
     @classmethod
     def of(cls, replicas: Replicas, differs: BoolArray) -> Self:
         """Copies of the arrays of replicas."""
-        columns = {f.name: getattr(replicas, f.name).copy() for f in fields(replicas)}
-        return cls(**columns, differs=differs)
+        return cls(
+            track=replicas.track.copy(),
+            wave=replicas.wave.copy(),
+            amplitude=replicas.amplitude.copy(),
+            differs=differs,
+        )
 
 
 class Moving(NamedTuple):
@@ -170,7 +170,7 @@ def _sweep(
     least: Any,
     fallen: Any,
 ) -> None:  # pragma: no cover - compiled
-    most, channels, ramps = members.shape[1], now.wave.shape[1], now.beat.shape[1]
+    most, channels, ramps = members.shape[1], now.wave.shape[1], now.track.shape[2]
     work = _Work(
         np.empty((3, 2, channels, ramps)),
         np.empty((most, 2, channels, ramps)),
@@ -180,11 +180,7 @@ def _sweep(
         np.empty((most, channels)),
     )
     tried = Signals(
-        np.empty((most, ramps), dtype=np.complex128),
-        np.empty((most, ramps)),
-        np.empty((most, ramps)),
-        np.empty((most, ramps)),
-        np.empty((most, 3, ramps)),
+        np.empty((most, 6, ramps)),
         np.empty((most, channels, 6, ramps)),
         np.empty((most, channels), dtype=np.complex128),
         np.empty(most, dtype=np.bool_),
@@ -204,22 +200,14 @@ def _left_at(
     frame: Any, old: Any, now: Any, at: Any, place: int, sums: Any
 ) -> None:  # pragma: no cover - compiled
     """Sums over what the points ``now`` leave, at the place of one signal of ``at``."""
-    left_into(
-        frame.ramps,
-        frame.left,
-        at.middle[place],
-        at.beat[place],
-        at.drift[place],
-        at.weight[place],
-        sums,
-    )
-    count = at.beat.shape[1]
+    left_into(frame.ramps, frame.left, at.track[place], sums)
+    count = at.track.shape[2]
     a, b, c = np.empty(count), np.empty(count), np.empty(count)
-    for p in range(len(old.beat)):
-        if old.differs[p] and bessel_into(frame.ramps, at.turn[place], old.turn[p], a, b, c):
+    for p in range(len(old.track)):
+        if old.differs[p] and bessel_into(frame.ramps, at.track[place], old.track[p], a, b, c):
             signal_into(sums, old.wave[p], old.amplitude[p], a, b, c)
-    for p in range(len(now.beat)):
-        if now.differs[p] and bessel_into(frame.ramps, at.turn[place], now.turn[p], a, b, c):
+    for p in range(len(now.track)):
+        if now.differs[p] and bessel_into(frame.ramps, at.track[place], now.track[p], a, b, c):
             signal_into(sums, now.wave[p], -now.amplitude[p], a, b, c)
 
 
@@ -261,7 +249,7 @@ def _moved(
     inverse = np.empty((size, size), dtype=np.complex128)
     members = np.arange(size)
     motion = np.empty((size, 4))
-    unused = np.empty((2, 2, channels, now.beat.shape[1]))
+    unused = np.empty((2, 2, channels, now.track.shape[2]))
     _products_into(frame.ramps, now, own, now, own, ours)
     for share in SHARES_OF_A_STEP:
         for j in range(size):
@@ -273,11 +261,7 @@ def _moved(
                 frame.weights,
                 motion[j],
                 moving.sine[p],
-                tried.middle[j],
-                tried.beat[j],
-                tried.drift[j],
-                tried.weight[j],
-                tried.turn[j],
+                tried.track[j],
                 tried.wave[j],
             )
             _left_at(frame, old, now, tried, j, work.sums)
@@ -313,12 +297,12 @@ def _products_into(
     ramps: Any, here: Any, first: Any, there: Any, second: Any, out: Any
 ) -> None:  # pragma: no cover - compiled
     """Products of the signals of all pairs, ``(first, second, channel)``."""
-    count = ramps.slope.size
+    count = ramps.table.shape[1]
     a, b, c = np.empty(count), np.empty(count), np.empty(count)
     for j in range(first.size):
         for q in range(second.size):
             p, r = first[j], second[q]
-            near = bessel_into(ramps, here.turn[p], there.turn[r], a, b, c)
+            near = bessel_into(ramps, here.track[p], there.track[r], a, b, c)
             for m in range(out.shape[2]):
                 out[j, q, m] = 0.0
                 if near:
@@ -389,10 +373,8 @@ def _take(
     for m in range(now.wave.shape[1]):
         now.amplitude[point, m] = tried.amplitude[member, m]
         for n in range(6):
-            for k in range(now.beat.shape[1]):
+            for k in range(now.track.shape[2]):
                 now.wave[point, m, n, k] = tried.wave[member, m, n, k]
-    for k in range(now.beat.shape[1]):
-        now.middle[point, k], now.beat[point, k] = tried.middle[member, k], tried.beat[member, k]
-        now.drift[point, k], now.weight[point, k] = tried.drift[member, k], tried.weight[member, k]
-        for n in range(3):
-            now.turn[point, n, k] = tried.turn[member, n, k]
+    for n in range(6):
+        for k in range(now.track.shape[2]):
+            now.track[point, n, k] = tried.track[member, n, k]

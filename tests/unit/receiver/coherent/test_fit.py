@@ -11,6 +11,7 @@ from polychirp.receiver.coherent.least_squares import fitted
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.overlap import groups_of
 from polychirp.receiver.coherent.points import Points, without
+from polychirp.receiver.coherent.ramps import HALF
 from polychirp.receiver.coherent.refinement import (
     ERROR_OF_SUMS,
     divided,
@@ -19,7 +20,7 @@ from polychirp.receiver.coherent.refinement import (
     relaxed,
     settled,
 )
-from polychirp.receiver.coherent.replicas import Replicas, correlations, products, sums_of
+from polychirp.receiver.coherent.replicas import BEAT, Replicas, correlations, products, sums_of
 from polychirp.receiver.coherent.residual import Residual
 from polychirp.receiver.coherent.signals import moments
 from polychirp.receiver.coherent.sweeps import swept
@@ -81,14 +82,19 @@ def test_replicas_are_the_signals_of_the_observation():
     """The kernel's waves have the phases, shapes and weights that whole arrays give."""
     seen, points = coloured(observed([NEAR], noise=1.0)), drawn(20)
     here = Replicas.of(seen, points)
-    phases, half = seen.phases(points.motion), seen.ramps.half
-    middle = phases[..., 0] + half * (phases[..., 1] + 0.5 * half * phases[..., 2])
-    root = np.sqrt(seen.weight_at(here.beat))
+    beat, phasor = middles(seen, points)
     shape = seen.shape(points.motion, points.sine)
-    wave = (root * np.exp(2j * np.pi * (middle % 1.0)))[:, None, None] * np.moveaxis(shape, 3, 2)
-    assert here.beat == pytest.approx(phases[..., 1] + half * phases[..., 2])
+    wave = (np.sqrt(seen.weight_at(beat)) * phasor)[:, None, None] * np.moveaxis(shape, 3, 2)
+    assert here.track[:, BEAT] == pytest.approx(beat)
     assert here.wave[:, :, 0::2] == pytest.approx(wave.real, abs=1e-6 * np.abs(wave).max())
     assert here.wave[:, :, 1::2] == pytest.approx(wave.imag, abs=1e-6 * np.abs(wave).max())
+
+
+def middles(seen, points):
+    """Beats and phasors in the middle of the ramps' windows, ``(point, ramp)``."""
+    phases, half = seen.phases(points.motion), seen.ramps.table[HALF]
+    cycles = phases[..., 0] + half * (phases[..., 1] + 0.5 * half * phases[..., 2])
+    return phases[..., 1] + half * phases[..., 2], np.exp(2j * np.pi * (cycles % 1.0))
 
 
 def coloured(seen):
@@ -131,8 +137,9 @@ def test_sums_of_spectra_are_moments(power, error):
     points = drawn(20)
     seen = observed([NEAR, BESIDE], noise=1.0)
     here = Replicas.of(seen, points)
-    exact = moments(seen.samples, seen.present, here.phases(seen), seen.model.times)[power]
-    found = Residual.of(seen, NOTHING).sums(seen, here)[power] * here.middle.conj()[:, None]
+    phases, phasor = seen.phases(points.motion), middles(seen, points)[1]
+    exact = moments(seen.samples, seen.present, phases, seen.model.times)[power]
+    found = Residual.of(seen, NOTHING).sums(seen, here)[power] * phasor.conj()[:, None]
     assert np.linalg.norm(found - exact) < error * np.linalg.norm(exact)
 
 
@@ -176,9 +183,10 @@ def test_correlations_give_the_fall_of_the_energy():
 def test_a_strongly_bent_signal_has_exact_sums():
     """At 2000 m/s² the phase on a ramp is bent by more than a cycle."""
     seen = observed([NEAR], noise=1.0)
-    here = Replicas.of(seen, points_at(seen, np.array([[12.3, 5.0, 2e3]])))
-    exact = moments(seen.samples, seen.present, here.phases(seen), seen.model.times)
-    found = Residual.of(seen, NOTHING).sums(seen, here) * here.middle.conj()[:, None]
+    points = points_at(seen, np.array([[12.3, 5.0, 2e3]]))
+    here, phasor = Replicas.of(seen, points), middles(seen, points)[1]
+    exact = moments(seen.samples, seen.present, seen.phases(points.motion), seen.model.times)
+    found = Residual.of(seen, NOTHING).sums(seen, here) * phasor.conj()[:, None]
     assert found == pytest.approx(exact)
 
 
