@@ -97,7 +97,7 @@ def _split(value: NDArray[np.complex64], spare: int, width: int) -> NDArray[np.f
 
 @reordered
 def total_weights(weight: Any, place: Any, num_ranges: int) -> Any:  # pragma: no cover - compiled
-    """Sums over the ramps of weights ``(ramp, step)`` at places ``(row, ramp)``: ``(row, range)``."""
+    """Sums of weights ``(ramp, step)`` at places ``(row, ramp)``: ``(row, range)``."""
     out = np.zeros((place.shape[0], num_ranges), dtype=np.float32)
     for v in range(place.shape[0]):
         for k in range(weight.shape[0]):
