@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.errors import InputError
 from polychirp.receiver.coherent.agreement import Agreement
+from polychirp.receiver.coherent.noise import medians
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.profiles import Profiles
 from polychirp.receiver.coherent.rate_blocks import powers
@@ -121,7 +122,7 @@ def range_floors(power: NDArray[np.float32], num_channels: int) -> FloatArray:
     from scipy.special import gammaincinv
 
     step = max(1, power.shape[0] // ROWS_FOR_FLOOR)
-    median = np.median(power[::step], axis=0) / gammaincinv(num_channels, 0.5)
+    median = medians(np.ascontiguousarray(power[::step].T)) / gammaincinv(num_channels, 0.5)
     padded = np.pad(median, NEIGHBOURS, mode="edge")
     width = 2 * NEIGHBOURS + 1
     return np.asarray(np.convolve(padded, np.full(width, 1.0 / width), mode="valid"))

@@ -1,13 +1,14 @@
 """Range transforms of all ramps on one axis of range, ready to be added up in phase."""
 
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.jit import reordered
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.spectra import Spectra
 from polychirp.receiver.signal_model.grid import Grid
@@ -92,18 +93,23 @@ class Profiles:
     def sums(self, seen: Observation, range_rate: FloatArray) -> NDArray[np.complex64]:
         """Sums of the ramps in phase at a few range rates, ``(channel, rate, range)``."""
         place, turn = self.places(seen, range_rate)
-        channels, ramps = self.value.shape[:2]
-        out = np.zeros((channels, range_rate.size, self.axes.range.size), dtype=np.complex64)
-        width = STEPS_PER_RANGE * self.axes.range.size
-        for i in range(range_rate.size):
-            for k in range(ramps):
-                low = place[i, k]
-                shifted = self.value[:, k, low : low + width : STEPS_PER_RANGE]
-                out[:, i] += np.complex64(turn[i, k]) * shifted
-        return out
+        return np.asarray(_sums(self.value, place, turn.astype(np.complex64), self.axes.range.size))
 
 
 def shifts(seen: Observation, range_rate: FloatArray) -> FloatArray:
     """Range of a point on each ramp's profile less its range in mid-frame, ``(rate, ramp)``."""
     slope = seen.model.schedule.slope
     return range_rate[:, None] * (seen.middle - seen.model.time + seen.frequency / slope)
+
+
+@reordered
+def _sums(value: Any, place: Any, turn: Any, num_ranges: int) -> Any:  # pragma: no cover - compiled
+    channels, ramps = value.shape[:2]
+    out = np.zeros((channels, len(place), num_ranges), dtype=np.complex64)
+    for m in range(channels):
+        for v in range(len(place)):
+            for k in range(ramps):
+                shifted = value[m, k, place[v, k] :]
+                for i in range(num_ranges):
+                    out[m, v, i] += turn[v, k] * shifted[STEPS_PER_RANGE * i]
+    return out
