@@ -164,12 +164,39 @@ def _sums(ramps: Any, left: Any, track: Any, sums: Any) -> None:  # pragma: no c
 
 def _energy(seen: Observation, spectra: Spectra) -> float:
     """Power of all samples of white channels, V², with the weights of ramps and frequencies."""
-    value = spectra.value[:, ::BINS_FOR_ENERGY]
-    ramps, bins, channels = value.shape
+    bins = -(-spectra.value.shape[1] // BINS_FOR_ENERGY)
     place = np.rint(np.arange(bins) * (seen.num_bins / bins)).astype(np.int64) % seen.num_bins
-    white = (value.reshape(-1, channels) @ seen.mixing.T.astype(np.complex64)).view(np.float32)
-    power = np.einsum("bm,bm->b", white, white, dtype=np.float64).reshape(ramps, bins)
-    return float(np.sum(power * seen.weight[:, place]) / bins)
+    mixing = seen.mixing.astype(np.complex64)
+    total = _weighted_power(spectra.value, seen.weight, place, mixing.real, mixing.imag)
+    return float(total / bins)
+
+
+@reordered
+def _weighted_power(
+    value: Any, weight: Any, place: Any, real: Any, imag: Any
+) -> Any:  # pragma: no cover - compiled
+    """Power of every second bin ``(ramp, bin, channel)`` after mixing, times its weight."""
+    ramps, _, channels = value.shape
+    bins = place.size
+    x, y = np.empty((channels, bins), dtype=np.float32), np.empty((channels, bins), np.float32)
+    u, v = np.empty(bins, dtype=np.float32), np.empty(bins, dtype=np.float32)
+    total = 0.0
+    for k in range(ramps):
+        for i in range(bins):
+            for m in range(channels):
+                one = value[k, BINS_FOR_ENERGY * i, m]
+                x[m, i], y[m, i] = one.real, one.imag
+        for n in range(channels):
+            for i in range(bins):
+                u[i], v[i] = np.float32(0.0), np.float32(0.0)
+            for m in range(channels):
+                c, s = real[n, m], imag[n, m]
+                for i in range(bins):
+                    u[i] += c * x[m, i] - s * y[m, i]
+                    v[i] += c * y[m, i] + s * x[m, i]
+            for i in range(bins):
+                total += weight[k, place[i]] * (u[i] * u[i] + v[i] * v[i])
+    return total
 
 
 def unlike(first: Replicas, second: Replicas) -> tuple[BoolArray, BoolArray]:

@@ -43,21 +43,13 @@ class Spectra:
         """Transforms of ``samples`` ``(channel, ramp, fast)``, zero where none is present."""
         from scipy.fft import fft, next_fast_len
 
-        channels, ramps, fast = samples.shape
-        size = next_fast_len(BINS_PER_SAMPLE * fast)
-        out = np.empty((ramps, size, channels), dtype=np.complex64)
-        buffer = np.zeros((channels, size), dtype=np.complex64)
+        counts = seen.model.times.num_samples
+        size = next_fast_len(BINS_PER_SAMPLE * samples.shape[2])
+        value = fft(_from_middle(samples, counts, size), axis=1, overwrite_x=True)
         half_step = np.exp(1j * np.pi * np.fft.fftfreq(size)).astype(np.complex64)
-        for k, count in enumerate(seen.model.times.num_samples):
-            half = (int(count) - 1) // 2
-            buffer[:] = 0.0
-            buffer[:, : count - half] = samples[:, k, half:count]
-            buffer[:, size - half :] = samples[:, k, :half]
-            spectrum = fft(buffer, axis=1)
-            if count % 2 == 0:  # the middle of the window lies between two samples
-                spectrum *= half_step
-            out[k] = spectrum.T
-        return cls(value=out)
+        for k in np.flatnonzero(counts % 2 == 0):  # the middle lies between two samples
+            value[k] *= half_step[:, None]
+        return cls(value=value)
 
     def at(self, seen: Observation, beat: FloatArray) -> NDArray[np.complex64]:
         """Values at beats ``(ramp, step)``, Hz: ``(channel, ramp, step)``, right to 1 %."""
@@ -77,6 +69,24 @@ def lagrange(taps: int) -> FloatArray:
     for _ in range(4):
         rows.append(np.roll(rows[-1] * power, -1, axis=1))
     return np.stack(rows)
+
+
+@reordered
+def _from_middle(samples: Any, counts: Any, size: int) -> Any:  # pragma: no cover - compiled
+    """Samples of every ramp from the middle to its end, zeros, and those before the middle.
+
+    They are ``(ramp, size, channel)``.
+    """
+    channels, ramps = samples.shape[:2]
+    out = np.zeros((ramps, size, channels), dtype=np.complex64)
+    for k in range(ramps):
+        half = (counts[k] - 1) // 2
+        for m in range(channels):
+            for n in range(half):
+                out[k, size - half + n, m] = samples[m, k, n]
+            for n in range(counts[k] - half):
+                out[k, n, m] = samples[m, k, half + n]
+    return out
 
 
 @reordered_inner
@@ -139,11 +149,12 @@ def _values(value: Any, place: Any, table: Any) -> Any:  # pragma: no cover - co
         for i in range(steps):
             low = int(np.floor(place[k, i]))
             x = np.float32(place[k, i] - low)
+            b = (low - (taps // 2 - 1)) % bins
             for t in range(taps):
-                b = (low + t - (taps // 2 - 1)) % bins
                 share = np.float32(0.0)
                 for n in range(powers - 1, -1, -1):
                     share = share * x + table[t, n]
                 for m in range(channels):
                     out[m, k, i] += share * value[k, b, m]
+                b = b + 1 if b + 1 < bins else 0
     return out

@@ -139,7 +139,9 @@ def test_spread_and_difference_of_noise_are_its_power():
     one = frame(noise=2.0)
     axes = map_axes(observed(one), LIMITS)
     seen = observed(one)
-    shown = coherent_map(seen, Profiles.of(seen, Spectra.of(seen, seen.samples), axes))
+    whole = coherent_map(seen, Profiles.of(seen, Spectra.of(seen, seen.samples), axes))
+    drawn = np.random.default_rng(4).integers(0, whole.power.shape, size=(4000, 2))
+    shown = whole.agreement(drawn)
     assert shown.spread.mean() == pytest.approx(2.0, rel=0.03)
     assert shown.difference.mean() == pytest.approx(4 * 2.0, rel=0.05)
 
