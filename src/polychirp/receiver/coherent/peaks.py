@@ -109,6 +109,8 @@ def _maxima(power: Any, least: Any) -> Any:  # pragma: no cover - compiled
             here = power[i, j]
             if here <= least[j]:
                 continue
+            if (j > 0 and power[i, j - 1] > here) or (j + 1 < columns and power[i, j + 1] > here):
+                continue  # as most cells, which saves the loop over all neighbours
             greatest = here
             for p in range(max(0, i - 1), min(rows, i + 2)):
                 for q in range(max(0, j - 1), min(columns, j + 2)):
@@ -138,22 +140,33 @@ def _means(power: Any, cell: Any, height: int, width: int) -> Any:  # pragma: no
     """
     rows, columns = power.shape
     half = width // 2
-    row = np.zeros(columns + 2 * half)
-    before = np.empty((rows + 2, columns))  # sums of the rows i - 2, i - 4 …
-    for j in range(columns):
-        before[0, j], before[1, j] = 0.0, 0.0
-    for i in range(rows):
-        for j in range(columns):
-            row[half + j] = power[i, j]
-            before[i + 2, j] = before[i, j]
-        for q in range(2 * half + 1):
-            for j in range(columns):
-                before[i + 2, j] += row[q + j]
+    reach = height // 4  # rows of the window above and below, of every other row
+    kept = 4 * reach + 4
+    row = np.zeros(columns + 2 * half, dtype=np.float32)
+    recent = np.zeros((kept, columns))  # sums over ranges of the last rows that were added
+    window = np.zeros((2, columns))  # sums of the windows around even and around odd rows
     out = np.empty(len(cell))
-    for n in range(len(cell)):
-        i, j = cell[n]
-        above, below = min(i, height // 2) // 2, min(rows - 1 - i, height // 2) // 2
-        inside = min(columns, j + half + 1) - max(0, j - half)
-        total = before[i + 2 * below + 2, j] - before[i - 2 * above, j]
-        out[n] = total / ((above + below + 1) * inside)
+    order = np.argsort(cell[:, 0])
+    n = 0
+    for last in range(rows + 2 * reach):
+        new, old, total = recent[last % kept], recent[(last + 2) % kept], window[last % 2]
+        if last < rows:
+            for j in range(columns):
+                row[half + j] = power[last, j]
+        for j in range(columns):
+            total[j] -= old[j]
+            new[j] = 0.0
+        if last < rows:
+            for q in range(2 * half + 1):
+                for j in range(columns):
+                    new[j] += row[q + j]
+        for j in range(columns):
+            total[j] += new[j]
+        middle = last - 2 * reach
+        above, below = min(middle // 2, reach), min((rows - 1 - middle) // 2, reach)
+        while n < len(cell) and cell[order[n], 0] == middle:
+            j = cell[order[n], 1]
+            inside = min(columns, j + half + 1) - max(0, j - half)
+            out[order[n]] = total[j] / ((above + below + 1) * inside)
+            n += 1
     return out

@@ -8,7 +8,7 @@ which takes half the products of separate sums:
 .. math:: Y(v_0 \pm u) = \sum_k z_k \cos\omega_k u \mp j \sum_k z_k \sin\omega_k u,
 
 with the profiles :math:`z_k` turned to the phases at :math:`v_0`. The phases are exact; a place
-differs from the true one by half a step and by `MOST_DRIFT` steps at most.
+differs from the true one by half a step and `MOST_DRIFT` steps at most.
 """
 
 from typing import Any
@@ -21,10 +21,11 @@ from polychirp.jit import reordered
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.profiles import STEPS_PER_RANGE, Profiles, shifts
 
-MOST_DRIFT = 0.25
-"""Greatest change of a place within a block, in steps of the profiles, 1/4 range cell each; chosen.
-With rounding by half a step, the mean loss of power is :math:`\\pi^2/3` times the mean square of
-0.08 cells, 0.09 dB; without a change of places it is 0.07 dB."""
+MOST_DRIFT = 0.8
+"""Greatest change of a place within a block, in steps of the profiles, 1/8 range cell each; chosen.
+With half a step of rounding, the mean square of the distance from the true place is
+:math:`(1/12 + 0.8^2/3)/8^2` cells at most. Of a :math:`\\mathrm{sinc}^2` lobe this takes
+:math:`\\pi^2/3` times as much of the power, 0.07 dB; at twice as much it would be 0.2 dB."""
 
 MOST_RATES = 16
 """Greatest number of range rates in a block; chosen: more save less than 1/10 of the products."""
@@ -56,15 +57,22 @@ def powers(seen: Observation, profiles: Profiles) -> NDArray[np.float32]:
     width = LANES * -(-axes.range.size // (LANES * tiles))
     spare = -len(omega) % TOGETHER  # ramps without power
     wider = ((0, 0), (0, spare))
+    place = np.pad(place, wider)
+    weight = _apart(profiles.weight[None], spare, width)[0]
     return np.asarray(
         _powers(
-            _split(profiles.value, spare, width),
-            np.pad(place, wider),
+            np.stack(
+                [
+                    _apart(profiles.value.real, spare, width),
+                    _apart(profiles.value.imag, spare, width),
+                ]
+            ),
+            place,
             np.pad(turn.astype(np.complex64), wider).view(np.float32),
             np.pad(np.cos(angle), wider).astype(np.float32),
             np.pad(np.sin(angle), wider).astype(np.float32),
             first,
-            total_weights(profiles.weight, place, axes.range.size),
+            _total_weights(weight, place, axes.range.size),
             np.empty((axes.range_rate.size, axes.range.size), dtype=np.float32),
             width,
         )
@@ -80,30 +88,29 @@ def rates_per_block(seen: Observation, profiles: Profiles) -> int:
     return 2 * int(np.clip(MOST_DRIFT / drift + 0.5, 1, most // 2))
 
 
-def _split(value: NDArray[np.complex64], spare: int, width: int) -> NDArray[np.float32]:
-    """Real and imaginary parts of profiles at every place, with zeros at their ends.
+def _apart(value: NDArray[np.float32], spare: int, width: int) -> NDArray[np.float32]:
+    """Profiles ``(channel, ramp, step)`` in an order in which ranges of the map are neighbours.
 
-    Ranges of the map follow each other: ``(part, channel, ramp, place in the map's step, range)``.
+    They are ``(channel, ramp, step within a range, range)``, with zeros at their ends.
     """
     channels, ramps, size = value.shape
     length = -(-size // STEPS_PER_RANGE) + width
-    out = np.zeros((2, channels, ramps + spare, STEPS_PER_RANGE, length), dtype=np.float32)
+    out = np.zeros((channels, ramps + spare, STEPS_PER_RANGE, length), dtype=np.float32)
     for n in range(STEPS_PER_RANGE):
         part = value[:, :, n::STEPS_PER_RANGE]
-        out[0, :, :ramps, n, : part.shape[2]] = part.real
-        out[1, :, :ramps, n, : part.shape[2]] = part.imag
+        out[:, :ramps, n, : part.shape[2]] = part
     return out
 
 
 @reordered
-def total_weights(weight: Any, place: Any, num_ranges: int) -> Any:  # pragma: no cover - compiled
-    """Sums of weights ``(ramp, step)`` at places ``(row, ramp)``: ``(row, range)``."""
-    out = np.zeros((place.shape[0], num_ranges), dtype=np.float32)
-    for v in range(place.shape[0]):
-        for k in range(weight.shape[0]):
-            shifted = weight[k, place[v, k] :]
+def _total_weights(weight: Any, place: Any, num_ranges: int) -> Any:  # pragma: no cover - compiled
+    """Sums over ramps of weights at places ``(block, ramp)``: ``(block, range)``."""
+    out = np.zeros((len(place), num_ranges), dtype=np.float32)
+    for v in range(len(place)):
+        for k in range(len(weight)):
+            one = weight[k, place[v, k] % STEPS_PER_RANGE, place[v, k] // STEPS_PER_RANGE :]
             for i in range(num_ranges):
-                out[v, i] += shifted[STEPS_PER_RANGE * i]
+                out[v, i] += one[i]
     return out
 
 

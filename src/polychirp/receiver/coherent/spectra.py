@@ -51,10 +51,18 @@ class Spectra:
             value[k] *= half_step[:, None]
         return cls(value=value)
 
-    def at(self, seen: Observation, beat: FloatArray) -> NDArray[np.complex64]:
-        """Values at beats ``(ramp, step)``, Hz: ``(channel, ramp, step)``, right to 1 %."""
-        place = beat * (self.value.shape[1] / seen.model.times.rate)
-        return np.asarray(_values(self.value, place, lagrange(4)[0].astype(np.float32)))
+    def at(
+        self, seen: Observation, first: FloatArray, step: FloatArray, size: int
+    ) -> NDArray[np.complex64]:
+        """Values at ``size`` evenly spaced beats, ``(channel, ramp, step)``, right to 1 %.
+
+        Parameters
+        ----------
+        first, step : the first beat of every ramp, and the distance of beats, Hz, ``(ramp,)``
+        """
+        per_bin = self.value.shape[1] / seen.model.times.rate
+        table = lagrange(4)[0].astype(np.float32)
+        return np.asarray(_values(self.value, first * per_bin, step * per_bin, size, table))
 
 
 @lru_cache
@@ -139,16 +147,18 @@ def interpolated_into(  # pragma: no cover - compiled
 
 
 @reordered
-def _values(value: Any, place: Any, table: Any) -> Any:  # pragma: no cover - compiled
-    """Interpolated values at places ``(ramp, step)``, in bins: ``(channel, ramp, step)``."""
-    bins, channels = value.shape[1:]
-    ramps, steps = place.shape
+def _values(
+    value: Any, first: Any, step: Any, size: int, table: Any
+) -> Any:  # pragma: no cover - compiled
+    """Interpolated values at evenly spaced places, in bins: ``(channel, ramp, step)``."""
+    ramps, bins, channels = value.shape
     taps, powers = table.shape
-    out = np.zeros((channels, ramps, steps), dtype=np.complex64)
+    out = np.zeros((channels, ramps, size), dtype=np.complex64)
     for k in range(ramps):
-        for i in range(steps):
-            low = int(np.floor(place[k, i]))
-            x = np.float32(place[k, i] - low)
+        for i in range(size):
+            place = first[k] + i * step[k]
+            low = int(np.floor(place))
+            x = np.float32(place - low)
             b = (low - (taps // 2 - 1)) % bins
             for t in range(taps):
                 share = np.float32(0.0)

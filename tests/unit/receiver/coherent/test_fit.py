@@ -365,6 +365,11 @@ def test_an_acceleration_is_found_from_the_motion_without_it(acceleration):
     assert found[1] == pytest.approx(true[0, 1], abs=0.1)
 
 
+def test_no_new_points_have_no_accelerations():
+    seen = observed([], noise=1.0)
+    assert len(accelerated(seen, Residual.of(seen, NOTHING), NOTHING)) == 0
+
+
 def test_an_accelerated_point_is_found_from_a_range_that_is_wrong_by_a_cell():
     """The peak of its rising ramps alone is as far away."""
     point = HandPoint(range=5.0, range_rate=-9.0, acceleration=60.0, spreads=True)

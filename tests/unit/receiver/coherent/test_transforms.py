@@ -48,9 +48,11 @@ def test_transforms_refer_to_the_middle_of_every_ramp():
 
 def test_values_between_bins_are_right_to_a_per_cent():
     seen = observed()
-    rate = seen.model.times.rate
-    beat = np.random.default_rng(2).uniform(-0.5 * rate, 0.5 * rate, (RAMPS.num_ramps, 40))
-    error = Spectra.of(seen, seen.samples).at(seen, beat) - transforms(seen, beat)
+    rate, draw = seen.model.times.rate, np.random.default_rng(2)
+    first, last = draw.uniform(-0.5 * rate, 0.5 * rate, (2, RAMPS.num_ramps))
+    step = (last - first) / 39
+    found = Spectra.of(seen, seen.samples).at(seen, first, step, 40)
+    error = found - transforms(seen, first[:, None] + step[:, None] * np.arange(40))
     assert np.sqrt(np.mean(np.abs(error) ** 2) / seen.count.mean()) < 0.01
 
 
