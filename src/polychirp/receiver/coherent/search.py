@@ -13,21 +13,22 @@ from polychirp.receiver.coherent.acceleration import accelerated
 from polychirp.receiver.coherent.agreement import Agreement
 from polychirp.receiver.coherent.coherent_map import CoherentMap, channel_covariance, coherent_map
 from polychirp.receiver.coherent.false_alarms import threshold_of
-from polychirp.receiver.coherent.least_squares import fitted, sines
+from polychirp.receiver.coherent.least_squares import fitted
 from polychirp.receiver.coherent.noise import ramp_weights, whitening
 from polychirp.receiver.coherent.observation import Observation
-from polychirp.receiver.coherent.overlap import LEAST_COUPLING, couplings, groups_of
+from polychirp.receiver.coherent.overlap import LEAST_COUPLING
 from polychirp.receiver.coherent.peaks import Peaks, floors, peaks
 from polychirp.receiver.coherent.points import Points
 from polychirp.receiver.coherent.profiles import Profiles
 from polychirp.receiver.coherent.refinement import (
+    SWEEPS_OF_ALL,
     divided,
     overlaps_another,
     pruned,
     relaxed,
     settled,
 )
-from polychirp.receiver.coherent.replicas import Replicas
+from polychirp.receiver.coherent.replicas import Replicas, correlations
 from polychirp.receiver.coherent.residual import Residual
 from polychirp.receiver.signal_model.grid import Grid
 
@@ -220,9 +221,7 @@ def starts(seen: Observation, residual: Residual, found: Peaks) -> Points:
         power=zero,
     )
     points = accelerated(seen, residual, points)
-    here = Replicas.of(seen, points)
-    points, _ = fitted(seen, points, here, residual.sums(seen, here), groups_of(seen, here))
-    return replace(points, sine=sines(seen, points.amplitude))
+    return fitted(seen, residual, points)
 
 
 def added(
@@ -231,12 +230,13 @@ def added(
     """All points, fitted again: first the new ones with their neighbours, then all."""
     every = points + fresh
     replicas = Replicas.of(seen, every)
-    coupling = couplings(seen, replicas[len(points) :], replicas)
+    coupling = correlations(seen, replicas[len(points) :], replicas)
     near = np.flatnonzero(np.max(coupling, axis=0) > LEAST_COUPLING)
     every, _ = relaxed(
         seen, residual, every, sweeps=SWEEPS_OF_NEW_POINTS, free=near, least_gain=GAIN_OF_NEW_POINTS
     )
-    every, after = settled(seen, every, least_gain=GAIN_OF_NEW_POINTS)
+    every, _ = relaxed(seen, residual, every, sweeps=SWEEPS_OF_ALL, least_gain=GAIN_OF_NEW_POINTS)
+    after = Residual.of(seen, every)
     if after.energy >= residual.energy:
         return points, residual
     return every, after
