@@ -228,7 +228,25 @@ def starts(seen: Observation, residual: Residual, found: Peaks) -> Points:
 def added(
     seen: Observation, residual: Residual, points: Points, fresh: Points
 ) -> tuple[Points, Residual]:
-    """All points, fitted again: first the new ones with their neighbours, then all."""
+    """All points, fitted again: first the new ones with their neighbours, then all.
+
+    If the residual's power does not fall, the two halves of the new ones are added one after the
+    other: one start that leads nowhere does not cost the others.
+    """
+    every, after = refitted(seen, residual, points, fresh)
+    if after.energy < residual.energy:
+        return every, after
+    if len(fresh) > 1:
+        half = np.arange(len(fresh)) < (len(fresh) + 1) // 2
+        for part in (half, ~half):
+            points, residual = added(seen, residual, points, fresh[part])
+    return points, residual
+
+
+def refitted(
+    seen: Observation, residual: Residual, points: Points, fresh: Points
+) -> tuple[Points, Residual]:
+    """All points, fitted again, and what they leave."""
     every = points + fresh
     replicas = Replicas.of(seen, every)
     coupling = couplings(seen, replicas[len(points) :], replicas)
@@ -236,7 +254,4 @@ def added(
     every, _ = relaxed(
         seen, residual, every, sweeps=SWEEPS_OF_NEW_POINTS, free=near, least_gain=GAIN_OF_NEW_POINTS
     )
-    every, after = settled(seen, every, least_gain=GAIN_OF_NEW_POINTS)
-    if after.energy >= residual.energy:
-        return points, residual
-    return every, after
+    return settled(seen, every, least_gain=GAIN_OF_NEW_POINTS)
