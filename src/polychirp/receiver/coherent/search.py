@@ -29,6 +29,7 @@ from polychirp.receiver.coherent.refinement import (
 )
 from polychirp.receiver.coherent.replicas import Replicas
 from polychirp.receiver.coherent.residual import Residual
+from polychirp.receiver.coherent.residue import with_residues
 from polychirp.receiver.signal_model.grid import Grid
 
 MOST_AT_ONCE = 20
@@ -103,6 +104,8 @@ def find_points(
     least = threshold_of(FALSE_PAIR_PROBABILITY, num_channels=channels)
     points, residual = divided(seen, residual, points, least)
     points, residual = pruned(seen, residual, points, min(least, threshold))
+    points = with_residues(seen, points)
+    points, _ = settled(seen, points[points.power >= threshold], sweeps=LAST_SWEEPS)
     needed = np.where(overlaps_another(seen, points), min(least, threshold), threshold)
     return points[points.power >= needed], seen
 
