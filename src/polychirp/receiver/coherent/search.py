@@ -104,10 +104,18 @@ def find_points(
     least = threshold_of(FALSE_PAIR_PROBABILITY, num_channels=channels)
     points, residual = divided(seen, residual, points, least)
     points, residual = pruned(seen, residual, points, min(least, threshold))
-    points = with_residues(seen, points)
-    points, _ = settled(seen, points[points.power >= threshold], sweeps=LAST_SWEEPS)
+    kept = standing_out(seen, with_residues(seen, points), threshold)
+    if len(kept) < len(points):
+        kept, _ = settled(seen, kept, sweeps=LAST_SWEEPS)
+        kept = standing_out(seen, kept, threshold)
+    return kept, seen
+
+
+def standing_out(seen: Observation, points: Points, threshold: float) -> Points:
+    """The points above the threshold, or above a lower one if they overlap another."""
+    least = threshold_of(FALSE_PAIR_PROBABILITY, num_channels=points.amplitude.shape[1])
     needed = np.where(overlaps_another(seen, points), min(least, threshold), threshold)
-    return points[points.power >= needed], seen
+    return points[points.power >= needed]
 
 
 def adapted(seen: Observation, residual: Residual, axes: Grid) -> tuple[Observation, Profiles]:
