@@ -134,12 +134,17 @@ def products(seen: Observation, points: Replicas) -> ComplexArray:
     return np.asarray(out[:, 0] + 1j * out[:, 1])
 
 
+def total_products(seen: Observation, first: Replicas, second: Replicas) -> ComplexArray:
+    """Sums of `products` over all ramps, of pairs of both sets, ``(first, second)``."""
+    out = np.zeros((len(first), len(second)), dtype=np.complex128)
+    _total_products(seen.ramps, first.track, first.wave, second.track, second.wave, out)
+    return out
+
+
 def correlations(seen: Observation, first: Replicas, second: Replicas) -> FloatArray:
     """Magnitude of the correlation of pairs of signals of amplitude 1, ``(first, second)``."""
-    out = np.zeros((len(first), len(second)))
-    _correlations(seen.ramps, first.track, first.wave, second.track, second.wave, out)
     sizes = (np.sqrt(np.maximum(one.size(seen).sum(axis=1), 1e-300)) for one in (first, second))
-    return np.asarray(out / np.outer(*sizes))
+    return np.asarray(np.abs(total_products(seen, first, second)) / np.outer(*sizes))
 
 
 @reordered_inner
@@ -328,7 +333,7 @@ def gains_into(here: Any, there: Any, real: Any, imag: Any) -> None:  # pragma: 
 
 
 @reordered
-def _correlations(
+def _total_products(
     ramps: Any, at: Any, here: Any, of: Any, there: Any, out: Any
 ) -> None:  # pragma: no cover - compiled
     count = ramps.table.shape[1]
@@ -342,4 +347,4 @@ def _correlations(
                 for k in range(u.size):
                     re += u[k] * a[k]
                     im += v[k] * a[k]
-                out[q, p] = np.hypot(re, im)
+                out[q, p] = complex(re, im)
