@@ -161,6 +161,14 @@ def test_every_line_of_a_page_runs(page, tmp_path, monkeypatch):
     works(page, tmp_path, monkeypatch, slow=True)
 
 
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_every_fence_of_a_page_belongs_to_a_block_that_the_tests_see(page):
+    """A fence with more than a language, such as `sh slow`, would hide itself and the next one."""
+    fences = re.findall(r"^```.*$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    assert [word for word in fences if not re.fullmatch(r"```\w*", word)] == []
+    assert len(fences) == 2 * len(blocks_of(page))
+
+
 def test_every_block_that_does_not_run_says_why():
     marks = {block.mark for page in PAGES for block in blocks_of(page)}
     known = re.compile(r"|slow|traffic|paste into \S+|parse \(.+\)")

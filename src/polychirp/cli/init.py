@@ -12,6 +12,7 @@ from polychirp.errors import InputError, RunError
 TEMPLATES: Final = {
     "street": "two triangular radars that look at each other in a street",
     "chirp-sequence": "a 77-GHz radar with equal chirps, a pedestrian and an interferer",
+    "pedestrian": "what the pedestrian loses to the interferer over drawn starts, and gets back",
     "tdm-mimo": "three transmitting elements that take turns, a virtual array of twelve channels",
     "elevation": "a raised transmitting element, which measures the height of a sign",
     "paper": "the paper's street with diverse waveforms",

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from polychirp.cli.check import add_study_arguments, all_overrides, next_command
 from polychirp.cli.progress import progress_bar
-from polychirp.cli.terminal import decibels, say, tables, usable_folder
+from polychirp.cli.terminal import decibels, figure_text, say, tables, usable_folder
 from polychirp.cli.trials import WHY_UNRESOLVED, margins_text
 from polychirp.errors import InputError
 
@@ -39,6 +39,12 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         "--force", action="store_true", help="replace the results of another study in that folder"
     )
+    parser.add_argument(
+        "--maps",
+        action="store_true",
+        help="also draw the range-rate map of each part of the samples (echo, direct, noise …), "
+        "of equal chirps",
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -46,11 +52,14 @@ def run(arguments: argparse.Namespace) -> int:
     from polychirp.config.load import MONTE_CARLO, load_study, read_toml
     from polychirp.study.check import check
     from polychirp.study.margins import gates_of
+    from polychirp.study.part_maps import refuse_maps
     from polychirp.study.provenance import provenance
     from polychirp.study.store import save_run
 
     study = load_study(arguments.study, overrides=all_overrides(arguments))
     check(study)
+    if arguments.maps:
+        refuse_maps(study)
     origin = provenance(study)
     folder = arguments.out or Path("out") / f"{study.name}-{origin.study_hash[:8]}"
     path = usable_folder(folder) / "run.zarr"
@@ -61,6 +70,8 @@ def run(arguments: argparse.Namespace) -> int:
     with progress_bar(study.name) as progress:
         trial = run_trial(study, progress=progress)
     save_run(path, victims=trial.victims, provenance=origin)
+    if arguments.maps:
+        _draw_maps(study, trial, path.parent)
     if arguments.json:
         print(json.dumps(_summary(study, path, trial), indent=2))
     else:
@@ -72,6 +83,20 @@ def run(arguments: argparse.Namespace) -> int:
         if MONTE_CARLO in read_toml(Path(arguments.study)):
             say(f"next: {next_command('study', arguments)}")
     return 0
+
+
+def _draw_maps(study: Study, trial: Trial, folder: Path) -> None:
+    """Write the maps of every victim's parts, as a picture and as a table."""
+    from polychirp.report.figures.range_rate_parts import range_rate_parts
+    from polychirp.study.part_maps import part_maps
+
+    for victim in trial.victims:
+        maps = part_maps(study.receiver, victim.frame, victim.parts)
+        title = figure_text(f"{study.name}: what '{victim.name}' receives")
+        name = f"maps-{victim.name}"
+        drawing = range_rate_parts(maps, victim.detections, victim.truth, title=title)
+        drawing.save(folder, name)
+        say(f"drew {folder / name}.png")
 
 
 def _refuse_other_results(path: Path, *, study_hash: str, force: bool) -> None:

@@ -52,6 +52,7 @@ class StudyRadar(Radar):
     start_time : s, start of its first ramp
     start_spread : s; its first ramp starts up to this later, drawn uniformly for every seed
     clock_offset : relative error of its oscillator at its start, positive for a fast clock
+    clock_spread : that error is up to this larger or smaller, drawn uniformly for every seed
     clock_drift : growth of that error, 1/s
     start_jitter : s, rms error of the start of every sweep, drawn independently
     """
@@ -64,6 +65,7 @@ class StudyRadar(Radar):
     start_time: Seconds = 0.0
     start_spread: Seconds = 0.0
     clock_offset: Fraction = 0.0
+    clock_spread: Fraction = 0.0
     clock_drift: FractionPerSecond = 0.0
     start_jitter: Seconds = 0.0
 
@@ -73,6 +75,11 @@ class StudyRadar(Radar):
             raise InputError(
                 f"radar '{self.name}' has a clock offset of {self.clock_offset * 1e6:g} ppm; "
                 "use a value between −10 000 and 10 000 ppm"
+            )
+        if not 0 <= self.clock_spread < 0.01:
+            raise InputError(
+                f"radar '{self.name}' has a clock spread of {self.clock_spread * 1e6:g} ppm; "
+                "use a value from 0 to below 10 000 ppm"
             )
         if not abs(self.clock_drift) <= GREATEST_DRIFT:
             raise InputError(
@@ -134,19 +141,22 @@ class Study(Spec):
 def schedule_of(study: Study, radar: StudyRadar) -> RampSchedule:
     """Ramps of one radar, with the errors of its clock, in the true time of the scene."""
     num_sweeps = radar.num_sweeps or study.num_sweeps
-    streams = Streams(seed=study.seed).of("radar", radar.name)
-    schedule = radar.waveform.schedule(num_sweeps=num_sweeps, streams=streams)
+    streams = Streams(seed=study.seed)
+    schedule = radar.waveform.schedule(
+        num_sweeps=num_sweeps, streams=streams.of("radar", radar.name)
+    )
     if radar.coding is not None:
         schedule = coded(schedule, radar.coding, num_elements=radar.array.num_transmitters)
-    late = float(Streams(seed=study.seed)["start", radar.name].uniform(0.0, radar.start_spread))
+    late = float(streams["start", radar.name].uniform(0.0, radar.start_spread))
+    fast = float(streams["clock", radar.name].uniform(-1.0, 1.0)) * radar.clock_spread
     clocked = schedule.as_clocked(
         start_time=radar.start_time + late,
-        clock_offset=radar.clock_offset,
+        clock_offset=radar.clock_offset + fast,
         clock_drift=radar.clock_drift,
     )
     if radar.start_jitter == 0.0:
         return clocked
-    draws = Streams(seed=study.seed)["jitter", radar.name].standard_normal(num_sweeps)
+    draws = streams["jitter", radar.name].standard_normal(num_sweeps)
     return clocked.with_late_sweeps(radar.start_jitter * draws)
 
 

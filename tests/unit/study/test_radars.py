@@ -51,7 +51,25 @@ def test_a_spread_start_is_drawn_uniformly_and_by_name():
     assert schedules_of(alone)[0].start_time[0] == starts[7]
 
 
-@pytest.mark.parametrize("change", [{"num_sweeps": 0}, {"start_spread": -1e-6}])
+def test_a_spread_clock_is_drawn_about_its_offset():
+    """A clock that is fast by ε starts its sweeps every 3 µs / (1 + ε)."""
+    clocked = replace(OTHER, clock_offset=2e-4, clock_spread=1e-4)
+    intervals = np.array(
+        [
+            np.diff(schedules_of(replace(STUDY, radars=(clocked,), seed=seed))[0].start_time)[0]
+            for seed in range(200)
+        ]
+    )
+    drawn = (3e-6 / intervals - 1.0 - 2e-4) / 1e-4
+    assert np.all(np.abs(drawn) <= 1.0)
+    assert abs(drawn.mean()) < 3 * np.sqrt(1 / 3 / 200)
+    assert drawn.var() == pytest.approx(1 / 3, abs=3 * np.sqrt(4 / 45 / 200))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"num_sweeps": 0}, {"start_spread": -1e-6}, {"clock_spread": -1e-6}, {"clock_spread": 0.01}],
+)
 def test_a_radar_without_sweeps_or_with_a_negative_spread_is_refused(change):
     with pytest.raises(InputError, match="front"):
         replace(VICTIM, **change)
