@@ -4,8 +4,8 @@ A ramp of slope :math:`b_i`, received with a delay τ that is linear in time, is
 beat with the victim's ramp of slope :math:`b_v` is a chirp of rate
 :math:`\mu = b_v - b_i(1-\dot\tau)^2` while both last. If a sample's filter window lies within the
 beat, the sample is the beat's value times the filter's response to a chirp (`chirp_response`). If
-the beat begins or ends in the window, the sample is an integral over the common part or, where the
-beat is far out of band at that end, an expansion about the end.
+the beat begins or ends in the window, the sample is an integral over the common part, of the sum of
+all links (`near_corners`), or, where the beat is far out of band at that end, an expansion there.
 """
 
 import math
