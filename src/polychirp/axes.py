@@ -23,6 +23,7 @@ class Axes:
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
+SingleComplexArray = NDArray[np.complex64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 

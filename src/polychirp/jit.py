@@ -50,6 +50,11 @@ def reordered(function: F) -> F:
     return cast("F", njit(**OPTIONS, fastmath={"reassoc", "contract", "nsz"})(function))
 
 
+def reordered_inner(function: F) -> F:
+    """An inner kernel whose sums may be taken in any order."""
+    return _without_entry(function, fastmath={"reassoc", "contract", "nsz"})
+
+
 def fast(function: F) -> F:
     """A kernel with fast arithmetic: its numbers must be finite, and their rounding may change."""
     return cast("F", njit(**OPTIONS, fastmath=True)(function))
@@ -60,7 +65,7 @@ def fast_inlined(function: F) -> F:
     return _without_entry(function, forceinline=True, fastmath=True)
 
 
-def _without_entry(function: F, **options: bool) -> F:
+def _without_entry(function: F, **options: bool | set[str]) -> F:
     """A kernel without an entry point for Python; a call from Python raises a `TypeError`.
 
     Without this check, numba would jump to the address of the missing entry point.

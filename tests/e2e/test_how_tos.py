@@ -56,6 +56,8 @@ def make_files(folder: Path) -> None:
     noise = np.random.default_rng(1).normal(0.0, 300.0, (3, 8, 2, 64, 2))
     np.save(folder / "walk.npy", noise[:2].view(complex)[..., 0])
     noise.astype("<i2").tofile(folder / "walk.bin")
+    by_profile = np.random.default_rng(2).normal(0.0, 300.0, (64, 4, 256, 2))
+    by_profile.astype("<i2").tofile(folder / "drive.bin")
     (folder / "radar.cfg").write_text(RADAR, encoding="utf-8")
     (folder / "walk.toml").write_text(WALK, encoding="utf-8")
     save_glb(mesh_of(plate(0.1, 0.05), "glass"), str(folder / "car.glb"))

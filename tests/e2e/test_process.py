@@ -72,6 +72,73 @@ def test_a_point_written_by_the_ti_writer_is_found(raw: Path, capsys: pytest.Cap
         ]
 
 
+PROFILE = """\
+dfeDataOutputMode 1
+channelCfg 15 5 0
+adcCfg 2 1
+profileCfg 0 77 10 6 40 0 0 30 0 256 10000 0 0 30
+chirpCfg 0 0 0 0 0 0 0 1
+chirpCfg 1 1 0 0 0 0 0 4
+frameCfg 0 1 64 0 40 1 0
+"""
+"""Commands of the mmWave SDK for the ramps of the template."""
+
+
+def test_a_profile_of_tis_tools_gives_what_the_same_parameters_give(
+    raw: Path, capsys: pytest.CaptureFixture[str]
+):
+    """The template's ramps; 0.9 of 10 MS/s is its highest beat."""
+    profile = raw.parent / "radar.cfg"
+    profile.write_text(PROFILE, encoding="utf-8")
+    options = ["process", str(raw), "--pfa", "1e-8", "--json", "--out", str(raw.parent / "results")]
+    assert main(options) == 0
+    expected = json.loads(capsys.readouterr().out)
+    given = ["--params", str(profile), "--set", "device=xwr16xx"]
+    assert main([*options, *given]) == 0
+    printed = capsys.readouterr()
+    assert json.loads(printed.out) == expected
+    assert "where the 2 transmitters are" in printed.err
+    assert main([*options, *given, "--set", "transmitter_positions=[[0, 0], [4, 0]]"]) == 0
+    placed = capsys.readouterr()
+    assert "note" not in placed.err
+    (found,) = json.loads(placed.out)["frames"][0]["detections"]
+    assert found["range_m"] == pytest.approx(DISTANCE, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "options", "message"),
+    [
+        ("", "", [], "name no device"),
+        ("77 10", "77 ten", [], "radar.cfg: line 4, profileCfg: 'ten' is not a number"),
+        (" 0 0 0 0 4\n", " 0 0 5 0 4\n", [], "radar.cfg: idleTime: the chirps 0 and 1"),
+        (" 0 4\n", " 0 5\n", [], "radar.cfg: txEnable"),
+        (" 0 1\n", " 0 5\n", ["--set", "x"], "'x' is not PATH=VALUE"),
+        ("", "", ["--set", "devise=xwr16xx"], "--set: devise: unknown key; did you mean 'device'"),
+        ("", "", ["--set", "slope=3"], "--set: slope: 3 needs a unit"),
+        ("", "", ["--set", "num_ramps=5"], "--set: num_ramps: 5 ramps cannot be shared"),
+        ("frameCfg 0 1 64 0 40 1 0", "frameCfg 0", [], "radar.cfg: frameCfg: chirpEndIdx"),
+    ],
+)
+def test_a_profile_that_does_not_fit_a_recording_is_refused_with_its_place(
+    raw: Path, capsys: pytest.CaptureFixture[str], old, new, options, message
+):
+    profile = raw.parent / "radar.cfg"
+    profile.write_text(PROFILE.replace(old, new), encoding="utf-8")
+    assert main(["process", str(raw), "--params", str(profile), *options]) == 2
+    assert message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", ["ddmPhaseShiftAntOrder 0 2", "bpmCfg -1 1 0 1"])
+def test_a_profile_with_a_code_of_phases_is_refused(
+    raw: Path, capsys: pytest.CaptureFixture[str], command: str
+):
+    profile = raw.parent / "radar.cfg"
+    together = PROFILE.replace(" 0 1\n", " 0 5\n").replace(" 0 4\n", " 0 5\n")
+    profile.write_text(together + command + "\n", encoding="utf-8")
+    assert main(["process", str(raw), "--params", str(profile)]) == 2
+    assert "code of phases" in capsys.readouterr().err
+
+
 def test_people_read_what_the_ramps_resolve_and_that_there_is_no_truth(
     raw: Path, capsys: pytest.CaptureFixture[str]
 ):

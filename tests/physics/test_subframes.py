@@ -13,6 +13,7 @@ from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import CapabilityError
 from polychirp.model.antenna import AntennaArray
 from polychirp.model.ramp import RampSchedule
+from polychirp.receiver.clustering import Body
 from polychirp.receiver.range_doppler.association import SubframeDetections, associated
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.range_doppler.subframes import (
@@ -288,3 +289,24 @@ def test_a_sawtooth_has_the_span_of_its_interval():
     assert unambiguous_span(schedule) == pytest.approx(expected)
     assert unambiguous_span(schedule, code_length=4) == pytest.approx(expected / 4)
     assert unreadable(schedule) == ""
+
+
+def test_detections_that_remain_unresolved_are_counted():
+    """A target seen at 50 µs that no other subframe has, and one that both have."""
+    draw = np.random.default_rng(81)
+    for seed in range(5):
+        known = drawn_point(draw, 26.0)
+        frame = coded_frame(plan(TWO), [known], array=ARRAY, converter=CONVERTER, seed=seed)
+        alone = drawn_point(draw, 26.0, range=known.range + 5.0 if known.range < 30 else 10.0)
+        other = (
+            coded_frame(plan(TWO), [alone], array=ARRAY, converter=CONVERTER, seed=seed).samples
+            - coded_frame(plan(TWO), [], array=ARRAY, converter=CONVERTER, seed=seed).samples
+        )
+        other[:, 64:] = 0.0
+        assert READER.detect(frame).num_unresolved == 0
+        found = READER.detect(frame.with_samples(frame.samples + other))
+        assert is_right(found, known)
+        assert found.num_detections == 1
+        assert found.num_unresolved == 1
+        grouped = replace(READER, grouping=Body())
+        assert grouped.detect(frame.with_samples(frame.samples + other)).num_unresolved == 1

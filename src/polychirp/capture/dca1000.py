@@ -54,7 +54,7 @@ def open_raw(
     if device is None:
         raise InputError(
             f'{path.name}: its parameters name no device; add device = "xwr16xx", or the device '
-            "that wrote it, to the parameter file"
+            "that wrote it, to the parameter file, or give it with --set device=xwr16xx"
         )
     try:
         size = path.stat().st_size

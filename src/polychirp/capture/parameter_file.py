@@ -1,8 +1,8 @@
 """Reader and template of the TOML file that describes a recording."""
 
 import tomllib
-from collections.abc import Iterator
-from dataclasses import MISSING, fields
+from collections.abc import Iterable, Iterator
+from dataclasses import MISSING, fields, replace
 from pathlib import Path
 from types import UnionType
 from typing import Annotated, Any, Final, Literal, Union, get_args, get_origin, get_type_hints
@@ -96,8 +96,31 @@ def parameters_from(data: dict[str, Any], *, name: str) -> CaptureParameters:
     walk.toml: start_frequency: is missing; give it, as in "79 GHz"
     ...
     """
+    values = _values(data, name=name, problems=_missing(data))
+    try:
+        return CaptureParameters(**values)
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
+
+
+def with_values(
+    parameters: CaptureParameters, values: dict[str, Any], *, name: str
+) -> CaptureParameters:
+    """Parameters with other values of some keys, written as in a file; ``name`` is their source.
+
+    `InputError` is raised as by `parameters_from`.
+    """
+    given = _values(values, name=name)
+    try:
+        return replace(parameters, **given)
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
+
+
+def _values(data: dict[str, Any], *, name: str, problems: Iterable[str] = ()) -> dict[str, Any]:
+    """Values of keys by the types of their fields; `InputError` names all problems of the file."""
     values: dict[str, Any] = {}
-    problems: list[str] = []
+    found: list[str] = []
     hints = get_type_hints(CaptureParameters, include_extras=True)
     for key, value in data.items():
         try:
@@ -105,17 +128,16 @@ def parameters_from(data: dict[str, Any], *, name: str) -> CaptureParameters:
                 raise InputError(f"unknown key; {did_you_mean(key, hints)}")
             values[key] = _read(hints[key], value)
         except InputError as error:
-            problems.append(f"{key}: {error}")
-    problems += _missing(hints, data)
-    if not problems:
-        try:
-            return CaptureParameters(**values)
-        except InputError as error:
-            problems.append(str(error))
-    raise InputError("\n".join(f"{name}: {problem}" for problem in problems))
+            found.append(f"{key}: {error}")
+    found += problems
+    if found:
+        raise InputError("\n".join(f"{name}: {problem}" for problem in found))
+    return values
 
 
-def _missing(hints: dict[str, Any], data: dict[str, Any]) -> Iterator[str]:
+def _missing(data: dict[str, Any]) -> Iterator[str]:
+    """Problem of every key that is not in the file and has no default."""
+    hints = get_type_hints(CaptureParameters, include_extras=True)
     for field in fields(CaptureParameters):
         if field.default is MISSING and field.name not in data:
             unit = _unit(hints[field.name])

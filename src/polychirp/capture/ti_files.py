@@ -22,6 +22,9 @@ _NUMBER: Final = re.compile(r"0[xX][0-9a-fA-F]{1,16}|[+-]?(\d+\.?\d*|\.\d+)([eE]
 _LONGEST_NUMBER: Final = 40
 """Greatest number of characters of a number. Chosen."""
 
+SUFFIXES: Final = (".json", ".cfg")
+"""Ends of the names of the files of mmWave Studio and of the mmWave SDK."""
+
 MOST_COMMANDS: Final = 2048
 """Greatest number of commands for profiles or chirps in a file. Chosen: a device has room for 4
 profiles and 512 chirps."""
@@ -33,7 +36,7 @@ def read_tables(path: Path) -> TiTables:
     `InputError` is raised if the file cannot be read, its name does not end in .json or .cfg, or a
     value that is needed is missing or is not a number.
     """
-    readers = {".json": _tables_of_json, ".cfg": _tables_of_commands}
+    readers = dict(zip(SUFFIXES, (_tables_of_json, _tables_of_commands), strict=True))
     if path.suffix.lower() not in readers:
         raise InputError(
             "is no profile of TI's tools by its name; it must end in .json (mmWave Studio) or .cfg "

@@ -69,6 +69,24 @@ def read_profile(path: Path | str) -> ChirpProfile:
         raise InputError(f"{path.name}: {error}") from None
 
 
+def recording_parameters(path: Path | str) -> CaptureParameters:
+    """Parameters of a recording whose chirps are those of a file of TI's tools.
+
+    The layout of the recording has its defaults, since the file does not describe it.
+    `InputError` is raised as by `read_profile`, and if the transmitters share the chirps by a code
+    of phases.
+    """
+    profile = read_profile(path)
+    if profile.sharing not in ("together", "time-division"):
+        code = "a Doppler" if profile.sharing == "doppler-division" else "a binary"
+        raise InputError(
+            f"{Path(path).name}: txEnable: the transmitters send every chirp together with {code} "
+            "code of phases, and recordings are read with transmitters that take turns or send "
+            "together without a code; record with such a profile"
+        )
+    return profile.chirps
+
+
 def profile_of(tables: TiTables) -> ChirpProfile:
     """Chirps of a frame from the tables of a file; `InputError` as of `read_profile`."""
     loop = [_chirp(tables, number) for number in _loop_numbers(tables)]
@@ -154,7 +172,7 @@ def _refuse_differences(loop: list[Fields]) -> None:
             if name not in ("txEnable", "profileId") and not is_alike:
                 raise InputError(
                     f"{name.removesuffix('Const')}: the chirps 0 and {number} of a loop differ in "
-                    "it, and a study's chirps are equal; keep chirps of one kind in the frame"
+                    "it, and equal chirps are needed; keep chirps of one kind in the frame"
                 )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -34,12 +35,24 @@ def add_parser(subparsers: Any) -> None:
         "process",
         help="run the receiver on a recording",
         description="Run the receiver on recorded converter samples (NAME.npy, NAME.zarr, or "
-        "NAME.bin of TI's DCA1000) with their parameters beside them in NAME.toml: prints what the "
-        "ramps resolve and what was detected; writes map, picture and detections.",
+        "NAME.bin of TI's DCA1000) with their parameters beside them in NAME.toml, or with a "
+        "profile of TI's tools: prints what the ramps resolve and what was detected; writes map, "
+        "picture and detections.",
     )
     parser.add_argument("capture", metavar="CAPTURE", nargs="?", help="the recording")
     parser.add_argument(
-        "--params", metavar="FILE", help="file of its parameters (default: NAME.toml)"
+        "--params",
+        metavar="FILE",
+        help="file of its parameters (default: NAME.toml), or the profile of TI's tools that it "
+        "was recorded with: mmWave Studio (.mmwave.json) or mmWave SDK (.cfg)",
+    )
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        dest="changes",
+        help="change one parameter, as in --set device=xwr16xx; may be repeated",
     )
     parser.add_argument("--out", metavar="DIR", help="folder of the results (default: out/NAME)")
     parser.add_argument(
@@ -59,7 +72,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Read the recording, detect in its frames, write the results and print them."""
-    from polychirp.capture.parameter_file import TEMPLATE, read_parameters
+    from polychirp.capture.parameter_file import TEMPLATE
     from polychirp.receiver.range_doppler.chain import RangeDoppler
 
     if arguments.describe:
@@ -71,7 +84,7 @@ def run(arguments: argparse.Namespace) -> int:
             "example of its parameter file with --describe"
         )
     path = Path(arguments.capture)
-    parameters = read_parameters(arguments.params or path.with_suffix(".toml"))
+    parameters = _parameters(Path(arguments.params or path.with_suffix(".toml")), arguments.changes)
     has_positions = bool(parameters.channel_positions or parameters.transmitter_positions)
     receiver = RangeDoppler(
         least_range=0.5 * parameters.range_resolution,
@@ -105,6 +118,28 @@ def run(arguments: argparse.Namespace) -> int:
         print(_NO_TRUTH)
         say(f"stored in {folder}")
     return 0
+
+
+def _parameters(path: Path, changes: Sequence[str]) -> CaptureParameters:
+    """Parameters of a TOML file or of a profile of TI's tools, with the changes of ``--set``."""
+    from polychirp.capture.parameter_file import read_parameters, with_values
+    from polychirp.capture.ti_files import SUFFIXES
+    from polychirp.capture.ti_profile import recording_parameters
+    from polychirp.config.override import apply_override
+
+    values: dict[str, Any] = {}
+    for change in changes:
+        apply_override(values, change)
+    is_profile = path.suffix.lower() in SUFFIXES
+    parameters = recording_parameters(path) if is_profile else read_parameters(path)
+    changed = with_values(parameters, values, name="--set")
+    if is_profile and changed.num_transmitters > 1 and not changed.transmitter_positions:
+        say(
+            f"note: {path.name} does not say where the {changed.num_transmitters} transmitters "
+            "are; they are taken to be on one line in the order of their chirps, a whole receiving "
+            "array apart; --set transmitter_positions=[[0,0],…] places them elsewhere"
+        )
+    return changed
 
 
 def _open(path: Path, parameters: CaptureParameters, chosen: range | None) -> Recording:

@@ -6,16 +6,22 @@ import argparse
 import json
 import math
 from collections.abc import Iterator
+from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from polychirp.cli.check import add_study_arguments, all_overrides, next_command
 from polychirp.cli.progress import progress_bar
 from polychirp.cli.terminal import decibels, say, tables, usable_folder
+from polychirp.cli.trials import WHY_UNRESOLVED, margins_text
 from polychirp.errors import InputError
 
 if TYPE_CHECKING:
+    from polychirp.study.spec import Study
     from polychirp.study.trial import Trial, VictimResult
+
+_COUNTS: Final = ("targets", "found", "missed", "ghosts", "other echoes")
+"""Columns of the table of detections that are numbers of `_counts`."""
 
 
 def add_parser(subparsers: Any) -> None:
@@ -39,6 +45,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Check the study, run it, store the results and print them."""
     from polychirp.config.load import MONTE_CARLO, load_study, read_toml
     from polychirp.study.check import check
+    from polychirp.study.margins import gates_of
     from polychirp.study.provenance import provenance
     from polychirp.study.store import save_run
 
@@ -55,9 +62,12 @@ def run(arguments: argparse.Namespace) -> int:
         trial = run_trial(study, progress=progress)
     save_run(path, victims=trial.victims, provenance=origin)
     if arguments.json:
-        print(json.dumps(_summary(study.name, study.seed, path, trial), indent=2))
+        print(json.dumps(_summary(study, path, trial), indent=2))
     else:
         _print_table(trial)
+        print(margins_text(gates_of(study).values()))
+        for note in _unresolved(trial):
+            say(note)
         say(f"stored in {path}")
         if MONTE_CARLO in read_toml(Path(arguments.study)):
             say(f"next: {next_command('study', arguments)}")
@@ -75,20 +85,24 @@ def _refuse_other_results(path: Path, *, study_hash: str, force: bool) -> None:
         )
 
 
-def _summary(name: str, seed: int, path: Path, trial: Trial) -> dict[str, Any]:
+def _summary(study: Study, path: Path, trial: Trial) -> dict[str, Any]:
+    from polychirp.study.margins import gates_of
+
+    gates = gates_of(study)
     return {
-        "study": name,
-        "seed": seed,
+        "study": study.name,
+        "seed": study.seed,
         "stored": str(path),
         "victims": [
             {
                 "name": victim.name,
-                **_counts(victim),
+                **{key.replace(" ", "_"): count for key, count in _counts(victim).items()},
                 "floor_rise": victim.score.floor_rise,
                 "detected_targets": _targets(victim, found=True),
                 "undetected_targets": _targets(victim, found=False),
                 "levels": _levels(victim),
                 "extents": _extents(victim),
+                "margins": asdict(gates[victim.name]),
             }
             for victim in trial.victims
         ],
@@ -103,7 +117,8 @@ def _counts(victim: VictimResult) -> dict[str, int]:
         "found": int(score.is_detected.sum()),
         "missed": score.num_missed,
         "ghosts": len(score.ghosts),
-        "other_echoes": len(score.other_echoes),
+        "other echoes": len(score.other_echoes),
+        "unresolved": score.num_unresolved,
     }
 
 
@@ -138,13 +153,23 @@ def _extents(victim: VictimResult) -> dict[str, dict[str, float]]:
     return out
 
 
+def _unresolved(trial: Trial) -> Iterator[str]:
+    """A sentence for each radar whose receiver left detections out."""
+    for victim in trial.victims:
+        if count := victim.score.num_unresolved:
+            what = "detection with an unresolved speed was"
+            if count > 1:
+                what = "detections with unresolved speeds were"
+            yield f"note: {count} {what} left out of the frame of '{victim.name}': {WHY_UNRESOLVED}"
+
+
 def _print_table(trial: Trial) -> None:
     from rich.table import Table
 
     counts = Table(title="detections of each radar", title_justify="left")
     errors = Table(title="targets found", title_justify="left")
     counts.add_column("radar")
-    for column in ("targets", "found", "missed", "ghosts", "other echoes", "floor rise"):
+    for column in (*_COUNTS, "floor rise"):
         counts.add_column(column, justify="right")
     levels = Table(title="in the cells of the targets, found or not", title_justify="left")
     for column in ("radar", "target"):
@@ -158,7 +183,8 @@ def _print_table(trial: Trial) -> None:
         errors.add_column(column, justify="right")
     for victim in trial.victims:
         rise = decibels(victim.score.floor_rise)
-        counts.add_row(victim.name, *(str(count) for count in _counts(victim).values()), rise)
+        numbers = _counts(victim)
+        counts.add_row(victim.name, *(str(numbers[column]) for column in _COUNTS), rise)
         for row in _error_rows(victim):
             errors.add_row(victim.name, *row[: len(errors.columns) - 1])
         for row in _level_rows(victim):

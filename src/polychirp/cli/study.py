@@ -15,7 +15,9 @@ from polychirp.cli.progress import progress_bar
 from polychirp.cli.terminal import command_name, decibels, say, tables, usable_folder
 from polychirp.cli.trials import (
     KEPT_TRIALS,
+    WHY_UNRESOLVED,
     add_workers,
+    margins_text,
     num_workers,
     refuse_other_files,
     shown,
@@ -126,6 +128,7 @@ def _summary(name: str, plan: Plan, folder: Path, finished: Finished) -> dict[st
 
 
 def _print_tables(name: str, plan: Plan, results: Results) -> None:
+    from polychirp.study.margins import gates_of
     from polychirp.study.monte_carlo.summary import summaries
 
     rows = summaries(results)
@@ -138,6 +141,15 @@ def _print_tables(name: str, plan: Plan, results: Results) -> None:
         "A trial counts as one draw, however many targets it has. Ghosts, and those of them that "
         f"nothing explains, are means per frame, {_thresholds(plan)}.",
     )
+    gates = [gate for point in plan.points for gate in gates_of(point.study).values()]
+    console.print(margins_text(gates))
+    most = max((row.unresolved.value for row in rows), default=0.0)
+    if most > 0.0:
+        console.print(
+            f"Detections with unresolved speeds were left out, up to {most:.2g} per frame in the "
+            f"mean at one point: {WHY_UNRESOLVED}. The column 'unresolved' of summary.csv has the "
+            "means of all points.",
+        )
 
 
 def _thresholds(plan: Plan) -> str:

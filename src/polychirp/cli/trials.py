@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -11,12 +12,19 @@ from polychirp.cli.terminal import say
 from polychirp.errors import InputError
 
 if TYPE_CHECKING:
+    from polychirp.scoring.association import Gate
     from polychirp.scoring.statistics import Estimate
 
 KEPT_TRIALS: Final = (
     "finished trials are kept, and the same command continues with the missing trials"
 )
 """A sentence on the trials that are kept after an interrupt."""
+
+WHY_UNRESOLVED: Final = (
+    "not every subframe has them, or two speeds explain them almost equally well; a greater SNR, "
+    "or intervals of the subframes with less in common, would resolve more"
+)
+"""Reason why a receiver leaves detections out, and what helps, as the end of a sentence."""
 
 
 def add_workers(parser: Any) -> None:
@@ -51,6 +59,26 @@ def refuse_other_files(folder: Path, log: str) -> None:
     """Refuse a folder that holds files but not the log of trials that is called ``log``."""
     if folder.exists() and any(folder.iterdir()) and not (folder / log).exists():
         raise InputError(f"--out: '{folder}' holds files but no log of trials; name another folder")
+
+
+def margins_text(gates: Iterable[Gate]) -> str:
+    """A sentence on the margins of detections, as the least and the greatest of several."""
+    gates = list(gates)
+
+    def within(name: str, scale: float, unit: str) -> str:
+        values = [f"{scale * getattr(gate, name):.3g}" for gate in gates]
+        least, most = min(values, key=float), max(values, key=float)
+        return f"{least}{unit}" if least == most else f"{least} to {most}{unit}"
+
+    margins = (
+        within("range", 1.0, " m"),
+        within("range_rate", 1.0, " m/s"),
+        within("azimuth", 180.0 / math.pi, "°"),
+    )
+    return (
+        f"A detection is on a target within {margins[0]}, {margins[1]} and {margins[2]} of azimuth "
+        "of its visible metal."
+    )
 
 
 def shown(estimate: Estimate, *, scale: float = 1.0, digits: int = 2) -> str:

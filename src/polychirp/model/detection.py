@@ -27,6 +27,9 @@ class Detections:
     num_points : number of points of each object; 1 by default
     length, width, range_rate_span : extent of each object along range, m, across, m, and in range
         rate, m/s; 0 by default
+    num_unresolved : number of detections that a receiver of subframes left out, since not all
+        subframes have them or since their range rate remains ambiguous: the number in the subframe
+        with most of them; 0 by default
     """
 
     time: float
@@ -42,6 +45,7 @@ class Detections:
     length: PerDetection = field(default_factory=lambda: np.zeros(0))
     width: PerDetection = field(default_factory=lambda: np.zeros(0))
     range_rate_span: PerDetection = field(default_factory=lambda: np.zeros(0))
+    num_unresolved: int = 0
 
     def __post_init__(self) -> None:
         size = np.size(self.range)

@@ -32,6 +32,7 @@ class Score(Sealed):
     target_detection : number of the detection that gives the errors of each detected target, in
         the order of the targets
     num_missed : number of visible targets without a detection
+    num_unresolved : number of detections left out by the receiver, as of `Detections`
     floor_rise : power ratio of the range spectra's floor to the floor of noise alone
     """
 
@@ -54,6 +55,7 @@ class Score(Sealed):
     target_detection: tuple[int, ...]
     num_missed: int
     floor_rise: float
+    num_unresolved: int = 0
 
     def numbers(self, nature: str) -> tuple[int, ...]:
         """Numbers of the detections of one nature."""

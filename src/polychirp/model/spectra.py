@@ -5,7 +5,7 @@ from typing import Annotated
 
 import numpy as np
 
-from polychirp.axes import Axes, ComplexArray, FloatArray, seal
+from polychirp.axes import Axes, FloatArray, SingleComplexArray, seal
 from polychirp.errors import InputError
 
 PerRange = Annotated[FloatArray, Axes("range")]
@@ -22,7 +22,7 @@ class RangeProfiles:
     range : m, ``(range,)``, strictly increasing
     """
 
-    amplitude: Annotated[ComplexArray, Axes("channel", "ramp", "range", dtype=np.complex128)]
+    amplitude: Annotated[SingleComplexArray, Axes("channel", "ramp", "range", dtype=np.complex64)]
     range: PerRange
 
     def __post_init__(self) -> None:
@@ -41,7 +41,9 @@ class RangeRateSpectra:
     range : m, ``(range,)``, growing
     """
 
-    amplitude: Annotated[ComplexArray, Axes("channel", "range_rate", "range", dtype=np.complex128)]
+    amplitude: Annotated[
+        SingleComplexArray, Axes("channel", "range_rate", "range", dtype=np.complex64)
+    ]
     range_rate: PerRangeRate
     range: PerRange
 
@@ -53,8 +55,12 @@ class RangeRateSpectra:
     @property
     def mean_power(self) -> "RangeRateMap":
         """Mean over channels of the power of each cell; phases between channels have no effect."""
-        power = np.mean(self.amplitude.real**2 + self.amplitude.imag**2, axis=0)
-        return RangeRateMap(power=power, range_rate=self.range_rate, range=self.range)
+        power = np.zeros(self.amplitude.shape[1:])
+        for one in self.amplitude:
+            power += one.real**2 + one.imag**2
+        return RangeRateMap(
+            power=power / len(self.amplitude), range_rate=self.range_rate, range=self.range
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -117,6 +117,7 @@ def merged(detections: Detections, body: Body | None = None) -> Detections:
         length=np.array([one.length for one in extents]),
         width=np.array([one.width for one in extents]),
         range_rate_span=np.array([one.range_rate_span for one in extents]),
+        num_unresolved=detections.num_unresolved,
     )
 
 

@@ -42,7 +42,7 @@ class Gate(Spec):
     elevation: Radians = np.pi / 12
 
     @classmethod
-    def of(cls, schedule: RampSchedule, array: AntennaArray) -> Self:
+    def of(cls, schedule: RampSchedule, array: AntennaArray, *, usual: Self | None = None) -> Self:
         r"""Margins for a radar with this schedule and (virtual) array.
 
         With the cells of the frame
@@ -51,13 +51,13 @@ class Gate(Spec):
                   \Delta\varphi = \frac{\lambda}{M d},\qquad
                   \Delta\varepsilon = \frac{\lambda}{M' d'},
 
-        the margins in range and range rate are the defaults, or one cell if that is more; the
-        margins in azimuth and elevation are the defaults, or one cell if that is less. B is the
+        the margins in range and range rate are the usual ones, or one cell if that is more; the
+        margins in azimuth and elevation are the usual ones, or one cell if that is less. B is the
         mean bandwidth of the ramps, and d the mean spacing of the M columns of channels, d' that of
         the M' rows. The channels are those of the virtual array if several transmitting elements
-        share the frame.
+        share the frame. ``usual`` are the defaults of the class if it is None.
         """
-        usual = cls()
+        usual = usual or cls()
         wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
         bandwidth = float(np.mean(np.abs(schedule.slope) * schedule.duration))
         end = schedule.start_time + schedule.duration

@@ -66,6 +66,7 @@ def compare(
         target_detection=tuple(int(n) for n in detection),
         num_missed=int(np.sum(truth.is_visible & ~is_detected)),
         floor_rise=floor_rise,
+        num_unresolved=detections.num_unresolved,
     )
 
 

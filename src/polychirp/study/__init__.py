@@ -8,6 +8,7 @@ The modules and subpackages in reading order; others may use the names beside th
 - `random_draw`: one street from that traffic: `sample_street`.
 - `size`: memory of a study, estimated before it is allocated: `refuse_too_large`.
 - `kernel_parts`, `warm_up`: compilation of the kernels before a study runs: `compile_parts`.
+- `margins`: margins within which detections are on a target: `gate_for`, `gates_of`.
 - `trial`: all stages in order, from the traffic to the score: `run_trial`, `trace_frame`.
 - `check`: problems of a study and resolutions of its radars, before it runs: `check`.
 - `provenance`: canonical text and hash of a study, versions: `provenance`, `canonical_json`.

@@ -499,7 +499,7 @@ def _derived(radar: StudyRadar, schedule: RampSchedule, receiver: AnyReceiver) -
     chosen = receiver_for(receiver, schedule)
     code = _code_length(schedule), schedule.num_elements
     is_unfolded = isinstance(chosen, RangeDoppler) and chosen.tells_folds_apart(
-        num_sweeps=code[0], num_elements=code[1]
+        num_sweeps=code[0], num_elements=code[1], num_channels=radar.array.num_channels
     )
     place, _ = virtual_channels(radar.array, schedule.num_elements)
     elements = Elements.of(place, frequency=SPEED_OF_LIGHT / wavelength)

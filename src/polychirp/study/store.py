@@ -9,7 +9,7 @@
         │                             the parts, and neglected, V
         ├── times/first …             s (ramp); attribute rate, 1/s
         ├── schedule/start_time …     (ramp)
-        ├── detections/range …        (detection); attribute time, s
+        ├── detections/range …        (detection); attributes time, s, and num_unresolved
         ├── truth/range …             (target), place_range (place); attributes time, s, and name
         └── score/range_error …       (target), power (detection); attributes nature, body …
 
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from polychirp.study.trial import VictimResult
 
 FORMAT: Final = "polychirp run"
-FORMAT_VERSION: Final = 5
+FORMAT_VERSION: Final = 6
 
 UNITS: Final[Mapping[type, Mapping[str, str]]] = {
     IfFrame: {"samples": "V"},
@@ -202,7 +202,9 @@ def _write(path: Path, *, victims: tuple[VictimResult, ...], provenance: Provena
         _write_noun(group, "times", frame.times, {"rate": frame.times.rate})
         _write_noun(group, "schedule", frame.schedule, {})
         found, truth = victim.detections, victim.truth
-        _write_noun(group, "detections", found, {"time": found.time})
+        _write_noun(
+            group, "detections", found, {"time": found.time, "num_unresolved": found.num_unresolved}
+        )
         _write_noun(group, "truth", truth, {"time": truth.time, "name": list(truth.name)})
         _write_noun(group, "score", victim.score, _score_attributes(victim.score))
 
@@ -214,6 +216,7 @@ def _score_attributes(score: Score) -> dict[str, Any]:
         "target_detection": list(score.target_detection),
         "num_missed": score.num_missed,
         "floor_rise": score.floor_rise,
+        "num_unresolved": score.num_unresolved,
     }
 
 

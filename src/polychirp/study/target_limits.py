@@ -27,7 +27,9 @@ def targets_out_of_reach(study: Study, schedules: Sequence[RampSchedule]) -> Ite
     near: set[str] = set()
     for number in victim_indices(study):
         radar = study.radars[number]
-        speed, why = greatest_speed(study.receiver, schedules[number])
+        speed, why = greatest_speed(
+            study.receiver, schedules[number], num_channels=radar.array.num_channels
+        )
         for name in sorted(bodies.keys() & set(target_names(study, radar))):
             distance, rate = _seen_from(radar, bodies, bodies[name])
             if distance > study.receiver.greatest_range:
@@ -52,9 +54,12 @@ def _bodies(study: Study) -> dict[str, Vehicle | Point]:
     return bodies | {point.name: point for point in study.street.points}
 
 
-def greatest_speed(receiver: AnyReceiver, schedule: RampSchedule) -> tuple[float, str]:
+def greatest_speed(
+    receiver: AnyReceiver, schedule: RampSchedule, *, num_channels: int
+) -> tuple[float, str]:
     """Greatest range rate that the receiver reports as it is, m/s, and the end of a sentence.
 
+    ``num_channels`` is the number of receiving channels.
     The sentence says why a target that is faster is not reported as it is, and what would help.
     """
     receiver = receiver_for(receiver, schedule)
@@ -64,7 +69,9 @@ def greatest_speed(receiver: AnyReceiver, schedule: RampSchedule) -> tuple[float
             "receiver.greatest_speed"
         )
     length, elements = code_blocks(schedule).weight.shape
-    if receiver.tells_folds_apart(num_sweeps=length, num_elements=elements):
+    if receiver.tells_folds_apart(
+        num_sweeps=length, num_elements=elements, num_channels=num_channels
+    ):
         length = 1
     speed = 0.5 * unambiguous_span(schedule, code_length=length)
     return speed, (

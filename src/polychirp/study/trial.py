@@ -30,10 +30,10 @@ from polychirp.receiver.selection import (
 )
 from polychirp.receiver.signal_model.transmit_codes import code_blocks
 from polychirp.rng import Streams
-from polychirp.scoring.association import Gate
 from polychirp.scoring.compare import compare
 from polychirp.scoring.echoes import Echoes, echoes_of
 from polychirp.study.kernel_parts import compile_parts, parts_of
+from polychirp.study.margins import gate_for
 from polychirp.study.random_draw import sample_street
 from polychirp.study.size import refuse_too_large
 from polychirp.study.spec import (
@@ -212,7 +212,7 @@ def receive_and_score(
         floor_rise=floor_rise(receiver, frame, parts),
         before=before,
         after=after,
-        gate=Gate.of(received.schedule, received.array),
+        gate=gate_for(receiver, received.schedule, received.array),
     )
     return VictimResult(
         name=scene.radars[victim].name,

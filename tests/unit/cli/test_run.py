@@ -6,7 +6,7 @@ import math
 import re
 import sys
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
@@ -112,6 +112,7 @@ def test_a_run_is_stored_and_told(trial, capsys):
     assert str(path) in shown.err
     assert "front" in shown.out
     assert "10.0 dB" in shown.out
+    assert "on a target within 0.4 m, 1 m/s and 15° of azimuth" in shown.out
     assert [victim.name for victim in load_run(path).victims] == ["front"]
 
 
@@ -127,6 +128,7 @@ def test_the_summary_for_machines_goes_to_stdout(trial, capsys):
             "missed": 2,
             "ghosts": 0,
             "other_echoes": 0,
+            "unresolved": 0,
             "floor_rise": 10.0,
             "detected_targets": ["oncoming"],
             "undetected_targets": ["ahead", "post"],
@@ -143,9 +145,31 @@ def test_the_summary_for_machines_goes_to_stdout(trial, capsys):
                     ),
                 }
             },
+            "margins": {
+                "range": 0.4,
+                "range_rate": 1.0,
+                "azimuth": pytest.approx(math.radians(15.0)),
+                "elevation": pytest.approx(math.radians(15.0)),
+            },
         }
     ]
     assert load_run(summary["stored"]).provenance.seed == 5
+
+
+def test_detections_that_the_receiver_left_out_are_told(trial, capsys, monkeypatch):
+    whole = silent_victim
+
+    def one_that_dropped(study, number):
+        victim = whole(study, number)
+        return replace(victim, score=replace(victim.score, num_unresolved=2))
+
+    monkeypatch.setitem(globals(), "silent_victim", one_that_dropped)
+    assert main(quick()) == 0
+    assert "note: 2 detections with unresolved speeds were left out of the frame of 'front'" in (
+        capsys.readouterr().err
+    )
+    (path,) = Path("out").glob("quickstart-*/run.zarr")
+    assert load_run(path).victims[0].score.num_unresolved == 2
 
 
 def test_options_reach_the_trial(trial):

@@ -26,6 +26,7 @@ from polychirp.study.spec import (
     target_names,
     victim_indices,
 )
+from polychirp.study.target_limits import targets_out_of_reach
 from polychirp.study.trial import Trial, run_trial
 from polychirp.traffic.street import Building, Point, Street, Vehicle
 from polychirp.waveform import (
@@ -95,33 +96,62 @@ def test_a_sweep_of_one_ramp_doubles_the_unambiguous_speed():
     assert one.radars[0].unambiguous_speed == pytest.approx(2 * two.radars[0].unambiguous_speed)
 
 
-@pytest.mark.parametrize(
-    ("coding", "sweeps_of_the_code"),
-    [(None, 1), (TimeDivision(), 3), (DopplerDivision(num_bands=4), 4)],
-    ids=["no code", "turns", "Doppler bands"],
-)
-def test_the_unambiguous_speed_is_that_of_one_transmitters_interval(coding, sweeps_of_the_code):
-    """λ/4NT about 77.2 GHz: chirps of 40 µs, 15 µs apart, so that T = 55 µs, the idle included.
-
-    The range-Doppler receiver tells the N folds apart, and reports speeds to λ/4T.
-    """
+def equal_chirps(coding, *, num_channels: int) -> Study:
+    """A study of one radar with chirps 55 µs apart about 77.2 GHz, and a point at rest."""
     chirps = Sawtooth(start_frequency=77e9, bandwidth=4e8, ramp_duration=40e-6, idle=15e-6)
     radar = replace(
         FRONT,
         waveform=chirps,
         coding=coding,
-        array=replace(FRONT.array, num_transmitters=1 if coding is None else 3),
+        array=replace(
+            FRONT.array,
+            num_channels=num_channels,
+            num_transmitters=1 if coding is None else 3,
+        ),
         converter=Converter(sample_rate=20e6, start=3e-6, margin=1e-6),
         if_filter=IfFilter(passband=9e6, stopband=10e6),
     )
     post = Point(name="post", x=9.0, y=0.0, z=1.0, rcs=1.0)
     street = Street(vehicles=STUDY.street.vehicles[:1], points=(post,))
-    study = replace(STUDY, radars=(radar,), street=street, tracer=FreeSpace(), num_sweeps=24)
-    span = SPEED_OF_LIGHT / 77.2e9 / (4 * 55e-6)
-    found = check(study).radars[0]
+    return replace(STUDY, radars=(radar,), street=street, tracer=FreeSpace(), num_sweeps=24)
+
+
+SPAN = SPEED_OF_LIGHT / 77.2e9 / (4 * 55e-6)
+"""λ/4T of `equal_chirps`, m/s; T includes the idle time."""
+
+
+@pytest.mark.parametrize(
+    ("coding", "sweeps_of_the_code"),
+    [(None, 1), (TimeDivision(), 3), (DopplerDivision(num_bands=4), 4)],
+    ids=["no code", "turns", "Doppler bands"],
+)
+@pytest.mark.parametrize("num_channels", [1, 2, 4])
+def test_the_unambiguous_speed_is_that_of_one_transmitters_interval(
+    coding, sweeps_of_the_code, num_channels
+):
+    """λ/4NT. The range-Doppler receiver tells the N folds apart, and reports speeds to λ/4T.
+
+    With one receiving channel, every fold fits some azimuth, and empty bands alone tell them.
+    """
+    found = check(equal_chirps(coding, num_channels=num_channels)).radars[0]
     assert found.receiver == "range-doppler"
-    assert found.unambiguous_speed == pytest.approx(span / sweeps_of_the_code)
-    assert found.unfolded_speed == pytest.approx(span)
+    assert found.unambiguous_speed == pytest.approx(SPAN / sweeps_of_the_code)
+    is_left_open = num_channels == 1 and isinstance(coding, TimeDivision)
+    assert found.unfolded_speed == pytest.approx(SPAN / (3 if is_left_open else 1))
+
+
+@pytest.mark.parametrize("num_channels", [1, 4])
+def test_a_target_beyond_the_span_of_turns_is_too_fast_for_one_channel(num_channels):
+    """The point approaches at half of λ/4T, which is more than a third of it."""
+    study = equal_chirps(TimeDivision(), num_channels=num_channels)
+    own = study.street.vehicles[0]
+    fast = replace(study.street.points[0], velocity=(own.speed - 0.5 * SPAN, 0.0, 0.0))
+    fast = replace(fast, x=40.0)
+    study = replace(study, street=replace(study.street, points=(fast,)), targets=("post",))
+    study = replace(study, receiver=replace(study.receiver, greatest_range=60.0))
+    sentences = list(targets_out_of_reach(study, schedules_of(study)))
+    assert len(sentences) == (num_channels == 1)
+    assert all("another speed" in sentence for sentence in sentences)
 
 
 def test_diverse_ramps_give_limits_instead_of_values():

@@ -76,6 +76,7 @@ def made_up(point: int, seed: int) -> VictimRecord:
         visible_range_rate_span=(0.0, 0.0),
         detections=tuple(counts[name] for name in NATURES),
         floor_rise=2.0,
+        num_unresolved=point,
     )
 
 

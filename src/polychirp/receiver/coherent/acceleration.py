@@ -8,6 +8,7 @@ an acceleration ends on a side lobe.
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.receiver.coherent.least_squares import mixed
@@ -45,7 +46,7 @@ class _Hypotheses:
     """
 
     first: IntArray
-    turn: ComplexArray
+    turn: NDArray[np.complex64]
     step: FloatArray
 
 
@@ -56,10 +57,12 @@ def accelerated(seen: Observation, residual: Residual, points: Points) -> Points
     several accelerations. The range may be wrong as well: the strongest peak of an accelerated body
     is where its rising or its falling ramps alone add up.
     """
+    if not len(points):
+        return points
     tried = _hypotheses(seen)
     steps = tried.step
-    still = _sums(seen, residual, points).sum(axis=2, keepdims=True)
-    least = _power(still, np.ones((1, 1)))[:, 0]
+    still = _sums(seen, residual, points).sum(axis=2)
+    least = np.sum(np.abs(still) ** 2, axis=1)
     by_noise = np.log(len(steps)) * seen.count.sum() * points.floor
     starts = np.arange(0.0, GREATEST_ACCELERATION, 2.0 * float(np.max(steps[:, 1])))
     found = _best_of(
@@ -101,17 +104,21 @@ def _best_of(
     offsets : of the motion from which searches start, ``(start, 4)``
     least : power that a motion must have, ``(point,)``
     """
-    best, most = points.motion, least
-    for offset in offsets:
-        motion = points.motion + offset
-        for _ in range(ROUNDS):
-            sums = _sums(seen, residual, replace(points, motion=motion))
-            power = _power(np.add.reduceat(sums, tried.first, axis=2), tried.turn)
-            motion = motion + np.pad(tried.step[np.argmax(power, axis=1)], ((0, 0), (1, 1)))
-            reached = np.max(power, axis=1)
-            best = np.where((reached > most)[:, None], motion, best)
-            most = np.maximum(most, reached)
-    return replace(points, motion=best)
+    count = len(points)
+    every = points[np.tile(np.arange(count), len(offsets))]
+    motion = (points.motion + offsets[:, None]).reshape(-1, 4)
+    motions, powers = [], []
+    for _ in range(ROUNDS):
+        sums = _sums(seen, residual, replace(every, motion=motion))
+        power = _power(np.add.reduceat(sums, tried.first, axis=2), tried.turn)
+        motion = motion + np.pad(tried.step[np.argmax(power, axis=1)], ((0, 0), (1, 1)))
+        motions.append(motion.reshape(len(offsets), count, 4))
+        powers.append(np.max(power, axis=1).reshape(len(offsets), count))
+    tries, reached = np.concatenate(motions), np.concatenate(powers)
+    best = np.argmax(reached, axis=0)
+    place = np.arange(count)
+    is_better = reached[best, place] > least
+    return replace(points, motion=np.where(is_better[:, None], tries[best, place], points.motion))
 
 
 def _sums(seen: Observation, residual: Residual, points: Points) -> ComplexArray:
@@ -120,9 +127,13 @@ def _sums(seen: Observation, residual: Residual, points: Points) -> ComplexArray
     return mixed(seen, here.matched(residual.sums(seen, here))[0])
 
 
-def _power(sums: ComplexArray, turns: ComplexArray | FloatArray) -> FloatArray:
+def _power(sums: ComplexArray, turns: NDArray[np.complex64]) -> FloatArray:
     """Power that adds up in phase after each turn, over all channels, ``(point, hypothesis)``."""
-    return np.asarray(np.sum(np.abs(sums @ turns) ** 2, axis=1), dtype=np.float64)
+    out = np.zeros((len(sums), turns.shape[1]), dtype=np.float32)
+    for channel in sums.astype(np.complex64).transpose(1, 0, 2):
+        total = channel @ turns
+        out += total.real**2 + total.imag**2
+    return out.astype(np.float64)
 
 
 def _blocks(seen: Observation) -> tuple[FloatArray, IntArray]:
@@ -147,5 +158,8 @@ def _hypotheses(seen: Observation) -> _Hypotheses:
     rates = rate_step * np.arange(-reach, reach + 1.0)
     accelerations = np.arange(max(LEAST_ACCELERATION, -greatest), greatest + step, step)
     steps = np.stack(np.meshgrid(rates, accelerations, indexing="ij"), axis=-1).reshape(-1, 2)
-    way = steps[:, 0] * elapsed[:, None] + 0.5 * steps[:, 1] * elapsed[:, None] ** 2
-    return _Hypotheses(first=first, turn=np.exp(-4j * np.pi / seen.wavelength * way), step=steps)
+    wave = -4j * np.pi / seen.wavelength
+    by_rate = np.exp(wave * rates * elapsed[:, None])
+    by_acceleration = np.exp(0.5 * wave * accelerations * elapsed[:, None] ** 2)
+    turn = by_rate.astype(np.complex64)[:, :, None] * by_acceleration.astype(np.complex64)[:, None]
+    return _Hypotheses(first=first, turn=turn.reshape(elapsed.size, -1), step=steps)

@@ -51,15 +51,26 @@ class Agreement:
     @classmethod
     def at(cls, seen: Observation, residual: Residual, points: Points) -> Self:
         """Sums over the residual at the motions of points that are not subtracted from it."""
-        rises = seen.model.schedule.slope > 0
         here = Replicas.of(seen, points)
         value = mixed(seen, here.matched(residual.sums(seen, here))[0])
-        size = here.weight * seen.count * np.mean(np.abs(here.shape[..., 0]) ** 2, axis=1)
+        return cls.of(seen, value, here.size(seen))
+
+    @classmethod
+    def of(cls, seen: Observation, value: ComplexArray, size: FloatArray) -> Self:
+        """Sums over the ramps.
+
+        Parameters
+        ----------
+        value : sums over each ramp without the places' phases, on white channels, V, ``(place,
+            channel, ramp)``
+        size : number of the samples times their weights, ``(place, ramp)``
+        """
+        rises = seen.model.schedule.slope > 0
         power = _power(value, size)
         num_averaged = value.shape[1] * (seen.num_used - 1)
         least = np.finfo(np.float64).tiny  # a ramp without samples has no size and no value
         energy = np.sum(np.abs(value) ** 2 / np.maximum(size, least)[:, None], axis=(1, 2))
-        difference = np.zeros(len(here))
+        difference = np.zeros(len(value))
         sides = [side for side in (rises, ~rises) if np.any(seen.count[side] > 0)]
         if len(sides) == 2:
             difference = sum(_power(value[..., side], size[:, side]) for side in sides) - power

@@ -31,8 +31,8 @@ class CoherentReceiver(SearchSettings):
     the map of all samples in phase over range and range rate, with the powers of the channels
     added; peaks above a threshold of which all ramps agree (`agreement`); for each an acceleration,
     and a fit of motion and amplitudes to the samples; subtraction; and again, until the map shows
-    noise alone. A point whose channels have two plane waves becomes two detections
-    (`directions`).
+    noise alone. At the end, a point must stand out of what bodies leave (`residue`). One whose
+    channels have two plane waves becomes two detections (`directions`).
 
     A weak point needs no more SNR than a matched filter of the whole frame asks for. Points one
     resolution cell apart in range or range rate are separate, and 60 dB of power apart if they are

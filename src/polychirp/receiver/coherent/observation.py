@@ -8,10 +8,11 @@ import numpy as np
 from polychirp.axes import BoolArray, ComplexArray, FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.if_frame import IfFrame
+from polychirp.receiver.coherent.ramps import ELAPSED, FREQUENCY, HALF_LENGTH, USED, Ramps
 from polychirp.receiver.estimation.azimuth_rate import sine_basis
 from polychirp.receiver.mitigation.base import Mitigated
 from polychirp.receiver.signal_model.frame_model import FrameModel
-from polychirp.receiver.signal_model.point_signal import beat_sensitivity, path_of, path_slopes
+from polychirp.receiver.signal_model.point_signal import path_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -22,6 +23,7 @@ class Observation:
     ----------
     samples : V, ``(channel, ramp, fast)``; zero where no sample is present
     present : mask of the samples that are used, ``(ramp, fast)``
+    ramps : what kernels need of the ramps and of these samples
     model : beats and phases of points; motions (R, v, a) refer to the middle of the frame
     weight : of the ramps at the frequencies of a transform, ``(ramp, bin)`` (`noise.ramp_weights`)
     mixing : matrix that makes the channels' noise white, ``(channel, channel)``
@@ -29,6 +31,7 @@ class Observation:
 
     samples: ComplexArray
     present: BoolArray
+    ramps: Ramps
     model: FrameModel
     weight: FloatArray
     mixing: ComplexArray
@@ -39,10 +42,12 @@ class Observation:
         schedule = frame.schedule
         middle = float(0.5 * (schedule.start_time.min() + schedule.end_time.max()))
         channels, ramps, fast = cleaned.samples.shape
+        model, present = replace(FrameModel.of(frame), time=middle), cleaned.weight > 0
         return cls(
             samples=np.ascontiguousarray(cleaned.samples),
-            present=cleaned.weight > 0,
-            model=replace(FrameModel.of(frame), time=middle),
+            present=present,
+            ramps=Ramps.of(model, present),
+            model=model,
             weight=np.ones((ramps, fast)),
             mixing=np.eye(channels, dtype=np.complex128),
         )
@@ -50,7 +55,7 @@ class Observation:
     @property
     def count(self) -> FloatArray:
         """Number of samples of every ramp that are used, ``(ramp,)``."""
-        return np.asarray(self.present.sum(axis=1), dtype=np.float64)
+        return np.asarray(self.ramps.table[USED])
 
     @property
     def num_used(self) -> int:
@@ -60,21 +65,17 @@ class Observation:
     @property
     def middle(self) -> FloatArray:
         """Middle of every ramp's sampling window, s, ``(ramp,)``."""
-        times = self.model.times
-        return np.asarray(times.first + 0.5 * (times.num_samples - 1) / times.rate)
+        return np.asarray(self.model.time + self.ramps.table[ELAPSED])
 
     @property
     def reach(self) -> FloatArray:
         """Half the length of every ramp's sampling window, s, ``(ramp,)``."""
-        return np.asarray(0.5 * self.model.times.num_samples / self.model.times.rate)
+        return np.asarray(self.ramps.table[HALF_LENGTH])
 
     @property
     def frequency(self) -> FloatArray:
         """Transmitted frequency in the middle of every ramp's sampling window, Hz, ``(ramp,)``."""
-        schedule = self.model.schedule
-        return np.asarray(
-            schedule.start_frequency + schedule.slope * (self.middle - schedule.start_time)
-        )
+        return np.asarray(self.ramps.table[FREQUENCY])
 
     @property
     def bandwidth(self) -> float:
@@ -150,20 +151,3 @@ class Observation:
         size = (model.response(motion)[:, 0] * spreading)[:, None] * np.exp(1j * phase)
         growth = -2.0 * (rate / distance)[:, None] + 1j * beat
         return np.stack([size, size * growth, 0.5 * size * growth**2], axis=-1)
-
-    def phase_slopes(self, motion: FloatArray) -> FloatArray:
-        """Derivatives of the phase in each ramp's middle, rad, and of the beat, rad/s.
-
-        They are those by the motion's columns, ``(2, point, channel, ramp, 4)``.
-        """
-        model = self.model
-        elapsed = self.middle - model.time
-        out = np.zeros((2, len(motion), model.channel_y.size, elapsed.size, 4))
-        per_metre = 4.0 * np.pi / SPEED_OF_LIGHT * self.frequency
-        path = per_metre[:, None] * path_slopes(motion[:, :3], elapsed)
-        out[0, ..., :3] = path[:, None]
-        by_sine = -2.0 * np.pi / SPEED_OF_LIGHT * model.channel_y[:, None] * self.frequency
-        out[0, ..., 3] = by_sine * sine_basis(motion, elapsed)[1][:, None]
-        out[1, ..., :3] = 2.0 * np.pi * beat_sensitivity(model.schedule, model.times, model.time)
-        out[1, ..., 3] = by_sine
-        return out

@@ -4,10 +4,9 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
-from polychirp.jit import compiled, reordered
+from polychirp.jit import compiled, inlined, reordered
 from polychirp.receiver.coherent.coherent_map import CoherentMap
 from polychirp.receiver.signal_model.grid import Grid
 
@@ -64,75 +63,110 @@ def peaks(seen: CoherentMap, axes: Grid, threshold: float) -> Peaks:
 
     Values are interpolated by parabolas through the logarithm of the power, along each axis.
     """
-    power = seen.power
-    least = GREATEST_LOSS * threshold * seen.range_floor
-    cell = np.array(_maxima(power, least.astype(np.float32)), dtype=np.int64).reshape(-1, 2)
+    least = (GREATEST_LOSS * threshold * seen.range_floor).astype(np.float32)
+    cell, place, value = _maxima(seen.power, least)
+    may_exceed = value > threshold * seen.range_floor[cell[:, 1]]  # the floor is this or higher
+    cell, place, value = cell[may_exceed], place[may_exceed], value[may_exceed]
     floor = floors(seen, cell)
-    by_rate, up = _vertex(power, cell, 0)
-    by_range, along = _vertex(power, cell, 1)
-    value = power[tuple(cell.T)].astype(np.float64) * np.exp(up + along)
-    found = Peaks(
+    exceeds = value > threshold * floor
+    cell, place, value, floor = (v[exceeds] for v in (cell, place, value, floor))
+    return Peaks(
         cell=cell,
-        range=axes.range[cell[:, 1]] + axes.range_step * by_range,
-        range_rate=axes.range_rate[cell[:, 0]] + axes.range_rate_step * by_rate,
+        range=axes.range[cell[:, 1]] + axes.range_step * place[:, 1],
+        range_rate=axes.range_rate[cell[:, 0]] + axes.range_rate_step * place[:, 0],
         ratio=value / np.maximum(floor, np.finfo(np.float64).tiny),
         floor=floor,
         is_point=seen.agreement(cell).shows_points(floor, GREATEST_LOSS * threshold),
     )
-    return found[found.ratio > threshold]
 
 
-def _vertex(power: NDArray[np.float32], cell: IntArray, axis: int) -> tuple[FloatArray, FloatArray]:
-    """Place, in steps, and height of the parabola through three neighbours along an axis.
-
-    It goes through the logarithms of the power.
-    """
-    index, last = cell[:, axis], power.shape[axis] - 1
-    is_inside = (index > 0) & (index < last)
-    before, after = cell.copy(), cell.copy()
-    before[:, axis], after[:, axis] = np.maximum(index - 1, 0), np.minimum(index + 1, last)
-    left, here, right = (
-        np.log(np.maximum(power[tuple(c.T)].astype(np.float64), 1e-300))
-        for c in (before, cell, after)
-    )
-    bend = np.minimum(left + right - 2.0 * here, -1e-9)
-    place = np.where(is_inside, np.clip(0.5 * (left - right) / bend, -0.5, 0.5), 0.0)
-    return place, np.where(is_inside, -0.5 * bend * place**2, 0.0)
+@inlined
+def _vertex(left: Any, here: Any, right: Any) -> Any:  # pragma: no cover - compiled
+    """Place, in steps, and height of the parabola through the logarithms of three neighbours."""
+    left, here, right = np.log(left), np.log(here), np.log(right)
+    bend = min(left + right - 2.0 * here, -1e-9)
+    place = max(-0.5, min(0.5, 0.5 * (left - right) / bend))
+    return place, -0.5 * bend * place * place
 
 
 @compiled
 def _maxima(power: Any, least: Any) -> Any:  # pragma: no cover - compiled
-    """Cells above the least value of their column that none of their eight neighbours exceeds."""
+    """Maxima: cells above the least value of their column that none of eight neighbours exceeds.
+
+    Returns
+    -------
+    cell : indices, ``(maximum, 2)``
+    place : of the interpolated maximum from the cell, in steps, ``(maximum, 2)``
+    value : interpolated, ``(maximum,)``
+    """
     rows, columns = power.shape
-    found = [(0, 0) for _ in range(0)]
+    cell = np.empty((power.size, 2), dtype=np.int64)  # memory is taken where it is written
+    place, value = np.empty((power.size, 2)), np.empty(power.size)
+    tiny = 1e-300
+    n = 0
     for i in range(rows):
         for j in range(columns):
-            value = power[i, j]
-            if value <= least[j]:
+            here = power[i, j]
+            if here <= least[j]:
                 continue
-            is_peak = True
+            if (j > 0 and power[i, j - 1] > here) or (j + 1 < columns and power[i, j + 1] > here):
+                continue  # as most cells, which saves the loop over all neighbours
+            greatest = here
             for p in range(max(0, i - 1), min(rows, i + 2)):
                 for q in range(max(0, j - 1), min(columns, j + 2)):
-                    if power[p, q] > value:
-                        is_peak = False
-            if is_peak:
-                found.append((i, j))
-    return found
+                    greatest = max(greatest, power[p, q])
+            if greatest > here:
+                continue
+            cell[n] = i, j
+            up, along = 0.0, 0.0
+            place[n] = 0.0
+            here = max(np.float64(here), tiny)
+            if 0 < i < rows - 1:
+                before, after = np.float64(power[i - 1, j]), np.float64(power[i + 1, j])
+                place[n, 0], up = _vertex(max(before, tiny), here, max(after, tiny))
+            if 0 < j < columns - 1:
+                before, after = np.float64(power[i, j - 1]), np.float64(power[i, j + 1])
+                place[n, 1], along = _vertex(max(before, tiny), here, max(after, tiny))
+            value[n] = here * np.exp(up + along)
+            n += 1
+    return cell[:n].copy(), place[:n].copy(), value[:n].copy()
 
 
 @reordered
 def _means(power: Any, cell: Any, height: int, width: int) -> Any:  # pragma: no cover - compiled
-    """Means of windows around cells, of what lies inside the map, ``(place,)``."""
+    """Means of windows around cells, of what lies inside the map, ``(place,)``.
+
+    Of every other row: rows are half a cell apart. They follow from sums over all rows before.
+    """
     rows, columns = power.shape
-    out = np.zeros(len(cell))
-    for n in range(len(cell)):
-        i, j = cell[n]
-        top, bottom = max(0, i - height // 2), min(rows, i + height // 2 + 1)
-        left, right = max(0, j - width // 2), min(columns, j + width // 2 + 1)
-        rows_taken = 0  # of every other row: rows are half a cell apart
-        for p in range(top + (i - top) % 2, bottom, 2):
-            rows_taken += 1
-            for q in range(left, right):
-                out[n] += power[p, q]
-        out[n] /= rows_taken * (right - left)
+    half = width // 2
+    reach = height // 4  # rows of the window above and below, of every other row
+    kept = 4 * reach + 4
+    row = np.zeros(columns + 2 * half, dtype=np.float32)
+    recent = np.zeros((kept, columns))  # sums over ranges of the last rows that were added
+    window = np.zeros((2, columns))  # sums of the windows around even and around odd rows
+    out = np.empty(len(cell))
+    order = np.argsort(cell[:, 0])
+    n = 0
+    for last in range(rows + 2 * reach):
+        new, old, total = recent[last % kept], recent[(last + 2) % kept], window[last % 2]
+        if last < rows:
+            for j in range(columns):
+                row[half + j] = power[last, j]
+        for j in range(columns):
+            total[j] -= old[j]
+            new[j] = 0.0
+        if last < rows:
+            for q in range(2 * half + 1):
+                for j in range(columns):
+                    new[j] += row[q + j]
+        for j in range(columns):
+            total[j] += new[j]
+        middle = last - 2 * reach
+        above, below = min(middle // 2, reach), min((rows - 1 - middle) // 2, reach)
+        while n < len(cell) and cell[order[n], 0] == middle:
+            j = cell[order[n], 1]
+            inside = min(columns, j + half + 1) - max(0, j - half)
+            out[order[n]] = total[j] / ((above + below + 1) * inside)
+            n += 1
     return out

@@ -1,18 +1,20 @@
 """Range transforms of all ramps on one axis of range, ready to be added up in phase."""
 
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.jit import reordered
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.spectra import Spectra
 from polychirp.receiver.signal_model.grid import Grid
+from polychirp.receiver.signal_model.unit_signal import unit_signal_into
 
-STEPS_PER_RANGE = 2
+STEPS_PER_RANGE = 4
 """Steps of the profiles per range of the map; chosen: at four steps per range cell, the nearest
 step loses 0.2 dB at most."""
 
@@ -42,20 +44,22 @@ class Profiles:
     def of(cls, seen: Observation, spectra: Spectra, axes: Grid) -> Self:
         """Profiles wherever points of the map stand."""
         step = axes.range_step / STEPS_PER_RANGE
-        ends = np.rint(_shifts(seen, axes.range_rate[[0, -1]]) / step).astype(np.int64)
+        ends = np.rint(shifts(seen, axes.range_rate[[0, -1]]) / step).astype(np.int64)
         first = int(ends.min())
         size = int(ends.max()) - first + STEPS_PER_RANGE * axes.range.size
-        ranges = axes.range[0] + step * (first + np.arange(size))
-        delay = 2.0 / SPEED_OF_LIGHT * ranges
-        slope = seen.model.schedule.slope[:, None]
-        beat = slope * delay
-        share = seen.weight_at(beat.T).T.astype(np.float32)
-        cycles = (seen.frequency - seen.frequency.mean())[:, None] * delay - 0.5 * beat * delay
-        phase = -2.0 * np.pi * (cycles % 1.0)
+        # delays and beats of the first step, and their changes from step to step
+        delay = 2.0 / SPEED_OF_LIGHT * (axes.range[0] + step * first)
+        change = 2.0 / SPEED_OF_LIGHT * step
+        slope = seen.model.schedule.slope
+        value = spectra.at(seen, slope * delay, slope * change, size)
+        per_bin = seen.num_bins / seen.model.times.rate
+        share = _weights(seen.weight, slope * delay * per_bin, slope * change * per_bin, size)
+        offset = seen.frequency - seen.frequency.mean() - slope * delay
+        cycles = -delay * (offset + 0.5 * slope * delay)
+        _turn(value, share, np.stack([cycles, -change * offset, change**2 * slope], axis=1))
         if seen.model.high_pass is not None:
-            phase = phase - np.angle(seen.model.high_pass.response(beat))
-        value = spectra.at(seen, beat)
-        value *= (share * np.exp(1j * phase)).astype(np.complex64)
+            beat = slope[:, None] * (delay + change * np.arange(size))
+            value *= np.exp(-1j * np.angle(seen.model.high_pass.response(beat)))
         return cls(
             value=value,
             weight=share * seen.count[:, None].astype(np.float32),
@@ -70,27 +74,68 @@ class Profiles:
     def places(self, seen: Observation, range_rate: FloatArray) -> tuple[IntArray, ComplexArray]:
         """Step of the map's first range on each ramp, and the ramps' phasors, ``(rate, ramp)``."""
         step = self.axes.range_step / STEPS_PER_RANGE
-        place = np.rint(_shifts(seen, range_rate) / step).astype(np.int64)
+        place = np.rint(shifts(seen, range_rate) / step).astype(np.int64)
         elapsed = seen.middle - seen.model.time
         way = seen.frequency * range_rate[:, None] * elapsed
         way -= (seen.frequency - seen.frequency.mean()) * step * place
         return place - self.first, np.exp(-2j * np.pi * ((2.0 / SPEED_OF_LIGHT * way) % 1.0))
 
+    def at(self, seen: Observation, cell: IntArray) -> tuple[ComplexArray, FloatArray]:
+        """Profiles in phase, ``(place, channel, ramp)``, and their weights, ``(place, ramp)``.
+
+        Parameters
+        ----------
+        cell : indices of range rate and range, ``(place, 2)``
+        """
+        place, turn = self.places(seen, self.axes.range_rate[cell[:, 0]])
+        place += STEPS_PER_RANGE * cell[:, 1:]
+        ramps = np.arange(place.shape[1])
+        value = self.value[:, ramps, place] * turn
+        return value.transpose(1, 0, 2), self.weight[ramps, place].astype(np.float64)
+
     def sums(self, seen: Observation, range_rate: FloatArray) -> NDArray[np.complex64]:
         """Sums of the ramps in phase at a few range rates, ``(channel, rate, range)``."""
         place, turn = self.places(seen, range_rate)
-        channels, ramps = self.value.shape[:2]
-        out = np.zeros((channels, range_rate.size, self.axes.range.size), dtype=np.complex64)
-        width = STEPS_PER_RANGE * self.axes.range.size
-        for i in range(range_rate.size):
-            for k in range(ramps):
-                low = place[i, k]
-                shifted = self.value[:, k, low : low + width : STEPS_PER_RANGE]
-                out[:, i] += np.complex64(turn[i, k]) * shifted
-        return out
+        return np.asarray(_sums(self.value, place, turn.astype(np.complex64), self.axes.range.size))
 
 
-def _shifts(seen: Observation, range_rate: FloatArray) -> FloatArray:
+def shifts(seen: Observation, range_rate: FloatArray) -> FloatArray:
     """Range of a point on each ramp's profile less its range in mid-frame, ``(rate, ramp)``."""
     slope = seen.model.schedule.slope
     return range_rate[:, None] * (seen.middle - seen.model.time + seen.frequency / slope)
+
+
+@reordered
+def _weights(weight: Any, first: Any, step: Any, size: int) -> Any:  # pragma: no cover - compiled
+    """Weights of the nearest bins at evenly spaced places, in bins: ``(ramp, step)``."""
+    ramps, bins = weight.shape
+    out = np.empty((ramps, size), dtype=np.float32)
+    for k in range(ramps):
+        for i in range(size):
+            out[k, i] = weight[k, int(np.rint(first[k] + i * step[k])) % bins]
+    return out
+
+
+@reordered
+def _turn(value: Any, share: Any, phase: Any) -> None:  # pragma: no cover - compiled
+    """Multiply profiles by phasors of quadratic phases ``(ramp, 3)`` and by shares, in place."""
+    channels, ramps, size = value.shape
+    real, imag = np.empty(size), np.empty(size)
+    for k in range(ramps):
+        unit_signal_into(real, imag, phase[k], 1.0)
+        for m in range(channels):
+            for i in range(size):
+                value[m, k, i] *= share[k, i] * np.complex64(complex(real[i], imag[i]))
+
+
+@reordered
+def _sums(value: Any, place: Any, turn: Any, num_ranges: int) -> Any:  # pragma: no cover - compiled
+    channels, ramps = value.shape[:2]
+    out = np.zeros((channels, len(place), num_ranges), dtype=np.complex64)
+    for m in range(channels):
+        for v in range(len(place)):
+            for k in range(ramps):
+                shifted = value[m, k, place[v, k] :]
+                for i in range(num_ranges):
+                    out[m, v, i] += turn[v, k] * shifted[STEPS_PER_RANGE * i]
+    return out

@@ -5,19 +5,17 @@ from dataclasses import replace
 import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
-from polychirp.receiver.coherent.least_squares import Steps, fitted, mixed, sines, steps
+from polychirp.receiver.coherent.least_squares import mixed, sines
 from polychirp.receiver.coherent.observation import Observation
-from polychirp.receiver.coherent.overlap import LEAST_COUPLING, couplings, groups_of
+from polychirp.receiver.coherent.overlap import LEAST_COUPLING, groups_of
 from polychirp.receiver.coherent.points import Points
-from polychirp.receiver.coherent.replicas import Replicas, sums_of
+from polychirp.receiver.coherent.replicas import Replicas, correlations, sums_of
 from polychirp.receiver.coherent.residual import Residual, unlike
+from polychirp.receiver.coherent.sweeps import swept
 
 LEAST_GAIN = 0.5
 """Fall of the residual's power, in units of a point's floor, for which a step is worth taking;
 chosen: noise makes differences of 1."""
-
-SHARES_OF_A_STEP = (1.0, 0.5, 0.2, 0.0)
-"""Shares of a step that are tried until one lowers the residual; the last fits amplitudes alone."""
 
 MOST_SUBTRACTIONS = 3
 """Greatest number of exact residuals that `settled` takes; chosen: steps between two of them are
@@ -85,80 +83,30 @@ def relaxed(
     least_gain : fall of the power, in units of a point's floor, for which a step is taken
     """
     free = np.arange(len(points)) if free is None else free
+    groups = [free[own] for own in groups_of(seen, Replicas.of(seen, points[free]))]
     any_moved = False
-    every = Replicas.of(seen, points)
-    group = groups_of(seen, every[free])
     for _ in range(sweeps):
-        own, here = points[free], every[free]
-        sums = residual.sums(seen, here, every)
-        step = steps(seen, own, here, sums, group)
-        own = replace(own, power=step.power)
-        least = np.full(step.gain.size, np.inf)
-        np.minimum.at(least, group, least_gain * own.floor)
-        fallen = np.zeros(step.gain.size)
-        for share in SHARES_OF_A_STEP:
-            which = np.flatnonzero(((step.gain >= least) & (fallen == 0.0))[group])
-            if not which.size:
-                break
-            moved, fall = _tried(
-                seen,
-                residual,
-                every,
-                here[which],
-                sums[:, which],
-                own[which],
-                step[which],
-                share,
-                group[which],
-            )
-            is_better = fall[group[which]] > 0.0
-            own = own.replaced(which[is_better], moved[is_better])
-            fallen[: fall.size] += np.maximum(fall, 0.0)
-        own = replace(own, sine=sines(seen, own.amplitude))
-        points = points.replaced(free, own)
-        any_moved = any_moved or bool(np.any(fallen > 0.0))
-        is_left = (fallen >= least)[group]  # the others stand still until they are tried again
-        if not np.any(is_left):
+        least = np.array([least_gain * np.min(points.floor[own]) for own in groups])
+        points, fallen = swept(seen, residual, points, groups, least)
+        moved = [own for own, fall in zip(groups, fallen, strict=True) if fall > 0.0]
+        if moved:
+            points = _turned(seen, points, np.concatenate(moved))
+            any_moved = True
+        # groups without a gain stand still until they are tried again
+        groups = [own for own, is_left in zip(groups, fallen >= least, strict=True) if is_left]
+        if not groups:
             break
-        every = every.replaced(free, Replicas.of(seen, own))
-        free, group = free[is_left], group[is_left]
     return points, any_moved
 
 
-def _tried(
-    seen: Observation,
-    residual: Residual,
-    every: Replicas,
-    here: Replicas,
-    sums: ComplexArray,
-    own: Points,
-    step: Steps,
-    share: float,
-    group: IntArray,
-) -> tuple[Points, FloatArray]:
-    r"""Points after a share of their step, and the fall of the power that each group leaves.
-
-    Other groups are taken to stand still. With a residual r and a change δ of a group's signals the
-    power rises by :math:`|r - \delta|^2 - |r|^2 = -\mathrm{Re}\langle\delta, r + (r -
-    \delta)\rangle`.
-    """
-    moved = replace(
-        own,
-        motion=own.motion + share * step.motion,
-        amplitude=own.amplitude * np.exp(-1j * share * step.phase),
-    )
-    there = Replicas.of(seen, moved)
-    before = residual.sums(seen, there, every)
-    change = sums_of(seen, here + there.negated, there, np.tile(group, 2), group)
-    moved, there = fitted(seen, moved, there, before + change, group)
-    twice = np.tile(group, 2)
-    change = sums_of(seen, here + there.negated, there + here, twice, twice)
-    after = 2.0 * np.concatenate([before, sums], axis=1) + change
-    won = correlations(seen, there + here.negated, after)
-    return moved, np.asarray(np.bincount(twice, won), dtype=np.float64)
+def _turned(seen: Observation, points: Points, which: IntArray) -> Points:
+    """Points of which those numbered ``which`` have the azimuths of their amplitudes."""
+    sine = points.sine.copy()
+    sine[which] = sines(seen, points.amplitude[which])
+    return replace(points, sine=sine)
 
 
-def correlations(seen: Observation, points: Replicas, sums: ComplexArray) -> FloatArray:
+def inner_products(seen: Observation, points: Replicas, sums: ComplexArray) -> FloatArray:
     """Real parts of the products of points' signals with others, V², ``(point,)``.
 
     Parameters
@@ -179,14 +127,13 @@ def divided(
     of which may be below the threshold of the map. Points that overlap another are not divided:
     those of a body, whose scatterers no number of points explains.
     """
-    lobes, is_strong = _lobes(seen, residual, points)
+    alone = np.flatnonzero(~overlaps_another(seen, points))
+    lobes, is_strong = _lobes(seen, residual, points[alone])
     every = Replicas.of(seen, points)
-    is_alone = ~overlaps_another(seen, points)
-    for n in np.argsort(-points.strength):
-        if not (is_strong[n] and is_alone[n]):
-            continue
-        near = np.flatnonzero(couplings(seen, every[[n]], every)[0] > LEAST_COUPLING)
-        both = points + lobes[np.array([n])]
+    for lobe in np.flatnonzero(is_strong)[np.argsort(-points.strength[alone[is_strong]])]:
+        n = alone[lobe]
+        near = np.flatnonzero(correlations(seen, every[[n]], every)[0] > LEAST_COUPLING)
+        both = points + lobes[np.array([lobe])]
         free = np.append(near, len(points))
         tried, _ = relaxed(seen, residual, both, sweeps=SWEEPS_OF_A_PAIR, free=free)
         least = threshold * points.floor[n]
@@ -204,7 +151,7 @@ def _may_fall(seen: Observation, residual: Residual, after: Points, least: float
     old, new = residual.subtracted[gone], Replicas.of(seen, after[come])
     change = new + old.negated
     sums = 2.0 * residual.sums(seen, change) - sums_of(seen, change, change)
-    fall = float(np.sum(correlations(seen, change, sums)))
+    fall = float(np.sum(inner_products(seen, change, sums)))
     strength = np.append(residual.points.strength[gone], after.strength[come])
     return fall + ERROR_OF_SUMS * float(np.max(strength, initial=0.0)) >= least
 
@@ -223,7 +170,7 @@ def _lobes(seen: Observation, residual: Residual, points: Points) -> tuple[Point
         motion = points.motion + np.append(offset, [0.0, 0.0])
         places = replace(points, motion=motion)
         here = Replicas.of(seen, places)
-        size = here.weight @ seen.count
+        size = here.size(seen).sum(axis=1)
         matched = here.matched(residual.sums(seen, here))[0].sum(axis=-1) / size[:, None]
         power = np.sum(np.abs(matched @ seen.mixing.T) ** 2, axis=1) * size / points.floor
         better = np.flatnonzero(power > best)
@@ -235,7 +182,7 @@ def _lobes(seen: Observation, residual: Residual, points: Points) -> tuple[Point
 def overlaps_another(seen: Observation, points: Points) -> BoolArray:
     """Mask of the points that overlap much with another, ``(point,)``."""
     every = Replicas.of(seen, points)
-    coupling = couplings(seen, every, every) - np.eye(len(points))
+    coupling = correlations(seen, every, every) - np.eye(len(points))
     return np.asarray(np.any(coupling > LEAST_REDUNDANCY, axis=1), dtype=np.bool_)
 
 
@@ -249,7 +196,7 @@ def pruned(
     """
     kept = np.arange(len(points))
     every = Replicas.of(seen, points)
-    coupling = couplings(seen, every, every)
+    coupling = correlations(seen, every, every)
     order = np.argsort(points.strength)
     for weakest in order:
         others = kept[kept != weakest]

@@ -14,10 +14,29 @@ from typing import Any, Self
 
 import numpy as np
 
-from polychirp.axes import ComplexArray, FloatArray, IntArray
-from polychirp.jit import reordered
+from polychirp.axes import ComplexArray, FloatArray
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.jit import reordered, reordered_inner
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.points import Points
+from polychirp.receiver.coherent.ramps import (
+    BEGIN,
+    ELAPSED,
+    FIRST_FREQUENCY,
+    FREQUENCY,
+    HALF,
+    HALF_LENGTH,
+    SLOPE,
+    USED,
+)
+from polychirp.receiver.signal_model.point_signal import LEAST_RANGE_SHARE
+
+BEAT, DRIFT, WEIGHT, TURN, COSINE, SINE = range(6)
+"""Rows of `Replicas.track`."""
+
+FAR_APART = 100.0
+"""Least phase, rad, by which two signals turn against each other from the middle of a ramp to its
+end, on all ramps, from which their products count as zero; they are below 1 % there."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -26,39 +45,29 @@ class Replicas:
 
     Parameters
     ----------
-    middle : phasor in the middle of each ramp's sampling window, ``(point, ramp)``
-    beat : frequency there, Hz, ``(point, ramp)``
-    drift : rate of the beat, Hz/s, ``(point, ramp)``
-    shape : as of `Observation.shape`, ``(point, channel, ramp, 3)``
-    weight : as of `Observation.weights`, ``(point, ramp)``
+    track : frequency in the middle of each ramp's sampling window, Hz; its rate, Hz/s; the weight
+        as of `Observation.weights`; the phase from the middle to the end of the window, rad, its
+        cosine and its sine, ``(point, 6, ramp)``
+    wave : polynomial of `Observation.shape` times the phasor in the middle of the window and the
+        root of the weight, its real and imaginary parts, ``(point, channel, 6, ramp)``
     amplitude : V, ``(point, channel)``
     """
 
-    middle: ComplexArray
-    beat: FloatArray
-    drift: FloatArray
-    shape: ComplexArray
-    weight: FloatArray
+    track: FloatArray
+    wave: FloatArray
     amplitude: ComplexArray
 
     @classmethod
     def of(cls, seen: Observation, points: Points) -> Self:
         """Replicas of points."""
-        phases = seen.phases(points.motion)
-        half = 0.5 * (seen.model.times.num_samples - 1) / seen.model.times.rate
-        cycles = phases[..., 0] + half * (phases[..., 1] + 0.5 * half * phases[..., 2])
-        beat = phases[..., 1] + half * phases[..., 2]
-        return cls(
-            middle=np.exp(2j * np.pi * (cycles % 1.0)),
-            beat=beat,
-            drift=phases[..., 2],
-            shape=seen.shape(points.motion, points.sine),
-            weight=seen.weight_at(beat),
-            amplitude=points.amplitude,
-        )
+        count, ramps, channels = len(points), seen.ramps.num_ramps, seen.ramps.channel_y.size
+        track, wave = np.empty((count, 6, ramps)), np.empty((count, channels, 6, ramps))
+        motion, sine = np.ascontiguousarray(points.motion), np.ascontiguousarray(points.sine)
+        _replicas(seen.ramps, seen.weight, motion, sine, track, wave)
+        return cls(track=track, wave=wave, amplitude=points.amplitude)
 
     def __len__(self) -> int:
-        return len(self.beat)
+        return len(self.track)
 
     def __getitem__(self, which: Any) -> Self:
         chosen: dict[str, Any] = {f.name: getattr(self, f.name)[which] for f in fields(self)}
@@ -76,195 +85,266 @@ class Replicas:
         """The opposite signals."""
         return replace(self, amplitude=-self.amplitude)
 
-    def replaced(self, which: IntArray, other: Self) -> Self:
-        """Replicas of which those numbered ``which`` are replaced by ``other``."""
-        new = {f.name: getattr(self, f.name).copy() for f in fields(self)}
-        for name, value in new.items():
-            value[which] = getattr(other, name)
-        return replace(self, **new)
+    def size(self, seen: Observation) -> FloatArray:
+        """Number of samples of each ramp times the weight and the shape's power, ``(point, ramp)``.
 
-    def phases(self, seen: Observation) -> FloatArray:
-        """Phases at the first sample of each ramp as of `beat_phase`, ``(point, ramp, 3)``."""
-        half = 0.5 * (seen.model.times.num_samples - 1) / seen.model.times.rate
-        beat = self.beat - half * self.drift
-        start = np.angle(self.middle) / (2.0 * np.pi) - half * (beat + 0.5 * half * self.drift)
-        return np.stack([start, beat, self.drift], axis=-1)
+        It is the sum of the squares of a signal of amplitude 1, as a mean over channels.
+        """
+        power = np.mean(self.wave[:, :, 0] ** 2 + self.wave[:, :, 1] ** 2, axis=1)
+        return np.asarray(power * seen.count)
 
     def matched(self, sums: ComplexArray) -> ComplexArray:
         """Sums over samples times the conjugate shapes, with the ramps' weights.
 
         Parameters
         ----------
-        sums : without the points' phases, times powers 0, 1 and 2 of the time, ``(3, point,
-            channel, ramp)``
+        sums : as of `Residual.sums`, ``(3, point, channel, ramp)``
 
         Returns
         -------
         times powers 0 and 1 of the time, ``(2, point, channel, ramp)``
         """
-        shape = self.shape.conj() * self.weight[:, None, :, None]
-        zeroth = shape[..., 0] * sums[0] + shape[..., 1] * sums[1] + shape[..., 2] * sums[2]
-        return np.stack([zeroth, shape[..., 0] * sums[1] + shape[..., 1] * sums[2]])
+        wave = self.wave[:, :, 0::2] - 1j * self.wave[:, :, 1::2]
+        zeroth = wave[:, :, 0] * sums[0] + wave[:, :, 1] * sums[1] + wave[:, :, 2] * sums[2]
+        return np.stack([zeroth, wave[:, :, 0] * sums[1] + wave[:, :, 1] * sums[2]])
 
 
-def sums_of(
-    seen: Observation,
-    of: Replicas,
-    at: Replicas,
-    group: IntArray | None = None,
-    own: IntArray | None = None,
-) -> ComplexArray:
-    """Sums over signals as over samples: without the phases of ``at``, times powers of the time.
+def sums_of(seen: Observation, of: Replicas, at: Replicas) -> ComplexArray:
+    """Sums over signals as over samples: without the beats of ``at``, times powers of the time.
 
-    Parameters
-    ----------
-    of : points whose signals are summed
-    own, group : numbers of the groups to which ``at`` and ``of`` belong; only signals of the own
-        group count. All signals count if None
+    They hold the roots of the weights of the signals that are summed.
 
     Returns
     -------
     times powers 0, 1 and 2 of the time, ``(3, point, channel, ramp)``
     """
-    if group is None or own is None:
-        group, own = np.zeros(len(of), dtype=np.int64), np.zeros(len(at), dtype=np.int64)
-    mean = of.amplitude[:, :, None] * of.shape[..., 0] * of.middle[:, None]
-    growth = of.amplitude[:, :, None] * of.shape[..., 1] * of.middle[:, None]
-    real, imag = _sums_of(
-        _angles(seen, at),
-        own,
-        _angles(seen, of),
-        group,
-        np.stack([mean.real, growth.real], axis=1),
-        np.stack([mean.imag, growth.imag], axis=1),
-        seen.count,
-        seen.reach,
-    )
-    return np.asarray(at.middle.conj()[:, None] * (real + 1j * imag))
+    sums = np.zeros((len(at), 3, 2, *at.wave.shape[1::2]))
+    _sums_of(seen.ramps, of.track, of.wave, of.amplitude, at.track, sums)
+    return np.moveaxis(sums[:, :, 0] + 1j * sums[:, :, 1], 1, 0)
 
 
-def _angles(seen: Observation, points: Replicas) -> FloatArray:
-    """Phases from the middle to the end of the ramps, rad, their cosines and sines."""
-    turn = 2.0 * np.pi * points.beat * seen.reach
-    return np.stack([turn, np.cos(turn), np.sin(turn)], axis=1)
-
-
-def products(seen: Observation, points: Replicas, group: IntArray) -> ComplexArray:
-    """Sums over ramps of products of the signals of amplitude 1 of pairs in one group.
+def products(seen: Observation, points: Replicas) -> ComplexArray:
+    """Sums over samples of products of the signals of amplitude 1 of all pairs, per ramp.
 
     The first of a pair is conjugated: ``(3, point, point, ramp)``, times powers 0, 1 and 2 of the
     time. They hold the weights of the ramps, and are means over channels.
     """
-    gain = _gains(points)
-    real, imag = _products(
-        _angles(seen, points), group, gain.real, gain.imag, seen.count, seen.reach
-    )
-    return np.asarray(real + 1j * imag)
+    out = np.empty((3, 2, len(points), len(points), seen.ramps.num_ramps))
+    _products(seen.ramps, points.track, points.wave, out)
+    return np.asarray(out[:, 0] + 1j * out[:, 1])
 
 
 def total_products(seen: Observation, first: Replicas, second: Replicas) -> ComplexArray:
-    """Sums over all ramps of the products of pairs of signals, ``(first, second)``."""
-    here, there = _gains(first), _gains(second)
-    return np.asarray(
-        _total_products(
-            _angles(seen, first), _angles(seen, second), here, there, seen.count, seen.reach
-        )
-    )
+    """Sums of `products` over all ramps, of pairs of both sets, ``(first, second)``."""
+    out = np.zeros((len(first), len(second)), dtype=np.complex128)
+    _total_products(seen.ramps, first.track, first.wave, second.track, second.wave, out)
+    return out
 
 
-def _gains(points: Replicas) -> ComplexArray:
-    """Phasors in the middle of the ramps times weights and shapes, ``(point, channel, ramp)``."""
-    gain = points.shape[..., 0] * (np.sqrt(points.weight) * points.middle)[:, None]
-    return np.asarray(gain / np.sqrt(gain.shape[1]))
+def correlations(seen: Observation, first: Replicas, second: Replicas) -> FloatArray:
+    """Magnitude of the correlation of pairs of signals of amplitude 1, ``(first, second)``."""
+    sizes = (np.sqrt(np.maximum(one.size(seen).sum(axis=1), 1e-300)) for one in (first, second))
+    return np.asarray(np.abs(total_products(seen, first, second)) / np.outer(*sizes))
 
 
-@reordered
-def _bessel(
-    zeroth: Any, first: Any, second: Any, here: Any, there: Any, count: Any, reach: Any
+@reordered_inner
+def replica_into(
+    ramps: Any, weights: Any, motion: Any, sine: float, track: Any, wave: Any
 ) -> None:  # pragma: no cover - compiled
-    """Sums of phasors times powers 0, 1 and 2 of the time; that of power 1 is times 1/j."""
-    for k in range(count.size):
-        z = there[0, k] - here[0, k]
-        cosine = there[1, k] * here[1, k] + there[2, k] * here[2, k]
-        sine = there[2, k] * here[1, k] - there[1, k] * here[2, k]
+    """The signal of one point; arrays as those of `Replicas`, without the axis of points."""
+    distance, rate, acceleration, sine_rate = motion[0], motion[1], motion[2], motion[3]
+    bins, channels = weights.shape[1], ramps.channel_y.size
+    bend = rate * rate + distance * acceleration
+    least = LEAST_RANGE_SHARE * distance
+    for k in range(ramps.table.shape[1]):
+        slope, time, frequency = (
+            ramps.table[SLOPE, k],
+            ramps.table[BEGIN, k],
+            ramps.table[FIRST_FREQUENCY, k],
+        )
+        square = distance * distance + (2.0 * distance * rate + bend * time) * time
+        now = np.sqrt(max(square, least * least))
+        velocity = (distance * rate + bend * time) / now
+        delay = 2.0 * now / (SPEED_OF_LIGHT + velocity)
+        growth = 2.0 * velocity / (SPEED_OF_LIGHT + velocity)
+        first = slope * delay + (frequency - slope * delay) * growth
+        bent = 2.0 * slope * growth - slope * growth * growth
+        bent += frequency * 2.0 / SPEED_OF_LIGHT * (bend - velocity * velocity) / now
+        half = ramps.table[HALF, k]
+        cycles = (
+            frequency * delay - 0.5 * slope * delay * delay + half * (first + 0.5 * half * bent)
+        )
+        beat = first + half * bent
+        phase = 2.0 * np.pi * (cycles - np.floor(cycles))
+        weight = weights[k, int(np.rint(beat * bins / ramps.rate)) % bins]
+        turn = 2.0 * np.pi * beat * ramps.table[HALF_LENGTH, k]
+        track[BEAT, k], track[DRIFT, k], track[WEIGHT, k] = beat, bent, weight
+        track[TURN, k], track[COSINE, k], track[SINE, k] = turn, np.cos(turn), np.sin(turn)
+
+        time, frequency = ramps.table[ELAPSED, k], ramps.table[FREQUENCY, k]
+        square = distance * distance + (2.0 * distance * rate + bend * time) * time
+        now = np.sqrt(max(square, least * least))
+        velocity = (distance * rate + bend * time) / now
+        steady = distance + rate * time
+        sine_now = (sine * max(steady, least) + sine_rate * distance * time) / now
+        delay = 2.0 * steady / (SPEED_OF_LIGHT + rate)
+        growth = 2.0 * rate / (SPEED_OF_LIGHT + rate)
+        tone = 1j * (slope * delay * (1.0 - growth) + frequency * growth)
+        size = np.sqrt(weight) * (distance / now) ** 2 * complex(np.cos(phase), np.sin(phase))
+        for corner in ramps.corners:
+            size *= tone / (corner + tone)
+        for m in range(channels):
+            by_sine = -2.0 * np.pi / SPEED_OF_LIGHT * ramps.channel_y[m]
+            phase = by_sine * (frequency * sine_now - ramps.mean_frequency * sine)
+            rise = complex(
+                -2.0 * velocity / now, by_sine * (slope * sine_now + frequency * sine_rate)
+            )
+            value = size * complex(np.cos(phase), np.sin(phase))
+            for n in range(3):
+                wave[m, 2 * n, k], wave[m, 2 * n + 1, k] = value.real, value.imag
+                value *= rise / (n + 1.0)
+
+
+@reordered_inner
+def bessel_into(  # pragma: no cover - compiled
+    ramps: Any, here: Any, there: Any, zeroth: Any, first: Any, second: Any
+) -> bool:
+    """Sums of phasors times powers 0, 1 and 2 of the time; that of power 1 is times 1/j.
+
+    False, without sums, if the signals are far apart on all ramps.
+    """
+    count = ramps.table.shape[1]
+    least = np.inf
+    for k in range(count):
+        least = min(least, abs(there[TURN, k] - here[TURN, k]))
+    if least > FAR_APART:
+        return False
+    for k in range(count):
+        z = there[TURN, k] - here[TURN, k]
+        cosine = there[COSINE, k] * here[COSINE, k] + there[SINE, k] * here[SINE, k]
+        sine = there[SINE, k] * here[COSINE, k] - there[COSINE, k] * here[SINE, k]
         near = abs(z) < 0.05
         square = z * z
         safe = 1.0 if near else z
         a = 1.0 - square / 6.0 * (1.0 - square / 20.0) if near else sine / safe
         b = z / 3.0 * (1.0 - square / 10.0) if near else (a - cosine) / safe
         c = 1.0 / 3.0 - square / 10.0 if near else a - 2.0 * b / safe
-        zeroth[k] = count[k] * a
-        first[k] = count[k] * reach[k] * b
-        second[k] = count[k] * reach[k] * reach[k] * c
+        size, reach = ramps.table[USED, k], ramps.table[HALF_LENGTH, k]
+        zeroth[k] = size * a
+        first[k] = size * reach * b
+        second[k] = size * reach * reach * c
+    return True
+
+
+@reordered_inner
+def signal_into(  # pragma: no cover - compiled
+    sums: Any, wave: Any, factor: Any, zeroth: Any, first: Any, second: Any
+) -> None:
+    """Add a signal of amplitude ``factor`` to ``sums`` ``(3, 2, channel, ramp)``."""
+    for m in range(factor.size):
+        x, y = factor[m].real, factor[m].imag
+        for k in range(zeroth.size):
+            p = x * wave[m, 0, k] - y * wave[m, 1, k]
+            q = x * wave[m, 1, k] + y * wave[m, 0, k]
+            r = x * wave[m, 2, k] - y * wave[m, 3, k]
+            s = x * wave[m, 3, k] + y * wave[m, 2, k]
+            t = x * wave[m, 4, k] - y * wave[m, 5, k]
+            u = x * wave[m, 5, k] + y * wave[m, 4, k]
+            a, b, c = zeroth[k], first[k], second[k]
+            sums[0, 0, m, k] += p * a - s * b + t * c
+            sums[0, 1, m, k] += q * a + r * b + u * c
+            sums[1, 0, m, k] += r * c - q * b
+            sums[1, 1, m, k] += s * c + p * b
+            sums[2, 0, m, k] += p * c
+            sums[2, 1, m, k] += q * c
+
+
+@reordered_inner
+def product(  # pragma: no cover - compiled
+    here: Any, there: Any, zeroth: Any, first: Any, second: Any
+) -> Any:
+    """Product of two signals' polynomials on one channel, summed over all ramps.
+
+    The first is conjugated; they are ``(6, ramp)``.
+    """
+    re, im = 0.0, 0.0
+    for k in range(zeroth.size):
+        a, b, c = zeroth[k], first[k], second[k]
+        p, q, r, s, t, u = here[0, k], here[1, k], here[2, k], here[3, k], here[4, k], here[5, k]
+        x, y = there[0, k], there[1, k]
+        re += (p * x + q * y) * a + (t * x + u * y) * c - (r * y - s * x) * b
+        im += (p * y - q * x) * a + (t * y - u * x) * c + (r * x + s * y) * b
+        x, y = there[2, k], there[3, k]
+        re += (r * x + s * y) * c - (p * y - q * x) * b
+        im += (r * y - s * x) * c + (p * x + q * y) * b
+        x, y = there[4, k], there[5, k]
+        re += (p * x + q * y) * c
+        im += (p * y - q * x) * c
+    return complex(re, im)
+
+
+@reordered
+def _replicas(
+    ramps: Any, weights: Any, motion: Any, sine: Any, track: Any, wave: Any
+) -> None:  # pragma: no cover - compiled
+    for p in range(len(motion)):
+        replica_into(ramps, weights, motion[p], sine[p], track[p], wave[p])
 
 
 @reordered
 def _sums_of(
-    at: Any, own: Any, of: Any, group: Any, real: Any, imag: Any, count: Any, reach: Any
-) -> Any:  # pragma: no cover - compiled
-    points, _, ramps = at.shape
-    channels = real.shape[2]
-    re, im = np.zeros((3, points, channels, ramps)), np.zeros((3, points, channels, ramps))
-    a, b, c = np.empty(ramps), np.empty(ramps), np.empty(ramps)
-    for q in range(points):
-        for p in range(of.shape[0]):
-            if group[p] != own[q]:
-                continue
-            _bessel(a, b, c, at[q], of[p], count, reach)
-            for m in range(channels):
-                for k in range(ramps):
-                    u, v = real[p, 0, m, k], imag[p, 0, m, k]
-                    s, t = real[p, 1, m, k], imag[p, 1, m, k]
-                    re[0, q, m, k] += u * a[k] - t * b[k]
-                    im[0, q, m, k] += v * a[k] + s * b[k]
-                    re[1, q, m, k] += s * c[k] - v * b[k]
-                    im[1, q, m, k] += t * c[k] + u * b[k]
-                    re[2, q, m, k] += u * c[k]
-                    im[2, q, m, k] += v * c[k]
-    return re, im
+    ramps: Any, track: Any, wave: Any, amplitude: Any, at: Any, sums: Any
+) -> None:  # pragma: no cover - compiled
+    count = ramps.table.shape[1]
+    a, b, c = np.empty(count), np.empty(count), np.empty(count)
+    for q in range(len(at)):
+        for p in range(len(track)):
+            if bessel_into(ramps, at[q], track[p], a, b, c):
+                signal_into(sums[q], wave[p], amplitude[p], a, b, c)
 
 
 @reordered
-def _products(
-    angles: Any, group: Any, real: Any, imag: Any, count: Any, reach: Any
-) -> Any:  # pragma: no cover - compiled
-    points, channels, ramps = real.shape
-    re, im = np.zeros((3, points, points, ramps)), np.zeros((3, points, points, ramps))
-    a, b, c = np.empty(ramps), np.empty(ramps), np.empty(ramps)
-    u, v = np.empty(ramps), np.empty(ramps)
-    for q in range(points):
-        for p in range(points):
-            if group[p] != group[q]:
-                continue
-            _bessel(a, b, c, angles[q], angles[p], count, reach)
-            for k in range(ramps):
-                u[k], v[k] = 0.0, 0.0
-            for m in range(channels):
-                for k in range(ramps):
-                    u[k] += real[q, m, k] * real[p, m, k] + imag[q, m, k] * imag[p, m, k]
-                    v[k] += real[q, m, k] * imag[p, m, k] - imag[q, m, k] * real[p, m, k]
-            for k in range(ramps):
-                re[0, q, p, k], im[0, q, p, k] = u[k] * a[k], v[k] * a[k]
-                re[1, q, p, k], im[1, q, p, k] = -v[k] * b[k], u[k] * b[k]
-                re[2, q, p, k], im[2, q, p, k] = u[k] * c[k], v[k] * c[k]
-    return re, im
+def _products(ramps: Any, track: Any, wave: Any, out: Any) -> None:  # pragma: no cover - compiled
+    count = ramps.table.shape[1]
+    a, b, c = np.empty(count), np.empty(count), np.empty(count)
+    for q in range(len(track)):
+        for p in range(len(track)):
+            near = bessel_into(ramps, track[q], track[p], a, b, c)
+            gains_into(wave[q], wave[p], out[0, 0, q, p], out[0, 1, q, p])
+            for k in range(ramps.table.shape[1]):
+                u, v = out[0, 0, q, p, k] * near, out[0, 1, q, p, k] * near
+                out[0, 0, q, p, k], out[0, 1, q, p, k] = u * a[k], v * a[k]
+                out[1, 0, q, p, k], out[1, 1, q, p, k] = -v * b[k], u * b[k]
+                out[2, 0, q, p, k], out[2, 1, q, p, k] = u * c[k], v * c[k]
+
+
+@reordered_inner
+def gains_into(here: Any, there: Any, real: Any, imag: Any) -> None:  # pragma: no cover - compiled
+    """Products of shapes ``(channel, 6, ramp)`` in the ramps' middles, means over channels."""
+    channels = len(here)
+    for k in range(real.size):
+        real[k], imag[k] = 0.0, 0.0
+    for m in range(channels):
+        for k in range(real.size):
+            p, q = here[m, 0, k] / channels, here[m, 1, k] / channels
+            x, y = there[m, 0, k], there[m, 1, k]
+            real[k] += p * x + q * y
+            imag[k] += p * y - q * x
 
 
 @reordered
 def _total_products(
-    at: Any, of: Any, here: Any, there: Any, count: Any, reach: Any
-) -> Any:  # pragma: no cover - compiled
-    points, channels, ramps = here.shape
-    out = np.zeros((points, of.shape[0]), dtype=np.complex128)
-    a, b, c = np.empty(ramps), np.empty(ramps), np.empty(ramps)
-    for q in range(points):
-        for p in range(of.shape[0]):
-            _bessel(a, b, c, at[q], of[p], count, reach)
-            re, im = 0.0, 0.0
-            for m in range(channels):
-                for k in range(ramps):
-                    x, y = here[q, m, k], there[p, m, k]
-                    re += (x.real * y.real + x.imag * y.imag) * a[k]
-                    im += (x.real * y.imag - x.imag * y.real) * a[k]
-            out[q, p] = complex(re, im)
-    return out
+    ramps: Any, at: Any, here: Any, of: Any, there: Any, out: Any
+) -> None:  # pragma: no cover - compiled
+    count = ramps.table.shape[1]
+    a, b, c = np.empty(count), np.empty(count), np.empty(count)
+    u, v = np.empty(count), np.empty(count)
+    for q in range(len(at)):
+        for p in range(len(of)):
+            if bessel_into(ramps, at[q], of[p], a, b, c):
+                gains_into(here[q], there[p], u, v)
+                re, im = 0.0, 0.0
+                for k in range(u.size):
+                    re += u[k] * a[k]
+                    im += v[k] * a[k]
+                out[q, p] = complex(re, im)

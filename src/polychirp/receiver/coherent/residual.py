@@ -1,16 +1,18 @@
 """`Residual`: the samples without the signals of points, and sums over what other points leave."""
 
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
-from polychirp.axes import BoolArray, ComplexArray
+from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
+from polychirp.jit import reordered, reordered_inner
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.points import Points, without
-from polychirp.receiver.coherent.replicas import Replicas, sums_of
-from polychirp.receiver.coherent.signals import moments
-from polychirp.receiver.coherent.spectra import Spectra
+from polychirp.receiver.coherent.ramps import HALF, HALF_LENGTH
+from polychirp.receiver.coherent.replicas import BEAT, DRIFT, WEIGHT, Replicas, sums_of
+from polychirp.receiver.coherent.spectra import Spectra, interpolated_into, lagrange
 
 GREATEST_BEND = 0.7
 """Greatest phase, rad, by which a point's signal differs from a tone at the ends of a ramp where
@@ -66,20 +68,25 @@ class Residual:
 
     def weighted(self, seen: Observation) -> Self:
         """The same samples with the energy that follows from other weights."""
-        return replace(self, energy=_energy(seen, self.spectra))
+        subtracted = Replicas.of(seen, self.points)
+        return replace(self, subtracted=subtracted, energy=_energy(seen, self.spectra))
 
     def sums(self, seen: Observation, at: Replicas, points: Replicas | None = None) -> ComplexArray:
-        """Sums of the samples at the motions of ``at``, ``(3, point, channel, ramp)``.
+        """Sums over the samples without the beats of ``at``, times powers 0, 1 and 2 of the time.
+
+        They hold the roots of the weights at those beats.
 
         Parameters
         ----------
         points : those that are taken as subtracted; None for those that are
+
+        Returns
+        -------
+        V, V s and V s², ``(3, point, channel, ramp)``
         """
-        sums = self.spectra.sums(seen, at)
-        is_bent = np.max(np.abs(np.pi * at.drift) * seen.reach**2, axis=1) > GREATEST_BEND
-        if np.any(is_bent):
-            phases, times = at[is_bent].phases(seen), seen.model.times
-            sums[:, is_bent] = moments(self.samples, seen.present, phases, times)
+        value = np.empty((len(at), 3, 2, len(seen.samples), seen.ramps.num_ramps))
+        _sums(seen.ramps, self.kernel_view(seen), at.track, value)
+        sums = np.moveaxis(value[:, :, 0] + 1j * value[:, :, 1], 1, 0)
         if points is None:
             return sums
         gone, come = unlike(self.subtracted, points)
@@ -89,24 +96,121 @@ class Residual:
             sums = sums - sums_of(seen, points[come], at)
         return sums
 
+    def kernel_view(self, seen: Observation) -> "Left":
+        """The arrays that kernels read."""
+        return Left(
+            samples=self.samples,
+            present=seen.present,
+            counts=np.asarray(seen.model.times.num_samples),
+            spectra=self.spectra.value,
+            table=lagrange(8),
+        )
+
+
+class Left(NamedTuple):
+    """Arrays of a `Residual` and its observation for kernels.
+
+    Parameters
+    ----------
+    samples, spectra : those of the residual
+    present : mask of the samples that are used, ``(ramp, fast)``
+    counts : number of samples of every ramp, ``(ramp,)``
+    table : coefficients that interpolate spectra (`spectra.lagrange`)
+    """
+
+    samples: ComplexArray
+    present: BoolArray
+    counts: IntArray
+    spectra: NDArray[np.complex64]
+    table: FloatArray
+
+
+@reordered_inner
+def left_into(ramps: Any, left: Any, track: Any, sums: Any) -> None:  # pragma: no cover - compiled
+    """Sums over the samples of a residual at one place, ``(3, 2, channel, ramp)``.
+
+    They are exact where the phase on any ramp bends by more than `GREATEST_BEND`.
+    """
+    bend = 0.0
+    for k in range(track.shape[1]):
+        bend = max(bend, np.pi * abs(track[DRIFT, k]) * ramps.table[HALF_LENGTH, k] ** 2)
+    if bend <= GREATEST_BEND:
+        interpolated_into(ramps, left.spectra, left.table, track, sums)
+        return
+    for k in range(track.shape[1]):
+        root = np.sqrt(track[WEIGHT, k])
+        for m in range(sums.shape[2]):
+            for n in range(3):
+                sums[n, 0, m, k], sums[n, 1, m, k] = 0.0, 0.0
+        for i in range(left.counts[k]):
+            if not left.present[k, i]:
+                continue
+            time = i / ramps.rate - ramps.table[HALF, k]
+            turn = 2.0 * np.pi * (track[BEAT, k] + 0.5 * track[DRIFT, k] * time) * time
+            tone = complex(root * np.cos(turn), -root * np.sin(turn))
+            for m in range(sums.shape[2]):
+                one = left.samples[m, k, i] * tone
+                for n in range(3):
+                    sums[n, 0, m, k] += one.real
+                    sums[n, 1, m, k] += one.imag
+                    one *= time
+
+
+@reordered
+def _sums(ramps: Any, left: Any, track: Any, sums: Any) -> None:  # pragma: no cover - compiled
+    for p in range(len(track)):
+        left_into(ramps, left, track[p], sums[p])
+
 
 def _energy(seen: Observation, spectra: Spectra) -> float:
     """Power of all samples of white channels, V², with the weights of ramps and frequencies."""
-    value = spectra.value[:, ::BINS_FOR_ENERGY]
-    ramps, bins, channels = value.shape
+    bins = -(-spectra.value.shape[1] // BINS_FOR_ENERGY)
     place = np.rint(np.arange(bins) * (seen.num_bins / bins)).astype(np.int64) % seen.num_bins
-    white = (value.reshape(-1, channels) @ seen.mixing.T.astype(np.complex64)).view(np.float32)
-    power = np.einsum("bm,bm->b", white, white, dtype=np.float64).reshape(ramps, bins)
-    return float(np.sum(power * seen.weight[:, place]) / bins)
+    mixing = seen.mixing.astype(np.complex64)
+    total = _weighted_power(spectra.value, seen.weight, place, mixing.real, mixing.imag)
+    return float(total / bins)
+
+
+@reordered
+def _weighted_power(
+    value: Any, weight: Any, place: Any, real: Any, imag: Any
+) -> Any:  # pragma: no cover - compiled
+    """Power of every second bin ``(ramp, bin, channel)`` after mixing, times its weight."""
+    ramps, _, channels = value.shape
+    bins = place.size
+    x, y = np.empty((channels, bins), dtype=np.float32), np.empty((channels, bins), np.float32)
+    u, v = np.empty(bins, dtype=np.float32), np.empty(bins, dtype=np.float32)
+    total = 0.0
+    for k in range(ramps):
+        for i in range(bins):
+            for m in range(channels):
+                one = value[k, BINS_FOR_ENERGY * i, m]
+                x[m, i], y[m, i] = one.real, one.imag
+        for n in range(channels):
+            for i in range(bins):
+                u[i], v[i] = np.float32(0.0), np.float32(0.0)
+            for m in range(channels):
+                c, s = real[n, m], imag[n, m]
+                for i in range(bins):
+                    u[i] += c * x[m, i] - s * y[m, i]
+                    v[i] += c * y[m, i] + s * x[m, i]
+            for i in range(bins):
+                total += weight[k, place[i]] * (u[i] * u[i] + v[i] * v[i])
+    return total
 
 
 def unlike(first: Replicas, second: Replicas) -> tuple[BoolArray, BoolArray]:
-    """Masks of the signals that only one of both has.
-
-    Values on the first ramp tell them: the beat, the amplitude on the first channel, and the shape
-    on the last one, which alone has the azimuth and its rate.
-    """
-    same = first.beat[:, None, 0] == second.beat[:, 0]
-    same &= first.amplitude[:, None, 0] == second.amplitude[:, 0]
-    same &= first.shape[:, None, -1, 0, 0] == second.shape[:, -1, 0, 0]
+    """Masks of the signals that only one of both has."""
+    same = matches(first, second)
     return ~np.any(same, axis=1), ~np.any(same, axis=0)
+
+
+def matches(first: Replicas, second: Replicas) -> BoolArray:
+    """Mask of pairs of equal signals, ``(first, second)``.
+
+    Two numbers tell them: the amplitude on the first channel, and the real part of the wave on the
+    last channel and the last ramp, which alone has the azimuth and its rate.
+    """
+    same = first.amplitude[:, None, 0] == second.amplitude[:, 0]
+    same &= first.wave[:, None, -1, 0, -1] == second.wave[:, -1, 0, -1]
+    return np.asarray(same, dtype=np.bool_)

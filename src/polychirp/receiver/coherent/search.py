@@ -13,22 +13,24 @@ from polychirp.receiver.coherent.acceleration import accelerated
 from polychirp.receiver.coherent.agreement import Agreement
 from polychirp.receiver.coherent.coherent_map import CoherentMap, channel_covariance, coherent_map
 from polychirp.receiver.coherent.false_alarms import threshold_of
-from polychirp.receiver.coherent.least_squares import fitted, sines
+from polychirp.receiver.coherent.least_squares import fitted
 from polychirp.receiver.coherent.noise import ramp_weights, whitening
 from polychirp.receiver.coherent.observation import Observation
-from polychirp.receiver.coherent.overlap import LEAST_COUPLING, couplings, groups_of
+from polychirp.receiver.coherent.overlap import LEAST_COUPLING
 from polychirp.receiver.coherent.peaks import Peaks, floors, peaks
 from polychirp.receiver.coherent.points import Points
 from polychirp.receiver.coherent.profiles import Profiles
 from polychirp.receiver.coherent.refinement import (
+    SWEEPS_OF_ALL,
     divided,
     overlaps_another,
     pruned,
     relaxed,
     settled,
 )
-from polychirp.receiver.coherent.replicas import Replicas
+from polychirp.receiver.coherent.replicas import Replicas, correlations
 from polychirp.receiver.coherent.residual import Residual
+from polychirp.receiver.coherent.residue import with_residues
 from polychirp.receiver.signal_model.grid import Grid
 
 MOST_AT_ONCE = 20
@@ -103,8 +105,18 @@ def find_points(
     least = threshold_of(FALSE_PAIR_PROBABILITY, num_channels=channels)
     points, residual = divided(seen, residual, points, least)
     points, residual = pruned(seen, residual, points, min(least, threshold))
+    kept = standing_out(seen, with_residues(seen, points), threshold)
+    if len(kept) < len(points):
+        kept, _ = settled(seen, kept, sweeps=LAST_SWEEPS)
+        kept = standing_out(seen, kept, threshold)
+    return kept, seen
+
+
+def standing_out(seen: Observation, points: Points, threshold: float) -> Points:
+    """The points above the threshold, or above a lower one if they overlap another."""
+    least = threshold_of(FALSE_PAIR_PROBABILITY, num_channels=points.amplitude.shape[1])
     needed = np.where(overlaps_another(seen, points), min(least, threshold), threshold)
-    return points[points.power >= needed], seen
+    return points[points.power >= needed]
 
 
 def adapted(seen: Observation, residual: Residual, axes: Grid) -> tuple[Observation, Profiles]:
@@ -220,23 +232,37 @@ def starts(seen: Observation, residual: Residual, found: Peaks) -> Points:
         power=zero,
     )
     points = accelerated(seen, residual, points)
-    here = Replicas.of(seen, points)
-    points, _ = fitted(seen, points, here, residual.sums(seen, here), groups_of(seen, here))
-    return replace(points, sine=sines(seen, points.amplitude))
+    return fitted(seen, residual, points)
 
 
 def added(
     seen: Observation, residual: Residual, points: Points, fresh: Points
 ) -> tuple[Points, Residual]:
-    """All points, fitted again: first the new ones with their neighbours, then all."""
+    """All points, fitted again: first the new ones with their neighbours, then all.
+
+    If the residual's power does not fall, the two halves of the new ones are added one after the
+    other: one start that leads nowhere does not cost the others.
+    """
+    every, after = refitted(seen, residual, points, fresh)
+    if after.energy < residual.energy:
+        return every, after
+    if len(fresh) > 1:
+        half = np.arange(len(fresh)) < (len(fresh) + 1) // 2
+        for part in (half, ~half):
+            points, residual = added(seen, residual, points, fresh[part])
+    return points, residual
+
+
+def refitted(
+    seen: Observation, residual: Residual, points: Points, fresh: Points
+) -> tuple[Points, Residual]:
+    """All points, fitted again, and what they leave."""
     every = points + fresh
     replicas = Replicas.of(seen, every)
-    coupling = couplings(seen, replicas[len(points) :], replicas)
+    coupling = correlations(seen, replicas[len(points) :], replicas)
     near = np.flatnonzero(np.max(coupling, axis=0) > LEAST_COUPLING)
     every, _ = relaxed(
         seen, residual, every, sweeps=SWEEPS_OF_NEW_POINTS, free=near, least_gain=GAIN_OF_NEW_POINTS
     )
-    every, after = settled(seen, every, least_gain=GAIN_OF_NEW_POINTS)
-    if after.energy >= residual.energy:
-        return points, residual
-    return every, after
+    every, _ = relaxed(seen, residual, every, sweeps=SWEEPS_OF_ALL, least_gain=GAIN_OF_NEW_POINTS)
+    return every, Residual.of(seen, every)

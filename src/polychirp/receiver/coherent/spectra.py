@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from polychirp.axes import ComplexArray, FloatArray
-from polychirp.jit import reordered
+from polychirp.jit import reordered, reordered_inner
 from polychirp.receiver.coherent.observation import Observation
-from polychirp.receiver.coherent.replicas import Replicas
+from polychirp.receiver.coherent.replicas import BEAT, DRIFT, WEIGHT
 
 BINS_PER_SAMPLE = 4
 """Length of a ramp's Fourier transform over its number of samples; chosen for interpolation."""
@@ -43,50 +43,30 @@ class Spectra:
         """Transforms of ``samples`` ``(channel, ramp, fast)``, zero where none is present."""
         from scipy.fft import fft, next_fast_len
 
-        channels, ramps, fast = samples.shape
-        size = next_fast_len(BINS_PER_SAMPLE * fast)
-        out = np.empty((ramps, size, channels), dtype=np.complex64)
-        buffer = np.zeros((channels, size), dtype=np.complex64)
+        counts = seen.model.times.num_samples
+        size = next_fast_len(BINS_PER_SAMPLE * samples.shape[2])
+        value = fft(_from_middle(samples, counts, size), axis=1, overwrite_x=True)
         half_step = np.exp(1j * np.pi * np.fft.fftfreq(size)).astype(np.complex64)
-        for k, count in enumerate(seen.model.times.num_samples):
-            half = (int(count) - 1) // 2
-            buffer[:] = 0.0
-            buffer[:, : count - half] = samples[:, k, half:count]
-            buffer[:, size - half :] = samples[:, k, :half]
-            spectrum = fft(buffer, axis=1)
-            if count % 2 == 0:  # the middle of the window lies between two samples
-                spectrum *= half_step
-            out[k] = spectrum.T
-        return cls(value=out)
+        for k in np.flatnonzero(counts % 2 == 0):  # the middle lies between two samples
+            value[k] *= half_step[:, None]
+        return cls(value=value)
 
-    def at(self, seen: Observation, beat: FloatArray) -> NDArray[np.complex64]:
-        """Values at beats ``(ramp, step)``, Hz: ``(channel, ramp, step)``, right to 1 %."""
-        place = beat * (self.value.shape[1] / seen.model.times.rate)
-        return np.asarray(_values(self.value, place, _lagrange(4)[0].astype(np.float32)))
+    def at(
+        self, seen: Observation, first: FloatArray, step: FloatArray, size: int
+    ) -> NDArray[np.complex64]:
+        """Values at ``size`` evenly spaced beats, ``(channel, ramp, step)``, right to 1 %.
 
-    def sums(self, seen: Observation, points: Replicas) -> ComplexArray:
-        r"""Sums over the samples without each point's phase, times powers 0, 1 and 2 of the time.
-
-        With d the rate of the beat, the phase :math:`\pi d u^2` on a ramp is expanded:
-        :math:`S_j = D_j - j\pi d\,D_{j+2} - \tfrac12(\pi d)^2 D_{j+4}` of the derivatives D, as
-        far as the fourth. `signals.moments` is the exact twin.
-
-        Returns
-        -------
-        V, V s and V s², ``(3, point, channel, ramp)``
+        Parameters
+        ----------
+        first, step : the first beat of every ramp, and the distance of beats, Hz, ``(ramp,)``
         """
         per_bin = self.value.shape[1] / seen.model.times.rate
-        power = _derivatives(self.value, points.beat * per_bin, _lagrange(8))
-        power *= (0.5j * per_bin / np.pi) ** np.arange(5)[:, None, None, None]
-        bend = (1j * np.pi * points.drift)[:, None]
-        sums = power[:3]
-        sums -= bend * power[2:]
-        sums[0] += bend**2 * (0.5 * power[4])
-        return np.asarray(points.middle.conj()[:, None] * sums)
+        table = lagrange(4)[0].astype(np.float32)
+        return np.asarray(_values(self.value, first * per_bin, step * per_bin, size, table))
 
 
 @lru_cache
-def _lagrange(taps: int) -> FloatArray:
+def lagrange(taps: int) -> FloatArray:
     """Coefficients of Lagrange's interpolation between bins and its four derivatives.
 
     The polynomials are those of the distance from the bin below, ``(derivative, tap, power)``.
@@ -100,46 +80,91 @@ def _lagrange(taps: int) -> FloatArray:
 
 
 @reordered
-def _derivatives(value: Any, place: Any, table: Any) -> Any:  # pragma: no cover - compiled
-    """Interpolated values and derivatives at places ``(point, ramp)``, in bins.
+def _from_middle(samples: Any, counts: Any, size: int) -> Any:  # pragma: no cover - compiled
+    """Samples of every ramp from the middle to its end, zeros, and those before the middle.
 
-    They are ``(derivative, point, channel, ramp)``.
+    They are ``(ramp, size, channel)``.
     """
-    bins, channels = value.shape[1:]
-    points, ramps = place.shape
-    orders, taps, powers = table.shape
-    out = np.zeros((orders, points, channels, ramps), dtype=np.complex128)
-    for p in range(points):
-        for k in range(ramps):
-            low = int(np.floor(place[p, k]))
-            x = place[p, k] - low
-            for t in range(taps):
-                b = (low + t - (taps // 2 - 1)) % bins
-                for d in range(orders):
-                    share = 0.0
-                    for n in range(powers - 1, -1, -1):
-                        share = share * x + table[d, t, n]
-                    for m in range(channels):
-                        out[d, p, m, k] += share * value[k, b, m]
+    channels, ramps = samples.shape[:2]
+    out = np.zeros((ramps, size, channels), dtype=np.complex64)
+    for k in range(ramps):
+        half = (counts[k] - 1) // 2
+        for m in range(channels):
+            for n in range(half):
+                out[k, size - half + n, m] = samples[m, k, n]
+            for n in range(counts[k] - half):
+                out[k, n, m] = samples[m, k, half + n]
     return out
 
 
-@reordered
-def _values(value: Any, place: Any, table: Any) -> Any:  # pragma: no cover - compiled
-    """Interpolated values at places ``(ramp, step)``, in bins: ``(channel, ramp, step)``."""
+@reordered_inner
+def interpolated_into(  # pragma: no cover - compiled
+    ramps: Any, value: Any, table: Any, track: Any, sums: Any
+) -> None:
+    r"""Sums over samples without a tone, times powers 0, 1 and 2 of the time and the weights' root.
+
+    With d the rate of the beat, the phase :math:`\pi d u^2` on a ramp is expanded:
+    :math:`S_j = D_j - j\pi d\,D_{j+2} - \tfrac12(\pi d)^2 D_{j+4}` of the derivatives D, as far as
+    the fourth. `signals.moments` is the exact twin.
+
+    Parameters
+    ----------
+    value : of `Spectra`
+    table : coefficients of `lagrange`
+    track : of the tone, as of `Replicas`, ``(6, ramp)``
+    sums : result, its real and imaginary parts, ``(3, 2, channel, ramp)``
+    """
     bins, channels = value.shape[1:]
-    ramps, steps = place.shape
+    orders, taps, powers = table.shape
+    scale = bins / ramps.rate
+    found = np.empty((orders, channels), dtype=np.complex128)
+    for k in range(track.shape[1]):
+        place = track[BEAT, k] * scale
+        low = int(np.floor(place))
+        x = place - low
+        for d in range(orders):
+            for m in range(channels):
+                found[d, m] = 0.0
+        for t in range(taps):
+            b = (low + t - (taps // 2 - 1)) % bins
+            for d in range(orders):
+                share = 0.0
+                for n in range(powers - 1, -1, -1):
+                    share = share * x + table[d, t, n]
+                for m in range(channels):
+                    found[d, m] += share * value[k, b, m]
+        root, bend = np.sqrt(track[WEIGHT, k]), 1j * np.pi * track[DRIFT, k]
+        for m in range(channels):
+            factor = complex(root, 0.0)
+            for d in range(orders):
+                found[d, m] *= factor
+                factor *= 0.5j * scale / np.pi
+            for d in range(3):
+                one = found[d, m] - bend * found[d + 2, m]
+                if d == 0:
+                    one += 0.5 * bend * bend * found[4, m]
+                sums[d, 0, m, k], sums[d, 1, m, k] = one.real, one.imag
+
+
+@reordered
+def _values(
+    value: Any, first: Any, step: Any, size: int, table: Any
+) -> Any:  # pragma: no cover - compiled
+    """Interpolated values at evenly spaced places, in bins: ``(channel, ramp, step)``."""
+    ramps, bins, channels = value.shape
     taps, powers = table.shape
-    out = np.zeros((channels, ramps, steps), dtype=np.complex64)
+    out = np.zeros((channels, ramps, size), dtype=np.complex64)
     for k in range(ramps):
-        for i in range(steps):
-            low = int(np.floor(place[k, i]))
-            x = np.float32(place[k, i] - low)
+        for i in range(size):
+            place = first[k] + i * step[k]
+            low = int(np.floor(place))
+            x = np.float32(place - low)
+            b = (low - (taps // 2 - 1)) % bins
             for t in range(taps):
-                b = (low + t - (taps // 2 - 1)) % bins
                 share = np.float32(0.0)
                 for n in range(powers - 1, -1, -1):
                     share = share * x + table[t, n]
                 for m in range(channels):
                     out[m, k, i] += share * value[k, b, m]
+                b = b + 1 if b + 1 < bins else 0
     return out

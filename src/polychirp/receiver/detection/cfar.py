@@ -195,16 +195,8 @@ def ordered_statistic(
         raise InputError(
             f"an order statistic's quantile of {quantile:g} is not in (0, 1]; try 0.75"
         )
-    count = training_count(power.shape, window)
-    rank = np.maximum(1, np.rint(quantile * count).astype(np.int64))
-    factor = _for_each_count(
-        count,
-        lambda number: ordered_statistic_factor(
-            number,
-            max(1, round(quantile * number)),
-            false_alarm_probability=false_alarm_probability,
-            num_looks=num_looks,
-        ),
+    count, rank, factor = _thresholds(
+        power.shape, window, false_alarm_probability, quantile, num_looks
     )
     padded = _padded(power, window, fill=np.inf)
     row, column = np.nonzero(count_below(padded, power / factor, window.offsets) >= rank)
@@ -216,6 +208,29 @@ def ordered_statistic(
         lambda number: _mean_order_statistic(number, max(1, round(quantile * number)), num_looks),
     )
     return Crossings(row=row, column=column, power=power[row, column], floor=statistic / bias)
+
+
+@lru_cache(maxsize=16)
+def _thresholds(
+    shape: tuple[int, ...],
+    window: CfarWindow,
+    false_alarm_probability: float,
+    quantile: float,
+    num_looks: int,
+) -> tuple[IntArray, IntArray, FloatArray]:
+    """Number of training cells, rank and factor of every cell of a map, ``(row, column)`` each."""
+    count = training_count(shape, window)
+    rank = np.maximum(1, np.rint(quantile * count).astype(np.int64))
+    factor = _for_each_count(
+        count,
+        lambda number: ordered_statistic_factor(
+            number,
+            max(1, round(quantile * number)),
+            false_alarm_probability=false_alarm_probability,
+            num_looks=num_looks,
+        ),
+    )
+    return count, rank, factor
 
 
 def _mean_order_statistic(num_cells: int, rank: int, num_looks: int) -> float:

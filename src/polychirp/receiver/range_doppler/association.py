@@ -16,7 +16,8 @@ detection of each other subframe. Ranges are compared where the candidate v move
 A target must be detected in all subframes. Two targets may share a detection in some of them, since
 their folded range rates can agree there. So the candidates are taken in order of their likelihood,
 and each must explain a detection that none before it explains. A target whose best two candidates
-are almost equally likely has an unresolved speed, and is dropped.
+are almost equally likely has an unresolved speed, and is dropped; the number of detections that
+belong to no target is counted.
 """
 
 import math
@@ -68,11 +69,13 @@ class SubframeDetections:
 class Associated(NamedTuple):
     """Targets, with the number of the detection of each subframe, ``(target, subframe)``.
 
-    ``range_rate`` is m/s ``(target,)``.
+    ``range_rate`` is m/s ``(target,)``. ``num_unresolved`` is the number of detections that belong
+    to no target, in the subframe with most of them.
     """
 
     member: IntArray
     range_rate: FloatArray
+    num_unresolved: int
 
 
 class _Candidates(NamedTuple):
@@ -100,7 +103,14 @@ def associated(parts: Sequence[SubframeDetections], *, span: float) -> Associate
             taken.append(int(number))
             explained |= members
     kept = [number for number in taken if _is_resolved(found, number, taken)]
-    return Associated(member=found.member[kept], range_rate=found.range_rate[kept])
+    member = found.member[kept]
+    left = [
+        part.range_rate.size - np.unique(of_part).size
+        for part, of_part in zip(parts, member.T, strict=True)
+    ]
+    return Associated(
+        member=member, range_rate=found.range_rate[kept], num_unresolved=max(left, default=0)
+    )
 
 
 def _is_resolved(found: _Candidates, number: int, taken: Sequence[int]) -> bool:

@@ -32,7 +32,7 @@ from polychirp.receiver.range_doppler.transforms import (
     taper,
     unfit,
 )
-from polychirp.receiver.range_doppler.unfolding import has_empty_bands, unfolded
+from polychirp.receiver.range_doppler.unfolding import unfolded
 from polychirp.receiver.settings import DetectorSettings
 from polychirp.receiver.signal_model.transmit_codes import (
     CodeBlocks,
@@ -101,9 +101,12 @@ class RangeDoppler(DetectorSettings):
         if not 0.0 < self.quantile <= 1.0:
             raise InputError(f"a receiver's quantile of {self.quantile:g} is not in (0, 1]")
 
-    def tells_folds_apart(self, *, num_sweeps: int, num_elements: int) -> bool:
-        """True if range rates beyond the span of a code of so many sweeps and elements are told."""
-        return self.unfolds or num_sweeps > num_elements > 1
+    def tells_folds_apart(self, *, num_sweeps: int, num_elements: int, num_channels: int) -> bool:
+        """True if range rates beyond the span of a code of so many sweeps and elements are told.
+
+        One receiving channel has a beam for every range rate, so that only empty bands tell them.
+        """
+        return num_sweeps > num_elements > 1 or (self.unfolds and num_channels > 1)
 
     def detect(self, frame: IfFrame) -> Detections:
         """Detections of one frame, strongest first; range and azimuth in the middle of the frame.
@@ -127,9 +130,10 @@ class RangeDoppler(DetectorSettings):
 
     def _tells_folds_of(self, frame: IfFrame) -> bool:
         """True if range rates beyond the span of the frame's code are told apart for certain."""
-        elements = frame.schedule.num_elements
-        has_empty = has_empty_bands(code_blocks(frame.schedule))
-        return elements == 1 or has_empty or (self.unfolds and frame.array.num_channels > 1)
+        sweeps, elements = code_blocks(frame.schedule).weight.shape
+        return elements == 1 or self.tells_folds_apart(
+            num_sweeps=sweeps, num_elements=elements, num_channels=frame.array.num_channels
+        )
 
     def spectra(self, frame: IfFrame) -> RangeRateSpectra:
         """Spectra of the frame after mitigation, one for each channel and sweep of the code.
@@ -156,11 +160,11 @@ class RangeDoppler(DetectorSettings):
             quantile=self.quantile,
             num_looks=spectra.amplitude.shape[0],
         )
-        is_peak = is_local_maximum(map_.power)[found.row, found.column]
+        is_peak = is_local_maximum(map_.power, row=found.row, column=found.column)
         row, column = found.row[is_peak], found.column[is_peak]
         rate, beat_range, power = interpolated_peaks(map_, row=row, column=column)
         blocks = code_blocks(frame.schedule)
-        cells = spectra.amplitude[:, row, column].T
+        cells = spectra.amplitude[:, row, column].T.astype(np.complex128)
         cells = cells.reshape(row.size, frame.array.num_channels, len(blocks.weight))
         floor = found.floor[is_peak]
         decoded = unfolded(frame, blocks, cells, rate, floor=floor, by_beams=self.unfolds)

@@ -83,6 +83,7 @@ def detect_by_subframes(
         elevation=elevation[order],
         power=power[order],
         snr=snr[order],
+        num_unresolved=targets.num_unresolved,
     )
 
 

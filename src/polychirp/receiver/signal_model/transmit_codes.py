@@ -1,6 +1,7 @@
 """Codes of the transmitting elements over a frame's sweeps, and the virtual array they give."""
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -21,6 +22,7 @@ class CodeBlocks:
     weight: ComplexArray
 
 
+@lru_cache(maxsize=64)
 def code_blocks(schedule: RampSchedule) -> CodeBlocks:
     """The shortest blocks after which the codes repeat, and over which the elements are orthogonal.
 

@@ -50,6 +50,7 @@ class VictimRecord:
     visible_length, visible_width, visible_range_rate_span : extent of each target's visible metal
     detections : number of detections of each of `NATURES`
     floor_rise : power ratio, floor of the range spectra to that of noise alone
+    num_unresolved : number of detections left out by the receiver, as of `Detections`
     """
 
     name: str
@@ -77,6 +78,7 @@ class VictimRecord:
     visible_range_rate_span: tuple[float, ...]
     detections: tuple[int, ...]
     floor_rise: float
+    num_unresolved: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -124,6 +126,7 @@ def _record(victim: "VictimResult") -> VictimRecord:
         **{f"visible_{name}": tuple(getattr(one, name) for one in visible) for name in extents},
         detections=tuple(victim.score.nature.count(nature) for nature in NATURES),
         floor_rise=float(victim.score.floor_rise),
+        num_unresolved=victim.score.num_unresolved,
     )
 
 

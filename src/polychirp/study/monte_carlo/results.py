@@ -10,7 +10,7 @@
     ├── detected              (AXIS …, trial, victim, target) 1 detected, 0 missed
     ├── range … sinr          (AXIS …, trial, victim, target)
     ├── num_detections            (AXIS …, trial, victim, nature)
-    └── floor_rise            (AXIS …, trial, victim)
+    └── floor_rise …          (AXIS …, trial, victim)
 
 Every array names its axes and its unit, as xarray reads them. **NaN** means that there is no value:
 the trial was not run or failed, the victim does not have this target, or the target was not visible
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from zarr import Group
 
 FORMAT: Final = "polychirp monte carlo"
-FORMAT_VERSION: Final = 4
+FORMAT_VERSION: Final = 5
 
 PerTargetOfTrial = Annotated[FloatArray, Axes("point", "trial", "victim", "target")]
 
@@ -76,6 +76,7 @@ _UNITS: Final = {
     "visible_range_rate_span": "m/s",
     "num_detections": "1",
     "floor_rise": "1",
+    "num_unresolved": "1",
 }
 """Unit of every stored array; "1" for numbers and ratios."""
 
@@ -89,6 +90,9 @@ _TRUE_VALUES: Final = (
     *("visible_length", "visible_width", "visible_range_rate_span"),
 )
 """Arrays with values for detected targets alone, and for all targets."""
+
+_OF_FRAMES: Final = ("floor_rise", "num_unresolved")
+"""Arrays with one value for each frame."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -117,6 +121,7 @@ class Results:
     visible_length, visible_width, visible_range_rate_span : extent of each target's visible metal
     num_detections : number of detections of each of `NATURES`
     floor_rise : power ratio, floor of the range spectra to that of noise alone
+    num_unresolved : number of detections left out by the receiver, as of `Detections`
     origin : provenance of the study without its grid
     """
 
@@ -148,6 +153,7 @@ class Results:
     visible_range_rate_span: PerTargetOfTrial
     num_detections: Annotated[FloatArray, Axes("point", "trial", "victim", "nature")]
     floor_rise: Annotated[FloatArray, Axes("point", "trial", "victim")]
+    num_unresolved: Annotated[FloatArray, Axes("point", "trial", "victim")]
     origin: Provenance
 
     def __post_init__(self) -> None:
@@ -187,7 +193,7 @@ def gather(plan: Plan, *, num_trials: Sequence[int], records: Iterable[TrialReco
         for name in ("detected", *_TRUE_VALUES, *_OF_DETECTED)
     }
     arrays["num_detections"] = np.full((*of_trial, len(NATURES)), np.nan)
-    arrays["floor_rise"] = np.full(of_trial, np.nan)
+    arrays |= {name: np.full(of_trial, np.nan) for name in _OF_FRAMES}
     for (point, trial), record in kept.items():
         for victim in record.victims:
             columns = [targets.index(name) for name in victim.target]
@@ -217,7 +223,8 @@ def _fill(
 ) -> None:
     is_visible, is_detected = np.array(record.is_visible, bool), np.array(record.is_detected, bool)
     arrays["num_detections"][place] = record.detections
-    arrays["floor_rise"][place] = record.floor_rise
+    for name in _OF_FRAMES:
+        arrays[name][place] = getattr(record, name)
     arrays["detected"][place][columns] = np.where(is_visible, is_detected, np.nan)
     for name in _TRUE_VALUES:
         arrays[name][place][columns] = getattr(record, name)

@@ -44,6 +44,8 @@ class Summary:
     ghost : probability that a frame has at least one ghost
     ghosts, unexplained, missed : mean number in a frame; ``unexplained`` are the ghosts that no
         signal of a radar explains: noise, or errors of the processing
+    unresolved : mean number in a frame of the detections that the receiver left out, since it could
+        not resolve their range rates (`Detections`)
     floor_rise : power ratio, median over trials
     snr, inr, sinr, mitigated_sinr : power ratios in the cells of visible targets, detected or not:
         medians over targets and trials; the last after mitigation, the others before it
@@ -60,6 +62,7 @@ class Summary:
     ghosts: Estimate
     unexplained: Estimate
     missed: Estimate
+    unresolved: Estimate
     floor_rise: float
     snr: float
     inr: float
@@ -177,6 +180,7 @@ def _summary(results: Results, point: int, victim: int) -> Summary:
         ghosts=mean_count(counts.ghosts),
         unexplained=mean_count(counts.unexplained),
         missed=mean_count(counts.seen - counts.found),
+        unresolved=mean_count(_finite(results.num_unresolved[point, :, victim])),
         floor_rise=_median(results.floor_rise[point, :, victim]),
         snr=_median(snr),
         inr=_median(inr),
@@ -189,9 +193,13 @@ def _summary(results: Results, point: int, victim: int) -> Summary:
     )
 
 
+def _finite(values: FloatArray) -> FloatArray:
+    return np.asarray(values[np.isfinite(values)])
+
+
 def _median(values: FloatArray) -> float:
     """Median of the finite values; NaN if there are none."""
-    known = values[np.isfinite(values)]
+    known = _finite(values)
     return float(np.median(known)) if known.size else float("nan")
 
 

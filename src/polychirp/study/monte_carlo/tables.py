@@ -127,6 +127,7 @@ def _victim_rows(results: Results) -> Iterator[Row]:
             "missed": int(np.sum(detected == 0.0)),
             "detections": sum(counts),
             **{f"detections_{name}": n for name, n in zip(NATURES, counts, strict=True)},
+            "unresolved": int(results.num_unresolved[place]),
             "floor_rise": _known(float(results.floor_rise[place])),
         }
 

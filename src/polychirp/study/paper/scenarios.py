@@ -23,9 +23,9 @@ from polychirp.receiver.chain import Receiver
 from polychirp.receiver.detection.threshold import mean_threshold
 from polychirp.receiver.mitigation.blanking import Blanking
 from polychirp.rng import Streams
-from polychirp.scoring.association import Gate
 from polychirp.scoring.causes import causes
 from polychirp.study.kernel_parts import OF_PAPER, compile_parts
+from polychirp.study.margins import gate_for
 from polychirp.study.paper.results import (
     Antenna,
     GhostKind,
@@ -71,10 +71,6 @@ TARGETS_OF_RADAR: Final = {
 
 GREATEST_CLOCK_OFFSET: Final = 20e-6
 """Greatest relative clock error of interferers that are not synchronous; chosen: a crystal's."""
-
-PAPER_GATE: Final = Gate(range=0.4, range_rate=2.0, azimuth=math.radians(15.0))
-"""Margins of the paper's receiver; chosen: wide in range rate, since this receiver resolves only
-the Doppler cell of one ramp, 1.3 m/s at 1.5 ms."""
 
 GHOST_EXTENT: Final = (1.0, 2.0)
 """Differences of range, m, and range rate, m/s, below which two ghosts of one kind count as one;
@@ -324,7 +320,7 @@ def _found_by_the_paper(
         result.truth,
         powers=part_powers(receiver, result.frame, result.parts, detections),
         echoes=echoes_at(detections.time, scene, snapshots, victim=victim),
-        gate=PAPER_GATE,
+        gate=gate_for(PaperReceiver(), result.frame.schedule, result.frame.array),
     )
     return detections.num_detections, int(found.association.target.size)
 

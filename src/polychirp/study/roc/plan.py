@@ -237,7 +237,11 @@ def roc_plan(
         trials=trials,
         noise_trials=noise_trials,
         strong=second,
-        window=_window([curve.receiver for curve in curves], schedule),
+        window=_window(
+            [curve.receiver for curve in curves],
+            schedule,
+            num_channels=bare.radars[0].array.num_channels,
+        ),
     )
 
 
@@ -341,11 +345,15 @@ def _settings(
     ]
 
 
-def _window(receivers: Sequence[FrameReceiver], schedule: RampSchedule) -> Window:
+def _window(
+    receivers: Sequence[FrameReceiver], schedule: RampSchedule, *, num_channels: int
+) -> Window:
     """Limits that all receivers share, less twice their error limits at either end."""
     limits = [error_limits(receiver, schedule) for receiver in receivers]
     margin = Extent(*(2.0 * max(values) for values in zip(*limits, strict=True)))
-    speed = min(greatest_speed(receiver, schedule)[0] for receiver in receivers)
+    speed = min(
+        greatest_speed(receiver, schedule, num_channels=num_channels)[0] for receiver in receivers
+    )
     half = 0.5 * float(schedule.end_time.max() - schedule.start_time.min())
     least = max(receiver.least_range for receiver in receivers) + margin.range
     greatest = min(receiver.greatest_range for receiver in receivers) - margin.range

@@ -7,22 +7,23 @@ import pytest
 
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.receiver.coherent.acceleration import accelerated
-from polychirp.receiver.coherent.least_squares import by_size, fitted, steps
+from polychirp.receiver.coherent.least_squares import fitted
 from polychirp.receiver.coherent.observation import Observation
-from polychirp.receiver.coherent.overlap import couplings, groups_of
+from polychirp.receiver.coherent.overlap import groups_of
 from polychirp.receiver.coherent.points import Points, without
+from polychirp.receiver.coherent.ramps import HALF
 from polychirp.receiver.coherent.refinement import (
     ERROR_OF_SUMS,
-    correlations,
     divided,
+    inner_products,
     pruned,
     relaxed,
     settled,
 )
-from polychirp.receiver.coherent.replicas import Replicas, products, sums_of, total_products
+from polychirp.receiver.coherent.replicas import BEAT, Replicas, correlations, products, sums_of
 from polychirp.receiver.coherent.residual import Residual
 from polychirp.receiver.coherent.signals import moments
-from polychirp.receiver.coherent.spectra import Spectra
+from polychirp.receiver.coherent.sweeps import swept
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.receiver.signal_model.point_signal import path_of, replica
 from polychirp.rng import Streams
@@ -60,9 +61,7 @@ def points_at(seen, motion, floor=1e-9):
 
 def with_amplitudes(seen, points):
     """The points with the amplitudes that fit at their motions, all together."""
-    here = Replicas.of(seen, points)
-    sums = Residual.of(seen, points).sums(seen, here)
-    return fitted(seen, points, here, sums, np.zeros(len(points), dtype=np.int64))[0]
+    return fitted(seen, Residual.of(seen, NOTHING), points)
 
 
 def drawn(count, seed=3):
@@ -77,6 +76,48 @@ def drawn(count, seed=3):
         amplitude=amplitude[0] + 1j * amplitude[1],
         sine=draw.uniform(-0.7, 0.7, count),
     )
+
+
+def test_replicas_are_the_signals_of_the_observation():
+    """The kernel's waves have the phases, shapes and weights that whole arrays give."""
+    seen, points = coloured(observed([NEAR], noise=1.0)), drawn(20)
+    here = Replicas.of(seen, points)
+    beat, phasor = middles(seen, points)
+    shape = seen.shape(points.motion, points.sine)
+    wave = (np.sqrt(seen.weight_at(beat)) * phasor)[:, None, None] * np.moveaxis(shape, 3, 2)
+    assert here.track[:, BEAT] == pytest.approx(beat)
+    assert here.wave[:, :, 0::2] == pytest.approx(wave.real, abs=1e-6 * np.abs(wave).max())
+    assert here.wave[:, :, 1::2] == pytest.approx(wave.imag, abs=1e-6 * np.abs(wave).max())
+
+
+def middles(seen, points):
+    """Beats and phasors in the middle of the ramps' windows, ``(point, ramp)``."""
+    phases, half = seen.phases(points.motion), seen.ramps.table[HALF]
+    cycles = phases[..., 0] + half * (phases[..., 1] + 0.5 * half * phases[..., 2])
+    return phases[..., 1] + half * phases[..., 2], np.exp(2j * np.pi * (cycles % 1.0))
+
+
+def coloured(seen):
+    """The observation with channels that are mixed, and weights that differ between the ramps."""
+    draw = np.random.default_rng(8)
+    mixing = np.eye(4) + 0.2 * (draw.normal(size=(4, 4)) + 1j * draw.normal(size=(4, 4)))
+    weight = np.tile(draw.uniform(0.3, 1.0, (len(seen.present), 1)), (1, 50))
+    return replace(seen, mixing=mixing, weight=weight)
+
+
+def test_the_fall_by_a_sweep_is_that_of_exact_residuals():
+    """Two groups move, one after the other, in noise that differs between channels and ramps."""
+    far = HandPoint(range=21.0, range_rate=4.0, azimuth=0.3, spreads=True)
+    seen = coloured(observed([NEAR, BESIDE, far], noise=1e-3))
+    true = in_the_middle(seen, [NEAR, BESIDE, far])
+    away = np.array([[0.004, 0.002, 0.0], [0.0, 0.003, 0.0], [-0.01, 0.004, 0.0]])
+    points = with_amplitudes(seen, points_at(seen, true + away))
+    before = Residual.of(seen, points)
+    moved, fallen = swept(seen, before, points, [np.arange(2), np.array([2])], np.zeros(2))
+    after = Residual.of(seen, moved)
+    assert np.all(fallen > 0.0)
+    assert fallen.sum() == pytest.approx(before.energy - after.energy, rel=0.02)
+    assert after.energy < 0.1 * before.energy
 
 
 def test_moments_are_sums_over_samples():
@@ -96,8 +137,9 @@ def test_sums_of_spectra_are_moments(power, error):
     points = drawn(20)
     seen = observed([NEAR, BESIDE], noise=1.0)
     here = Replicas.of(seen, points)
-    exact = moments(seen.samples, seen.present, here.phases(seen), seen.model.times)[power]
-    found = Spectra.of(seen, seen.samples).sums(seen, here)[power]
+    phases, phasor = seen.phases(points.motion), middles(seen, points)[1]
+    exact = moments(seen.samples, seen.present, phases, seen.model.times)[power]
+    found = Residual.of(seen, NOTHING).sums(seen, here)[power] * phasor.conj()[:, None]
     assert np.linalg.norm(found - exact) < error * np.linalg.norm(exact)
 
 
@@ -131,7 +173,7 @@ def test_correlations_give_the_fall_of_the_energy():
     before, after = Residual.of(seen, points), Residual.of(seen, moved)
     change = Replicas.of(seen, moved) + Replicas.of(seen, points).negated
     sums = 2.0 * before.sums(seen, change) - sums_of(seen, change, change)
-    fall = float(np.sum(correlations(seen, change, sums)))
+    fall = float(np.sum(inner_products(seen, change, sums)))
     strength = seen.count.sum() * np.sum(np.abs(points.amplitude) ** 2, axis=1)
     allowed = ERROR_OF_SUMS * strength.max()
     assert abs(before.energy - after.energy) > 20.0 * allowed
@@ -141,9 +183,11 @@ def test_correlations_give_the_fall_of_the_energy():
 def test_a_strongly_bent_signal_has_exact_sums():
     """At 2000 m/s² the phase on a ramp is bent by more than a cycle."""
     seen = observed([NEAR], noise=1.0)
-    here = Replicas.of(seen, points_at(seen, np.array([[12.3, 5.0, 2e3]])))
-    exact = moments(seen.samples, seen.present, here.phases(seen), seen.model.times)
-    assert Residual.of(seen, NOTHING).sums(seen, here) == pytest.approx(exact)
+    points = points_at(seen, np.array([[12.3, 5.0, 2e3]]))
+    here, phasor = Replicas.of(seen, points), middles(seen, points)[1]
+    exact = moments(seen.samples, seen.present, seen.phases(points.motion), seen.model.times)
+    found = Residual.of(seen, NOTHING).sums(seen, here) * phasor.conj()[:, None]
+    assert found == pytest.approx(exact)
 
 
 def test_steps_of_groups_are_those_of_all_samples():
@@ -153,9 +197,10 @@ def test_steps_of_groups_are_those_of_all_samples():
     away = np.array([[0.004, 0.002, 0.0], [0.0, 0.003, 0.0]])
     points = with_amplitudes(seen, points_at(seen, true + away))
     points = replace(points, amplitude=points.amplitude * np.array([[0.9], [0.95 + 0.1j]]))
-    here, residual = Replicas.of(seen, points), Residual.of(seen, points)
-    found = steps(seen, points, here, residual.sums(seen, here), np.zeros(2, dtype=np.int64))
-    assert found.motion[:, :2] == pytest.approx(slow_step(seen, points, residual), abs=4e-4)
+    residual = Residual.of(seen, points)
+    moved, _ = swept(seen, residual, points, [np.arange(2)], np.zeros(1))
+    step = (moved.motion - points.motion)[:, :2]
+    assert step == pytest.approx(slow_step(seen, points, residual), abs=4e-4)
 
 
 def slow_step(seen, points, residual):
@@ -182,19 +227,6 @@ def signal_of(seen, points):
     return -without(seen, np.zeros_like(seen.samples), points)
 
 
-def test_groups_of_one_size_come_together():
-    group = np.array([2, 0, 2, 1])
-    found = {tuple(n): m.tolist() for n, m in by_size(group)}
-    assert found == {(0, 1): [[1], [3]], (2,): [[0, 2]]}
-
-
-def test_only_the_own_group_counts():
-    seen, points = observed([]), drawn(4)
-    here, group = Replicas.of(seen, points), np.array([0, 1, 0, 1])
-    alone = sums_of(seen, here[[0, 2]], here[[0]])
-    assert sums_of(seen, here, here[[0]], group, group[[0]]) == pytest.approx(alone)
-
-
 def test_energies_are_those_of_all_samples():
     seen = observed([NEAR], noise=1.0)
     residual = Residual.of(seen, NOTHING)
@@ -218,15 +250,21 @@ def test_products_are_sums_of_products():
     time = model.times.time - seen.middle[:, None]
     points = points_at(seen, motion)
     here = Replicas.of(seen, points)
-    found = products(seen, here, np.zeros(3, dtype=np.int64))
-    assert total_products(seen, here, here) == pytest.approx(found[0].sum(axis=-1))
-    gain = here.shape[:, 0, :, 0]
+    found = products(seen, here)
+    assert correlations(seen, here, here) == pytest.approx(correlation_of(found))
+    gain = seen.shape(points.motion, points.sine)[:, 0, :, 0]
     for p, q in ((0, 1), (1, 2), (0, 0)):
         for n in range(3):
             product = signals[p].conj() * signals[q] * time**n * seen.present
             true = product.sum(axis=1) * gain[p].conj() * gain[q]
             size = np.sum(seen.present * np.abs(time) ** n, axis=1)
             assert np.abs(found[n, p, q] - true).max() < 0.05 * size.max()
+
+
+def correlation_of(products):
+    total = products[0].sum(axis=-1)
+    size = np.sqrt(np.diagonal(total).real)
+    return np.abs(total) / np.outer(size, size)
 
 
 def test_two_points_in_a_cell_are_fitted_to_their_places():
@@ -267,9 +305,8 @@ def test_groups_hold_the_points_that_overlap():
     motion = np.array([[12.1, -7.6, 0.0], [12.2, -7.6, 0.0], [20.0, 4.0, 0.0]])
     points = points_at(seen, motion)
     here = Replicas.of(seen, points)
-    assert couplings(seen, here, here)[0, 1] > 0.3
-    group = groups_of(seen, here)
-    assert group[0] == group[1] != group[2]
+    assert correlations(seen, here, here)[0, 1] > 0.3
+    assert sorted(sorted(group.tolist()) for group in groups_of(seen, here)) == [[0, 1], [2]]
 
 
 def test_a_point_that_its_neighbour_replaces_is_pruned():
@@ -326,6 +363,11 @@ def test_an_acceleration_is_found_from_the_motion_without_it(acceleration):
     found = accelerated(seen, Residual.of(seen, NOTHING), start).motion[0]
     assert found[2] == pytest.approx(true[0, 2], abs=5.0)
     assert found[1] == pytest.approx(true[0, 1], abs=0.1)
+
+
+def test_no_new_points_have_no_accelerations():
+    seen = observed([], noise=1.0)
+    assert len(accelerated(seen, Residual.of(seen, NOTHING), NOTHING)) == 0
 
 
 def test_an_accelerated_point_is_found_from_a_range_that_is_wrong_by_a_cell():

@@ -17,6 +17,7 @@ from polychirp.receiver.coherent.noise import ramp_weights, whitening
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.points import Points
 from polychirp.receiver.coherent.profiles import Profiles
+from polychirp.receiver.coherent.ramps import Ramps
 from polychirp.receiver.coherent.residual import Residual
 from polychirp.receiver.coherent.search import find_points
 from polychirp.receiver.coherent.spectra import Spectra
@@ -138,7 +139,9 @@ def test_spread_and_difference_of_noise_are_its_power():
     one = frame(noise=2.0)
     axes = map_axes(observed(one), LIMITS)
     seen = observed(one)
-    shown = coherent_map(seen, Profiles.of(seen, Spectra.of(seen, seen.samples), axes))
+    whole = coherent_map(seen, Profiles.of(seen, Spectra.of(seen, seen.samples), axes))
+    drawn = np.random.default_rng(4).integers(0, whole.power.shape, size=(4000, 2))
+    shown = whole.agreement(drawn)
     assert shown.spread.mean() == pytest.approx(2.0, rel=0.03)
     assert shown.difference.mean() == pytest.approx(4 * 2.0, rel=0.05)
 
@@ -174,8 +177,12 @@ def test_interference_on_one_ramp_is_no_point():
     assert not shown.shows_points(np.full(1, 1e-6), 5.0)[0]
 
 
-def detected(seen, present):
-    left = replace(seen, samples=seen.samples * present, present=present)
+def with_samples(seen, present):
+    ramps = Ramps.of(seen.model, present)
+    return replace(seen, samples=seen.samples * present, present=present, ramps=ramps)
+
+
+def detected(left):
     axes = map_axes(left, LIMITS)
     return find_points(left, axes, threshold=25.0, dynamic_range=1e7, most=50)[0]
 
@@ -184,11 +191,12 @@ def test_ramps_without_samples_are_as_if_they_were_not_there():
     seen = observed(frame(points=[HandPoint(range=12.3, range_rate=-7.7, power=1.0)]))
     present = seen.present.copy()
     present[[3, 8]] = False
-    assert np.min(ramp_weights(replace(seen, present=present), seen.samples)) == 1.0
-    assert len(detected(seen, present)) == 1
+    left = with_samples(seen, present)
+    assert np.min(ramp_weights(left, left.samples)) == 1.0
+    assert len(detected(left)) == 1
 
 
 def test_a_frame_without_samples_or_without_noise_has_no_points():
     seen = observed(frame())
-    assert len(detected(seen, np.zeros_like(seen.present))) == 0
-    assert len(detected(replace(seen, samples=0.0 * seen.samples), seen.present)) == 0
+    assert len(detected(with_samples(seen, np.zeros_like(seen.present)))) == 0
+    assert len(detected(replace(seen, samples=0.0 * seen.samples))) == 0

@@ -1,0 +1,45 @@
+"""Margins within which a study's detections are on a target: one rule for all receivers."""
+
+import math
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.model.antenna import AntennaArray
+from polychirp.model.ramp import RampSchedule
+from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
+from polychirp.receiver.selection import AnyReceiver, receiver_for
+from polychirp.scoring.association import Gate
+from polychirp.study.random_draw import sample_street
+from polychirp.study.spec import Study, schedules_of, victim_indices
+
+PAPER_GATE: Final = Gate(range=0.4, range_rate=2.0, azimuth=math.radians(15.0))
+"""Least margins of the paper's receiver; chosen: that in range rate is a cell of the paper's
+shortest ramp, 1.9 m/s at 1 ms."""
+
+
+def gate_for(receiver: AnyReceiver, schedule: RampSchedule, array: AntennaArray) -> Gate:
+    """Margins of a radar's detections, at least a cell of what its receiver adds in phase.
+
+    They are those of `Gate.of`, whose cell in range rate is that of the frame. The paper's receiver
+    adds in phase the samples of one ramp only, and has the cell λ/2T of the shortest one, or
+    `PAPER_GATE` if that is more.
+    """
+    if not isinstance(receiver_for(receiver, schedule), PaperReceiver):
+        return Gate.of(schedule, array)
+    gate = Gate.of(schedule, array, usual=PAPER_GATE)
+    wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
+    cell = wavelength / (2.0 * float(np.min(schedule.duration)))
+    return replace(gate, range_rate=max(gate.range_rate, cell))
+
+
+def gates_of(study: Study) -> dict[str, Gate]:
+    """Margins of each victim of a study, by the names of the radars."""
+    study = sample_street(study)
+    schedules = schedules_of(study)
+    return {
+        study.radars[n].name: gate_for(study.receiver, schedules[n], study.radars[n].array)
+        for n in victim_indices(study)
+    }

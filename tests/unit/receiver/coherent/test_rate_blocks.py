@@ -1,0 +1,73 @@
+"""Powers of blocks of range rates against sums over the ramps, one range rate after the other."""
+
+import numpy as np
+import pytest
+
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.model.radar import Converter
+from polychirp.receiver.coherent.chain import CoherentReceiver
+from polychirp.receiver.coherent.coherent_map import map_axes
+from polychirp.receiver.coherent.observation import Observation
+from polychirp.receiver.coherent.profiles import STEPS_PER_RANGE, Profiles, shifts
+from polychirp.receiver.coherent.rate_blocks import MOST_DRIFT, powers, rates_per_block
+from polychirp.receiver.coherent.spectra import Spectra
+from polychirp.receiver.mitigation.base import mitigated
+from polychirp.rng import Streams
+from polychirp.waveform import DiverseTriangular, Triangular
+from tests.support.points import HandPoint, frame_of
+from tests.support.schedules import drawn_chirps
+
+FAST = Converter(sample_rate=20e6, start=2e-6, margin=1e-6)
+FRAMES = {
+    "equal": (Triangular(bandwidth=1e9, ramp_duration=1e-3).schedule, None),
+    "diverse": (DiverseTriangular().schedule, None),
+    "chirps": (lambda **_: drawn_chirps(63, seed=4), FAST),
+}
+
+
+def profiled(kind, greatest_speed):
+    schedule, converter = FRAMES[kind]
+    points = [HandPoint(range=12.3, range_rate=-7.7, power=0.5)]
+    one = frame_of(schedule(num_sweeps=8, streams=Streams(3)), points, converter=converter)
+    seen = Observation.of(one, mitigated(None, one))
+    limits = CoherentReceiver(greatest_range=20.0, greatest_speed=greatest_speed)
+    axes = map_axes(seen, limits)
+    return seen, Profiles.of(seen, Spectra.of(seen, seen.samples), axes)
+
+
+def starts(profiles, size):
+    """First range rate of the block in which each range rate is; the last block ends the axis."""
+    count = profiles.axes.range_rate.size
+    row = np.arange(count)
+    return np.where(row < count - size, row // size * size, count - size)
+
+
+@pytest.mark.parametrize("greatest_speed", [0.02, 12.0])
+@pytest.mark.parametrize("kind", FRAMES)
+def test_the_power_is_that_of_the_sum_of_all_ramps(kind, greatest_speed):
+    """Sums of some 10² products in single precision are right to 10⁻⁵ of the greatest."""
+    seen, profiles = profiled(kind, greatest_speed)
+    axes, size = profiles.axes, rates_per_block(seen, profiles)
+    fast = powers(seen, profiles)
+    row = np.unique(np.random.default_rng(2).integers(0, axes.range_rate.size, 40))
+    middle = axes.range_rate[starts(profiles, size)[row]] + 0.5 * (size - 1) * axes.range_rate_step
+    place, turn = profiles.places(seen, middle)
+    way = (axes.range_rate[row] - middle)[:, None] * (seen.middle - seen.model.time)
+    turn *= np.exp(-4j * np.pi / SPEED_OF_LIGHT * seen.frequency * way)
+    ramp = np.arange(seen.middle.size)[:, None]
+    for n in range(row.size):
+        column = place[n][:, None] + STEPS_PER_RANGE * np.arange(axes.range.size)
+        total = np.einsum("k,mki->mi", turn[n], profiles.value[:, ramp, column])
+        slow = np.sum(np.abs(total) ** 2, axis=0) / profiles.weight[ramp, column].sum(axis=0)
+        assert fast[row[n]] == pytest.approx(slow, rel=1e-3, abs=1e-5 * float(fast.max()))
+
+
+@pytest.mark.parametrize("kind", FRAMES)
+def test_profiles_of_a_block_stand_no_further_from_their_places_than_stated(kind):
+    seen, profiles = profiled(kind, 12.0)
+    axes, size = profiles.axes, rates_per_block(seen, profiles)
+    middle = axes.range_rate[starts(profiles, size)] + 0.5 * (size - 1) * axes.range_rate_step
+    place = profiles.places(seen, middle)[0] + profiles.first
+    true = shifts(seen, axes.range_rate) * STEPS_PER_RANGE / axes.range_step
+    assert size >= 2
+    assert np.max(np.abs(true - place)) <= 0.5 + MOST_DRIFT

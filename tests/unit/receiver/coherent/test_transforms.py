@@ -1,0 +1,70 @@
+"""Transforms of ramps, their energies and their levels, against sums over all samples."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from polychirp.receiver.coherent.observation import Observation
+from polychirp.receiver.coherent.points import Points
+from polychirp.receiver.coherent.residual import BINS_FOR_ENERGY, Residual
+from polychirp.receiver.coherent.spectra import Spectra
+from polychirp.receiver.mitigation.base import mitigated
+from polychirp.rng import Streams
+from polychirp.waveform import DiverseTriangular
+from tests.support.points import frame_of
+
+RAMPS = DiverseTriangular().schedule(num_sweeps=6, streams=Streams(2))
+"""Their numbers of samples differ; some are even."""
+
+
+def observed():
+    one = frame_of(RAMPS, [], noise=1.0, seed=1)
+    return Observation.of(one, mitigated(None, one))
+
+
+def transforms(seen, beat):
+    """Sums over the samples of every ramp at beats ``(ramp, step)``, ``(channel, ramp, step)``."""
+    out = np.empty((len(seen.samples), *beat.shape), dtype=np.complex128)
+    for k, count in enumerate(seen.model.times.num_samples):
+        time = (np.arange(count) - 0.5 * (count - 1)) / seen.model.times.rate
+        out[:, k] = seen.samples[:, k, :count] @ np.exp(-2j * np.pi * beat[k] * time[:, None])
+    return out
+
+
+def test_transforms_refer_to_the_middle_of_every_ramp():
+    seen = observed()
+    counts = seen.model.times.num_samples
+    assert 0 < np.sum(counts % 2) < counts.size
+    found = Spectra.of(seen, seen.samples).value
+    bins = np.random.default_rng(1).integers(0, found.shape[1], (counts.size, 5))
+    exact = transforms(
+        seen,
+        (bins / found.shape[1] + 0.5) % 1.0 * seen.model.times.rate - 0.5 * seen.model.times.rate,
+    )
+    values = found[np.arange(counts.size)[:, None], bins].transpose(2, 0, 1)
+    assert values == pytest.approx(exact, abs=1e-4 * np.sqrt(counts.max()))
+
+
+def test_values_between_bins_are_right_to_a_per_cent():
+    seen = observed()
+    rate, draw = seen.model.times.rate, np.random.default_rng(2)
+    first, last = draw.uniform(-0.5 * rate, 0.5 * rate, (2, RAMPS.num_ramps))
+    step = (last - first) / 39
+    found = Spectra.of(seen, seen.samples).at(seen, first, step, 40)
+    error = found - transforms(seen, first[:, None] + step[:, None] * np.arange(40))
+    assert np.sqrt(np.mean(np.abs(error) ** 2) / seen.count.mean()) < 0.01
+
+
+def test_energies_hold_the_weights_of_frequencies_and_the_mixing_of_channels():
+    seen = observed()
+    draw = np.random.default_rng(3)
+    mixing = draw.normal(size=(4, 4)) + 1j * draw.normal(size=(4, 4))
+    weight = draw.uniform(size=(RAMPS.num_ramps, 24))
+    seen = replace(seen, mixing=mixing, weight=weight)
+    residual = Residual.of(seen, Points.none(4))
+    value = residual.spectra.value[:, ::BINS_FOR_ENERGY].astype(np.complex128)
+    share = weight[:, np.rint(np.arange(value.shape[1]) * 24 / value.shape[1]).astype(int) % 24]
+    power = np.sum(np.abs(value @ mixing.T) ** 2, axis=-1)
+    slow = np.sum(power * share) / value.shape[1]
+    assert residual.energy == pytest.approx(slow, rel=1e-6)

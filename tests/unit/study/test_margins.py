@@ -1,0 +1,47 @@
+"""Margins of detections, the same in studies and in the paper's scenarios."""
+
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from polychirp.config.load import study_of_tables
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.model.antenna import AntennaArray
+from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
+from polychirp.receiver.chain import Receiver
+from polychirp.receiver.selection import AutoReceiver
+from polychirp.rng import Streams
+from polychirp.study.margins import PAPER_GATE, gate_for, gates_of
+from polychirp.study.paper.scenarios import WAVEFORMS
+from tests.support.small_study import SMALL_STUDY
+
+
+@pytest.mark.parametrize("waveform", WAVEFORMS.values(), ids=WAVEFORMS)
+def test_the_margin_in_range_rate_is_at_least_a_cell_of_what_is_added_in_phase(waveform):
+    """λ/2T of a frame of 16 sweeps; of one ramp for the paper's receiver."""
+    schedule = waveform.schedule(num_sweeps=16, streams=Streams(1))
+    wavelength = SPEED_OF_LIGHT / np.mean(schedule.centre_frequency)
+    frame = schedule.end_time[-1] - schedule.start_time[0]
+    for receiver, time in (
+        (Receiver(), frame),
+        (AutoReceiver(), frame),
+        (PaperReceiver(), schedule.duration.min()),
+    ):
+        gate = gate_for(receiver, schedule, AntennaArray())
+        assert gate.range_rate >= wavelength / (2.0 * time)
+    assert gate == PAPER_GATE
+    assert gate_for(Receiver(), schedule, AntennaArray()).range_rate == 1.0
+
+
+SMALL = study_of_tables(tomllib.loads(SMALL_STUDY), folder=Path())
+
+
+def test_a_study_has_the_margins_of_its_receiver_for_every_victim():
+    """Ramps of 200 µs: λ/2T is 9.48 m/s, and 0.15 m/s in a frame of 64 of them."""
+    study = replace(SMALL, num_sweeps=32)
+    assert {name: gate.range_rate for name, gate in gates_of(study).items()} == {"front": 1.0}
+    paper = gates_of(replace(study, receiver=PaperReceiver()))
+    assert paper["front"].range_rate == pytest.approx(9.475, abs=0.01)
