@@ -325,9 +325,10 @@ class WindowSeries(NamedTuple):
 class CutExpansion(NamedTuple):
     """Polynomials for a sample whose window may contain a corner.
 
-    The variables of ``corner_gain`` (power, power) are the beat at the corner, less ``beat``, and
-    the time from the corner to the sample, less ``delay``. That of ``edge_gain`` is the beat at the
-    window's other edge, less ``edge_beat``. Each variable is in units of its width.
+    The variables of ``corner_gain`` (power, Chebyshev's polynomial) are the beat at the corner,
+    less ``beat``, and the time from the corner to the sample, less ``delay``. That of ``edge_gain``
+    (power) is the beat at the window's other edge, less ``edge_beat``. Each variable is in units of
+    its width.
     """
 
     corner_gain: ComplexArray

@@ -49,7 +49,7 @@ class Panels(NamedTuple):
 
     first: float
     step: float
-    count: int
+    number: int
     pieces: int
     highest: float
 
@@ -166,7 +166,7 @@ def _add_links(
     """Add one piece of every panel, and with the first piece the panels that hold a corner."""
     pair, links, taps = batch.pair, batch.links, batch.taps
     sums = Sums(
-        np.zeros((panels.count, NUM_PANEL_NODES)), np.zeros((panels.count, NUM_PANEL_NODES))
+        np.zeros((panels.number, NUM_PANEL_NODES)), np.zeros((panels.number, NUM_PANEL_NODES))
     )
     lanes = Lanes(
         np.empty(NUM_PANEL_NODES), np.empty(NUM_PANEL_NODES), np.empty(NUM_PANEL_NODES),
@@ -179,13 +179,13 @@ def _add_links(
         # the panels from `begin` to before `end` lie within the chirp
         begin = math.ceil((chirp.begin - panels.first) / panels.step)
         end = math.floor((chirp.end - panels.first) / panels.step)
-        begin = min(max(begin, 0), panels.count)
-        end = min(max(end, begin), panels.count)
+        begin = min(max(begin, 0), panels.number)
+        end = min(max(end, begin), panels.number)
         for k in range(begin, end, LONGEST_RUN):
             _add_values(sums, chirp, k, min(k + LONGEST_RUN, end), panels, piece, series, lanes)
         if piece == 0 and begin > 0:
             _add_cut_panel(moments, chirp, begin - 1, panels, series, taps, lanes)
-        if piece == 0 and end < panels.count:
+        if piece == 0 and end < panels.number:
             _add_cut_panel(moments, chirp, end, panels, series, taps, lanes)
     moments.real[:, :] += np.dot(sums.real, weight)
     moments.imag[:, :] += np.dot(sums.imag, weight)

@@ -83,12 +83,15 @@ def cut_sums(
 
 @inlined
 def _polynomial_of_two(coefficient: ComplexArray, z: float, x: float) -> complex:
-    """Value of the polynomial with coefficients ``(power of z, power of x)``, by Horner's rule."""
-    powers = coefficient.shape[1]
+    """Value of the sum with coefficients ``(power of z, Chebyshev's polynomial of x)``.
+
+    Horner's rule in z; Clenshaw's in x, as many powers of x would lose digits.
+    """
+    terms = coefficient.shape[1]
     value = 0.0j
     for e in range(coefficient.shape[0] - 1, -1, -1):
-        inner = coefficient[e, powers - 1]
-        for q in range(powers - 2, -1, -1):
-            inner = inner * x + coefficient[e, q]
-        value = value * z + inner
+        last, inner = 0.0j, 0.0j
+        for q in range(terms - 1, 0, -1):
+            last, inner = inner, coefficient[e, q] + 2.0 * x * inner - last
+        value = value * z + (coefficient[e, 0] + x * inner - last)
     return value

@@ -27,6 +27,7 @@ from polychirp.synthesis.stretch.kernel_records import (
     CutExpansion,
 )
 from polychirp.synthesis.stretch.path_batches import (
+    MOST_NODES,
     Beats,
     beats_at,
     chebyshev,
@@ -103,7 +104,7 @@ def _short(unit: WorkUnit, batch: Batch) -> list[tuple[slice, ComplexArray]]:
 def _cut(
     unit: WorkUnit, batch: Batch, side: int, around: slice, between: tuple[float, float]
 ) -> "_Cut | None":
-    """Corners of one side; None if a window meets a beat near the band, or powers are too many."""
+    """Corners of one side; None if a window meets a beat near the band, or terms are too many."""
     beats = beats_at(unit, batch, (around.start + around.stop) // 2)
     time = batch.taps.half + half_time(around.stop - around.start, unit.step)
     slide = (abs(beats.rate) + beats.spread) * time
@@ -114,6 +115,9 @@ def _cut(
     beat_width = corner.width + time_width * (abs(beats.rate) + beats.spread)
     corners = CornerRange(side, corner.time, time_width, corner.centre, beat_width)
     if _num_powers(corners.beat, corners.beat_width) > MOST_BEAT_POWERS:
+        return None
+    # a window contains corners over its own duration at most
+    if _num_times(batch, min(time_width, batch.taps.half)) >= MOST_NODES:
         return None
     return _Cut(unit=unit, batch=batch, beats=beats, at=corners)
 
@@ -143,7 +147,7 @@ class _Cut:
 
         unit, taps, at = self.unit, self.batch.taps, self.at
         gain = self._powers(at.beat, at.beat_width)
-        terms = num_nodes(2.0 * math.tau * taps.stopband * at.time_width, 0.0)
+        terms = _num_times(self.batch, at.time_width)
         node, to_terms = chebyshev(terms)
         columns = partial(corner_columns, batch=self.batch, corners=at)
         sums = _sums_of(self.batch, columns, terms, len(gain))
@@ -166,8 +170,8 @@ class _Cut:
         latest = min(time - at.time + at.time_width, half)
         earliest = max(time - at.time - at.time_width, -half)
         middle, width = 0.5 * (latest + earliest), max(0.5 * (latest - earliest), 1e-12)
-        node, _ = chebyshev(num_nodes(2.0 * math.tau * taps.stopband * width, 0.0))
-        shape = derivatives(taps, middle + width * node, NUM_END_TERMS) @ _to_powers(node.size).T
+        node, to_terms = chebyshev(_num_times(self.batch, width))
+        shape = derivatives(taps, middle + width * node, NUM_END_TERMS) @ to_terms.T
         other = derivatives(taps, np.array([at.side * half]), NUM_END_TERMS)[:, 0]
         expansion = CutExpansion(
             corner_gain=self._powers(at.beat, at.beat_width) @ shape,
@@ -190,6 +194,11 @@ class _Cut:
         node, _ = chebyshev(_num_powers(beat, width))
         weights = end_weights(self.batch.taps, beat + width * node, self.beats.rate)
         return np.asarray(_to_powers(node.size) @ weights)
+
+
+def _num_times(batch: Batch, width: float) -> int:
+    """Number of Chebyshev nodes for h and its derivatives over ±``width``, s."""
+    return num_nodes(2.0 * math.tau * batch.taps.stopband * width, 0.0)
 
 
 def _num_powers(beat: float, width: float) -> int:
