@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from polychirp.model.antenna import ISOTROPIC, AntennaArray
+from polychirp.model.if_filter import IfFilter
 from polychirp.model.if_frame import sample_times
-from polychirp.model.radar import Radar
+from polychirp.model.radar import Converter, Radar
 from polychirp.model.scene import Actor, Scene
 from polychirp.rng import Streams
 from polychirp.synthesis.stretch.engine import Stretch
 from polychirp.testing.paths import HandPath, free_space_gain, paths_of
-from polychirp.waveform import DiverseTriangular
+from polychirp.waveform import DiverseTriangular, Sawtooth
 
 PATHS = 300
 
@@ -118,3 +119,55 @@ def test_a_thousand_paths_at_once_against_path_by_path(benchmark, frame, transmi
     ratio = best_of(lambda: synthesized("kernels")) / best_of(lambda: synthesized("auto"))
     benchmark.extra_info["times faster than path by path"] = ratio
     assert ratio > 1.5
+
+
+def chirp_sequences():
+    """Eight chirps of 40 µs, and steeper ones from the other radar, both without pauses."""
+    random = np.random.default_rng(1)
+    array = AntennaArray(pattern=ISOTROPIC)
+    victim = Radar(
+        name="a",
+        array=array,
+        if_filter=IfFilter(passband=9e6, stopband=10e6),
+        converter=Converter(sample_rate=20e6, start=3e-6, margin=1e-6),
+    )
+    scene = Scene(
+        time=0.0,
+        actors=(Actor(name="car", kind="vehicle"),),
+        radars=(victim, Radar(name="b", array=array)),
+        carriers=(0, 0),
+    )
+    plans = [
+        Sawtooth(start_frequency=76.5e9, bandwidth=1e9, ramp_duration=duration).schedule(
+            num_sweeps=count, streams=Streams(seed=1)
+        )
+        for duration, count in ((40e-6, 8), (33e-6, 10))
+    ]
+    paths = [
+        HandPath(
+            transmitter=transmitter,
+            delay=random.uniform(2e-8, 3e-7),
+            delay_rate=random.uniform(-2e-7, 2e-7),
+            gain=free_space_gain(15.0) * 10 ** random.uniform(-3.0, -1.0),
+        )
+        for transmitter in (0, 1)
+        for _ in range(100)
+    ]
+    return scene, plans, [paths_of(*paths, reference_time=1.6e-4)]
+
+
+@pytest.mark.parametrize("transmitter", [0, 1], ids=["own echoes", "interference"])
+def test_chirps_without_pauses_against_path_by_path(benchmark, transmitter):
+    """Many samples' windows contain the end of one chirp and the beginning of the next."""
+    some = chirp_sequences()
+
+    def synthesized(backend):
+        return Stretch(backend=backend).contribution(*some, victim=0, transmitter=transmitter)
+
+    synthesized("auto")
+    synthesized("kernels")
+    benchmark.pedantic(lambda: synthesized("auto"), rounds=3)
+    slow = best_of(lambda: synthesized("kernels"), repeats=1)
+    ratio = slow / best_of(lambda: synthesized("auto"))
+    benchmark.extra_info["times faster than path by path"] = ratio
+    assert ratio > (3 if transmitter == 0 else 1.5)

@@ -13,7 +13,7 @@ from polychirp.model.paths import Bounce
 from polychirp.model.radar import Converter, Radar
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Actor, Scene
-from polychirp.synthesis.stretch import engine, path_batches, ramp_edges
+from polychirp.synthesis.stretch import engine, path_batches
 from polychirp.synthesis.stretch.engine import NEGLIGIBLE_IN_BAND, Stretch
 from polychirp.synthesis.stretch.ramp_overlaps import strongest_sample
 from polychirp.testing.paths import HandPath, paths_of
@@ -22,6 +22,12 @@ from tests.support.references.fullband import FullBand
 
 AGREEMENT = 1e-6
 """Of the strongest sample: what full-rate references are compared with."""
+
+
+SUMMED = 1e-8
+"""Of the strongest path: what sums over paths are compared with, path by path. A path's gain at
+each of two edges of the window may be wrong by 1e-9 (`EDGE_TOLERANCE`); the amplitudes of 60 paths
+of `many_paths` add up to 3.3 on average."""
 
 
 def between(low, high):
@@ -161,6 +167,85 @@ def test_echoes_from_several_elements_are_the_same_from_both_engines(own, path, 
     assert largest_difference(two_radars(if_filter), [own, own], snapshots, 0) < AGREEMENT
 
 
+@st.composite
+def chirps_without_pauses(draw, start):
+    """Equal chirps, each of which begins where the one before it ends."""
+    number, duration = 4, draw(between(3e-6, 8e-6))
+    return RampSchedule(
+        start_time=draw(start) + duration * np.arange(number),
+        duration=np.full(number, duration),
+        start_frequency=np.full(number, 79e9),
+        slope=np.full(number, draw(between(20e6, 150e6)) / duration),
+        start_phase=[draw(between(0.0, 1.0)) for _ in range(number)],
+        sweep=np.arange(number),
+    )
+
+
+@settings(max_examples=6)
+@given(
+    own=chirps_without_pauses(st.just(0.0)),
+    sent=chirps_without_pauses(between(-9e-6, 0.0)),
+    paths=st.tuples(hand_paths(0), hand_paths(1)),
+    if_filter=FILTERS,
+)
+def test_chirps_without_pauses_are_the_same_from_both_engines(own, sent, paths, if_filter):
+    """Windows contain ends of several chirps, and most beats there are near the band."""
+    snapshots = [paths_of(*paths, reference_time=4e-6)]
+    for transmitter in (0, 1):
+        scene = two_radars(if_filter)
+        assert largest_difference(scene, [own, sent], snapshots, transmitter) < AGREEMENT
+
+
+@settings(max_examples=15)
+@given(
+    own=chirps_without_pauses(st.just(0.0)),
+    sent=chirps_without_pauses(between(-9e-6, 0.0)),
+    if_filter=FILTERS,
+    seed=st.integers(0, 2**32 - 1),
+    count=st.sampled_from([2, 40]),
+    transmitter=st.sampled_from([0, 1]),
+)
+def test_chirps_without_pauses_are_their_sum_path_by_path(
+    own, sent, if_filter, seed, count, transmitter
+):
+    """Windows contain ends of several chirps, near the band and far from it; see `SUMMED`."""
+    random = np.random.default_rng(seed)
+    paths = many_paths(random, transmitter, longest=1e-6, fastest=4e-7, count=count)
+    frame = two_radars(if_filter), [own, sent], [paths_of(*paths)]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(engine, "NEGLIGIBLE_IN_BAND", 1e-12)
+        by_path, summed = (
+            Stretch(backend=name).contribution(*frame, victim=0, transmitter=transmitter)
+            for name in ("kernels", "auto")
+        )
+    assert np.abs(summed - by_path).max() < SUMMED
+
+
+@settings(max_examples=12)
+@given(
+    own=chirps_without_pauses(st.just(0.0)),
+    sent=chirps_without_pauses(between(-9e-6, 0.0)),
+    if_filter=FILTERS,
+    carrier=between(79.1e9, 79.4e9),
+    seed=st.integers(0, 2**32 - 1),
+    longest=between(0.3e-6, 3e-6),
+)
+def test_corners_far_out_of_band_are_their_sum_path_by_path(
+    own, sent, if_filter, carrier, seed, longest
+):
+    """Delays differ by up to twice the filter's window, which holds the ends of some paths only."""
+    sent = replace(sent, start_frequency=np.full(sent.num_ramps, carrier))
+    paths = many_paths(np.random.default_rng(seed), 1, longest=longest, fastest=4e-7, count=60)
+    frame = two_radars(if_filter), [own, sent], [paths_of(*paths)]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(engine, "NEGLIGIBLE_IN_BAND", 1e-12)
+        patch.setattr(engine, "NEGLIGIBLE_OUT_OF_BAND", 1e-12)
+        by_path = Stretch(backend="kernels").contribution(*frame, victim=0, transmitter=1)
+        patch.setattr(path_batches, "SECONDS_PER_SAMPLE", (1.0, 1.0))
+        batched = Stretch().contribution(*frame, victim=0, transmitter=1)
+    assert np.abs(batched - by_path).max() < SUMMED
+
+
 @pytest.mark.parametrize("slope", [1e12, 1.0005e12, 1.01e12, 2e12, -3e12])
 def test_a_paper_like_ramp_is_the_same_from_both_engines(slope):
     """60 µs behind the default filter, met in the middle at equal, like and quite other slopes."""
@@ -282,9 +367,58 @@ def test_batches_that_leave_nothing_out_are_right_to_1e_7(
         patch.setattr(engine, "NEGLIGIBLE_IN_BAND", 1e-12)
         by_path = Stretch(backend="kernels").contribution(*frame, victim=0, transmitter=transmitter)
         patch.setattr(path_batches, "SECONDS_PER_SAMPLE", (1.0, 1.0))
-        patch.setattr(ramp_edges, "REFERENCE_COST", 0.0)
         batched = Stretch().contribution(*frame, victim=0, transmitter=transmitter)
     assert np.abs(batched - by_path).max() < 1e-7 * np.abs(by_path).max()
+
+
+@settings(max_examples=8)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    duration=between(25e-6, 60e-6),
+    sign=st.sampled_from([-1.0, 1.0]),
+    attenuation=between(50.0, 100.0),
+)
+def test_fast_chirps_in_a_slow_receiver_are_their_sum_path_by_path(
+    seed, duration, sign, attenuation
+):
+    """Chirps cross the pass band in a fraction of a sample, and end in it now and then."""
+    random, number = np.random.default_rng(seed), 12
+    own = RampSchedule(
+        start_time=[0.0],
+        duration=[350e-6],
+        start_frequency=[79.4e9],
+        slope=[5e11],
+        start_phase=[0.2],
+        sweep=[0],
+    )
+    # one chirp begins in the band, another ends in it
+    start_frequency = random.uniform(79.0e9, 79.2e9, number)
+    start_frequency[3] = 79.4e9 + 5e11 * 3 * duration
+    start_frequency[6] = 79.4e9 + 5e11 * 7 * duration - 800e6 * sign
+    sent = RampSchedule(
+        start_time=duration * np.arange(number),
+        duration=np.full(number, duration),
+        start_frequency=start_frequency,
+        slope=np.full(number, sign * 800e6 / duration),
+        start_phase=random.random(number),
+        sweep=np.arange(number),
+    )
+    converter = Converter(sample_rate=1e6, start=1e-6, margin=1e-6)
+    array = AntennaArray(num_channels=2, pattern=ISOTROPIC)
+    if_filter = IfFilter(attenuation=from_db(attenuation))
+    victim = Radar(name="victim", array=array, converter=converter, if_filter=if_filter)
+    car = Actor(name="car", kind="vehicle")
+    radars = victim, Radar(name="other", array=array)
+    scene = Scene(time=0.0, actors=(car,), radars=radars, carriers=(0, 0))
+    paths = many_paths(random, 1, longest=200e-9, fastest=4e-7, count=12)
+    frame = scene, [own, sent], [paths_of(*paths)]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(engine, "NEGLIGIBLE_IN_BAND", 1e-12)
+        by_path, summed = (
+            Stretch(backend=name).contribution(*frame, victim=0, transmitter=1)
+            for name in ("kernels", "auto")
+        )
+    assert np.abs(summed - by_path).max() < 1e-8 * np.abs(by_path).max()
 
 
 @pytest.mark.parametrize("first", [1e-6, 10e-6])

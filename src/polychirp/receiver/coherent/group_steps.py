@@ -60,7 +60,8 @@ def step_into(
                 frame.ramps, now, own[j], own[q], pair, cross[4 * j :, q], normal[4 * j :, 4 * q :]
             )
     inverse_into(gram, REGULARISATION, inverse)
-    gain = _without_amplitudes(frame, work.matched, white, inverse, cross, normal, side)
+    matched = work.matched[:size]
+    gain = _without_amplitudes(frame, matched, white, inverse, cross, normal, side)
     for j in range(size):
         energy = 0.0
         for m in range(channels):

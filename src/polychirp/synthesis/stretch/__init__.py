@@ -8,7 +8,8 @@ Other packages use only `engine.Stretch`. In reading order:
 * `chirp_response`: the filter's response to a chirp, tabulated
 * `path_kernels`, `chirp_kernels`, `filter_kernels`: sums link by link, one chirp, filter tables
 * `path_batches`, `batch_kernels`: many links of a pair of ramps at once
-* `ramp_edges`, `ramp_edge_kernels`: many links at once, where ramps begin and end
+* `near_corners`, `near_corner_kernels`: all links, where ramps begin and end near the band
+* `ramp_edges`, `ramp_edge_kernels`: many links at once, where they do so far out of band
 * `nufft`, `nufft_kernels`, `chirp_response_kernels`: sums of tones, and tables made by them
 
 Modules of kernels need numba and are imported where they are called.

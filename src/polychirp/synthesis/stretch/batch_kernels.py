@@ -40,7 +40,7 @@ def overlap_of(pair: RampPair, links: LinkTable, low: int, high: int, band: Band
     """Overlap of a pair of ramps: extremes over the links ``low:high`` and all channels."""
     least_rate, greatest_rate, lowest, highest = np.inf, -np.inf, np.inf, -np.inf
     first_begin, last_begin, first_end, last_end = np.inf, -np.inf, np.inf, -np.inf
-    power = 0.0
+    begin_beat, end_beat, power = np.inf, np.inf, 0.0
     f, g = pair.sent_frequency, pair.sent_slope
     for p in range(low, high):
         # the chirp's rate, the same at all channels
@@ -62,6 +62,8 @@ def overlap_of(pair: RampPair, links: LinkTable, low: int, high: int, band: Band
                 continue
             # magnitudes of the beat while a window can meet the chirp
             beat = base - stretched * g * into
+            begin_beat = min(begin_beat, abs(beat + rate * begin))
+            end_beat = min(end_beat, abs(beat + rate * end))
             one, other = beat + rate * (begin - band.half), beat + rate * (end + band.half)
             highest = max(highest, abs(one), abs(other))
             lowest = min(lowest, 0.0 if one * other <= 0.0 else min(abs(one), abs(other)))
@@ -76,7 +78,7 @@ def overlap_of(pair: RampPair, links: LinkTable, low: int, high: int, band: Band
             power += height * (a.real * a.real + a.imag * a.imag)
     return Overlap(
         pair.victim_ramp, pair.sent_ramp, least_rate, greatest_rate, lowest, highest,
-        first_begin, last_begin, first_end, last_end, power,
+        begin_beat, end_beat, first_begin, last_begin, first_end, last_end, power,
     )  # fmt: skip
 
 

@@ -4,8 +4,8 @@ A ramp of slope :math:`b_i`, received with a delay τ that is linear in time, is
 beat with the victim's ramp of slope :math:`b_v` is a chirp of rate
 :math:`\mu = b_v - b_i(1-\dot\tau)^2` while both last. If a sample's filter window lies within the
 beat, the sample is the beat's value times the filter's response to a chirp (`chirp_response`). If
-the beat begins or ends in the window, the sample is an integral over the common part or, where the
-beat is far out of band at that end, an expansion about the end.
+the beat begins or ends in the window, the sample is an integral over the common part, of the sum of
+all links (`near_corners`), or, where the beat is far out of band at that end, an expansion there.
 """
 
 import math
@@ -24,7 +24,7 @@ from polychirp.spec import Spec
 from polychirp.synthesis.links.leakage import all_links, num_parts
 from polychirp.synthesis.links.links import nearest_snapshots
 from polychirp.synthesis.links.thermal_noise import noise_density
-from polychirp.synthesis.stretch.kernel_records import Tables
+from polychirp.synthesis.stretch.kernel_records import Tables, WindowSeries
 from polychirp.synthesis.stretch.kernel_tables import (
     link_table,
     pair_table,
@@ -33,6 +33,7 @@ from polychirp.synthesis.stretch.kernel_tables import (
     window_of,
     with_limits,
 )
+from polychirp.synthesis.stretch.near_corners import near_runs, window_series
 from polychirp.synthesis.stretch.nufft import MakeTones, tones_of
 from polychirp.synthesis.stretch.path_batches import FEWEST_LINKS, batch_of, batched_samples
 from polychirp.synthesis.stretch.ramp_edges import corner_runs
@@ -97,31 +98,42 @@ class Stretch(Spec):
             units = work_units_of(radar.if_filter, ramps[0], window, table, taps, overlaps, floor)
             used = {unit.pair for unit in units}
             pairs = pair_table(radar.if_filter, own.num_ramps, overlaps, used)
-            self._add(samples, Tables(*ramps, window, table, pairs, taps), units)
+            series = window_series(radar.if_filter, window.step)
+            self._add(samples, Tables(*ramps, window, table, pairs, taps), series, units)
         return samples
 
-    def _add(self, samples: ComplexArray, tables: Tables, units: Sequence[WorkUnit]) -> None:
-        """Add each unit as a batch or link by link, whichever costs less."""
+    def _add(
+        self,
+        samples: ComplexArray,
+        tables: Tables,
+        series: WindowSeries,
+        units: Sequence[WorkUnit],
+    ) -> None:
+        """Add each unit as a batch or link by link, whichever costs less; corners by moments."""
+        from polychirp.synthesis.stretch.near_corner_kernels import add_near_corners
         from polychirp.synthesis.stretch.path_kernels import add_contribution
 
         make_tones = tones_of(self.backend)
-        rest = []
+        rest, near = [], []
         for unit in units:
-            runs = self._runs(unit, tables, make_tones)
-            if runs is None:
-                rest.append((unit, unit.met))
-                continue
-            for run, made in runs:
-                samples[unit.part, :, unit.row, run] += made
-            rest += gaps(unit, [unit.whole, *(run for run, _ in runs)])
+            far = float(tables.pairs.far[unit.pair])
+            done = [] if self.backend == "kernels" else near_runs(unit, far)
+            near += [(unit, run) for run in done]
+            runs = self._runs(unit, tables, make_tones, done)
+            if runs is not None:
+                for run, made in runs:
+                    samples[unit.part, :, unit.row, run] += made
+                done += [unit.whole, *(run for run, _ in runs)]
+            rest += gaps(unit, done)
+        add_near_corners(samples, tables, work_table(near), series)
         add_contribution(samples, tables, work_table(rest))
 
     def _runs(
-        self, unit: WorkUnit, tables: Tables, make_tones: MakeTones
+        self, unit: WorkUnit, tables: Tables, make_tones: MakeTones, near: Sequence[slice]
     ) -> list[tuple[slice, ComplexArray]] | None:
-        """Runs of samples and their values, also at edges of ramps; None if a batch costs more."""
+        """Runs of samples and their values, without those of ``near``; None if they cost more."""
         if self.backend == "kernels" or unit.num_links < FEWEST_LINKS:
             return None
         batch = batch_of(unit, tables)
         runs = batched_samples(unit, batch, make_tones)
-        return None if runs is None else runs + corner_runs(unit, batch)
+        return None if runs is None else runs + corner_runs(unit, batch, near)

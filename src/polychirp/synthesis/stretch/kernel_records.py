@@ -19,6 +19,9 @@ EXPANSION_TOLERANCE: Final = 2e-10
 """Greatest error of each expansion over many links, relative to the largest value in it. Chosen:
 the errors of hundreds of links may add up to 5e-8 of the strongest sample."""
 
+NUM_PANEL_NODES: Final = 16
+"""Number of Gauss nodes in a piece of a panel (`near_corner_kernels`), for vector instructions."""
+
 NUMBERS_PER_BLOCK: Final = 1 << 15
 """Greatest size of an array of links times terms of one channel: 256 KiB, chosen to fit a cache."""
 
@@ -168,8 +171,10 @@ class Overlap(NamedTuple):
 
     Rates of the beat are between ``least_rate`` and ``greatest_rate``, and its magnitudes between
     ``lowest`` and ``highest`` on every path, during the overlap and half a filter's support around
-    it; ∞ and −∞ without an overlap. From the start of the victim's ramp, the overlap begins
-    between ``first_begin`` and ``last_begin`` and ends between ``first_end`` and ``last_end``.
+    it; ∞ and −∞ without an overlap. ``begin_beat`` and ``end_beat`` are the least magnitudes where
+    a path's overlap begins and where it ends; ∞ without an overlap. From the start of the victim's
+    ramp, the overlap begins between ``first_begin`` and ``last_begin`` and ends between
+    ``first_end`` and ``last_end``.
     ``power``, W, is the estimate of what all paths together bring into the band.
     """
 
@@ -179,6 +184,8 @@ class Overlap(NamedTuple):
     greatest_rate: float
     lowest: float
     highest: float
+    begin_beat: float
+    end_beat: float
     first_begin: float
     last_begin: float
     first_end: float
@@ -300,12 +307,28 @@ class CornerRange(NamedTuple):
     beat_width: float
 
 
+class WindowSeries(NamedTuple):
+    """The impulse response over a sample's window, in Legendre's polynomials (`near_corners`).
+
+    A window lasts for ``num_steps`` intervals between samples and ``share`` of one more. ``gain``
+    (interval, order + 1) has the coefficients of every interval, 0 for the moment with h, and in
+    the last row 1 for this moment alone. ``node`` and ``weight`` are Gauss's rule on [0, 1].
+    """
+
+    share: float
+    num_steps: int
+    gain: FloatArray
+    node: FloatArray
+    weight: FloatArray
+
+
 class CutExpansion(NamedTuple):
     """Polynomials for a sample whose window may contain a corner.
 
-    The variables of ``corner_gain`` (power, power) are the beat at the corner, less ``beat``, and
-    the time from the corner to the sample, less ``delay``. That of ``edge_gain`` is the beat at the
-    window's other edge, less ``edge_beat``. Each variable is in units of its width.
+    The variables of ``corner_gain`` (power, Chebyshev's polynomial) are the beat at the corner,
+    less ``beat``, and the time from the corner to the sample, less ``delay``. That of ``edge_gain``
+    (power) is the beat at the window's other edge, less ``edge_beat``. Each variable is in units of
+    its width.
     """
 
     corner_gain: ComplexArray

@@ -48,6 +48,9 @@ MOST_TIME_NODES: Final = 24
 MOST_RATE_ORDERS: Final = 6
 """Most powers of δ, the power 0 included, for which the expansion in d is used (chosen)."""
 
+MOST_NODES: Final = 48
+"""Most nodes that `num_nodes` counts; a function that needs as many may need more (chosen)."""
+
 MOST_DETUNING: Final = 5e-4
 """Largest π|μ − μ̄|S²/4, rad, of the links of a batch; S is the length of the filter's window. G is
 then linear in the rate. The error of a linear G is half the square of this number, times the fourth
@@ -300,18 +303,25 @@ def chebyshev(count: int) -> tuple[FloatArray, FloatArray]:
 def num_nodes(turn: float, bend: float) -> int:
     """Number of nodes for exp(j(``turn`` u + ``bend`` u²)), |u| ≤ 1, to `EXPANSION_TOLERANCE`.
 
+    From `MOST_NODES` on, the tolerance is not kept.
+
     >>> num_nodes(0.0, 0.0), num_nodes(0.01, 0.4)
     (2, 13)
     """
-    node, to_terms = chebyshev(2 * MOST_TIME_NODES)
+    node, to_terms = chebyshev(MOST_NODES)
     size = np.abs(to_terms @ np.exp(1j * node * (turn + bend * node)))
     beyond = np.cumsum(size[::-1])[::-1]
     return max(2, int(np.count_nonzero(beyond > 0.5 * EXPANSION_TOLERANCE)))
 
 
 def num_terms(half: float, width: float) -> int:
-    """Number of Chebyshev terms for exp(j2π ``half`` f), |f| ≤ ``width`` Hz, with ``half`` in s."""
-    return math.ceil(math.tau * half * width) + 16
+    """Number of Chebyshev terms for exp(j2π ``half`` f), |f| ≤ ``width`` Hz, with ``half`` in s.
+
+    The coefficients are Bessel functions of x = 2π ``half`` ``width``, which fall beyond the order
+    x within a few times its cube root (https://dlmf.nist.gov/10.19.iii).
+    """
+    turn = math.tau * half * width
+    return math.ceil(turn + max(16.0, 6.0 * math.cbrt(turn)))
 
 
 def _time_basis(count: int, nodes: int, step: float) -> tuple[FloatArray, FloatArray]:

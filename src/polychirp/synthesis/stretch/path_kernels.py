@@ -12,6 +12,7 @@ from polychirp.synthesis.stretch.kernel_records import (
     Chirp,
     LinkTable,
     RampPair,
+    Response,
     Samples,
     Tables,
     WorkTable,
@@ -29,19 +30,11 @@ def add_contribution(samples: ComplexArray, tables: Tables, work: WorkTable) -> 
     imaginary parts, which stay in the cache. The kernel uses one thread and frees Python's lock, so
     that several victims and trials can run at once.
     """
-    own, sent, window = tables.own, tables.sent, tables.window
-    links, pairs, taps = tables.links, tables.pairs, tables.taps
+    links, step, taps = tables.links, tables.window.step, tables.taps
     channels, most = samples.shape[1], samples.shape[3]
     held_real, held_imag = np.empty((channels, most)), np.empty((channels, most))
     for u in range(work.row.size):
-        row, ramp, number = work.row[u], work.ramp[u], work.pair[u]
-        begin, end = work.begin[u], work.end[u]
-        sent_ramp = pairs.sent[ramp] + number - pairs.start[ramp]
-        pair = ramp_pair(own, ramp, sent, sent_ramp, links)
-        response = response_of(pairs, number)
-        first = window.first[row] + (own.start[row] - own.start[ramp])
-        start = first + begin * window.step
-        count = end - begin
+        pair, response, start, count = unit_span(tables, work, u)
         for m in range(channels):
             held_real[m, :count], held_imag[m, :count] = 0.0, 0.0
         for p in range(work.low[u], work.high[u]):
@@ -50,12 +43,27 @@ def add_contribution(samples: ComplexArray, tables: Tables, work: WorkTable) -> 
             for m in range(channels):
                 chirp = received(pair, links, p, m)
                 if chirp.end > chirp.begin:
-                    held = Samples(held_real[m, :count], held_imag[m, :count], start, window.step)
+                    held = Samples(held_real[m, :count], held_imag[m, :count], start, step)
                     add_chirp(held, response, taps, chirp)
         for m in range(channels):
-            out = samples[work.part[u], m, row, begin:end]
+            out = samples[work.part[u], m, work.row[u], work.begin[u] : work.end[u]]
             for n in range(count):
                 out[n] += complex(held_real[m, n], held_imag[m, n])
+
+
+@inlined
+def unit_span(tables: Tables, work: WorkTable, u: int) -> tuple[RampPair, Response, float, int]:
+    """Pair of ramps and response of work unit u, time of its first sample, s, and their number."""
+    own, pairs, window = tables.own, tables.pairs, tables.window
+    row, ramp, number = work.row[u], work.ramp[u], work.pair[u]
+    sent_ramp = pairs.sent[ramp] + number - pairs.start[ramp]
+    first = window.first[row] + (own.start[row] - own.start[ramp])
+    return (
+        ramp_pair(own, ramp, tables.sent, sent_ramp, tables.links),
+        response_of(pairs, number),
+        first + work.begin[u] * window.step,
+        work.end[u] - work.begin[u],
+    )
 
 
 @inlined

@@ -1,19 +1,15 @@
-"""Compiled parts of `ramp_edges`: sums over many links at corners, and samples near corners."""
-
-import math
+"""Compiled parts of `ramp_edges`: sums over many links at corners far out of band."""
 
 import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray
 from polychirp.jit import compiled, inlined
 from polychirp.synthesis.stretch.batch_kernels import fill_columns
-from polychirp.synthesis.stretch.chirp_kernels import add_chirp, phase_of
+from polychirp.synthesis.stretch.chirp_kernels import phase_of
 from polychirp.synthesis.stretch.kernel_records import (
     Batch,
-    Chirp,
     CornerRange,
     CutExpansion,
-    Samples,
 )
 from polychirp.synthesis.stretch.path_kernels import received
 from polychirp.synthesis.unit_phasors import units
@@ -87,40 +83,15 @@ def cut_sums(
 
 @inlined
 def _polynomial_of_two(coefficient: ComplexArray, z: float, x: float) -> complex:
-    """Value of the polynomial with coefficients ``(power of z, power of x)``, by Horner's rule."""
-    powers = coefficient.shape[1]
+    """Value of the sum with coefficients ``(power of z, Chebyshev's polynomial of x)``.
+
+    Horner's rule in z; Clenshaw's in x, as many powers of x would lose digits.
+    """
+    terms = coefficient.shape[1]
     value = 0.0j
     for e in range(coefficient.shape[0] - 1, -1, -1):
-        inner = coefficient[e, powers - 1]
-        for q in range(powers - 2, -1, -1):
-            inner = inner * x + coefficient[e, q]
-        value = value * z + inner
+        last, inner = 0.0j, 0.0j
+        for q in range(terms - 1, 0, -1):
+            last, inner = inner, coefficient[e, q] + 2.0 * x * inner - last
+        value = value * z + (coefficient[e, 0] + x * inner - last)
     return value
-
-
-@compiled
-def reference_samples(
-    samples: Samples, batch: Batch, time: float, beat: FloatArray, rate: FloatArray,
-    is_own: tuple[bool, bool],
-) -> None:  # fmt: skip
-    """Add samples of chirps of amplitude 1 that at ``time`` have phase 0 and given beats and rates.
-
-    The samples are (rate, beat, sample). ``is_own`` says if all chirps begin, and if all end, with
-    the victim's ramp. If not, they begin or end with the transmitted ramp, at a time that follows
-    from beat and rate.
-    """
-    pair = batch.pair
-    f, g = pair.sent_frequency, pair.sent_slope
-    for j in range(rate.size):
-        stretched = math.sqrt((pair.slope - rate[j]) / g)
-        for b in range(beat.size):
-            start = beat[b] - rate[j] * time
-            into = (pair.frequency - stretched * f - start) / (stretched * g)
-            begin, end = -into / stretched, (pair.sent_duration - into) / stretched
-            turns = time * (start + 0.5 * rate[j] * time)
-            chirp = Chirp(
-                1.0 + 0.0j, 0.0, -turns, start, rate[j], 0.0 if is_own[0] else begin,
-                pair.duration if is_own[1] else end,
-            )  # fmt: skip
-            row = Samples(samples.real[j, b], samples.imag[j, b], samples.first, samples.step)
-            add_chirp(row, batch.response, batch.taps, chirp)

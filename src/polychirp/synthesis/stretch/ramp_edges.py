@@ -6,12 +6,11 @@ lies within the chirps. The corner of link p at :math:`t_p` contributes
 :math:`\sum_j w_{pj}\, h^{(j)}(t - t_p)` (`filter_kernels.end_series`). Between the corners of one
 pair of ramps h changes little, so each derivative is a polynomial in :math:`t_p`: its moments are
 summed over links before samples are computed. A sample whose window has only some of the corners is
-summed link by link with the same polynomials. Near the band, links are interpolated between
-reference chirps, whose samples are computed one by one.
+summed link by link with the same polynomials. `near_corners` has the corners near the band.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from typing import Final
@@ -26,16 +25,15 @@ from polychirp.synthesis.stretch.kernel_records import (
     Batch,
     CornerRange,
     CutExpansion,
-    Samples,
 )
 from polychirp.synthesis.stretch.path_batches import (
+    MOST_NODES,
     Beats,
     beats_at,
     chebyshev,
     half_time,
     num_channels,
     num_nodes,
-    num_terms,
     swept_samples,
 )
 from polychirp.synthesis.stretch.work_units import WorkUnit
@@ -43,27 +41,21 @@ from polychirp.synthesis.stretch.work_units import WorkUnit
 MOST_BEAT_POWERS: Final = 8
 """Most powers of a corner's beat; corners that need more are not expanded (chosen)."""
 
-MOST_REFERENCE_RATES: Final = 16
-"""Most rates of reference chirps (chosen); if more are needed, links are added one by one."""
 
-REFERENCE_COST: Final = 3.0
-"""Cost of a reference chirp over that of a link and channel added by itself (chosen)."""
-
-
-def corner_runs(unit: WorkUnit, batch: Batch) -> list[tuple[slice, ComplexArray]]:
+def corner_runs(
+    unit: WorkUnit, batch: Batch, near: Sequence[slice]
+) -> list[tuple[slice, ComplexArray]]:
     """Runs of samples whose windows contain corners, and the sum ``(channel, sample)`` of each run.
 
-    If every window contains a corner, only runs far out of band are returned (`_short`).
+    ``near`` are the runs with corners near the band, which are left out (`near_corners`).
     """
     if unit.whole.stop <= unit.whole.start:
-        return _short(unit, batch)
+        return [] if near else _short(unit, batch)
     found = []
     for side, run, around, between in _cuts(unit):
-        if run.stop > run.start:
+        if run.stop > run.start and around not in near:
             cut = _cut(unit, batch, side, around, between)
-            if cut is None:
-                found += _near(unit, batch, side, run)
-            else:
+            if cut is not None:
                 found += cut.runs(run, around)
     return found
 
@@ -112,7 +104,7 @@ def _short(unit: WorkUnit, batch: Batch) -> list[tuple[slice, ComplexArray]]:
 def _cut(
     unit: WorkUnit, batch: Batch, side: int, around: slice, between: tuple[float, float]
 ) -> "_Cut | None":
-    """Corners of one side; None if a window meets a beat near the band, or powers are too many."""
+    """Corners of one side; None if a window meets a beat near the band, or terms are too many."""
     beats = beats_at(unit, batch, (around.start + around.stop) // 2)
     time = batch.taps.half + half_time(around.stop - around.start, unit.step)
     slide = (abs(beats.rate) + beats.spread) * time
@@ -123,6 +115,9 @@ def _cut(
     beat_width = corner.width + time_width * (abs(beats.rate) + beats.spread)
     corners = CornerRange(side, corner.time, time_width, corner.centre, beat_width)
     if _num_powers(corners.beat, corners.beat_width) > MOST_BEAT_POWERS:
+        return None
+    # a window contains corners over its own duration at most
+    if _num_times(batch, min(time_width, batch.taps.half)) >= MOST_NODES:
         return None
     return _Cut(unit=unit, batch=batch, beats=beats, at=corners)
 
@@ -152,7 +147,7 @@ class _Cut:
 
         unit, taps, at = self.unit, self.batch.taps, self.at
         gain = self._powers(at.beat, at.beat_width)
-        terms = num_nodes(2.0 * math.tau * taps.stopband * at.time_width, 0.0)
+        terms = _num_times(self.batch, at.time_width)
         node, to_terms = chebyshev(terms)
         columns = partial(corner_columns, batch=self.batch, corners=at)
         sums = _sums_of(self.batch, columns, terms, len(gain))
@@ -175,8 +170,8 @@ class _Cut:
         latest = min(time - at.time + at.time_width, half)
         earliest = max(time - at.time - at.time_width, -half)
         middle, width = 0.5 * (latest + earliest), max(0.5 * (latest - earliest), 1e-12)
-        node, _ = chebyshev(num_nodes(2.0 * math.tau * taps.stopband * width, 0.0))
-        shape = derivatives(taps, middle + width * node, NUM_END_TERMS) @ _to_powers(node.size).T
+        node, to_terms = chebyshev(_num_times(self.batch, width))
+        shape = derivatives(taps, middle + width * node, NUM_END_TERMS) @ to_terms.T
         other = derivatives(taps, np.array([at.side * half]), NUM_END_TERMS)[:, 0]
         expansion = CutExpansion(
             corner_gain=self._powers(at.beat, at.beat_width) @ shape,
@@ -201,93 +196,17 @@ class _Cut:
         return np.asarray(_to_powers(node.size) @ weights)
 
 
+def _num_times(batch: Batch, width: float) -> int:
+    """Number of Chebyshev nodes for h and its derivatives over ±``width``, s."""
+    return num_nodes(2.0 * math.tau * batch.taps.stopband * width, 0.0)
+
+
 def _num_powers(beat: float, width: float) -> int:
     """Number of powers of a beat's distance from ``beat``, up to ``width``, that 1/beat needs."""
     lean, count = 0.5 * width / abs(beat), 1
     while 2.0 * lean**count > EXPANSION_TOLERANCE and count <= MOST_BEAT_POWERS:
         count += 1
     return count
-
-
-def _near(unit: WorkUnit, batch: Batch, side: int, run: slice) -> list[tuple[slice, ComplexArray]]:
-    """Samples of a run with corners near the band, interpolated between reference chirps.
-
-    A link's samples depend on its phase, beat and rate alone: where a beginning or an ending is
-    that of the transmitted ramp, beat and rate determine its time. Samples are omitted if their
-    windows do not contain the corners of all combinations of the links' beats and rates.
-    """
-    from polychirp.synthesis.stretch.batch_kernels import crossing_columns
-    from polychirp.synthesis.stretch.ramp_edge_kernels import reference_samples
-
-    pair, half, overlap = batch.pair, batch.taps.half, unit.overlap
-    is_own = overlap.last_begin == 0.0, overlap.first_end == pair.duration
-    is_mixed = overlap.first_begin == 0.0, overlap.last_end == pair.duration
-    cut = 0 if side < 0 else 1
-    if pair.sent_slope == 0.0 or (is_mixed[cut] and not is_own[cut]):
-        return []
-    beats = beats_at(unit, batch, (run.start + run.stop) // 2)
-    shift = _Shift() if is_own[cut] else _shift_of(batch, beats)
-    if not is_own[cut]:
-        run = _with_all_corners(unit, half, _cuts(unit)[cut][3], run, shift)
-    count = run.stop - run.start
-    if count <= 0:
-        return []
-    beats = beats.at(unit.first + (run.start + count // 2) * unit.step)
-    reach = half + half_time(count, unit.step)
-    terms = num_terms(1.0, beats.width * reach + shift.fastest * shift.by_beat) + 4
-    bend = math.pi * beats.spread * reach**2
-    powers = num_nodes(math.tau * shift.fastest * shift.by_rate, bend) + 2
-    # sums over many powers of the rate's distance lose digits
-    most = unit.num_links * num_channels(batch)
-    if powers > MOST_REFERENCE_RATES or terms * powers * REFERENCE_COST > most:
-        return []
-    node, to_terms = chebyshev(terms)
-    rates = beats.rate + beats.spread * chebyshev(powers)[0]
-    real, imag = np.zeros((2, powers, terms, count))
-    samples = Samples(real, imag, unit.first + run.start * unit.step, unit.step)
-    beat = beats.centre + beats.width * node
-    reference_samples(samples, batch, beats.time, beat, rates, is_own)
-    gain = np.einsum(
-        "ej,jin,ri->ern", _to_powers(powers), real + 1j * imag, to_terms, optimize=True
-    )
-    columns = partial(
-        crossing_columns, batch=batch, time=beats.time, centre=beats.centre, width=beats.width
-    )
-    sums = _sums_of(batch, columns, terms, powers)
-    return [(run, np.einsum("mre,ern->mn", sums, gain))]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Shift:
-    """Shift of a corner, s, by the links' greatest distance from the mean in beat, and in rate.
-
-    ``fastest`` is the largest beat, Hz, at which a corner counts as near the band.
-    """
-
-    by_beat: float = 0.0
-    by_rate: float = 0.0
-    fastest: float = 0.0
-
-
-def _shift_of(batch: Batch, beats: Beats) -> _Shift:
-    slope = abs(batch.pair.sent_slope)
-    return _Shift(
-        by_beat=beats.width / slope,
-        by_rate=0.5 * beats.spread * batch.pair.sent_frequency / slope**2,
-        fastest=batch.response.far + batch.taps.stopband,
-    )
-
-
-def _with_all_corners(
-    unit: WorkUnit, half: float, between: tuple[float, float], run: slice, shift: _Shift
-) -> slice:
-    """The samples of a run whose windows contain all corners, even shifted by twice ``shift``."""
-    first = between[1] + 2.0 * (shift.by_beat + shift.by_rate) - half - unit.first
-    last = between[0] - 2.0 * (shift.by_beat + shift.by_rate) + half - unit.first
-    return slice(
-        max(run.start, math.ceil(first / unit.step)),
-        min(run.stop, math.floor(last / unit.step) + 1),
-    )
 
 
 def _sums_of(batch: Batch, columns: Callable[..., None], terms: int, powers: int) -> ComplexArray:
