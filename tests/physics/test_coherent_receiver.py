@@ -259,3 +259,26 @@ def test_interference_from_one_direction_on_all_ramps_hides_only_that_direction(
         others += seen.num_detections - here
     assert found >= 9
     assert others <= 1
+
+
+@pytest.mark.parametrize("trial", range(3))
+def test_bursts_at_one_place_of_all_equal_ramps_are_no_points(trial):
+    """A radar with the same slopes and another start crosses each ramp at the same place.
+
+    Its short chirps fill all ranges, and add up in phase at the range rate by which they turn from
+    sweep to sweep.
+    """
+    draw = np.random.default_rng([59, trial])
+    schedule = ramps("equal", trial)
+    point = replace(drawn_points(draw, 1)[0], power=1.0)
+    frame = frame_of(schedule, [point], seed=trial)
+    samples, length = frame.samples.copy(), 60
+    n = np.arange(length) - 0.5 * length
+    turn, first = draw.uniform(0.0, 1.0), int(draw.integers(100, 800))
+    for k in range(schedule.num_ramps):
+        chirp = np.exp(1j * np.pi * np.sign(schedule.slope[k]) * 0.9 * n**2 / length)
+        phase = np.exp(2j * np.pi * turn * schedule.sweep[k])
+        samples[:, k, first : first + length] += 3.0 * phase * chirp
+    found = CoherentReceiver().detect(frame.with_samples(samples))
+    assert found.num_detections == 1
+    assert found.range[0] == pytest.approx(true_motions(schedule, [point])[0, 0], abs=0.02)

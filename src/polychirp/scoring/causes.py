@@ -98,9 +98,10 @@ def causes(
     1. The signal is that of the parts with the most power: own echo and multipath, interference,
        front end, or noise. A ghost on a body is therefore a ghost. Interference is direct or
        indirect, whichever is stronger; a detection of noise is unexplained.
-    2. An own signal whose multipath is not above `MIRROR_RATIO` times the echo is a **target** if
-       it lies on the target's visible metal (`association`), unless another body's echo within the
-       margins is above `HIDING_RATIO` times that of the target.
+    2. An own signal whose multipath is not above `MIRROR_RATIO` times the echo, as parts or as
+       powers of the paths within the margins, since an echo fades, is a **target** if it lies on
+       the target's visible metal (`association`), unless another body's echo within the margins is
+       above `HIDING_RATIO` times that of the target.
     3. Otherwise it is of the **body** or **clutter** whose paths within the margins have the most
        power. If there is none, paths in all directions count: those of two echoes in one cell, and
        those far beside the axis, are measured with large errors.
@@ -114,9 +115,11 @@ def causes(
     """
     part = {name: powers[:, n] for n, name in enumerate(PARTS)}
     signal = _strongest_signal(part)
-    is_echo = (signal == "own") & (part["multipath"] <= MIRROR_RATIO * part["echo"])
     near, at_range = _near(detections, echoes, gate)
     by_body = power_by_body(echoes, near)
+    is_echo = part["multipath"] <= MIRROR_RATIO * part["echo"]
+    is_echo |= _has_plain_paths(echoes, near)
+    is_echo &= signal == "own"
     apart = distances_from_bodies(detections, truth, gate)
     may_be = (apart <= 1.0) & is_echo & ~_is_hidden(by_body, truth, echoes)
     pairs = associate(detections, truth, gate=gate, is_on_body=may_be)
@@ -165,6 +168,13 @@ def _strongest_signal(part: dict[str, FloatArray]) -> NDArray[np.str_]:
     """Key of `_PARTS_OF` whose parts have the most power in each detection, ``(detection,)``."""
     total = [np.sum([part[name] for name in names], axis=0) for names in _PARTS_OF.values()]
     return np.asarray(np.array(list(_PARTS_OF))[np.argmax(total, axis=0)])
+
+
+def _has_plain_paths(echoes: Echoes, near: BoolArray) -> BoolArray:
+    """Mask of the detections within whose margins paths without mirrors count, ``(detection,)``."""
+    mirrored = np.where(echoes.is_mirrored, echoes.power, 0.0) @ near
+    plain = np.where(echoes.is_mirrored, 0.0, echoes.power) @ near
+    return np.asarray((plain > 0.0) & (mirrored <= MIRROR_RATIO * plain))
 
 
 def _is_hidden(by_body: FloatArray, truth: Truth, echoes: Echoes) -> BoolArray:

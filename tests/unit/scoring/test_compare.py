@@ -195,6 +195,21 @@ def test_a_mirror_image_on_a_body_is_multipath_beyond_what_a_road_adds(ratio, na
     assert score.nature == (nature,)
 
 
+@pytest.mark.parametrize(("ratio", "nature"), [(5.0, "target"), (9.5, "multipath")])
+def test_an_echo_that_fades_on_a_body_is_told_by_the_powers_of_its_paths(ratio, nature):
+    """Two paths of equal strength cancel to a hundredth; a mirrored one is ``ratio`` times both."""
+    place = (abs(12 + 2j), -5.0, 0.165)
+    paths = echoes(
+        ("car", *place, 1.0, False),
+        ("car", *place, 1.0, False),
+        ("car", *place, 2.0 * ratio, True),
+        body=("car",),
+    )
+    powers = powers_of((0.02, 2.0 * ratio, 0.0, 0.0, 1e-3))
+    score = score_of(detections(at(12.0 + 2.0j)), car(), powers=powers, paths=paths)
+    assert score.nature == (nature,)
+
+
 @pytest.mark.parametrize(("ratio", "body"), [(5.0, "car"), (20.0, "wall")])
 def test_a_stronger_echo_of_a_wall_hides_a_body_in_the_same_cell(ratio, body):
     place = 12.0 + 2.0j

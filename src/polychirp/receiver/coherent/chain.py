@@ -70,7 +70,7 @@ class CoherentReceiver(SearchSettings):
     (array([12.]), array([3.]))
     """
 
-    dynamic_range: Ratio = from_db(70.0)
+    dynamic_range: Ratio = from_db(60.0)
     kind: Literal["coherent"] = "coherent"
 
     def __post_init__(self) -> None:

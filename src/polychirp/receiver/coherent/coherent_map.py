@@ -40,6 +40,13 @@ GREATEST_OF_NOISE = 3.0
 ROWS_FOR_FLOOR = 1000
 """Number of range rates from which the floor of a range is taken; chosen: its error is 5 %."""
 
+RANGES_FOR_FLOOR = 100
+"""Number of ranges from which the floor of a range rate is taken; chosen: its error is 6 %."""
+
+LEAST_RIDGE = 1.5
+"""Least floor of a range rate, over the median of the floors, from which it counts; chosen: noise
+hardly reaches it."""
+
 NEIGHBOURS = 3
 """Number of ranges on either side over which floors are averaged; chosen."""
 
@@ -52,11 +59,13 @@ class CoherentMap:
     ----------
     power : the map, W, ``(range rate, range)``
     range_floor : noise power of a sample at every range (`range_floors`), W, ``(range,)``
+    rate_floor : the same at every range rate (`rate_floors`), W, ``(range rate,)``
     seen, profiles : what the map is made of
     """
 
     power: NDArray[np.float32]
     range_floor: FloatArray
+    rate_floor: FloatArray
     seen: Observation
     profiles: Profiles
 
@@ -112,6 +121,7 @@ def coherent_map(seen: Observation, profiles: Profiles) -> CoherentMap:
     return CoherentMap(
         power=power,
         range_floor=range_floors(power, len(profiles.value)),
+        rate_floor=rate_floors(power, len(profiles.value)),
         seen=seen,
         profiles=profiles,
     )
@@ -126,6 +136,19 @@ def range_floors(power: NDArray[np.float32], num_channels: int) -> FloatArray:
     padded = np.pad(median, NEIGHBOURS, mode="edge")
     width = 2 * NEIGHBOURS + 1
     return np.asarray(np.convolve(padded, np.full(width, 1.0 / width), mode="valid"))
+
+
+def rate_floors(power: NDArray[np.float32], num_channels: int) -> FloatArray:
+    """Noise power of a sample at range rates with a ridge over all ranges, W; 0 at others.
+
+    Bursts of another radar at the same place of all equal ramps make such a ridge: they add up in
+    phase at the range rates by which they turn from ramp to ramp.
+    """
+    from scipy.special import gammaincinv
+
+    step = max(1, power.shape[1] // RANGES_FOR_FLOOR)
+    floor = medians(np.ascontiguousarray(power[:, ::step])) / gammaincinv(num_channels, 0.5)
+    return np.where(floor > LEAST_RIDGE * np.median(floor), floor, 0.0)
 
 
 def coherent_power(seen: Observation, residual: ComplexArray, motion: FloatArray) -> FloatArray:

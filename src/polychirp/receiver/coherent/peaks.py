@@ -61,14 +61,15 @@ def floors(seen: CoherentMap, cell: IntArray) -> FloatArray:
 def peaks(seen: CoherentMap, axes: Grid, threshold: float) -> Peaks:
     """Peaks whose interpolated value exceeds ``threshold`` times the floor.
 
-    Values are interpolated by parabolas through the logarithm of the power, along each axis.
+    It exceeds that of its range rate too, where bursts make a ridge over all ranges. Values are
+    interpolated by parabolas through the logarithm of the power, along each axis.
     """
     least = (GREATEST_LOSS * threshold * seen.range_floor).astype(np.float32)
     cell, place, value = _maxima(seen.power, least)
     may_exceed = value > threshold * seen.range_floor[cell[:, 1]]  # the floor is this or higher
     cell, place, value = cell[may_exceed], place[may_exceed], value[may_exceed]
     floor = floors(seen, cell)
-    exceeds = value > threshold * floor
+    exceeds = value > threshold * np.maximum(floor, seen.rate_floor[cell[:, 0]])
     cell, place, value, floor = (v[exceeds] for v in (cell, place, value, floor))
     return Peaks(
         cell=cell,

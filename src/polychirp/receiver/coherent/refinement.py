@@ -35,6 +35,10 @@ LEAST_LOBE = 3.0
 """Power of a lobe beside a point, over its mean in noise, from which a second point is tried;
 chosen."""
 
+LEAST_STEP_OF_ONE = 1e-7
+"""Fall of the residual's power, as a share of a point's own, for which the point takes a step if no
+other overlaps it; chosen: what is left does not show beside it."""
+
 SWEEPS_OF_A_PAIR = 12
 """Sweeps of the fit of two points in place of one; chosen: near points take many."""
 
@@ -86,7 +90,7 @@ def relaxed(
     groups = [free[own] for own in groups_of(seen, Replicas.of(seen, points[free]))]
     any_moved = False
     for _ in range(sweeps):
-        least = np.array([least_gain * np.min(points.floor[own]) for own in groups])
+        least = np.array([_least_fall(points[own], least_gain) for own in groups])
         points, fallen = swept(seen, residual, points, groups, least)
         moved = [own for own, fall in zip(groups, fallen, strict=True) if fall > 0.0]
         if moved:
@@ -97,6 +101,18 @@ def relaxed(
         if not groups:
             break
     return points, any_moved
+
+
+def _least_fall(group: Points, least_gain: float) -> float:
+    """Expected fall of the residual's power for which a group takes a step, W.
+
+    The floor beside a strong point holds its own side lobes until it is subtracted. A point alone
+    has only a few steps to its place, and takes them whatever this floor is.
+    """
+    least = least_gain * float(np.min(group.floor))
+    if len(group) > 1:
+        return least
+    return min(least, LEAST_STEP_OF_ONE * float(group.strength[0]))
 
 
 def _turned(seen: Observation, points: Points, which: IntArray) -> Points:

@@ -24,29 +24,39 @@ from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.overlap import LEAST_COUPLING
 from polychirp.receiver.coherent.points import Points
 from polychirp.receiver.coherent.refinement import LEAST_REDUNDANCY
-from polychirp.receiver.coherent.replicas import BEAT, Replicas, total_products
+from polychirp.receiver.coherent.replicas import (
+    BEAT,
+    Replicas,
+    correlations,
+    total_products,
+)
+
+SAME = 1.0 - 1e-9
+"""Correlation from which two signals are that of one point; rounding makes some 1e-15."""
 
 
-def with_residues(seen: Observation, points: Points) -> Points:
-    """Points whose floors hold the residues there, and whose powers refer to these floors."""
-    floor = points.floor + residues(seen, points)
+def with_residues(seen: Observation, points: Points, others: Points | None = None) -> Points:
+    """Points whose floors hold the residues there, and whose powers refer to these floors.
+
+    The bodies are those of ``others``; None for the points themselves.
+    """
+    floor = points.floor + residues(seen, points if others is None else others, points)
     return replace(points, floor=floor, power=points.strength / floor)
 
 
-def residues(seen: Observation, points: Points) -> FloatArray:
-    """Noise power of a sample that the bodies leave at every point, W, ``(point,)``.
+def residues(seen: Observation, points: Points, at: Points) -> FloatArray:
+    """Noise power of a sample that the bodies of ``points`` leave at others, W, ``(point,)``.
 
     A point's own cell does not count, nor does the body of which it is the strongest point.
     """
-    every = Replicas.of(seen, points)
+    every, here = Replicas.of(seen, points), Replicas.of(seen, at)
     gram = total_products(seen, every, every)
-    size = np.maximum(np.diagonal(gram).real, 1e-300)
-    coupling = np.abs(gram) / np.sqrt(np.outer(size, size))
+    coupling = correlations(seen, here, every)
     white = mixed(seen, points.amplitude)
-    out = np.zeros(len(points))
-    for body in bodies(points.strength, coupling):
-        lobe = side_lobes(seen, every, every[body[:1]])
-        for n in np.flatnonzero(np.arange(len(points)) != body[0]):
+    out = np.zeros(len(at))
+    for body in bodies(points.strength, correlations(seen, every, every)):
+        lobe = side_lobes(seen, here, every[body[:1]])
+        for n in np.flatnonzero(coupling[:, body[0]] < SAME):
             others = body[coupling[n, body] <= LEAST_REDUNDANCY]
             energy = unexplained(gram[np.ix_(others, others)], white[others])
             out[n] += energy * lobe[n] / (seen.num_used * white.shape[1])

@@ -91,16 +91,11 @@ def find_points(
         points, residual = strong(seen, residual, points, threshold)
         top = max(top, float(seen_map.power.max()), float(np.max(points.strength, initial=0.0)))
         found = peaks(seen_map, axes, threshold)
-        is_new = ~is_tried[tuple(found.cell.T)] & (found.power * dynamic_range >= top)
-        if not np.any(is_new) or len(points) >= most:
+        found = found[found.power * dynamic_range >= top]
+        fresh = new_points(seen, residual, found, is_tried, threshold)
+        if not len(fresh) or len(points) >= most:
             break
-        found = found[is_new]
-        fresh = smeared_points(seen, residual, found, is_tried, threshold)
-        fresh = plain_points(seen, residual, found, fresh, is_tried, threshold)
-        if len(fresh):
-            points, residual = added(seen, residual, points, fresh)
-        elif not np.any(found.is_point):
-            break
+        points, residual = added(seen, residual, points, fresh)
     points, residual = settled(seen, points, sweeps=LAST_SWEEPS)
     least = threshold_of(FALSE_PAIR_PROBABILITY, num_channels=channels)
     points, residual = divided(seen, residual, points, least)
@@ -135,6 +130,18 @@ def with_floors(points: Points, seen_map: CoherentMap, axes: Grid) -> Points:
     cell = np.clip(np.stack([row, column], axis=1), 0, last).astype(np.int64)
     own = floors(seen_map, cell)
     return replace(points, floor=own, power=points.power * points.floor / own)
+
+
+def new_points(
+    seen: Observation, residual: Residual, found: Peaks, is_tried: BoolArray, threshold: float
+) -> Points:
+    """The first points that peaks show which have not been tried; none if no peak shows any."""
+    while True:
+        found = found[~is_tried[tuple(found.cell.T)]]
+        fresh = smeared_points(seen, residual, found, is_tried, threshold)
+        fresh = plain_points(seen, residual, found, fresh, is_tried, threshold)
+        if len(fresh) or not np.any(found.is_point):
+            return fresh
 
 
 def plain_points(
@@ -222,7 +229,10 @@ def distinct(
 
 
 def starts(seen: Observation, residual: Residual, found: Peaks) -> Points:
-    """Points at the peaks, accelerated where this helps, with the amplitudes that fit there."""
+    """Points at the peaks, accelerated where this helps, with the amplitudes that fit there.
+
+    Their floors hold what the bodies leave that are subtracted from the residual.
+    """
     zero = np.zeros(found.range.size)
     points = Points(
         motion=np.stack([found.range, found.range_rate, zero, zero], axis=-1),
@@ -231,8 +241,8 @@ def starts(seen: Observation, residual: Residual, found: Peaks) -> Points:
         sine=zero,
         power=zero,
     )
-    points = accelerated(seen, residual, points)
-    return fitted(seen, residual, points)
+    points = fitted(seen, residual, accelerated(seen, residual, points))
+    return with_residues(seen, points, residual.points)
 
 
 def added(
