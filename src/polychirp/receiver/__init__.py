@@ -15,6 +15,6 @@ The subpackages and modules in reading order; other packages may use the names b
 - `selection`: the receivers of a study file, and the choice of one: `AnyReceiver`, `receiver_for`.
 - `mimo`: the virtual array of several transmitting elements: `virtual_array`, `virtual_parts`,
   `azimuths_in_motion`, `element_streams`.
-- `attribution`: powers of detections and floor, for each part of the samples: `part_powers`,
+- `attribution`: powers of detections and floor, for each part of the samples: `detected`,
   `part_amplitudes`, `floor_rise`, `range_response`.
 """

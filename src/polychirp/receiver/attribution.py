@@ -13,6 +13,7 @@ from polychirp.model.target_levels import TargetLevels
 from polychirp.model.truth import Truth
 from polychirp.receiver.angle.beamform import beamform, orthogonal_sines, steering
 from polychirp.receiver.chain import Receiver, search_grid
+from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.detection.range_rate_map import (
     log_range_rate_map,
     log_spectra,
@@ -27,20 +28,25 @@ from polychirp.receiver.signal_model.point_signal import (
 )
 
 
-def part_powers(
-    receiver: FrameReceiver, frame: IfFrame, parts: IfParts, detections: Detections
-) -> FloatArray:
-    r"""Power that each part contributes to each detection, W, ``(detection, part)`` as in `PARTS`.
+def detected(
+    receiver: FrameReceiver, frame: IfFrame, parts: IfParts
+) -> tuple[Detections, FloatArray]:
+    r"""Detections of a frame, and the power of each part in each, W, ``(detection, part)``.
 
-    It is the power of `part_amplitudes`, combined over ramps as the receiver combines them
-    (``combined_power``). The part that has the detection's beats on all ramps causes it. Parts that
-    the frame lacks contribute 0.
+    The parts are in the order of `PARTS`; those that the frame lacks have 0. The coherent receiver
+    fits its points to each part (`coherent.parts`). For other receivers it is the power of
+    `part_amplitudes`, combined over ramps as the receiver combines them (``combined_power``). The
+    part that has the detection's beats on all ramps causes it.
     """
-    amplitude = part_amplitudes(receiver, frame, parts, detections)
-    out = np.zeros((detections.num_detections, len(PARTS)))
-    numbers = [PARTS.index(part) for part in parts.names]
-    out[:, numbers] = receiver.combined_power(amplitude, frame.schedule)
-    return out
+    if isinstance(receiver, CoherentReceiver):
+        found, power = receiver.detect_parts(frame, parts)
+    else:
+        found = receiver.detect(frame)
+        amplitude = part_amplitudes(receiver, frame, parts, found)
+        power = receiver.combined_power(amplitude, frame.schedule)
+    out = np.zeros((found.num_detections, len(PARTS)))
+    out[:, [PARTS.index(part) for part in parts.names]] = power
+    return found, out
 
 
 def part_amplitudes(

@@ -16,7 +16,7 @@ from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
 from polychirp.model.score import Score
 from polychirp.model.truth import Truth
-from polychirp.receiver.attribution import floor_rise, part_powers, target_levels
+from polychirp.receiver.attribution import detected, floor_rise, target_levels
 from polychirp.receiver.mimo import (
     azimuths_in_motion,
     virtual_array,
@@ -195,8 +195,7 @@ def receive_and_score(
     is_coded = received.schedule.num_elements > 1 and receiver.kind != "range-doppler"
     if is_coded:
         frame, parts = virtual_array(received), virtual_parts(received, parts)
-    found = receiver.detect(frame)
-    powers = part_powers(receiver, frame, parts, found)
+    found, powers = detected(receiver, frame, parts)
     if is_coded:
         found = azimuths_in_motion(receiver, received, found)
     true = truth(scene.at(found.time), victim, targets, has_occlusion=has_occlusion)

@@ -4,13 +4,16 @@ import numpy as np
 import pytest
 
 from polychirp.model.if_frame import PARTS, IfParts
+from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
 from polychirp.receiver.attribution import (
+    detected,
     floor_rise,
     part_amplitudes,
-    part_powers,
     range_response,
 )
 from polychirp.receiver.chain import Receiver
+from polychirp.receiver.clustering import Body
+from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.mitigation import Autoregression, Blanking, Imat, StftExcision
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.receiver.signal_model.point_signal import (
@@ -43,24 +46,67 @@ def dissected(burst=0.0, ghost_power=4e4):
     return noise.with_samples(parts.total()), parts
 
 
-def test_every_detection_is_traced_to_the_part_it_comes_from():
+@pytest.mark.parametrize(
+    "receiver", [Receiver(), CoherentReceiver(), PaperReceiver(greatest_range=12.0)]
+)
+def test_every_detection_is_traced_to_the_part_it_comes_from(receiver):
     frame, parts = dissected()
-    found = Receiver().detect(frame)
-    powers = part_powers(Receiver(), frame, parts, found)
+    found, powers = detected(receiver, frame, parts)
+    for place, part in ((6.0, "direct"), (9.0, "echo")):
+        n = np.argmin(np.abs(found.range - place))
+        assert found.range[n] == pytest.approx(place, abs=0.1)
+        assert PARTS[np.argmax(powers[n])] == part
+
+
+def test_a_part_has_the_power_of_all_channels():
+    frame, parts = dissected()
+    found, powers = detected(CoherentReceiver(), frame, parts)
     assert found.num_detections == 2
-    assert [PARTS[n] for n in np.argmax(powers, axis=1)] == ["direct", "echo"]
-    # steered and matched: the part's own power, times the four channels
     assert powers[0, PARTS.index("direct")] == pytest.approx(4 * 4e4, rel=0.02)
+    assert powers[1, PARTS.index("echo")] == pytest.approx(4 * 1e4, rel=0.02)
 
 
-def test_a_part_counts_with_its_geometric_mean_over_ramps():
+def test_a_part_is_told_from_a_stronger_one_beside_it():
+    """Half a cell apart and 20 dB weaker: all points are fitted to each part at once."""
+    cell = 0.17
+    strong = frame_of(
+        RAMPS, [HandPoint(range=9.0, azimuth=0.3, power=1e4, spreads=True)], noise=0.0
+    )
+    weak = frame_of(RAMPS, [HandPoint(range=9.0 + 1.5 * cell, power=1e2)], noise=0.0)
+    noise = frame_of(RAMPS, [], seed=2)
+    samples = np.stack([strong.samples, weak.samples, noise.samples])
+    parts = IfParts(samples=samples, names=("echo", "direct", "noise"))
+    found, powers = detected(CoherentReceiver(), noise.with_samples(samples.sum(axis=0)), parts)
+    assert found.num_detections == 2
+    assert [PARTS[n] for n in np.argmax(powers, axis=1)] == ["echo", "direct"]
+    assert powers[1, PARTS.index("echo")] < 0.1 * powers[1, PARTS.index("direct")]
+
+
+def test_interference_that_the_receiver_takes_out_is_no_cause():
+    """An interferer of one direction is 20 dB above the echo in its cell, in each channel."""
+    frame, parts = dissected(ghost_power=0.0)
+    draw = np.random.default_rng(6)
+    wave = np.exp(-1j * np.pi * np.arange(4) * np.sin(-0.6))
+    burst = draw.normal(size=(2, *frame.samples.shape[1:]))
+    burst = 30.0 * wave[:, None, None] * (burst[0] + 1j * burst[1]) * frame.times.is_sample
+    samples = parts.samples.copy()
+    samples[PARTS.index("direct")] = burst
+    hit = frame.with_samples(frame.samples + burst)
+    found, powers = detected(CoherentReceiver(), hit, IfParts(samples=samples))
+    assert found.range[0] == pytest.approx(9.0, abs=0.02)
+    assert PARTS[int(np.argmax(powers[0]))] == "echo"
+
+
+def test_a_part_of_the_joint_receiver_counts_with_its_geometric_mean_over_ramps():
     """A ghost of 1/100 of its power on every other ramp has a tenth of it in the mean."""
     frame, parts = dissected()
     found = Receiver().detect(frame)
-    steady = part_powers(Receiver(), frame, parts, found)
     samples = parts.samples.copy()
     samples[PARTS.index("direct"), :, ::2] *= 0.1
-    uneven = part_powers(Receiver(), frame, IfParts(samples=samples), found)
+    amplitudes = (
+        part_amplitudes(Receiver(), frame, one, found) for one in (parts, IfParts(samples=samples))
+    )
+    steady, uneven = (Receiver().combined_power(one, frame.schedule) for one in amplitudes)
     ratio = uneven[0, PARTS.index("direct")] / steady[0, PARTS.index("direct")]
     assert ratio == pytest.approx(0.1, rel=1e-6)
 
@@ -88,19 +134,27 @@ def test_the_floor_is_read_where_targets_beat(is_up):
 
 
 def test_a_frame_without_detections_has_no_powers():
-    noise = frame_of(RAMPS, [], seed=3)
-    found = Receiver().detect(noise)
-    assert found.num_detections == 0
     _, parts = dissected()
-    assert part_powers(Receiver(), noise, parts, found).shape == (0, len(PARTS))
+    found, powers = detected(CoherentReceiver(), frame_of(RAMPS, [], seed=3), parts)
+    assert found.num_detections == 0
+    assert powers.shape == (0, len(PARTS))
+
+
+def test_an_object_has_the_powers_of_the_point_at_its_place():
+    frame, parts = dissected()
+    grouped = CoherentReceiver(grouping=Body(gap=5.0, range_rate=5.0))
+    found, powers = detected(grouped, frame, parts)
+    assert found.num_detections == 1
+    assert found.num_points[0] == 2
+    assert PARTS[int(np.argmax(powers[0]))] == ("direct" if found.range[0] < 7.0 else "echo")
 
 
 def test_parts_that_a_frame_does_not_have_put_in_nothing():
     frame, parts = dissected()
     few = IfParts(samples=parts.samples[:5], names=PARTS[:5])
-    found = Receiver().detect(frame)
-    powers = part_powers(Receiver(), frame, few, found)
-    assert powers[:, :5] == pytest.approx(part_powers(Receiver(), frame, parts, found)[:, :5])
+    _, powers = detected(CoherentReceiver(), frame, few)
+    _, whole = detected(CoherentReceiver(), frame, parts)
+    assert powers[:, :5] == pytest.approx(whole[:, :5])
     assert not powers[:, 5:].any()
 
 

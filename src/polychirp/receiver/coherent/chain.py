@@ -5,19 +5,18 @@ from typing import Literal
 
 import numpy as np
 
-from polychirp.axes import ComplexArray, FloatArray
+from polychirp.axes import FloatArray, IntArray
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.detection import Detections
-from polychirp.model.if_frame import IfFrame
-from polychirp.model.ramp import RampSchedule
+from polychirp.model.if_frame import IfFrame, IfParts
 from polychirp.receiver.clustering import merged
 from polychirp.receiver.coherent.coherent_map import map_axes
 from polychirp.receiver.coherent.directions import directions
 from polychirp.receiver.coherent.false_alarms import expected_peaks, map_area, threshold_of
 from polychirp.receiver.coherent.observation import Observation
+from polychirp.receiver.coherent.parts import part_powers
 from polychirp.receiver.coherent.points import Points
 from polychirp.receiver.coherent.search import find_points
-from polychirp.receiver.estimation.coherence_test import best_corrections, correction_phasors
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.receiver.settings import SearchSettings, need_dynamic_range
 from polychirp.units import Ratio, from_db
@@ -79,18 +78,26 @@ class CoherentReceiver(SearchSettings):
 
     def detect(self, frame: IfFrame) -> Detections:
         """Detections of one frame, strongest first; range and azimuth in the frame's middle."""
-        seen = Observation.of(frame, mitigated(self.mitigation, frame))
-        points, seen = find_points(
-            seen,
-            map_axes(seen, self),
-            threshold=threshold_of(
-                self.false_alarm_probability, num_channels=frame.array.num_channels
-            ),
-            dynamic_range=self.dynamic_range,
-            most=self.most_detections,
-        )
-        found = self._detections(seen, points, spacing=frame.array.spacing)
+        points, seen = self._points(frame)
+        found, _ = self._detections(seen, points, spacing=frame.array.spacing)
         return found if self.grouping is None else merged(found, self.grouping)
+
+    def detect_parts(self, frame: IfFrame, parts: IfParts) -> tuple[Detections, FloatArray]:
+        """Detections as of `detect`, and the power of each part in each, W, ``(detection, part)``.
+
+        The parts are those of ``parts``, in their order; `parts.part_powers` says what their power
+        is. Of an object it is that of the point nearest to its place.
+        """
+        points, seen = self._points(frame)
+        found, number = self._detections(seen, points, spacing=frame.array.spacing)
+        samples = mitigated(self.mitigation, frame).repair(parts.samples)
+        power = part_powers(seen, points, samples)[number]
+        if self.grouping is None:
+            return found, power
+        whole, body = merged(found, self.grouping), self.grouping
+        apart = np.abs(whole.range[:, None] - found.range) / body.gap
+        apart += np.abs(whole.range_rate[:, None] - found.range_rate) / body.range_rate
+        return whole, power[np.argmin(apart, axis=1)] if len(power) else power
 
     def expected_false_detections(self, frame: IfFrame) -> float:
         """Mean number of detections that noise alone would cause in this frame."""
@@ -104,28 +111,26 @@ class CoherentReceiver(SearchSettings):
         )
         return float(area * expected_peaks(threshold, num_channels=channels))
 
-    def combined_power(self, amplitude: ComplexArray, schedule: RampSchedule) -> FloatArray:
-        """Power, W, of amplitudes ``(detection, part, ramp)`` that add up in phase over the ramps.
-
-        The phases are those of the sum of all parts, for which range rate and acceleration are
-        corrected.
-        """
-        middle = schedule.start_time + 0.5 * schedule.duration
-        frequency = schedule.centre_frequency
-        total = amplitude.sum(axis=1, keepdims=True)
-        rate, acceleration = best_corrections(total, frequency, middle)
-        turns = [
-            correction_phasors(rate[[n]], acceleration[[n]], frequency=frequency, elapsed=middle)
-            for n in range(len(amplitude))
-        ]
-        turn = np.reshape(turns, (len(amplitude), 1, middle.size))
-        return np.asarray(np.abs(np.mean(amplitude * turn, axis=-1)) ** 2, dtype=np.float64)
-
-    def _detections(self, seen: Observation, points: Points, *, spacing: float) -> Detections:
-        """The points within the receiver's limits as detections, two where two waves arrive."""
+    def _points(self, frame: IfFrame) -> tuple[Points, Observation]:
+        """The points within the receiver's limits, and the observation with its noise."""
+        seen = Observation.of(frame, mitigated(self.mitigation, frame))
+        points, seen = find_points(
+            seen,
+            map_axes(seen, self),
+            threshold=threshold_of(
+                self.false_alarm_probability, num_channels=frame.array.num_channels
+            ),
+            dynamic_range=self.dynamic_range,
+            most=self.most_detections,
+        )
         distance, rate = points.motion[:, 0], points.motion[:, 1]
         is_inside = (distance >= self.least_range) & (distance <= self.greatest_range)
-        points = points[is_inside & (np.abs(rate) <= self.greatest_speed)]
+        return points[is_inside & (np.abs(rate) <= self.greatest_speed)], seen
+
+    def _detections(
+        self, seen: Observation, points: Points, *, spacing: float
+    ) -> tuple[Detections, IntArray]:
+        """Points as detections, two where two waves arrive, and the number of each one's point."""
         spacing = spacing * float(seen.frequency.mean()) / SPEED_OF_LIGHT
         number, azimuth, share = directions(
             points, seen.mixing, spacing=spacing, estimator=self.angle
@@ -133,7 +138,7 @@ class CoherentReceiver(SearchSettings):
         power = np.mean(np.abs(points.amplitude[number]) ** 2, axis=1) * share
         order = np.argsort(-power, kind="stable")
         number = number[order]
-        return Detections(
+        found = Detections(
             time=seen.model.time,
             range=points.motion[number, 0],
             range_rate=points.motion[number, 1],
@@ -141,3 +146,4 @@ class CoherentReceiver(SearchSettings):
             power=power[order],
             snr=(points.power[number] * share[order]),
         )
+        return found, number

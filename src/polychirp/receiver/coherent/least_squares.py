@@ -26,7 +26,7 @@ def fitted(seen: Observation, residual: Residual, points: Points) -> Points:
     matched = here.matched(residual.sums(seen, here))[0].sum(axis=-1)
     amplitude, size = points.amplitude.copy(), np.ones(len(points))
     for own in groups_of(seen, here):
-        inverse = _inverse(products(seen, here[own])[0].sum(axis=-1))
+        inverse = inverse_of(products(seen, here[own])[0].sum(axis=-1))
         amplitude[own] = inverse @ matched[own]
         size[own] = np.diagonal(inverse).real
     power = np.sum(np.abs(mixed(seen, amplitude)) ** 2, axis=1)
@@ -48,7 +48,7 @@ def sines(seen: Observation, amplitude: ComplexArray) -> FloatArray:
     return ESTIMATORS["bartlett"](amplitude[:, :, None], spacing=spacing)
 
 
-def _inverse(gram: ComplexArray) -> ComplexArray:
+def inverse_of(gram: ComplexArray) -> ComplexArray:
     """Inverse of a Gram matrix, slightly regularised."""
     scale = 1.0 / np.sqrt(np.maximum(np.diagonal(gram).real, 1e-300))
     outer = np.outer(scale, scale)

@@ -31,7 +31,7 @@ from polychirp.receiver.coherent.replicas import (
     total_products,
 )
 
-SAME = 1.0 - 1e-9
+LEAST_OF_SAME = 1.0 - 1e-9
 """Correlation from which two signals are that of one point; rounding makes some 1e-15."""
 
 
@@ -56,7 +56,7 @@ def residues(seen: Observation, points: Points, at: Points) -> FloatArray:
     out = np.zeros(len(at))
     for body in bodies(points.strength, correlations(seen, every, every)):
         lobe = side_lobes(seen, here, every[body[:1]])
-        for n in np.flatnonzero(coupling[:, body[0]] < SAME):
+        for n in np.flatnonzero(coupling[:, body[0]] < LEAST_OF_SAME):
             others = body[coupling[n, body] <= LEAST_REDUNDANCY]
             energy = unexplained(gram[np.ix_(others, others)], white[others])
             out[n] += energy * lobe[n] / (seen.num_used * white.shape[1])

@@ -18,7 +18,7 @@ from polychirp.model.paths import PropagationPaths
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
 from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
-from polychirp.receiver.attribution import part_powers, range_response
+from polychirp.receiver.attribution import detected, range_response
 from polychirp.receiver.chain import Receiver
 from polychirp.receiver.detection.threshold import mean_threshold
 from polychirp.receiver.mitigation.blanking import Blanking
@@ -302,7 +302,7 @@ def _case_row(
         targets=TARGETS_OF_RADAR[case.victim],
     )
     return paper_row(
-        case, result, receiver, paper_found=_found_by_the_paper(result, scene, snapshots, receiver)
+        case, result, receiver, paper_found=_found_by_the_paper(result, scene, snapshots)
     )
 
 
@@ -310,15 +310,14 @@ def _found_by_the_paper(
     result: VictimResult,
     scene: Scene,
     snapshots: Sequence[PropagationPaths],
-    receiver: Receiver,
 ) -> tuple[int, int]:
     """Numbers of detections of the paper's receiver in the same frame, and of targets found."""
-    detections = PaperReceiver().detect(result.frame)
+    detections, powers = detected(PaperReceiver(), result.frame, result.parts)
     victim = scene.radar_index(result.name)
     found = causes(
         detections,
         result.truth,
-        powers=part_powers(receiver, result.frame, result.parts, detections),
+        powers=powers,
         echoes=echoes_at(detections.time, scene, snapshots, victim=victim),
         gate=gate_for(PaperReceiver(), result.frame.schedule, result.frame.array),
     )

@@ -1,0 +1,40 @@
+"""Shares of the parts of the samples in the points that are found."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from polychirp.axes import ComplexArray, FloatArray
+from polychirp.receiver.coherent.least_squares import inverse_of, mixed
+from polychirp.receiver.coherent.observation import Observation
+from polychirp.receiver.coherent.points import Points
+from polychirp.receiver.coherent.replicas import Replicas, total_products
+from polychirp.receiver.coherent.residual import Residual
+
+
+def part_powers(seen: Observation, points: Points, parts: ComplexArray) -> FloatArray:
+    r"""Power that each part contributes to each point, W, ``(point, part)``.
+
+    All points are fitted to each part at once, with the weights of the ramps and on the white
+    channels on which they were found, so that the amplitudes :math:`a_p` of all parts add up to the
+    amplitude a of the point. A part contributes :math:`\|a\|^2\,|a_p^H a|^2/\|a\|_w^4`, with the
+    product and the norm of index w taken on white channels: interference that the channels'
+    whitening removes contributes nothing. The factor scales the sum of all to that of the point's
+    powers in all channels.
+
+    Parameters
+    ----------
+    parts : samples of each after mitigation, V, ``(part, channel, ramp, fast)``
+    """
+    here = Replicas.of(seen, points)
+    inverse = inverse_of(total_products(seen, here, here))
+    none = Points.none(parts.shape[1])
+    own = mixed(seen, points.amplitude)
+    size = np.maximum(np.sum(np.abs(own) ** 2, axis=1), 1e-300)
+    scale = np.sum(np.abs(points.amplitude) ** 2, axis=1) / size**2
+    out = np.empty((len(points), len(parts)))
+    for n, samples in enumerate(parts):
+        left = Residual.of(replace(seen, samples=np.ascontiguousarray(samples)), none)
+        amplitude = inverse @ here.matched(left.sums(seen, here))[0].sum(axis=-1)
+        out[:, n] = scale * np.abs(np.sum(mixed(seen, amplitude).conj() * own, axis=1)) ** 2
+    return out
