@@ -51,6 +51,7 @@ class CoherentReceiver(SearchSettings):
 
     >>> from polychirp.model.antenna import AntennaArray
     >>> from polychirp.model.if_frame import SampleTimes
+    >>> from polychirp.model.ramp import RampSchedule
     >>> draw, k = np.random.default_rng(1), np.arange(32)
     >>> start = 100e-6 * k + draw.uniform(0, 20e-6, 32)
     >>> slope = draw.uniform(8e12, 12e12, 32)
