@@ -84,8 +84,9 @@ def find_points(
         return points, seen
     residual = Residual.of(seen, points)
     is_tried = np.zeros((axes.range_rate.size, axes.range.size), dtype=bool)
+    is_white = False
     while True:
-        seen, profiles = adapted(seen, residual, axes)
+        seen, profiles = adapted(seen, residual, axes, is_white=is_white)
         seen_map = coherent_map(seen, profiles)
         points = with_floors(points, seen_map, axes)
         points, residual = strong(seen, residual, points, threshold)
@@ -93,9 +94,11 @@ def find_points(
         found = peaks(seen_map, axes, threshold)
         found = found[found.power * dynamic_range >= top]
         fresh = new_points(seen, residual, found, is_tried, threshold)
-        if not len(fresh) or len(points) >= most:
+        if is_white and (not len(fresh) or len(points) >= most):
             break
-        points, residual = added(seen, residual, points, fresh)
+        if len(fresh):
+            points, residual = added(seen, residual, points, fresh)
+        is_white = True
     points, residual = settled(seen, points, sweeps=LAST_SWEEPS)
     least = threshold_of(FALSE_PAIR_PROBABILITY, num_channels=channels)
     points, residual = divided(seen, residual, points, least)
@@ -114,10 +117,18 @@ def standing_out(seen: Observation, points: Points, threshold: float) -> Points:
     return points[points.power >= needed]
 
 
-def adapted(seen: Observation, residual: Residual, axes: Grid) -> tuple[Observation, Profiles]:
-    """The observation with the noise that the residual shows, and its profiles in white noise."""
+def adapted(
+    seen: Observation, residual: Residual, axes: Grid, *, is_white: bool
+) -> tuple[Observation, Profiles]:
+    """The observation with the noise that the residual shows, and its profiles.
+
+    The channels are made white only if ``is_white``: side lobes of a strong point fill the map, and
+    would count as noise from its direction.
+    """
     seen = replace(seen, weight=ramp_weights(seen, residual.samples))
     profiles = Profiles.of(seen, residual.spectra, axes)
+    if not is_white:
+        return seen, profiles
     mixing = whitening(channel_covariance(seen, profiles))
     return replace(seen, mixing=mixing), profiles.mixed(mixing)
 
