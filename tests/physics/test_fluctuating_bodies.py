@@ -69,5 +69,5 @@ def test_a_fluctuating_body_is_found_and_causes_nothing_beside_it(family):
 
 @pytest.mark.slow
 def test_without_residues_a_fluctuating_body_is_detected_at_other_places(monkeypatch):
-    monkeypatch.setattr(search, "with_residues", lambda _, points, *others: points)
+    monkeypatch.setattr(search, "with_residues", lambda _, points, *_others: points)
     assert detected("equal", 0)[1] >= 3
