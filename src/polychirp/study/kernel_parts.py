@@ -28,7 +28,7 @@ PARTS: Final = {
         Part(name="targets", duration=1.0, kernels=4),
         Part(name="profiles", duration=2.0, kernels=2),
         Part(name="range-Doppler", duration=2.0, kernels=1),
-        Part(name="coherent", duration=18.0, kernels=14),
+        Part(name="coherent", duration=30.0, kernels=45),
         Part(name="point vehicles", duration=4.0, kernels=5),
     )
 }
