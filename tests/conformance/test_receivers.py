@@ -8,9 +8,10 @@ import pytest
 
 from polychirp.errors import CapabilityError, InputError
 from polychirp.model.antenna import AntennaArray
-from polychirp.model.if_frame import IfFrame
+from polychirp.model.if_frame import PARTS, IfFrame, IfParts
 from polychirp.model.radar import Converter
 from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
+from polychirp.receiver.attribution import detected
 from polychirp.receiver.chain import Receiver
 from polychirp.receiver.clustering import Body
 from polychirp.receiver.coherent.chain import CoherentReceiver
@@ -109,18 +110,41 @@ def test_silence_has_no_detections(case):
     assert receiver.detect(frame.with_samples(0.0 * frame.samples)).num_detections == 0
 
 
-def test_power_that_is_combined_over_ramps_grows_with_the_square_of_amplitudes(case):
+def test_a_part_has_the_power_of_its_echo_in_all_channels(case):
     receiver, frame = case
-    if receiver.kind == "coherent":
-        pytest.skip("it fits its points to the parts")
-    amplitude = np.random.default_rng(1).normal(size=(3, 2, frame.schedule.num_ramps, 2))
+    converter = CASES[receiver.kind][2]
+    echo = frame_of(frame.schedule, [POINT], seed=3, noise=0.0, converter=converter).samples
+    parts = IfParts(samples=np.stack([echo, frame.samples - echo]), names=("echo", "noise"))
+    found, powers = detected(receiver, frame, parts)
+    assert powers.shape == (found.num_detections, len(PARTS))
+    assert powers[0, PARTS.index("echo")] == pytest.approx(4.0 * POINT.power, rel=0.3)
+    assert powers[0, PARTS.index("noise")] < 0.01 * powers[0, PARTS.index("echo")]
+
+
+def test_powers_of_parts_grow_with_the_square_of_amplitudes(case):
+    receiver, frame = case
+    parts = IfParts(
+        samples=np.stack([frame.samples, 0.1j * frame.samples]), names=("echo", "noise")
+    )
+    twice = replace(parts, samples=2.0 * parts.samples)
+    _, powers = detected(receiver, frame, parts)
+    _, greater = detected(receiver, frame.with_samples(2.0 * frame.samples), twice)
+    np.testing.assert_allclose(greater[0], 4.0 * powers[0], rtol=1e-6)
+    noise, echo = (powers[0, PARTS.index(part)] for part in ("noise", "echo"))
+    assert noise == pytest.approx(0.01 * echo, rel=1e-6)
+
+
+@pytest.mark.parametrize("kind", [k for k in CASES if hasattr(CASES[k][0], "combined_power")])
+def test_power_that_is_combined_over_ramps_grows_with_the_square_of_amplitudes(kind):
+    receiver, schedule, _ = CASES[kind]
+    amplitude = np.random.default_rng(1).normal(size=(3, 2, schedule.num_ramps, 2))
     amplitude = amplitude.view(complex)[..., 0]
-    power = receiver.combined_power(amplitude, frame.schedule)
+    power = receiver.combined_power(amplitude, schedule)
     assert power.shape == (3, 2)
-    twice = receiver.combined_power(2.0 * amplitude, frame.schedule)
+    twice = receiver.combined_power(2.0 * amplitude, schedule)
     np.testing.assert_allclose(twice, 4.0 * power, rtol=1e-9)
-    steady = np.ones((1, 1, frame.schedule.num_ramps), dtype=complex)
-    assert receiver.combined_power(steady, frame.schedule)[0, 0] == pytest.approx(1.0)
+    steady = np.ones((1, 1, schedule.num_ramps), dtype=complex)
+    assert receiver.combined_power(steady, schedule)[0, 0] == pytest.approx(1.0)
 
 
 def test_bursts_are_mitigated_before_detection(case):

@@ -9,6 +9,7 @@ from polychirp.channel.tracers.free_space import FreeSpace
 from polychirp.errors import CapabilityError
 from polychirp.model.antenna import AntennaArray, ArrayErrors
 from polychirp.model.if_frame import PARTS
+from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.study.spec import Study, StudyRadar
 from polychirp.study.trial import run_trial
 from polychirp.traffic.street import Point, Street, Vehicle
@@ -50,6 +51,14 @@ def test_a_coded_radar_finds_a_point_where_it_is(coding, speed):
     assert np.abs(total - victim.frame.samples).max() <= 1e-12 * np.abs(total).max()
     assert victim.score.is_detected.tolist() == [True]
     assert victim.score.azimuth_error[0] == pytest.approx(0.0, abs=2e-3)
+
+
+@pytest.mark.parametrize("speed", np.random.default_rng(3).uniform(1.0, 12.0, 4))
+def test_side_lobes_of_a_moving_point_are_no_noise_from_its_direction(speed):
+    """On eight ramps they fill the map, and the decoded channels differ from those of one wave."""
+    (victim,) = run_trial(replace(study(float(speed)), receiver=CoherentReceiver())).victims
+    assert victim.score.is_detected.tolist() == [True]
+    assert victim.score.range_rate_error[0] == pytest.approx(0.0, abs=0.01)
 
 
 def test_errors_of_the_array_are_drawn_for_the_scene_and_shift_the_bearing():

@@ -282,3 +282,20 @@ def test_bursts_at_one_place_of_all_equal_ramps_are_no_points(trial):
     found = CoherentReceiver().detect(frame.with_samples(samples))
     assert found.num_detections == 1
     assert found.range[0] == pytest.approx(true_motions(schedule, [point])[0, 0], abs=0.02)
+
+
+@pytest.mark.parametrize("trial", range(3))
+@pytest.mark.parametrize("family", FAMILIES)
+def test_a_bright_point_on_few_ramps_is_one_detection_with_all_of_its_snr(family, trial):
+    """Eight ramps, of whose map the point's side lobes fill all, 50 dB above the noise of a sample.
+
+    As a floor they would end its fit at once, a millimetre beside its place.
+    """
+    draw = np.random.default_rng([60, trial])
+    schedule = FAMILIES[family].schedule(num_sweeps=4, streams=Streams(trial))
+    point = replace(drawn_points(draw, 1)[0], range_rate=0.0, acceleration=0.0, power=1e5)
+    frame = frame_of(schedule, [point], seed=trial)
+    found = CoherentReceiver().detect(frame)
+    size = 4 * np.count_nonzero(frame.times.is_sample)
+    assert found.range == pytest.approx([point.range], abs=2e-5)
+    assert found.snr == pytest.approx([point.power * size], rel=0.3)

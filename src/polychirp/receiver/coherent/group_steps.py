@@ -16,17 +16,13 @@ from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.jit import reordered_inner
 from polychirp.receiver.coherent.ramps import ELAPSED, FREQUENCY, SLOPE, USED
 from polychirp.receiver.coherent.replicas import bessel_into, gains_into
-from polychirp.receiver.coherent.solutions import inverse_into, product_of
+from polychirp.receiver.coherent.solutions import REGULARISATION, inverse_into, product_of
 from polychirp.receiver.estimation.azimuth_rate import TYPICAL_CROSSING_SPEED
 from polychirp.receiver.signal_model.point_signal import LEAST_RANGE_SHARE
 
 ACCELERATION_DEVIATION = 10.0
 """Standard deviation of a priori known range accelerations, m/s²; chosen: it decides for points
 that are too weak to measure theirs, and hardly counts for others."""
-
-REGULARISATION = 1e-9
-"""Share added to the diagonal of normalised equations for amplitudes; chosen: it bounds points that
-coincide."""
 
 REGULARISATION_OF_STEPS = 1e-6
 """The same for motions; chosen: they are less well determined."""

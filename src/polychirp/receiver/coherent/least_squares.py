@@ -12,9 +12,7 @@ from polychirp.receiver.coherent.overlap import groups_of
 from polychirp.receiver.coherent.points import Points
 from polychirp.receiver.coherent.replicas import Replicas, products
 from polychirp.receiver.coherent.residual import Residual
-
-REGULARISATION = 1e-9
-"""Share added to the diagonal of normalised equations; chosen: it bounds points that coincide."""
+from polychirp.receiver.coherent.solutions import REGULARISATION
 
 
 def fitted(seen: Observation, residual: Residual, points: Points) -> Points:

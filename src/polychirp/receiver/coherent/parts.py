@@ -1,4 +1,4 @@
-"""Shares of the parts of the samples in the points that are found."""
+"""Power that each part of the samples contributes to the points that are found."""
 
 from dataclasses import replace
 
@@ -18,9 +18,9 @@ def part_powers(seen: Observation, points: Points, parts: ComplexArray) -> Float
     All points are fitted to each part at once, with the weights of the ramps and on the white
     channels on which they were found, so that the amplitudes :math:`a_p` of all parts add up to the
     amplitude a of the point. A part contributes :math:`\|a\|^2\,|a_p^H a|^2/\|a\|_w^4`, with the
-    product and the norm of index w taken on white channels: interference that the channels'
-    whitening removes contributes nothing. The factor scales the sum of all to that of the point's
-    powers in all channels.
+    product and the norm of index w taken on white channels: interference that whitening of the
+    channels removes contributes nothing. If all of the amplitude comes from one part, its power is
+    :math:`\|a\|^2`, the sum of the point's powers in all channels.
 
     Parameters
     ----------

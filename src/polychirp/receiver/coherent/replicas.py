@@ -309,10 +309,12 @@ def _products(ramps: Any, track: Any, wave: Any, out: Any) -> None:  # pragma: n
     a, b, c = np.empty(count), np.empty(count), np.empty(count)
     for q in range(len(track)):
         for p in range(len(track)):
-            near = bessel_into(ramps, track[q], track[p], a, b, c)
+            if not bessel_into(ramps, track[q], track[p], a, b, c):
+                for k in range(count):
+                    a[k], b[k], c[k] = 0.0, 0.0, 0.0
             gains_into(wave[q], wave[p], out[0, 0, q, p], out[0, 1, q, p])
-            for k in range(ramps.table.shape[1]):
-                u, v = out[0, 0, q, p, k] * near, out[0, 1, q, p, k] * near
+            for k in range(count):
+                u, v = out[0, 0, q, p, k], out[0, 1, q, p, k]
                 out[0, 0, q, p, k], out[0, 1, q, p, k] = u * a[k], v * a[k]
                 out[1, 0, q, p, k], out[1, 1, q, p, k] = -v * b[k], u * b[k]
                 out[2, 0, q, p, k], out[2, 1, q, p, k] = u * c[k], v * c[k]

@@ -6,6 +6,10 @@ import numpy as np
 
 from polychirp.jit import inner
 
+REGULARISATION = 1e-9
+"""Share added to the diagonal of normalised equations for amplitudes; chosen: it bounds points that
+coincide."""
+
 LEAST_PIVOT = 1e-12
 """Least square of a pivot of equations with unit diagonals; chosen: rounding makes some 1e-14."""
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.jit import reordered, reordered_inner
-from polychirp.receiver.coherent.group_steps import REGULARISATION, step_into
+from polychirp.receiver.coherent.group_steps import step_into
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.points import Points
 from polychirp.receiver.coherent.ramps import Ramps
@@ -24,7 +24,7 @@ from polychirp.receiver.coherent.replicas import (
     signal_into,
 )
 from polychirp.receiver.coherent.residual import Left, Residual, left_into, matches
-from polychirp.receiver.coherent.solutions import inverse_into
+from polychirp.receiver.coherent.solutions import REGULARISATION, inverse_into
 
 SHARES_OF_A_STEP = (1.0, 0.5, 0.2, 0.0)
 """Shares of a step that are tried until one lowers the residual; the last fits amplitudes alone."""
