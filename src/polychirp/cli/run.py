@@ -54,7 +54,7 @@ def run(arguments: argparse.Namespace) -> int:
     from polychirp.study.margins import gates_of
     from polychirp.study.part_maps import refuse_maps
     from polychirp.study.provenance import provenance
-    from polychirp.study.store import save_run
+    from polychirp.study.store.save import save_run
 
     study = load_study(arguments.study, overrides=all_overrides(arguments))
     check(study)
@@ -69,7 +69,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     with progress_bar(study.name) as progress:
         trial = run_trial(study, progress=progress)
-    save_run(path, victims=trial.victims, provenance=origin)
+    save_run(path, trial, provenance=origin)
     if arguments.maps:
         _draw_maps(study, trial, path.parent)
     if arguments.json:
@@ -101,7 +101,7 @@ def _draw_maps(study: Study, trial: Trial, folder: Path) -> None:
 
 def _refuse_other_results(path: Path, *, study_hash: str, force: bool) -> None:
     """Refuse, before the run, to replace another study's results unless ``force`` is true."""
-    from polychirp.study.store import stored_hash
+    from polychirp.study.store.load import stored_hash
 
     if path.exists() and stored_hash(path) != study_hash and not force:
         raise InputError(

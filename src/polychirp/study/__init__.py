@@ -13,7 +13,7 @@ The modules and subpackages in reading order; others may use the names beside th
 - `trial`: all stages in order, from the traffic to the score: `run_trial`, `trace_frame`.
 - `check`: problems of a study and resolutions of its radars, before it runs: `check`.
 - `provenance`: canonical text and hash of a study, versions: `provenance`, `canonical_json`.
-- `store`: a run on disk: `save_run`, `load_run`.
+- `store`: a run on disk: `save.save_run`, `load.load_run`.
 - `monte_carlo`: many trials over a grid.
 - `section_v`: the correlation experiment of the paper.
 - `paper`: the scenarios and statistics of the paper.
