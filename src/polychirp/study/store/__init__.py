@@ -4,9 +4,10 @@
 
     run.zarr                          attributes: format, version, provenance, names of victims,
     │                                 radars and actors
-    └── victim-0                      attributes: name, antenna array, high-pass
+    └── victim-0                      attributes: name, antenna array, high-pass, part, the names
+        │                             of the parts, and neglected, V
         ├── samples                   V (channel, ramp, fast)
-        ├── parts                     V (part, channel, ramp, fast); attribute neglected, V
+        ├── parts                     V (part, channel, ramp, fast)
         ├── times/first …             s (ramp); attribute rate, 1/s
         ├── schedule/start_time …     (ramp)
         ├── paths/delay …             (path), (bounce); attributes reference_time, s, frequency, Hz
@@ -22,6 +23,7 @@ all others. So xarray opens a run with coordinates:
 The modules; others use the names beside them:
 
 - `layout`: names, units and version of what is stored.
+- `groups`: all arrays of a victim with their axes, units and coordinates: `groups_of`.
 - `save`: `save_run`.
 - `load`: `load_run`, `StoredRun`, `StoredVictim`, `stored_hash`.
 """

@@ -127,20 +127,15 @@ def _read_victim(folder: Path, is_whole: bool) -> StoredVictim:
     return StoredVictim(
         name=str(attributes["name"]),
         frame=frame,
-        parts=_read_parts(folder / "parts", is_whole),
+        parts=IfParts(
+            samples=ZarrArray(folder / "parts", has_all_chunks=is_whole).whole(),
+            names=tuple(attributes["part"]),
+            neglected=attributes["neglected"],
+        ),
         paths=noun(PropagationPaths),
         detections=noun(Detections),
         truth=noun(Truth),
         score=noun(Score),
-    )
-
-
-def _read_parts(folder: Path, is_whole: bool) -> IfParts:
-    array = ZarrArray(folder, has_all_chunks=is_whole)
-    return IfParts(
-        samples=array.whole(),
-        names=tuple(array.metadata.attributes["part"]),
-        neglected=array.metadata.attributes["neglected"],
     )
 
 
