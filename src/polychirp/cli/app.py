@@ -20,6 +20,7 @@ VERBS: Final = (
     "run",
     "study",
     "roc",
+    "plot",
     "export",
     "process",
     "rcs",

@@ -42,8 +42,7 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         "--maps",
         action="store_true",
-        help="also draw the range-rate map of each part of the samples (echo, direct, noise …), "
-        "of equal chirps",
+        help="also draw the range-rate map of each part of the samples (echo, direct, noise …)",
     )
 
 
@@ -52,14 +51,11 @@ def run(arguments: argparse.Namespace) -> int:
     from polychirp.config.load import MONTE_CARLO, load_study, read_toml
     from polychirp.study.check import check
     from polychirp.study.margins import gates_of
-    from polychirp.study.part_maps import refuse_maps
     from polychirp.study.provenance import provenance
     from polychirp.study.store.save import save_run
 
     study = load_study(arguments.study, overrides=all_overrides(arguments))
     check(study)
-    if arguments.maps:
-        refuse_maps(study)
     origin = provenance(study)
     folder = arguments.out or Path("out") / f"{study.name}-{origin.study_hash[:8]}"
     path = usable_folder(folder) / "run.zarr"
@@ -88,7 +84,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _draw_maps(study: Study, trial: Trial, folder: Path) -> None:
     """Write the maps of every victim's parts, as a picture and as a table."""
     from polychirp.report.figures.range_rate_parts import range_rate_parts
-    from polychirp.study.part_maps import part_maps
+    from polychirp.study.part_views import part_maps
 
     for victim in trial.victims:
         maps = part_maps(study.receiver, victim.frame, victim.parts)

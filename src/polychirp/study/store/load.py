@@ -1,9 +1,11 @@
 """Reading of a stored run."""
 
+from __future__ import annotations
+
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from polychirp.axes import axes_of
 from polychirp.capture.zarr_file import ZarrArray, group_attributes
@@ -17,7 +19,12 @@ from polychirp.model.ramp import RampSchedule
 from polychirp.model.score import Score
 from polychirp.model.truth import Truth
 from polychirp.study.provenance import Provenance
+from polychirp.study.restored import restored
+from polychirp.study.spec import Study
 from polychirp.study.store.layout import FOLDERS, FORMAT, FORMAT_VERSION
+
+if TYPE_CHECKING:
+    from polychirp.report.run_plots import RunPlots
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -48,6 +55,19 @@ class StoredRun:
     radars: tuple[str, ...]
     actors: tuple[str, ...]
     victims: tuple[StoredVictim, ...]
+
+    @property
+    def study(self) -> Study:
+        """The study that was run; a mesh file is named by its name and content alone."""
+        found: Study = restored(Study, json.loads(self.provenance.study))
+        return found
+
+    @property
+    def plot(self) -> RunPlots:
+        """Figures of the run as matplotlib axes, as in ``run.plot.range_profile()``."""
+        from polychirp.report.run_plots import RunPlots
+
+        return RunPlots(self)
 
     def victim(self, name: str) -> StoredVictim:
         """The result of the radar called ``name``.

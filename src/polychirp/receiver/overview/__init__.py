@@ -1,0 +1,10 @@
+"""Spectra and maps of a frame or of a part of its samples, for figures; no detection.
+
+The modules; other packages use the functions beside them:
+
+- `sums`: power over range and range rate, and of beams, for three kinds of ramps.
+- `range_rate`: power over range and range rate, for ramps of any kind: `range_rate_map`; its
+  greatest value over range rates: `range_profile`.
+- `range_azimuth`: power over range and azimuth: `range_azimuth_map`.
+- `spectrogram`: power over time and beat: `spectrogram`.
+"""
