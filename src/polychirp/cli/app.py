@@ -18,6 +18,7 @@ VERBS: Final = (
     "init",
     "check",
     "run",
+    "live",
     "study",
     "roc",
     "plot",
