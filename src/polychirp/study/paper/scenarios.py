@@ -17,11 +17,11 @@ from polychirp.model.detection import Detections
 from polychirp.model.paths import PropagationPaths
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
-from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
-from polychirp.receiver.attribution import detected, range_response
-from polychirp.receiver.chain import Receiver
-from polychirp.receiver.detection.threshold import mean_threshold
+from polychirp.receiver.alternatives.paper_receiver import PaperReceiver, mean_threshold
+from polychirp.receiver.attribution import detected
+from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.mitigation.blanking import Blanking
+from polychirp.receiver.range_response import range_response
 from polychirp.rng import Streams
 from polychirp.scoring.causes import causes
 from polychirp.study.kernel_parts import OF_PAPER, compile_parts
@@ -282,7 +282,7 @@ def _case_row(
     seed: int,
 ) -> PaperRow:
     victim = scene.radar_index(case.victim)
-    receiver = Receiver(mitigation=Blanking() if case.mitigation == "blanking" else None)
+    receiver = CoherentReceiver(mitigation=Blanking() if case.mitigation == "blanking" else None)
     frame, parts = synthesize(
         Stretch(),
         scene if case.antenna == "table 2" else with_consistent_antennas(scene),
@@ -346,7 +346,7 @@ _NOTES: Final = (
 
 
 def paper_row(
-    case: Case, victim: VictimResult, receiver: Receiver, *, paper_found: tuple[int, int]
+    case: Case, victim: VictimResult, receiver: CoherentReceiver, *, paper_found: tuple[int, int]
 ) -> PaperRow:
     """One row of the table, in the units of the report.
 
