@@ -76,7 +76,7 @@ _NAMES: Final = {
 _WAYS_OUT: Final = {
     "frame": "use fewer sweeps or channels, shorter ramps or a slower converter",
     "spectra": "use fewer sweeps or channels, shorter ramps or a slower converter",
-    "map": "lower receiver.greatest_speed or receiver.greatest_range, or use fewer channels",
+    "map": "lower receiver.greatest_speed or receiver.greatest_range, or use fewer sweeps",
 }
 
 
