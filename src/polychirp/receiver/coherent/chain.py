@@ -14,7 +14,7 @@ from polychirp.receiver.coherent.coherent_map import map_axes
 from polychirp.receiver.coherent.directions import directions
 from polychirp.receiver.coherent.false_alarms import expected_peaks, map_area, threshold_of
 from polychirp.receiver.coherent.observation import Observation
-from polychirp.receiver.coherent.parts import part_powers
+from polychirp.receiver.coherent.parts import part_powers, powers
 from polychirp.receiver.coherent.points import Points
 from polychirp.receiver.coherent.search import find_points
 from polychirp.receiver.mitigation.base import mitigated
@@ -136,7 +136,7 @@ class CoherentReceiver(SearchSettings):
         number, azimuth, share = directions(
             points, seen.mixing, spacing=spacing, estimator=self.angle
         )
-        power = np.mean(np.abs(points.amplitude[number]) ** 2, axis=1) * share
+        power = powers(seen, points)[number] * share
         order = np.argsort(-power, kind="stable")
         number = number[order]
         found = Detections(

@@ -12,6 +12,7 @@ from polychirp.receiver.mitigation import Autoregression, Blanking, Imat, StftEx
 from polychirp.rng import Streams
 from polychirp.units import from_db
 from polychirp.waveform import DiverseTriangular, Triangular
+from tests.support.interference import with_noisy_ramps
 from tests.support.points import HandPoint, frame_of, true_motions
 
 STREET = [
@@ -115,3 +116,33 @@ def test_a_high_pass_whose_phase_is_known_hides_no_target():
     blind = receiver.detect(passed)
     error = np.abs(blind.range[:, None] - true).min(axis=0)
     assert not np.any(error[:1] < 1e-3)
+
+
+@pytest.mark.parametrize("family", [Triangular(), DiverseTriangular()])
+def test_no_detection_of_a_body_that_fades_is_stronger_than_the_body(family):
+    """Its amplitude doubles during the frame. Points that nearly cancel describe that too."""
+    ramps = family.schedule(num_sweeps=16, streams=Streams(2))
+    alone = frame_of(ramps, [HandPoint(range=12.0, power=100.0)], noise=0.0).samples
+    growth = np.linspace(2.0 / 3.0, 4.0 / 3.0, ramps.num_ramps)
+    noise = frame_of(ramps, [], seed=3)
+    found = CoherentReceiver().detect(noise.with_samples(noise.samples + growth[:, None] * alone))
+    assert found.num_detections >= 2
+    assert found.range[0] == pytest.approx(12.0, abs=0.01)
+    assert 20.0 < found.power[0] < 110.0
+
+
+def test_an_azimuth_beside_interference_is_not_one_of_a_grid():
+    """20 dB of interference from one direction on all ramps; ten drawn azimuths."""
+    ramps = Triangular().schedule(num_sweeps=4, streams=Streams(2))
+    draw = np.random.default_rng(8)
+    error = []
+    for seed in range(10):
+        point = HandPoint(range=12.0, azimuth=draw.uniform(-0.9, -0.3), power=100.0)
+        frame = with_noisy_ramps(
+            frame_of(ramps, [point], seed=seed),
+            np.full(ramps.num_ramps, 100.0),
+            azimuth=0.5,
+            seed=seed,
+        )
+        error.append(CoherentReceiver().detect(frame).azimuth[0] - point.azimuth)
+    assert np.sqrt(np.mean(np.square(error))) < 4e-4
