@@ -10,7 +10,7 @@ import json
 import sys
 from pathlib import Path
 
-from polychirp.receiver.chain import Receiver
+from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.rng import Streams
 from polychirp.units import from_db
 from polychirp.waveform import DiverseTriangular, Triangular
@@ -31,7 +31,9 @@ def main(folder, trials):
         ramps = family.schedule(num_sweeps=16, streams=Streams(2))
         curves[name], found[name], shares[name] = [], [], []
         for seed, snr in enumerate(SNR_DB):
-            one = estimate_points(Receiver(), ramps, snr=from_db(snr), trials=trials, seed=seed)
+            one = estimate_points(
+                CoherentReceiver(), ramps, snr=from_db(snr), trials=trials, seed=seed
+            )
             shares[name].append((snr, one.found, one.outliers if one.found else 0.0))
             if one.found < 0.5:
                 continue
@@ -41,7 +43,7 @@ def main(folder, trials):
             print(name, snr, *found[name][-1][1:], flush=True)
     note = (
         f"One point, 16 triangles, 4 channels, {trials} trials each: range, rate and acceleration "
-        "at the frame's start, azimuth, amplitude unknown"
+        "in the middle of the frame, azimuth, amplitude unknown"
     )
     picture = estimation_bound(curves, shares=shares, note=note)
     (folder / "estimation_bound.png").write_bytes(picture.png())

@@ -1,4 +1,4 @@
-"""Figure of the detection probability of both receivers, from the record of docs/validation.
+"""Figure of the detection probability of the coherent receiver, from the record of docs/validation.
 
     python bench/receivers.py docs/validation/receiver.json docs/images
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from polychirp.config.load import load_study as load_study
-    from polychirp.receiver.chain import Receiver as Receiver
+    from polychirp.receiver.coherent.chain import CoherentReceiver as CoherentReceiver
     from polychirp.receiver.mitigation.blanking import Blanking as Blanking
     from polychirp.study.paper.scenarios import paper_study as paper_study
     from polychirp.study.paper.scenarios import run_paper as run_paper
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "Blanking": "polychirp.receiver.mitigation.blanking",
-    "Receiver": "polychirp.receiver.chain",
+    "CoherentReceiver": "polychirp.receiver.coherent.chain",
     "Study": "polychirp.study.spec",
     "StudyRadar": "polychirp.study.spec",
     "load_run": "polychirp.study.store.load",
@@ -30,7 +30,7 @@ _HOMES = {
 }
 """Module of every public name."""
 
-__all__ = ["Blanking", "Receiver", "Study", "StudyRadar", "load_run", "load_study"]
+__all__ = ["Blanking", "CoherentReceiver", "Study", "StudyRadar", "load_run", "load_study"]
 __all__ += ["paper_study", "run_paper", "run_trial"]
 
 

@@ -12,7 +12,6 @@ from polychirp.model.if_frame import PARTS, IfFrame, IfParts
 from polychirp.model.radar import Converter
 from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
 from polychirp.receiver.attribution import detected
-from polychirp.receiver.chain import Receiver
 from polychirp.receiver.clustering import Body
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.mitigation import Blanking
@@ -37,10 +36,9 @@ CHIRPS = Sawtooth(bandwidth=1e9, ramp_duration=40e-6, idle=20e-6).schedule(
 )
 FAST = Converter(sample_rate=20e6, start=2e-6, margin=1e-6)
 SLOW = Converter()
-POINT = HandPoint(range=9.0, range_rate=-3.0, azimuth=0.3, power=100.0, spreads=True)
+POINT = HandPoint(range=9.0, range_rate=-3.0, azimuth=0.3, power=100.0)
 
 CASES = {
-    "joint": (Receiver(greatest_range=15.0), TRIANGLES, SLOW),
     "coherent": (CoherentReceiver(greatest_range=15.0), drawn_chirps(32, seed=1), FAST),
     "range-doppler": (RangeDoppler(greatest_range=15.0), CHIRPS, FAST),
     "paper": (PaperReceiver(greatest_range=15.0), TRIANGLES, SLOW),
@@ -179,7 +177,7 @@ def test_points_of_one_body_are_grouped(case):
     ],
 )
 def test_ramps_that_it_cannot_read_are_refused_with_what_works(receiver, schedule, reason):
-    with pytest.raises(CapabilityError, match=rf"{reason}; the receivers? '\w+'"):
+    with pytest.raises(CapabilityError, match=rf"{reason}; the receiver '\w+'"):
         refuse_unreadable(receiver, schedule)
     with pytest.raises(CapabilityError, match=reason):
         receiver.detect(frame_of(schedule, [], converter=FAST if schedule is CHIRPS else None))

@@ -102,7 +102,6 @@ def test_elements_far_apart_are_warned_of(path):
     [
         (["receiver.angle=root-music"], "one horizontal or vertical line"),
         (['receiver.kind="coherent"'], "not at one height.*'range-doppler' reads any array"),
-        (['receiver.kind="joint"'], "not at one height"),
         ([f"{SENDERS}=[[0, 0], [2, 1.3], [4, 0.6]]", "receiver.angle=esprit"], "one shift up"),
         (
             [

@@ -16,7 +16,7 @@ from polychirp.receiver.signal_model.point_signal import path_of
 from polychirp.rng import Streams
 from polychirp.waveform import DiverseTriangular, Triangular
 from tests.support.interference import with_noisy_ramps
-from tests.support.points import HandPoint, frame_of
+from tests.support.points import HandPoint, frame_of, true_motions
 from tests.support.schedules import drawn_chirps
 
 FAST = Converter(sample_rate=20e6, start=2e-6, margin=1e-6)
@@ -28,13 +28,6 @@ FAMILIES = {
 
 def ramps(family, trial):
     return FAMILIES[family].schedule(num_sweeps=16, streams=Streams(trial))
-
-
-def true_motions(schedule, points):
-    """Range, range rate and acceleration in the middle of the frame, ``(point, 3)``."""
-    start = np.array([[p.range, p.range_rate, p.acceleration] for p in points])
-    late = 0.5 * (schedule.end_time.max() - schedule.start_time.min())
-    return path_of(start, np.array(late)).T
 
 
 def num_found(found, true):
@@ -51,7 +44,6 @@ def drawn_points(draw, count):
             acceleration=draw.uniform(0.0, 3.0),
             azimuth=draw.uniform(-1.0, 1.0),
             power=10.0 ** draw.uniform(-1.0, 1.0),
-            spreads=True,
         )
         for _ in range(count)
     ]
@@ -75,10 +67,10 @@ def test_drawn_chirps_show_points_60_db_apart_without_folds():
     """Chirps whose slopes, durations and intervals differ; rates far beyond λ/4T of 20 m/s."""
     schedule = drawn_chirps(192, seed=7)
     points = [
-        HandPoint(range=25.0, range_rate=28.0, power=10.0, spreads=True),
-        HandPoint(range=25.8, range_rate=28.0, power=1e-4, azimuth=0.3, spreads=True),
-        HandPoint(range=12.0, range_rate=-26.0, power=0.1, azimuth=-0.5, spreads=True),
-        HandPoint(range=39.0, range_rate=1.5, power=1e-3, spreads=True),
+        HandPoint(range=25.0, range_rate=28.0, power=10.0),
+        HandPoint(range=25.8, range_rate=28.0, power=1e-4, azimuth=0.3),
+        HandPoint(range=12.0, range_rate=-26.0, power=0.1, azimuth=-0.5),
+        HandPoint(range=39.0, range_rate=1.5, power=1e-3),
     ]
     one = frame_of(schedule, points, seed=3, converter=FAST)
     seen = CoherentReceiver(greatest_range=50.0).detect(one)
@@ -99,7 +91,6 @@ def test_a_point_that_passes_at_two_metres_is_found(family):
             azimuth=float(np.arctan2(aside, ahead)),
             sine_rate=speed * ahead * aside / distance**3,
             power=100.0,
-            spreads=True,
         )
         schedule = ramps(family, trial)
         seen = CoherentReceiver().detect(frame_of(schedule, [point], seed=trial))
@@ -109,7 +100,7 @@ def test_a_point_that_passes_at_two_metres_is_found(family):
 @pytest.mark.parametrize("family", FAMILIES)
 def test_two_azimuths_in_one_cell_are_two_detections(family):
     """Equal range and range rate, one cell of the array apart: 0.5 in the azimuth's sine."""
-    point = HandPoint(range=11.0, range_rate=4.0, azimuth=-0.4, power=0.1, spreads=True)
+    point = HandPoint(range=11.0, range_rate=4.0, azimuth=-0.4, power=0.1)
     sines = np.sin(point.azimuth) + np.array([0.0, 0.5])
     other = replace(point, azimuth=float(np.arcsin(sines[1])))
     seen = CoherentReceiver().detect(frame_of(ramps(family, 4), [point, other], seed=2))
@@ -120,7 +111,7 @@ def test_two_azimuths_in_one_cell_are_two_detections(family):
 def test_gaps_of_blanking_are_no_signal():
     """A burst of 30 dB on a part of every ramp is blanked; the point is found as before."""
     schedule = ramps("diverse", 5)
-    point = HandPoint(range=14.0, range_rate=-6.0, power=0.01, spreads=True)
+    point = HandPoint(range=14.0, range_rate=-6.0, power=0.01)
     one = frame_of(schedule, [point], seed=6)
     burst = np.zeros(one.samples.shape)
     burst[:, :, 200:240] = 30.0

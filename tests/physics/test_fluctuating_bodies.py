@@ -37,7 +37,6 @@ def fluctuating(
             range_rate=range_rate,
             azimuth=0.1 + draw.uniform(-0.01, 0.01),
             power=3.0 * 10.0 ** draw.uniform(-1.0, 0.0),
-            spreads=True,
         )
         change = root @ (draw.normal(size=(start.size, 2)) @ [1.0, 1j]) / np.sqrt(2.0)
         alone = frame_of(schedule, [scatterer], noise=0.0, seed=seed + 1000 * number)

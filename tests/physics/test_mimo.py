@@ -16,7 +16,7 @@ from polychirp.model.radar import Converter, Radar
 from polychirp.model.scene import Actor, Scene
 from polychirp.receiver.angle.beamform import beamform, steering
 from polychirp.receiver.angle.doa import root_music
-from polychirp.receiver.chain import Receiver
+from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.mimo import (
     azimuths_in_motion,
     element_streams,
@@ -317,7 +317,7 @@ def test_a_detections_own_rate_corrects_its_azimuth(coding, range_rate):
         power=one,
         snr=one,
     )
-    found = azimuths_in_motion(Receiver(), mixed, detection)
+    found = azimuths_in_motion(CoherentReceiver(), mixed, detection)
     assert found.azimuth[0] == pytest.approx(0.25, abs=1e-4)
 
 

@@ -15,7 +15,7 @@ from polychirp.frames import Pose
 from polychirp.model.antenna import ISOTROPIC, AntennaArray
 from polychirp.model.radar import Radar
 from polychirp.model.scene import Actor, PointScatterer, Scene
-from polychirp.receiver.chain import Receiver
+from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.rng import Streams
 from polychirp.study.trial import trace_frame
 from polychirp.synthesis.received_frame import synthesize
@@ -28,13 +28,13 @@ POWER = RADAR.transmit_power * RADAR.transmit_gain * RADAR.receive_gain
 
 
 def detections(scene, family, *, radars=("victim",), victim=0):
-    """What the victim claims; every radar of one name draws the same ramps."""
+    """Detections of the victim; every radar of one name draws the same ramps."""
     plans = [family.schedule(num_sweeps=4, streams=Streams(7).of(name)) for name in radars]
-    snapshots = trace_frame(FreeSpace(), scene, plans, refresh_interval=10e-3)
+    snapshots = trace_frame(FreeSpace(), scene, plans, refresh_interval=1e-3)
     frame, _ = synthesize(
         Stretch(), scene, plans, snapshots, victim=victim, interferers=None, streams=Streams(1)
     )
-    return Receiver().detect(frame)
+    return CoherentReceiver().detect(frame)
 
 
 def facing(distance, *, closing=0.0):
@@ -65,16 +65,14 @@ def test_the_radar_equation_holds_through_the_whole_chain(family):
     car = Actor(name="car", kind="vehicle")
     scene = Scene(time=0.0, actors=(car, point), radars=(RADAR,), carriers=(0,))
     found = detections(scene, family)
-    distance = math.hypot(8.0, 3.0)
-    # the mean over a frame in which the target recedes by some centimetres, hence the law's mean
+    x = 8.0 + 4.0 * found.time
+    distance = math.hypot(x, 3.0)
     expected = POWER * 10.0 * WAVELENGTH**2 / ((4 * math.pi) ** 3 * distance**4)
-    frame = 4 * 2 * 1.5e-3
-    moved = 1.0 - 4.0 * (4.0 * 8.0 / distance) * 0.5 * frame / distance
     assert found.num_detections == 1
-    assert 10 * math.log10(found.power[0] / (expected * moved)) == pytest.approx(0.0, abs=0.01)
+    assert 10 * math.log10(found.power[0] / expected) == pytest.approx(0.0, abs=0.01)
     assert found.range[0] == pytest.approx(distance, abs=1e-3)
-    assert found.range_rate[0] == pytest.approx(4.0 * 8.0 / distance, abs=5e-3)
-    assert found.azimuth[0] == pytest.approx(math.atan2(3.0, 8.0), abs=2e-3)
+    assert found.range_rate[0] == pytest.approx(4.0 * x / distance, abs=5e-3)
+    assert found.azimuth[0] == pytest.approx(math.atan2(3.0, x), abs=2e-3)
 
 
 def test_friis_holds_through_the_whole_chain():
@@ -87,15 +85,20 @@ def test_friis_holds_through_the_whole_chain():
 
 
 def test_a_closing_twin_appears_at_half_its_speed():
-    """The time origin is the frame's start, and a one-way delay is read as a two-way one."""
+    """A one-way delay is taken for a two-way one, at the instant to which detections refer.
+
+    The twin's amplitude grows with 1/R, that of an echo with 1/R²: 0.9 % more or less at the ends
+    of the frame, 87 dB above the noise. This leaves a weak second detection at the same place.
+    """
     found = detections(facing(13.2, closing=19.0), Triangular(), radars=("same", "same"))
-    assert found.num_detections == 1
-    assert found.range_rate[0] == pytest.approx(-9.5, abs=0.01)
-    assert found.range[0] == pytest.approx(6.6, abs=2e-3)
+    assert found.range_rate[0] == pytest.approx(-9.5, abs=1e-3)
+    assert found.range[0] == pytest.approx(6.6 - 9.5 * found.time, abs=1e-3)
+    assert found.range[1:] == pytest.approx(found.range[0], abs=1e-3)
+    assert np.all(found.power[1:] < 1e-3 * found.power[0])
 
 
 def test_diverse_radars_see_no_twin():
-    """Different ramps: the other's energy is spread over all ranges, and nothing is claimed."""
+    """Different ramps: the other's energy is spread over all ranges, and nothing is detected."""
     found = detections(facing(13.2), DiverseTriangular(), radars=("one", "two"))
     assert found.num_detections == 0
 

@@ -7,11 +7,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from polychirp.axes import FloatArray
+from polychirp.model.if_frame import IfFrame
 from polychirp.model.ramp import RampSchedule
-from polychirp.receiver.chain import Receiver
+from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.estimation.azimuth_rate import TYPICAL_CROSSING_SPEED
 from polychirp.receiver.estimation.cramer_rao import cramer_rao_bound
-from tests.support.points import HandPoint, frame_of
+from polychirp.receiver.signal_model.point_signal import path_of
+from tests.support.points import HandPoint, frame_of, true_motions
 
 FAR_OFF = 5.0
 """Ratio to the bound above which an error comes from another peak, not from noise."""
@@ -54,15 +56,16 @@ class Estimation:
 
 
 def estimate_points(
-    receiver: Receiver, schedule: RampSchedule, *, snr: float, trials: int, seed: int = 0
+    receiver: CoherentReceiver, schedule: RampSchedule, *, snr: float, trials: int, seed: int = 0
 ) -> Estimation:
     """Trials with one random point: 4 … 26 m, ±25 m/s, ±3 m/s², ±50°, and a changing azimuth.
 
-    The rate of its azimuth is random with the receiver's prior, which the bound includes.
+    The rate of its azimuth is random with the receiver's prior, which the bound includes. Errors
+    and bound are those in the middle of the frame.
 
     Parameters
     ----------
-    snr : power ratio per sample and channel
+    snr : power ratio per sample and channel at the start of the frame
     """
     ratios, bounds = [], []
     for trial in range(trials):
@@ -74,27 +77,40 @@ def estimate_points(
             azimuth=draw.uniform(-0.87, 0.87),
             power=snr,
         )
-        deviation = TYPICAL_CROSSING_SPEED / point.range
-        point = replace(point, sine_rate=deviation * draw.normal())
+        point = replace(point, sine_rate=TYPICAL_CROSSING_SPEED / point.range * draw.normal())
         frame = frame_of(schedule, [point], seed=seed * 100_003 + trial)
-        least = cramer_rao_bound(
-            schedule,
-            frame.times,
-            frame.array,
-            motion=np.array([point.range, point.range_rate, point.acceleration]),
-            azimuth=point.azimuth,
-            snr=snr,
-            time=float(schedule.start_time[0]),
-            sine_rate_deviation=deviation,
-        )
-        bounds.append([least.range, least.range_rate, least.azimuth])
+        true, bound = _truth_and_bound(point, frame)
+        bounds.append(bound)
         found = receiver.detect(frame)
         if found.num_detections:
             values = np.array([found.range[0], found.range_rate[0], found.azimuth[0]])
-            ratios.append(values - [point.range, point.range_rate, point.azimuth])
-            ratios[-1] /= bounds[-1]
+            ratios.append((values - true) / bound)
     return Estimation(
         ratio=np.array(ratios).reshape(-1, 3),
         bound=np.sqrt(np.mean(np.square(bounds), axis=0)),
         trials=trials,
     )
+
+
+def _truth_and_bound(point: HandPoint, frame: IfFrame) -> tuple[FloatArray, FloatArray]:
+    """Range, m, range rate, m/s, and azimuth, rad, in the middle of the frame, and their bounds.
+
+    The bound's SNR is the mean over the samples, as the point's power follows 1/R⁴.
+    """
+    schedule, times = frame.schedule, frame.times
+    (*motion, azimuth) = true_motions(schedule, [point])[0]
+    start = np.array([[point.range, point.range_rate, point.acceleration]])
+    first, last = float(schedule.start_time.min()), float(schedule.end_time.max())
+    distance = path_of(start, (times.time - first)[times.is_sample])[0]
+    bound = cramer_rao_bound(
+        schedule,
+        times,
+        frame.array,
+        motion=np.array(motion),
+        azimuth=azimuth,
+        snr=point.power * float(np.mean((point.range / distance) ** 4)),
+        time=0.5 * (first + last),
+        sine_rate_deviation=TYPICAL_CROSSING_SPEED / point.range,
+    )
+    true = np.array([motion[0], motion[1], azimuth])
+    return true, np.array([bound.range, bound.range_rate, bound.azimuth])

@@ -22,9 +22,9 @@ from polychirp.receiver.signal_model.transmit_codes import virtual_position
 class HandPoint:
     """A point: m, m/s, m/s², rad, and its power at the start relative to unit noise per sample.
 
-    ``sine_rate``, 1/s, is the rate of the sine of its azimuth at the start. If ``spreads``, its
-    amplitude follows 1/R² over the frame; else it is constant. `coded_frame` alone reads
-    ``elevation``, and neither rates of the azimuth nor growth.
+    ``sine_rate``, 1/s, is the rate of the sine of its azimuth at the start. The point's amplitude
+    follows 1/R² over the frame. `coded_frame` alone reads ``elevation``; its points have steady
+    amplitudes and azimuths.
     """
 
     range: float
@@ -34,7 +34,6 @@ class HandPoint:
     elevation: float = 0.0
     sine_rate: float = 0.0
     power: float = 1.0
-    spreads: bool = False
 
 
 def frame_of(
@@ -61,9 +60,22 @@ def frame_of(
         sine = np.sin(point.azimuth) * straight + point.sine_rate * turned
         cycles = array.position[:, 1, None, None] * sine / wavelength + draw.random()
         distance, _, _ = path_of(motion[None], times.time - schedule.start_time[0])[:, 0]
-        growth = (point.range / distance) ** 2 if point.spreads else 1.0
+        growth = (point.range / distance) ** 2
         samples += np.sqrt(point.power) * growth * np.exp(-2j * np.pi * cycles) * signal
     return IfFrame(samples=samples * times.is_sample, times=times, schedule=schedule, array=array)
+
+
+def true_motions(schedule: RampSchedule, points: Sequence[HandPoint]) -> FloatArray:
+    """Range, range rate, acceleration and azimuth of points in the middle of a frame.
+
+    The unit is m, s and rad; the shape is ``(point, 4)``.
+    """
+    start = np.array([[one.range, one.range_rate, one.acceleration] for one in points])
+    late = np.array(0.5 * (schedule.end_time.max() - schedule.start_time.min()))
+    straight, turned = sine_basis(start, late[None])[..., 0]
+    sine = np.sin([one.azimuth for one in points]) * straight
+    sine += np.array([one.sine_rate for one in points]) * turned
+    return np.column_stack([path_of(start, late).T, np.arcsin(sine)])
 
 
 def coded_frame(

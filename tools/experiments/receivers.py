@@ -1,12 +1,11 @@
-"""Detections of the coherent and of the joint receiver on drawn frames of points in white noise.
+"""Detections of the coherent receiver on drawn frames of points in white noise.
 
 A point's coherent SNR is the sum of its power over all samples of all channels, divided by the
-noise power of a sample. The ideal detector (`scoring.ideal_detector`) has the coherent receiver's
-threshold.
+noise power of a sample. The ideal detector (`scoring.ideal_detector`) has the receiver's threshold.
 
-Each trial draws its points, its noise and its schedule. Both receivers read the same frames. A
-point is found if a detection, which no other point has, is near its range and range rate at the
-instant to which the detections refer; all other detections are false.
+Each trial draws its points, its noise and its schedule. A point is found if a detection, which no
+other point has, is near its range and range rate at the instant to which the detections refer; all
+other detections are false.
 """
 
 from __future__ import annotations
@@ -24,7 +23,6 @@ from polychirp.model.baseband import Progress, no_progress
 from polychirp.model.if_frame import IfFrame, sample_times
 from polychirp.model.radar import Converter
 from polychirp.model.ramp import RampSchedule
-from polychirp.receiver.chain import Receiver
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.coherent.false_alarms import threshold_of
 from polychirp.receiver.signal_model.point_signal import path_of
@@ -48,13 +46,10 @@ NUM_LONG_TRIALS: Final = 20
 than the others."""
 
 DETECTION_SNRS: Final = (12.0, 13.0, 14.0, 15.0, 16.0, 18.0)
-"""Coherent SNRs at which the detection probability of both receivers is measured, dB."""
-
-HIGH_SNRS: Final = (20.0, 22.0, 24.0, 26.0, 28.0)
-"""Further coherent SNRs at which that of the joint receiver is measured, dB."""
+"""Coherent SNRs at which the detection probability is measured, dB."""
 
 FALSE_ALARM_PROBABILITIES: Final = (1e-5, 1e-6)
-"""Settings of the coherent receiver for which false detections in noise are counted."""
+"""Settings of the receiver for which false detections in noise are counted."""
 
 PAIR_SNR: Final = from_db(20.0)
 """Coherent SNR of each of two close points, and of the weak one of two unequal points; chosen: the
@@ -66,60 +61,40 @@ WEAK_POINTS: Final = ((50.0, 60.0), (60.0, 60.0), (60.0, 70.0))
 SPAN_OF_RATES: Final = 30.0
 """Greatest magnitude of range rates drawn, m/s."""
 
-JOINT_LIMITS: Final = (0.3, 0.2)
-"""Errors of range, m, and range rate, m/s, up to which the joint receiver's detection is that of a
-point; chosen: two range cells and three cells λ/2T, as the powers of ramps alone may set them."""
-
 RATE_SHARE: Final = 2.0 / 3.0
-"""Error of the range rate, in cells λ/2T, up to which the coherent receiver's detection is that of
-a point; chosen: below the first side lobe at one and a half cells, 0.04 m/s for a frame of
-32 ms."""
+"""Error of the range rate, in cells λ/2T, up to which a detection is that of a point; chosen: below
+the first side lobe at one and a half cells, 0.04 m/s for a frame of 32 ms."""
 
 _MOST_SIGNED_SEED: Final = 2**31
 
 _ARRAY: Final = AntennaArray()
 """Array of the frames that `frame_of` makes."""
 
-AnyReader = CoherentReceiver | Receiver
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Kind:
-    """A kind of frames: how its schedule is drawn, and the receivers that read it.
+    """A kind of frames: how its schedule is drawn, and the receiver that reads it.
 
     Parameters
     ----------
     schedule : function from random streams to a schedule
     converter : of the radar
-    greatest_range : m, of the receivers' maps
-    has_joint : True if the joint receiver reads the frames too
+    greatest_range : m, of the receiver's map
     """
 
     schedule: Callable[[Streams], RampSchedule]
     converter: Converter = field(default_factory=Converter)
     greatest_range: float = 30.0
-    has_joint: bool = True
 
-    def coherent(
+    def receiver(
         self, *, false_alarm_probability: float = 1e-6, dynamic_range: float = 60.0
     ) -> CoherentReceiver:
-        """The coherent receiver; ``dynamic_range`` is in dB."""
+        """The receiver of these frames; ``dynamic_range`` is in dB."""
         return CoherentReceiver(
             greatest_range=self.greatest_range,
             false_alarm_probability=false_alarm_probability,
             dynamic_range=from_db(dynamic_range),
         )
-
-    def receivers(self) -> dict[str, AnyReader]:
-        """The receivers with their own settings, by name."""
-        joint: dict[str, AnyReader] = {"joint": Receiver()} if self.has_joint else {}
-        return {"coherent": self.coherent(), **joint}
-
-    def receivers_of_unequal_points(self) -> dict[str, AnyReader]:
-        """The same, and the joint receiver with the dynamic range of the coherent one."""
-        wide = Receiver(dynamic_range=from_db(60.0))
-        joint: dict[str, AnyReader] = {"joint, 60 dB": wide} if self.has_joint else {}
-        return {**self.receivers(), **joint}
 
 
 def _triangles(streams: Streams) -> RampSchedule:
@@ -142,7 +117,6 @@ KINDS: Final[Mapping[str, Kind]] = {
         schedule=_chirps,
         converter=Converter(sample_rate=20e6, start=2e-6, margin=1e-6),
         greatest_range=40.0,
-        has_joint=False,
     ),
 }
 """Kinds of frames by name."""
@@ -198,19 +172,17 @@ class Draw:
         wavelength = SPEED_OF_LIGHT / float(np.mean(self.schedule.centre_frequency))
         return wavelength / (2.0 * duration)
 
-    def limits(self, receiver: AnyReader) -> tuple[float, float]:
+    @property
+    def limits(self) -> tuple[float, float]:
         """Greatest errors of range, m, and range rate, m/s, of a detection of a point."""
-        if isinstance(receiver, Receiver):
-            return JOINT_LIMITS
         return self.range_cell, RATE_SHARE * self.rate_cell
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Curve:
-    """Detection probability of one receiver at one SNR; ``ideal`` is that of the ideal detector."""
+    """Detection probability at one SNR; ``ideal`` is that of the ideal detector."""
 
     frame: str
-    receiver: str
     snr_db: float
     detection: Estimate
     ideal: float
@@ -229,7 +201,7 @@ class NoiseRow:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PointsRow:
-    """Points that a receiver finds and misses, and its false detections.
+    """Points that the receiver finds and misses, and its false detections.
 
     Parameters
     ----------
@@ -241,7 +213,6 @@ class PointsRow:
 
     frame: str
     case: str
-    receiver: str
     found: Estimate
     missed: Estimate
     false: Estimate
@@ -256,36 +227,25 @@ def detection_probability(
     rows = []
     for number, name in enumerate(KINDS):
         progress("detection", number, len(KINDS))
-        for step, snr_db in enumerate((*DETECTION_SNRS, *HIGH_SNRS)):
-            snr = from_db(snr_db)
-            receivers = KINDS[name].receivers()
-            if snr_db in HIGH_SNRS:
-                del receivers["coherent"]
-            found: dict[str, list[bool]] = {key: [] for key in receivers}
-            for trial in range(num_trials if receivers else 0):
+        for step, snr_db in enumerate(DETECTION_SNRS):
+            snr, found = from_db(snr_db), []
+            for trial in range(num_trials):
                 draw = Draw.of(name, (1, step), trial)
                 point = draw.with_snr(drawn_point(draw.random), snr)
-                frame = draw.frame([point])
-                for key, receiver in receivers.items():
-                    is_found, _ = scored(receiver, draw, frame, [point])
-                    found[key].append(bool(is_found[0]))
-            rows += [
+                is_found, _ = scored(draw.kind.receiver(), draw, [point])
+                found.append(bool(is_found[0]))
+            rows.append(
                 Curve(
-                    frame=name,
-                    receiver=key,
-                    snr_db=snr_db,
-                    detection=_share(hits),
-                    ideal=ideal_of_coherent(snr),
+                    frame=name, snr_db=snr_db, detection=_share(found), ideal=ideal_probability(snr)
                 )
-                for key, hits in found.items()
-            ]
+            )
     return tuple(rows)
 
 
-def ideal_of_coherent(snr: float, *, false_alarm_probability: float = 1e-6) -> float:
-    """Detection probability of the ideal detector at the coherent receiver's threshold.
+def ideal_probability(snr: float, *, false_alarm_probability: float = 1e-6) -> float:
+    """Detection probability of the ideal detector at the receiver's threshold.
 
-    >>> round(ideal_of_coherent(from_db(14.0)), 2)
+    >>> round(ideal_probability(from_db(14.0)), 2)
     0.71
     """
     channels = _ARRAY.num_channels
@@ -296,12 +256,12 @@ def ideal_of_coherent(snr: float, *, false_alarm_probability: float = 1e-6) -> f
 def false_detections(
     *, num_trials: int = NUM_NOISE_TRIALS, progress: Progress = no_progress
 ) -> tuple[NoiseRow, ...]:
-    """Detections of the coherent receiver in noise alone."""
+    """Detections in noise alone."""
     rows = []
     for number, name in enumerate(KINDS):
         progress("false detections", number, len(KINDS))
         for step, probability in enumerate(FALSE_ALARM_PROBABILITIES):
-            receiver = KINDS[name].coherent(false_alarm_probability=probability)
+            receiver = KINDS[name].receiver(false_alarm_probability=probability)
             expected, counts = [], []
             for trial in range(num_trials):
                 frame = Draw.of(name, (2, step), trial).frame([])
@@ -327,14 +287,14 @@ def ten_points(
     def points(draw: Draw) -> list[HandPoint]:
         return [_one_of_ten(draw.random) for _ in range(10)]
 
-    return _compared("ten points", 3, points, num_trials, progress)
+    return _counted("ten points", 3, points, num_trials, progress)
 
 
 def passing_points(
     *, num_trials: int = NUM_LONG_TRIALS, progress: Progress = no_progress
 ) -> tuple[PointsRow, ...]:
     """A point that passes 2 to 4 m beside the radar on a straight line."""
-    return _compared(
+    return _counted(
         "passing point", 4, lambda draw: [_passing_point(draw.random)], num_trials, progress
     )
 
@@ -345,7 +305,7 @@ def close_points(
     num_unequal_trials: int = NUM_LONG_TRIALS,
     progress: Progress = no_progress,
 ) -> tuple[PointsRow, ...]:
-    """Two points in neighbouring cells, and a weak one beside a strong one; coherent receiver."""
+    """Two points in neighbouring cells, and a weak one beside a strong one."""
     rows = []
     for number, name in enumerate(KINDS):
         progress("close points", number, len(KINDS))
@@ -364,7 +324,6 @@ def drawn_point(random: np.random.Generator, *, greatest_acceleration: float = 1
         range_rate=random.uniform(-SPAN_OF_RATES, SPAN_OF_RATES),
         acceleration=random.uniform(0.0, greatest_acceleration),
         azimuth=random.uniform(-1.0, 1.0),
-        spreads=True,
     )
 
 
@@ -375,14 +334,14 @@ def motion_of(points: Iterable[HandPoint]) -> FloatArray:
 
 
 def scored(
-    receiver: AnyReader, draw: Draw, frame: IfFrame, points: Sequence[HandPoint], share: float = 1.0
+    receiver: CoherentReceiver, draw: Draw, points: Sequence[HandPoint], share: float = 1.0
 ) -> tuple[BoolArray, int]:
-    """Mask of the points that are found, and the number of false detections.
+    """Mask of the points that are found in their frame, and the number of false detections.
 
     ``share`` multiplies the limits of the errors.
     """
-    found = receiver.detect(frame)
-    range_limit, rate_limit = draw.limits(receiver)
+    found = receiver.detect(draw.frame(points))
+    range_limit, rate_limit = draw.limits
     elapsed = found.time - float(draw.schedule.start_time[0])
     distance, rate, _ = path_of(motion_of(points), np.array(elapsed))
     error = np.maximum(
@@ -406,35 +365,28 @@ def _assigned(error: FloatArray) -> BoolArray:
     return is_found
 
 
-def _compared(
+def _counted(
     case: str,
     part: int,
     points_of: Callable[[Draw], list[HandPoint]],
     num_trials: int,
     progress: Progress,
 ) -> tuple[PointsRow, ...]:
-    """The points of every trial, as all receivers find them."""
+    """The points of every trial, as the receiver finds them."""
     rows = []
     for number, name in enumerate(KINDS):
         progress(case, number, len(KINDS))
-        receivers = KINDS[name].receivers_of_unequal_points()
-        masks: dict[str, list[BoolArray]] = {key: [] for key in receivers}
-        false: dict[str, list[int]] = {key: [] for key in receivers}
+        read = []
         for trial in range(num_trials):
             draw = Draw.of(name, (part,), trial)
-            points = points_of(draw)
-            frame = draw.frame(points)
-            for key, receiver in receivers.items():
-                is_found, num_false = scored(receiver, draw, frame, points)
-                masks[key].append(is_found)
-                false[key].append(num_false)
-        rows += [_row(name, case, key, masks[key], false[key]) for key in receivers]
+            read.append(scored(draw.kind.receiver(), draw, points_of(draw)))
+        rows.append(_row(name, case, read))
     return tuple(rows)
 
 
 def _two_equal(name: str, axis: str, num_trials: int) -> PointsRow:
     """Two points of one azimuth and power, one cell apart in range or range rate."""
-    receiver, masks, false = KINDS[name].coherent(), [], []
+    read = []
     for trial in range(num_trials):
         draw = Draw.of(name, (5, int(axis == "range")), trial)
         first = draw.with_snr(drawn_point(draw.random), PAIR_SNR)
@@ -444,27 +396,25 @@ def _two_equal(name: str, axis: str, num_trials: int) -> PointsRow:
             second = replace(first, range_rate=first.range_rate + draw.rate_cell)
         points = [first, draw.with_snr(second, PAIR_SNR)]
         # half of the limits: a detection in the middle is of neither point
-        is_found, num_false = scored(receiver, draw, draw.frame(points), points, share=0.5)
-        masks.append(np.array([is_found.all()]))
-        false.append(num_false)
-    return _row(name, f"two points, one cell apart in {axis}", "coherent", masks, false)
+        is_found, num_false = scored(draw.kind.receiver(), draw, points, share=0.5)
+        read.append((np.array([is_found.all()]), num_false))
+    return _row(name, f"two points, one cell apart in {axis}", read)
 
 
 def _weak_beside_strong(
     name: str, step: int, above: float, dynamic_range: float, num_trials: int
 ) -> PointsRow:
     """A weak point four range cells behind one that is ``above`` dB stronger."""
-    receiver, masks, false = KINDS[name].coherent(dynamic_range=dynamic_range), [], []
+    receiver, read = KINDS[name].receiver(dynamic_range=dynamic_range), []
     for trial in range(num_trials):
         draw = Draw.of(name, (6, step), trial)
         weak = draw.with_snr(drawn_point(draw.random), PAIR_SNR)
         strong = replace(weak, range=weak.range - 4.0 * draw.range_cell)
         points = [draw.with_snr(strong, PAIR_SNR * from_db(above)), weak]
-        is_found, num_false = scored(receiver, draw, draw.frame(points), points)
-        masks.append(is_found[1:])
-        false.append(num_false)
+        is_found, num_false = scored(receiver, draw, points)
+        read.append((is_found[1:], num_false))
     case = f"{above:g} dB below a point, dynamic range {dynamic_range:g} dB"
-    return _row(name, case, "coherent", masks, false)
+    return _row(name, case, read)
 
 
 def _one_of_ten(random: np.random.Generator) -> HandPoint:
@@ -485,19 +435,17 @@ def _passing_point(random: np.random.Generator) -> HandPoint:
         azimuth=float(np.arctan2(beside, ahead)),
         sine_rate=speed * ahead * beside / distance**3,
         power=100.0 * (5.0 / distance) ** 4,
-        spreads=True,
     )
 
 
-def _row(
-    frame: str, case: str, receiver: str, masks: Sequence[BoolArray], false: Sequence[int]
-) -> PointsRow:
+def _row(frame: str, case: str, read: Sequence[tuple[BoolArray, int]]) -> PointsRow:
+    """Row of frames with these masks of found points and numbers of false detections."""
+    masks, false = zip(*read, strict=True)
     hits = np.array([mask.sum() for mask in masks], dtype=np.float64)
     counts = np.array([mask.size for mask in masks], dtype=np.float64)
     return PointsRow(
         frame=frame,
         case=case,
-        receiver=receiver,
         found=proportion(hits, counts),
         missed=mean_count(counts - hits),
         false=mean_count(np.array(false, dtype=np.float64)),

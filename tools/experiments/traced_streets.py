@@ -1,21 +1,19 @@
-"""Both receivers on ray-traced streets with unmitigated interference.
+"""The coherent receiver on ray-traced streets with unmitigated interference.
 
 The street is that of the paper with the bodies, mirrors and bounces of the default tracer. Speeds
-and places are redrawn for every street. Two radars receive, each with its interferer; both
-receivers read the same frames.
+and places are redrawn for every street. Two radars receive, each with its interferer.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
 from polychirp.model.baseband import Progress, no_progress
-from polychirp.receiver.chain import Receiver
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.rng import Streams
 from polychirp.scoring.statistics import Estimate, mean_count, proportion
@@ -31,7 +29,7 @@ NUM_STREETS: Final = 6
 """Number of streets that are drawn; chosen: 12 minutes of one core."""
 
 FIRST_STREET: Final = 100
-"""Number of the first one: the receivers were made on streets of lower numbers."""
+"""Number of the first one: the receiver was made on streets of lower numbers."""
 
 SPREAD_OF_SPEEDS, SPREAD_OF_PLACES = 1.5, 0.3
 """Greatest changes of a vehicle's speed, m/s, and of its place, m."""
@@ -42,16 +40,13 @@ WAVEFORMS: Final[tuple[WaveformKind, ...]] = ("conventional", "diverse")
 PAIRS: Final = (("vehicle-1", "vehicle-3"), ("vehicle-2", "vehicle-4"))
 """Radars that receive, and the interferer of each."""
 
-RECEIVERS: Final[Mapping[str, Receiver | CoherentReceiver]] = {
-    "joint": Receiver(),
-    "coherent": CoherentReceiver(dynamic_range=from_db(40.0)),
-}
-"""Both have 40 dB of dynamic range."""
+DYNAMIC_RANGES: Final = (40.0, 60.0)
+"""Dynamic ranges of the receiver, dB; the second is its default. Both read the same frames."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StreetRow:
-    """Detections of one receiver with one waveform.
+    """Detections with one waveform and one dynamic range.
 
     Parameters
     ----------
@@ -62,7 +57,7 @@ class StreetRow:
     """
 
     waveform: str
-    receiver: str
+    dynamic_range_db: float
     found: Estimate
     unexplained: Estimate
     detections: Estimate
@@ -73,13 +68,13 @@ class StreetRow:
 def traced_streets(
     *, num_streets: int = NUM_STREETS, progress: Progress = no_progress
 ) -> tuple[StreetRow, ...]:
-    """Rows of all waveforms and receivers."""
-    read: dict[tuple[str, str], list[tuple[VictimResult, float]]] = {}
+    """Rows of all waveforms and dynamic ranges."""
+    read: dict[tuple[str, float], list[tuple[VictimResult, float]]] = {}
     for number in range(num_streets):
         progress("streets", number, num_streets)
         for waveform in WAVEFORMS:
-            for receiver, one, seconds in _readings(waveform, FIRST_STREET + number):
-                read.setdefault((waveform, receiver), []).append((one, seconds))
+            for dynamic_range, one, seconds in _readings(waveform, FIRST_STREET + number):
+                read.setdefault((waveform, dynamic_range), []).append((one, seconds))
     return tuple(_row(*key, readings) for key, readings in read.items())
 
 
@@ -99,8 +94,8 @@ def drawn_street(waveform: WaveformKind, number: int) -> Study:
     return replace(study, street=replace(study.street, vehicles=vehicles))
 
 
-def _readings(waveform: WaveformKind, number: int) -> Iterator[tuple[str, VictimResult, float]]:
-    """Every receiver's name, what it makes of a frame of each radar, and its seconds."""
+def _readings(waveform: WaveformKind, number: int) -> Iterator[tuple[float, VictimResult, float]]:
+    """Dynamic range, dB, what the receiver makes of a frame of each radar, and its seconds."""
     study = drawn_street(waveform, number)
     scene, schedules = scene_of(study), schedules_of(study)
     traced = trace_frame(study.tracer, scene, schedules, refresh_interval=study.refresh_interval)
@@ -115,10 +110,10 @@ def _readings(waveform: WaveformKind, number: int) -> Iterator[tuple[str, Victim
             interferers=[scene.radar_index(interferer)],
             streams=Streams(1 + number),
         )
-        for kind, receiver in RECEIVERS.items():
+        for dynamic_range in DYNAMIC_RANGES:
             begin = time.perf_counter()
             one = receive_and_score(
-                receiver,
+                CoherentReceiver(dynamic_range=from_db(dynamic_range)),
                 scene,
                 traced,
                 victim=victim,
@@ -126,10 +121,12 @@ def _readings(waveform: WaveformKind, number: int) -> Iterator[tuple[str, Victim
                 parts=parts,
                 targets=TARGETS_OF_RADAR[name],
             )
-            yield kind, one, time.perf_counter() - begin
+            yield dynamic_range, one, time.perf_counter() - begin
 
 
-def _row(waveform: str, receiver: str, readings: list[tuple[VictimResult, float]]) -> StreetRow:
+def _row(
+    waveform: str, dynamic_range: float, readings: list[tuple[VictimResult, float]]
+) -> StreetRow:
     received = [one for one, _ in readings]
     visible = [one.truth.is_visible for one in received]
     pairs = zip(received, visible, strict=True)
@@ -137,7 +134,7 @@ def _row(waveform: str, receiver: str, readings: list[tuple[VictimResult, float]
     natures = [list(one.score.nature) for one in received]
     return StreetRow(
         waveform=waveform,
-        receiver=receiver,
+        dynamic_range_db=dynamic_range,
         found=proportion(np.array(hits, dtype=np.float64), np.array([s.sum() for s in visible])),
         unexplained=mean_count(np.array([n.count("unexplained") for n in natures], dtype=float)),
         detections=mean_count(np.array([len(n) for n in natures], dtype=float)),

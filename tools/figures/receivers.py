@@ -1,4 +1,4 @@
-"""Detection probability of the coherent and of the joint receiver over coherent SNR."""
+"""Detection probability of the coherent receiver over coherent SNR."""
 
 from __future__ import annotations
 
@@ -7,36 +7,39 @@ from typing import Any, Final
 
 from matplotlib.axes import Axes
 
-from polychirp.report.figures.drawing import BLUE, GREY, VERMILION, Drawing, new_figure, styled
+from polychirp.report.figures.drawing import (
+    BLUE,
+    GREEN,
+    GREY,
+    VERMILION,
+    Drawing,
+    new_figure,
+    styled,
+)
 
-_COLOURS: Final = {"coherent": BLUE, "joint": VERMILION}
+_COLOURS: Final = (BLUE, VERMILION, GREEN)
 
 
 @styled
 def receiver_picture(record: Mapping[str, Any]) -> Drawing:
-    """One panel for every kind of frame: both receivers with 95 % intervals, and the ideal one.
+    """Curves of all kinds of frames with 95 % intervals, and that of the ideal detector.
 
     Parameters
     ----------
-    record : ``detection``: rows of ``frame``, ``receiver``, ``snr_db``, ``detection`` and ``ideal``
+    record : ``detection``: rows of ``frame``, ``snr_db``, ``detection`` and ``ideal``
     """
     rows = record["detection"]
     frames = list(dict.fromkeys(row["frame"] for row in rows))
-    figure = new_figure(8.0, 3.2)
-    panels = figure.subplots(1, len(frames), sharey=True, squeeze=False)[0]
+    figure = new_figure(5.0, 3.4)
+    axes = figure.subplots()
     ideal = {row["snr_db"]: row["ideal"] for row in rows}
-    for axes, frame in zip(panels, frames, strict=True):
-        axes.plot(*_sorted(ideal), color=GREY, linestyle=":", label="ideal detector")
-        for receiver, colour in _COLOURS.items():
-            mine = [r for r in rows if (r["frame"], r["receiver"]) == (frame, receiver)]
-            _curve(axes, mine, colour, receiver)
-        axes.set(title=frame, xlabel="Coherent SNR (dB)")
-    # the last panel has room: the joint receiver is not measured there
-    panels[-1].legend(loc="lower right", fontsize=7)
-    panels[0].set(ylabel="Detection probability", ylim=(-0.03, 1.03))
+    axes.plot(*_sorted(ideal), color=GREY, linestyle=":", label="ideal detector")
+    for frame, colour in zip(frames, _COLOURS, strict=True):
+        _curve(axes, [row for row in rows if row["frame"] == frame], colour, frame)
+    axes.legend(loc="lower right", fontsize=7)
+    axes.set(xlabel="Coherent SNR (dB)", ylabel="Detection probability", ylim=(-0.03, 1.03))
     data = {
         "frame": [row["frame"] for row in rows],
-        "receiver": [row["receiver"] for row in rows],
         "SNR (dB)": [row["snr_db"] for row in rows],
         "detection probability": [row["detection"]["value"] for row in rows],
         "ideal": [row["ideal"] for row in rows],
@@ -62,5 +65,5 @@ def _curve(axes: Axes, rows: list[Mapping[str, Any]], colour: str, name: str) ->
         marker="o",
         markersize=3.5,
         elinewidth=0.8,
-        label=f"{name} receiver",
+        label=name,
     )

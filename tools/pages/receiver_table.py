@@ -1,7 +1,7 @@
-"""Tables for docs/validation of the detections of the coherent and of the joint receiver.
+"""Tables for docs/validation of the detections of the coherent receiver.
 
-``python -m tools.pages.receiver_table FILE`` draws frames of points in noise, reads them with both
-receivers and stores the rates as JSON; ``bench/receivers.py`` draws the figure.
+``python -m tools.pages.receiver_table FILE`` draws frames of points in noise, reads them and
+stores the rates as JSON; ``bench/receivers.py`` draws the figure.
 """
 
 from __future__ import annotations
@@ -28,13 +28,9 @@ from tools.pages.markdown import table, within
 RECORD: Final = "receiver.json"
 """File with the numbers of the tables, in the folder of the pages."""
 
-_NOT_MEASURED: Final = "–"
-"""Cell of an SNR at which a receiver was not measured."""
-
 
 _FIELDS: Final = {
     "frame": "frame",
-    "receiver": "receiver",
     "points": "case",
     "frames": "num_trials",
     "found": "found",
@@ -52,11 +48,11 @@ def receiver_tables(folder: Path) -> dict[str, str]:
         "receiver-detection": _detection(record["detection"]),
         "receiver-noise": _noise(record["noise"]),
         "receiver-points": _compared(
-            record["points"], "frame", "receiver", "frames", "missed per frame", "false per frame"
+            record["points"], "frame", "frames", "missed per frame", "false per frame"
         ),
         "receiver-passing": _compared(
             record["passing"],
-            *("frame", "receiver", "frames", "found", "false per frame", "most false in a frame"),
+            *("frame", "frames", "found", "false per frame", "most false in a frame"),
         ),
         "receiver-close": _compared(
             record["close"], "frame", "points", "frames", "found", "false per frame"
@@ -65,22 +61,14 @@ def receiver_tables(folder: Path) -> dict[str, str]:
 
 
 def _detection(rows: Sequence[Mapping[str, Any]]) -> str:
-    """One line for every SNR, one column for every frame and receiver."""
-    columns = list(dict.fromkeys((row["frame"], row["receiver"]) for row in rows))
-    cells = {
-        (row["snr_db"], row["frame"], row["receiver"]): within(row["detection"], 2) for row in rows
-    }
+    """One line for every SNR, one column for every frame."""
+    frames = list(dict.fromkeys(row["frame"] for row in rows))
+    cells = {(row["snr_db"], row["frame"]): within(row["detection"], 2) for row in rows}
     ideal = {row["snr_db"]: f"{row['ideal']:.2f}" for row in rows}
     body = [
-        (
-            f"{snr:g}",
-            ideal[snr],
-            *(cells.get((snr, *column), _NOT_MEASURED) for column in columns),
-        )
-        for snr in sorted(ideal)
+        (f"{snr:g}", ideal[snr], *(cells[snr, frame] for frame in frames)) for snr in sorted(ideal)
     ]
-    names = (f"{frame}, {receiver}" for frame, receiver in columns)
-    return table(("coherent SNR, dB", "ideal detector", *names), body)
+    return table(("coherent SNR, dB", "ideal detector", *frames), body)
 
 
 def _noise(rows: Sequence[Mapping[str, Any]]) -> str:

@@ -1,4 +1,4 @@
-"""Table for docs/validation of both receivers on ray-traced streets.
+"""Table for docs/validation of the coherent receiver on ray-traced streets.
 
 ``python -m tools.pages.street_table FILE`` traces the streets and stores the rates as JSON.
 """
@@ -19,12 +19,12 @@ RECORD: Final = "streets.json"
 
 
 def street_table(folder: Path) -> str:
-    """One line for every waveform and receiver."""
+    """One line for every waveform and dynamic range."""
     rows = json.loads((folder / RECORD).read_text(encoding="utf-8"))
     body = [
         (
             row["waveform"],
-            row["receiver"],
+            f"{row['dynamic_range_db']:g}",
             str(row["num_trials"]),
             within(row["found"], 2),
             within(row["unexplained"], 1),
@@ -33,7 +33,7 @@ def street_table(folder: Path) -> str:
         )
         for row in rows
     ]
-    head = ("waveform", "receiver", "frames", "targets found", "unexplained per frame")
+    head = ("waveform", "dynamic range, dB", "frames", "targets found", "unexplained per frame")
     return table((*head, "detections per frame", "s per frame"), body)
 
 

@@ -60,7 +60,7 @@ def add_parser(subparsers: Any) -> None:
         action="append",
         default=[],
         metavar="KIND",
-        help="joint, coherent, range-doppler, paper or auto, with the settings of the study's "
+        help="coherent, range-doppler, paper or auto, with the settings of the study's "
         "receiver; may be repeated: all read the same frames (default: the study's receiver)",
     )
     parser.add_argument(

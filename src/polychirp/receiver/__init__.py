@@ -3,18 +3,19 @@
 The subpackages and modules in reading order; other packages may use the names beside them:
 
 - `mitigation`: reduction of interference in the samples: `AnyMitigation` and its methods.
-- `signal_model`: signals of moving points, and their fit in the spectra.
-- `detection`: the range-rate map, its floor and thresholds: `cfar.CfarWindow`.
-- `estimation`: refinement and tests of points: `cramer_rao.cramer_rao_bound`.
+- `signal_model`: signals of moving points, spectra, and codes of the transmitting elements.
+- `detection`: CFAR thresholds: `cfar.CfarWindow`.
+- `estimation`: azimuths in motion, and the bound on errors: `cramer_rao.cramer_rao_bound`.
 - `angle`: azimuths and elevations of points: `directions`, `doa`, `beamform`; `ambiguity`.
 - `clustering`: several points of one body as one detection: `Body`, `merged`.
 - `settings`: what all receivers share.
-- `chain`: all of these in order, for ramps of any slopes: `Receiver`.
+- `coherent`: all samples in phase, for ramps of any slopes: `chain.CoherentReceiver`.
 - `range_doppler`: Fourier transforms, for equal chirps: `chain.RangeDoppler`.
 - `alternatives`: the receiver as the paper describes it, for triangles: `PaperReceiver`.
 - `selection`: the receivers of a study file, and the choice of one: `AnyReceiver`, `receiver_for`.
 - `mimo`: the virtual array of several transmitting elements: `virtual_array`, `virtual_parts`,
   `azimuths_in_motion`, `element_streams`.
 - `attribution`: powers of detections and floor, for each part of the samples: `detected`,
-  `part_amplitudes`, `floor_rise`, `range_response`.
+  `part_amplitudes`, `floor_rise`.
+- `overview`: spectra and maps of a frame or of a part of it, for figures.
 """

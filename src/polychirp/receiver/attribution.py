@@ -1,7 +1,5 @@
 """Attribution of detections and floor to echo, interference and noise, through linear steps."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray
@@ -11,14 +9,8 @@ from polychirp.model.detection import Detections
 from polychirp.model.if_frame import PARTS, IfFrame, IfParts
 from polychirp.model.target_levels import TargetLevels
 from polychirp.model.truth import Truth
-from polychirp.receiver.angle.beamform import beamform, orthogonal_sines, steering
-from polychirp.receiver.chain import Receiver, search_grid
+from polychirp.receiver.angle.beamform import steering
 from polychirp.receiver.coherent.chain import CoherentReceiver
-from polychirp.receiver.detection.range_rate_map import (
-    log_range_rate_map,
-    log_spectra,
-    spectrum_size,
-)
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.receiver.selection import FrameReceiver
 from polychirp.receiver.signal_model.point_signal import (
@@ -26,6 +18,7 @@ from polychirp.receiver.signal_model.point_signal import (
     hann_weights,
     matched_amplitudes,
 )
+from polychirp.receiver.signal_model.power_spectra import power_spectra, spectrum_size
 
 
 def detected(
@@ -67,7 +60,8 @@ def part_amplitudes(
     _, sine, rise = direction_of(
         np.nan_to_num(detections.azimuth), np.nan_to_num(detections.elevation)
     ).T
-    weights = _steering(frame, sine, rise)
+    frequency = float(np.mean(frame.schedule.centre_frequency))
+    weights = steering(frame.array, frequency=frequency, sine=sine, rise=rise)
     stacked = cleaned.repair(parts.samples).reshape(-1, *weight.shape)  # part × channel
     amplitude = matched_amplitudes(stacked, weight, phases, frame.times.rate)
     by_part = amplitude.reshape(len(motion), *parts.samples.shape[:3])
@@ -128,55 +122,9 @@ def floor_rise(receiver: FrameReceiver, frame: IfFrame, parts: IfParts) -> float
     inside = (side > 0) & (side < farthest[:, None])
 
     def floor(samples: ComplexArray) -> float:
-        power = np.exp(log_spectra(samples, weight, size)).mean(axis=0)
+        power = power_spectra(samples, weight, size).mean(axis=0)
         medians = [np.median(power[k, inside[k]]) for k in range(power.shape[0])]
         return float(np.mean(medians))
 
     disturbance = parts.total("direct", "indirect", "leakage", "distortion", "noise")
     return floor(cleaned.repair(disturbance)) / floor(cleaned.repair(parts.noise))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class RangeResponse:
-    """Maximum of the range-rate map over beams and range rates, as a function of range.
-
-    Parameters
-    ----------
-    range : m, ``(range,)``
-    power : W, ``(range,)``, geometric mean over ramps; a tone has the power that it has in one
-        channel, without the array's gain
-    noise : W, mean over range of the same quantity for thermal noise alone
-    """
-
-    range: FloatArray
-    power: FloatArray
-    noise: float
-
-
-def range_response(receiver: Receiver, frame: IfFrame, parts: IfParts) -> RangeResponse:
-    """Power over range from all ramps together, from the map in which the receiver detects."""
-    cleaned = mitigated(receiver.mitigation, frame)
-    weight = hann_weights(cleaned.weight)
-    grid = search_grid(receiver, frame, float(frame.schedule.start_time[0]))
-    size = spectrum_size(frame.times)
-    beams = _steering(frame, orthogonal_sines(frame.array.num_channels))
-
-    def along_range(samples: ComplexArray) -> FloatArray:
-        logs = log_spectra(beamform(samples, beams), weight, size)
-        statistic = log_range_rate_map(logs, frame.schedule, frame.times, grid)
-        return np.asarray(np.exp(statistic.max(axis=(0, 1))))
-
-    # a tone of power P per channel gives P M (Σw)²/Σw² in a cell of the beam of M channels
-    gain = frame.array.num_channels * float(
-        np.mean(np.sum(weight, axis=1) ** 2 / np.sum(weight**2, axis=1))
-    )
-    return RangeResponse(
-        range=grid.range,
-        power=along_range(cleaned.samples) / gain,
-        noise=float(np.mean(along_range(cleaned.repair(parts.noise)))) / gain,
-    )
-
-
-def _steering(frame: IfFrame, sine: FloatArray, rise: FloatArray | None = None) -> ComplexArray:
-    frequency = float(np.mean(frame.schedule.centre_frequency))
-    return steering(frame.array, frequency=frequency, sine=sine, rise=rise)

@@ -5,7 +5,6 @@ from typing import Annotated, Any, Final, Literal
 
 import numpy as np
 
-from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import CapabilityError, InputError, no_such
 from polychirp.model.antenna import AntennaArray
 from polychirp.model.ramp import RampSchedule
@@ -14,9 +13,7 @@ from polychirp.receiver.alternatives.triangular_pairing import refuse_unpaired
 from polychirp.receiver.angle.directions import unfit as unfit_array
 from polychirp.receiver.angle.doa import AngleEstimator
 from polychirp.receiver.angle.elements import Elements
-from polychirp.receiver.chain import Receiver
 from polychirp.receiver.coherent.chain import CoherentReceiver
-from polychirp.receiver.estimation.beat_refinement import LARGEST_RATE_CHANGE
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.range_doppler.subframes import has_subframes, unreadable
 from polychirp.receiver.range_doppler.transforms import refuse
@@ -34,7 +31,7 @@ from polychirp.receiver.signal_model.transmit_codes import (
 from polychirp.spec import ByKind
 from polychirp.units import Ratio
 
-FrameReceiver = Receiver | CoherentReceiver | RangeDoppler | PaperReceiver
+FrameReceiver = CoherentReceiver | RangeDoppler | PaperReceiver
 """Receivers that read a frame themselves."""
 
 
@@ -43,13 +40,12 @@ class AutoReceiver(SearchSettings):
     """The receiver that suits the ramps.
 
     Equal chirps at equal intervals, or in subframes of such, have one beat for each range, and
-    their speeds come from the phases between chirps: they have range-Doppler processing. Long ramps
-    that rise and fall tell speeds by their beats, which the joint receiver uses. The coherent
-    receiver reads all others.
+    their speeds come from the phases between chirps: they have range-Doppler processing. The
+    coherent receiver reads all other ramps.
 
     Parameters
     ----------
-    dynamic_range : as of the receiver that is chosen; None for its own default
+    dynamic_range : as of the coherent receiver; None for its own default
     """
 
     dynamic_range: Ratio | None = None
@@ -61,49 +57,29 @@ class AutoReceiver(SearchSettings):
 
     def chosen(self, schedule: RampSchedule) -> FrameReceiver:
         """The receiver that reads these ramps, with the settings that it knows."""
-        kind = _kind_for(schedule)
+        kind = CoherentReceiver if unreadable(schedule) else RangeDoppler
         return kind(**_shared(kind, self))
 
 
 AnyReceiver = Annotated[
-    AutoReceiver | Receiver | CoherentReceiver | RangeDoppler | PaperReceiver,
+    AutoReceiver | CoherentReceiver | RangeDoppler | PaperReceiver,
     ByKind(default="auto"),
 ]
 """Receivers of a study; a study file that names no kind has the first."""
 
 RECEIVERS: Final = {
-    kind().kind: kind
-    for kind in (AutoReceiver, Receiver, CoherentReceiver, RangeDoppler, PaperReceiver)
+    kind().kind: kind for kind in (AutoReceiver, CoherentReceiver, RangeDoppler, PaperReceiver)
 }
 """Class of every receiver that a study may name, by its kind."""
 
 
 def reason_of_choice(schedule: RampSchedule) -> str:
     """Reason for the choice of `AutoReceiver`, as the end of a sentence."""
-    if not unreadable(schedule):
-        intervals = "intervals in each subframe" if has_subframes(schedule) else "intervals"
-        return f"its chirps are equal and follow each other at equal {intervals}"
-    if tells_speeds_by_beats(schedule):
-        return "its ramps rise and fall and are long"
-    return unreadable(schedule)
-
-
-def _kind_for(schedule: RampSchedule) -> type[FrameReceiver]:
-    if not unreadable(schedule):
-        return RangeDoppler
-    return Receiver if tells_speeds_by_beats(schedule) else CoherentReceiver
-
-
-def tells_speeds_by_beats(schedule: RampSchedule) -> bool:
-    """True if ramps rise and fall and are so long that the joint receiver's map is fine enough.
-
-    Its range rates are a third of a ramp's Doppler cell λ/2T apart, and beats correct a point's
-    range rate by no more than `LARGEST_RATE_CHANGE`.
-    """
-    wavelength = SPEED_OF_LIGHT / float(np.max(schedule.centre_frequency))
-    half_step = wavelength / (12.0 * float(np.max(schedule.duration)))
-    has_both = bool(np.any(schedule.slope > 0) and np.any(schedule.slope < 0))
-    return has_both and half_step <= LARGEST_RATE_CHANGE
+    reason = unreadable(schedule)
+    if reason:
+        return reason
+    intervals = "intervals in each subframe" if has_subframes(schedule) else "intervals"
+    return f"its chirps are equal and follow each other at equal {intervals}"
 
 
 def refuse_real_samples(receiver: AnyReceiver, schedule: RampSchedule, *, radar: str) -> None:
@@ -132,8 +108,8 @@ def readable_elements(
     Raises
     ------
     CapabilityError
-        The joint and the coherent receiver need a uniform line of virtual elements; the estimators
-        have the needs of `angle.directions.unfit`.
+        The coherent and the paper's receiver need a uniform line of virtual elements; the
+        estimators have the needs of `angle.directions.unfit`.
     """
     place, _ = virtual_channels(array, schedule.num_elements)
     if not isinstance(receiver, RangeDoppler):
@@ -162,7 +138,7 @@ def receiver_of_kind(kind: str, settings: AnyReceiver) -> AnyReceiver:
     A receiver that has this kind already is returned as it is. `InputError` is raised if there is
     no such kind.
 
-    >>> receiver_of_kind("joint", RangeDoppler(greatest_range=50.0)).greatest_range
+    >>> receiver_of_kind("coherent", RangeDoppler(greatest_range=50.0)).greatest_range
     50.0
     """
     if kind == settings.kind:
@@ -186,6 +162,6 @@ def refuse_unreadable(receiver: AnyReceiver, schedule: RampSchedule) -> None:
     """Refuse ramps that the receiver cannot read, with a `CapabilityError` that says why."""
     match receiver:
         case RangeDoppler():
-            refuse(unreadable(schedule), schedule)
+            refuse(unreadable(schedule))
         case PaperReceiver():
             refuse_unpaired(schedule)

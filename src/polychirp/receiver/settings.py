@@ -1,7 +1,7 @@
 """`ReceiverSettings`: what all receivers share; others add to them.
 
 - `DetectorSettings`: of a receiver with a false-alarm probability.
-- `SearchSettings`: of a search for points in the map of ramps of any slopes.
+- `SearchSettings`: of a search for points on ramps of any slopes.
 """
 
 from dataclasses import dataclass
@@ -69,7 +69,7 @@ class DetectorSettings(ReceiverSettings):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SearchSettings(DetectorSettings):
-    """Settings of a search for points in the range-rate map of ramps of any slopes.
+    """Settings of a search for points on ramps of any slopes.
 
     Parameters
     ----------

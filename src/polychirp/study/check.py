@@ -28,7 +28,6 @@ from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
 from polychirp.receiver.angle.ambiguity import Window, ambiguities, unambiguous_window
 from polychirp.receiver.angle.beams import too_large
 from polychirp.receiver.angle.elements import Elements
-from polychirp.receiver.chain import Receiver
 from polychirp.receiver.mitigation.bursts import BurstDetector
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.range_doppler.subframes import has_subframes, unambiguous_span
@@ -42,7 +41,6 @@ from polychirp.receiver.selection import (
     refuse_real_samples,
     refuse_unreadable,
 )
-from polychirp.receiver.signal_model.point_signal import beat_sensitivity
 from polychirp.receiver.signal_model.transmit_codes import code_blocks, virtual_channels
 from polychirp.study.random_draw import sample_street
 from polychirp.study.size import refuse_too_large
@@ -62,16 +60,6 @@ from polychirp.synthesis.impairments.high_pass import refuse_unfollowed
 
 Limits = tuple[float, float]
 """Least and greatest value over the ramps of a frame."""
-
-FARTHEST_SPEED: Final = 0.8
-"""Greatest difference, m/s, between a point's speed and that of its cell in the range-rate map that
-the beats correct: `LARGEST_RATE_CHANGE` of `receiver.estimation.beat_refinement`."""
-
-MOST_DOPPLER_CELLS: Final = 150
-"""Greatest ratio of the beats' speed cell (`_beat_speed_cell`) to the frame's Doppler cell
-(`_doppler_cell`) without a warning. Chosen between two simulated cases: a point was found at all
-of eight speeds with 128 triangular ramps of 0.5 or 1 ms (ratio 128), and at five of the eight with
-sawtooths of 1 GHz (ratio 277)."""
 
 GREATEST_GUARD: Final = 0.1
 """Greatest guard of a mitigation, as a share of the shortest ramp, without a warning. Chosen: with
@@ -197,7 +185,7 @@ def check(study: Study) -> Derived:
     -----
     ModelWarning
         The tracer gives targets no echo, a material is used outside its band, ramps are too short
-        for the receiver's range-rate map or for the guard of its mitigation, an array is ambiguous
+        for the guard of the receiver's mitigation, an array is ambiguous
         in its elements' beam, a target is too far away or too fast for the receiver, or beats that
         real samples fold are not filtered out.
     """
@@ -270,14 +258,6 @@ def _warn_of_receiver(study: Study, schedules: Sequence[RampSchedule]) -> None:
     for number in victim_indices(study):
         radar, schedule = study.radars[number], schedules[number]
         receiver = receiver_for(study.receiver, schedule)
-        times = sample_times(schedule, radar.converter)
-        reason = _too_coarse(schedule, times, receiver) if isinstance(receiver, Receiver) else ""
-        if reason:
-            warnings.warn(
-                f"the range-rate map of the receiver is too coarse for '{radar.name}': {reason}",
-                ModelWarning,
-                stacklevel=3,
-            )
         if isinstance(receiver, PaperReceiver):
             warnings.warn(_limits_of_paper_receiver(schedule), ModelWarning, stacklevel=3)
         mitigation = study.receiver.mitigation
@@ -311,35 +291,6 @@ def _warn_of_folded_beats(radar: StudyRadar, derived: DerivedRadar) -> None:
         )
 
 
-def _too_coarse(schedule: RampSchedule, times: SampleTimes, receiver: Receiver) -> str:
-    """Reason why the range-rate map misses targets with these ramps, and the remedy.
-
-    It is empty if the map is fine enough.
-    """
-    resolved = _doppler_cell(schedule)
-    wavelength = SPEED_OF_LIGHT / float(np.max(schedule.centre_frequency))
-    step = wavelength / (6.0 * float(np.max(schedule.duration)))
-    # the test of coherence corrects a cell's speed by up to four Doppler cells, by phases
-    reach = max(FARTHEST_SPEED, 4.0 * resolved)
-    by_beats = _beat_speed_cell(schedule, times)
-    has_both = bool(np.any(schedule.slope > 0) and np.any(schedule.slope < 0))
-    if has_both and 0.5 * step > reach:
-        rows = 2 * int(np.ceil(receiver.greatest_speed / step)) + 1
-        return (
-            f"it has {rows} cells of speed where the frame resolves "
-            f"{2.0 * receiver.greatest_speed / resolved:.0f}, and misses targets whose speed is "
-            f"more than {_kmh(reach)} from a multiple of {_kmh(step)}; use ramps of "
-            f"{1e3 * wavelength / (12.0 * FARTHEST_SPEED):.1f} ms or more"
-        )
-    if by_beats > MOST_DOPPLER_CELLS * resolved:
-        return (
-            f"by their beats its ramps tell speeds {_kmh(by_beats)} apart, the frame "
-            f"{_kmh(resolved)}, and targets are missed or have a wrong speed; use "
-            f"{'fewer sweeps' if has_both else 'ramps that rise and fall'}"
-        )
-    return ""
-
-
 def _limits_of_paper_receiver(schedule: RampSchedule) -> str:
     r"""A sentence on what the paper's receiver does with these ramps.
 
@@ -354,8 +305,8 @@ def _limits_of_paper_receiver(schedule: RampSchedule) -> str:
     return (
         "the receiver 'paper' serves for comparison: noise alone exceeds its threshold, the mean "
         "of the profile, in every frame, and it spreads a target faster than "
-        f"{_kmh(speed)} over several range cells, as it averages over sweeps; 'joint' and "
-        "'coherent' do neither"
+        f"{_kmh(speed)} over several range cells, as it averages over sweeps; "
+        "'coherent' does neither"
     )
 
 
@@ -368,21 +319,6 @@ def _doppler_cell(schedule: RampSchedule) -> float:
     """Speed at which an echo's phase changes by one cycle over the frame, m/s."""
     wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
     return wavelength / (2.0 * float(schedule.end_time[-1] - schedule.start_time[0]))
-
-
-def _beat_speed_cell(schedule: RampSchedule, times: SampleTimes) -> float:
-    r"""Change of speed that the beats alone can resolve, m/s.
-
-    It moves the beats by one resolution cell of a ramp, rms over the ramps, beyond what a change of
-    range can explain (least squares). On ramps that rise and fall it is
-    :math:`\lambda/2T_{ramp}`. On ramps of one direction only range migration tells speeds apart,
-    and it is :math:`\sqrt{12}\,c/(2BT_{frame})`.
-    """
-    sensitivity = beat_sensitivity(schedule, times, float(schedule.start_time[0]))
-    in_cells = sensitivity * (times.num_samples / times.rate)[:, None]
-    by_range, by_speed = in_cells[:, 0], in_cells[:, 1]
-    apart = by_speed - by_range * (by_range @ by_speed) / (by_range @ by_range)
-    return 1.0 / max(float(np.sqrt(np.mean(apart**2))), 1e-300)
 
 
 def _problems(study: Study) -> Iterator[tuple[str, str]]:

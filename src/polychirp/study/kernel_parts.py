@@ -17,7 +17,6 @@ WORKER: Final = "polychirp.study.warm_up"
 PARTS: Final = {
     part.name: part
     for part in (
-        Part(name="receiver", duration=22.0, kernels=26),
         Part(name="visibility", duration=14.0, kernels=51),
         Part(name="bounces", duration=27.0, kernels=79),
         Part(name="facets", duration=27.0, kernels=58),
@@ -36,9 +35,7 @@ PARTS: Final = {
 in s of one core, are estimates from runs on a busy machine, and numbers of kernels are counted;
 only the announcement and the progress use them."""
 
-OF_PAPER: Final = tuple(
-    name for name in PARTS if name not in ("point vehicles", "range-Doppler", "coherent")
-)
+OF_PAPER: Final = tuple(name for name in PARTS if name not in ("point vehicles", "range-Doppler"))
 """Parts that the paper's scenarios need."""
 
 FEWEST_BUNDLED: Final = 20
@@ -47,7 +44,6 @@ below 24, the number of paths from which on the engine synthesises them in bundl
 
 _ANY_TRIAL: Final = ("synthesis", "targets", "tables")
 _OF_RECEIVER: Final = {
-    "joint": "receiver",
     "range-doppler": "range-Doppler",
     "coherent": "coherent",
     "paper": "profiles",
@@ -66,7 +62,7 @@ def parts_of(study: Study) -> tuple[str, ...]:
 
     >>> from polychirp.study.paper.scenarios import paper_study
     >>> parts_of(paper_study("diverse"))[:5]
-    ('receiver', 'visibility', 'bounces', 'facets', 'synthesis')
+    ('visibility', 'bounces', 'facets', 'synthesis', 'bundles')
     """
     kinds = _receiver_kinds(study)
     names = [_OF_RECEIVER[kind] for kind in kinds]

@@ -11,12 +11,10 @@ from polychirp.errors import InputError
 from polychirp.model.if_frame import SampleTimes, parts_of, sample_times
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.alternatives.paper_receiver import PADDING, PaperReceiver
-from polychirp.receiver.chain import Receiver
 from polychirp.receiver.coherent.chain import CoherentReceiver
-from polychirp.receiver.detection.range_rate_map import spectrum_size
-from polychirp.receiver.estimation.coherence_test import GREATEST_ACCELERATION
 from polychirp.receiver.selection import AnyReceiver, receiver_for
 from polychirp.receiver.settings import range_axis
+from polychirp.receiver.signal_model.power_spectra import spectrum_size
 from polychirp.study.spec import Study, StudyRadar, victim_indices
 
 MOST_MEMORY: Final = 32 << 30
@@ -29,14 +27,8 @@ _SPECTRA: Final = 10
 """Size of the receiver's spectra relative to the frame's samples; chosen above 4, the size of two
 copies (as recorded, and without the points found) with two bins for each sample."""
 
-_CELL: Final = 24
-"""Bytes for each cell of the range-rate map besides the 8 bytes of each beam; an estimate."""
-
-_COHERENT_CELL: Final = 40
+_CELL: Final = 40
 """Bytes for each cell of the coherent map: powers, floors, ratios, logarithms; an estimate."""
-
-_RATES_TRIED: Final = 25
-"""Number of corrections of range rate that the coherence test tries (`coherence_test`)."""
 
 
 def refuse_too_large(study: Study, schedules: Sequence[RampSchedule]) -> None:
@@ -64,7 +56,7 @@ def refuse_too_large(study: Study, schedules: Sequence[RampSchedule]) -> None:
             )
         receiver = receiver_for(study.receiver, schedule)
         try:
-            if isinstance(receiver, Receiver | PaperReceiver):
+            if isinstance(receiver, CoherentReceiver | PaperReceiver):
                 range_axis(receiver, schedule)
         except InputError as error:
             raise InputError(f"radars.{number}: {error}") from None
@@ -79,14 +71,12 @@ _NAMES: Final = {
     "frame": "frame",
     "spectra": "spectra",
     "map": "range-rate map",
-    "accelerations": "table of accelerations",
 }
 
 _WAYS_OUT: Final = {
     "frame": "use fewer sweeps or channels, shorter ramps or a slower converter",
     "spectra": "use fewer sweeps or channels, shorter ramps or a slower converter",
-    "map": "lower receiver.greatest_speed or receiver.greatest_range, or use fewer channels",
-    "accelerations": "use fewer sweeps or shorter ones",
+    "map": "lower receiver.greatest_speed or receiver.greatest_range, or use fewer sweeps",
 }
 
 
@@ -97,17 +87,11 @@ def _parts(receiver: AnyReceiver, radar: StudyRadar, schedule: RampSchedule) -> 
     frame = {"frame": frame_memory(times, radar)}
     receiver = receiver_for(receiver, schedule)
     if isinstance(receiver, CoherentReceiver):
-        return {**frame, "map": coherent_map_memory(receiver, schedule, radar)}
+        return {**frame, "map": map_memory(receiver, schedule, radar)}
     if isinstance(receiver, PaperReceiver):
         lines = float(radar.array.num_channels) * elements * schedule.num_ramps
         return {**frame, "spectra": 2.0 * lines * PADDING * spectrum_size(times) * _SAMPLE}
-    if not isinstance(receiver, Receiver):
-        return frame
-    return {
-        **frame,
-        "map": map_memory(receiver, schedule, num_beams=radar.array.num_channels * elements),
-        "accelerations": acceleration_memory(schedule),
-    }
+    return frame
 
 
 def frame_memory(times: SampleTimes, radar: StudyRadar) -> float:
@@ -116,19 +100,7 @@ def frame_memory(times: SampleTimes, radar: StudyRadar) -> float:
     return padded * (1 + len(parts_of(radar)) + _SPECTRA) * _SAMPLE
 
 
-def map_memory(receiver: Receiver, schedule: RampSchedule, *, num_beams: int) -> float:
-    """Bytes of the receiver's range-rate map, whose cells are those of `chain.search_grid`."""
-    cell = 0.5 * SPEED_OF_LIGHT / (2.0 * float(np.max(schedule.bandwidth)))
-    wavelength = SPEED_OF_LIGHT / float(np.max(schedule.centre_frequency))
-    step = wavelength / (6.0 * float(np.max(schedule.duration)))
-    ranges = (receiver.greatest_range - receiver.least_range) / cell + 1.0
-    rates = 2.0 * receiver.greatest_speed / step + 3.0
-    return ranges * rates * (_CELL + 8.0 * num_beams)
-
-
-def coherent_map_memory(
-    receiver: CoherentReceiver, schedule: RampSchedule, radar: StudyRadar
-) -> float:
+def map_memory(receiver: CoherentReceiver, schedule: RampSchedule, radar: StudyRadar) -> float:
     """Bytes of the coherent map, of its floor and ratio, and of the profiles of all ramps."""
     wavelength = SPEED_OF_LIGHT / float(np.max(schedule.centre_frequency))
     span = float(schedule.end_time[-1] - schedule.start_time[0])
@@ -136,17 +108,9 @@ def coherent_map_memory(
     ranges = 2.0 * (receiver.greatest_range - receiver.least_range) / cell
     rates = 8.0 * receiver.greatest_speed * span / wavelength
     channels = radar.array.num_channels * schedule.num_elements
-    return rates * (ranges * _COHERENT_CELL + 4.0 * _SAMPLE * schedule.num_ramps) + (
+    return rates * (ranges * _CELL + 4.0 * _SAMPLE * schedule.num_ramps) + (
         4.0 * ranges * channels * schedule.num_ramps * _SAMPLE
     )
-
-
-def acceleration_memory(schedule: RampSchedule) -> float:
-    """Bytes of the phasors of all corrections that the coherence test tries: rate, acceleration."""
-    span = float(schedule.end_time[-1] - schedule.start_time[0])
-    wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
-    step = wavelength / (1.5 * span**2)
-    return _RATES_TRIED * (2.0 * GREATEST_ACCELERATION / step + 3.0) * schedule.num_ramps * 8.0
 
 
 def _shown(size: float) -> str:

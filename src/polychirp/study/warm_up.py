@@ -68,20 +68,13 @@ def _street() -> Scene:
     return scene_of(_study())
 
 
-def receiver() -> None:
-    """Compile kernels that find points, by a detection of points in noise."""
-    from polychirp.receiver.chain import Receiver
-
-    Receiver().detect(_frame())
-
-
 def profiles() -> None:
     """Compile kernels of the range response and of the paper's receiver."""
     from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
-    from polychirp.receiver.attribution import range_response
-    from polychirp.receiver.chain import Receiver
+    from polychirp.receiver.overview.range_response import range_response
+    from polychirp.receiver.selection import AutoReceiver
 
-    range_response(Receiver(), _frame(), _parts())
+    range_response(AutoReceiver(), _frame(), _parts())
     PaperReceiver().detect(_frame())
 
 
@@ -256,7 +249,6 @@ def point_vehicles() -> None:
 
 
 PARTS: Final[Mapping[str, Callable[[], None]]] = {
-    "receiver": receiver,
     "visibility": visibility,
     "bounces": bounces,
     "facets": facets,

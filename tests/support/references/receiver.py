@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.constants import SPEED_OF_LIGHT
@@ -13,12 +12,7 @@ from polychirp.model.antenna import AntennaArray
 from polychirp.model.if_frame import SampleTimes
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.detection.cfar import CfarWindow
-from polychirp.receiver.detection.residual_map import SUBSTEPS
 from polychirp.receiver.estimation.azimuth_rate import sine_basis
-from polychirp.receiver.estimation.beat_refinement import (
-    LARGEST_RANGE_CHANGE,
-    LARGEST_RATE_CHANGE,
-)
 from polychirp.receiver.estimation.cramer_rao import Bound, _bound_of
 from polychirp.receiver.signal_model.grid import Grid
 from polychirp.receiver.signal_model.point_signal import beat_frequency, replica
@@ -49,25 +43,6 @@ def log_range_rate_map_by_loops(
             place = np.floor(beat * size / times.rate + 0.5).astype(np.int64) % size
             for k in range(ramps):
                 out[:, i, j] += logs[:, k, place[k]] / ramps
-    return out
-
-
-def rows_by_loops(
-    logs: NDArray[np.float32],
-    start: IntArray,
-    fraction: IntArray,
-    step: FloatArray,
-    num_ranges: int,
-) -> FloatArray:
-    """Slow reference of the map's compiled sum: one cell after the other.
-
-    The cell in row i, range step j is the sum over ramps k of the bin nearest to
-    ``step[k]·(start[i, k] + fraction[i, k]/SUBSTEPS + j)``.
-    """
-    out = np.zeros((len(start), num_ranges, logs.shape[2]))
-    for i, j, k in np.ndindex(len(start), num_ranges, len(logs)):
-        place = step[k] * (start[i, k] + fraction[i, k] / SUBSTEPS + j)
-        out[i, j] += logs[k, int(np.floor(place + 0.5))] / len(logs)
     return out
 
 
@@ -106,68 +81,6 @@ def cramer_rao_bound_twin(
     return _bound_of(
         2.0 * snr * jacobian @ jacobian.T, not is_acceleration_known, sine_rate_deviation
     )
-
-
-def range_and_rate_from_beats_twin(
-    logs: NDArray[np.float32],
-    guess: FloatArray,
-    *,
-    beam: IntArray,
-    place: FloatArray,
-    slope: FloatArray,
-    reach: int,
-    resolution: float,
-) -> FloatArray:
-    """Slow reference of `range_and_rate_from_beats`: one point after the other, by a library."""
-    out = guess.copy()
-    for n in range(len(guess)):
-        step = np.zeros(2)
-        for _ in range(3):
-            predicted = place[n] + slope @ step
-            peak = [
-                peak_of(logs[k, :, beam[n]].astype(np.float64), predicted[k], reach)
-                for k in range(len(slope))
-            ]
-            error = np.array(peak) - predicted
-            spread = np.maximum(1.5 * np.median(np.abs(error)), 0.01 * resolution)
-            # square root of Tukey's weight: errors beyond four spreads fade out
-            weight = np.clip(1.0 - (error / (4.0 * spread)) ** 2, 0.0, 1.0)
-            step += np.linalg.lstsq(slope * weight[:, None], error * weight, rcond=None)[0]
-        if np.all(np.abs(step) <= (LARGEST_RANGE_CHANGE, LARGEST_RATE_CHANGE)):
-            out[n] += step
-    return out
-
-
-def beat_errors(
-    residual: ComplexArray,
-    weight: FloatArray,
-    phase: FloatArray,
-    amplitude: ComplexArray,
-    rate: float,
-) -> FloatArray:
-    r"""Error of each point's beat by the residual over samples: Hz, ``(point, ramp)``.
-
-    A beat with the error δ leaves the residual :math:`j2\pi\delta\,(t - \bar t)\,a\,e^{j\varphi}`;
-    δ is the weighted least-squares fit of that to the residual of all channels.
-    Arguments as `fit_amplitudes` takes and gives.
-    """
-    elapsed = np.arange(residual.shape[2]) / rate
-    middle = np.sum(weight * elapsed, axis=1) / np.sum(weight, axis=1)
-    away = elapsed - middle[:, None]
-    turns = phase[..., :1] + phase[..., 1:2] * elapsed + 0.5 * phase[..., 2:] * elapsed**2
-    found = np.einsum("pmk,mkn,pkn->pkn", amplitude.conj(), residual, np.exp(-2j * np.pi * turns))
-    above = np.sum(weight * away * found.imag, axis=-1)
-    strength = np.sum(np.abs(amplitude) ** 2, axis=1) * np.sum(weight * away**2, axis=1)
-    return np.asarray(above / (2.0 * np.pi * strength))
-
-
-def peak_of(values: FloatArray, predicted: float, reach: int) -> float:
-    """Place of the peak near a prediction, by a parabola through the strongest bin."""
-    centre = int(np.rint(predicted))
-    best = centre - reach + int(np.argmax(values[centre - reach : centre + reach + 1]))
-    left, middle, right = values[best - 1 : best + 2]
-    bend = left - 2.0 * middle + right
-    return best + (float(np.clip(0.5 * (left - right) / bend, -0.5, 0.5)) if bend < 0 else 0.0)
 
 
 def sines_of_sources_twin(

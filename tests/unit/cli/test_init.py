@@ -58,7 +58,7 @@ def test_a_radar_passes_its_check_and_has_a_grid(name, tmp_path):
     path = written(tmp_path, radar_study(name))
     found = check(load_study(path))
     assert found.victims == ("front",)
-    assert found.radars[0].receiver == ("joint" if name == "paper" else "range-doppler")
+    assert found.radars[0].receiver == ("coherent" if name == "paper" else "range-doppler")
     assert len(load_plan(path).points) == 4
 
 

@@ -92,11 +92,11 @@ def test_json_has_all_estimates_in_si(chirps, here, tmp_path, capsys):
 def test_all_receivers_read_the_same_triangles(here, tmp_path, capsys):
     path = tmp_path / "small.toml"
     path.write_text(dump(roc_study(TRIANGLES, num_sweeps=6)), encoding="utf-8")
-    kinds = [word for kind in ("joint", "coherent", "paper") for word in ("--receiver", kind)]
+    kinds = [word for kind in ("coherent", "paper") for word in ("--receiver", kind)]
     assert main(["roc", str(path), *kinds, *SMALL, "--out", str(tmp_path / "out")]) == 0
     printed = capsys.readouterr()
     assert "note: the receiver 'paper' serves for comparison" in printed.err
-    assert "receiver joint, 1e-4" in printed.out
+    assert "receiver coherent, 1e-4" in printed.out
     assert "The receiver 'paper' states no probability" in in_one_line(printed.out)
 
 

@@ -330,34 +330,6 @@ def test_an_interrupt_while_storing_leaves_no_half_of_a_run(trial, capsys, monke
     assert list(Path("here").iterdir()) == []
 
 
-SAWTOOTH = '{ kind = "sawtooth", bandwidth = "1 GHz", ramp_duration = "1 ms" }'
-SHORT = '{ kind = "triangular", bandwidth = "200 MHz", ramp_duration = "100 us" }'
-
-
-@pytest.mark.parametrize(
-    ("waveform", "num_sweeps", "reason", "remedy"),
-    [
-        # √12·c/2BT of 16 ms, and λ/2T
-        (SAWTOOTH, 16, "tell speeds 120 km/h apart, the frame 0.42 km/h", "ramps that rise and"),
-        # λ/2T of 6.4 ms is 0.295 m/s, four of them 4.3 km/h; λ/6T of 0.1 ms is 22.7 km/h
-        (SHORT, 32, "13 cells of speed where the frame resolves 216", "ramps of 0.4 ms or more"),
-        (SHORT, 32, "more than 4.3 km/h from a multiple of 23 km/h", "0.4 ms"),
-    ],
-    ids=["one direction", "short ramps", "short ramps, what is missed"],
-)
-def test_a_receiver_too_coarse_for_its_ramps_is_warned_of_once(
-    trial, capsys, waveform, num_sweeps, reason, remedy
-):
-    changes = [f"radars.*.waveform={waveform}", f"num_sweeps={num_sweeps}", "receiver.kind=joint"]
-    options = [word for change in changes for word in ("--set", change)]
-    for verb in ("check", "run"):
-        assert main([verb, str(QUICKSTART), *options]) == 0
-        notes = [line for line in capsys.readouterr().err.splitlines() if "too coarse" in line]
-        assert len(notes) == 1
-        assert reason in notes[0]
-        assert remedy in notes[0]
-
-
 def test_a_guard_that_takes_much_of_a_ramp_is_warned_of(trial, capsys):
     assert main(["check", str(QUICKSTART), "--set", "receiver.mitigation.guard=200 us"]) == 0
     assert "the guard of the mitigation 'blanking' is 200 µs" in capsys.readouterr().err

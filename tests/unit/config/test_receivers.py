@@ -12,7 +12,6 @@ from polychirp.config.load import load_study, study_of_tables
 from polychirp.config.monte_carlo import load_plan
 from polychirp.errors import CapabilityError, InputError, ModelWarning
 from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
-from polychirp.receiver.chain import Receiver
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.selection import AutoReceiver
@@ -33,7 +32,7 @@ def chirps(tmp_path):
     [
         ("receiver={}", AutoReceiver()),
         ('receiver={angle="capon"}', AutoReceiver(angle="capon")),
-        ('receiver={kind="joint"}', Receiver()),
+        ('receiver={kind="coherent"}', CoherentReceiver()),
         ('receiver={kind="range-doppler", quantile=0.7}', RangeDoppler(quantile=0.7)),
         (
             'receiver={kind="coherent", dynamic_range="50 dB"}',
@@ -55,6 +54,7 @@ def test_a_table_without_a_kind_is_auto(chirps, change, expected):
     ("change", "message"),
     [
         ('receiver={kind="papers"}', "'paper'"),
+        ('receiver={kind="joint"}', "no 'joint'; known are auto, coherent, range-doppler, paper"),
         ('receiver={kind="paper", false_alarm_probability=1e-4}', "false_alarm_probability"),
         ('receiver={kind="range-doppler", greatest_speed="9 m/s"}', "greatest_speed"),
         ("receiver={quantile=0.7}", "quantile"),
@@ -68,7 +68,7 @@ def test_a_key_or_kind_that_no_receiver_has_is_refused(chirps, change, message):
 def test_ramps_that_the_named_receiver_cannot_read_are_refused_before_the_run(chirps):
     changes = ['receiver={kind="range-doppler"}', 'defaults.radar.waveform={kind="triangular"}']
     study = load_study(chirps, overrides=[*changes, 'radars.1.waveform={kind="triangular"}'])
-    with pytest.raises(CapabilityError, match=r"radars\.0\.waveform.*differ in slope.*'joint'"):
+    with pytest.raises(CapabilityError, match=r"radars\.0\.waveform.*differ in slope.*'coherent'"):
         check(study)
 
 
@@ -95,7 +95,7 @@ def test_a_template_passes_its_check_and_says_which_receiver_it_has(name, tmp_pa
     path = tmp_path / "study.toml"
     path.write_text(template(name), encoding="utf-8")
     found = check(load_study(path))
-    expected = "joint" if name in ("street", "paper") else "range-doppler"
+    expected = "coherent" if name in ("street", "paper") else "range-doppler"
     assert found.radars[0].receiver == expected
     assert found.is_receiver_chosen
     if name != "paper":

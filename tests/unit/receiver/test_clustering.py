@@ -8,8 +8,8 @@ import pytest
 from polychirp.config.load import build
 from polychirp.errors import InputError
 from polychirp.model.detection import Detections
-from polychirp.receiver.chain import Receiver
 from polychirp.receiver.clustering import Body, merged, objects
+from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.rng import Streams
 from polychirp.waveform import DiverseTriangular
 from tests.support.points import HandPoint, frame_of
@@ -131,9 +131,9 @@ SIDE = [(12.0, -1.0), (12.4, -1.8), (13.6, -1.9), (14.9, -1.9)]
 
 def test_a_line_of_points_of_one_body_is_one_detection():
     frame = frame_of(RAMPS, echoes(SIDE, -6.0))
-    apart = Receiver().detect(frame)
+    apart = CoherentReceiver().detect(frame)
     assert apart.num_detections == len(SIDE)
-    one = Receiver(grouping=Body()).detect(frame)
+    one = CoherentReceiver(grouping=Body()).detect(frame)
     assert one.num_detections == 1
     assert one.power[0] == pytest.approx(apart.power.sum())
 
@@ -141,7 +141,7 @@ def test_a_line_of_points_of_one_body_is_one_detection():
 def test_cars_side_by_side_of_different_speeds_are_two_detections():
     other = [(x, y + 2.5) for x, y in SIDE]
     frame = frame_of(RAMPS, [*echoes(SIDE, -6.0), *echoes(other, -9.0)])
-    two = Receiver(grouping=Body()).detect(frame)
+    two = CoherentReceiver(grouping=Body()).detect(frame)
     assert sorted(two.range_rate) == pytest.approx([-9.0, -6.0], abs=0.3)
 
 
@@ -159,6 +159,6 @@ def test_a_body_without_extent_is_refused():
 
 
 def test_a_study_file_asks_for_grouping():
-    assert build(Receiver, {"grouping": {}}).grouping == Body()
-    assert build(Receiver, {"grouping": {"gap": "150 cm"}}).grouping == Body(gap=1.5)
-    assert build(Receiver, {}).grouping is None
+    assert build(CoherentReceiver, {"grouping": {}}).grouping == Body()
+    assert build(CoherentReceiver, {"grouping": {"gap": "150 cm"}}).grouping == Body(gap=1.5)
+    assert build(CoherentReceiver, {}).grouping is None

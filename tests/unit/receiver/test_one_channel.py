@@ -7,8 +7,8 @@ from polychirp.channel.tracers.free_space import FreeSpace
 from polychirp.frames import Pose
 from polychirp.model.antenna import AntennaArray
 from polychirp.model.detection import Detections
-from polychirp.receiver.chain import Receiver
 from polychirp.receiver.clustering import Body, merged
+from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.study.check import check
 from polychirp.study.spec import Study, StudyRadar
 from polychirp.study.trial import run_trial
@@ -38,7 +38,7 @@ def test_a_point_is_found_without_its_azimuth(angle):
             ),
         ),
         targets=("post",),
-        receiver=Receiver(angle=angle, greatest_range=15.0, greatest_speed=20.0),
+        receiver=CoherentReceiver(angle=angle, greatest_range=15.0, greatest_speed=20.0),
     )
     check(study)
     victim = run_trial(study).victim("front")

@@ -12,11 +12,9 @@ from polychirp.errors import InputError, ModelWarning, PhysicsError
 from polychirp.frames import Pose
 from polychirp.model.front_end import Digitiser, FrontEnd, HighPass
 from polychirp.model.if_filter import IfFilter
-from polychirp.model.if_frame import sample_times
 from polychirp.model.leakage import Bumper
 from polychirp.model.radar import Converter
-from polychirp.rng import Streams
-from polychirp.study.check import _beat_speed_cell, _doppler_cell, check
+from polychirp.study.check import check
 from polychirp.study.spec import (
     Study,
     StudyRadar,
@@ -252,26 +250,6 @@ def test_points_are_targets_that_free_space_can_show():
     study = replace(STUDY, street=replace(STUDY.street, points=(point,)), victims=("front",))
     assert check(study).targets == (("car", "van", "post"),)
     assert check(replace(study, tracer=FreeSpace(), targets=("post",))).targets == (("post",),)
-
-
-@pytest.mark.parametrize(
-    ("waveform", "expected"),
-    [
-        (PLAIN, 32.0),
-        (replace(PLAIN, ramp_duration=0.5e-3), 32.0),
-        (Sawtooth(bandwidth=1e9, ramp_duration=1e-3), 12**0.5 * 79.5),
-        (Sawtooth(bandwidth=4e9, ramp_duration=1e-3), 12**0.5 * 81.0 / 4.0),
-    ],
-    ids=["triangles", "short triangles", "sawtooth", "wide sawtooth"],
-)
-def test_beats_tell_speeds_apart_by_ramps_that_rise_and_fall_or_by_range_migration(
-    waveform, expected
-):
-    """λ/2T of a ramp against λ/2T of the frame; √12·c/2BT against the latter is √12·f/B."""
-    plan = waveform.schedule(num_sweeps=16, streams=Streams(seed=1))
-    exact = Converter(sample_rate=1e6, start=0.0, margin=0.0)
-    cell = _beat_speed_cell(plan, sample_times(plan, exact))
-    assert cell / _doppler_cell(plan) == pytest.approx(expected, rel=0.02)
 
 
 def test_a_victim_that_is_no_radar_is_named_with_those_there_are():

@@ -11,7 +11,7 @@ from polychirp.config.load import study_of_tables
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.antenna import AntennaArray
 from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
-from polychirp.receiver.chain import Receiver
+from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.selection import AutoReceiver
 from polychirp.rng import Streams
 from polychirp.study.margins import PAPER_GATE, gate_for, gates_of
@@ -26,14 +26,14 @@ def test_the_margin_in_range_rate_is_at_least_a_cell_of_what_is_added_in_phase(w
     wavelength = SPEED_OF_LIGHT / np.mean(schedule.centre_frequency)
     frame = schedule.end_time[-1] - schedule.start_time[0]
     for receiver, time in (
-        (Receiver(), frame),
+        (CoherentReceiver(), frame),
         (AutoReceiver(), frame),
         (PaperReceiver(), schedule.duration.min()),
     ):
         gate = gate_for(receiver, schedule, AntennaArray())
         assert gate.range_rate >= wavelength / (2.0 * time)
     assert gate == PAPER_GATE
-    assert gate_for(Receiver(), schedule, AntennaArray()).range_rate == 1.0
+    assert gate_for(CoherentReceiver(), schedule, AntennaArray()).range_rate == 1.0
 
 
 SMALL = study_of_tables(tomllib.loads(SMALL_STUDY), folder=Path())

@@ -20,7 +20,8 @@ def test_every_row_of_the_record_is_a_row_of_a_table() -> None:
     assert all(line.count("|") == lines[0].count("|") for line in lines)
 
 
-def test_the_picture_has_a_panel_for_every_frame() -> None:
+def test_the_picture_has_a_curve_for_every_frame_and_the_ideal_detector() -> None:
     record = json.loads((FOLDER / RECORD).read_text(encoding="utf-8"))
     drawing = receiver_picture(record)
-    assert len(drawing.figure.axes) == 3
+    (axes,) = drawing.figure.axes
+    assert len(axes.get_legend_handles_labels()[1]) == 4

@@ -14,11 +14,10 @@ from polychirp.receiver.alternatives.triangular_pairing import range_and_rate, r
 from polychirp.receiver.angle.beamform import beamform, orthogonal_sines, steering
 from polychirp.receiver.angle.doa import azimuths
 from polychirp.receiver.clustering import merged
-from polychirp.receiver.detection.range_rate_map import spectrum_size
-from polychirp.receiver.detection.threshold import mean_threshold
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.receiver.settings import ReceiverSettings, need_speed, range_axis
 from polychirp.receiver.signal_model.point_signal import hann_weights
+from polychirp.receiver.signal_model.power_spectra import spectrum_size
 from polychirp.units import MetresPerSecond
 
 PADDING = 4
@@ -170,6 +169,16 @@ def range_spectra(
     beats = 2.0 * frame.schedule.slope[:, None] * ranges / SPEED_OF_LIGHT
     index = np.round(beats * size / frame.times.rate).astype(np.int64) % size
     return np.asarray(np.take_along_axis(spectra, index[None], axis=-1))
+
+
+def mean_threshold(profile: FloatArray) -> float:
+    r"""The paper's threshold (eq. 12): the mean of the profile.
+
+    On noise alone a Rayleigh amplitude exceeds its mean with probability
+    :math:`e^{-\pi/4} = 45.6\,\%`, an exponential power with :math:`1/e = 36.8\,\%`: more than
+    a third of all noise cells exceed it. This threshold is for comparison only.
+    """
+    return float(np.mean(profile))
 
 
 def peaks_above(line: FloatArray, threshold: float) -> IntArray:

@@ -1,6 +1,6 @@
 """`CoherentReceiver`: from dechirped samples to detections, for ramps of any slopes and times."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -10,11 +10,12 @@ from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame, IfParts
 from polychirp.receiver.clustering import merged
+from polychirp.receiver.coherent.beyond import farthest_range
 from polychirp.receiver.coherent.coherent_map import map_axes
 from polychirp.receiver.coherent.directions import directions
 from polychirp.receiver.coherent.false_alarms import expected_peaks, map_area, threshold_of
 from polychirp.receiver.coherent.observation import Observation
-from polychirp.receiver.coherent.parts import part_powers
+from polychirp.receiver.coherent.parts import part_powers, powers
 from polychirp.receiver.coherent.points import Points
 from polychirp.receiver.coherent.search import find_points
 from polychirp.receiver.mitigation.base import mitigated
@@ -115,9 +116,10 @@ class CoherentReceiver(SearchSettings):
     def _points(self, frame: IfFrame) -> tuple[Points, Observation]:
         """The points within the receiver's limits, and the observation with its noise."""
         seen = Observation.of(frame, mitigated(self.mitigation, frame))
+        farthest = farthest_range(seen, self.greatest_range)
         points, seen = find_points(
             seen,
-            map_axes(seen, self),
+            map_axes(seen, replace(self, greatest_range=farthest)),
             threshold=threshold_of(
                 self.false_alarm_probability, num_channels=frame.array.num_channels
             ),
@@ -136,7 +138,7 @@ class CoherentReceiver(SearchSettings):
         number, azimuth, share = directions(
             points, seen.mixing, spacing=spacing, estimator=self.angle
         )
-        power = np.mean(np.abs(points.amplitude[number]) ** 2, axis=1) * share
+        power = powers(seen, points)[number] * share
         order = np.argsort(-power, kind="stable")
         number = number[order]
         found = Detections(

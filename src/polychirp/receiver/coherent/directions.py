@@ -49,11 +49,19 @@ def directions(
 
 
 def _likeliest(amplitude: ComplexArray, mixing: ComplexArray, spacing: float) -> FloatArray:
-    """Sines of the waves that fit best in noise of this kind, ``(point,)`` (Van Trees 2002, 8)."""
+    """Sines of the waves that fit best in noise of this kind, ``(point,)`` (Van Trees 2002, 8).
+
+    A parabola through the best of some sines and its neighbours gives the sine between them.
+    """
     count = amplitude.shape[1]
     widest = min(1.0, 0.5 / spacing)
     sine = np.linspace(-widest, widest, SINES_PER_ELEMENT * count)
     steering = np.exp(-2j * np.pi * spacing * np.outer(np.arange(count), sine))
     white = mixing @ steering
     matched = np.abs((amplitude @ mixing.T) @ white.conj()) ** 2
-    return np.asarray(sine[np.argmax(matched / np.sum(np.abs(white) ** 2, axis=0), axis=1)])
+    fit = matched / np.sum(np.abs(white) ** 2, axis=0)
+    best = np.clip(np.argmax(fit, axis=1), 1, sine.size - 2)
+    below, top, above = (fit[np.arange(len(fit)), best + step] for step in (-1, 0, 1))
+    bend = np.minimum(below - 2.0 * top + above, -1e-300)
+    between = np.clip(0.5 * (below - above) / bend, -1.0, 1.0)
+    return np.asarray(sine[best] + between * (sine[1] - sine[0]))

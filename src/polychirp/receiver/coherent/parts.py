@@ -1,4 +1,4 @@
-"""Power that each part of the samples contributes to the points that are found."""
+"""Powers of the points that are found, and what each part of the samples contributes to them."""
 
 from dataclasses import replace
 
@@ -8,8 +8,24 @@ from polychirp.axes import ComplexArray, FloatArray
 from polychirp.receiver.coherent.least_squares import inverse_of, mixed
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.points import Points
-from polychirp.receiver.coherent.replicas import Replicas, total_products
+from polychirp.receiver.coherent.refinement import LEAST_REDUNDANCY
+from polychirp.receiver.coherent.replicas import Replicas, correlations, total_products
 from polychirp.receiver.coherent.residual import Residual
+
+
+def powers(seen: Observation, points: Points) -> FloatArray:
+    """Power of every point, W, a mean over channels, ``(point,)``.
+
+    Of points that share a cell it is no more than the power that they have together, at the place
+    of each: points much nearer than a cell describe a body that fades, and may nearly cancel each
+    other with amplitudes far above that of the body.
+    """
+    here = Replicas.of(seen, points)
+    gram = total_products(seen, here, here)
+    is_shared = correlations(seen, here, here) > LEAST_REDUNDANCY
+    together = (gram * is_shared) @ points.amplitude / np.diagonal(gram)[:, None]
+    every = np.abs(np.stack([points.amplitude, together])) ** 2
+    return np.asarray(np.min(every.mean(axis=2), axis=0))
 
 
 def part_powers(seen: Observation, points: Points, parts: ComplexArray) -> FloatArray:

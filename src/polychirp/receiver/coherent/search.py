@@ -103,18 +103,25 @@ def find_points(
     least = threshold_of(FALSE_PAIR_PROBABILITY, num_channels=channels)
     points, residual = divided(seen, residual, points, least)
     points, residual = pruned(seen, residual, points, min(least, threshold))
-    kept = standing_out(seen, with_residues(seen, points), threshold)
+    kept = standing_out(seen, with_residues(seen, points), threshold, dynamic_range)
     if len(kept) < len(points):
         kept, _ = settled(seen, kept, sweeps=LAST_SWEEPS)
-        kept = standing_out(seen, kept, threshold)
+        kept = standing_out(seen, kept, threshold, dynamic_range)
     return kept, seen
 
 
-def standing_out(seen: Observation, points: Points, threshold: float) -> Points:
-    """The points above the threshold, or above a lower one if they overlap another."""
+def standing_out(
+    seen: Observation, points: Points, threshold: float, dynamic_range: float
+) -> Points:
+    """The points above the threshold, or above a lower one if they overlap another.
+
+    Those below the dynamic range are left out: beside a strong point, they are made of what was not
+    tried and of what its model lacks.
+    """
     least = threshold_of(FALSE_PAIR_PROBABILITY, num_channels=points.amplitude.shape[1])
     needed = np.where(overlaps_another(seen, points), min(least, threshold), threshold)
-    return points[points.power >= needed]
+    weakest = np.max(points.strength, initial=0.0) / dynamic_range
+    return points[(points.power >= needed) & (points.strength >= weakest)]
 
 
 def adapted(

@@ -20,14 +20,15 @@ from polychirp.receiver.coherent.points import Points
 from polychirp.receiver.coherent.profiles import Profiles
 from polychirp.receiver.coherent.rate_blocks import powers
 from polychirp.receiver.coherent.residual import Residual
-from polychirp.receiver.detection.range_rate_map import log_range_rate_map, spectrum_size
 from polychirp.receiver.mitigation.base import mitigated
+from polychirp.receiver.overview.range_response import log_range_rate_map
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.range_doppler.transforms import middle_frequency, unfit
 from polychirp.receiver.selection import FrameReceiver, receiver_of_kind
 from polychirp.receiver.settings import range_axis
 from polychirp.receiver.signal_model.grid import Grid
 from polychirp.receiver.signal_model.point_signal import beat_frequency, hann_weights
+from polychirp.receiver.signal_model.power_spectra import spectrum_size
 from polychirp.receiver.signal_model.transmit_codes import code_blocks, virtual_channels
 
 GREATEST_RATE_CELL: Final = 3.0

@@ -117,7 +117,7 @@ class RangeDoppler(DetectorSettings):
             The ramps differ, are neither at equal intervals nor in subframes, or have codes that do
             not separate the transmitting elements.
         """
-        refuse(unreadable(frame.schedule), frame.schedule)
+        refuse(unreadable(frame.schedule))
         if not has_subframes(frame.schedule):
             return self.detect_in(self.spectra(frame), frame)
         each = replace(self, grouping=None)
@@ -141,7 +141,7 @@ class RangeDoppler(DetectorSettings):
         Amplitudes are divided by the mean weight that mitigation leaves to the samples, with the
         tapers of both transforms, so that an echo keeps its power.
         """
-        refuse(unfit(frame.schedule), frame.schedule)
+        refuse(unfit(frame.schedule))
         blocks = code_blocks(frame.schedule)
         if self.mitigation is not None:
             cleaned = mitigated(self.mitigation, frame)

@@ -90,10 +90,10 @@ def _code_length(schedule: RampSchedule) -> int:
         return 1
 
 
-def refuse(reason: str, schedule: RampSchedule) -> None:
+def refuse(reason: str) -> None:
     """Refuse ramps that the receiver cannot read, unless the reason of `unfit` is empty.
 
-    The message names the receivers that read them.
+    The message names the receiver that reads them.
 
     Raises
     ------
@@ -101,13 +101,9 @@ def refuse(reason: str, schedule: RampSchedule) -> None:
         There is a reason.
     """
     if reason:
-        has_both = np.ptp(np.sign(schedule.slope)) > 0
-        others = (
-            "receivers 'joint' and 'coherent' read" if has_both else "receiver 'coherent' reads"
-        )
         raise CapabilityError(
             "the range-Doppler receiver needs equal ramps at equal intervals, and of this schedule "
-            f"{reason}; the {others} it"
+            f"{reason}; the receiver 'coherent' reads it"
         )
 
 

@@ -62,12 +62,3 @@ class FrameModel:
         if self.high_pass is None:
             return np.ones((len(motion), 1, beats.shape[1]), dtype=np.complex128)
         return np.asarray(self.high_pass.response(beats)[:, None])
-
-    def high_pass_correction(self, motion: FloatArray) -> ComplexArray:
-        """Phasors that remove the high pass's phase, ``(point, 1, ramp)``.
-
-        That phase has opposite signs on up- and down-ramps. ``motion`` is ``(point, 3)``.
-        """
-        if self.high_pass is None:
-            return self.response(motion)
-        return np.asarray(np.exp(-1j * np.angle(self.response(motion))))

@@ -111,25 +111,6 @@ def beat_frequency(
     return np.asarray(schedule.slope * delay * (1.0 - drift) + frequency * drift)
 
 
-def beat_sensitivity(schedule: RampSchedule, times: SampleTimes, time: float) -> FloatArray:
-    """Change of the beat, Hz, per m, m/s and m/s² of a point's motion at ``time``: ``(ramp, 3)``.
-
-    The beat is that in the middle of each ramp's sampling window.
-    """
-    middle = times.first + 0.5 * (times.num_samples - 1) / times.rate
-    elapsed = middle - time
-    frequency = schedule.start_frequency + schedule.slope * (middle - schedule.start_time)
-    slope = schedule.slope
-    return (
-        2.0
-        / SPEED_OF_LIGHT
-        * np.stack(
-            [slope, frequency + slope * elapsed, frequency * elapsed + 0.5 * slope * elapsed**2],
-            axis=-1,
-        )
-    )
-
-
 def hann_weights(present: BoolArray | FloatArray) -> FloatArray:
     """Hann window over every ramp times ``present``: weights 0 … 1, ``(ramp, fast)``.
 

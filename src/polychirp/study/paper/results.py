@@ -73,6 +73,8 @@ class GhostRow:
 class PaperRow(Sealed):
     """Result of one frame of one victim, with one waveform, timing and mitigation.
 
+    Ranges are those at the start of the frame, where the street has the paper's distances.
+
     Parameters
     ----------
     radar : name of the victim

@@ -10,6 +10,7 @@ from typing import Final, get_args
 
 import numpy as np
 
+from polychirp.axes import FloatArray
 from polychirp.errors import InputError
 from polychirp.frames import Pose
 from polychirp.model.baseband import Progress, no_progress
@@ -17,11 +18,11 @@ from polychirp.model.detection import Detections
 from polychirp.model.paths import PropagationPaths
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
-from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
-from polychirp.receiver.attribution import detected, range_response
-from polychirp.receiver.chain import Receiver
-from polychirp.receiver.detection.threshold import mean_threshold
+from polychirp.receiver.alternatives.paper_receiver import PaperReceiver, mean_threshold
+from polychirp.receiver.attribution import detected
+from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.mitigation.blanking import Blanking
+from polychirp.receiver.overview.range_response import range_response
 from polychirp.rng import Streams
 from polychirp.scoring.causes import causes
 from polychirp.study.kernel_parts import OF_PAPER, compile_parts
@@ -282,7 +283,7 @@ def _case_row(
     seed: int,
 ) -> PaperRow:
     victim = scene.radar_index(case.victim)
-    receiver = Receiver(mitigation=Blanking() if case.mitigation == "blanking" else None)
+    receiver = CoherentReceiver(mitigation=Blanking() if case.mitigation == "blanking" else None)
     frame, parts = synthesize(
         Stretch(),
         scene if case.antenna == "table 2" else with_consistent_antennas(scene),
@@ -346,7 +347,7 @@ _NOTES: Final = (
 
 
 def paper_row(
-    case: Case, victim: VictimResult, receiver: Receiver, *, paper_found: tuple[int, int]
+    case: Case, victim: VictimResult, receiver: CoherentReceiver, *, paper_found: tuple[int, int]
 ) -> PaperRow:
     """One row of the table, in the units of the report.
 
@@ -369,12 +370,21 @@ def paper_row(
         profile_power_db=_dbm(response.power),
         noise_floor_db=float(_dbm(response.noise)),
         mean_threshold_db=float(_dbm(mean_threshold(np.sqrt(response.power)) ** 2)),
-        detection_range=victim.detections.range,
+        detection_range=_at_start(victim, victim.detections.range, victim.detections.range_rate),
         detection_power_db=_dbm(victim.detections.power),
         paper_detections=paper_found[0],
         paper_found=paper_found[1],
         antenna=case.antenna,
     )
+
+
+def _at_start(victim: VictimResult, distance: FloatArray, range_rate: FloatArray) -> FloatArray:
+    """Ranges at the start of the frame, m, from those at the instant to which detections refer.
+
+    The street has the paper's distances at the start, and moves by up to 0.5 m until the middle.
+    """
+    elapsed = victim.detections.time - float(victim.frame.schedule.start_time[0])
+    return distance - elapsed * range_rate
 
 
 def _dbm(power: np.ndarray | float) -> np.ndarray:
@@ -385,7 +395,7 @@ def _target_row(victim: VictimResult, n: int) -> TargetRow:
     truth, score = victim.truth, victim.score
     row = TargetRow(
         name=truth.name[n],
-        range_m=float(truth.range[n]),
+        range_m=float(_at_start(victim, truth.range, truth.range_rate)[n]),
         closing_speed_mps=-float(truth.range_rate[n]),
         azimuth_deg=math.degrees(truth.azimuth[n]),
         detected=bool(score.is_detected[n]),
@@ -409,10 +419,11 @@ def _ghost_rows(victim: VictimResult) -> tuple[GhostRow, ...]:
     for n in sorted(score.ghosts, key=lambda n: -found.power[n]):
         if not any(score.nature[m] == score.nature[n] and _same_place(found, m, n) for m in kept):
             kept.append(n)
+    distance = _at_start(victim, found.range, found.range_rate)
     return tuple(
         GhostRow(
             kind=_kind(score.nature[n]),
-            range_m=float(found.range[n]),
+            range_m=float(distance[n]),
             closing_speed_mps=-float(found.range_rate[n]),
             azimuth_deg=math.degrees(found.azimuth[n]),
             power_over_strongest_target_db=float(to_db(found.power[n] / reference)),

@@ -8,7 +8,6 @@ from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.if_frame import IfFrame
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
-from polychirp.receiver.chain import Receiver, search_grid
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.coherent.false_alarms import threshold_of
 from polychirp.receiver.range_doppler.chain import RangeDoppler
@@ -43,7 +42,6 @@ def error_limits(receiver: FrameReceiver, schedule: RampSchedule) -> Extent:
 
     - coherent: one cell of `resolution`, less than the distance of the first side lobe;
     - range-Doppler: one and a half cells, the width of its tapered main lobe;
-    - joint: two cells in range and four in range rate, as powers of ramps alone may set both;
     - paper: one cell in range and half a cell of a ramp, :math:`\lambda/4T_{ramp}`, in range rate.
     """
     cell = resolution(schedule)
@@ -52,8 +50,6 @@ def error_limits(receiver: FrameReceiver, schedule: RampSchedule) -> Extent:
             return cell
         case RangeDoppler():
             return Extent(1.5 * cell.range, 1.5 * cell.range_rate)
-        case Receiver():
-            return Extent(2.0 * cell.range, 4.0 * cell.range_rate)
     wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
     return Extent(cell.range, wavelength / (4.0 * float(np.max(schedule.duration))))
 
@@ -84,9 +80,6 @@ def num_cells(receiver: FrameReceiver, frame: IfFrame) -> float:
             map_ = receiver.spectra(frame).mean_power
             is_near = (map_.range >= receiver.least_range) & (map_.range <= receiver.greatest_range)
             return float(map_.range_rate.size * np.count_nonzero(is_near))
-        case Receiver():
-            grid = search_grid(receiver, frame, float(frame.schedule.start_time[0]))
-            return float(grid.range.size * grid.range_rate.size)
     assert isinstance(receiver, PaperReceiver)
     cell = resolution(frame.schedule)
     span = receiver.greatest_range - receiver.least_range
@@ -110,8 +103,8 @@ def window_share(receiver: FrameReceiver, frame: IfFrame) -> float:
     r"""Greatest SNR in a cell of the receiver's map over the coherent SNR, a ratio.
 
     For weights w it is :math:`(\sum w)^2 / (N \sum w^2)`, for the range-Doppler receiver times that
-    of its other transform. The coherent receiver has no windows: 1. The other receivers add powers
-    of ramps, and have no such cell: NaN.
+    of its other transform. The coherent receiver has no windows: 1. The paper's receiver averages
+    ramps without their phases, and has no such cell: NaN.
     """
     if isinstance(receiver, CoherentReceiver):
         return 1.0

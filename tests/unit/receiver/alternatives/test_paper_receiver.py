@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
-from polychirp.receiver.chain import Receiver
+from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.rng import Streams
 from polychirp.waveform import DiverseTriangular, Triangular
 from tests.support.points import HandPoint, frame_of
@@ -30,7 +30,7 @@ def test_with_the_mean_as_threshold_noise_is_detected():
     """Half of the noise stands above its mean: dozens of false detections."""
     frame = frame_of(RAMPS, [])
     assert PaperReceiver().detect(frame).num_detections > 20
-    assert Receiver().detect(frame).num_detections == 0
+    assert CoherentReceiver().detect(frame).num_detections == 0
 
 
 def test_detections_are_the_strongest_first():

@@ -31,8 +31,8 @@ from polychirp.waveform import DiverseTriangular
 from tests.support.points import HandPoint, frame_of
 
 RAMPS = DiverseTriangular().schedule(num_sweeps=6, streams=Streams(2))
-NEAR = HandPoint(range=12.3, range_rate=-7.7, acceleration=3.0, azimuth=0.2, spreads=True)
-BESIDE = HandPoint(range=12.42, range_rate=-7.7, azimuth=-0.4, spreads=True)
+NEAR = HandPoint(range=12.3, range_rate=-7.7, acceleration=3.0, azimuth=0.2)
+BESIDE = HandPoint(range=12.42, range_rate=-7.7, azimuth=-0.4)
 """Two points 0.8 cells apart in range."""
 NOTHING = Points.none(4)
 
@@ -107,7 +107,7 @@ def coloured(seen):
 
 def test_the_fall_by_a_sweep_is_that_of_exact_residuals():
     """Two groups move, one after the other, in noise that differs between channels and ramps."""
-    far = HandPoint(range=21.0, range_rate=4.0, azimuth=0.3, spreads=True)
+    far = HandPoint(range=21.0, range_rate=4.0, azimuth=0.3)
     seen = coloured(observed([NEAR, BESIDE, far], noise=1e-3))
     true = in_the_middle(seen, [NEAR, BESIDE, far])
     away = np.array([[0.004, 0.002, 0.0], [0.0, 0.003, 0.0], [-0.01, 0.004, 0.0]])
@@ -356,7 +356,7 @@ def test_a_lone_point_is_not_divided():
 @pytest.mark.parametrize("acceleration", [0.0, 4.0, 20.0, 60.0, 100.0])
 def test_an_acceleration_is_found_from_the_motion_without_it(acceleration):
     """One acceleration step, half a wavelength over the square of the frame, is 3 m/s² here."""
-    point = HandPoint(range=5.0, range_rate=-9.0, acceleration=acceleration, spreads=True)
+    point = HandPoint(range=5.0, range_rate=-9.0, acceleration=acceleration)
     seen = observed([point], noise=1.0)
     true = in_the_middle(seen, [point])
     start = points_at(seen, true * [1.0, 1.0, 0.0], floor=1.0)
@@ -372,7 +372,7 @@ def test_no_new_points_have_no_accelerations():
 
 def test_an_accelerated_point_is_found_from_a_range_that_is_wrong_by_a_cell():
     """The peak of its rising ramps alone is as far away."""
-    point = HandPoint(range=5.0, range_rate=-9.0, acceleration=60.0, spreads=True)
+    point = HandPoint(range=5.0, range_rate=-9.0, acceleration=60.0)
     seen = observed([point], noise=1e-3)
     true = in_the_middle(seen, [point])
     start = points_at(seen, true * [1.0, 1.0, 0.0] + [seen.range_cell, 0.0, 0.0], floor=1e-3)

@@ -168,8 +168,8 @@ def test_ramps_that_differ_are_refused(changes: dict[str, np.ndarray], reason: s
         RangeDoppler().detect(frame(**changes))
 
 
-def test_ramps_that_rise_and_fall_are_left_to_both_other_receivers():
-    with pytest.raises(CapabilityError, match="the receivers 'joint' and 'coherent' read it"):
+def test_ramps_that_rise_and_fall_are_left_to_the_coherent_receiver():
+    with pytest.raises(CapabilityError, match="the receiver 'coherent' reads it"):
         RangeDoppler().detect(frame(slope=np.array([10e12, -10e12] * 4)))
 
 

@@ -8,7 +8,6 @@ from polychirp.model.radar import Converter
 from polychirp.receiver.signal_model.point_signal import (
     beat_frequency,
     beat_phase,
-    beat_sensitivity,
     fit_amplitudes,
     hann_weights,
     matched_amplitudes,
@@ -16,8 +15,6 @@ from polychirp.receiver.signal_model.point_signal import (
 )
 from polychirp.rng import Streams
 from polychirp.waveform import DiverseTriangular
-from tests.support.points import HandPoint, frame_of
-from tests.support.references.receiver import beat_errors
 
 RAMPS = DiverseTriangular().schedule(num_sweeps=2, streams=Streams(3))
 TIMES = sample_times(RAMPS, Converter())
@@ -68,33 +65,3 @@ def test_the_beat_is_the_mean_slope_of_the_phase():
     expected = phases[:, :, 1] + phases[:, :, 2] * middle
     beats = beat_frequency(RAMPS, TIMES, distance=still[:, 0], range_rate=still[:, 1], time=0.0)
     assert beats == pytest.approx(expected, rel=1e-9)
-
-
-@pytest.mark.parametrize(("column", "step"), [(0, 1e-3), (1, 1e-2), (2, 1.0)])
-def test_sensitivities_are_differences_of_beats(column: int, step: float):
-    """What the steps of the refinement are built on: derivative against central difference."""
-    time = RAMPS.start_time[0]
-    change = np.zeros(3)
-    change[column] = step
-    ends = [
-        beat_phase(RAMPS, TIMES, motion=(MOTION[0] + s * change)[None], time=time) for s in (-1, 1)
-    ]
-    middle = 0.5 * (TIMES.num_samples - 1) / TIMES.rate
-    beats = [end[0, :, 1] + end[0, :, 2] * middle for end in ends]
-    expected = (beats[1] - beats[0]) / (2.0 * step)
-    # left out are terms of order v/c and bτ/f, 1e-6, the bend of a straight path, a Δ²/R and for
-    # an acceleration v Δ/R, and of acceleration the cubic of a ramp, B/f
-    tolerance = 3e-2 if column == 2 else 5e-5
-    assert beat_sensitivity(RAMPS, TIMES, time)[:, column] == pytest.approx(expected, rel=tolerance)
-
-
-def test_a_wrong_beat_is_read_off_the_residual():
-    """First order: a beat that is 20 Hz off (3 % of a cell) shows as 20 Hz."""
-    frame = frame_of(RAMPS, [HandPoint(range=9.0)], noise=0.0)
-    weight = hann_weights(TIMES.is_sample)
-    phases = beat_phase(RAMPS, TIMES, motion=np.array([[9.0, 0.0, 0.0]]), time=0.0)
-    phases[..., 1] -= 20.0
-    amplitude, residual = fit_amplitudes(frame.samples, weight, phases, TIMES.rate)
-    assert beat_errors(residual, weight, phases, amplitude, TIMES.rate) == pytest.approx(
-        20.0, rel=0.02
-    )

@@ -1,18 +1,15 @@
-"""The log range-rate map."""
+"""Power over range from all ramps together, and the map that it is made of."""
 
 import numpy as np
 import pytest
 
-from polychirp.model.if_frame import sample_times
+from polychirp.model.if_frame import IfParts, sample_times
 from polychirp.model.radar import Converter
-from polychirp.receiver.detection.range_rate_map import (
-    floor_over_range,
-    log_range_rate_map,
-    log_spectra,
-    spectrum_size,
-)
+from polychirp.receiver.coherent.chain import CoherentReceiver
+from polychirp.receiver.overview.range_response import log_range_rate_map, range_response
 from polychirp.receiver.signal_model.grid import Grid
 from polychirp.receiver.signal_model.point_signal import hann_weights
+from polychirp.receiver.signal_model.power_spectra import power_spectra, spectrum_size
 from polychirp.rng import Streams
 from polychirp.waveform import DiverseTriangular
 from tests.support.points import HandPoint, frame_of
@@ -25,7 +22,7 @@ GRID = Grid(range=np.arange(1.0, 4.0, 0.1), range_rate=np.linspace(-9.0, 9.0, 7)
 
 def spectra_of(frame):
     weight = hann_weights(frame.times.is_sample)
-    return log_spectra(frame.samples, weight, spectrum_size(frame.times))
+    return np.log(power_spectra(frame.samples, weight, spectrum_size(frame.times)))
 
 
 def test_the_fast_map_equals_its_reference():
@@ -53,11 +50,13 @@ def test_white_noise_has_the_same_level_in_every_spectrum():
     assert logs.mean() == pytest.approx(-np.euler_gamma, abs=4 * 1.28 / np.sqrt(cells))
 
 
-def test_the_floor_ignores_targets_and_notches():
-    draw = np.random.default_rng(1)
-    statistic = draw.normal(size=(2, 40, 120))
-    statistic[:, 10:14, 30:50] += 100.0
-    statistic[:, 20:24, 30:50] -= 100.0
-    floor = floor_over_range(statistic, 40)
-    assert floor.shape == (2, 1, 120)
-    assert np.abs(floor).max() < 0.15  # median of 1600 cells: 1.25/40, and the shift of 5 %
+def test_the_response_shows_the_power_of_a_point():
+    """Between two beams, and up to a quarter of a cell from the nearest bins: within 1 dB."""
+    samples = frame_of(RAMPS, [HandPoint(range=9.0, azimuth=0.3, power=1e4)], noise=0.0).samples
+    noise = frame_of(RAMPS, [], seed=2)
+    parts = IfParts(samples=np.stack([samples, noise.samples]), names=("echo", "noise"))
+    response = range_response(CoherentReceiver(), noise.with_samples(parts.total()), parts)
+    at_point = np.argmin(np.abs(response.range - 9.0))
+    peak = response.power[at_point - 2 : at_point + 3].max()
+    assert 10 * np.log10(peak / 1e4) == pytest.approx(0.0, abs=1.0)
+    assert response.noise < 1.0
