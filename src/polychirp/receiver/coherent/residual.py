@@ -12,7 +12,14 @@ from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.points import Points, without
 from polychirp.receiver.coherent.ramps import HALF, HALF_LENGTH
 from polychirp.receiver.coherent.replicas import BEAT, DRIFT, WEIGHT, Replicas, sums_of
-from polychirp.receiver.coherent.spectra import Spectra, interpolated_into, lagrange
+from polychirp.receiver.coherent.spectra import (
+    ORDERS,
+    TAPS,
+    Spectra,
+    interpolated_into,
+    lagrange,
+)
+from polychirp.receiver.signal_model.unit_signal import unit_signal_into
 
 GREATEST_BEND = 0.7
 """Greatest phase, rad, by which a point's signal differs from a tone at the ends of a ramp where
@@ -100,10 +107,9 @@ class Residual:
         """The arrays that kernels read."""
         return Left(
             samples=self.samples,
-            present=seen.present,
             counts=np.asarray(seen.model.times.num_samples),
-            spectra=self.spectra.value,
-            table=lagrange(8),
+            spectra=self.spectra.value.view(np.float32),
+            table=np.ascontiguousarray(np.moveaxis(lagrange(TAPS), 2, 0)),
         )
 
 
@@ -112,16 +118,15 @@ class Left(NamedTuple):
 
     Parameters
     ----------
-    samples, spectra : those of the residual
-    present : mask of the samples that are used, ``(ramp, fast)``
+    samples : those of the residual, zero where none is present
     counts : number of samples of every ramp, ``(ramp,)``
-    table : coefficients that interpolate spectra (`spectra.lagrange`)
+    spectra : real and imaginary parts of those of the residual, ``(ramp, bin, 2 channels)``
+    table : coefficients that interpolate them, ``(power, derivative, tap)``
     """
 
     samples: ComplexArray
-    present: BoolArray
     counts: IntArray
-    spectra: NDArray[np.complex64]
+    spectra: NDArray[np.float32]
     table: FloatArray
 
 
@@ -129,31 +134,43 @@ class Left(NamedTuple):
 def left_into(ramps: Any, left: Any, track: Any, sums: Any) -> None:  # pragma: no cover - compiled
     """Sums over the samples of a residual at one place, ``(3, 2, channel, ramp)``.
 
-    They are exact where the phase on any ramp bends by more than `GREATEST_BEND`.
+    They are exact on ramps where the phase bends by more than `GREATEST_BEND`.
     """
-    bend = 0.0
+    work = np.empty((TAPS + 2 * ORDERS, max(TAPS, left.spectra.shape[2])))
     for k in range(track.shape[1]):
-        bend = max(bend, np.pi * abs(track[DRIFT, k]) * ramps.table[HALF_LENGTH, k] ** 2)
-    if bend <= GREATEST_BEND:
-        interpolated_into(ramps, left.spectra, left.table, track, sums)
-        return
-    for k in range(track.shape[1]):
-        root = np.sqrt(track[WEIGHT, k])
-        for m in range(sums.shape[2]):
-            for n in range(3):
-                sums[n, 0, m, k], sums[n, 1, m, k] = 0.0, 0.0
-        for i in range(left.counts[k]):
-            if not left.present[k, i]:
-                continue
-            time = i / ramps.rate - ramps.table[HALF, k]
-            turn = 2.0 * np.pi * (track[BEAT, k] + 0.5 * track[DRIFT, k] * time) * time
-            tone = complex(root * np.cos(turn), -root * np.sin(turn))
-            for m in range(sums.shape[2]):
-                one = left.samples[m, k, i] * tone
-                for n in range(3):
-                    sums[n, 0, m, k] += one.real
-                    sums[n, 1, m, k] += one.imag
-                    one *= time
+        bend = np.pi * abs(track[DRIFT, k]) * ramps.table[HALF_LENGTH, k] ** 2
+        if bend <= GREATEST_BEND:
+            interpolated_into(ramps, left.spectra, left.table, track, k, work, sums)
+        else:
+            _summed_into(ramps, left.samples[:, k, : left.counts[k]], track, k, sums)
+
+
+@reordered_inner
+def _summed_into(
+    ramps: Any, samples: Any, track: Any, k: int, sums: Any
+) -> None:  # pragma: no cover - compiled
+    """Sums over the samples ``(channel, fast)`` of ramp k, which are zero where none is present."""
+    channels, count = samples.shape
+    real, imag = np.empty(count), np.empty(count)
+    half, beat, drift = ramps.table[HALF, k], track[BEAT, k], track[DRIFT, k]
+    phase = (half * (0.5 * drift * half - beat), beat - drift * half, drift)
+    unit_signal_into(real, imag, phase, ramps.rate)
+    root = np.sqrt(track[WEIGHT, k])
+    for m in range(channels):
+        a, b, c, d, e, f = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for i in range(count):
+            time = i / ramps.rate - half
+            x, y = samples[m, i].real, samples[m, i].imag
+            re, im = x * real[i] + y * imag[i], y * real[i] - x * imag[i]
+            a += re
+            b += im
+            c += re * time
+            d += im * time
+            e += re * time * time
+            f += im * time * time
+        sums[0, 0, m, k], sums[0, 1, m, k] = root * a, root * b
+        sums[1, 0, m, k], sums[1, 1, m, k] = root * c, root * d
+        sums[2, 0, m, k], sums[2, 1, m, k] = root * e, root * f
 
 
 @reordered
