@@ -42,7 +42,7 @@ CLOSE_BEATS = 3.0
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Trial:
-    """What peaks are tried with.
+    """A trial of peaks: the residual that shows them, and what is looked for in it.
 
     Parameters
     ----------
