@@ -5,7 +5,7 @@ import pytest
 
 from polychirp.model.if_frame import IfFrame
 from polychirp.model.ramp import RampSchedule
-from polychirp.receiver.coherent import search
+from polychirp.receiver.coherent import new_points, search
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.rng import Streams
 from polychirp.waveform import DiverseTriangular, Triangular
@@ -68,5 +68,6 @@ def test_a_fluctuating_body_is_found_and_causes_nothing_beside_it(family):
 
 @pytest.mark.slow
 def test_without_residues_a_fluctuating_body_is_detected_at_other_places(monkeypatch):
-    monkeypatch.setattr(search, "with_residues", lambda _, points, *_others: points)
+    for module in (search, new_points):
+        monkeypatch.setattr(module, "with_residues", lambda _, points, _others: points)
     assert detected("equal", 0)[1] >= 3

@@ -6,11 +6,13 @@ an acceleration ends on a side lobe.
 """
 
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
+from polychirp.receiver.coherent.agreement import Agreement
 from polychirp.receiver.coherent.least_squares import mixed
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.points import Points
@@ -30,69 +32,115 @@ LEAST_RISE = 1.5
 RANGE_CELLS = 2.0
 """Range cells by which the range of an accelerated peak may be off; chosen."""
 
-ROUNDS = 2
-"""Number of searches from one start, each around the result of the one before; chosen."""
+WIDE_STEPS = (0.75, 2.0)
+"""Steps of range rate, in cells λ/2T, and of acceleration, in such cells per frame, of the first
+searches from one start; chosen: the nearest one loses 2.5 dB at most, which the last search gains.
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Hypotheses:
-    """Motions that one search tries: steps from where it starts.
+class _Blocks:
+    """Blocks of neighbouring ramps, whose sums are turned together.
 
     Parameters
     ----------
     first : number of the first ramp of every block, ``(block,)``
-    turn : phasors of the blocks, ``(block, hypothesis)``
-    step : of range rate, m/s, and acceleration, m/s², ``(hypothesis, 2)``
+    elapsed : mean time of its ramps from the middle of the frame, s, ``(block,)``
     """
 
     first: IntArray
+    elapsed: FloatArray
+
+    @classmethod
+    def of(cls, seen: Observation) -> Self:
+        """Blocks of all ramps."""
+        ramps = seen.middle.size
+        first = np.linspace(0, ramps, min(ramps, MOST_BLOCKS) + 1).astype(np.int64)[:-1]
+        number = np.diff(np.append(first, ramps))
+        return cls(
+            first=first, elapsed=np.add.reduceat(seen.middle - seen.model.time, first) / number
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Steps:
+    """Steps of a motion that a search tries.
+
+    Parameters
+    ----------
+    turn : phasors of the blocks, ``(block, step)``
+    step : of range rate, m/s, and acceleration, m/s², ``(step, 2)``
+    """
+
     turn: NDArray[np.complex64]
     step: FloatArray
 
 
-def accelerated(seen: Observation, residual: Residual, points: Points) -> Points:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Accelerations:
+    """Steps of range rate and acceleration that are tried in a frame.
+
+    Parameters
+    ----------
+    wide : from every start, and again where beats are those of the best of them
+    near : around the best of these
+    """
+
+    blocks: _Blocks
+    wide: _Steps
+    near: _Steps
+
+    @classmethod
+    def of(cls, seen: Observation) -> Self:
+        """Those of the ramps of an observation."""
+        blocks = _Blocks.of(seen)
+        return cls(blocks=blocks, wide=_wide(seen, blocks), near=_near(seen, blocks))
+
+
+def accelerated(
+    seen: Observation, residual: Residual, points: Points, tried: Accelerations
+) -> Points:
     """New points with the ranges, range rates and accelerations near theirs that have most power.
 
     A search reaches as far as the phases from block to block are unambiguous. So it starts from
     several accelerations. The range may be wrong as well: the strongest peak of an accelerated body
-    is where its rising or its falling ramps alone add up.
+    is where its rising or its falling ramps alone add up. Where all power at a point's beats adds
+    up without an acceleration, none is looked for.
     """
     if not len(points):
         return points
-    tried = _hypotheses(seen)
-    steps = tried.step
-    still = _sums(seen, residual, points).sum(axis=2)
-    least = np.sum(np.abs(still) ** 2, axis=1)
-    by_noise = np.log(len(steps)) * seen.count.sum() * points.floor
-    starts = np.arange(0.0, GREATEST_ACCELERATION, 2.0 * float(np.max(steps[:, 1])))
-    found = _best_of(
+    size = Replicas.of(seen, points).size(seen)
+    still = Agreement.of(seen, _sums(seen, residual, points), size)
+    by_noise = np.log(len(tried.wide.step)) * points.floor
+    least = np.maximum(LEAST_RISE * still.power, still.power + by_noise)
+    smeared = np.flatnonzero(still.greatest_power(points.floor) > least)
+    steps = np.arange(0.0, GREATEST_ACCELERATION, 2.0 * float(np.max(tried.wide.step[:, 1])))
+    found = _best(
         seen,
         residual,
-        points,
+        points[smeared],
         tried,
-        offsets=starts[:, None] * np.array([0.0, 0.0, 1.0, 0.0]),
-        least=np.maximum(LEAST_RISE * least, least + by_noise),
+        offsets=steps[:, None] * np.array([0.0, 0.0, 1.0, 0.0]),
+        least=(least * size.sum(axis=1))[smeared],
     )
-    moved = np.flatnonzero(np.any(found.motion != points.motion, axis=1))
-    if not moved.size:
-        return points
+    is_moved = np.any(found.motion != points.motion[smeared], axis=1)
     cells = np.arange(-RANGE_CELLS, RANGE_CELLS + 0.5, 0.5)
-    ranged = _best_of(
+    ranged = _best(
         seen,
         residual,
-        found[moved],
+        found[is_moved],
         tried,
         offsets=cells[:, None] * np.array([seen.range_cell, 0.0, 0.0, 0.0]),
-        least=np.zeros(moved.size),
+        least=np.zeros(np.count_nonzero(is_moved)),
     )
-    return found.replaced(moved, ranged)
+    return points.replaced(smeared[is_moved], ranged)
 
 
-def _best_of(
+def _best(
     seen: Observation,
     residual: Residual,
     points: Points,
-    tried: _Hypotheses,
+    tried: Accelerations,
     *,
     offsets: FloatArray,
     least: FloatArray,
@@ -105,20 +153,20 @@ def _best_of(
     least : power that a motion must have, ``(point,)``
     """
     count = len(points)
+    if not count:
+        return points
     every = points[np.tile(np.arange(count), len(offsets))]
     motion = (points.motion + offsets[:, None]).reshape(-1, 4)
-    motions, powers = [], []
-    for _ in range(ROUNDS):
+    power = np.zeros((len(every), 1))
+    for steps in (tried.wide, tried.wide, tried.near):
         sums = _sums(seen, residual, replace(every, motion=motion))
-        power = _power(np.add.reduceat(sums, tried.first, axis=2), tried.turn)
-        motion = motion + np.pad(tried.step[np.argmax(power, axis=1)], ((0, 0), (1, 1)))
-        motions.append(motion.reshape(len(offsets), count, 4))
-        powers.append(np.max(power, axis=1).reshape(len(offsets), count))
-    tries, reached = np.concatenate(motions), np.concatenate(powers)
-    best = np.argmax(reached, axis=0)
-    place = np.arange(count)
+        power = _power(np.add.reduceat(sums, tried.blocks.first, axis=2), steps.turn)
+        motion = motion + np.pad(steps.step[np.argmax(power, axis=1)], ((0, 0), (1, 1)))
+    reached = np.max(power, axis=1).reshape(len(offsets), count)
+    best, place = np.argmax(reached, axis=0), np.arange(count)
     is_better = reached[best, place] > least
-    return replace(points, motion=np.where(is_better[:, None], tries[best, place], points.motion))
+    found = motion.reshape(len(offsets), count, 4)[best, place]
+    return replace(points, motion=np.where(is_better[:, None], found, points.motion))
 
 
 def _sums(seen: Observation, residual: Residual, points: Points) -> ComplexArray:
@@ -136,30 +184,43 @@ def _power(sums: ComplexArray, turns: NDArray[np.complex64]) -> FloatArray:
     return out.astype(np.float64)
 
 
-def _blocks(seen: Observation) -> tuple[FloatArray, IntArray]:
-    """Times of blocks of ramps from the middle of the frame, s, and the first ramp of each."""
-    ramps = seen.middle.size
-    first = np.linspace(0, ramps, min(ramps, MOST_BLOCKS) + 1).astype(np.int64)[:-1]
-    number = np.diff(np.append(first, ramps))
-    return np.add.reduceat(seen.middle - seen.model.time, first) / number, first
+def _wide(seen: Observation, blocks: _Blocks) -> _Steps:
+    """Steps over all accelerations whose phases from block to block are unambiguous.
 
-
-def _hypotheses(seen: Observation) -> _Hypotheses:
-    """Steps that change the phase by a quarter of a cycle over the frame.
-
-    The greatest acceleration changes it by half a cycle from block to block at the ends of the
-    frame.
+    The greatest one changes the phase by half a cycle from block to block at the ends of the frame.
     """
-    elapsed, first = _blocks(seen)
-    rate_step = 0.5 * seen.range_rate_cell
-    step = seen.range_rate_cell / seen.duration
-    greatest = min(GREATEST_ACCELERATION, step * elapsed.size)
+    unit = seen.range_rate_cell / seen.duration
+    greatest = min(GREATEST_ACCELERATION, unit * blocks.elapsed.size)
+    step = WIDE_STEPS[1] * unit
+    first, last = np.rint(max(LEAST_ACCELERATION, -greatest) / step), np.ceil(greatest / step)
+    rate_step = WIDE_STEPS[0] * seen.range_rate_cell
     reach = np.ceil(0.5 * greatest * seen.duration / rate_step)
-    rates = rate_step * np.arange(-reach, reach + 1.0)
-    accelerations = np.arange(max(LEAST_ACCELERATION, -greatest), greatest + step, step)
-    steps = np.stack(np.meshgrid(rates, accelerations, indexing="ij"), axis=-1).reshape(-1, 2)
+    return _steps(
+        seen,
+        blocks,
+        rate_step * np.arange(-reach, reach + 1.0),
+        step * np.arange(first, last + 1.0),
+    )
+
+
+def _near(seen: Observation, blocks: _Blocks) -> _Steps:
+    """Small steps up to the next ones of `_wide`."""
+    share = np.arange(-1.0, 1.25, 0.25)
+    cell = seen.range_rate_cell
+    rates, accelerations = (
+        WIDE_STEPS[0] * cell * share,
+        WIDE_STEPS[1] * cell / seen.duration * share,
+    )
+    return _steps(seen, blocks, rates, accelerations)
+
+
+def _steps(
+    seen: Observation, blocks: _Blocks, rates: FloatArray, accelerations: FloatArray
+) -> _Steps:
+    """All pairs of steps of range rate and of acceleration."""
     wave = -4j * np.pi / seen.wavelength
-    by_rate = np.exp(wave * rates * elapsed[:, None])
-    by_acceleration = np.exp(0.5 * wave * accelerations * elapsed[:, None] ** 2)
+    by_rate = np.exp(wave * rates * blocks.elapsed[:, None])
+    by_acceleration = np.exp(0.5 * wave * accelerations * blocks.elapsed[:, None] ** 2)
     turn = by_rate.astype(np.complex64)[:, :, None] * by_acceleration.astype(np.complex64)[:, None]
-    return _Hypotheses(first=first, turn=turn.reshape(elapsed.size, -1), step=steps)
+    steps = np.stack(np.meshgrid(rates, accelerations, indexing="ij"), axis=-1)
+    return _Steps(turn=turn.reshape(blocks.elapsed.size, -1), step=steps.reshape(-1, 2))

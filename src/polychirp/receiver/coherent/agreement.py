@@ -82,6 +82,14 @@ class Agreement:
             num_channels=value.shape[1],
         )
 
+    def greatest_power(self, floor: FloatArray) -> FloatArray:
+        """Greatest power that phases from ramp to ramp can give, W, ``(place,)``.
+
+        It is that of all ramps less the noise, which has up to `DEVIATIONS` less than its mean.
+        """
+        noise = (self.num_averaged - DEVIATIONS * np.sqrt(self.num_averaged)) * floor
+        return np.asarray(self.power + self.spread * self.num_averaged - noise)
+
     def shows_points(self, floor: FloatArray, threshold: float) -> BoolArray:
         """Mask of the places at which there is a point, ``(place,)``.
 

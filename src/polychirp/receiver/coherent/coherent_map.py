@@ -37,8 +37,9 @@ per cent."""
 GREATEST_OF_NOISE = 3.0
 """Power over the median up to which a cell counts as noise for the covariance; chosen."""
 
-ROWS_FOR_FLOOR = 1000
-"""Number of range rates from which the floor of a range is taken; chosen: its error is 5 %."""
+ROWS_FOR_FLOOR = 500
+"""Number of range rates from which the floor of a range is taken; chosen: its error is 3 %, before
+its mean over neighbours."""
 
 RANGES_FOR_FLOOR = 100
 """Number of ranges from which the floor of a range rate is taken; chosen: its error is 6 %."""

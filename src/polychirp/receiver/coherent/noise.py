@@ -69,17 +69,17 @@ def _levels(seen: Observation, residual: ComplexArray) -> FloatArray:
     """
     from scipy.fft import fft
 
-    window = hann_weights(seen.present)
-    spectrum = fft((residual * window).astype(np.complex64), axis=-1)
-    power = np.sum(spectrum.real**2 + spectrum.imag**2, axis=0, dtype=np.float64)
-    power /= np.maximum(np.sum(window**2, axis=-1, keepdims=True), np.finfo(np.float64).tiny)
+    window = hann_weights(seen.present).astype(np.float32)
+    spectrum = fft(residual.astype(np.complex64) * window, axis=-1, overwrite_x=True)
+    power = np.sum(spectrum.real**2 + spectrum.imag**2, axis=0)
+    power /= np.maximum(np.sum(window**2, axis=-1, keepdims=True), np.finfo(np.float32).tiny)
     size = power.shape[1]
     cells = max(LEAST_CELLS, LEAST_VALUES / len(residual))
     width = round(cells * size / float(np.median(seen.model.times.num_samples)))
     bins = max(1, LEVELS_PER_WIDTH * size // width)
     middle = np.rint(np.fft.fftshift(np.fft.fftfreq(bins)) * size).astype(np.int64)
     near = (middle[:, None] + np.arange(width) - width // 2) % size
-    return medians(power[:, near])
+    return medians(power[:, near]).astype(np.float64)
 
 
 def medians(value: NDArray[Real]) -> NDArray[Real]:

@@ -6,7 +6,7 @@ from typing import Any, Self
 import numpy as np
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
-from polychirp.jit import compiled, inlined, reordered
+from polychirp.jit import compiled, inlined, inner, reordered
 from polychirp.receiver.coherent.coherent_map import CoherentMap
 from polychirp.receiver.signal_model.grid import Grid
 
@@ -16,6 +16,10 @@ WINDOW = (129, 9)
 
 GREATEST_LOSS = 0.6
 """Least value of the map in a cell next to a peak, over the peak's own; 0.66 in theory."""
+
+
+TOGETHER = 64
+"""Number of ranges of a row that are left out at once if none exceeds its least value; chosen."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -90,6 +94,48 @@ def _vertex(left: Any, here: Any, right: Any) -> Any:  # pragma: no cover - comp
     return place, -0.5 * bend * place * place
 
 
+@inlined
+def _any_exceeds(value: Any, least: Any) -> bool:  # pragma: no cover - compiled
+    """True if any value exceeds the least one of its place.
+
+    The loop has no branches, so that it takes vector instructions.
+    """
+    count = 0
+    for j in range(value.size):
+        count += value[j] > least[j]
+    return count > 0
+
+
+@inlined
+def _is_maximum(power: Any, row: int, column: int) -> bool:  # pragma: no cover - compiled
+    """True if none of eight neighbours exceeds a cell."""
+    here, last = power[row, column], power.shape[1] - 1
+    if power[row, max(0, column - 1)] > here or power[row, min(last, column + 1)] > here:
+        return False  # as at most cells, which saves the loop over all neighbours
+    for p in range(max(0, row - 1), min(len(power), row + 2)):
+        for q in range(max(0, column - 1), min(last, column + 1) + 1):
+            if power[p, q] > here:
+                return False
+    return True
+
+
+@inner
+def _interpolated_into(
+    power: Any, row: int, column: int, place: Any
+) -> float:  # pragma: no cover - compiled
+    """Interpolated value of a maximum; its place from the cell, in steps, in place."""
+    tiny, up, along = 1e-300, 0.0, 0.0
+    here = max(np.float64(power[row, column]), tiny)
+    place[0], place[1] = 0.0, 0.0
+    if 0 < row < len(power) - 1:
+        before, after = np.float64(power[row - 1, column]), np.float64(power[row + 1, column])
+        place[0], up = _vertex(max(before, tiny), here, max(after, tiny))
+    if 0 < column < power.shape[1] - 1:
+        before, after = np.float64(power[row, column - 1]), np.float64(power[row, column + 1])
+        place[1], along = _vertex(max(before, tiny), here, max(after, tiny))
+    return float(here * np.exp(up + along))
+
+
 @compiled
 def _maxima(power: Any, least: Any) -> Any:  # pragma: no cover - compiled
     """Maxima: cells above the least value of their column that none of eight neighbours exceeds.
@@ -103,33 +149,17 @@ def _maxima(power: Any, least: Any) -> Any:  # pragma: no cover - compiled
     rows, columns = power.shape
     cell = np.empty((power.size, 2), dtype=np.int64)  # memory is taken where it is written
     place, value = np.empty((power.size, 2)), np.empty(power.size)
-    tiny = 1e-300
     n = 0
     for i in range(rows):
-        for j in range(columns):
-            here = power[i, j]
-            if here <= least[j]:
+        for first in range(0, columns, TOGETHER):
+            end = min(first + TOGETHER, columns)
+            if not _any_exceeds(power[i, first:end], least[first:end]):
                 continue
-            if (j > 0 and power[i, j - 1] > here) or (j + 1 < columns and power[i, j + 1] > here):
-                continue  # as most cells, which saves the loop over all neighbours
-            greatest = here
-            for p in range(max(0, i - 1), min(rows, i + 2)):
-                for q in range(max(0, j - 1), min(columns, j + 2)):
-                    greatest = max(greatest, power[p, q])
-            if greatest > here:
-                continue
-            cell[n] = i, j
-            up, along = 0.0, 0.0
-            place[n] = 0.0
-            here = max(np.float64(here), tiny)
-            if 0 < i < rows - 1:
-                before, after = np.float64(power[i - 1, j]), np.float64(power[i + 1, j])
-                place[n, 0], up = _vertex(max(before, tiny), here, max(after, tiny))
-            if 0 < j < columns - 1:
-                before, after = np.float64(power[i, j - 1]), np.float64(power[i, j + 1])
-                place[n, 1], along = _vertex(max(before, tiny), here, max(after, tiny))
-            value[n] = here * np.exp(up + along)
-            n += 1
+            for j in range(first, end):
+                if power[i, j] > least[j] and _is_maximum(power, i, j):
+                    cell[n] = i, j
+                    value[n] = _interpolated_into(power, i, j, place[n])
+                    n += 1
     return cell[:n].copy(), place[:n].copy(), value[:n].copy()
 
 
@@ -137,37 +167,31 @@ def _maxima(power: Any, least: Any) -> Any:  # pragma: no cover - compiled
 def _means(power: Any, cell: Any, height: int, width: int) -> Any:  # pragma: no cover - compiled
     """Means of windows around cells, of what lies inside the map, ``(place,)``.
 
-    Of every other row: rows are half a cell apart. They follow from sums over all rows before.
+    Of every other row: rows are half a cell apart.
     """
     rows, columns = power.shape
-    half = width // 2
-    reach = height // 4  # rows of the window above and below, of every other row
-    kept = 4 * reach + 4
-    row = np.zeros(columns + 2 * half, dtype=np.float32)
-    recent = np.zeros((kept, columns))  # sums over ranges of the last rows that were added
-    window = np.zeros((2, columns))  # sums of the windows around even and around odd rows
+    half, reach = width // 2, height // 4  # of every other row, as many above and below
+    totals = np.zeros((2, columns))  # sums over the windows' rows, around even and around odd rows
     out = np.empty(len(cell))
     order = np.argsort(cell[:, 0])
     n = 0
     for last in range(rows + 2 * reach):
-        new, old, total = recent[last % kept], recent[(last + 2) % kept], window[last % 2]
+        total, gone, middle = totals[last % 2], last - 4 * reach - 2, last - 2 * reach
         if last < rows:
             for j in range(columns):
-                row[half + j] = power[last, j]
-        for j in range(columns):
-            total[j] -= old[j]
-            new[j] = 0.0
-        if last < rows:
-            for q in range(2 * half + 1):
-                for j in range(columns):
-                    new[j] += row[q + j]
-        for j in range(columns):
-            total[j] += new[j]
-        middle = last - 2 * reach
+                total[j] += power[last, j]
+        if gone >= 0:
+            for j in range(columns):
+                total[j] -= power[gone, j]
         above, below = min(middle // 2, reach), min((rows - 1 - middle) // 2, reach)
         while n < len(cell) and cell[order[n], 0] == middle:
-            j = cell[order[n], 1]
-            inside = min(columns, j + half + 1) - max(0, j - half)
-            out[order[n]] = total[j] / ((above + below + 1) * inside)
+            first, end = (
+                max(0, cell[order[n], 1] - half),
+                min(columns, cell[order[n], 1] + half + 1),
+            )
+            mean = 0.0
+            for j in range(first, end):
+                mean += total[j]
+            out[order[n]] = mean / ((above + below + 1) * (end - first))
             n += 1
     return out

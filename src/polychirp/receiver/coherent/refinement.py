@@ -35,10 +35,6 @@ LEAST_LOBE = 3.0
 """Power of a lobe beside a point, over its mean in noise, from which a second point is tried;
 chosen."""
 
-LEAST_STEP_OF_ONE = 1e-7
-"""Fall of the residual's power, as a share of a point's own, for which the point takes a step if no
-other overlaps it; chosen: what is left does not show beside it."""
-
 SWEEPS_OF_A_PAIR = 12
 """Sweeps of the fit of two points in place of one; chosen: near points take many."""
 
@@ -49,13 +45,16 @@ have ended by then."""
 
 def settled(
     seen: Observation,
+    residual: Residual,
     points: Points,
     *,
     sweeps: int = SWEEPS_OF_ALL,
     least_gain: float = LEAST_GAIN,
 ) -> tuple[Points, Residual]:
-    """Points fitted to the samples, and the exact residual; no fit raises its power."""
-    residual = Residual.of(seen, points)
+    """Points fitted to the samples, and the exact residual; no fit raises its power.
+
+    ``residual`` is what the points leave before.
+    """
     for _ in range(MOST_SUBTRACTIONS):
         moved, any_moved = relaxed(seen, residual, points, sweeps=sweeps, least_gain=least_gain)
         if not any_moved:
@@ -88,31 +87,11 @@ def relaxed(
     """
     free = np.arange(len(points)) if free is None else free
     groups = [free[own] for own in groups_of(seen, Replicas.of(seen, points[free]))]
-    any_moved = False
-    for _ in range(sweeps):
-        least = np.array([_least_fall(points[own], least_gain) for own in groups])
-        points, fallen = swept(seen, residual, points, groups, least)
-        moved = [own for own, fall in zip(groups, fallen, strict=True) if fall > 0.0]
-        if moved:
-            points = _turned(seen, points, np.concatenate(moved))
-            any_moved = True
-        # groups without a gain stand still until they are tried again
-        groups = [own for own, is_left in zip(groups, fallen >= least, strict=True) if is_left]
-        if not groups:
-            break
-    return points, any_moved
-
-
-def _least_fall(group: Points, least_gain: float) -> float:
-    """Expected fall of the residual's power for which a group takes a step, W.
-
-    The floor beside a strong point holds its own side lobes until it is subtracted. A point alone
-    has only a few steps to its place, and takes them whatever this floor is.
-    """
-    least = least_gain * float(np.min(group.floor))
-    if len(group) > 1:
-        return least
-    return min(least, LEAST_STEP_OF_ONE * float(group.strength[0]))
+    points, fallen = swept(seen, residual, points, groups, sweeps=sweeps, least_gain=least_gain)
+    moved = [own for own, fall in zip(groups, fallen, strict=True) if fall > 0.0]
+    if not moved:
+        return points, False
+    return _turned(seen, points, np.concatenate(moved)), True
 
 
 def _turned(seen: Observation, points: Points, which: IntArray) -> Points:
@@ -145,31 +124,38 @@ def divided(
     """
     alone = np.flatnonzero(~overlaps_another(seen, points))
     lobes, is_strong = _lobes(seen, residual, points[alone])
-    every = Replicas.of(seen, points)
-    for lobe in np.flatnonzero(is_strong)[np.argsort(-points.strength[alone[is_strong]])]:
-        n = alone[lobe]
-        near = np.flatnonzero(correlations(seen, every[[n]], every)[0] > LEAST_COUPLING)
-        both = points + lobes[np.array([lobe])]
-        free = np.append(near, len(points))
-        tried, _ = relaxed(seen, residual, both, sweeps=SWEEPS_OF_A_PAIR, free=free)
-        least = threshold * points.floor[n]
-        if _may_fall(seen, residual, tried, least):
-            after = residual.after(seen, tried)
-            if residual.energy - after.energy >= least:
-                points, residual = tried, after
-                every = Replicas.of(seen, points)
-    return points, residual
+    alone, lobes = alone[is_strong], lobes[is_strong]
+    here = Replicas.of(seen, points)
+    is_near = correlations(seen, here[alone], here) > LEAST_COUPLING
+    second = len(points) + np.arange(len(alone))
+    tried, _ = relaxed(
+        seen,
+        residual,
+        points + lobes,
+        sweeps=SWEEPS_OF_A_PAIR,
+        free=np.append(np.flatnonzero(np.any(is_near, axis=0)), second),
+    )
+    every, is_new = points, np.zeros(len(alone), dtype=np.bool_)
+    for n in np.argsort(-points.strength[alone]):
+        near = np.flatnonzero(is_near[n])
+        pair = points.replaced(near, tried[near]) + tried[second[[n]]]
+        if _falls(seen, residual, pair, threshold * points.floor[alone[n]]):
+            every, is_new[n] = every.replaced(near, tried[near]), True
+    every += tried[second[is_new]]
+    return (every, residual.after(seen, every)) if np.any(is_new) else (points, residual)
 
 
-def _may_fall(seen: Observation, residual: Residual, after: Points, least: float) -> bool:
-    """True if the residual's power may fall by ``least`` if other points are subtracted."""
+def _falls(seen: Observation, residual: Residual, after: Points, least: float) -> bool:
+    """True if the residual's power falls by ``least`` or more if other points are subtracted."""
     gone, come = unlike(residual.subtracted, Replicas.of(seen, after))
     old, new = residual.subtracted[gone], Replicas.of(seen, after[come])
     change = new + old.negated
     sums = 2.0 * residual.sums(seen, change) - sums_of(seen, change, change)
     fall = float(np.sum(inner_products(seen, change, sums)))
     strength = np.append(residual.points.strength[gone], after.strength[come])
-    return fall + ERROR_OF_SUMS * float(np.max(strength, initial=0.0)) >= least
+    if abs(fall - least) > ERROR_OF_SUMS * float(np.max(strength, initial=0.0)):
+        return fall > least
+    return residual.energy - residual.energy_after(seen, after) >= least
 
 
 def _lobes(seen: Observation, residual: Residual, points: Points) -> tuple[Points, BoolArray]:
@@ -180,19 +166,17 @@ def _lobes(seen: Observation, residual: Residual, points: Points) -> tuple[Point
     grid = np.linspace(-2.0, 2.0, 5)
     offsets = np.stack(np.meshgrid(grid, grid), axis=-1).reshape(-1, 2)
     offsets = offsets * [0.5 * seen.range_cell, 0.5 * seen.range_rate_cell]
-    best = np.zeros(len(points))
-    lobes = points
-    for offset in offsets:
-        motion = points.motion + np.append(offset, [0.0, 0.0])
-        places = replace(points, motion=motion)
-        here = Replicas.of(seen, places)
-        size = here.size(seen).sum(axis=1)
-        matched = here.matched(residual.sums(seen, here))[0].sum(axis=-1) / size[:, None]
-        power = np.sum(np.abs(matched @ seen.mixing.T) ** 2, axis=1) * size / points.floor
-        better = np.flatnonzero(power > best)
-        best[better] = power[better]
-        lobes = lobes.replaced(better, replace(places, amplitude=matched)[better])
-    return lobes, best >= LEAST_LOBE * points.amplitude.shape[1]
+    count = len(points)
+    motion = points.motion + np.pad(offsets, ((0, 0), (0, 2)))[:, None]
+    places = replace(points[np.tile(np.arange(count), len(offsets))], motion=motion.reshape(-1, 4))
+    here = Replicas.of(seen, places)
+    size = here.size(seen).sum(axis=1)
+    matched = here.matched(residual.sums(seen, here))[0].sum(axis=-1) / size[:, None]
+    power = np.sum(np.abs(matched @ seen.mixing.T) ** 2, axis=1) * size / places.floor
+    power = power.reshape(len(offsets), count)
+    best = np.argmax(power, axis=0) * count + np.arange(count)
+    lobes = replace(places, amplitude=matched)[best]
+    return lobes, np.max(power, axis=0) >= LEAST_LOBE * points.amplitude.shape[1]
 
 
 def overlaps_another(seen: Observation, points: Points) -> BoolArray:
@@ -223,8 +207,7 @@ def pruned(
         free = np.flatnonzero(coupling[weakest, others] > LEAST_COUPLING)
         alone, _ = relaxed(seen, residual, points[others], sweeps=SWEEPS_WITHOUT_A_POINT, free=free)
         least = -threshold * points.floor[weakest]
-        if _may_fall(seen, residual, alone, least):
-            after = residual.after(seen, alone)
-            if residual.energy - after.energy > least:
-                points, kept, residual = points.replaced(others, alone), others, after
+        if _falls(seen, residual, alone, least):
+            points, kept = points.replaced(others, alone), others
+            residual = residual.after(seen, alone)
     return points[kept], residual

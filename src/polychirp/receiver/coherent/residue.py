@@ -14,7 +14,8 @@ on each of M channels. A point must stand out of it as of other noise. Ideal poi
 their own leave none.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
@@ -35,32 +36,59 @@ LEAST_OF_SAME = 1.0 - 1e-9
 """Correlation from which two signals are that of one point; rounding makes some 1e-15."""
 
 
-def with_residues(seen: Observation, points: Points, others: Points | None = None) -> Points:
-    """Points whose floors hold the residues there, and whose powers refer to these floors.
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Bodies:
+    """Bodies among points, each of which takes several of them.
 
-    The bodies are those of ``others``; None for the points themselves.
+    Parameters
+    ----------
+    replicas, white : of the points, and their amplitudes on white channels, V, ``(point, channel)``
+    gram : sums of the products of their signals of amplitude 1, ``(point, point)``
+    numbers : of the points of every body, the strongest one first
+    energy : that of every body which its best single point does not explain, V², ``(body,)``
     """
-    floor = points.floor + residues(seen, points if others is None else others, points)
+
+    replicas: Replicas
+    white: ComplexArray
+    gram: ComplexArray
+    numbers: list[IntArray]
+    energy: FloatArray
+
+    @classmethod
+    def of(cls, seen: Observation, points: Points) -> Self:
+        """The bodies of points."""
+        replicas, white = Replicas.of(seen, points), mixed(seen, points.amplitude)
+        gram = total_products(seen, replicas, replicas)
+        numbers = bodies(points.strength, correlations(seen, replicas, replicas))
+        energy = [unexplained(gram[np.ix_(own, own)], white[own]) for own in numbers]
+        return cls(
+            replicas=replicas, white=white, gram=gram, numbers=numbers, energy=np.array(energy)
+        )
+
+    def residues(self, seen: Observation, at: Points) -> FloatArray:
+        """Noise power of a sample that the bodies leave at points, W, ``(point,)``.
+
+        A point's own cell does not count, nor does the body of which it is the strongest point.
+        """
+        out = np.zeros(len(at))
+        if not self.numbers:
+            return out
+        here = Replicas.of(seen, at)
+        coupling = correlations(seen, here, self.replicas)
+        for body, whole in zip(self.numbers, self.energy, strict=True):
+            energy = np.full(len(at), whole)
+            for n in np.flatnonzero(np.any(coupling[:, body] > LEAST_REDUNDANCY, axis=1)):
+                others = body[coupling[n, body] <= LEAST_REDUNDANCY]
+                energy[n] = unexplained(self.gram[np.ix_(others, others)], self.white[others])
+            energy[coupling[:, body[0]] >= LEAST_OF_SAME] = 0.0
+            out += energy * side_lobes(seen, here, self.replicas[body[:1]])
+        return np.asarray(out / (seen.num_used * self.white.shape[1]))
+
+
+def with_residues(seen: Observation, points: Points, others: Bodies) -> Points:
+    """Points whose floors hold the residues there, and whose powers refer to these floors."""
+    floor = points.floor + others.residues(seen, points)
     return replace(points, floor=floor, power=points.strength / floor)
-
-
-def residues(seen: Observation, points: Points, at: Points) -> FloatArray:
-    """Noise power of a sample that the bodies of ``points`` leave at others, W, ``(point,)``.
-
-    A point's own cell does not count, nor does the body of which it is the strongest point.
-    """
-    every, here = Replicas.of(seen, points), Replicas.of(seen, at)
-    gram = total_products(seen, every, every)
-    coupling = correlations(seen, here, every)
-    white = mixed(seen, points.amplitude)
-    out = np.zeros(len(at))
-    for body in bodies(points.strength, correlations(seen, every, every)):
-        lobe = side_lobes(seen, here, every[body[:1]])
-        for n in np.flatnonzero(coupling[:, body[0]] < LEAST_OF_SAME):
-            others = body[coupling[n, body] <= LEAST_REDUNDANCY]
-            energy = unexplained(gram[np.ix_(others, others)], white[others])
-            out[n] += energy * lobe[n] / (seen.num_used * white.shape[1])
-    return out
 
 
 def bodies(strength: FloatArray, coupling: FloatArray) -> list[IntArray]:

@@ -4,16 +4,23 @@ This is orthogonal matching pursuit with Newton steps (Mamandipoor, Ramasamy and
 each set of new points all points are fitted again, and the map of what they leave shows the next.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
-from polychirp.axes import BoolArray, FloatArray, IntArray
-from polychirp.receiver.coherent.acceleration import accelerated
-from polychirp.receiver.coherent.agreement import Agreement
+from polychirp.receiver.coherent.acceleration import Accelerations
 from polychirp.receiver.coherent.coherent_map import CoherentMap, channel_covariance, coherent_map
 from polychirp.receiver.coherent.false_alarms import threshold_of
-from polychirp.receiver.coherent.least_squares import fitted
+from polychirp.receiver.coherent.new_points import (
+    GREATEST_SPREAD,
+    Trial,
+    further_points,
+    new_points,
+    plain_points,
+    still_shown,
+)
 from polychirp.receiver.coherent.noise import ramp_weights, whitening
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.overlap import LEAST_COUPLING
@@ -30,17 +37,8 @@ from polychirp.receiver.coherent.refinement import (
 )
 from polychirp.receiver.coherent.replicas import Replicas, correlations
 from polychirp.receiver.coherent.residual import Residual
-from polychirp.receiver.coherent.residue import with_residues
+from polychirp.receiver.coherent.residue import Bodies, with_residues
 from polychirp.receiver.signal_model.grid import Grid
-
-MOST_AT_ONCE = 20
-"""Greatest number of new points between two maps; chosen: the maps take as long as their fit."""
-
-MOST_SMEARED = 8
-"""Number of the strongest peaks that are tried together if they show no points; chosen."""
-
-GREATEST_SPREAD = 0.01
-"""Least power of a new point over the strongest new one; chosen: most side lobes are below."""
 
 FALSE_PAIR_PROBABILITY = 1e-5
 """Probability, per resolution cell, with which noise makes a second point beside one; chosen: fewer
@@ -49,13 +47,6 @@ cells are tried than in the map, so that less is needed."""
 GAIN_OF_NEW_POINTS = 5.0
 """Fall of the residual's power, in units of a floor, for which a step is taken between two maps;
 chosen: below what makes a peak."""
-
-SHARED_BEATS = 0.2
-"""Share of the ramps on which a peak may have the beats of a stronger new one; chosen: peaks of one
-point's up-beats alone have one half of the ramps in common with it."""
-
-CLOSE_BEATS = 3.0
-"""Difference of two beats, in resolutions of a ramp, below which they count as the same; chosen."""
 
 SWEEPS_OF_NEW_POINTS, LAST_SWEEPS = 12, 6
 """Greatest numbers of sweeps of fits; chosen: they end before where steps are not worth taking."""
@@ -83,29 +74,37 @@ def find_points(
     if not np.any(seen.present):
         return points, seen
     residual = Residual.of(seen, points)
+    accelerations = Accelerations.of(seen)
     is_tried = np.zeros((axes.range_rate.size, axes.range.size), dtype=bool)
     is_white = False
     while True:
         seen, profiles = adapted(seen, residual, axes, is_white=is_white)
+        residual = residual.weighted(seen)
         seen_map = coherent_map(seen, profiles)
         points = with_floors(points, seen_map, axes)
         points, residual = strong(seen, residual, points, threshold)
         top = max(top, float(seen_map.power.max()), float(np.max(points.strength, initial=0.0)))
         found = peaks(seen_map, axes, threshold)
         found = found[found.power * dynamic_range >= top]
-        fresh = new_points(seen, residual, found, is_tried, threshold)
+        trial = partial(
+            Trial.of, seen, accelerations=accelerations, threshold=threshold, is_tried=is_tried
+        )
+        fresh = new_points(trial(residual), found)
         if is_white and (not len(fresh) or len(points) >= most):
             break
-        if len(fresh):
+        if is_white:
+            points, residual = all_added(trial, residual, points, found, fresh, most=most)
+        elif len(fresh):
             points, residual = added(seen, residual, points, fresh)
         is_white = True
-    points, residual = settled(seen, points, sweeps=LAST_SWEEPS)
+    points, residual = settled(seen, residual, points, sweeps=LAST_SWEEPS)
     least = threshold_of(FALSE_PAIR_PROBABILITY, num_channels=channels)
     points, residual = divided(seen, residual, points, least)
     points, residual = pruned(seen, residual, points, min(least, threshold))
-    kept = standing_out(seen, with_residues(seen, points), threshold, dynamic_range)
+    bodies = Bodies.of(seen, points)
+    kept = standing_out(seen, with_residues(seen, points, bodies), threshold, dynamic_range)
     if len(kept) < len(points):
-        kept, _ = settled(seen, kept, sweeps=LAST_SWEEPS)
+        kept, _ = settled(seen, residual.after(seen, kept), kept, sweeps=LAST_SWEEPS)
         kept = standing_out(seen, kept, threshold, dynamic_range)
     return kept, seen
 
@@ -150,117 +149,40 @@ def with_floors(points: Points, seen_map: CoherentMap, axes: Grid) -> Points:
     return replace(points, floor=own, power=points.power * points.floor / own)
 
 
-def new_points(
-    seen: Observation, residual: Residual, found: Peaks, is_tried: BoolArray, threshold: float
-) -> Points:
-    """The first points that peaks show which have not been tried; none if no peak shows any."""
-    while True:
-        found = found[~is_tried[tuple(found.cell.T)]]
-        fresh = smeared_points(seen, residual, found, is_tried, threshold)
-        fresh = plain_points(seen, residual, found, fresh, is_tried, threshold)
-        if len(fresh) or not np.any(found.is_point):
-            return fresh
-
-
-def plain_points(
-    seen: Observation,
-    residual: Residual,
-    found: Peaks,
-    others: Points,
-    is_tried: BoolArray,
-    threshold: float,
-) -> Points:
-    """The new points ``others``, and those at peaks that show points and have no beats of theirs.
-
-    ``is_tried`` is set at all peaks that are tried.
-    """
-    found = found[found.is_point]
-    chosen = distinct(
-        seen,
-        np.append(others.motion[:, 0], found.range),
-        np.append(others.motion[:, 1], found.range_rate),
-        np.append(others.strength, found.power),
-    )
-    tried = found[chosen[chosen >= len(others)] - len(others)]
-    mark(is_tried, tried)
-    fresh = starts(seen, residual, tried)
-    shown = Agreement.at(seen, residual, fresh)
-    return others + fresh[shown.shows_points(fresh.floor, threshold)]
-
-
-def smeared_points(
-    seen: Observation, residual: Residual, found: Peaks, is_tried: BoolArray, threshold: float
-) -> Points:
-    """New points at the strongest peaks if the very strongest shows none.
-
-    An acceleration may have smeared it: the ramps agree only after its correction, and it succeeds
-    from some of the peaks that the point causes. ``is_tried`` is set at those that show no point.
-    """
-    found = found[np.argsort(-found.power, kind="stable")[:MOST_SMEARED]]
-    if not len(found.power) or found.is_point[0]:
-        return Points.none(seen.samples.shape[0])
-    fresh = starts(seen, residual, found)
-    shown = Agreement.at(seen, residual, fresh)
-    is_point = shown.shows_points(fresh.floor, threshold)
-    mark(is_tried, found[~is_point])
-    best = distinct(seen, fresh.motion[:, 0], fresh.motion[:, 1], shown.power)
-    best = best[is_point[best]]
-    mark(is_tried, found[best])
-    return fresh[best]
-
-
-def mark(is_tried: BoolArray, found: Peaks) -> None:
-    """Set the cells of peaks and those next to them, in place."""
-    for i, j in found.cell:
-        is_tried[max(0, i - 1) : i + 2, max(0, j - 1) : j + 2] = True
-
-
 def strong(
     seen: Observation, residual: Residual, points: Points, threshold: float
 ) -> tuple[Points, Residual]:
-    """The points above the threshold, and the residual to which the others are added again.
-
-    The weights of the residual are those of the observation.
-    """
+    """The points above the threshold, and the residual to which the others are added again."""
     is_weak = points.power < threshold
     if not np.any(is_weak):
-        return points, residual.weighted(seen)
+        return points, residual
     points = points[~is_weak]
-    return points, Residual.of(seen, points)
+    return points, residual.after(seen, points)
 
 
-def distinct(
-    seen: Observation, distance: FloatArray, range_rate: FloatArray, power: FloatArray
-) -> IntArray:
-    """Numbers of the strongest places; none has the beats of a stronger one, as side lobes have."""
-    order = np.argsort(-power, kind="stable")[: 8 * MOST_AT_ONCE]
-    beats = seen.model.beats(distance[order], range_rate[order])
-    times = seen.model.times
-    apart = np.abs(beats[:, None] - beats) * times.num_samples / times.rate
-    is_related = np.mean(apart < CLOSE_BEATS, axis=-1) >= SHARED_BEATS
-    taken: list[int] = []
-    for n, place in enumerate(order):
-        is_bright = power[place] >= GREATEST_SPREAD * power[order[0]]
-        if is_bright and not np.any(is_related[n, taken]):
-            taken.append(n)
-    return order[np.array(taken[:MOST_AT_ONCE], dtype=np.int64)]
+def all_added(
+    trial_of: Callable[[Residual], Trial],
+    residual: Residual,
+    points: Points,
+    found: Peaks,
+    fresh: Points,
+    *,
+    most: int,
+) -> tuple[Points, Residual]:
+    """All points, with ``fresh`` and those that other peaks of one map show after each addition.
 
-
-def starts(seen: Observation, residual: Residual, found: Peaks) -> Points:
-    """Points at the peaks, accelerated where this helps, with the amplitudes that fit there.
-
-    Their floors hold what the bodies leave that are subtracted from the residual.
+    A map takes as long as some additions. Peaks much weaker than the strongest new point wait for
+    the next one, which has the floors that are left then.
     """
-    zero = np.zeros(found.range.size)
-    points = Points(
-        motion=np.stack([found.range, found.range_rate, zero, zero], axis=-1),
-        amplitude=np.zeros((zero.size, seen.samples.shape[0]), dtype=np.complex128),
-        floor=found.floor,
-        sine=zero,
-        power=zero,
-    )
-    points = fitted(seen, residual, accelerated(seen, residual, points))
-    return with_residues(seen, points, residual.points)
+    found = found[found.power >= GREATEST_SPREAD * np.max(fresh.strength)]
+    while len(fresh) and len(points) < most:
+        trial = trial_of(residual)
+        fresh = further_points(trial, found, fresh)
+        points, residual = added(trial.seen, residual, points, fresh)
+        trial = trial_of(residual)
+        found = still_shown(trial, found)
+        fresh, _ = plain_points(trial, found, Points.none(points.amplitude.shape[1]))
+    return points, residual
 
 
 def added(

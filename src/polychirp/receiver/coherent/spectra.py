@@ -25,6 +25,9 @@ from polychirp.receiver.coherent.replicas import BEAT, DRIFT, WEIGHT
 BINS_PER_SAMPLE = 4
 """Length of a ramp's Fourier transform over its number of samples; chosen for interpolation."""
 
+TAPS, ORDERS = 8, 5
+"""Number of bins from which sums are interpolated, as the kernel is written, and of derivatives."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Spectra:
@@ -99,51 +102,58 @@ def _from_middle(samples: Any, counts: Any, size: int) -> Any:  # pragma: no cov
 
 @reordered_inner
 def interpolated_into(  # pragma: no cover - compiled
-    ramps: Any, value: Any, table: Any, track: Any, sums: Any
+    ramps: Any, value: Any, table: Any, track: Any, k: int, work: Any, sums: Any
 ) -> None:
-    r"""Sums over samples without a tone, times powers 0, 1 and 2 of the time and the weights' root.
+    r"""Sums over samples of ramp k without a tone, times powers 0, 1 and 2 of the time.
 
-    With d the rate of the beat, the phase :math:`\pi d u^2` on a ramp is expanded:
-    :math:`S_j = D_j - j\pi d\,D_{j+2} - \tfrac12(\pi d)^2 D_{j+4}` of the derivatives D, as far as
-    the fourth. `signals.moments` is the exact twin.
+    They hold the root of the weight. With d the rate of the beat, the phase :math:`\pi d u^2` on a
+    ramp is expanded: :math:`S_j = D_j - j\pi d\,D_{j+2} - \tfrac12(\pi d)^2 D_{j+4}` of the
+    derivatives D, as far as the fourth. `signals.moments` is the exact twin.
 
     Parameters
     ----------
-    value : of `Spectra`
-    table : coefficients of `lagrange`
+    value : of `Spectra`, their real and imaginary parts in turn, ``(ramp, bin, 2 channels)``
+    table : coefficients of `lagrange`, ``(power, derivative, tap)``
     track : of the tone, as of `Replicas`, ``(6, ramp)``
+    work : memory, ``(TAPS + 2 ORDERS, TAPS or 2 channels, whichever is more)``
     sums : result, its real and imaginary parts, ``(3, 2, channel, ramp)``
     """
-    bins, channels = value.shape[1:]
-    orders, taps, powers = table.shape
+    bins, width = value.shape[1:]
+    share, near, found = work[:ORDERS], work[ORDERS : ORDERS + TAPS], work[ORDERS + TAPS :]
     scale = bins / ramps.rate
-    found = np.empty((orders, channels), dtype=np.complex128)
-    for k in range(track.shape[1]):
-        place = track[BEAT, k] * scale
-        low = int(np.floor(place))
-        x = place - low
-        for d in range(orders):
-            for m in range(channels):
-                found[d, m] = 0.0
-        for t in range(taps):
-            b = (low + t - (taps // 2 - 1)) % bins
-            for d in range(orders):
-                share = 0.0
-                for n in range(powers - 1, -1, -1):
-                    share = share * x + table[d, t, n]
-                for m in range(channels):
-                    found[d, m] += share * value[k, b, m]
-        root, bend = np.sqrt(track[WEIGHT, k]), 1j * np.pi * track[DRIFT, k]
-        for m in range(channels):
-            factor = complex(root, 0.0)
-            for d in range(orders):
-                found[d, m] *= factor
-                factor *= 0.5j * scale / np.pi
-            for d in range(3):
-                one = found[d, m] - bend * found[d + 2, m]
-                if d == 0:
-                    one += 0.5 * bend * bend * found[4, m]
-                sums[d, 0, m, k], sums[d, 1, m, k] = one.real, one.imag
+    place = track[BEAT, k] * scale
+    low = int(np.floor(place))
+    x = place - low
+    for d in range(ORDERS):
+        for t in range(TAPS):
+            one = table[TAPS - 1, d, t]
+            for n in range(TAPS - 2, -1, -1):
+                one = one * x + table[n, d, t]
+            share[d, t] = one
+    b = (low - (TAPS // 2 - 1)) % bins
+    for t in range(TAPS):
+        for i in range(width):
+            near[t, i] = value[k, b, i]
+        b = b + 1 if b + 1 < bins else 0
+    root, bend = np.sqrt(track[WEIGHT, k]), np.pi * track[DRIFT, k]
+    factor = root
+    for d in range(ORDERS):
+        s0, s1, s2, s3 = share[d, 0], share[d, 1], share[d, 2], share[d, 3]
+        s4, s5, s6, s7 = share[d, 4], share[d, 5], share[d, 6], share[d, 7]
+        for i in range(width):
+            low_half = s0 * near[0, i] + s1 * near[1, i] + s2 * near[2, i] + s3 * near[3, i]
+            high_half = s4 * near[4, i] + s5 * near[5, i] + s6 * near[6, i] + s7 * near[7, i]
+            found[d, i] = factor * (low_half + high_half)
+        factor *= 0.5 * scale / np.pi
+    for m in range(width // 2):
+        i, j = 2 * m, 2 * m + 1
+        # the derivative of order d is times j to the power of d
+        sums[0, 0, m, k] = found[0, i] - bend * found[2, j] - 0.5 * bend * bend * found[4, i]
+        sums[0, 1, m, k] = found[0, j] + bend * found[2, i] - 0.5 * bend * bend * found[4, j]
+        sums[1, 0, m, k] = -found[1, j] - bend * found[3, i]
+        sums[1, 1, m, k] = found[1, i] - bend * found[3, j]
+        sums[2, 0, m, k] = -found[2, i] + bend * found[4, j]
+        sums[2, 1, m, k] = -found[2, j] - bend * found[4, i]
 
 
 @reordered

@@ -1,8 +1,9 @@
-r"""A sweep over groups of points: each moves by a step and gets the amplitudes that fit.
+r"""Sweeps over groups of points: each moves by a step and gets the amplitudes that fit.
 
-Groups follow each other: each sees what those before it leave. With a residual r and a change δ of
-a group's signals the power that is left rises by :math:`|r - \delta|^2 - |r|^2 =
--\mathrm{Re}\langle\delta, 2r - \delta\rangle`. A step that would raise it is shortened.
+Groups follow each other: each sees what those before it leave, until no step is worth taking. With
+a residual r and a change δ of a group's signals the power that is left rises by
+:math:`|r - \delta|^2 - |r|^2 = -\mathrm{Re}\langle\delta, 2r - \delta\rangle`. A step that would
+raise it is shortened.
 """
 
 from dataclasses import replace
@@ -25,6 +26,10 @@ from polychirp.receiver.coherent.replicas import (
 )
 from polychirp.receiver.coherent.residual import Left, Residual, left_into, matches
 from polychirp.receiver.coherent.solutions import REGULARISATION, inverse_into
+
+LEAST_STEP_OF_ONE = 1e-7
+"""Fall of the residual's power, as a share of a point's own, for which the point takes a step if no
+other overlaps it; chosen: what is left does not show beside it."""
 
 SHARES_OF_A_STEP = (1.0, 0.5, 0.2, 0.0)
 """Shares of a step that are tried until one lowers the residual; the last fits amplitudes alone."""
@@ -73,15 +78,19 @@ def swept(
     residual: Residual,
     points: Points,
     groups: list[IntArray],
-    least: FloatArray,
+    *,
+    sweeps: int,
+    least_gain: float,
 ) -> tuple[Points, FloatArray]:
-    """Points after a step of each group, and the fall of the residual's power by each, W.
+    """Points after at most ``sweeps`` steps of each group, and the fall of the residual's power, W.
+
+    The fall is that by each group. A group whose power falls by too little stands still from then.
 
     Parameters
     ----------
     residual : that of any points; what these ones leave follows from it
     groups : numbers of the points of each
-    least : expected fall below which a group takes no step, W, ``(group,)``
+    least_gain : least fall by a step that is worth taking, in units of a point's floor
     """
     here = Replicas.of(seen, points)
     same = matches(residual.subtracted, here)
@@ -109,7 +118,7 @@ def swept(
         left=residual.kernel_view(seen),
     )
     fallen = np.zeros(len(groups))
-    _sweep(frame, old, now, moving, members, sizes, least, fallen)
+    _sweep(frame, old, now, moving, members, sizes, sweeps, least_gain, fallen)
     moved = replace(points, motion=moving.motion, amplitude=now.amplitude, power=moving.power)
     return moved, fallen
 
@@ -167,7 +176,8 @@ def _sweep(
     moving: Any,
     members: Any,
     sizes: Any,
-    least: Any,
+    sweeps: int,
+    least_gain: float,
     fallen: Any,
 ) -> None:  # pragma: no cover - compiled
     most, channels, ramps = members.shape[1], now.wave.shape[1], now.track.shape[2]
@@ -185,14 +195,37 @@ def _sweep(
         np.empty((most, channels), dtype=np.complex128),
         np.empty(most, dtype=np.bool_),
     )
-    for g in range(len(members)):
-        own = members[g, : sizes[g]]
-        for j in range(own.size):
-            p = own[j]
-            _left_at(frame, old, now, now, p, work.sums)
-            _match(now.wave[p], work.sums, work.value[j], work.moment[j], work.matched[j])
-        if step_into(frame, now, moving, own, work) >= least[g]:
-            fallen[g] = _moved(frame, old, now, moving, own, work, tried)
+    stands = np.zeros(len(members), dtype=np.bool_)
+    for _ in range(sweeps):
+        for g in range(len(members)):
+            if stands[g]:
+                continue
+            own = members[g, : sizes[g]]
+            least = _least_fall(moving, own, least_gain)
+            for j in range(own.size):
+                p = own[j]
+                _left_at(frame, old, now, now, p, work.sums)
+                _match(now.wave[p], work.sums, work.value[j], work.moment[j], work.matched[j])
+            fall = 0.0
+            if step_into(frame, now, moving, own, work) >= least:
+                fall = _moved(frame, old, now, moving, own, work, tried)
+            fallen[g] += fall
+            stands[g] = fall < least
+
+
+@reordered_inner
+def _least_fall(moving: Any, own: Any, least_gain: float) -> float:  # pragma: no cover - compiled
+    """Fall of the residual's power by a group's step that is worth taking, W.
+
+    The floor beside a strong point holds its own side lobes until it is subtracted. A point alone
+    has only a few steps to its place, and takes them whatever this floor is.
+    """
+    least = np.inf
+    for p in own:
+        least = min(least, least_gain * moving.floor[p])
+    if own.size > 1:
+        return least
+    return float(min(least, LEAST_STEP_OF_ONE * moving.power[own[0]] * moving.floor[own[0]]))
 
 
 @reordered_inner

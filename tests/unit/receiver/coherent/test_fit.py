@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from polychirp.constants import SPEED_OF_LIGHT
-from polychirp.receiver.coherent.acceleration import accelerated
+from polychirp.receiver.coherent import acceleration
+from polychirp.receiver.coherent.acceleration import Accelerations, accelerated
 from polychirp.receiver.coherent.least_squares import fitted
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.overlap import groups_of
@@ -64,6 +65,11 @@ def with_amplitudes(seen, points):
     return fitted(seen, Residual.of(seen, NOTHING), points)
 
 
+def fitted_to_the_end(seen, points, **options):
+    """The points after all steps, and what they leave."""
+    return settled(seen, Residual.of(seen, points), points, **options)
+
+
 def drawn(count, seed=3):
     draw = np.random.default_rng(seed)
     low, high = [2.0, -30.0, -10.0, -0.3], [30.0, 30.0, 40.0, 0.3]
@@ -113,11 +119,28 @@ def test_the_fall_by_a_sweep_is_that_of_exact_residuals():
     away = np.array([[0.004, 0.002, 0.0], [0.0, 0.003, 0.0], [-0.01, 0.004, 0.0]])
     points = with_amplitudes(seen, points_at(seen, true + away))
     before = Residual.of(seen, points)
-    moved, fallen = swept(seen, before, points, [np.arange(2), np.array([2])], np.zeros(2))
+    moved, fallen = swept(
+        seen, before, points, [np.arange(2), np.array([2])], sweeps=1, least_gain=0.0
+    )
     after = Residual.of(seen, moved)
     assert np.all(fallen > 0.0)
     assert fallen.sum() == pytest.approx(before.energy - after.energy, rel=0.02)
     assert after.energy < 0.1 * before.energy
+
+
+def test_sweeps_end_where_steps_are_not_worth_taking():
+    """The second sweep sees what the first has left; after the last step, more change nothing."""
+    seen = observed([NEAR, BESIDE], noise=1.0)
+    true = in_the_middle(seen, [NEAR, BESIDE])
+    points = with_amplitudes(seen, points_at(seen, true + np.array([0.05, 0.02, 0.0]), floor=1e-3))
+    before = Residual.of(seen, points)
+
+    def swept_by(sweeps, least_gain=0.5):
+        return swept(seen, before, points, [np.arange(2)], sweeps=sweeps, least_gain=least_gain)
+
+    falls = [swept_by(n)[1][0] for n in (1, 2, 40, 50)]
+    assert falls[0] < falls[1] < falls[2] == falls[3]
+    assert swept_by(5, least_gain=1e12)[1][0] == 0.0
 
 
 def test_moments_are_sums_over_samples():
@@ -163,6 +186,8 @@ def test_the_residual_after_a_change_is_that_of_the_new_points():
     found, exact = Residual.of(seen, points).after(seen, others), Residual.of(seen, others)
     assert found.samples == pytest.approx(exact.samples, abs=1e-9)
     assert found.energy == pytest.approx(exact.energy, rel=1e-6)
+    after = Residual.of(seen, points).energy_after(seen, others)
+    assert after == pytest.approx(exact.energy, rel=1e-6)
 
 
 def test_correlations_give_the_fall_of_the_energy():
@@ -198,7 +223,7 @@ def test_steps_of_groups_are_those_of_all_samples():
     points = with_amplitudes(seen, points_at(seen, true + away))
     points = replace(points, amplitude=points.amplitude * np.array([[0.9], [0.95 + 0.1j]]))
     residual = Residual.of(seen, points)
-    moved, _ = swept(seen, residual, points, [np.arange(2)], np.zeros(1))
+    moved, _ = swept(seen, residual, points, [np.arange(2)], sweeps=1, least_gain=0.0)
     step = (moved.motion - points.motion)[:, :2]
     assert step == pytest.approx(slow_step(seen, points, residual), abs=4e-4)
 
@@ -237,7 +262,7 @@ def test_an_ideal_point_is_subtracted_to_below_minus_80_db():
     """The beats, the phases between elements over the band, and the growth with 1/R² fit."""
     seen = observed([NEAR], noise=1e-14)
     points = points_at(seen, in_the_middle(seen, [NEAR]), floor=1e-14)
-    _, left = settled(seen, with_amplitudes(seen, points))
+    _, left = fitted_to_the_end(seen, with_amplitudes(seen, points))
     residual = left.samples
     assert np.vdot(residual, residual).real < 1e-8 * np.vdot(seen.samples, seen.samples).real
 
@@ -271,7 +296,7 @@ def test_two_points_in_a_cell_are_fitted_to_their_places():
     seen = observed([NEAR, BESIDE])
     true = in_the_middle(seen, [NEAR, BESIDE])
     start = points_at(seen, true + np.array([[0.02, 0.01, -1.0], [-0.02, 0.01, 1.0]]))
-    points, _ = settled(seen, with_amplitudes(seen, start), sweeps=12)
+    points, _ = fitted_to_the_end(seen, with_amplitudes(seen, start), sweeps=12)
     assert points.motion[:, 0] == pytest.approx(true[:, 0], abs=1e-4)
     assert points.motion[:, 1] == pytest.approx(true[:, 1], abs=1e-3)
     assert np.sum(np.abs(points.amplitude) ** 2, axis=1) == pytest.approx([4.0, 4.0], rel=0.05)
@@ -283,7 +308,7 @@ def test_a_fit_never_raises_the_residual():
     wild = points_at(seen, np.array([[0.2, 30.0, 50.0], [0.3, -31.0, 90.0]]), floor=1.0)
     wild = replace(wild, amplitude=wild.amplitude + 3.0)
     residual = Residual.of(seen, wild)
-    _, after = settled(seen, wild)
+    _, after = fitted_to_the_end(seen, wild)
     assert after.energy <= residual.energy
 
 
@@ -313,7 +338,7 @@ def test_a_point_that_its_neighbour_replaces_is_pruned():
     seen = observed([NEAR], noise=1.0)
     true = in_the_middle(seen, [NEAR])
     twice = points_at(seen, np.vstack([true, true + np.array([0.005, 0.002, 0.0])]), floor=1.0)
-    twice, residual = settled(seen, with_amplitudes(seen, twice))
+    twice, residual = fitted_to_the_end(seen, with_amplitudes(seen, twice))
     left, _ = pruned(seen, residual, twice, threshold=25.0)
     assert len(left) == 1
     assert left.motion[0, 0] == pytest.approx(true[0, 0], abs=0.005)
@@ -322,7 +347,7 @@ def test_a_point_that_its_neighbour_replaces_is_pruned():
 def test_pruning_keeps_two_points():
     seen = observed([NEAR, BESIDE], noise=0.01)
     points = points_at(seen, in_the_middle(seen, [NEAR, BESIDE]), floor=0.01)
-    points, residual = settled(seen, with_amplitudes(seen, points))
+    points, residual = fitted_to_the_end(seen, with_amplitudes(seen, points))
     assert len(pruned(seen, residual, points, threshold=25.0)[0]) == 2
 
 
@@ -338,7 +363,7 @@ def test_a_point_that_stands_for_two_is_divided(phase):
     both = without(seen, seen.samples, replace(true, amplitude=-turned))
     seen = replace(seen, samples=both)
     middle = points_at(seen, true.motion[:1, :3] + [[0.5 * cell, 0.0, 0.0]], floor=1.0)
-    one, residual = settled(seen, with_amplitudes(seen, middle))
+    one, residual = fitted_to_the_end(seen, with_amplitudes(seen, middle))
     found, _ = divided(seen, residual, one, threshold=20.0)
     assert len(found) == 2
     assert np.ptp(found.motion[:, 0]) == pytest.approx(cell, rel=0.35)
@@ -349,7 +374,7 @@ def test_a_lone_point_is_not_divided():
         one = frame_of(RAMPS, [replace(NEAR, power=1.0)], noise=1.0, seed=seed)
         seen = Observation.of(one, mitigated(None, one))
         points = points_at(seen, in_the_middle(seen, [NEAR]), floor=1.0)
-        points, residual = settled(seen, with_amplitudes(seen, points))
+        points, residual = fitted_to_the_end(seen, with_amplitudes(seen, points))
         assert len(divided(seen, residual, points, threshold=20.0)[0]) == 1
 
 
@@ -360,14 +385,31 @@ def test_an_acceleration_is_found_from_the_motion_without_it(acceleration):
     seen = observed([point], noise=1.0)
     true = in_the_middle(seen, [point])
     start = points_at(seen, true * [1.0, 1.0, 0.0], floor=1.0)
-    found = accelerated(seen, Residual.of(seen, NOTHING), start).motion[0]
+    found = accelerated(seen, Residual.of(seen, NOTHING), start, Accelerations.of(seen)).motion[0]
     assert found[2] == pytest.approx(true[0, 2], abs=5.0)
     assert found[1] == pytest.approx(true[0, 1], abs=0.1)
 
 
 def test_no_new_points_have_no_accelerations():
     seen = observed([], noise=1.0)
-    assert len(accelerated(seen, Residual.of(seen, NOTHING), NOTHING)) == 0
+    assert len(accelerated(seen, Residual.of(seen, NOTHING), NOTHING, Accelerations.of(seen))) == 0
+
+
+def test_no_acceleration_is_looked_for_where_all_power_adds_up_without(monkeypatch):
+    """A point without acceleration has no more power to gain; one of 20 m/s² has."""
+    searched = []
+
+    def best(seen, residual, points, *_, **__):
+        searched.append(len(points))
+        return points
+
+    monkeypatch.setattr(acceleration, "_best", best)
+    for value in (0.0, 20.0):
+        point = HandPoint(range=5.0, range_rate=-9.0, acceleration=value, spreads=True)
+        seen = observed([point], noise=1e-3)
+        start = points_at(seen, in_the_middle(seen, [point]) * [1.0, 1.0, 0.0], floor=1e-3)
+        accelerated(seen, Residual.of(seen, NOTHING), start, Accelerations.of(seen))
+    assert searched == [0, 0, 1, 0]
 
 
 def test_an_accelerated_point_is_found_from_a_range_that_is_wrong_by_a_cell():
@@ -376,6 +418,6 @@ def test_an_accelerated_point_is_found_from_a_range_that_is_wrong_by_a_cell():
     seen = observed([point], noise=1e-3)
     true = in_the_middle(seen, [point])
     start = points_at(seen, true * [1.0, 1.0, 0.0] + [seen.range_cell, 0.0, 0.0], floor=1e-3)
-    found = accelerated(seen, Residual.of(seen, NOTHING), start).motion[0]
+    found = accelerated(seen, Residual.of(seen, NOTHING), start, Accelerations.of(seen)).motion[0]
     assert found[0] == pytest.approx(true[0, 0], abs=0.3 * seen.range_cell)
     assert found[2] == pytest.approx(true[0, 2], abs=5.0)

@@ -9,8 +9,8 @@ from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.points import Points, without
 from polychirp.receiver.coherent.replicas import BEAT, Replicas, total_products
 from polychirp.receiver.coherent.residue import (
+    Bodies,
     bodies,
-    residues,
     side_lobes,
     unexplained,
     with_residues,
@@ -56,6 +56,11 @@ def drawn_body(draw, count=4):
     power = np.append(draw.uniform(0.5, 1.0, count), 0.1)
     seen = observed()
     return seen, points_at(seen, motion, drawn_amplitudes(draw, power))
+
+
+def residues(seen, points):
+    """Noise power that the bodies among points leave at them."""
+    return Bodies.of(seen, points).residues(seen, points)
 
 
 def signals(seen, points):
@@ -117,7 +122,7 @@ def test_errors_that_differ_between_ramps_add_up_as_the_residue_says():
     draw = np.random.default_rng(73)
     seen, points = drawn_body(draw)
     body, alone = points[np.arange(4)], points[np.array([4])]
-    stated = residues(seen, points, points)[4]
+    stated = residues(seen, points)[4]
     here = Replicas.of(seen, body)
     energy = unexplained(total_products(seen, here, here), body.amplitude)
     leader = body[np.argsort(-body.strength)[:1]]
@@ -139,7 +144,7 @@ def test_points_with_cells_of_their_own_leave_nothing():
     seen = observed()
     motion = np.column_stack([6.0 + 12 * CELL[0] * np.arange(10), draw.uniform(-9.0, 9.0, 10)])
     points = points_at(seen, motion, drawn_amplitudes(draw, 10 ** draw.uniform(-6, 0, 10)))
-    assert np.all(residues(seen, points, points) == 0.0)
+    assert np.all(residues(seen, points) == 0.0)
 
 
 def test_a_weak_point_is_no_error_of_a_strong_one_in_its_own_cell():
@@ -148,13 +153,13 @@ def test_a_weak_point_is_no_error_of_a_strong_one_in_its_own_cell():
     seen = observed()
     motion = np.array([[12.0, 3.0], [12.0 + 0.7 * CELL[0], 3.0]])
     points = points_at(seen, motion, drawn_amplitudes(draw, [1.0, 0.01]))
-    assert np.all(residues(seen, points, points) == 0.0)
+    assert np.all(residues(seen, points) == 0.0)
 
 
 def test_floors_hold_the_residues_and_strengths_stay():
     seen, points = drawn_body(np.random.default_rng(76))
-    after = with_residues(seen, points, points)
-    assert after.floor == pytest.approx(points.floor + residues(seen, points, points))
+    after = with_residues(seen, points, Bodies.of(seen, points))
+    assert after.floor == pytest.approx(points.floor + residues(seen, points))
     assert after.strength == pytest.approx(points.strength)
     assert after.floor[4] > points.floor[4]
 

@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.fft import next_fast_len
 
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.points import Points
-from polychirp.receiver.coherent.residual import BINS_FOR_ENERGY, Residual
+from polychirp.receiver.coherent.residual import Residual
 from polychirp.receiver.coherent.spectra import Spectra
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.rng import Streams
@@ -63,8 +64,8 @@ def test_energies_hold_the_weights_of_frequencies_and_the_mixing_of_channels():
     weight = draw.uniform(size=(RAMPS.num_ramps, 24))
     seen = replace(seen, mixing=mixing, weight=weight)
     residual = Residual.of(seen, Points.none(4))
-    value = residual.spectra.value[:, ::BINS_FOR_ENERGY].astype(np.complex128)
-    share = weight[:, np.rint(np.arange(value.shape[1]) * 24 / value.shape[1]).astype(int) % 24]
-    power = np.sum(np.abs(value @ mixing.T) ** 2, axis=-1)
-    slow = np.sum(power * share) / value.shape[1]
-    assert residual.energy == pytest.approx(slow, rel=1e-6)
+    bins = next_fast_len(seen.samples.shape[2])
+    value = np.fft.fft(seen.samples, bins, axis=2)
+    share = weight[:, np.rint(np.arange(bins) * 24 / bins).astype(int) % 24]
+    power = np.sum(np.abs(np.einsum("ab,bkn->akn", mixing, value)) ** 2, axis=0)
+    assert residual.energy == pytest.approx(np.sum(power * share) / bins, rel=1e-6)

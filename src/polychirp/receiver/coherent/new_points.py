@@ -1,0 +1,201 @@
+"""New points at the peaks of a map, before they are fitted together with all others.
+
+A peak is tried once in a search. It gives a new point if the residual there, after a search of the
+acceleration, has the power of a point and all ramps agree that it is one.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from polychirp.axes import BoolArray, FloatArray, IntArray
+from polychirp.receiver.coherent.acceleration import Accelerations, accelerated
+from polychirp.receiver.coherent.agreement import Agreement
+from polychirp.receiver.coherent.least_squares import fitted
+from polychirp.receiver.coherent.observation import Observation
+from polychirp.receiver.coherent.peaks import Peaks
+from polychirp.receiver.coherent.points import Points
+from polychirp.receiver.coherent.residual import Residual
+from polychirp.receiver.coherent.residue import Bodies, with_residues
+
+MOST_AT_ONCE = 20
+"""Greatest number of new points that are added together; chosen."""
+
+MOST_SMEARED = 8
+"""Number of the strongest peaks that are tried together if they show no points; chosen."""
+
+MOST_AGAIN = 150
+"""Number of peaks that are measured again after others are subtracted; chosen: fewer are left after
+the first points."""
+
+GREATEST_SPREAD = 0.01
+"""Least power of a new point over the strongest new one of a map; chosen: most side lobes are
+below, and noise is measured anew for the next map."""
+
+SHARED_BEATS = 0.2
+"""Share of the ramps on which a peak may have the beats of a stronger new one; chosen: peaks of one
+point's up-beats alone have one half of the ramps in common with it."""
+
+CLOSE_BEATS = 3.0
+"""Difference of two beats, in resolutions of a ramp, below which they count as the same; chosen."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Trial:
+    """A trial of peaks: the residual that shows them, and what is looked for in it.
+
+    Parameters
+    ----------
+    bodies : those that are subtracted from the residual
+    accelerations : that are looked for
+    threshold : power of a point over its floor
+    is_tried : mask of the map's cells that have been tried, ``(range rate, range)``, which trials
+        set in place
+    """
+
+    seen: Observation
+    residual: Residual
+    bodies: Bodies
+    accelerations: Accelerations
+    threshold: float
+    is_tried: BoolArray
+
+    @classmethod
+    def of(
+        cls,
+        seen: Observation,
+        residual: Residual,
+        accelerations: Accelerations,
+        *,
+        threshold: float,
+        is_tried: BoolArray,
+    ) -> "Trial":
+        """The trial of peaks that a residual shows."""
+        return cls(
+            seen=seen,
+            residual=residual,
+            bodies=Bodies.of(seen, residual.points),
+            accelerations=accelerations,
+            threshold=threshold,
+            is_tried=is_tried,
+        )
+
+    def left(self, found: Peaks) -> Peaks:
+        """The peaks that have not been tried."""
+        return found[~self.is_tried[tuple(found.cell.T)]]
+
+    def mark(self, found: Peaks) -> None:
+        """Set the cells of peaks and those next to them as tried."""
+        for i, j in found.cell:
+            self.is_tried[max(0, i - 1) : i + 2, max(0, j - 1) : j + 2] = True
+
+    def starts(self, found: Peaks) -> tuple[Points, BoolArray]:
+        """Points at the peaks, accelerated where this helps, and a mask of those that are points.
+
+        They have the amplitudes that fit there. Their floors hold what the bodies leave that are
+        subtracted from the residual.
+        """
+        start = accelerated(self.seen, self.residual, _at(found, self.seen), self.accelerations)
+        start = with_residues(self.seen, fitted(self.seen, self.residual, start), self.bodies)
+        shown = Agreement.at(self.seen, self.residual, start)
+        return start, shown.shows_points(start.floor, self.threshold)
+
+
+def _at(found: Peaks, seen: Observation) -> Points:
+    """Points without amplitudes at peaks."""
+    zero = np.zeros(found.range.size)
+    return Points(
+        motion=np.stack([found.range, found.range_rate, zero, zero], axis=-1),
+        amplitude=np.zeros((zero.size, seen.samples.shape[0]), dtype=np.complex128),
+        floor=found.floor,
+        sine=zero,
+        power=zero,
+    )
+
+
+def new_points(trial: Trial, found: Peaks) -> Points:
+    """The first points that peaks show which have not been tried; none if no peak shows any."""
+    while True:
+        found = trial.left(found)
+        fresh, _ = plain_points(trial, found, smeared_points(trial, found))
+        if len(fresh) or not np.any(found.is_point):
+            return fresh
+
+
+def further_points(trial: Trial, found: Peaks, fresh: Points) -> Points:
+    """The new points ``fresh``, and all that other peaks show.
+
+    Peaks that share beats are tried one after the other, until one of them is a point.
+    """
+    is_any = True
+    while is_any and len(fresh) < MOST_AT_ONCE:
+        fresh, is_any = plain_points(trial, trial.left(found), fresh)
+    return fresh
+
+
+def plain_points(trial: Trial, found: Peaks, fresh: Points) -> tuple[Points, bool]:
+    """The new points ``fresh``, those at peaks without their beats, and if any has been tried."""
+    is_bright = found.power >= GREATEST_SPREAD * np.max(fresh.strength, initial=0.0)
+    found = found[found.is_point & is_bright]
+    shared = shares_beats(trial.seen, _motion(found), fresh.motion)
+    found = found[~np.any(shared, axis=1)]
+    tried = found[distinct(trial.seen, _motion(found), found.power)]
+    trial.mark(tried)
+    start, is_point = trial.starts(tried)
+    return fresh + start[is_point], len(start) > 0
+
+
+def smeared_points(trial: Trial, found: Peaks) -> Points:
+    """New points at the strongest peaks if the very strongest shows none.
+
+    An acceleration may have smeared it: the ramps agree only after its correction, and it succeeds
+    from some of the peaks that the point causes. Peaks that show no point are marked as tried.
+    """
+    found = found[np.argsort(-found.power, kind="stable")[:MOST_SMEARED]]
+    if not len(found.power) or found.is_point[0]:
+        return Points.none(trial.seen.samples.shape[0])
+    start, is_point = trial.starts(found)
+    trial.mark(found[~is_point])
+    start, found = start[is_point], found[is_point]
+    best = distinct(trial.seen, start.motion, start.strength)
+    trial.mark(found[best])
+    return start[best]
+
+
+def still_shown(trial: Trial, found: Peaks) -> Peaks:
+    """The strongest peaks at which the residual still shows points."""
+    found = trial.left(found[found.is_point])
+    found = found[np.argsort(-found.power, kind="stable")[:MOST_AGAIN]]
+    shown = Agreement.at(trial.seen, trial.residual, _at(found, trial.seen))
+    ratio = shown.power / found.floor
+    is_point = (ratio > trial.threshold) & shown.shows_points(found.floor, trial.threshold)
+    return replace(found, ratio=ratio)[is_point]
+
+
+def distinct(seen: Observation, motion: FloatArray, power: FloatArray) -> IntArray:
+    """Numbers of the strongest places; none has the beats of a stronger one, as side lobes have.
+
+    Parameters
+    ----------
+    motion : range, m, and range rate, m/s, in the first columns, ``(place, …)``
+    power : W, ``(place,)``
+    """
+    order = np.argsort(-power, kind="stable")[: 8 * MOST_AT_ONCE]
+    shared = shares_beats(seen, motion[order], motion[order])
+    taken: list[int] = []
+    for n, place in enumerate(order):
+        is_bright = power[place] >= GREATEST_SPREAD * power[order[0]]
+        if is_bright and not np.any(shared[n, taken]):
+            taken.append(n)
+    return order[np.array(taken[:MOST_AT_ONCE], dtype=np.int64)]
+
+
+def shares_beats(seen: Observation, motion: FloatArray, others: FloatArray) -> BoolArray:
+    """Mask of pairs of places that have the same beats on many ramps, ``(place, other place)``."""
+    here, there = (seen.model.beats(one[:, 0], one[:, 1]) for one in (motion, others))
+    cells = (here[:, None] - there) * seen.model.times.num_samples / seen.model.times.rate
+    return np.asarray(np.mean(np.abs(cells) < CLOSE_BEATS, axis=-1) >= SHARED_BEATS)
+
+
+def _motion(found: Peaks) -> FloatArray:
+    return np.stack([found.range, found.range_rate], axis=-1)

@@ -1,0 +1,120 @@
+"""Peaks that are tried as new points, once and one after the other where they share beats."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from polychirp.receiver.coherent.acceleration import Accelerations
+from polychirp.receiver.coherent.chain import CoherentReceiver
+from polychirp.receiver.coherent.coherent_map import coherent_map, map_axes
+from polychirp.receiver.coherent.new_points import (
+    MOST_SMEARED,
+    Trial,
+    distinct,
+    further_points,
+    new_points,
+    shares_beats,
+    smeared_points,
+    still_shown,
+)
+from polychirp.receiver.coherent.observation import Observation
+from polychirp.receiver.coherent.peaks import peaks
+from polychirp.receiver.coherent.points import Points
+from polychirp.receiver.coherent.profiles import Profiles
+from polychirp.receiver.coherent.refinement import settled
+from polychirp.receiver.coherent.residual import Residual
+from polychirp.receiver.mitigation.base import mitigated
+from polychirp.rng import Streams
+from polychirp.waveform import DiverseTriangular, Triangular
+from tests.support.points import HandPoint, frame_of
+
+RAMPS = DiverseTriangular().schedule(num_sweeps=8, streams=Streams(4))
+STRONG = HandPoint(range=12.3, range_rate=-7.7, azimuth=0.2, power=10.0, spreads=True)
+WEAK = HandPoint(range=21.0, range_rate=4.0, azimuth=-0.3, power=1.0, spreads=True)
+THRESHOLD = 25.0
+NOTHING = Points.none(4)
+
+
+def shown(points):
+    """The peaks of a map, and a trial of them."""
+    frame = frame_of(RAMPS, points, noise=1.0, seed=1)
+    seen = Observation.of(frame, mitigated(None, frame))
+    axes = map_axes(seen, CoherentReceiver())
+    residual = Residual.of(seen, NOTHING)
+    whole = coherent_map(seen, Profiles.of(seen, residual.spectra, axes))
+    trial = Trial.of(
+        seen,
+        residual,
+        Accelerations.of(seen),
+        threshold=THRESHOLD,
+        is_tried=np.zeros(whole.power.shape, dtype=bool),
+    )
+    return peaks(whole, axes, THRESHOLD), trial
+
+
+def ranges(points):
+    return sorted(points.motion[:, 0])
+
+
+def test_points_far_from_each_other_are_found_together():
+    found, trial = shown([STRONG, WEAK])
+    assert ranges(new_points(trial, found)) == pytest.approx([12.3, 21.0], abs=0.3)
+
+
+def test_what_has_been_tried_is_not_tried_again():
+    found, trial = shown([STRONG, WEAK])
+    new_points(trial, found)
+    same = found[np.abs(found.range - 21.0) < 0.1]
+    assert np.any(same.is_point)
+    assert len(further_points(trial, same[same.ratio > 0.9 * same.ratio.max()], NOTHING)) == 0
+
+
+def test_no_point_is_new_where_a_stronger_new_one_has_its_beats():
+    found, trial = shown([STRONG])
+    near = found[np.abs(found.range - 12.3) < 1.0]
+    fresh = further_points(trial, near, NOTHING)
+    assert len(fresh) == 1
+    assert np.sum(np.abs(near.range - 12.3) < 1.0) > 1
+
+
+def test_peaks_of_what_is_subtracted_are_not_shown_any_more():
+    """The weak point stays, and a peak that was none of a point does not become one."""
+    found, trial = shown([STRONG, WEAK])
+    fresh = new_points(trial, found)
+    first = fresh[np.argsort(-fresh.strength)[:1]]
+    _, left = settled(trial.seen, Residual.of(trial.seen, first), first)
+    again = replace(trial, residual=left, is_tried=np.zeros_like(trial.is_tried))
+    before, after = still_shown(again, found[~found.is_point]), still_shown(again, found)
+    assert len(before.range) == 0
+    assert np.any(np.abs(after.range - 21.0) < 0.3)
+    assert not np.any(np.abs(after.range - 12.3) < 0.3)
+
+
+def test_peaks_that_show_no_points_are_tried_where_the_strongest_is_one_of_them():
+    found, trial = shown([STRONG])
+    assert len(smeared_points(trial, found)) == 0
+    assert not np.any(trial.is_tried)
+    hidden = replace(found, is_point=np.zeros_like(found.is_point))
+    assert ranges(smeared_points(trial, hidden)) == pytest.approx([12.3], abs=0.3)
+    order = np.argsort(-found.power)[:MOST_SMEARED]
+    assert np.mean(trial.is_tried[tuple(found.cell[order].T)]) > 0.5
+
+
+def test_places_share_beats_if_rising_ramps_alone_have_the_same():
+    """The range changes a rising ramp's beat as much as the range rate changes it back."""
+    ramps = Triangular(bandwidth=1e9, ramp_duration=1e-3).schedule(num_sweeps=8, streams=Streams(4))
+    frame = frame_of(ramps, [], noise=1.0)
+    seen = Observation.of(frame, mitigated(None, frame))
+    here = np.array([[12.0, 3.0]])
+    rate = -2.0 * np.max(ramps.slope) / float(seen.frequency.mean())
+    assert shares_beats(seen, here, here).all()
+    assert shares_beats(seen, here, here + np.array([2.0, rate])).all()
+    assert not shares_beats(seen, here, here + np.array([2.0, 0.0])).any()
+
+
+def test_distinct_places_are_the_strongest_ones():
+    _, trial = shown([])
+    motion = np.array([[12.0, 3.0], [12.05, 3.0], [18.0, 3.0], [25.0, -3.0]])
+    power = np.array([1.0, 2.0, 0.5, 0.001])
+    assert distinct(trial.seen, motion, power).tolist() == [1, 2]
