@@ -47,6 +47,8 @@ class AutoReceiver(SearchSettings):
     that rise and fall tell speeds by their beats, which the joint receiver uses. The coherent
     receiver reads all others.
 
+    It chooses `RangeDoppler`, the joint receiver or `CoherentReceiver`.
+
     Parameters
     ----------
     dynamic_range : as of the receiver that is chosen; None for its own default
