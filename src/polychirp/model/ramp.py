@@ -196,10 +196,11 @@ def continuous_phase(
 
     Examples
     --------
-    >>> continuous_phase(
-    ...     duration=np.full(2, 1e-5), start_frequency=np.full(2, 79.00006e9), slope=np.full(2, 1.2e13)
-    ... ).round(6)
-    array([0., 0.6])
+    >>> start, slope = np.full(2, 79.00006e9), np.full(2, 1.2e13)
+    >>> duration = np.full(2, 1e-5)
+    >>> phase = continuous_phase(duration=duration, start_frequency=start, slope=slope)
+    >>> phase.round(6)
+    array([0. , 0.6])
     """
     advance = start_frequency * duration + 0.5 * slope * duration**2
     return np.concatenate([[0.0], np.cumsum(advance)[:-1]]) % 1.0
