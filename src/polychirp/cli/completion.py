@@ -45,7 +45,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _mark_paths(parser: argparse.ArgumentParser) -> None:
-    """Tell shtab, by an attribute that it reads, which arguments are paths."""
+    """Mark the arguments that are paths by an attribute that shtab reads."""
     import shtab
 
     for action in parser._actions:  # argparse has no public list of a parser's arguments
