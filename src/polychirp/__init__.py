@@ -1,45 +1,46 @@
 """Simulator of mutual interference between FMCW automotive radars in ray-traced traffic.
 
-Each public name is imported when it is first used, so that ``import polychirp`` is fast.
+``__init__.pyi`` lists the public names with their modules, once for type checkers and for this
+module. Each name is imported when it is first used, so that ``import polychirp`` is fast.
 """
 
+from functools import cache
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
-if TYPE_CHECKING:
-    from polychirp.config.load import load_study as load_study
-    from polychirp.receiver.coherent.chain import CoherentReceiver as CoherentReceiver
-    from polychirp.receiver.mitigation.blanking import Blanking as Blanking
-    from polychirp.study.paper.scenarios import paper_study as paper_study
-    from polychirp.study.paper.scenarios import run_paper as run_paper
-    from polychirp.study.spec import Study as Study
-    from polychirp.study.spec import StudyRadar as StudyRadar
-    from polychirp.study.store.load import load_run as load_run
-    from polychirp.study.trial import run_trial as run_trial
+_RENAMED: dict[str, tuple[str, str]] = {}
+"""Deprecated names: for each the name that replaces it, and the version that removes the old one.
+docs/reference/api.md states the rule."""
 
-_HOMES = {
-    "Blanking": "polychirp.receiver.mitigation.blanking",
-    "CoherentReceiver": "polychirp.receiver.coherent.chain",
-    "Study": "polychirp.study.spec",
-    "StudyRadar": "polychirp.study.spec",
-    "load_run": "polychirp.study.store.load",
-    "load_study": "polychirp.config.load",
-    "paper_study": "polychirp.study.paper.scenarios",
-    "run_paper": "polychirp.study.paper.scenarios",
-    "run_trial": "polychirp.study.trial",
-}
-"""Module of every public name."""
 
-__all__ = ["Blanking", "CoherentReceiver", "Study", "StudyRadar", "load_run", "load_study"]
-__all__ += ["paper_study", "run_paper", "run_trial"]
+@cache
+def _homes() -> dict[str, str]:
+    """Module of every public name, from the lines ``from MODULE import NAME as NAME``."""
+    lines = Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8").splitlines()
+    words = [line.split() for line in lines if line.startswith("from ")]
+    return {name: module for _, module, _, name, *_ in words}
 
 
 def __getattr__(name: str) -> Any:
     """Import a public name from its module."""
-    if name not in _HOMES:
+    if name == "__all__":
+        return __dir__()
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("polychirp")
+    if name in _RENAMED:
+        from polychirp.deprecation import warn_deprecated
+
+        new, removed_in = _RENAMED[name]
+        warn_deprecated(f"polychirp.{name}", new=f"polychirp.{new}", removed_in=removed_in)
+        name = new
+    # an underscore begins no public name, and Python looks up many such names
+    if name.startswith("_") or name not in _homes():
         raise AttributeError(f"module 'polychirp' has no attribute '{name}'")
-    return getattr(import_module(_HOMES[name]), name)
+    return getattr(import_module(_homes()[name]), name)
 
 
 def __dir__() -> list[str]:
-    return sorted(_HOMES)
+    return sorted(_homes())

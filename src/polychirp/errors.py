@@ -5,37 +5,55 @@ from typing import ClassVar
 
 
 class PolychirpError(Exception):
-    """Base of all errors that polychirp raises on purpose; the message is one sentence."""
+    """Base of all errors that polychirp raises on purpose; the message is one sentence.
+
+    `InputError`, `PhysicsError`, `CapabilityError` and `RunError` are its kinds.
+    """
 
     exit_code: ClassVar[int] = 4
 
 
 class InputError(PolychirpError, ValueError):
-    """An input that cannot be used; the message says what is wrong, where, and what works."""
+    """An input that cannot be used; the message says what is wrong, where, and what works.
+
+    It is a `PolychirpError`.
+    """
 
     exit_code = 2
 
 
 class PhysicsError(PolychirpError, ValueError):
-    """A well-formed request that is physically impossible."""
+    """A well-formed request that is physically impossible.
+
+    It is a `PolychirpError`.
+    """
 
     exit_code = 3
 
 
 class CapabilityError(PolychirpError):
-    """A request that the chosen engine cannot meet; the message names an engine that can."""
+    """A request that the chosen engine cannot meet; the message names an engine that can.
+
+    It is a `PolychirpError`.
+    """
 
     exit_code = 3
 
 
 class RunError(PolychirpError, RuntimeError):
-    """A failure during a run; results that were computed before are kept."""
+    """A failure during a run; results that were computed before are kept.
+
+    It is a `PolychirpError`.
+    """
 
     exit_code = 4
 
 
 class ModelWarning(UserWarning):
-    """A warning that a model is used outside its range of validity; the message names the limit."""
+    """A warning that a model is used outside its range of validity; the message names the limit.
+
+    `check` warns so before a study runs.
+    """
 
 
 def short(text: str) -> str:

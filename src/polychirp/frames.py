@@ -14,6 +14,11 @@ class Pose(Spec):
     """Position and orientation of a body: yaw about z, then pitch about y, then roll about x.
 
     Positive pitch raises the nose (a rotation by −pitch about y in the right-hand sense).
+
+    Examples
+    --------
+    >>> Pose(x=10.0, yaw=np.pi / 2).to_outer(np.array([2.0, 0.0, 0.0])).round(9) + 0.0
+    array([10.,  2.,  0.])
     """
 
     x: Metres = 0.0

@@ -35,6 +35,7 @@ from queue import SimpleQueue
 from threading import Thread
 from typing import IO, Any, Final, cast
 
+from polychirp.file_locks import try_to_lock, wait_for_lock
 from polychirp.threads import num_cores
 
 PACKAGE: Final = Path(__file__).parent
@@ -483,22 +484,15 @@ _HELD_LOCKS: Final[set[Path]] = set()
 
 @contextmanager
 def _locked(path: Path, *, say: str = "") -> Iterator[None]:
-    """Hold a lock file; print ``say`` on stderr if another process holds it and this one waits.
-
-    On Windows, which lacks ``fcntl``, nothing is locked.
-    """
-    if path in _HELD_LOCKS or sys.platform == "win32":
+    """Hold a lock file; print ``say`` on stderr if another process holds it and this one waits."""
+    if path in _HELD_LOCKS:
         yield
         return
-    import fcntl
-
     with path.open("w") as file:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
+        if not try_to_lock(file):
             if say:
                 _say(say)
-            fcntl.flock(file, fcntl.LOCK_EX)
+            wait_for_lock(file)
         _HELD_LOCKS.add(path)
         try:
             yield

@@ -7,7 +7,6 @@ because its matrices are small, and its waiting threads would take the cores of 
 """
 
 import os
-import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
@@ -26,7 +25,8 @@ RANGES_PER_CORE: Final = 2
 
 def num_cores() -> int:
     """Number of cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
+    # not every system knows which cores a process may use
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 class _Share(threading.local):

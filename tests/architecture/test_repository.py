@@ -6,6 +6,8 @@ import tomllib
 from importlib.metadata import version
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
 MADE = {"__pycache__", "build", "dist", "out", "results", "shared"}
 """Folders that tools make, for a copy of the sources without git."""
@@ -70,12 +72,33 @@ def test_no_file_names_this_machine():
     assert found == []
 
 
-def test_the_lock_names_hashes_and_no_host():
-    lock = (ROOT / "requirements.lock").read_text(encoding="utf-8")
+LOCKS = ("requirements.lock", "requirements-docs.lock")
+
+
+@pytest.mark.parametrize("name", LOCKS)
+def test_a_lock_names_hashes_and_no_host(name):
+    lock = (ROOT / name).read_text(encoding="utf-8")
     assert "--hash=sha256:" in lock
     assert "://" not in lock
-    locks = {"uv.lock", "pylock.toml"} & {path.name for path in repository_files()}
-    assert locks == set()
+
+
+def test_there_are_no_other_locks():
+    locks = {path.name for path in repository_files() if path.suffix == ".lock"}
+    assert locks == set(LOCKS)
+    assert {"pylock.toml"} & {path.name for path in repository_files()} == set()
+
+
+def test_both_locks_have_the_same_versions():
+    """The documentation runs examples with the packages that the tests have."""
+    versions = [
+        set(re.findall(r"^([a-z0-9-]+==\S+)", (ROOT / name).read_text(), re.MULTILINE))
+        for name in LOCKS
+    ]
+    names = [{one.partition("==")[0] for one in found} for found in versions]
+    shared = names[0] & names[1]
+    assert "numpy" in shared
+    tests, docs = ({one for one in found if one.partition("==")[0] in shared} for found in versions)
+    assert docs <= tests
 
 
 def test_the_licence_is_apache():
@@ -92,3 +115,19 @@ def test_every_place_that_states_the_version_agrees():
     assert cited is not None
     assert cited[1] == stated
     assert version("polychirp") == stated
+
+
+def test_the_image_is_made_of_files_that_exist_and_runs_without_root():
+    lines = (ROOT / "Dockerfile").read_text(encoding="utf-8").splitlines()
+    copied = [
+        source
+        for line in lines
+        if line.startswith("COPY ") and "--from" not in line
+        for source in line.split()[1:-1]
+    ]
+    assert "src" in copied
+    assert [source for source in copied if not (ROOT / source).exists()] == []
+    sent = (ROOT / ".dockerignore").read_text(encoding="utf-8").splitlines()
+    assert {f"!{source}" for source in copied} == {line for line in sent if line.startswith("!")}
+    assert "USER polychirp" in lines
+    assert 'ENTRYPOINT ["polychirp"]' in lines

@@ -39,6 +39,8 @@ def open_raw(
 ) -> Recording:
     """A recording in a DCA1000 file, mapped into memory.
 
+    `recording_parameters` reads the parameters from the files of TI's tools.
+
     Parameters
     ----------
     frames : numbers of the frames that will be read; if given, later frames may be missing

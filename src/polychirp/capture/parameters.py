@@ -38,6 +38,8 @@ class CaptureParameters(Spec):
     Times are defined as in TI's tools: a ramp waits for ``idle_time``, then rises for
     ``ramp_end_time``; the first sample is taken ``adc_start`` after the start of the rise.
 
+    `recording_parameters` reads them from files of TI's tools.
+
     Parameters
     ----------
     start_frequency : Hz, at the beginning of the rise

@@ -24,6 +24,8 @@ LARGEST_SAMPLE: Final = 1e100
 class Recording:
     """Frames of a recording; samples stay on disk until a frame is asked for.
 
+    `from_array`, `open_numpy` and `open_raw` make it.
+
     Parameters
     ----------
     name : name of the file, for messages
@@ -87,6 +89,8 @@ def from_array(
     frames: Iterable[int] | None = None,
 ) -> Recording:
     """A recording from an array with ``parameters.axes``.
+
+    `open_numpy` does the same with a file.
 
     Parameters
     ----------
@@ -202,6 +206,8 @@ def open_numpy(
 
     `InputError` is raised if the file cannot be read, is no array of numbers, was cut off, or has
     another shape.
+
+    `from_array` does the same with an array.
     """
     path = Path(path)
     try:

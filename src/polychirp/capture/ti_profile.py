@@ -75,6 +75,8 @@ def recording_parameters(path: Path | str) -> CaptureParameters:
     The layout of the recording has its defaults, since the file does not describe it.
     `InputError` is raised as by `read_profile`, and if the transmitters share the chirps by a code
     of phases.
+
+    `open_raw` takes them.
     """
     profile = read_profile(path)
     if profile.sharing not in ("together", "time-division"):

@@ -25,6 +25,8 @@ class RayTracer(Protocol):
     """A model of the channel, which turns a scene into its propagation paths.
 
     A tracer is a `Spec`: frozen, comparable, and without state that could change its results.
+
+    `Composite`, `FreeSpace` and `PointVehicles` are examples.
     """
 
     @property

@@ -45,6 +45,8 @@ at `far_distance`. Chosen: its effect on a cross section is negligible."""
 class CrossSections(Sealed):
     """Cross sections of a mesh over azimuth, at one distance and elevation.
 
+    `cross_sections` returns it.
+
     Parameters
     ----------
     azimuth : rad, ``(aspect,)``: 0 from the front (+x), positive towards the body's left

@@ -28,6 +28,7 @@ VERBS: Final = (
     "correlate",
     "paper",
     "warm-up",
+    "completion",
 )
 """Verbs in the order in which the help lists them; each has a module in this folder."""
 

@@ -33,6 +33,8 @@ def load_study(path: Path | str, *, overrides: Iterable[str] = ()) -> Study:
     Paths of mesh files are relative to the study file. A table ``[monte_carlo]`` is not read here,
     but in `config.monte_carlo`. `InputError` is raised if the file cannot be read, is not TOML, or
     does not describe a study; the message lists every problem with its place.
+
+    `dump` writes a study as such a file.
     """
     path = Path(path)
     data = read_toml(path)

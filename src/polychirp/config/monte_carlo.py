@@ -41,6 +41,8 @@ def load_plan(
     runs a point begins with ``program``. `InputError` is raised if the file has no table
     ``[monte_carlo]``, the table is wrong, or points of its grid are no valid studies; the message
     lists every problem with its place and the points that have it.
+
+    `run_plan` runs it.
     """
     path, overrides = Path(path), [*overrides]
     data = read_toml(path)

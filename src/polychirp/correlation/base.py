@@ -21,6 +21,8 @@ from polychirp.model.baseband import Baseband
 class Correlation:
     """Normalised correlation over lag, in equal steps.
 
+    `correlate` returns it.
+
     Parameters
     ----------
     amplitude : ``(lag,)``

@@ -93,3 +93,25 @@ def writer_of(name: str) -> Callable[[StoredRun, Path], list[Path]]:
         import_module(f"polychirp.exchange.{module}"), function
     )
     return writer
+
+
+def export(run: StoredRun, folder: Path | str, *, to: str) -> list[Path]:
+    """Write a stored run into a folder in one of the `FORMATS`; return the paths of the files.
+
+    Parameters
+    ----------
+    run : from `load_run`
+    folder : made if it does not exist
+    to : name of the format, such as ``"mat"``
+
+    Raises
+    ------
+    InputError
+        There is no such format.
+    CapabilityError
+        A package that it needs is not installed.
+    """
+    writer = writer_of(to)
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    return writer(run, folder)

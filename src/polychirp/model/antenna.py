@@ -27,6 +27,8 @@ class ElementPattern(Spec):
     are the paper's beam of ±80° × ±10° and the 27 dBi of its table 2. The two contradict each
     other, since a beam that wide has about 11 dBi (errata 9 of the docs).
 
+    Each element of an `AntennaArray` has it.
+
     Parameters
     ----------
     peak_gain : ratio over isotropic

@@ -15,6 +15,8 @@ class Detections:
     A detection is a point. If the receiver groups points to objects, each entry is an object, with
     the place of its group and an extent (`Extent`).
 
+    A `VictimResult` has them; every receiver returns them for an `IfFrame`.
+
     Parameters
     ----------
     time : instant to which range and azimuth refer, s

@@ -181,6 +181,8 @@ class Digitiser(Spec):
 class FrontEnd(Spec):
     """Stages from the IF filter to the samples, in this order; none by default.
 
+    A `Radar` has one.
+
     Parameters
     ----------
     high_pass : high-pass filter behind the IF filter

@@ -33,6 +33,11 @@ class IfFilter(Spec):
     ----------
     passband, stopband : Hz, edges of pass and stop band; the filter is symmetric about 0 Hz
     attenuation : power ratio in the stop band, e.g. 90 dB
+
+    Examples
+    --------
+    >>> IfFilter(passband=0.3e6, stopband=0.7e6).response([0.0, 0.5e6, 0.7e6]).round(3) + 0.0
+    array([1. , 0.5, 0. ])
     """
 
     passband: Annotated[float, Unit("Hz", least="1 Hz")] = 0.3e6

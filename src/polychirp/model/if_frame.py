@@ -99,6 +99,8 @@ class IfFrame:
     with real samples, y is twice the sampled branch I (`Converter`). Short ramps are padded with
     zeros from sample ``times.num_samples`` on.
 
+    A `VictimResult` has it, and `Recording.frame` makes one from recorded samples.
+
     Parameters
     ----------
     samples : V, ``(channel, ramp, fast)`` complex
@@ -138,6 +140,8 @@ class IfParts:
     """Parts of a frame's samples, which sum to the samples.
 
     Each part except ``distortion`` is linear: it is what its source alone would give.
+
+    A `VictimResult` has it beside its `IfFrame`.
 
     Parameters
     ----------

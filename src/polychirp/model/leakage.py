@@ -15,6 +15,8 @@ class Leakage(Spec):
     Its power in every channel is :math:`P_t G_{ft} G_{fr} / I`: the radar's transmit power, times
     its transmit and receive gain, over the isolation I from transmit output to receive input.
 
+    A `Radar` has a tuple of them.
+
     Parameters
     ----------
     isolation : I, ratio of powers, above 0 (35 dB is 3162)
@@ -39,6 +41,8 @@ class Bumper(Spec):
 
     The transmitter's image is on the axis at twice the sheet's distance; each receiving element
     has its own distance from that image.
+
+    A `Radar` has one or none.
 
     Parameters
     ----------

@@ -13,6 +13,8 @@ from polychirp.errors import InputError
 class Mesh:
     """A triangle mesh in its actor's frame; seen from outside, corners run counter-clockwise.
 
+    `load_mesh` reads one from a file, and `vehicle_mesh` makes those of the built-in bodies.
+
     Parameters
     ----------
     vertex : positions, m, ``(vertex, xyz)``
@@ -63,6 +65,8 @@ EMPTY_MESH = Mesh(
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plate:
     """A flat rectangle such as a road or a wall, which reflects and occludes.
+
+    An `Actor` has a tuple of them.
 
     Parameters
     ----------

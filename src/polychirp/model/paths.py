@@ -52,6 +52,8 @@ class PropagationPaths:
     to transmitted power between isotropic antennas: a line of sight of length d has A = λ/4πd, with
     λ at ``frequency``. A holds no phase of the propagation, which follows from the delay alone.
 
+    A `RayTracer` returns it for a `Scene`.
+
     Parameters
     ----------
     reference_time : s, :math:`t_0`

@@ -29,6 +29,8 @@ class Converter(Spec):
     :math:`2\,\mathrm{Re}\,y = y + \bar y`, in which the tone at an echo's beat has the echo's
     amplitude. Beats above half the sample rate fold back into the band of the echoes, whereas
     complex samples have them at negative frequencies.
+
+    A `Radar` has one.
     """
 
     sample_rate: SamplesPerSecond = 1e6
@@ -58,6 +60,8 @@ class Radar(Spec):
     transmit gain and 42 dB of receive gain each include an antenna of 27 dBi, so that 9 dB and
     15 dB remain for the front end. The paper gives no
     noise figure; 4.5 dB is an assumption.
+
+    `StudyRadar` adds the waveform, the vehicle and the clock.
 
     Parameters
     ----------

@@ -193,6 +193,14 @@ def continuous_phase(
 
     Idle time between ramps does not advance the phase. This has no effect on a radar's own echoes:
     the start phase of a ramp is in both the echo and the oscillator, and cancels in the mixer.
+
+    Examples
+    --------
+    >>> start, slope = np.full(2, 79.00006e9), np.full(2, 1.2e13)
+    >>> duration = np.full(2, 1e-5)
+    >>> phase = continuous_phase(duration=duration, start_frequency=start, slope=slope)
+    >>> phase.round(6)
+    array([0. , 0.6])
     """
     advance = start_frequency * duration + 0.5 * slope * duration**2
     return np.concatenate([[0.0], np.cumsum(advance)[:-1]]) % 1.0

@@ -28,6 +28,8 @@ class Actor:
 
     It consists of ``mesh``, ``plates`` and ``points``, each of which may be empty. ``velocity`` is
     in m/s, ``(x, y, z)`` in the world. Bodies do not rotate within a radar's frame of ramps.
+
+    A `Scene` has a tuple of them.
     """
 
     name: str
@@ -57,6 +59,8 @@ class Scene:
     """Actors and radars at ``time`` (s); ``radars[i]`` is mounted on ``actors[carriers[i]]``.
 
     World frame: x along the road, y left, z up.
+
+    `Street.scene` makes it, and a `RayTracer` reads it.
     """
 
     time: float

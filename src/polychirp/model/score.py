@@ -10,6 +10,8 @@ from polychirp.axes import Axes, BoolArray, PerDetection, PerTarget, Sealed
 class Score(Sealed):
     """Result for every target, and nature of every detection.
 
+    A `VictimResult` has it.
+
     Parameters
     ----------
     is_detected : true for a target that has a detection, ``(target,)``

@@ -15,6 +15,8 @@ PerPlace = Annotated[FloatArray, Axes("place")]
 class Truth:
     """Visible metal of every target body, and the point of it that is nearest to the radar.
 
+    A `VictimResult` has it.
+
     Parameters
     ----------
     time : instant of all values, s

@@ -43,6 +43,8 @@ class AutoReceiver(SearchSettings):
     their speeds come from the phases between chirps: they have range-Doppler processing. The
     coherent receiver reads all other ramps.
 
+    It chooses `RangeDoppler`, the joint receiver or `CoherentReceiver`.
+
     Parameters
     ----------
     dynamic_range : as of the coherent receiver; None for its own default

@@ -71,6 +71,8 @@ def draw(
 ) -> Drawing:
     """One of the `FIGURES` of a victim, with its data.
 
+    `RunPlots` draws a stored run; `VictimResult` is the result of `run_trial`.
+
     Parameters
     ----------
     name : one of `FIGURES`
@@ -94,6 +96,8 @@ class RunPlots:
 
     Each method draws the radar of the given name, or the only one, and returns the axes of the
     figure that have data; ``axes[0].figure`` is the figure. The figures do not belong to pyplot.
+
+    `StoredRun.plot` is such an object.
     """
 
     def __init__(self, run: Any) -> None:

@@ -22,7 +22,13 @@ from polychirp.scoring.echoes import Echoes, power_by_body
 
 
 class Nature(Enum):
-    """Cause of a detection."""
+    """Cause of a detection.
+
+    Examples
+    --------
+    >>> Nature("direct").is_ghost, Nature("target").is_ghost
+    (True, False)
+    """
 
     TARGET = "target"
     """An echo of a target, on its visible metal."""

@@ -20,7 +20,13 @@ CONFIDENCE_LEVEL: Final = 0.95
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Estimate:
-    """A value and the limits of its confidence interval; NaN where data do not suffice."""
+    """A value and the limits of its confidence interval; NaN where data do not suffice.
+
+    Examples
+    --------
+    >>> round(wilson(0.9, 100).low, 2)
+    0.83
+    """
 
     value: float
     low: float

@@ -141,6 +141,8 @@ class DerivedRadar:
 class Derived:
     """Resolution, size and cost of a study that can run.
 
+    `check` returns it.
+
     Parameters
     ----------
     radars : every radar, victim or not
@@ -168,6 +170,8 @@ def check(study: Study) -> Derived:
     """Refuse a study that cannot run; return what its radars resolve and what it costs.
 
     Nothing is traced or synthesised.
+
+    `run_trial` runs the study.
 
     Raises
     ------

@@ -20,6 +20,8 @@ LIBRARIES: Final = ("polychirp", "numpy", "scipy", "numba", "zarr")
 class Provenance:
     """All that is needed to compute the same results again.
 
+    `provenance` gives it for a `Study`.
+
     Parameters
     ----------
     study : the study as canonical JSON, in SI units, defaults included
@@ -47,6 +49,8 @@ def provenance(study: Study) -> Provenance:
     Equal studies have equal text and hash: no time of day is stored, and a mesh file is identified
     by its name without folder and by its contents. `InputError` is raised if a mesh file cannot be
     read.
+
+    `save_run` stores it with the results.
     """
     text = canonical_json(_with_mesh_contents(study))
     return Provenance(

@@ -55,6 +55,13 @@ class StudyRadar(Radar):
     clock_spread : that error is up to this larger or smaller, drawn uniformly for every seed
     clock_drift : growth of that error, 1/s
     start_jitter : s, rms error of the start of every sweep, drawn independently
+
+    Examples
+    --------
+    >>> from polychirp.waveform import Sawtooth
+    >>> radar = StudyRadar(name="front", vehicle="car", waveform=Sawtooth(), start_time=1e-3)
+    >>> radar.array.num_channels, radar.converter.sample_rate
+    (4, 1000000.0)
     """
 
     vehicle: str

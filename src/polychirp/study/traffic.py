@@ -22,6 +22,15 @@ class StudyTraffic(RandomTraffic):
     clock_spread : each interferer's relative clock error is drawn uniformly between minus and plus
         this value
     waveform : waveform of the interferers; if not given, that of the first radar
+
+    Examples
+    --------
+    >>> from polychirp.traffic.random_traffic import Lane
+    >>> traffic = StudyTraffic(
+    ...     lanes=(Lane(y=3.5),), num_carriers=3, num_interferers=2, seen_from="ego"
+    ... )
+    >>> traffic.carrier_names
+    ('carrier-1', 'carrier-2', 'carrier-3')
     """
 
     num_interferers: int = 0

@@ -56,6 +56,8 @@ class VictimResult:
 
     ``paths`` are all paths to this radar at the refresh time that is nearest to the instant of the
     detections.
+
+    `Trial.victim` and `StoredRun.victim` return one by the name of the radar.
     """
 
     name: str
@@ -69,7 +71,10 @@ class VictimResult:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Trial:
-    """Scene, paths (one snapshot per refresh time) and the victims' results of one trial."""
+    """Scene, paths (one snapshot per refresh time) and the victims' results of one trial.
+
+    `run_trial` returns it.
+    """
 
     scene: Scene
     snapshots: tuple[PropagationPaths, ...]
@@ -90,7 +95,10 @@ class Trial:
 
 
 def run_trial(study: Study, *, progress: Progress = no_progress) -> Trial:
-    """Run one trial: draw the street, trace paths, synthesize frames, detect targets, score."""
+    """Run one trial: draw the street, trace paths, synthesize frames, detect targets, score.
+
+    `save_run` stores the `Trial`, and `draw` draws the result of a victim.
+    """
     study = sample_street(study)
     scene = scene_of(study)
     schedules = schedules_of(study)

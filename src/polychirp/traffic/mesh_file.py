@@ -45,6 +45,8 @@ def load_mesh(
 ) -> Mesh:
     """A mesh from a GLB, OBJ or STL file; the names of its objects become parts.
 
+    `save_glb` writes a mesh, and `cross_sections` computes its radar cross section.
+
     Parameters
     ----------
     path : of the file
@@ -141,6 +143,8 @@ def save_glb(mesh: Mesh, path: str | Path) -> None:
 
     A part of several materials becomes one node for each; vertices are single precision.
     `InputError` is raised if the mesh is empty.
+
+    `load_mesh` reads it again.
     """
     if mesh.num_faces == 0:
         raise InputError(f"there is nothing to write to '{path}': the mesh has no faces")

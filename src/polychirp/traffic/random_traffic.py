@@ -47,6 +47,8 @@ class Lane(Spec):
 
     Vehicles head along +x, or along −x if the lane is ``oncoming``. Their speeds are uniformly
     distributed between the two of ``speed``, m/s (the default is chosen: urban traffic).
+
+    `RandomTraffic` fills lanes with vehicles.
     """
 
     y: Metres

@@ -52,6 +52,11 @@ class Vehicle(Spec):
     up_axis : vertical axis of the file
     max_edge : greatest edge of facets on flat parts, m
     coarseness : factor on edges on curved parts, see `vehicle_mesh`
+
+    Examples
+    --------
+    >>> Vehicle(name="car", x=10.0, y=0.0, heading=math.pi / 2, speed=5.0).velocity[1]
+    5.0
     """
 
     name: str
@@ -130,7 +135,10 @@ def _loaded(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Building(Spec):
-    """A box of ``length`` along ``heading`` and ``width`` across, its middle at (x, y)."""
+    """A box of ``length`` along ``heading`` and ``width`` across, its middle at (x, y).
+
+    A `Street` has a tuple of them.
+    """
 
     name: str
     x: Metres
@@ -201,7 +209,10 @@ class Building(Spec):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tree(Spec):
-    """A tree at (x, y)."""
+    """A tree at (x, y).
+
+    A `Street` has a tuple of them.
+    """
 
     name: str
     x: Metres
@@ -226,7 +237,10 @@ class Tree(Spec):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Road(Spec):
-    """A level road along x, its middle at (x, y)."""
+    """A level road along x, its middle at (x, y).
+
+    A `Street` has one or none.
+    """
 
     length: Extent
     width: Extent
@@ -254,7 +268,13 @@ class Road(Spec):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Point(Spec):
-    """An isolated isotropic scatterer of radar cross section ``rcs`` that moves at ``velocity``."""
+    """An isolated isotropic scatterer of radar cross section ``rcs`` that moves at ``velocity``.
+
+    Examples
+    --------
+    >>> Point(name="post", x=12.0, y=0.0, z=0.5, rcs=1.0).actor().points[0].rcs
+    1.0
+    """
 
     name: str
     x: Metres

@@ -9,7 +9,10 @@ from polychirp.rng import Streams
 
 @runtime_checkable
 class Waveform(Protocol):
-    """A rule that gives the schedule of one radar."""
+    """A rule that gives the schedule of one radar.
+
+    `Sawtooth` and `Triangular` are examples. A class of your own needs this method alone.
+    """
 
     def schedule(self, *, num_sweeps: int, streams: Streams) -> RampSchedule:
         """Ramps of ``num_sweeps`` sweeps, the first starting at 0 s of the radar's own clock.

@@ -21,7 +21,10 @@ from polychirp.spec import ByKind, Spec
 
 @runtime_checkable
 class Coding(Protocol):
-    """A rule that gives every transmitting element a weight on every sweep."""
+    """A rule that gives every transmitting element a weight on every sweep.
+
+    `TimeDivision` is an example. A class of your own needs this method alone.
+    """
 
     def weights(self, sweep: IntArray, *, num_elements: int) -> ComplexArray:
         """Weights ``(len(sweep), element)`` on the sweeps with the numbers ``sweep``.

@@ -40,6 +40,8 @@ class PaperReceiver(ReceiverSettings):
     (errata 4); peaks are paired by strength. Mitigation and grouping, which the other receivers
     have as well, are not of the paper; by default there are none.
 
+    `AutoReceiver` never chooses it.
+
     Parameters
     ----------
     greatest_speed : m/s, greatest magnitude of the range rate of a pair of peaks

@@ -31,6 +31,8 @@ class CfarWindow(Spec):
     ``guard`` and neither exceeds ``guard + training``. For a map of a single row, the first number
     of ``guard`` and of ``training`` must be 0.
 
+    `RangeDoppler` has one.
+
     Parameters
     ----------
     guard, training : numbers of cells on either side: in row number, in column number

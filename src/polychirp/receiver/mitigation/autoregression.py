@@ -31,6 +31,8 @@ class Autoregression(BurstDetector):
     them are one gap. The filled samples repeat noise from around the gap, some decibels stronger if
     echoes are much stronger than noise, and the more so the longer the gap and the lower the order.
 
+    `Blanking` sets the bursts to zero instead.
+
     Parameters
     ----------
     order : P, number of samples from which the next one is predicted; choose several for each

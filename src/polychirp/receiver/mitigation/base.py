@@ -35,7 +35,10 @@ class Mitigated(Sealed):
 
 
 class Mitigation(Hashable, Protocol):
-    """Spec of an operation on a frame's samples that reduces interference before detection."""
+    """Spec of an operation on a frame's samples that reduces interference before detection.
+
+    `Blanking` is an example.
+    """
 
     def mitigate(self, frame: IfFrame) -> Mitigated:
         """The frame's samples with less interference."""

@@ -33,6 +33,8 @@ class Imat(BurstDetector):
     the same lines, chosen by their mean power, so that azimuths are kept. Every burst is filled,
     whatever its length; no test tells whether the filled samples are right.
 
+    `Blanking` sets the bursts to zero instead.
+
     Parameters
     ----------
     iterations : number of thresholds

@@ -60,6 +60,8 @@ class StftExcision(Spec):
     like an echo. Where a ridge hits half of a slice or less, it remains in the rows of stronger
     echoes. Slices that reach beyond the ramp are treated like the nearest whole one.
 
+    `Blanking` removes whole samples instead.
+
     Parameters
     ----------
     window : length of the Hann window, samples; slices are an eighth of it apart

@@ -33,7 +33,10 @@ P = ParamSpec("P")
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Drawing:
-    """A figure and its data: columns of equal length, whose names contain their units."""
+    """A figure and its data: columns of equal length, whose names contain their units.
+
+    `draw` returns it.
+    """
 
     figure: Figure
     data: Mapping[str, Column]

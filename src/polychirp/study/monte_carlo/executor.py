@@ -46,6 +46,8 @@ class LocalWorkers:
     tasks of one trial number share random numbers, and results that one worker computes only once:
     they go to the same worker as long as the other workers have tasks of their own.
 
+    `run_plan` and `run_roc` take it as their executor.
+
     Parameters
     ----------
     count : greatest number of processes; no more start than there are trials, and no more than

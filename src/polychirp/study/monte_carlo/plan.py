@@ -37,6 +37,8 @@ class Point:
 class Plan:
     """A Monte Carlo study, ready to run.
 
+    `load_plan` makes it from a study file, and `run_plan` runs it.
+
     Parameters
     ----------
     axes : axes of the grid

@@ -11,6 +11,7 @@ from typing import IO, TYPE_CHECKING, Any, Final
 from zlib import crc32
 
 from polychirp.errors import InputError, RunError
+from polychirp.file_locks import try_to_lock
 from polychirp.scoring.causes import Nature
 
 if TYPE_CHECKING:
@@ -245,17 +246,11 @@ def _go_to_end(file: IO[bytes]) -> None:
 
 
 def _lock(file: IO[bytes], path: Path) -> None:
-    """Refuse a second run, on systems with file locks; a lock ends with the program that has it."""
-    try:
-        import fcntl
-    except ImportError:
-        return
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
+    """Refuse a second run, on systems with file locks."""
+    if not try_to_lock(file):
         raise InputError(
             f"another run uses '{path.parent}'; wait for it, or name another folder with --out"
-        ) from None
+        )
 
 
 def _need_same_makers(path: Path, made_with: Mapping[str, Any]) -> None:

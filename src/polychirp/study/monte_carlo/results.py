@@ -99,6 +99,8 @@ _OF_FRAMES: Final = ("floor_rise", "num_unresolved")
 class Results:
     """Results of all trials; NaN where there is no value.
 
+    `load_results` reads it from a folder into which `run_plan` has stored it.
+
     Parameters
     ----------
     axes : name and labels of each axis of the grid; the array axis ``point`` counts through all
@@ -324,6 +326,8 @@ def load_results(path: Path | str) -> Results:
 
     `InputError` is raised if there are no results at ``path``, another version of polychirp wrote
     them, or they are damaged.
+
+    `run_plan` stores such results.
     """
     import zarr
     from zarr.errors import NodeNotFoundError

@@ -30,6 +30,8 @@ MOST_FAILURES: Final = 10
 class Finished:
     """Result of a run.
 
+    `run_plan` returns it.
+
     Parameters
     ----------
     results : results of all trials, of this run and of earlier ones
@@ -58,6 +60,8 @@ def run_plan(
     killed. Trials are stored under the hash of the study of their point, so that points that a
     later grid shares are not run again. Results depend neither on the number of workers nor on the
     order of trials.
+
+    `load_plan` makes the plan; `LocalWorkers` are an executor on this machine.
 
     Parameters
     ----------

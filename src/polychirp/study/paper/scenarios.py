@@ -196,6 +196,8 @@ def run_paper(
     """Run every case of the paper on one street, with the same paths and noise for all.
 
     ``show`` is called with each of the paper's own cases as soon as it is computed.
+
+    `paper_study` gives one of its scenarios as a study.
     """
     compile_parts(OF_PAPER, progress=progress)
     started = time.perf_counter()

@@ -116,6 +116,8 @@ class Window:
 class RocPlan:
     """A measurement of detection, ready to run.
 
+    `roc_plan` makes it, and `run_roc` measures it.
+
     Parameters
     ----------
     study : the tested radar, first, and its interferers, on a street without anything else
@@ -184,6 +186,8 @@ def roc_plan(
     apart: tuple[float | None, float | None] = (None, None),
 ) -> RocPlan:
     """Plan of a measurement with a study's radar and receiver; everything is checked here.
+
+    `run_roc` measures it.
 
     Parameters
     ----------

@@ -27,6 +27,8 @@ LOG: Final = "frames.log"
 class RocResult:
     """Result of a run.
 
+    `run_roc` returns it.
+
     Parameters
     ----------
     summary : estimates from the frames of this run and of earlier ones
@@ -50,6 +52,8 @@ def run_roc(
     A frame's record is stored as soon as the frame is read, so that the next run continues a run
     that was stopped. Further SNRs and trials are added to those that the folder has. Results depend
     neither on the number of workers nor on the order of frames.
+
+    `roc_plan` makes the plan.
 
     Parameters
     ----------

@@ -29,7 +29,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StoredVictim:
-    """A `VictimResult` as it was stored: its samples have been rounded to single precision."""
+    """A `VictimResult` as it was stored: its samples have been rounded to single precision.
+
+    `StoredRun.victim` returns it.
+    """
 
     name: str
     frame: IfFrame
@@ -43,6 +46,8 @@ class StoredVictim:
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StoredRun:
     """A run as it was stored.
+
+    `load_run` returns it.
 
     Parameters
     ----------
@@ -86,6 +91,8 @@ def load_run(path: Path | str) -> StoredRun:
 
     `InputError` is raised if there is no complete run at ``path``, or it has another format
     version.
+
+    `save_run` writes such a run, and `export` writes it in other formats.
     """
     path = Path(path)
     try:

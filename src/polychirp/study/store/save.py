@@ -29,6 +29,8 @@ def save_run(path: Path | str, trial: Trial, *, provenance: Provenance) -> None:
     Samples and parts are stored as ``complex64``, all else in full precision. A folder at ``path``
     is replaced once the new run is complete. If it cannot be replaced, both are kept. `RunError` is
     raised if the folder cannot be written.
+
+    `load_run` reads the folder again; ``polychirp export`` and `export` write it in other formats.
     """
     path = Path(path)
     unfinished = path.with_name(f"{path.name}.unfinished")
