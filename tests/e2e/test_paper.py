@@ -17,8 +17,8 @@ CELL = 0.19
 """m, range resolution of 800 MHz."""
 
 WEAKEST = -40.0
-"""dB over the strongest target, least power of what counts as a ghost here. A weaker detection is one
-of an own echo in whose cell there is more interference than echo."""
+"""dB over the strongest target, least power of what counts as a ghost here. A weaker detection is
+one of an own echo in whose cell there is more interference than echo."""
 
 
 @pytest.fixture(scope="module")

@@ -1,8 +1,8 @@
 r"""Strong points beyond the greatest range, whose side lobes reach into the map.
 
 A point at range R leaves, at a range x resolution cells away, its coherent power times
-:math:`(\pi x)^{-2}`. Where that exceeds the noise within the limits, the search must reach as far as
-the point: then it is found, subtracted, and left out as one beyond the limits.
+:math:`(\pi x)^{-2}`. Where that exceeds the noise within the limits, the search must reach as far
+as the point: then it is found, subtracted, and left out as one beyond the limits.
 """
 
 import numpy as np
@@ -13,8 +13,8 @@ from polychirp.receiver.signal_model.point_signal import hann_weights
 from polychirp.receiver.signal_model.power_spectra import power_spectra, spectrum_size
 
 MARGIN = 4.0
-"""Range cells behind the farthest strong point to which the search reaches; chosen: its main lobe is
-within it."""
+"""Range cells behind the farthest strong point to which the search reaches; chosen: its main lobe
+is within it."""
 
 LEAST_EXCESS = 0.5
 """Power over the median of all ranges, less one, up to which it counts as noise; chosen: five
