@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from polychirp.study.paper.scenarios import run_paper as run_paper
     from polychirp.study.spec import Study as Study
     from polychirp.study.spec import StudyRadar as StudyRadar
-    from polychirp.study.store import load_run as load_run
+    from polychirp.study.store.load import load_run as load_run
     from polychirp.study.trial import run_trial as run_trial
 
 _HOMES = {
@@ -22,7 +22,7 @@ _HOMES = {
     "CoherentReceiver": "polychirp.receiver.coherent.chain",
     "Study": "polychirp.study.spec",
     "StudyRadar": "polychirp.study.spec",
-    "load_run": "polychirp.study.store",
+    "load_run": "polychirp.study.store.load",
     "load_study": "polychirp.config.load",
     "paper_study": "polychirp.study.paper.scenarios",
     "run_paper": "polychirp.study.paper.scenarios",

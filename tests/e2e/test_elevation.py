@@ -12,7 +12,7 @@ from polychirp.config.load import load_study
 from polychirp.errors import CapabilityError, ModelWarning
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.study.check import check
-from polychirp.study.store import load_run
+from polychirp.study.store.load import load_run
 from polychirp.study.trial import run_trial
 from tests.support.directions import direction_bound
 

@@ -28,7 +28,7 @@ from polychirp.errors import PolychirpError
 from polychirp.model.baseband import Baseband
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.study.check import check
-from polychirp.study.store import load_run
+from polychirp.study.store.load import load_run
 from polychirp.study.trial import run_trial
 from polychirp.traffic.mesh_file import load_mesh, save_glb
 from polychirp.traffic.vehicle import vehicle_mesh
@@ -460,11 +460,11 @@ class Runs:
 
     def __init__(self, folder: Path) -> None:
         from polychirp.study.provenance import provenance
-        from polychirp.study.store import save_run
+        from polychirp.study.store.save import save_run
 
         study = load_study(Trials(folder).path)
         self.whole, self.now = folder / "whole.zarr", folder / "now.zarr"
-        save_run(self.whole, victims=run_trial(study).victims, provenance=provenance(study))
+        save_run(self.whole, run_trial(study), provenance=provenance(study))
         self.files = sorted(path for path in self.whole.rglob("*") if path.is_file())
 
     def __call__(self, seed: int) -> bool:

@@ -42,8 +42,7 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         "--maps",
         action="store_true",
-        help="also draw the range-rate map of each part of the samples (echo, direct, noise …), "
-        "of equal chirps",
+        help="also draw the range-rate map of each part of the samples (echo, direct, noise …)",
     )
 
 
@@ -52,14 +51,11 @@ def run(arguments: argparse.Namespace) -> int:
     from polychirp.config.load import MONTE_CARLO, load_study, read_toml
     from polychirp.study.check import check
     from polychirp.study.margins import gates_of
-    from polychirp.study.part_maps import refuse_maps
     from polychirp.study.provenance import provenance
-    from polychirp.study.store import save_run
+    from polychirp.study.store.save import save_run
 
     study = load_study(arguments.study, overrides=all_overrides(arguments))
     check(study)
-    if arguments.maps:
-        refuse_maps(study)
     origin = provenance(study)
     folder = arguments.out or Path("out") / f"{study.name}-{origin.study_hash[:8]}"
     path = usable_folder(folder) / "run.zarr"
@@ -69,7 +65,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     with progress_bar(study.name) as progress:
         trial = run_trial(study, progress=progress)
-    save_run(path, victims=trial.victims, provenance=origin)
+    save_run(path, trial, provenance=origin)
     if arguments.maps:
         _draw_maps(study, trial, path.parent)
     if arguments.json:
@@ -88,7 +84,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _draw_maps(study: Study, trial: Trial, folder: Path) -> None:
     """Write the maps of every victim's parts, as a picture and as a table."""
     from polychirp.report.figures.range_rate_parts import range_rate_parts
-    from polychirp.study.part_maps import part_maps
+    from polychirp.study.part_views import part_maps
 
     for victim in trial.victims:
         maps = part_maps(study.receiver, victim.frame, victim.parts)
@@ -101,7 +97,7 @@ def _draw_maps(study: Study, trial: Trial, folder: Path) -> None:
 
 def _refuse_other_results(path: Path, *, study_hash: str, force: bool) -> None:
     """Refuse, before the run, to replace another study's results unless ``force`` is true."""
-    from polychirp.study.store import stored_hash
+    from polychirp.study.store.load import stored_hash
 
     if path.exists() and stored_hash(path) != study_hash and not force:
         raise InputError(

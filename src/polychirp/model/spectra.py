@@ -1,4 +1,8 @@
-"""`RangeProfiles`, `RangeRateSpectra` and `RangeRateMap`: spectra with their axes."""
+"""Spectra and maps of a frame, with their axes.
+
+`RangeProfiles`, `RangeRateSpectra` and `RangeRateMap` are what a receiver detects in; `RangePower`,
+`RangeAzimuthMap` and `Spectrogram` are for figures.
+"""
 
 from dataclasses import dataclass
 from typing import Annotated
@@ -82,6 +86,66 @@ class RangeRateMap:
         seal(self)
         _check_growing("RangeRateMap.range", self.range)
         _check_growing("RangeRateMap.range_rate", self.range_rate)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RangePower:
+    """Power over range.
+
+    Parameters
+    ----------
+    power : W at the analogue-to-digital converter, ``(range,)``
+    range : m, ``(range,)``, growing
+    """
+
+    power: PerRange
+    range: PerRange
+
+    def __post_init__(self) -> None:
+        seal(self)
+        _check_growing("RangePower.range", self.range)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RangeAzimuthMap:
+    """Power over range and azimuth.
+
+    Parameters
+    ----------
+    power : W at the analogue-to-digital converter, ``(beam, range)``
+    sine : sine of each beam's azimuth, positive = left, ``(beam,)``, growing
+    range : m, ``(range,)``, growing
+    """
+
+    power: Annotated[FloatArray, Axes("beam", "range")]
+    sine: Annotated[FloatArray, Axes("beam")]
+    range: PerRange
+
+    def __post_init__(self) -> None:
+        seal(self)
+        _check_growing("RangeAzimuthMap.range", self.range)
+        _check_growing("RangeAzimuthMap.sine", self.sine)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Spectrogram:
+    """Power over time and beat, ramp by ramp.
+
+    Parameters
+    ----------
+    power : W at the analogue-to-digital converter, ``(ramp, window, beat)``
+    share : middle of each window as a share of its ramp's samples, 0 … 1, ``(window,)``
+    beat : Hz, ``(beat,)``, growing
+    """
+
+    power: Annotated[FloatArray, Axes("ramp", "window", "beat")]
+    share: Annotated[FloatArray, Axes("window")]
+    beat: Annotated[FloatArray, Axes("beat")]
+
+    def __post_init__(self) -> None:
+        seal(self)
+        _check_growing("Spectrogram.share", self.share)
+        _check_growing("Spectrogram.beat", self.beat)
 
 
 def _check_growing(name: str, values: FloatArray) -> None:

@@ -17,5 +17,4 @@ The subpackages and modules in reading order; other packages may use the names b
   `azimuths_in_motion`, `element_streams`.
 - `attribution`: powers of detections and floor, for each part of the samples: `detected`,
   `part_amplitudes`, `floor_rise`.
-- `range_response`: power over range from all ramps together, for figures: `range_response`.
 """

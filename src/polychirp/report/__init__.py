@@ -10,6 +10,7 @@ The modules in reading order; others may use the names beside them:
 - `tables`: tables for a terminal: `claims_table`, `variants_table`, `statistics_table`.
 - `correlation`: tables and files of section V: `correlation_table`, `shape_table`,
   `correlation_csv`, `correlation_json`, `write_correlation`.
+- `run_plots`: figures of a run by name and as matplotlib axes: `draw`, `RunPlots`.
 - `record`: all results as JSON: `results_json`.
 - `html`, `templates`: the HTML page.
 - `paper`: all files of `polychirp paper`: `write_paper`.

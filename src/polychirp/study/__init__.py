@@ -9,11 +9,12 @@ The modules and subpackages in reading order; others may use the names beside th
 - `size`: memory of a study, estimated before it is allocated: `refuse_too_large`.
 - `kernel_parts`, `warm_up`: compilation of the kernels before a study runs: `compile_parts`.
 - `margins`: margins within which detections are on a target: `gate_for`, `gates_of`.
-- `part_maps`: range-rate maps of the parts of a frame: `part_maps`.
+- `part_views`: spectra and maps of the parts of a frame: `part_views`, `part_maps`.
+- `restored`: specs from the plain values that a result is stored with: `restored`.
 - `trial`: all stages in order, from the traffic to the score: `run_trial`, `trace_frame`.
 - `check`: problems of a study and resolutions of its radars, before it runs: `check`.
 - `provenance`: canonical text and hash of a study, versions: `provenance`, `canonical_json`.
-- `store`: a run on disk: `save_run`, `load_run`.
+- `store`: a run on disk: `save.save_run`, `load.load_run`.
 - `monte_carlo`: many trials over a grid.
 - `section_v`: the correlation experiment of the paper.
 - `paper`: the scenarios and statistics of the paper.

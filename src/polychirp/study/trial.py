@@ -52,11 +52,16 @@ from polychirp.threads import side_by_side
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class VictimResult:
-    """Frame, detections, truth and score of one radar in one trial."""
+    """Frame, detections, truth and score of one radar in one trial.
+
+    ``paths`` are all paths to this radar at the refresh time that is nearest to the instant of the
+    detections.
+    """
 
     name: str
     frame: IfFrame
     parts: IfParts
+    paths: PropagationPaths
     detections: Detections
     truth: Truth
     score: Score
@@ -203,11 +208,12 @@ def receive_and_score(
     before = after
     if receiver.mitigation is not None:
         before = target_levels(replace(receiver, mitigation=None), frame, parts, true)
+    paths = paths_at(found.time, snapshots)
     score = compare(
         found,
         true,
         powers=powers,
-        echoes=echoes_at(found.time, scene, snapshots, victim=victim),
+        echoes=echoes_of(paths, scene.at(paths.reference_time), victim),
         floor_rise=floor_rise(receiver, frame, parts),
         before=before,
         after=after,
@@ -217,15 +223,21 @@ def receive_and_score(
         name=scene.radars[victim].name,
         frame=frame,
         parts=parts,
+        paths=paths.select(paths.receiver == victim),
         detections=found,
         truth=true,
         score=score,
     )
 
 
+def paths_at(time: float, snapshots: Sequence[PropagationPaths]) -> PropagationPaths:
+    """The snapshot that is nearest to a time, s."""
+    return min(snapshots, key=lambda paths: abs(paths.reference_time - time))
+
+
 def echoes_at(
     time: float, scene: Scene, snapshots: Sequence[PropagationPaths], *, victim: int
 ) -> Echoes:
     """Echoes of radar ``victim`` in the snapshot that is nearest to a time, s."""
-    nearest = min(snapshots, key=lambda paths: abs(paths.reference_time - time))
-    return echoes_of(nearest, scene.at(nearest.reference_time), victim)
+    paths = paths_at(time, snapshots)
+    return echoes_of(paths, scene.at(paths.reference_time), victim)

@@ -71,7 +71,7 @@ def _street() -> Scene:
 def profiles() -> None:
     """Compile kernels of the range response and of the paper's receiver."""
     from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
-    from polychirp.receiver.range_response import range_response
+    from polychirp.receiver.overview.range_response import range_response
     from polychirp.receiver.selection import AutoReceiver
 
     range_response(AutoReceiver(), _frame(), _parts())

@@ -21,7 +21,8 @@ from polychirp.capture.sigmf import open_sigmf, write_sigmf
 from polychirp.capture.zarr_file import decoded_size, open_zarr
 from polychirp.errors import InputError
 from polychirp.model.baseband import Baseband
-from polychirp.study.store import FORMAT_VERSION, load_run
+from polychirp.study.store.layout import FORMAT_VERSION
+from polychirp.study.store.load import load_run
 
 PARAMETERS = CaptureParameters(
     start_frequency=77e9,
@@ -122,7 +123,7 @@ def test_a_stored_run_is_read_with_the_same_care(tmp_path: Path):
     path = tmp_path / "run.zarr"
     root = zarr.create_group(store=path, zarr_format=3)
     version = {"format": "polychirp run", "format_version": FORMAT_VERSION}
-    root.attrs.update({**version, "victims": ["front"]})
+    root.attrs.update({**version, "victims": ["front"], "radars": ["front"], "actors": []})
     root.attrs["provenance"] = dict.fromkeys(
         ["study_hash", "seed", "revision", "versions", "platform"], ""
     )

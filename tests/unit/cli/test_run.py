@@ -18,11 +18,13 @@ from polychirp.cli.run import _degrees
 from polychirp.errors import RunError
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import PARTS, IfFrame, IfParts, sample_times
+from polychirp.model.paths import PropagationPaths
 from polychirp.model.score import Score
 from polychirp.model.truth import Truth
-from polychirp.study import store
-from polychirp.study.spec import schedules_of, target_names, victim_indices
-from polychirp.study.store import load_run
+from polychirp.study.spec import scene_of, schedules_of, target_names, victim_indices
+from polychirp.study.store import save
+from polychirp.study.store.load import load_run
+from polychirp.testing.paths import paths_of
 
 QUICKSTART = Path(__file__).parents[3] / "studies" / "quickstart.toml"
 
@@ -32,6 +34,7 @@ class Victim:
     name: str
     frame: IfFrame
     parts: IfParts
+    paths: PropagationPaths
     detections: Detections
     truth: Truth
     score: Score
@@ -48,6 +51,7 @@ def silent_victim(study, number: int) -> Victim:
         name=radar.name,
         frame=IfFrame(samples=np.zeros(shape), times=times, schedule=schedule, array=radar.array),
         parts=IfParts(samples=np.zeros((len(PARTS), *shape))),
+        paths=paths_of(),
         detections=Detections(time=0.0, range=one, range_rate=one, azimuth=one, power=one, snr=one),
         truth=Truth(
             time=0.0,
@@ -93,7 +97,7 @@ def trial(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> ModuleType:
         module.runs.append(study)
         progress("ray tracing", 1, 2)
         victims = tuple(silent_victim(study, number) for number in victim_indices(study))
-        return SimpleNamespace(victims=victims)
+        return SimpleNamespace(victims=victims, scene=scene_of(study))
 
     module.run_trial = run_trial  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, "polychirp.study.trial", module)
@@ -316,11 +320,11 @@ def test_radars_are_changed_by_name_and_a_wrong_name_is_told(trial, capsys):
 
 
 def test_an_interrupt_while_storing_leaves_no_half_of_a_run(trial, capsys, monkeypatch):
-    def interrupted(path, **content):
+    def interrupted(path, *content):
         path.mkdir(parents=True)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(store, "_write", interrupted)
+    monkeypatch.setattr(save, "_write", interrupted)
     assert main(quick("--out", "here")) == 130
     assert "no results were stored" in capsys.readouterr().err
     assert list(Path("here").iterdir()) == []

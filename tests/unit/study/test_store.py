@@ -1,103 +1,33 @@
 """A stored run comes back, names its axes and units, and is the same every time."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 import zarr
 
+from polychirp.axes import axes_of
 from polychirp.errors import InputError, RunError
-from polychirp.model.antenna import ISOTROPIC, AntennaArray
-from polychirp.model.detection import Detections
 from polychirp.model.front_end import HighPass
-from polychirp.model.if_frame import PARTS, IfFrame, IfParts, sample_times
-from polychirp.model.radar import Converter
-from polychirp.model.score import Score
-from polychirp.model.truth import Truth
-from polychirp.rng import Streams
+from polychirp.model.if_frame import PARTS, IfParts
+from polychirp.model.paths import PropagationPaths
 from polychirp.study.provenance import canonical_json, provenance
-from polychirp.study.spec import Study, StudyRadar
-from polychirp.study.store import load_run, save_run, stored_hash
+from polychirp.study.store.layout import FOLDERS
+from polychirp.study.store.load import load_run, stored_hash
+from polychirp.study.store.save import save_run
 from polychirp.traffic.street import Street, Vehicle
 from polychirp.waveform import DiverseTriangular
+from tests.support.runs import ARRAY, BOTH, ORIGIN, STUDY, trial, victim
 
-ARRAY = AntennaArray(num_channels=2, pattern=ISOTROPIC)
-
-
-@dataclass(frozen=True)
-class Victim:
-    name: str
-    frame: IfFrame
-    parts: IfParts
-    detections: Detections
-    truth: Truth
-    score: Score
-
-
-def victim(name: str, *, num_detections: int = 3) -> Victim:
-    schedule = DiverseTriangular(ramp_duration=(1e-4, 2e-4)).schedule(
-        num_sweeps=2, streams=Streams(1).of(name)
-    )
-    times = sample_times(schedule, Converter())
-    rng = np.random.default_rng(1)
-    shape = (len(PARTS), 2, schedule.num_ramps, times.most_samples)
-    parts = IfParts(samples=rng.normal(size=shape) + 1j * rng.normal(size=shape))
-    column = rng.normal(size=num_detections)
-    return Victim(
-        name=name,
-        frame=IfFrame(samples=parts.total(), times=times, schedule=schedule, array=ARRAY),
-        parts=parts,
-        detections=Detections(
-            time=0.5, range=column, range_rate=column, azimuth=column, power=column, snr=column
-        ),
-        truth=Truth(
-            time=0.25,
-            name=("car", "van"),
-            range=[1.0, 2.0],
-            range_rate=[0.0, 1.0],
-            azimuth=[0.1, 0.2],
-            elevation=[0.0, 0.1],
-            point=np.zeros((2, 3)),
-            is_visible=[True, False],
-        ),
-        score=Score(
-            is_detected=[True, False],
-            range_error=[0.1, 0.0],
-            range_rate_error=[0.2, 0.0],
-            azimuth_error=[0.3, 0.0],
-            elevation_error=[0.4, 0.0],
-            sinr=[1e3, 0.0],
-            snr=[2e3, 0.0],
-            inr=[3.0, 0.0],
-            mitigated_sinr=[9e2, 0.0],
-            num_points=[2.0, 0.0],
-            length=[1.5, 0.0],
-            width=[0.5, 0.0],
-            range_rate_span=[0.1, 0.0],
-            nature=("direct",) * num_detections,
-            body=(None,) * num_detections,
-            power=column,
-            target_detection=(0,),
-            num_missed=1,
-            floor_rise=2.5,
-        ),
-    )
-
-
-STUDY = Study(
-    name="alone",
-    seed=7,
-    street=Street(vehicles=(Vehicle(name="car", x=0.0, y=0.0),)),
-    radars=(StudyRadar(name="front", vehicle="car", waveform=DiverseTriangular()),),
-)
-ORIGIN = provenance(STUDY)
+PARTS_AXES = ("part", "channel", "ramp", "fast")
 
 
 @pytest.fixture
 def stored(tmp_path: Path) -> Path:
     path = tmp_path / "results" / "run.zarr"
-    save_run(path, victims=[victim("front"), victim("rear", num_detections=0)], provenance=ORIGIN)
+    save_run(path, BOTH, provenance=ORIGIN)
     return path
 
 
@@ -137,7 +67,7 @@ def test_a_run_keeps_which_parts_there_are_and_what_was_left_out(tmp_path):
     names = (*PARTS[:5], "distortion")
     chosen = [PARTS.index(part) for part in names]
     few = IfParts(samples=whole.parts.samples[chosen], names=names, neglected=2e-9)
-    save_run(tmp_path / "run.zarr", victims=[replace(whole, parts=few)], provenance=ORIGIN)
+    save_run(tmp_path / "run.zarr", trial(replace(whole, parts=few)), provenance=ORIGIN)
     found = load_run(tmp_path / "run.zarr").victims[0].parts
     assert (found.names, found.neglected) == (names, 2e-9)
     np.testing.assert_allclose(found["distortion"], whole.parts["distortion"], rtol=1e-6)
@@ -147,7 +77,7 @@ def test_a_run_keeps_which_parts_there_are_and_what_was_left_out(tmp_path):
 def test_a_run_keeps_the_high_pass_that_its_samples_went_through(tmp_path):
     whole = victim("front")
     frame = replace(whole.frame, high_pass=HighPass(corners=(50e3, 175e3)))
-    save_run(tmp_path / "run.zarr", victims=[replace(whole, frame=frame)], provenance=ORIGIN)
+    save_run(tmp_path / "run.zarr", trial(replace(whole, frame=frame)), provenance=ORIGIN)
     assert load_run(tmp_path / "run.zarr").victims[0].frame.high_pass == frame.high_pass
 
 
@@ -157,7 +87,7 @@ def test_a_frame_without_detections_comes_back(stored):
 
 def test_the_same_run_gives_the_same_bytes(stored, tmp_path):
     again = tmp_path / "again.zarr"
-    save_run(again, victims=[victim("front"), victim("rear", num_detections=0)], provenance=ORIGIN)
+    save_run(again, BOTH, provenance=ORIGIN)
     assert files(again) == files(stored)
 
 
@@ -169,23 +99,54 @@ def test_every_array_names_its_axes_and_its_unit(stored):
         for name, array in arrays.items()
         if isinstance(array, zarr.Array)
     }
-    assert len(found) == 2 + 2 + 7 + 10 + 11 + 14
+    assert {name for name in found if "/" not in name} == {"samples", "parts", *PARTS_AXES}
+    for noun, folder in FOLDERS.items():
+        assert {f"{folder}/{field}" for field in axes_of(noun)} <= set(found)
     assert found["samples"] == (("channel", "ramp", "fast"), "V")
     assert found["parts"] == (("part", "channel", "ramp", "fast"), "V")
     assert found["schedule/slope"] == (("ramp",), "Hz/s")
     assert found["truth/point"] == (("target", "xyz"), "m")
-    assert arrays["parts"].attrs["part"] == list(PARTS)
+    assert found["paths/transfer"] == (("path", "receiving", "transmitting"), "1")
+    assert group.attrs["part"] == list(PARTS)
+
+
+def test_xarray_opens_a_run_with_coordinates_and_without_warnings(stored):
+    tree = xr.open_datatree(stored, engine="zarr")
+    front, expected = tree["victim-0"], BOTH.victim("front")
+    frame = expected.frame
+    assert front["parts"].dims == PARTS_AXES
+    assert front["part"].to_numpy().tolist() == list(PARTS)
+    np.testing.assert_array_equal(
+        front["fast"], np.arange(frame.times.most_samples) / frame.times.rate
+    )
+    np.testing.assert_allclose(
+        front["parts"].sel(part="direct"), expected.parts["direct"], rtol=1e-6
+    )
+    assert front["truth/range"].sel(target="van") == 2.0
+    assert front["score/nature"].to_numpy().tolist() == ["direct"] * 3
+    assert float(front["paths/transfer"].sel(path=0, receiving="V", transmitting="V").real) > 0.0
+    for group in tree.subtree:
+        assert set(group.dataset.dims) <= set(group.coords)
+
+
+def test_a_run_keeps_the_paths_to_its_victims(stored):
+    run = load_run(stored)
+    assert (run.radars, run.actors) == (("front",), ("car", "van"))
+    found, expected = run.victim("front").paths, BOTH.victim("front").paths
+    assert (found.reference_time, found.frequency) == (expected.reference_time, expected.frequency)
+    for name in axes_of(PropagationPaths):
+        np.testing.assert_array_equal(getattr(found, name), getattr(expected, name))
 
 
 def test_storing_again_replaces_and_leaves_nothing_unfinished(stored):
-    save_run(stored, victims=[victim("other")], provenance=ORIGIN)
+    save_run(stored, trial(victim("other")), provenance=ORIGIN)
     assert [v.name for v in load_run(stored).victims] == ["other"]
     assert [path.name for path in stored.parent.iterdir()] == ["run.zarr"]
 
 
 def test_a_run_that_fails_while_it_is_stored_leaves_the_old_one(stored):
     with pytest.raises(AttributeError):
-        save_run(stored, victims=[victim("new"), None], provenance=ORIGIN)  # type: ignore[list-item]
+        save_run(stored, trial(victim("new"), None), provenance=ORIGIN)  # type: ignore[arg-type]
     assert [v.name for v in load_run(stored).victims] == ["front", "rear"]
 
 
@@ -202,7 +163,7 @@ def test_of_a_run_that_cannot_be_replaced_old_and_new_are_kept(stored, monkeypat
     with monkeypatch.context() as patch:
         patch.setattr(Path, "rename", renamed)
         with pytest.raises(RunError, match="written: Permission denied; the new run is kept"):
-            save_run(stored, victims=[victim("other")], provenance=ORIGIN)
+            save_run(stored, trial(victim("other")), provenance=ORIGIN)
     assert files(stored) == before
     kept = load_run(stored.with_name("run.zarr.unfinished"))
     assert [one.name for one in kept.victims] == ["other"]
@@ -211,7 +172,7 @@ def test_of_a_run_that_cannot_be_replaced_old_and_new_are_kept(stored, monkeypat
 def test_what_a_crash_left_of_a_replacement_goes_with_the_next_one(stored):
     """The crash came after the old run had lost its name."""
     stored.rename(stored.with_name("run.zarr.replaced"))
-    save_run(stored, victims=[victim("other")], provenance=ORIGIN)
+    save_run(stored, trial(victim("other")), provenance=ORIGIN)
     assert [path.name for path in stored.parent.iterdir()] == ["run.zarr"]
 
 
@@ -241,7 +202,11 @@ def test_a_damaged_run_is_refused(stored):
 
 
 def test_a_lost_chunk_is_not_read_as_zeros(stored):
-    chunks = [path for path in stored.rglob("c/**/*") if path.is_file()]
+    """Coordinates repeat what is stored elsewhere and are not read."""
+    arrays = ["samples", "parts"]
+    arrays += [f"{folder}/{field}" for noun, folder in FOLDERS.items() for field in axes_of(noun)]
+    folders = [stored / f"victim-{n}" / array / "c" for n in range(2) for array in arrays]
+    chunks = [path for folder in folders for path in folder.rglob("*") if path.is_file()]
     assert chunks
     for lost in chunks[::10]:
         content = lost.read_bytes()
@@ -259,7 +224,7 @@ def test_a_radar_that_is_not_stored_is_refused(stored):
 def test_a_place_that_cannot_be_written_is_told(tmp_path):
     (tmp_path / "file").write_text("", encoding="utf-8")
     with pytest.raises(RunError, match="cannot be written"):
-        save_run(tmp_path / "file" / "run.zarr", victims=[], provenance=ORIGIN)
+        save_run(tmp_path / "file" / "run.zarr", trial(), provenance=ORIGIN)
 
 
 def test_equal_studies_have_equal_hashes_and_others_have_others():

@@ -10,6 +10,11 @@ The modules in reading order; other packages use the functions that draw, and `r
 - `detection_statistics`: figures 12 and 13.
 - `floor_and_masking`: floor rise, misses and ghosts of every variant.
 - `roc`: detection probability over SNR, and false alarms.
+- `panels`, `pooling`: maps of the parts of a frame beside each other, with fewer cells.
+- `range_power_parts`, `range_rate_parts`, `range_azimuth_parts`, `spectrogram_parts`: the parts of
+  a frame over range, range rate, azimuth and time.
+- `detections_plan`: detections with their causes over the truth.
+- `study_curves`: results of a study over an axis of its grid, and paired differences.
 - `range_rate`: a map of range and range rate with its detections.
 - `rcs`, `convergence`: cross sections over aspect, and over the number of facets.
 - `diversity`, `ghosts`, `estimation_bound`, `growth`: figures of the pages in docs/validation.

@@ -40,21 +40,30 @@ class Drawing:
 
     def png(self) -> bytes:
         """The figure as a PNG file; equal figures give equal bytes."""
-        file = io.BytesIO()
-        with mpl.rc_context(fname=STYLE_FILE):
-            self.figure.savefig(file, format="png", metadata={"Software": None})
-        return file.getvalue()
+        return self.picture("png")
 
     def csv(self) -> str:
         """The data as a CSV file; numbers have seven significant digits."""
         return csv_of(self.data)
 
-    def save(self, folder: Path, name: str) -> bytes:
-        """Write ``NAME.png`` and ``NAME.csv`` into ``folder``; gives the bytes of the PNG file."""
-        picture = self.png()
-        (folder / f"{name}.png").write_bytes(picture)
+    def picture(self, form: str) -> bytes:
+        """The figure as a file of the format ``png``, ``svg`` or ``pdf``, as `png`."""
+        file = io.BytesIO()
+        unset = {"png": ("Software",), "svg": ("Date",), "pdf": ("CreationDate",)}[form]
+        with mpl.rc_context(fname=STYLE_FILE, rc={"svg.hashsalt": "polychirp"}):
+            self.figure.savefig(file, format=form, metadata=dict.fromkeys(unset))
+        return file.getvalue()
+
+    def save(self, folder: Path, name: str, *, formats: Sequence[str] = ("png",)) -> bytes:
+        """Write ``NAME.png`` and ``NAME.csv`` into ``folder``, or the picture in other formats.
+
+        The bytes of the first picture are returned.
+        """
+        pictures = [self.picture(form) for form in formats]
+        for form, picture in zip(formats, pictures, strict=True):
+            (folder / f"{name}.{form}").write_bytes(picture)
         (folder / f"{name}.csv").write_text(self.csv(), encoding="utf-8")
-        return picture
+        return pictures[0]
 
 
 def csv_of(data: Mapping[str, Column]) -> str:

@@ -8,10 +8,8 @@ from polychirp.axes import BoolArray
 from polychirp.model.detection import Detections
 from polychirp.model.spectra import RangeRateMap
 from polychirp.report.figures.drawing import GREY, ORANGE, SKY, Drawing, new_figure, styled
+from polychirp.report.figures.panels import COLOUR_SPAN_DB
 from polychirp.units import to_db
-
-COLOUR_SPAN_DB = 45.0
-"""Span of the colour scale, dB; chosen: weak echoes are visible, strong ones saturate."""
 
 
 @styled

@@ -14,9 +14,12 @@ from polychirp.axes import ComplexArray, FloatArray
 from polychirp.model.ramp import RampSchedule
 from polychirp.report.figures.drawing import Column, Drawing, new_figure, styled
 
-WINDOW_DEVIATION: Final = 20e-6
-"""Standard deviation of the Gaussian window, s; chosen: half a cell of the picture in time, in
-which a ramp crosses some cells in frequency."""
+WINDOW_SHARE: Final = 1.0 / 2400.0
+"""Standard deviation of the Gaussian window as a share of the time drawn; chosen: half a cell of
+the picture in time, in which a ramp crosses some cells in frequency."""
+
+MOST_RAMPS: Final = 48
+"""Greatest number of ramps that are drawn unless a span is given; chosen: more would merge."""
 
 WINDOW_REACH: Final = 6.0
 """Standard deviations beyond which the window is neglected (e^{-18} in amplitude)."""
@@ -100,13 +103,16 @@ def spectrogram(
     ----------
     title : text above the axes
     band : lowest and highest frequency drawn, Hz; `band_of` the schedule if absent
-    span : first and last time drawn, s; `span_of` the schedule if absent
+    span : first and last time drawn, s; the first `MOST_RAMPS` of the schedule if absent
     """
     low, high = band or band_of(schedule)
-    time = np.linspace(*(span or span_of(schedule)), 1400)
+    first, last = span or (schedule.start_time[0], schedule.end_time[:MOST_RAMPS][-1])
+    time = np.linspace(first, last, 1400)
     frequency = np.linspace(low, high, 420)
     power = np.abs(
-        short_time_spectrum(schedule, time=time, frequency=frequency, window=WINDOW_DEVIATION)
+        short_time_spectrum(
+            schedule, time=time, frequency=frequency, window=WINDOW_SHARE * (last - first)
+        )
     )
     level = 20.0 * np.log10(np.maximum(power / power.max(), 1e-3))
 

@@ -23,7 +23,7 @@ from polychirp.receiver.alternatives.paper_receiver import PaperReceiver, mean_t
 from polychirp.receiver.attribution import detected
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.mitigation.blanking import Blanking
-from polychirp.receiver.range_response import range_response
+from polychirp.receiver.overview.range_response import range_response
 from polychirp.rng import Streams
 from polychirp.scoring.causes import causes
 from polychirp.study.kernel_parts import OF_PAPER, compile_parts

@@ -6,7 +6,7 @@ import pytest
 from polychirp.model.if_frame import IfParts, sample_times
 from polychirp.model.radar import Converter
 from polychirp.receiver.coherent.chain import CoherentReceiver
-from polychirp.receiver.range_response import log_range_rate_map, range_response
+from polychirp.receiver.overview.range_response import log_range_rate_map, range_response
 from polychirp.receiver.signal_model.grid import Grid
 from polychirp.receiver.signal_model.point_signal import hann_weights
 from polychirp.receiver.signal_model.power_spectra import power_spectra, spectrum_size

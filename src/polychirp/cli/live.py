@@ -1,0 +1,41 @@
+"""``polychirp live`` — a page on which radars can be changed while one looks."""
+
+from __future__ import annotations
+
+import argparse
+from importlib.util import find_spec
+from typing import Any
+
+from polychirp.cli.terminal import say
+from polychirp.errors import CapabilityError, InputError
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the parser of the verb ``live``."""
+    parser = subparsers.add_parser(
+        "live",
+        help="change two radars on a street and see what happens",
+        description="Serve a page on this machine alone: a street with two radars, sliders for "
+        "their ramps, clocks and powers, and spectra, maps, detections and ghosts as they change.",
+    )
+    parser.add_argument("--port", metavar="N", type=int, default=8642, help="default: 8642")
+    parser.add_argument(
+        "--no-browser", action="store_true", help="do not open the page in a browser"
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Serve the page until Ctrl-C."""
+    if not 1024 <= arguments.port <= 65535:
+        raise InputError(f"--port: {arguments.port} is not between 1024 and 65535")
+    for package in ("nicegui", "plotly"):
+        if find_spec(package) is None:
+            raise CapabilityError(
+                f"the live page needs the package '{package}'; install it with "
+                'pip install "polychirp[live]"'
+            )
+    from polychirp.live.page import HOST, serve
+
+    say(f"the page is at http://{HOST}:{arguments.port}; stop it with Ctrl-C")
+    serve(port=arguments.port, opens_browser=not arguments.no_browser)
+    return 0

@@ -1,0 +1,143 @@
+"""``polychirp plot`` — figures of a stored run or study."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from polychirp.cli.terminal import figure_text, say, usable_folder
+from polychirp.errors import InputError
+
+if TYPE_CHECKING:
+    from polychirp.report.figures.drawing import Drawing
+
+KEPT_FILES: Final = "figures that were drawn stay in the folder"
+"""Part of the message that `cli.app` prints after an interrupt."""
+
+OF_RUNS: Final = (
+    "range-profile",
+    "range-rate",
+    "range-azimuth",
+    "spectrogram",
+    "ramps",
+    "detections",
+)
+OF_STUDIES: Final = ("curves", "differences")
+"""Figures of a run and of a study."""
+
+FILES: Final = ("png", "svg", "pdf")
+"""Formats of the figures."""
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the parser of the verb ``plot``."""
+    parser = subparsers.add_parser(
+        "plot",
+        help="draw a stored run or study",
+        description="Draw figures of a stored run or study; the data of each are written beside it "
+        "as CSV.",
+        epilog=f"figures of a run: {', '.join(OF_RUNS)}. Figures of a study: "
+        f"{', '.join(OF_STUDIES)}. All are drawn if none is named.",
+    )
+    parser.add_argument(
+        "stored", metavar="PATH", help="the folder into which 'run' or 'study' stored its results"
+    )
+    parser.add_argument("figures", metavar="FIGURE", nargs="*", help="figures to draw")
+    parser.add_argument("--radar", metavar="NAME", help="of a run: draw this radar alone")
+    parser.add_argument(
+        "--channel", metavar="N", type=int, default=0, help="of a run: channel of the spectrogram"
+    )
+    parser.add_argument(
+        "--over", metavar="AXIS", help="of a study: axis of its grid to draw over (default: each)"
+    )
+    parser.add_argument(
+        "--format",
+        metavar="FORMAT",
+        choices=FILES,
+        action="append",
+        help=f"{', '.join(FILES)}; may be repeated (default: png)",
+    )
+    parser.add_argument("--out", metavar="DIR", help="folder of the figures (default: PATH's)")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Draw the figures and print the paths of their files."""
+    path, is_run = stored_results(arguments.stored)
+    known = OF_RUNS if is_run else OF_STUDIES
+    _refuse_unknown(arguments.figures, known, is_run=is_run)
+    folder = usable_folder(arguments.out or path.parent)
+    wanted = tuple(arguments.figures) or known
+    drawings = _of_run if is_run else _of_study
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, drawing in drawings(path, wanted, arguments):
+        drawing.save(folder, name, formats=tuple(arguments.format or FILES[:1]))
+        for end in (*(arguments.format or FILES[:1]), "csv"):
+            print(folder / f"{name}.{end}")
+    return 0
+
+
+def stored_results(name: str) -> tuple[Path, bool]:
+    """The folder ``run.zarr`` or ``results.zarr`` of a stored result, and True for a run.
+
+    `InputError` is raised if there is neither.
+    """
+    path = Path(name)
+    candidates = [path] if path.suffix == ".zarr" else [path / "run.zarr", path / "results.zarr"]
+    for candidate in candidates:
+        if (candidate / "zarr.json").is_file():
+            return candidate, candidate.name != "results.zarr"
+    raise InputError(
+        f"there is no run and no study in '{path}'; name the folder into which 'run' or 'study' "
+        "stored its results"
+    )
+
+
+def _refuse_unknown(names: list[str], known: tuple[str, ...], *, is_run: bool) -> None:
+    for name in names:
+        if name not in known:
+            what = "a run" if is_run else "a study"
+            raise InputError(f"there is no figure '{name}' of {what}; there are {', '.join(known)}")
+
+
+def _of_run(
+    path: Path, wanted: tuple[str, ...], arguments: argparse.Namespace
+) -> Iterator[tuple[str, Drawing]]:
+    """Name of each file and its drawing, for every radar."""
+    from polychirp.report.run_plots import draw
+    from polychirp.study.store.load import load_run
+
+    stored = load_run(path)
+    victims = [stored.victim(arguments.radar)] if arguments.radar else list(stored.victims)
+    study = stored.study
+    for victim in victims:
+        number = [one.name for one in stored.victims].index(victim.name)
+        for name in wanted:
+            say(f"drawing {name} of '{victim.name}'")
+            options = {"channel": arguments.channel} if name == "spectrogram" else {}
+            title = figure_text(f"{study.name} · radar '{victim.name}'")
+            drawing = draw(name, victim, study.receiver, title=title, **options)
+            yield name if len(stored.victims) == 1 else f"{name}-{number}", drawing
+
+
+def _of_study(
+    path: Path, wanted: tuple[str, ...], arguments: argparse.Namespace
+) -> Iterator[tuple[str, Drawing]]:
+    """Name of each file and its drawing, for every axis of the grid."""
+    from polychirp.report.figures.study_curves import (
+        axis_number,
+        study_curves,
+        study_differences,
+    )
+    from polychirp.study.monte_carlo.results import load_results
+
+    results = load_results(path)
+    axis_number(results, arguments.over or (results.axes[0][0] if results.axes else ""))
+    drawn = {"curves": study_curves, "differences": study_differences}
+    for name in wanted:
+        for number, (axis, labels) in enumerate(results.axes):
+            is_chosen = arguments.over in (None, axis)
+            if is_chosen and (name == "curves" or len(labels) > 1):
+                title = figure_text(f"{path.parent.name}, over {axis}")
+                yield f"{name}-{number}", drawn[name](results, over=axis, title=title)

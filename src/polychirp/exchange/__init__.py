@@ -1,0 +1,8 @@
+"""Stored runs in the formats of other tools; each file is written by the library that defines it.
+
+The modules in reading order; others use `formats`:
+
+- `formats`: the formats by name, and `export`.
+- `columns`: detections, targets, paths and ramps as tables.
+- `csv_tables`, `matlab`, `hdf5`, `netcdf`, `sigmf_samples`, `osi`, `rosbag`: one format each.
+"""

@@ -1,0 +1,95 @@
+"""The formats that a stored run can be exported to, by name."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Final
+
+from polychirp.errors import CapabilityError, InputError, no_such
+from polychirp.study.store.load import StoredRun
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Format:
+    """A format: what it holds, and the function that writes it.
+
+    Parameters
+    ----------
+    what : files and contents, for the help
+    writer : module of this package and its function, from a run and a folder to the files written
+    packages : packages of the extra ``exchange`` that it needs
+    """
+
+    what: str
+    writer: tuple[str, str]
+    packages: tuple[str, ...] = ()
+
+
+FORMATS: Final[Mapping[str, Format]] = {
+    "mat": Format(
+        what="run.mat for MATLAB, GNU Octave and SciPy: all arrays",
+        writer=("matlab", "write_mat"),
+    ),
+    "netcdf": Format(
+        what="run.nc: all arrays, complex ones as two",
+        writer=("netcdf", "write_netcdf"),
+        packages=("xarray", "h5netcdf"),
+    ),
+    "hdf5": Format(
+        what="run.h5: all arrays",
+        writer=("hdf5", "write_hdf5"),
+        packages=("h5py",),
+    ),
+    "sigmf": Format(
+        what="victim-N.sigmf-meta and .sigmf-data: samples, ramps",
+        writer=("sigmf_samples", "write_sigmf_samples"),
+    ),
+    "csv": Format(
+        what="victim-N/detections.csv, targets.csv, paths.csv, ramps.csv",
+        writer=("csv_tables", "write_csv"),
+    ),
+    "osi": Format(
+        what="run-osi.mcap, ASAM Open Simulation Interface: detections, targets",
+        writer=("osi", "write_osi"),
+        packages=("betterosi",),
+    ),
+    "rosbag": Format(
+        what="run-rosbag, a bag of ROS 2: detections as point clouds",
+        writer=("rosbag", "write_rosbag"),
+        packages=("rosbags",),
+    ),
+}
+"""Every format by its name."""
+
+
+def writer_of(name: str) -> Callable[[StoredRun, Path], list[Path]]:
+    """The function that writes a format into a folder and returns the paths of what it wrote.
+
+    Raises
+    ------
+    InputError
+        There is no such format.
+    CapabilityError
+        A package that it needs is not installed.
+
+    Examples
+    --------
+    >>> writer_of("csv").__name__
+    'write_csv'
+    """
+    if name not in FORMATS:
+        raise InputError(no_such("format", name, FORMATS))
+    chosen = FORMATS[name]
+    missing = [package for package in chosen.packages if find_spec(package) is None]
+    if missing:
+        raise CapabilityError(
+            f"the format '{name}' needs the package '{missing[0]}' (pip install "
+            '"polychirp[exchange]"); csv, mat and sigmf need no further package'
+        )
+    module, function = chosen.writer
+    writer: Callable[[StoredRun, Path], list[Path]] = getattr(
+        import_module(f"polychirp.exchange.{module}"), function
+    )
+    return writer

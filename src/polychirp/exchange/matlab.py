@@ -1,0 +1,105 @@
+"""A run as a MATLAB file, version 5, which MATLAB, GNU Octave and SciPy read."""
+
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from polychirp.errors import CapabilityError
+from polychirp.study.store.groups import OWN_GROUP, ArrayGroup, NamedArray, groups_of
+from polychirp.study.store.load import StoredRun, StoredVictim
+
+LARGEST_VARIABLE: Final = 2**31 - 1
+"""Greatest size of a variable in a file of version 5, bytes (its size has 31 bits)."""
+
+HEADER: Final = "MATLAB 5.0 MAT-file, written by polychirp"
+HEADER_BYTES: Final = 116
+"""Text at the start of the file and its length in the format; SciPy's has the time of day, with
+which equal runs would give different files."""
+
+
+def write_mat(run: StoredRun, folder: Path) -> list[Path]:
+    """Write ``run.mat`` and return its path.
+
+    Its variables are ``study`` (JSON), ``radars``, ``actors`` and ``victims``, a cell array of
+    structures. Each has the arrays of a stored run with the same names and axes: ``samples``
+    (channel, ramp, fast), ``parts.echo`` and so on, ``times``, ``schedule``, ``paths``,
+    ``detections``, ``truth`` and ``score``. The structure ``units`` repeats the names, with the
+    unit of each.
+
+    Raises
+    ------
+    CapabilityError
+        A victim's samples are larger than a file of version 5 can hold.
+    """
+    from scipy.io import savemat
+
+    for victim in run.victims:
+        if 8 * victim.parts.samples.size > LARGEST_VARIABLE:
+            raise CapabilityError(
+                f"the samples of '{victim.name}' need more than the 2 GB that a MATLAB file of "
+                "version 5 holds; export to hdf5, which MATLAB reads with h5read"
+            )
+    path = folder / "run.mat"
+    content = {
+        "study": run.provenance.study,
+        "radars": _names(run.radars),
+        "actors": _names(run.actors),
+        "victims": _cells([_structure(victim) for victim in run.victims]),
+    }
+    savemat(path, content, do_compression=True, oned_as="column")
+    with path.open("r+b") as file:
+        file.write(HEADER.encode("ascii").ljust(HEADER_BYTES))
+    return [path]
+
+
+def _structure(victim: StoredVictim) -> dict[str, Any]:
+    groups = groups_of(victim)
+    own = groups.pop(OWN_GROUP)
+    parts = own.arrays["parts"].values
+    inner = {name: _fields(group) for name, group in groups.items()}
+    return {
+        "name": victim.name,
+        "samples": own.arrays["samples"].values,
+        "parts": dict(zip(victim.parts.names, parts, strict=True)),
+        "fast": own.coordinates["fast"].values,
+        **inner,
+        "units": {
+            "samples": "V",
+            "fast": "s",
+            **{name: _units(group) for name, group in groups.items()},
+        },
+    }
+
+
+def _fields(group: ArrayGroup) -> dict[str, Any]:
+    """Arrays of a group, and those of its attributes that are numbers or names."""
+    fields = {
+        name: _names(value) if isinstance(value, list) else value
+        for name, value in group.attributes.items()
+        if name not in group.arrays
+    }
+    return fields | {name: _value(array) for name, array in group.arrays.items()}
+
+
+def _units(group: ArrayGroup) -> dict[str, str]:
+    return {name: array.units for name, array in group.arrays.items()}
+
+
+def _value(array: NamedArray) -> Any:
+    return _names(array.values) if isinstance(array.values, tuple) else array.values
+
+
+def _names(values: list[Any] | tuple[Any, ...]) -> Any:
+    """Names as a cell array of texts; numbers as a vector."""
+    if all(isinstance(value, str) for value in values):
+        return _cells(list(values))
+    return np.array(values, dtype=np.float64)
+
+
+def _cells(values: list[Any]) -> Any:
+    """A cell array of one column."""
+    cells = np.empty((len(values), 1), dtype=object)
+    for number, value in enumerate(values):
+        cells[number, 0] = value
+    return cells

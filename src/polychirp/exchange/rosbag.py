@@ -1,0 +1,106 @@
+"""Detections of a run as point clouds in a ROS 2 bag, which needs no ROS to be written or read."""
+
+from __future__ import annotations
+
+import math
+import shutil
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from polychirp.frames import direction_of
+from polychirp.study.store.load import StoredRun, StoredVictim
+from polychirp.units import to_db
+
+NANOSECONDS: Final = 1_000_000_000
+"""Nanoseconds in a second."""
+
+FIELDS: Final = (
+    "x",
+    "y",
+    "z",
+    "range",
+    "range_rate",
+    "azimuth",
+    "elevation",
+    "power",
+    "snr",
+    "is_ghost",
+)
+"""Fields of each point: m in the radar's frame, m, m/s, rad, rad, dBW, dB, and 1 for a ghost."""
+
+_FLOAT32: Final = 7
+"""Number of the data type of 32-bit floats in ``sensor_msgs/PointField``."""
+
+
+def write_rosbag(run: StoredRun, folder: Path) -> list[Path]:
+    """Write the bag ``run-rosbag``, a folder, and return its path.
+
+    Its topics ``/victim_0/detections`` and so on have one ``sensor_msgs/PointCloud2`` each, with
+    `FIELDS` as 32-bit floats, in the radar's frame: x ahead, y left, z up. An angle that the array
+    does not measure counts as zero in x, y, z, and is NaN in its own field.
+    """
+    from rosbags.rosbag2 import StoragePlugin, Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_JAZZY)
+    path = folder / "run-rosbag"
+    shutil.rmtree(path, ignore_errors=True)
+    with Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        for number, victim in enumerate(run.victims):
+            message = _point_cloud(store, victim)
+            connection = writer.add_connection(
+                f"/victim_{number}/detections", message.__msgtype__, typestore=store
+            )
+            time = _nanoseconds(victim.detections.time)
+            writer.write(connection, time, store.serialize_cdr(message, message.__msgtype__))
+    return [path]
+
+
+def _point_cloud(store: Any, victim: StoredVictim) -> Any:
+    types = store.types
+    time = _nanoseconds(victim.detections.time)
+    stamp = types["builtin_interfaces/msg/Time"](
+        sec=time // NANOSECONDS, nanosec=time % NANOSECONDS
+    )
+    points = _points(victim)
+    field = types["sensor_msgs/msg/PointField"]
+    width = points.dtype.itemsize * len(FIELDS)
+    return types["sensor_msgs/msg/PointCloud2"](
+        header=types["std_msgs/msg/Header"](stamp=stamp, frame_id=victim.name),
+        height=1,
+        width=len(points),
+        fields=[
+            field(name=name, offset=4 * n, datatype=_FLOAT32, count=1)
+            for n, name in enumerate(FIELDS)
+        ],
+        is_bigendian=False,
+        point_step=width,
+        row_step=width * len(points),
+        data=np.frombuffer(points.tobytes(), dtype=np.uint8),
+        is_dense=not bool(np.any(np.isnan(points))),
+    )
+
+
+def _points(victim: StoredVictim) -> np.ndarray[Any, np.dtype[np.float32]]:
+    """`FIELDS` of every detection, ``(detection, field)``."""
+    found = victim.detections
+    direction = direction_of(np.nan_to_num(found.azimuth), np.nan_to_num(found.elevation))
+    place = found.range[:, None] * direction
+    ghosts = np.isin(np.arange(found.num_detections), victim.score.ghosts)
+    columns = (
+        *place.T,
+        found.range,
+        found.range_rate,
+        found.azimuth,
+        found.elevation,
+        to_db(found.power),
+        to_db(found.snr),
+        ghosts,
+    )
+    return np.stack(columns, axis=-1).astype("<f4")
+
+
+def _nanoseconds(time: float) -> int:
+    return max(0, math.floor(time * NANOSECONDS + 0.5))

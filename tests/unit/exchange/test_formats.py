@@ -1,0 +1,220 @@
+"""What is exported comes back from readers that other people wrote."""
+
+import csv
+import json
+import shutil
+import subprocess
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.io import loadmat
+
+from polychirp.cli.app import main
+from polychirp.errors import CapabilityError, InputError
+from polychirp.exchange import formats
+from polychirp.exchange.formats import FORMATS, writer_of
+from polychirp.exchange.rosbag import FIELDS
+from polychirp.study.store.load import StoredRun, load_run
+from polychirp.study.store.save import save_run
+from tests.support.runs import BOTH, ORIGIN
+from tests.support.snippets import blocks_of
+
+GUIDE = Path(__file__).parents[3] / "docs" / "how-to" / "export.md"
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> StoredRun:
+    save_run(tmp_path / "run.zarr", BOTH, provenance=ORIGIN)
+    return load_run(tmp_path / "run.zarr")
+
+
+def test_scipy_reads_the_matlab_file(run, tmp_path):
+    (path,) = writer_of("mat")(run, tmp_path)
+    content = loadmat(path, simplify_cells=True)
+    front, expected = content["victims"][0], run.victim("front")
+    assert json.loads(content["study"])["name"] == "alone"
+    assert content["actors"].tolist() == ["car", "van"]
+    assert front["name"] == "front"
+    np.testing.assert_array_equal(front["samples"], expected.frame.samples.astype(np.complex64))
+    np.testing.assert_array_equal(
+        front["parts"]["direct"], expected.parts["direct"].astype(np.complex64)
+    )
+    np.testing.assert_array_equal(front["detections"]["range"], expected.detections.range)
+    assert front["score"]["nature"].tolist() == ["direct"] * 3
+    np.testing.assert_array_equal(front["paths"]["transfer"], expected.paths.transfer)
+    assert front["units"]["truth"]["range_rate"] == "m/s"
+    assert content["victims"][1]["detections"]["range"].size == 0
+
+
+@pytest.mark.skipif(shutil.which("octave-cli") is None, reason="GNU Octave is not installed")
+def test_octave_runs_the_lines_of_the_guide(run, tmp_path):
+    (path,) = writer_of("mat")(run, tmp_path)
+    (guide,) = (block.text for block in blocks_of(GUIDE) if block.language == "matlab")
+    lines = [line for line in guide.splitlines() if not line.startswith("imagesc")]
+    script = "\n".join(
+        [*lines, "printf('%d %d %.9g %s', size(map), abs(x(2, 3)), v.truth.name{2})"]
+    )
+    done = subprocess.run(
+        ["octave-cli", "--no-gui", "--norc", "--eval", script],
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=path.parent,
+    )
+    samples = run.victim("front").frame.samples[0]
+    rows, columns, value, name = done.stdout.split()
+    assert (int(rows), int(columns)) == samples.shape
+    assert float(value) == pytest.approx(abs(samples[1, 2]), rel=1e-6)
+    assert name == "van"
+
+
+def test_samples_beyond_the_limit_of_matlab_files_are_refused(run, tmp_path, monkeypatch):
+    monkeypatch.setattr("polychirp.exchange.matlab.LARGEST_VARIABLE", 1000)
+    with pytest.raises(CapabilityError, match="export to hdf5"):
+        writer_of("mat")(run, tmp_path)
+
+
+def test_xarray_reads_the_netcdf_file(run, tmp_path):
+    (path,) = writer_of("netcdf")(run, tmp_path)
+    tree = xr.open_datatree(path, engine="h5netcdf")
+    front, expected = tree["victim-0"], run.victim("front")
+    found = front["parts_real"] + 1j * front["parts_imag"]
+    np.testing.assert_allclose(found.sel(part="noise"), expected.parts["noise"], rtol=1e-6)
+    assert float(front["truth/range"].sel(target="van")) == 2.0
+    assert front["truth/range"].attrs["units"] == "m"
+    assert front["truth/is_visible"].to_numpy().tolist() == [1, 0]
+    tree.close()
+
+
+def test_h5py_reads_the_hdf5_file(run, tmp_path):
+    (path,) = writer_of("hdf5")(run, tmp_path)
+    expected = run.victim("front")
+    with h5py.File(path) as file:
+        samples = file["victim-0/samples"]
+        np.testing.assert_array_equal(samples[...], expected.frame.samples.astype(np.complex64))
+        assert [axis.label for axis in samples.dims] == ["channel", "ramp", "fast"]
+        np.testing.assert_array_equal(
+            samples.dims[2][0][...], np.arange(samples.shape[2]) / expected.frame.times.rate
+        )
+        assert file["victim-0/score/nature"].asstr()[...].tolist() == ["direct"] * 3
+        assert file["victim-0/truth/range"].attrs["units"] == "m"
+
+
+def test_the_sigmf_package_reads_the_samples(run, tmp_path):
+    from sigmf import sigmffile
+
+    meta, *_ = writer_of("sigmf")(run, tmp_path)
+    recording = sigmffile.fromfile(str(meta))
+    recording.validate()
+    frame = run.victim("front").frame
+    captures = recording.get_captures()
+    ramp = 2
+    first, count = captures[ramp]["core:sample_start"], int(frame.times.num_samples[ramp])
+    found = recording.read_samples(start_index=first, count=count)
+    np.testing.assert_allclose(found.T, frame.samples[:, ramp, :count], rtol=1e-6)
+    assert captures[ramp]["polychirp:start_time"] == frame.times.first[ramp]
+
+
+def test_tables_have_all_digits(run, tmp_path):
+    writer_of("csv")(run, tmp_path)
+    expected = run.victim("front")
+    found = _table(tmp_path / "victim-0" / "detections.csv")
+    assert [float(value) for value in found["range_m"]] == expected.detections.range.tolist()
+    assert found["nature"] == ["direct"] * 3
+    targets = _table(tmp_path / "victim-0" / "targets.csv")
+    assert targets["target"] == ["car", "van"]
+    assert targets["is_visible"] == ["1", "0"]
+    assert [float(value) for value in targets["point_z_m"]] == [0.0, 0.0]
+    paths = _table(tmp_path / "victim-0" / "paths.csv")
+    assert [float(value) for value in paths["transfer_V_V_real"]] == [1.0, 1.0]
+    assert len(_table(tmp_path / "victim-0" / "ramps.csv")["slope_hz_per_s"]) == 4
+    assert _table(tmp_path / "victim-1" / "detections.csv")["range_m"] == []
+
+
+def test_betterosi_reads_detections_and_targets(run, tmp_path):
+    import betterosi
+
+    (path,) = writer_of("osi")(run, tmp_path)
+    messages = {
+        topic: list(betterosi.read(path, mcap_topics=[topic]))
+        for topic in ("victim-0/sensor_data", "victim-0/ground_truth")
+    }
+    (sensed,), (truth,) = messages.values()
+    expected = run.victim("front")
+    (radar,) = sensed.feature_data.radar_sensor
+    assert [one.position.distance for one in radar.detection] == pytest.approx(
+        expected.detections.range
+    )
+    assert [one.radial_velocity for one in radar.detection] == pytest.approx(
+        expected.detections.range_rate
+    )
+    assert [one.source_reference[0].identifier for one in truth.moving_object] == [["car"], ["van"]]
+
+
+def test_rosbags_reads_the_point_clouds(run, tmp_path):
+    from rosbags.highlevel import AnyReader
+
+    (path,) = writer_of("rosbag")(run, tmp_path)
+    with AnyReader([path]) as reader:
+        clouds = {
+            connection.topic: reader.deserialize(data, connection.msgtype)
+            for connection, _, data in reader.messages()
+        }
+    assert sorted(clouds) == ["/victim_0/detections", "/victim_1/detections"]
+    cloud, found = clouds["/victim_0/detections"], run.victim("front").detections
+    points = cloud.data.view("<f4").reshape(-1, len(FIELDS))
+    np.testing.assert_allclose(points[:, FIELDS.index("range")], found.range, rtol=1e-6)
+    np.testing.assert_allclose(
+        np.linalg.norm(points[:, :3], axis=1), np.abs(found.range), rtol=1e-5
+    )
+    np.testing.assert_allclose(
+        points[:, 1], found.range * np.sin(found.azimuth), rtol=1e-5, atol=1e-6
+    )
+    assert points[:, FIELDS.index("is_ghost")].tolist() == [1.0, 1.0, 1.0]
+    assert clouds["/victim_1/detections"].width == 0
+
+
+@pytest.mark.parametrize("name", [name for name in FORMATS if name != "osi"])
+def test_equal_runs_give_equal_files(run, tmp_path, name):
+    """A file of OSI holds the time at which it was made, as its standard wants."""
+    contents = []
+    for folder in (tmp_path / "one", tmp_path / "two"):
+        folder.mkdir()
+        writer_of(name)(run, folder)
+        contents.append(
+            {
+                path.relative_to(folder): path.read_bytes()
+                for path in sorted(folder.rglob("*"))
+                if path.is_file()
+            }
+        )
+    assert contents[0] == contents[1]
+
+
+def test_what_cannot_be_exported_is_told(run, tmp_path, monkeypatch):
+    with pytest.raises(InputError, match="no format 'matlb'; there are 'mat'"):
+        writer_of("matlb")
+    monkeypatch.setattr(formats, "find_spec", lambda _: None)
+    with pytest.raises(CapabilityError, match=r"needs the package 'h5py' .*polychirp\[exchange\]"):
+        writer_of("hdf5")
+
+
+def test_the_command_exports_a_run_beside_it_or_elsewhere(run, tmp_path, capsys):
+    assert main(["export", str(tmp_path), "--to", "csv", "--to", "mat"]) == 0
+    shown = capsys.readouterr()
+    assert str(tmp_path / "run.mat") in shown.out.splitlines()
+    assert "victim-1 is the radar 'rear'" in shown.err
+    elsewhere = tmp_path / "new" / "folder"
+    assert main(["export", str(tmp_path / "run.zarr"), "--to", "mat", "--out", str(elsewhere)]) == 0
+    assert [path.name for path in elsewhere.iterdir()] == ["run.mat"]
+    assert main(["export", str(tmp_path / "nothing"), "--to", "mat"]) == 2
+    assert "there is no run in" in capsys.readouterr().err
+
+
+def _table(path: Path) -> dict[str, list[str]]:
+    with path.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.reader(file))
+    return {name: [row[n] for row in rows[1:]] for n, name in enumerate(rows[0])}
