@@ -2,7 +2,8 @@
 
 The modules; other packages use the functions beside them:
 
-- `range_response`: power over range from long ramps together, over beams: `range_response`.
+- `range_response`: power over range from all ramps together, and the map of means of logarithms
+  that it is made of: `range_response`, `log_range_rate_map`.
 - `sums`: power over range and range rate, and of beams, for three kinds of ramps.
 - `range_rate`: power over range and range rate, for ramps of any kind: `range_rate_map`; its
   greatest value over range rates: `range_profile`.

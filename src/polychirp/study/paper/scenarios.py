@@ -11,6 +11,7 @@ from typing import Final, get_args
 import numpy as np
 
 from polychirp.axes import FloatArray
+from polychirp.channel.scene.ground_truth import truth
 from polychirp.errors import InputError
 from polychirp.frames import Pose
 from polychirp.model.baseband import Progress, no_progress
@@ -319,7 +320,7 @@ def _found_by_the_paper(
     victim = scene.radar_index(result.name)
     found = causes(
         detections,
-        result.truth,
+        truth(scene.at(detections.time), victim, result.truth.name),
         powers=powers,
         echoes=echoes_at(detections.time, scene, snapshots, victim=victim),
         gate=gate_for(PaperReceiver(), result.frame.schedule, result.frame.array),
@@ -394,12 +395,12 @@ def _dbm(power: np.ndarray | float) -> np.ndarray:
 
 
 def _target_row(victim: VictimResult, n: int) -> TargetRow:
-    truth, score = victim.truth, victim.score
+    true, score = victim.truth, victim.score
     row = TargetRow(
-        name=truth.name[n],
-        range_m=float(_at_start(victim, truth.range, truth.range_rate)[n]),
-        closing_speed_mps=-float(truth.range_rate[n]),
-        azimuth_deg=math.degrees(truth.azimuth[n]),
+        name=true.name[n],
+        range_m=float(_at_start(victim, true.range, true.range_rate)[n]),
+        closing_speed_mps=-float(true.range_rate[n]),
+        azimuth_deg=math.degrees(true.azimuth[n]),
         detected=bool(score.is_detected[n]),
     )
     if not row.detected:

@@ -405,7 +405,7 @@ def test_no_acceleration_is_looked_for_where_all_power_adds_up_without(monkeypat
 
     monkeypatch.setattr(acceleration, "_best", best)
     for value in (0.0, 20.0):
-        point = HandPoint(range=5.0, range_rate=-9.0, acceleration=value, spreads=True)
+        point = HandPoint(range=5.0, range_rate=-9.0, acceleration=value)
         seen = observed([point], noise=1e-3)
         start = points_at(seen, in_the_middle(seen, [point]) * [1.0, 1.0, 0.0], floor=1e-3)
         accelerated(seen, Residual.of(seen, NOTHING), start, Accelerations.of(seen))

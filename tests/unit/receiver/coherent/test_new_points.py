@@ -30,8 +30,8 @@ from polychirp.waveform import DiverseTriangular, Triangular
 from tests.support.points import HandPoint, frame_of
 
 RAMPS = DiverseTriangular().schedule(num_sweeps=8, streams=Streams(4))
-STRONG = HandPoint(range=12.3, range_rate=-7.7, azimuth=0.2, power=10.0, spreads=True)
-WEAK = HandPoint(range=21.0, range_rate=4.0, azimuth=-0.3, power=1.0, spreads=True)
+STRONG = HandPoint(range=12.3, range_rate=-7.7, azimuth=0.2, power=10.0)
+WEAK = HandPoint(range=21.0, range_rate=4.0, azimuth=-0.3, power=1.0)
 THRESHOLD = 25.0
 NOTHING = Points.none(4)
 
