@@ -82,7 +82,9 @@ def test_a_burst_that_is_taken_out_hides_no_target(mitigation):
     for n, true in enumerate(true_motions(ramps, STREET[2:])):
         assert found.range[n] == pytest.approx(true[0], abs=5e-3)
         assert found.azimuth[n] == pytest.approx(true[3], abs=0.02)
-    assert CoherentReceiver().detect(hit).num_detections < 2
+    unrepaired = CoherentReceiver().detect(hit).range
+    error = np.abs(unrepaired[:, None] - true_motions(ramps, STREET[2:])[:, 0])
+    assert not np.all(np.min(error, axis=0, initial=np.inf) < 5e-3)
 
 
 def test_blanked_samples_weaken_no_detection():
@@ -111,11 +113,11 @@ def test_a_high_pass_whose_phase_is_known_hides_no_target():
     passed = frame.with_samples(np.fft.ifft(spectrum * response, axis=-1) * frame.times.is_sample)
     receiver = CoherentReceiver(dynamic_range=from_db(40.0))
     found = receiver.detect(replace(passed, high_pass=high_pass))
-    true = true_motions(ramps, STREET[2:])[:, 0]
-    assert found.range == pytest.approx(true, abs=1e-3)
+    distance, rate = true_motions(ramps, STREET[2:]).T[:2]
+    assert found.range == pytest.approx(distance, abs=1e-3)
     blind = receiver.detect(passed)
-    error = np.abs(blind.range[:, None] - true).min(axis=0)
-    assert not np.any(error[:1] < 1e-3)
+    is_near = np.abs(blind.range[:, None] - distance) < 1e-3
+    assert not np.any(is_near & (np.abs(blind.range_rate[:, None] - rate) < 0.01))
 
 
 @pytest.mark.parametrize("family", [Triangular(), DiverseTriangular()])
