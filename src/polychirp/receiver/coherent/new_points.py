@@ -136,9 +136,7 @@ def further_points(trial: Trial, found: Peaks, fresh: Points) -> Points:
 def plain_points(trial: Trial, found: Peaks, fresh: Points) -> tuple[Points, bool]:
     """The new points ``fresh``, those at peaks without their beats, and if any has been tried."""
     is_bright = found.power >= GREATEST_SPREAD * np.max(fresh.strength, initial=0.0)
-    found = found[found.is_point & is_bright]
-    shared = shares_beats(trial.seen, _motion(found), fresh.motion)
-    found = found[~np.any(shared, axis=1)]
+    found = apart(trial.seen, found[found.is_point & is_bright], fresh)
     tried = found[distinct(trial.seen, _motion(found), found.power)]
     trial.mark(tried)
     start, is_point = trial.starts(tried)
@@ -160,6 +158,11 @@ def smeared_points(trial: Trial, found: Peaks) -> Points:
     best = distinct(trial.seen, start.motion, start.strength)
     trial.mark(found[best])
     return start[best]
+
+
+def apart(seen: Observation, found: Peaks, fresh: Points) -> Peaks:
+    """The peaks that have the beats of no new point."""
+    return found[~np.any(shares_beats(seen, _motion(found), fresh.motion), axis=1)]
 
 
 def still_shown(trial: Trial, found: Peaks) -> Peaks:

@@ -16,6 +16,7 @@ from polychirp.receiver.coherent.false_alarms import threshold_of
 from polychirp.receiver.coherent.new_points import (
     GREATEST_SPREAD,
     Trial,
+    apart,
     further_points,
     new_points,
     plain_points,
@@ -171,8 +172,8 @@ def all_added(
 ) -> tuple[Points, Residual]:
     """All points, with ``fresh`` and those that other peaks of one map show after each addition.
 
-    A map takes as long as some additions. Peaks much weaker than the strongest new point wait for
-    the next one, which has the floors that are left then.
+    A map takes as long as some additions. Peaks much weaker than the strongest new point, and those
+    with the beats of any, wait for the next map, which has the floors that are left then.
     """
     found = found[found.power >= GREATEST_SPREAD * np.max(fresh.strength)]
     while len(fresh) and len(points) < most:
@@ -180,7 +181,7 @@ def all_added(
         fresh = further_points(trial, found, fresh)
         points, residual = added(trial.seen, residual, points, fresh)
         trial = trial_of(residual)
-        found = still_shown(trial, found)
+        found = still_shown(trial, apart(trial.seen, found, fresh))
         fresh, _ = plain_points(trial, found, Points.none(points.amplitude.shape[1]))
     return points, residual
 
