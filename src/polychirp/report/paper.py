@@ -39,7 +39,7 @@ def write_paper(
     pictures: dict[str, bytes] = {}
     for name, draw in _drawings(results):
         progress(f"figures/{name}.png")
-        pictures[name] = draw().save(figures, name)
+        pictures[name] = draw().save(figures, name, formats=("png", "svg"))
     progress("report.html")
     report = folder / "report.html"
     report.write_text(page(results, pictures), encoding="utf-8")

@@ -77,6 +77,7 @@ def _draw_surfaces(axes: Axes, street: Surfaces) -> None:
             edgecolors="face",  # without edges, thin gaps show between neighbours
             linewidths=np.where(leaf[lying], 0.0, 0.8),
             zorder=1,
+            rasterized=True,  # drawn as triangles, a street of meshed cars has 60 MB as SVG
         )
     )
     walls = order[(area[order] <= 1e-4) & (np.ptp(flat[order], axis=1).max(axis=1) > 2.0)]

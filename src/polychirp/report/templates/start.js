@@ -1,0 +1,9 @@
+/* Starts the parts of the page with the data that it carries. */
+
+const pageData = JSON.parse(document.getElementById("data").textContent);
+document.documentElement.classList.add("live");
+if (pageData.rows.length) {
+  startHeadline(pageData);
+  startExplorer(pageData);
+}
+startStreet(pageData.street);
