@@ -49,7 +49,11 @@ FIGURE_CAPTIONS: Final[dict[str, str]] = {
     "fig08-view": "The surfaces that the rays of the channel meet, coloured by material; vehicles "
     "with a radar have the radar's colour.",
     "fig12-13": "Detection, ghosts and errors over the number of targets with 95 % intervals. "
-    "Dashes: medians; stars: values of the paper at ten targets.",
+    "Dashes: medians; stars: values of the paper at ten targets. The last two panels have the "
+    "differences from the conventional waveform, trial by trial: they decide, since intervals of "
+    "two curves may overlap although one is above the other in every trial.",
+    "fig11-both": "Equal slopes and diverse slopes at the same radar, on the same street and with "
+    "the same noise.",
     "floor-and-masking": "The cost of every variant: diversity removes ghosts and raises the "
     "floor; blanking lowers it again.",
 }

@@ -225,6 +225,8 @@ class StatisticsRow:
     range_median_m, azimuth_median_deg, speed_median_kmh : medians of the absolute errors; a few
         targets that share a cell with another one contribute most of an rms error, but not of these
     floor_rise_db : median over trials
+    detection_gain, ghosts_gain : detection probability and ghosts minus those of the conventional
+        waveform in the same situation, of the same trials; None for the conventional waveform
     """
 
     waveform: WaveformKind
@@ -241,6 +243,8 @@ class StatisticsRow:
     azimuth_median_deg: float
     speed_median_kmh: float
     floor_rise_db: float
+    detection_gain: Interval | None = None
+    ghosts_gain: Interval | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
