@@ -54,6 +54,7 @@ def profile_pair(conventional: PaperRow, diverse: PaperRow, *, heading: str) -> 
             textcoords="offset points",
             color=VERMILION,
             weight="bold",
+            bbox={"boxstyle": "square,pad=0.1", "facecolor": "white", "alpha": 0.85, "lw": 0},
         )
     mark_floor(axes, diverse, columns["range_m"], columns["diverse_slopes_dbm"])
     axes.set(
