@@ -7,10 +7,10 @@ import numpy as np
 
 from polychirp.axes import FloatArray
 from polychirp.live.look import Look
+from polychirp.receiver.overview.pooling import group_means, pooled
 from polychirp.report.figures.detections_plan import MARKS
 from polychirp.report.figures.drawing import BLUE, GREEN, GREY, INK, VERMILION
 from polychirp.report.figures.panels import GREATEST_SPAN_DB
-from polychirp.report.figures.pooling import group_means, pooled
 from polychirp.study.trial import VictimResult
 from polychirp.units import to_db
 

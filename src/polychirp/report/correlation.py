@@ -22,7 +22,8 @@ SHAPE_HEAD: Final = ("", "Width (ns)", "Peak side lobe (dB)", "Integrated side l
 
 CORRELATION_CAPTIONS: Final[dict[str, str]] = {
     "fig06": "Equal chirps: theory on the left, transceiver model and loop-back recording on the "
-    "right, on one scale.",
+    "right, on one scale; the upper panels show the lags about the peak. At half of the duration, "
+    "±50 µs, the side lobes are widest, and a bin of the curve may lie between two of them.",
     "fig07-as-printed": "The second chirp at its own carrier, the receiver still at the first one: "
     "the bands do not overlap, and only noise is recorded. This is frequency division.",
     "fig07-baseband": "The same with the receiver tuned to the transmitted band: slope diversity, "

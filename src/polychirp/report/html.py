@@ -1,6 +1,8 @@
 """The page of `polychirp paper`: one HTML file that needs no other file and no network."""
 
 import base64
+import io
+import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
@@ -8,7 +10,9 @@ from typing import Any, Final
 
 import jinja2
 from markupsafe import Markup
+from PIL import Image
 
+from polychirp.report.answer import QUESTION, answer, conclusions, headline_pair
 from polychirp.report.correlation import (
     CORRELATION_CAPTIONS,
     NUM_WORD_COLUMNS,
@@ -18,7 +22,9 @@ from polychirp.report.correlation import (
     shape_rows,
 )
 from polychirp.report.errata import ERRATA
+from polychirp.report.page_data import causes, row_key, rows_data
 from polychirp.report.statistics import STATISTICS_HEAD, STATISTICS_NOTE, findings, statistics_rows
+from polychirp.report.street_model import street_model
 from polychirp.report.verdict import Verdict, counted, interference_ghosts, verdicts
 from polychirp.report.words import (
     MITIGATION_WORDS,
@@ -30,7 +36,7 @@ from polychirp.report.words import (
     timing,
     variant_name,
 )
-from polychirp.study.paper.results import PaperResults, PaperRow, StatisticsRow
+from polychirp.study.paper.results import PaperResults, PaperRow, StatisticsRow, WaveformKind
 from polychirp.study.section_v.cases import CorrelationResults
 
 PAGE_TITLE: Final = "FMCW chirp diversity against mutual interference: the paper and polychirp"
@@ -43,7 +49,11 @@ FIGURE_CAPTIONS: Final[dict[str, str]] = {
     "fig08-view": "The surfaces that the rays of the channel meet, coloured by material; vehicles "
     "with a radar have the radar's colour.",
     "fig12-13": "Detection, ghosts and errors over the number of targets with 95 % intervals. "
-    "Dashes: medians; stars: values of the paper at ten targets.",
+    "Dashes: medians; stars: values of the paper at ten targets. The last two panels have the "
+    "differences from the conventional waveform, trial by trial: they decide, since intervals of "
+    "two curves may overlap although one is above the other in every trial.",
+    "fig11-both": "Equal slopes and diverse slopes at the same radar, on the same street and with "
+    "the same noise.",
     "floor-and-masking": "The cost of every variant: diversity removes ghosts and raises the "
     "floor; blanking lowers it again.",
 }
@@ -56,6 +66,36 @@ FINDING_COLUMNS: Final = (
     "Floor rise (dB)",
 )
 """Columns that the tables of claims and of variants share."""
+
+SECTION_FIGURES: Final[Mapping[str, Sequence[str]]] = {
+    "waveforms": ("fig04a", "fig04b"),
+    "street": ("fig08-plan", "fig08-view"),
+    "correlation": ("fig06", "fig07-as-printed", "fig07-baseband", "slope-law"),
+    "statistics": ("fig12-13",),
+    "cost": ("floor-and-masking",),
+}
+"""Figures of the sections of the page; all others are range profiles."""
+
+PHOTOS: Final = ("fig04a", "fig04b", "fig08-plan", "fig08-view")
+"""Figures with many colours, which are not inverted on a dark page."""
+
+PALETTE_COLOURS: Final = 200
+"""Number of colours of curves in the page; chosen: no difference is seen, and the files have less
+than half of their length."""
+
+JPEG_QUALITY: Final = 88
+"""Quality of pictures with many colours in the page, of 100; chosen: edges have no visible marks.
+"""
+
+SCRIPTS: Final = ("theme.js", "plots.js", "explorer.js", "street.js", "start.js")
+"""Scripts of the page, in the order in which they run."""
+
+WAVEFORM_LABELS: Final[Mapping[WaveformKind, str]] = {
+    "conventional": "conventional",
+    "diverse": "diverse",
+    "fixed-per-radar": "fixed slopes",
+}
+"""Short names of the waveforms, for buttons."""
 
 WIDE_FIGURES: Final = (FIGURE_CAPTIONS | CORRELATION_CAPTIONS).keys() - {"slope-law"}
 """Figures that take the whole width of the page; others stand side by side."""
@@ -91,9 +131,17 @@ def page(results: PaperResults, pictures: Mapping[str, bytes]) -> str:
     return environment.get_template("page.html").render(
         title=PAGE_TITLE,
         style=Markup(_read("page.css")),
-        summary=_summary(answers),
-        claims=_claims(answers),
-        figures=[_figure(name, data, captions.get(name, "")) for name, data in pictures.items()],
+        script=Markup("\n".join(map(_read, SCRIPTS))),
+        data=_as_script(_data(results)),
+        question=QUESTION,
+        answer=answer(results, answers),
+        conclusions=conclusions(results),
+        cards=[_card(verdict, pictures) for verdict in answers],
+        controls=_controls(results),
+        figures={
+            name: _figure(name, data, captions.get(name, "")) for name, data in pictures.items()
+        },
+        groups=_figure_groups(pictures),
         correlation=_correlation(results.correlation),
         statistics=_statistics(results.statistics),
         cases=_cases(results.rows),
@@ -107,15 +155,38 @@ def page(results: PaperResults, pictures: Mapping[str, bytes]) -> str:
     )
 
 
+def _data(results: PaperResults) -> dict[str, Any]:
+    """The numbers that the page's scripts draw."""
+    return {
+        "rows": rows_data(results.rows),
+        "causes": causes(),
+        "headline": _headline(results),
+        "street": street_model(results.scene),
+    }
+
+
+def _headline(results: PaperResults) -> dict[str, Any] | None:
+    """The rows of the first picture, and the strongest ghost in it."""
+    pair = headline_pair(results)
+    if pair is None:
+        return None
+    ghosts = interference_ghosts(pair[0])
+    strongest = max(ghosts, key=lambda one: one.power_over_strongest_target_db, default=None)
+    return {
+        "conventional": row_key(pair[0]),
+        "diverse": row_key(pair[1]),
+        "ghost": strongest and {"range": round(strongest.range_m, 2)},
+    }
+
+
+def _as_script(data: Mapping[str, Any]) -> Markup:
+    """Values as JSON for an element ``script``; no name in them can end the element."""
+    text = json.dumps(data, allow_nan=False, separators=(",", ":"))
+    return Markup(text.replace("<", "\\u003c"))
+
+
 def _read(name: str) -> str:
     return files("polychirp.report.templates").joinpath(name).read_text(encoding="utf-8")
-
-
-def _summary(answers: Sequence[Verdict]) -> str:
-    holding = sum(answer.holds for answer in answers)
-    if holding == len(answers):
-        return f"All {len(answers)} claims of the paper's figures 9 to 11 hold here."
-    return f"{holding} of {len(answers)} claims of the paper's figures 9 to 11 hold here."
 
 
 def _outcome(answer: Verdict) -> str:
@@ -147,22 +218,59 @@ def _statistics(rows: Sequence[StatisticsRow]) -> dict[str, Any] | None:
     }
 
 
-def _claims(answers: Sequence[Verdict]) -> Table:
-    head = ("Fig.", "Case", "The paper's claim", "Verdict", *FINDING_COLUMNS)
-    rows = []
-    for answer in answers:
-        claim = answer.claim
-        verdict = _text(_outcome(answer), f"verdict {'good' if answer.holds else 'bad'}")
-        rows.append(
-            [
-                _text(claim.figure),
-                _text(f"{claim.scenario}, {claim.radar}, {claim.waveform}"),
-                _text(claim.text),
-                verdict,
-                *_findings(answer.row),
-            ]
+def _card(verdict: Verdict, pictures: Mapping[str, bytes]) -> dict[str, Any]:
+    """A claim, its verdict and the numbers behind it, for a card."""
+    claim, row = verdict.claim, verdict.row
+    name = figure_name(claim)
+    return {
+        "figure": claim.figure,
+        "case": f"{SCENARIO_WORDS[claim.scenario]} · {claim.radar} · {claim.waveform}",
+        "claim": claim.text,
+        "holds": verdict.holds,
+        "differences": verdict.differences,
+        "numbers": dict(zip(FINDING_COLUMNS, _findings(row), strict=True)) if row else {},
+        "link": name if name in pictures else None,
+        "row": row_key(row) if row and row.map is not None else None,
+    }
+
+
+def _controls(results: PaperResults) -> list[dict[str, Any]]:
+    """Groups of radio buttons that choose a row: name, title, values with labels, first value."""
+    shown = [row for row in results.rows if row.map is not None]
+    if not shown:
+        return []
+    first = (headline_pair(results) or shown)[0]
+    return [
+        {"name": name, "title": title, "chosen": chosen, "options": dict(options)}
+        for name, title, chosen, options in (
+            ("case", "Scenario", _case(first), ((_case(r), _case_words(r)) for r in shown)),
+            (
+                "waveform",
+                "Waveform",
+                first.waveform,
+                ((r.waveform, WAVEFORM_LABELS[r.waveform]) for r in shown),
+            ),
+            ("mitigation", "Mitigation", "none", ((r.mitigation, r.mitigation) for r in shown)),
+            ("start", "Starts", "together", (("together", "together"), ("random", "at random"))),
         )
-    return Table(head, rows)
+    ]
+
+
+def _case(row: PaperRow) -> str:
+    return f"{row.scenario}|{row.radar}"
+
+
+def _case_words(row: PaperRow) -> str:
+    return f"{row.scenario}: {SCENARIO_WORDS[row.scenario]}, {row.radar}"
+
+
+def _figure_groups(pictures: Mapping[str, bytes]) -> dict[str, list[str]]:
+    """Names of the figures of every section of the page."""
+    sections = {name: section for section, names in SECTION_FIGURES.items() for name in names}
+    groups: dict[str, list[str]] = {section: [] for section in (*SECTION_FIGURES, "profiles")}
+    for name in pictures:
+        groups[sections.get(name, "profiles")].append(name)
+    return groups
 
 
 def _findings(row: PaperRow | None) -> list[Cell]:
@@ -186,9 +294,31 @@ def _figure(name: str, picture: bytes, caption: str) -> dict[str, str]:
     return {
         "name": name,
         "caption": caption,
-        "data": base64.b64encode(picture).decode("ascii"),
+        "source": _photo(picture) if name in PHOTOS else _chart(picture),
         "width": "wide" if name in WIDE_FIGURES else "panel",
+        "kind": "photo" if name in PHOTOS else "chart",
     }
+
+
+def _photo(picture: bytes) -> str:
+    """Address of a picture with many colours, which contains the picture as JPEG."""
+    file = io.BytesIO()
+    with Image.open(io.BytesIO(picture)) as image:
+        image.convert("RGB").save(file, format="JPEG", quality=JPEG_QUALITY, optimize=True)
+    return _address("jpeg", file.getvalue())
+
+
+def _chart(picture: bytes) -> str:
+    """Address of a picture of curves, which contains it as PNG with few colours."""
+    file = io.BytesIO()
+    with Image.open(io.BytesIO(picture)) as image:
+        few = image.convert("RGB").quantize(PALETTE_COLOURS, dither=Image.Dither.NONE)
+        few.save(file, format="PNG", optimize=True)
+    return _address("png", file.getvalue())
+
+
+def _address(form: str, picture: bytes) -> str:
+    return f"data:image/{form};base64,{base64.b64encode(picture).decode('ascii')}"
 
 
 def _cases(rows: Sequence[PaperRow]) -> list[dict[str, Any]]:

@@ -5,10 +5,12 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 
+from polychirp.report.answer import headline_pair
 from polychirp.report.figures.correlation import correlation_drawings
 from polychirp.report.figures.detection_statistics import detection_statistics
 from polychirp.report.figures.drawing import Drawing
 from polychirp.report.figures.floor_and_masking import floor_and_masking
+from polychirp.report.figures.profile_pair import profile_pair
 from polychirp.report.figures.range_profile import common_limits, range_profile
 from polychirp.report.figures.spectrogram import band_of, span_of, spectrogram
 from polychirp.report.figures.street_plan import street_plan
@@ -28,8 +30,9 @@ def write_paper(
 ) -> Path:
     """Write all files of a run into ``folder``; gives the path of the page, ``report.html``.
 
-    The other files are ``results.json``, and ``figures/NAME.png`` with the data of the figure in
-    ``figures/NAME.csv``. ``progress`` is called with the name of each file before it is written.
+    The other files are ``results.json``, and every figure as ``figures/NAME.png`` and
+    ``figures/NAME.svg``, with its data in ``figures/NAME.csv``. ``progress`` is called with the
+    name of each file before it is written.
     """
     figures = folder / "figures"
     figures.mkdir(parents=True, exist_ok=True)
@@ -39,7 +42,7 @@ def write_paper(
     pictures: dict[str, bytes] = {}
     for name, draw in _drawings(results):
         progress(f"figures/{name}.png")
-        pictures[name] = draw().save(figures, name)
+        pictures[name] = draw().save(figures, name, formats=("png", "svg"))
     progress("report.html")
     report = folder / "report.html"
     report.write_text(page(results, pictures), encoding="utf-8")
@@ -55,10 +58,13 @@ def _drawings(results: PaperResults) -> Iterator[tuple[str, Callable[[], Drawing
         ("fig04b", results.diverse, "Fig. 4b · triangular sweep with time and frequency diversity"),
     ):
         yield name, partial(spectrogram, schedule, title=title, band=band, span=span)
-    if results.correlation is not None:
-        yield from correlation_drawings(results.correlation)
     yield "fig08-plan", partial(street_plan, results.scene)
     yield "fig08-view", partial(street_view, results.scene)
+    if results.correlation is not None:
+        yield from correlation_drawings(results.correlation)
+    pair = headline_pair(results)
+    if pair is not None:
+        yield "fig11-both", partial(profile_pair, *pair, heading="Figs. 11a and 11b on one scale")
     for claim in results.claims:
         if row_of(results, claim) is not None:
             yield figure_name(claim), partial(_profile, results, claim)

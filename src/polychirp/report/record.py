@@ -13,7 +13,8 @@ from polychirp.study.paper.results import PaperResults, PaperRow
 def results_json(results: PaperResults) -> dict[str, Any]:
     """Results as values for ``json.dumps(…, allow_nan=False)``: NaN and infinity become null.
 
-    Range profiles are left out; those of figures 9 to 11 are in the CSV files beside the figures.
+    Range profiles and maps are left out; the profiles of figures 9 to 11 are in the CSV files
+    beside the figures.
     """
     record = {
         "seed": results.seed,
@@ -33,7 +34,13 @@ def results_json(results: PaperResults) -> dict[str, Any]:
 
 
 def _scenario(row: PaperRow) -> dict[str, Any]:
-    arrays = {"profile_range", "profile_power_db", "detection_range", "detection_power_db"}
+    arrays = {
+        "profile_range",
+        "profile_power_db",
+        "detection_range",
+        "detection_power_db",
+        "map",
+    }
     plain = {f.name: getattr(row, f.name) for f in fields(row) if f.name not in arrays}
     return {
         **plain,

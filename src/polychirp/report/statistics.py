@@ -114,10 +114,27 @@ def findings(rows: Sequence[StatisticsRow]) -> list[str]:
         f"by {diverse.floor_rise_db:.0f} dB, from that of noise alone. This masks weak targets; "
         "the targets here are stronger.",
     ]
+    if diverse.detection_gain is not None and diverse.ghosts_gain is not None:
+        found.append(
+            "Both waveforms were tried on the same streets with the same noise. The difference of "
+            f"detection probability is {within(diverse.detection_gain, 2)}, and that of ghosts in "
+            f"a frame {within(diverse.ghosts_gain, 1)}, diverse minus conventional; "
+            f"{_decided(diverse.detection_gain)}."
+        )
     if ("diverse", "blanked") in at:
         blanked = at["diverse", "blanked"]
         found.append(f"With blanking, it raises the floor by {blanked.floor_rise_db:.1f} dB.")
     return found
+
+
+def _decided(difference: Interval) -> str:
+    """What a paired difference says about detection, in words."""
+    _, low, high = difference
+    if low > 0:
+        return "diverse slopes detect more targets"
+    if high < 0:
+        return "diverse slopes detect fewer targets"
+    return "the trials do not decide which waveform detects more targets"
 
 
 def _beside(row: StatisticsRow, field: str) -> str:
@@ -134,7 +151,7 @@ def within(interval: Interval, digits: int) -> str:
     >>> within((0.95, 0.871, 0.98), 2)
     '0.95 (0.87…0.98)'
     """
-    value, low, high = (f"{number:.{digits}f}" for number in interval)
+    value, low, high = (decimal(number, digits) for number in interval)
     return f"{value} ({low}…{high})"
 
 

@@ -10,7 +10,14 @@ from polychirp.model.mesh import Mesh, Plate
 from polychirp.model.radar import Radar
 from polychirp.model.ramp import RampSchedule, continuous_phase
 from polychirp.model.scene import Actor, Scene
-from polychirp.study.paper.results import GhostRow, PaperResults, PaperRow, TargetRow, paper_claims
+from polychirp.study.paper.results import (
+    GhostRow,
+    PaperResults,
+    PaperRow,
+    RowMap,
+    TargetRow,
+    paper_claims,
+)
 
 FLOOR = -95.0
 TARGETS = {
@@ -48,6 +55,26 @@ def triangles(durations: np.ndarray, bandwidths: np.ndarray) -> RampSchedule:
     )
 
 
+def made_up_map(marks: list, target_ranges: list) -> RowMap:
+    """Floor with a peak at each of the marks: range, power, range rate, cause and body."""
+    range_, rate = np.linspace(0.0, 30.0, 61), np.linspace(-32.0, 32.0, 33)
+    power = np.full((rate.size, range_.size), FLOOR)
+    for r, p, v, _, _ in marks:
+        power[np.argmin(abs(rate - v)), np.argmin(abs(range_ - r))] = p
+    return RowMap(
+        range=range_,
+        range_rate=rate,
+        power_db=power,
+        detection_range=np.array([m[0] for m in marks]),
+        detection_range_rate=np.array([m[2] for m in marks]),
+        detection_power_db=np.array([m[1] for m in marks]),
+        detection_cause=tuple(m[3] for m in marks),
+        detection_body=tuple(m[4] for m in marks),
+        target_range=np.array(target_ranges),
+        target_range_rate=np.full(len(target_ranges), -4.0),
+    )
+
+
 @pytest.fixture
 def make_row() -> Callable[..., PaperRow]:
     """A row of made-up numbers; ghosts are (kind, range, power over the strongest target)."""
@@ -72,6 +99,8 @@ def make_row() -> Callable[..., PaperRow]:
         for place, level in peaks:
             power += 10 ** (level / 10) * np.exp(-(((range_ - place) / 0.15) ** 2))
         profile = 10 * np.log10(power)
+        marks = [(r, p, -4.0, "target", name) for name, r, p in truth if name not in hidden]
+        marks += [(r, strongest + over, -2.0, kind, None) for kind, r, over in ghosts]
         return PaperRow(
             scenario=scenario,
             radar=radar,
@@ -111,6 +140,7 @@ def make_row() -> Callable[..., PaperRow]:
             mean_threshold_db=float(profile.mean()),
             detection_range=np.array([r for r, _ in peaks]),
             detection_power_db=np.array([p for _, p in peaks]),
+            map=made_up_map(marks, [r for _, r, _ in truth]),
         )
 
     return make

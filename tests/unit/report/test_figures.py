@@ -255,7 +255,7 @@ def test_a_range_profile_shows_truth_detections_ghosts_and_both_levels(make_row)
     assert labels(axes) == [
         "range profile",
         "thermal noise floor",
-        "mean threshold, eq. 12",
+        "the paper's threshold, eq. 12, not used here",
         "true target",
         "detection",
         "ghost: direct interference",

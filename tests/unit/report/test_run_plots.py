@@ -5,7 +5,7 @@ import pytest
 from matplotlib.axes import Axes
 
 from polychirp.errors import InputError
-from polychirp.report.figures.pooling import pooled
+from polychirp.receiver.overview.pooling import pooled
 from polychirp.report.run_plots import FIGURES, draw
 from polychirp.study.store.load import load_run
 from polychirp.study.store.save import save_run

@@ -36,6 +36,10 @@ NEAR_PEAK_WIDTHS: Final = 20.0
 """Number of half-power widths that panels of a peak's amplitude show on each side of it; chosen."""
 
 
+LEAST_OF_FULL_SCALE: Final = 0.05
+"""Greatest amplitude from which on the axis ends at 1.05; chosen: lower curves are flat there."""
+
+
 def curve(correlation: Correlation, span: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
     """Mean lag, s, and greatest |R| of each bin of the lags within ``span``, ``(bin,)`` each."""
     inside = (correlation.lag >= span[0]) & (correlation.lag <= span[1])
@@ -69,11 +73,15 @@ def correlation_picture(row: CorrelationRow, *, heading: str) -> Drawing:
         )
     ):
         for correlation, colour, label in curves:
+            # the model's curve is wider, so that it is seen below that of the recording
+            width = 2.6 if correlation is model else 1.0
             lag, height = curve(correlation, near)
-            panels[0, column].plot(lag * 1e6, height, color=colour, label=label)
+            panels[0, column].plot(lag * 1e6, height, color=colour, label=label, linewidth=width)
             lag, height = curve(correlation, whole)
-            panels[1, column].plot(lag * 1e6, to_db(height**2), color=colour, label=label)
-    _dress(panels, row.ideal.peak, snr_db=row.modelled[0].snr_db)
+            panels[1, column].plot(
+                lag * 1e6, to_db(height**2), color=colour, label=label, linewidth=width
+            )
+    _dress(panels, row, near)
     figure.suptitle(f"{heading} · {row.case.says}", x=0.01, ha="left", weight="bold", size=11)
     return Drawing(figure=figure, data=_columns(row, whole))
 
@@ -85,24 +93,32 @@ def _near(row: CorrelationRow, whole: tuple[float, float]) -> tuple[float, float
     return -reach, reach
 
 
-def _dress(panels: np.ndarray, peak: float, *, snr_db: float) -> None:
-    for column, title in enumerate(("Theory", f"With transceivers, SNR {snr_db:g} dB")):
+def _dress(panels: np.ndarray, row: CorrelationRow, near: tuple[float, float]) -> None:
+    """Titles, scales and labels; amplitudes that are far below 1 have a scale of their own."""
+    titles = ("Theory", f"With transceivers, SNR {row.modelled[0].snr_db:g} dB")
+    highest = max(float(curve(one, near)[1].max()) for one in row.curves)
+    is_auto = row.case.kind != "cross"
+    level = 20.0 * math.log10(row.ideal.peak)
+    for column, title in enumerate(titles):
         upper, lower = panels[0, column], panels[1, column]
         assert isinstance(upper, Axes)
         assert isinstance(lower, Axes)
-        upper.set(title=title, ylim=(0.0, 1.05))
+        upper.set(title=title, ylim=(0.0, 1.05 if highest > LEAST_OF_FULL_SCALE else 1.3 * highest))
+        upper.ticklabel_format(axis="y", scilimits=(-2, 3))
+        if is_auto:
+            upper.set(xlabel=f"Lag (µs), within {near[1] * 1e6:.2f} µs of the peak")
         lower.set(ylim=(LOWEST_LEVEL_DB, 5.0), xlabel="Lag (µs)")
-        level = 20.0 * math.log10(peak)
         lower.axhline(level, color=GREY, linewidth=0.8, linestyle="--")
         lower.annotate(
             f"peak in theory {level:.1f} dB".replace("-", "−"),
-            (1.0, level),
+            (0.98 if is_auto else 0.5, level),
             xycoords=("axes fraction", "data"),
-            xytext=(-4, 3),
+            xytext=(0, -11 if is_auto else 3),
             textcoords="offset points",
-            ha="right",
+            ha="right" if is_auto else "center",
             color=INK,
             size=8.5,
+            bbox={"boxstyle": "square,pad=0.1", "facecolor": "white", "alpha": 0.8, "lw": 0},
         )
         upper.legend(loc="upper right")
     panels[0, 0].set(ylabel="Correlation amplitude")

@@ -51,12 +51,21 @@ _PANELS: Final = {
 }
 """Fields of `StatisticsRow` that have a panel, and the labels of the panels."""
 
+_GAINS: Final = {
+    "detection_gain": "Detection probability,\nminus conventional",
+    "ghosts_gain": "Ghosts in a frame,\nminus conventional",
+}
+"""Fields of paired differences, and the labels of their panels."""
+
 
 @styled
 def detection_statistics(rows: Sequence[StatisticsRow]) -> Drawing:
-    """Detection, ghosts and errors of every curve with 95 % intervals, and the paper's values."""
-    figure = new_figure(9.6, 5.6)
-    all_axes = figure.subplots(2, 3).ravel()
+    """Detection, ghosts and errors of every curve with 95 % intervals, and the paper's values.
+
+    The last panels have differences between waveforms, trial by trial.
+    """
+    figure = new_figure(12.4, 5.8)
+    all_axes = figure.subplots(2, 4).ravel()
     curves = list(dict.fromkeys((row.waveform, row.situation) for row in rows))
     for axes, (field, label) in zip(all_axes, _PANELS.items(), strict=False):
         for number, curve in enumerate(curves):
@@ -67,13 +76,30 @@ def detection_statistics(rows: Sequence[StatisticsRow]) -> Drawing:
             axes.plot(*place, marker="*", markersize=11, color=INK, linestyle="")
             _medians(axes, rows, field.replace("rmse", "median"))
             axes.set(yscale="log")
-        axes.set(xlabel="Targets", ylabel=label)
-        axes.set_xticks(sorted({row.num_targets for row in rows}))
+        _label(axes, rows, label)
+    for axes, (field, label) in zip(all_axes[len(_PANELS) :], _GAINS.items(), strict=False):
+        _gains(axes, rows, field)
+        _label(axes, rows, label)
     all_axes[0].set(ylim=(-0.03, 1.03))
     _legend(all_axes)
     trials = " or ".join(str(count) for count in sorted({row.num_trials for row in rows}))
     figure.suptitle(f"Figs. 12 and 13 · points in random traffic, {trials} trials", size=10)
     return Drawing(figure=figure, data=_data(rows))
+
+
+def _label(axes: Axes, rows: Sequence[StatisticsRow], label: str) -> None:
+    axes.set(xlabel="Targets", ylabel=label)
+    axes.set_xticks(sorted({row.num_targets for row in rows}))
+
+
+def _gains(axes: Axes, rows: Sequence[StatisticsRow], field: str) -> None:
+    """Draw the differences of all curves that have them, and a line at zero."""
+    paired = [row for row in rows if getattr(row, field) is not None]
+    curves = list(dict.fromkeys((row.waveform, row.situation) for row in paired))
+    for number, curve in enumerate(curves):
+        some = [row for row in paired if (row.waveform, row.situation) == curve]
+        _curve(axes, some, field, curve, shift=0.06 * (number - len(curves) / 2))
+    axes.axhline(0.0, color=GREY, linewidth=0.5)
 
 
 def _curve(
@@ -118,7 +144,7 @@ def _medians(axes: Axes, rows: Sequence[StatisticsRow], field: str) -> None:
 def _legend(all_axes: Sequence[Axes]) -> None:
     """Draw the legend in the last panel, which has no curves, and a line at zero ghosts."""
     handles, labels = all_axes[0].get_legend_handles_labels()
-    (star,) = (line for line in all_axes[-2].lines if line.get_marker() == "*")
+    (star,) = (line for line in all_axes[len(_PANELS) - 1].lines if line.get_marker() == "*")
     median = Line2D([], [], marker="_", markersize=9, color=GREY, linestyle="")
     all_axes[-1].axis("off")
     all_axes[-1].legend(
@@ -137,6 +163,10 @@ def _data(rows: Sequence[StatisticsRow]) -> dict[str, list[Any]]:
     for field in (*_PANELS, "unexplained"):
         for n, what in enumerate(("", " low", " high")):
             data[f"{field}{what}"] = [getattr(row, field)[n] for row in rows]
+    for field in _GAINS:
+        for n, what in enumerate(("", " low", " high")):
+            values = [getattr(row, field) for row in rows]
+            data[f"{field}{what}"] = ["" if value is None else value[n] for value in values]
     for field in ("range_median_m", "azimuth_median_deg", "speed_median_kmh"):
         data[field] = [getattr(row, field) for row in rows]
     data["floor_rise_db"] = [row.floor_rise_db for row in rows]

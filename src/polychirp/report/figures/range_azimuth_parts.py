@@ -9,9 +9,9 @@ from matplotlib.axes import Axes
 from polychirp.model.detection import Detections
 from polychirp.model.spectra import RangeAzimuthMap
 from polychirp.model.truth import Truth
+from polychirp.receiver.overview.pooling import group_means, pooled
 from polychirp.report.figures.drawing import VERMILION, Drawing, styled
 from polychirp.report.figures.panels import Surface, columns_of, panels
-from polychirp.report.figures.pooling import group_means, pooled
 
 MOST_RANGES: Final = 300
 """Greatest number of ranges that are drawn; chosen: a panel has as many pixels. Further cells are

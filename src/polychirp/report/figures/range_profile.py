@@ -27,6 +27,14 @@ from polychirp.study.paper.results import GhostKind, PaperRow
 MAX_RANGE: Final = 30.0
 """Greatest range that is drawn, m: the paper's greatest target range."""
 
+FLOOR_PLACE: Final = 23.0
+"""Range at which the height of the floor over thermal noise is shown, m; chosen: behind the targets
+and before the farthest ghosts of the paper."""
+
+LEAST_HEIGHT_DB: Final = 15.0
+"""Height of the floor over thermal noise from which on it is shown, dB; chosen: lower ones need no
+arrow."""
+
 GHOST_MARKS: Final[dict[GhostKind, tuple[str, str, str]]] = {
     "direct": ("X", VERMILION, "ghost: direct interference"),
     "indirect": ("P", VERMILION, "ghost: indirect interference"),
@@ -67,11 +75,13 @@ def range_profile(row: PaperRow, *, heading: str, limits: tuple[float, float]) -
     axes = figure.add_subplot()
     axes.plot(range_, power, color=BLUE, label="range profile")
     axes.axhline(row.noise_floor_db, color=GREY, linestyle=":", label="thermal noise floor")
-    axes.axhline(row.mean_threshold_db, color=INK, linestyle="--", label="mean threshold, eq. 12")
+    label = "the paper's threshold, eq. 12, not used here"
+    axes.axhline(row.mean_threshold_db, color=GREY, linestyle="--", linewidth=0.9, label=label)
     _mark_truth(axes, row, limits)
-    _mark_detections(axes, row)
+    _mark_detections(axes, row, range_, power)
     _mark_ghosts(axes, row, range_, power)
     _label_peaks(axes, row, range_, power)
+    mark_floor(axes, row, range_, power)
     axes.set(
         xlim=(0.0, MAX_RANGE),
         ylim=limits,
@@ -113,12 +123,13 @@ def _mark_truth(axes: Axes, row: PaperRow, limits: tuple[float, float]) -> None:
         axes.plot([], [], color=GREEN, linewidth=0.9, label="true target")
 
 
-def _mark_detections(axes: Axes, row: PaperRow) -> None:
-    shown = row.detection_range <= MAX_RANGE
-    if np.any(shown):
+def _mark_detections(axes: Axes, row: PaperRow, range_: FloatArray, power: FloatArray) -> None:
+    """Mark detections on the profile; their powers are estimates of single points, and differ."""
+    places = row.detection_range[row.detection_range <= MAX_RANGE]
+    if places.size:
         axes.plot(
-            row.detection_range[shown],
-            row.detection_power_db[shown],
+            places,
+            np.interp(places, range_, power),
             linestyle="none",
             marker="o",
             markerfacecolor="none",
@@ -156,6 +167,22 @@ def _label_peaks(axes: Axes, row: PaperRow, range_: FloatArray, power: FloatArra
         if place <= MAX_RANGE:
             at = (place, float(np.interp(place, range_, power)))
             axes.annotate(label, at, (7, 3), textcoords="offset points", size=8.5, color=colour)
+
+
+def mark_floor(axes: Axes, row: PaperRow, range_: FloatArray, power: FloatArray) -> None:
+    """Draw an arrow from thermal noise to the profile at `FLOOR_PLACE`, if it is long."""
+    level = float(np.interp(FLOOR_PLACE, range_, power))
+    height = level - row.noise_floor_db
+    if height < LEAST_HEIGHT_DB:
+        return
+    axes.annotate(
+        "",
+        (FLOOR_PLACE, level),
+        (FLOOR_PLACE, row.noise_floor_db),
+        arrowprops={"arrowstyle": "<->", "color": INK, "linewidth": 1.2},
+    )
+    middle = (FLOOR_PLACE, level - 0.5 * height)
+    axes.annotate(f"+{height:.0f} dB", middle, (6, 0), textcoords="offset points", weight="bold")
 
 
 def spread(places: list[float], *, apart: float) -> list[float]:

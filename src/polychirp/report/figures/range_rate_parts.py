@@ -10,9 +10,9 @@ from matplotlib.axes import Axes
 from polychirp.model.detection import Detections
 from polychirp.model.spectra import RangeRateMap
 from polychirp.model.truth import Truth
+from polychirp.receiver.overview.pooling import group_means, pooled
 from polychirp.report.figures.drawing import VERMILION, Drawing, styled
 from polychirp.report.figures.panels import Surface, columns_of, panels
-from polychirp.report.figures.pooling import group_means, pooled
 
 MOST_CELLS: Final = 300
 """Greatest number of cells along each axis of a map that is drawn; chosen: a panel has as many

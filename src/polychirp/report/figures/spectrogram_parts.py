@@ -8,9 +8,9 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from polychirp.model.spectra import Spectrogram
+from polychirp.receiver.overview.pooling import group_means, pooled
 from polychirp.report.figures.drawing import Drawing, styled
 from polychirp.report.figures.panels import Surface, columns_of, panels
-from polychirp.report.figures.pooling import group_means, pooled
 
 MOST_COLUMNS: Final = 800
 MOST_BEATS: Final = 256

@@ -13,9 +13,12 @@ from polychirp.model.scene import Actor, Scene
 from polychirp.report.figures.drawing import INK, Column, Drawing, new_figure, styled
 from polychirp.report.figures.surfaces import Surfaces, extent, radar_paint, surfaces
 
-BEAM_LENGTH: Final = 7.0
-"""Radius of the sectors that show the radars' beams, m. Chosen for the drawing: it says nothing of
-how far a radar detects."""
+BEAM_LENGTHS: Final = (9.0, 7.8, 6.6, 5.4, 4.2, 3.0, 1.8)
+"""Radii of the sectors that show a radar's beam, m, which lie on each other, so that the beam fades
+away. Chosen for the drawing: they say nothing of how far a radar detects."""
+
+LABEL_BAND: Final = 3.4
+"""Width of the white bands with the names of the vehicles, m; chosen: they hold three lines."""
 
 LANE_WIDTH: Final = 3.5
 """Width of each of the two lanes, m; the lanes meet at y = 0, and the middles of the lanes of
@@ -32,7 +35,7 @@ def street_plan(scene: Scene) -> Drawing:
 
     Sectors show every radar's 3-dB beam in azimuth.
     """
-    figure = new_figure(13.0, 5.2)
+    figure = new_figure(13.0, 6.0)
     axes = figure.add_subplot()
     axes.grid(visible=False)
     _draw_surfaces(axes, surfaces(scene))
@@ -46,11 +49,14 @@ def street_plan(scene: Scene) -> Drawing:
         if actor.kind == "vehicle":
             _draw_name(axes, actor, scene)
     reach = LANE_WIDTH + ROADSIDE_WIDTH
-    axes.set(xlim=(left, right), ylim=(-reach, reach), aspect="equal")
+    ends = (-reach - LABEL_BAND, reach + LABEL_BAND)
+    axes.axhspan(reach, ends[1], color="white", zorder=5)
+    axes.axhspan(ends[0], -reach, color="white", zorder=5)
+    axes.set(xlim=(left, right), ylim=ends, aspect="equal")
     axes.set(title="The street from above", xlabel="x (m)", ylabel="y (m)")
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(MultipleLocator(5.0))
-        axis.set_minor_locator(MultipleLocator(1.0))
+    axes.xaxis.set_major_locator(MultipleLocator(5.0))
+    axes.xaxis.set_minor_locator(MultipleLocator(1.0))
+    axes.set_yticks((-10.0, -5.0, 0.0, 5.0, 10.0))
     _draw_scale(axes, left + 1.5, -reach + 1.0)
     return Drawing(figure=figure, data=_table(scene))
 
@@ -77,6 +83,7 @@ def _draw_surfaces(axes: Axes, street: Surfaces) -> None:
             edgecolors="face",  # without edges, thin gaps show between neighbours
             linewidths=np.where(leaf[lying], 0.0, 0.8),
             zorder=1,
+            rasterized=True,  # drawn as triangles, a street of meshed cars has 60 MB as SVG
         )
     )
     walls = order[(area[order] <= 1e-4) & (np.ptp(flat[order], axis=1).max(axis=1) > 2.0)]
@@ -106,14 +113,15 @@ def _draw_beam(axes: Axes, scene: Scene, number: int) -> None:
     place, boresight = scene.radar_position[number], scene.radar_rotation[number][:, 0]
     middle = np.degrees(np.arctan2(boresight[1], boresight[0]))
     half = min(0.5 * np.degrees(radar.array.pattern.azimuth_beamwidth), 180.0)
-    sector = (tuple(place[:2]), BEAM_LENGTH, middle - half, middle + half)
-    axes.add_patch(Wedge(*sector, facecolor=colour, alpha=0.16, zorder=3))
-    axes.add_patch(Wedge(*sector, facecolor="none", edgecolor=colour, linewidth=1.2, zorder=4))
+    for length in BEAM_LENGTHS:
+        sector = Wedge(tuple(place[:2]), length, middle - half, middle + half)
+        sector.set(facecolor=colour, linewidth=0.0, alpha=0.11, zorder=3)
+        axes.add_patch(sector)
     axes.plot(*place[:2], "o", color=colour, markeredgecolor="white", zorder=6)
 
 
 def _draw_name(axes: Axes, actor: Actor, scene: Scene) -> None:
-    """Write a vehicle's name, speed and radars beside the lanes, and draw its velocity."""
+    """Write a vehicle's name, speed and radars beside the street, and draw its velocity."""
     low, high = extent(actor)
     middle = 0.5 * (low + high)
     side = 1.0 if middle[1] >= 0 else -1.0
@@ -127,12 +135,11 @@ def _draw_name(axes: Axes, actor: Actor, scene: Scene) -> None:
     axes.annotate(
         "\n".join(lines),
         xy=(middle[0], middle[1] + side * 0.5 * (high[1] - low[1])),
-        xytext=(middle[0], side * (LANE_WIDTH + 1.2)),
+        xytext=(middle[0], side * (LANE_WIDTH + ROADSIDE_WIDTH + 0.4)),
         ha="center",
         va="bottom" if side > 0 else "top",
         size=8,
-        arrowprops={"arrowstyle": "-", "color": INK, "linewidth": 0.6},
-        bbox={"boxstyle": "round,pad=0.25", "facecolor": "white", "edgecolor": "0.8", "alpha": 0.9},
+        arrowprops={"arrowstyle": "-", "color": INK, "linewidth": 0.5, "alpha": 0.6},
         zorder=7,
     )
     _draw_velocity(axes, middle, actor)

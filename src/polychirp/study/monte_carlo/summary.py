@@ -206,7 +206,7 @@ def _median(values: FloatArray) -> float:
 def differences(results: Results) -> list[Difference]:
     """Differences, along every axis and for every radar, from the point with the first label."""
     return [
-        _difference(results, axis, pair, victim)
+        paired_difference(results, pair, axis=axis, victim=victim)
         for axis in range(len(results.axes))
         for pair in _neighbours(results, axis)
         for victim in range(len(results.victim))
@@ -222,7 +222,10 @@ def _neighbours(results: Results, axis: int) -> Iterator[tuple[int, int]]:
         yield from ((first, other) for other in others)
 
 
-def _difference(results: Results, axis: int, pair: tuple[int, int], victim: int) -> Difference:
+def paired_difference(
+    results: Results, pair: tuple[int, int], *, axis: int, victim: int
+) -> Difference:
+    """Difference of the second of two points from the first; they differ on one axis only."""
     counts = [_counts(results, point, victim) for point in pair]
     common = np.intersect1d(counts[0].trial, counts[1].trial)
     first, other = (one.only(common) for one in counts)

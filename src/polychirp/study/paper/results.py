@@ -70,6 +70,36 @@ class GhostRow:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RowMap(Sealed):
+    """Range-rate map of a row, with few cells, and what is in it at the same instant.
+
+    The rows of tables may refer to another instant of the frame; the marks in this map are at the
+    places of their peaks.
+
+    Parameters
+    ----------
+    range, range_rate : m and m/s (positive = away), means of the pooled cells
+    power_db : dBm per channel at the converter, greatest of the pooled cells,
+        ``(range_rate, range)``
+    detection_range, detection_range_rate, detection_power_db : m, m/s and dBm, ``(detection,)``
+    detection_cause : cause of every detection, as ``nature`` of `Score`
+    detection_body : name of the body of every detection; None for ghosts
+    target_range, target_range_rate : m and m/s, in the order of the row's targets, ``(target,)``
+    """
+
+    range: Annotated[FloatArray, Axes("range")]
+    range_rate: Annotated[FloatArray, Axes("range_rate")]
+    power_db: Annotated[FloatArray, Axes("range_rate", "range")]
+    detection_range: Annotated[FloatArray, Axes("detection")]
+    detection_range_rate: Annotated[FloatArray, Axes("detection")]
+    detection_power_db: Annotated[FloatArray, Axes("detection")]
+    detection_cause: tuple[str, ...]
+    detection_body: tuple[str | None, ...]
+    target_range: Annotated[FloatArray, Axes("target")]
+    target_range_rate: Annotated[FloatArray, Axes("target")]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PaperRow(Sealed):
     """Result of one frame of one victim, with one waveform, timing and mitigation.
 
@@ -91,6 +121,7 @@ class PaperRow(Sealed):
     paper_detections, paper_found : number of detections of the paper's receiver (`PaperReceiver`)
         in the same samples, and number of targets among them
     antenna : antenna of all radars
+    map : range-rate map, of the variants of scenarios A, B and C only
     """
 
     scenario: Scenario
@@ -112,6 +143,7 @@ class PaperRow(Sealed):
     paper_detections: int = 0
     paper_found: int = 0
     antenna: Antenna = "table 2"
+    map: RowMap | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -195,6 +227,8 @@ class StatisticsRow:
     range_median_m, azimuth_median_deg, speed_median_kmh : medians of the absolute errors; a few
         targets that share a cell with another one contribute most of an rms error, but not of these
     floor_rise_db : median over trials
+    detection_gain, ghosts_gain : detection probability and ghosts minus those of the conventional
+        waveform in the same situation, of the same trials; None for the conventional waveform
     """
 
     waveform: WaveformKind
@@ -211,6 +245,8 @@ class StatisticsRow:
     azimuth_median_deg: float
     speed_median_kmh: float
     floor_rise_db: float
+    detection_gain: Interval | None = None
+    ghosts_gain: Interval | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -23,7 +23,10 @@ from polychirp.receiver.alternatives.paper_receiver import PaperReceiver, mean_t
 from polychirp.receiver.attribution import detected
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.mitigation.blanking import Blanking
+from polychirp.receiver.overview.pooling import group_means, pooled
+from polychirp.receiver.overview.range_rate import range_rate_map
 from polychirp.receiver.overview.range_response import range_response
+from polychirp.receiver.selection import FrameReceiver
 from polychirp.rng import Streams
 from polychirp.scoring.causes import causes
 from polychirp.study.kernel_parts import OF_PAPER, compile_parts
@@ -35,6 +38,7 @@ from polychirp.study.paper.results import (
     Mitigation,
     PaperResults,
     PaperRow,
+    RowMap,
     Scenario,
     TargetRow,
     WaveformKind,
@@ -77,6 +81,10 @@ GREATEST_CLOCK_OFFSET: Final = 20e-6
 GHOST_EXTENT: Final = (1.0, 2.0)
 """Differences of range, m, and range rate, m/s, below which two ghosts of one kind count as one;
 chosen, as for echoes of one body."""
+
+MAP_CELLS: Final = (150, 200)
+"""Greatest numbers of cells of a row's map along range rate and range; chosen: the page of the
+report draws it with two to four pixels per cell, and all maps have some 2 MB."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -378,6 +386,31 @@ def paper_row(
         paper_detections=paper_found[0],
         paper_found=paper_found[1],
         antenna=case.antenna,
+        map=None if _is_aside(case) else row_map(receiver, victim),
+    )
+
+
+def _is_aside(case: Case) -> bool:
+    """True for the cases that are in tables of their own."""
+    return case.scenario == "all" or case.antenna != "table 2"
+
+
+def row_map(receiver: FrameReceiver, victim: VictimResult) -> RowMap:
+    """Range-rate map of a frame with at most `MAP_CELLS` cells, and what was found in it."""
+    whole, found = range_rate_map(receiver, victim.frame), victim.detections
+    rates, ranges = MAP_CELLS
+    power = pooled(pooled(whole.power, most=rates, axis=0), most=ranges, axis=1)
+    return RowMap(
+        range=group_means(whole.range, most=ranges),
+        range_rate=group_means(whole.range_rate, most=rates),
+        power_db=_dbm(power),
+        detection_range=found.range,
+        detection_range_rate=found.range_rate,
+        detection_power_db=_dbm(found.power),
+        detection_cause=victim.score.nature,
+        detection_body=victim.score.body,
+        target_range=victim.truth.range,
+        target_range_rate=victim.truth.range_rate,
     )
 
 

@@ -21,7 +21,12 @@ from polychirp.study.monte_carlo.grid import Axis
 from polychirp.study.monte_carlo.plan import Plan, Point
 from polychirp.study.monte_carlo.results import Results
 from polychirp.study.monte_carlo.run import run_plan
-from polychirp.study.monte_carlo.summary import Summary, summaries
+from polychirp.study.monte_carlo.summary import (
+    Difference,
+    Summary,
+    paired_difference,
+    summaries,
+)
 from polychirp.study.monte_carlo.tasks import Executor
 from polychirp.study.paper.results import Interval, Situation, StatisticsRow, WaveformKind
 from polychirp.study.paper.scenarios import WAVEFORMS
@@ -144,7 +149,11 @@ def run_statistics(
 ) -> tuple[StatisticsRow, ...]:
     """Run the trials that ``folder`` does not have, and return the points of the curves."""
     finished = run_plan(plan, folder=folder, executor=executor, progress=progress)
-    results = finished.results
+    return rows_of(finished.results)
+
+
+def rows_of(results: Results) -> tuple[StatisticsRow, ...]:
+    """Points of the curves, from the trials of a `statistics_plan`."""
     points = {hashed: number for number, hashed in enumerate(results.study_hash)}
     return tuple(
         _row(summary, results, points[summary.study_hash]) for summary in summaries(results)
@@ -154,6 +163,7 @@ def run_statistics(
 def _row(summary: Summary, results: Results, point: int) -> StatisticsRow:
     count, curve = summary.labels
     waveform, situation = CURVES[_CURVE_LABELS.index(str(curve))]
+    gain = _gain(results, point)
     return StatisticsRow(
         waveform=waveform,
         situation=situation,
@@ -169,7 +179,20 @@ def _row(summary: Summary, results: Results, point: int) -> StatisticsRow:
         azimuth_median_deg=math.degrees(_median(results.azimuth_error[point])),
         speed_median_kmh=3.6 * _median(results.range_rate_error[point]),
         floor_rise_db=float(to_db(summary.floor_rise)),
+        detection_gain=gain and _interval(gain.detection),
+        ghosts_gain=gain and _interval(gain.ghosts),
     )
+
+
+def _gain(results: Results, point: int) -> Difference | None:
+    """Difference from the conventional waveform; None for it, and if it has no trials."""
+    count, curve = results.labels(point)
+    waveform, situation = CURVES[_CURVE_LABELS.index(str(curve))]
+    labels = [results.labels(number) for number in range(len(results.study_hash))]
+    reference = (count, f"conventional, {situation}")
+    if waveform == "conventional" or reference not in labels:
+        return None
+    return paired_difference(results, (labels.index(reference), point), axis=1, victim=0)
 
 
 def _median(errors: FloatArray) -> float:

@@ -1,0 +1,131 @@
+"""The numbers that the scripts of a page draw: range profiles, range-rate maps and their marks."""
+
+import base64
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, Final
+
+import numpy as np
+
+from polychirp.axes import FloatArray
+from polychirp.report.figures.detections_plan import MARKS
+from polychirp.report.figures.range_profile import MAX_RANGE
+from polychirp.report.words import MITIGATION_WORDS, variant_name
+from polychirp.study.paper.results import PaperRow, RowMap
+
+LEVEL_STEP_DB: Final = 0.5
+"""Difference between neighbouring levels of a map, dB; chosen: a byte per cell then covers 127 dB,
+and the eye does not tell neighbouring colours apart."""
+
+
+def rows_data(rows: Iterable[PaperRow]) -> list[dict[str, Any]]:
+    """Values for JSON of all rows that have a map, without repetitions.
+
+    Rows without interference are the same for all starts, and only those of common starts are kept.
+    """
+    shown = [row for row in rows if row.scenario != "A" or row.synchronous]
+    return [_row(row, row.map) for row in shown if row.map is not None]
+
+
+def row_key(row: PaperRow) -> str:
+    """Name of a row in the page; the controls of the explorer make the same."""
+    start = "together" if row.synchronous else "random"
+    return "|".join((row.scenario, row.radar, row.waveform, row.mitigation, start))
+
+
+def _row(row: PaperRow, map_: RowMap) -> dict[str, Any]:
+    inside = (row.profile_range >= 0.0) & (row.profile_range <= MAX_RANGE)
+    return {
+        "key": row_key(row),
+        "title": variant_name(row),
+        "receiver": MITIGATION_WORDS[row.mitigation],
+        "missed": row.missed,
+        "floor_rise": tenths(row.floor_rise_db),
+        "noise": tenths(row.noise_floor_db),
+        "profile": {
+            "range": rounded(row.profile_range[inside], 3),
+            "power": rounded(row.profile_power_db[inside], 1),
+        },
+        "targets": [
+            {
+                "name": target.name,
+                "range": round(float(range_), 2),
+                "speed": round(-float(rate), 2),
+                "found": target.detected,
+            }
+            for target, range_, rate in zip(
+                row.targets, map_.target_range, map_.target_range_rate, strict=True
+            )
+        ],
+        "marks": detection_marks(
+            range_=map_.detection_range,
+            range_rate=map_.detection_range_rate,
+            power_db=map_.detection_power_db,
+            causes=map_.detection_cause,
+            bodies=map_.detection_body,
+        ),
+        "map": map_data(range_=map_.range, range_rate=map_.range_rate, power_db=map_.power_db),
+    }
+
+
+def detection_marks(
+    *,
+    range_: FloatArray,
+    range_rate: FloatArray,
+    power_db: FloatArray,
+    causes: Sequence[str],
+    bodies: Sequence[str | None],
+) -> list[dict[str, Any]]:
+    """Detections as values for JSON; a script draws them by their ``cause``, a key of `causes`."""
+    return [
+        {
+            "range": round(float(r), 2),
+            "speed": round(-float(rate), 2),
+            "power": tenths(float(power)),
+            "cause": cause,
+            "body": body or "",
+        }
+        for r, rate, power, cause, body in zip(
+            range_, range_rate, power_db, causes, bodies, strict=True
+        )
+    ]
+
+
+def map_data(*, range_: FloatArray, range_rate: FloatArray, power_db: FloatArray) -> dict[str, Any]:
+    """A map as values for JSON: its axes, and a byte for each cell in `LEVEL_STEP_DB`.
+
+    Closing speeds grow from row to row of ``cells``, which are bytes in base 64: level
+    ``low + step · byte`` in dBm. Cells that are more than 127 dB below the strongest have ``low``.
+    The colours begin at ``floor``, the median.
+    """
+    power = power_db[::-1]
+    low = math.floor(float(power.max())) + 1.0 - 255 * LEVEL_STEP_DB
+    steps = np.clip(np.rint((power - low) / LEVEL_STEP_DB), 0, 255).astype(np.uint8)
+    return {
+        "range": [round(float(range_[0]), 3), round(float(range_[-1]), 3)],
+        "speed": [round(-float(range_rate[-1]), 3), round(-float(range_rate[0]), 3)],
+        "shape": list(steps.shape),
+        "low": low,
+        "step": LEVEL_STEP_DB,
+        "floor": tenths(float(np.median(power))),
+        "top": tenths(float(np.quantile(power, 0.9995))),
+        "cells": base64.b64encode(steps.tobytes()).decode("ascii"),
+    }
+
+
+def causes() -> Mapping[str, Mapping[str, str]]:
+    """Label, colour and shape of the mark of every cause of a detection."""
+    return {
+        cause: {"label": label, "colour": colour, "shape": marker}
+        for cause, (marker, colour, label) in MARKS.items()
+    }
+
+
+def rounded(values: FloatArray, digits: int) -> list[float]:
+    """Values with ``digits`` decimals; NaN and infinity are not allowed."""
+    return [round(float(value), digits) for value in values]
+
+
+def tenths(value: float) -> float | None:
+    """A value with one decimal; None for NaN and infinity, as JSON has neither."""
+    return round(value, 1) if math.isfinite(value) else None
