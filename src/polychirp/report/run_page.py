@@ -30,7 +30,7 @@ from polychirp.study.store.load import StoredRun, StoredVictim
 from polychirp.units import to_db
 
 MAP_CELLS: Final = (150, 240)
-"""Greatest numbers of cells of a map along range rate and range; chosen: two to four pixels each."""
+"""Greatest numbers of cells along range rate and range; chosen: two to four pixels each."""
 
 PROFILE_POINTS: Final = 1200
 """Greatest number of points of a profile; chosen: as many as a wide screen has pixels."""
@@ -53,8 +53,9 @@ def write_run_page(run: StoredRun, folder: Path) -> Path:
             drawing = draw(name, victim, run.study.receiver)
             file = f"{name}-{number}"
             picture = drawing.save(figures, file, formats=("png", "svg"))
-            caption = f"Radar {victim.name}. {caption}"
-            shown.append(figure_of(file, picture, caption=caption, is_wide=True))
+            words = f"Radar {victim.name}. {caption}"
+            is_photo = name == "ramps"
+            shown.append(figure_of(file, picture, caption=words, is_wide=True, is_photo=is_photo))
     page = folder / "report.html"
     page.write_text(run_page(run, shown), encoding="utf-8")
     return page
@@ -96,7 +97,7 @@ def frame_data(victim: StoredVictim, receiver: AnyReceiver) -> dict[str, Any]:
     """Values for JSON of the frame of one radar, after mitigation."""
     maps = part_views(range_rate_map, receiver, victim.frame, victim.parts)
     map_ = maps.get(MITIGATED, maps[ALL])
-    noise = maps["noise"] if "noise" in maps else map_
+    noise = maps.get("noise", map_)
     rates, ranges = MAP_CELLS
     power = pooled(pooled(map_.power, most=rates, axis=0), most=ranges, axis=1)
     found, truth = victim.detections, victim.truth
@@ -143,7 +144,7 @@ def _sentence(victim: StoredVictim) -> str:
     visible = int(np.sum(victim.truth.is_visible))
     found = int(np.sum(score.is_detected))
     return (
-        f"Radar {victim.name} finds {found} of {counted(visible, 'visible target')} and sees "
+        f"Radar {victim.name} finds {found} of {counted(visible, 'visible target')} and detects "
         f"{counted(len(score.ghosts), 'ghost')}; the floor is "
         f"{decimal(float(to_db(score.floor_rise)), 1)} dB above that of noise."
     )

@@ -6,7 +6,7 @@ from typing import Final
 
 from polychirp.report.figures.study_curves import study_curves, study_differences
 from polychirp.report.page_parts import Table, figure_of, rendered, words_and_numbers
-from polychirp.report.statistics import within
+from polychirp.report.statistics import short, within
 from polychirp.report.verdict import counted
 from polychirp.report.words import decimal
 from polychirp.study.monte_carlo.results import Results
@@ -82,9 +82,6 @@ def _cells(row: Summary) -> list[str]:
         str(row.num_trials),
         within((row.detection.value, row.detection.low, row.detection.high), 3),
         within((row.ghosts.value, row.ghosts.low, row.ghosts.high), 2),
-        *(
-            within((scale * one.value, scale * one.low, scale * one.high), 3)
-            for one, scale in errors
-        ),
+        *(short((scale * one.value, scale * one.low, scale * one.high)) for one, scale in errors),
         decimal(float(to_db(row.floor_rise)), 1),
     ]

@@ -179,8 +179,8 @@ def _row(summary: Summary, results: Results, point: int) -> StatisticsRow:
         azimuth_median_deg=math.degrees(_median(results.azimuth_error[point])),
         speed_median_kmh=3.6 * _median(results.range_rate_error[point]),
         floor_rise_db=float(to_db(summary.floor_rise)),
-        detection_gain=gain and _interval(gain.detection),
-        ghosts_gain=gain and _interval(gain.ghosts),
+        detection_gain=None if gain is None else _interval(gain.detection),
+        ghosts_gain=None if gain is None else _interval(gain.ghosts),
     )
 
 
