@@ -23,6 +23,7 @@ PAPER = re.compile(r"paper|--claims", re.IGNORECASE)
 PAPER_FILES = {
     "src/polychirp/cli/paper.py",
     "src/polychirp/report/__init__.py",
+    "src/polychirp/report/answer.py",
     "src/polychirp/report/html.py",
     "src/polychirp/report/paper.py",
     "src/polychirp/report/record.py",

@@ -22,6 +22,7 @@ VERBS: Final = (
     "study",
     "roc",
     "plot",
+    "report",
     "export",
     "process",
     "rcs",

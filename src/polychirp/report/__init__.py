@@ -12,6 +12,11 @@ The modules in reading order; others may use the names beside them:
   `correlation_csv`, `correlation_json`, `write_correlation`.
 - `run_plots`: figures of a run by name and as matplotlib axes: `draw`, `RunPlots`.
 - `record`: all results as JSON: `results_json`.
-- `html`, `templates`: the HTML page.
+- `answer`: the answer of the paper's page in a few sentences.
+- `page_data`, `street_model`: the numbers that the scripts of a page draw.
+- `page_parts`, `templates`: what all HTML pages share: tables, pictures, style sheet, scripts.
+- `html`: the page of the paper.
 - `paper`: all files of `polychirp paper`: `write_paper`.
+- `run_page`, `study_page`: the pages of a stored run and study: `write_run_page`,
+  `write_study_page`.
 """

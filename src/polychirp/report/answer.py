@@ -8,10 +8,11 @@ from polychirp.report.words import decimal
 from polychirp.study.paper.results import Mitigation, PaperResults, PaperRow, WaveformKind
 
 QUESTION: Final = (
-    "Car radars that start their chirps together and with equal slopes see each other's signals as "
-    "targets that do not exist. The paper proposes that every sweep has another bandwidth and "
-    "another duration. Here its street, its radars and its receivers are simulated from the metal "
-    "of the cars to the list of detections, and each of its claims is compared with what we find."
+    "Car radars that start their chirps together and with equal slopes take each other's signals "
+    "for echoes, and detect targets that do not exist. The paper proposes that every sweep has "
+    "another bandwidth and another duration. Here its street and its radars are simulated, from "
+    "the metal of the cars to the list of detections, and each of its claims is compared with the "
+    "results."
 )
 """Introduction of the page."""
 
@@ -76,12 +77,12 @@ def summary(verdicts: Sequence[Verdict]) -> str:
 def _with_equal_slopes(row: PaperRow) -> str:
     ghosts = interference_ghosts(row)
     if not ghosts:
-        return f"With equal slopes and a common start, {row.radar} sees no ghost"
+        return f"With equal slopes and a common start, {row.radar} detects no ghost"
     strongest = max(ghosts, key=lambda ghost: ghost.power_over_strongest_target_db)
     over = strongest.power_over_strongest_target_db
     relation = "stronger" if over > 0 else "weaker"
     return (
-        f"With equal slopes and a common start, {row.radar} sees a ghost at "
+        f"With equal slopes and a common start, {row.radar} detects a ghost at "
         f"{decimal(strongest.range_m)} m that is {decimal(abs(over), 0)} dB {relation} than the "
         "strongest target"
     )
@@ -89,7 +90,7 @@ def _with_equal_slopes(row: PaperRow) -> str:
 
 def _with_diverse_slopes(row: PaperRow) -> str:
     count = len(interference_ghosts(row))
-    return f"with diverse slopes it sees {counted(count, 'ghost')} of interference"
+    return f"with diverse slopes it detects {counted(count, 'ghost')} of interference"
 
 
 def _price(results: PaperResults, row: PaperRow) -> str:
@@ -102,7 +103,7 @@ def _price(results: PaperResults, row: PaperRow) -> str:
 
 
 def conclusions(results: PaperResults) -> list[str]:
-    """What follows for a designer of radars, with the numbers of the rows that show it."""
+    """Consequences for a designer of radars, with the numbers of the rows that show them."""
     pair = headline_pair(results)
     if pair is None:
         return []
@@ -116,7 +117,7 @@ def conclusions(results: PaperResults) -> list[str]:
         count = len(interference_ghosts(apart))
         found.append(
             "Ghosts need equal slopes and starts within 0.2 µs of each other: with equal slopes "
-            f"and random starts, {apart.radar} sees {counted(count, 'ghost')} of interference."
+            f"and random starts, {apart.radar} detects {counted(count, 'ghost')} of interference."
         )
     fixed = same_case(results, conventional, waveform="fixed-per-radar")
     if fixed is not None:

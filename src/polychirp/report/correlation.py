@@ -17,7 +17,7 @@ from polychirp.study.section_v.cases import CorrelationResults, Interval
 NUM_WORD_COLUMNS: Final = 3
 """Number of leading columns with words in the table of peaks."""
 
-SHAPE_HEAD: Final = ("", "Width (ns)", "Peak side lobe (dB)", "Integrated side lobes (dB)")
+SHAPE_HEAD: Final = ("Source", "Width (ns)", "Peak side lobe (dB)", "Integrated side lobes (dB)")
 """Columns of `shape_rows`."""
 
 CORRELATION_CAPTIONS: Final[dict[str, str]] = {

@@ -1,16 +1,7 @@
 """The page of `polychirp paper`: one HTML file that needs no other file and no network."""
 
-import base64
-import io
-import json
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from importlib.resources import files
+from collections.abc import Mapping, Sequence
 from typing import Any, Final
-
-import jinja2
-from markupsafe import Markup
-from PIL import Image
 
 from polychirp.report.answer import QUESTION, answer, conclusions, headline_pair
 from polychirp.report.correlation import (
@@ -23,6 +14,16 @@ from polychirp.report.correlation import (
 )
 from polychirp.report.errata import ERRATA
 from polychirp.report.page_data import causes, row_key, rows_data
+from polychirp.report.page_parts import (
+    Cell,
+    Table,
+    figure_of,
+    lines_cell,
+    number_cell,
+    rendered,
+    text_cell,
+    words_and_numbers,
+)
 from polychirp.report.statistics import STATISTICS_HEAD, STATISTICS_NOTE, findings, statistics_rows
 from polychirp.report.street_model import street_model
 from polychirp.report.verdict import Verdict, counted, interference_ghosts, verdicts
@@ -79,17 +80,6 @@ SECTION_FIGURES: Final[Mapping[str, Sequence[str]]] = {
 PHOTOS: Final = ("fig04a", "fig04b", "fig08-plan", "fig08-view")
 """Figures with many colours, which are not inverted on a dark page."""
 
-PALETTE_COLOURS: Final = 200
-"""Number of colours of curves in the page; chosen: no difference is seen, and the files have less
-than half of their length."""
-
-JPEG_QUALITY: Final = 88
-"""Quality of pictures with many colours in the page, of 100; chosen: edges have no visible marks.
-"""
-
-SCRIPTS: Final = ("theme.js", "plots.js", "explorer.js", "street.js", "start.js")
-"""Scripts of the page, in the order in which they run."""
-
 WAVEFORM_LABELS: Final[Mapping[WaveformKind, str]] = {
     "conventional": "conventional",
     "diverse": "diverse",
@@ -101,22 +91,6 @@ WIDE_FIGURES: Final = (FIGURE_CAPTIONS | CORRELATION_CAPTIONS).keys() - {"slope-
 """Figures that take the whole width of the page; others stand side by side."""
 
 
-@dataclass(frozen=True, slots=True)
-class Cell:
-    """A cell of a table: its lines of text and its class in the style sheet."""
-
-    lines: Sequence[str]
-    kind: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Table:
-    """A table of the page: titles of its columns and its rows of cells."""
-
-    head: Sequence[str]
-    rows: Sequence[Sequence[Cell]]
-
-
 def page(results: PaperResults, pictures: Mapping[str, bytes]) -> str:
     """The whole page as HTML; ``pictures`` are PNG files by figure name."""
     answers = verdicts(results)
@@ -125,23 +99,16 @@ def page(results: PaperResults, pictures: Mapping[str, bytes]) -> str:
         | CORRELATION_CAPTIONS
         | {figure_name(v.claim): f"Paper: {v.claim.text}. Here: {_outcome(v)}." for v in answers}
     )
-    environment = jinja2.Environment(
-        loader=jinja2.FunctionLoader(_read), autoescape=True, undefined=jinja2.StrictUndefined
-    )
-    return environment.get_template("page.html").render(
+    return rendered(
+        "page.html",
         title=PAGE_TITLE,
-        style=Markup(_read("page.css")),
-        script=Markup("\n".join(map(_read, SCRIPTS))),
-        data=_as_script(_data(results)),
+        data=_data(results),
         question=QUESTION,
         answer=answer(results, answers),
         conclusions=conclusions(results),
         cards=[_card(verdict, pictures) for verdict in answers],
         controls=_controls(results),
-        figures={
-            name: _figure(name, data, captions.get(name, "")) for name, data in pictures.items()
-        },
-        groups=_figure_groups(pictures),
+        groups=_figure_groups(pictures, captions),
         correlation=_correlation(results.correlation),
         statistics=_statistics(results.statistics),
         cases=_cases(results.rows),
@@ -179,16 +146,6 @@ def _headline(results: PaperResults) -> dict[str, Any] | None:
     }
 
 
-def _as_script(data: Mapping[str, Any]) -> Markup:
-    """Values as JSON for an element ``script``; no name in them can end the element."""
-    text = json.dumps(data, allow_nan=False, separators=(",", ":"))
-    return Markup(text.replace("<", "\\u003c"))
-
-
-def _read(name: str) -> str:
-    return files("polychirp.report.templates").joinpath(name).read_text(encoding="utf-8")
-
-
 def _outcome(answer: Verdict) -> str:
     return "as claimed" if answer.holds else "; ".join(answer.differences)
 
@@ -197,8 +154,8 @@ def _correlation(results: CorrelationResults | None) -> dict[str, Any] | None:
     """Tables and notes of section V, if it was run."""
     if results is None:
         return None
-    peaks = [_row(row, num_words=NUM_WORD_COLUMNS) for row in peak_rows(results)]
-    shapes = [_row(row, num_words=1) for row in shape_rows(results)]
+    peaks = [words_and_numbers(row, num_words=NUM_WORD_COLUMNS) for row in peak_rows(results)]
+    shapes = [words_and_numbers(row, num_words=1) for row in shape_rows(results)]
     return {
         "peaks": Table(peak_head(results), peaks),
         "shapes": Table(SHAPE_HEAD, shapes),
@@ -210,7 +167,7 @@ def _statistics(rows: Sequence[StatisticsRow]) -> dict[str, Any] | None:
     """Table and findings of figures 12 and 13, if they were run."""
     if not rows:
         return None
-    lines = [_row(row, num_words=2) for row in statistics_rows(rows)]
+    lines = [words_and_numbers(row, num_words=2) for row in statistics_rows(rows)]
     return {
         "findings": findings(rows),
         "table": Table(STATISTICS_HEAD, lines),
@@ -264,61 +221,40 @@ def _case_words(row: PaperRow) -> str:
     return f"{row.scenario}: {SCENARIO_WORDS[row.scenario]}, {row.radar}"
 
 
-def _figure_groups(pictures: Mapping[str, bytes]) -> dict[str, list[str]]:
-    """Names of the figures of every section of the page."""
+def _figure_groups(
+    pictures: Mapping[str, bytes], captions: Mapping[str, str]
+) -> dict[str, list[dict[str, str]]]:
+    """Figures of every section of the page."""
     sections = {name: section for section, names in SECTION_FIGURES.items() for name in names}
-    groups: dict[str, list[str]] = {section: [] for section in (*SECTION_FIGURES, "profiles")}
-    for name in pictures:
-        groups[sections.get(name, "profiles")].append(name)
+    groups: dict[str, list[dict[str, str]]] = {name: [] for name in (*SECTION_FIGURES, "profiles")}
+    for name, picture in pictures.items():
+        groups[sections.get(name, "profiles")].append(
+            figure_of(
+                name,
+                picture,
+                caption=captions.get(name, ""),
+                is_wide=name in WIDE_FIGURES,
+                is_photo=name in PHOTOS,
+            )
+        )
     return groups
 
 
 def _findings(row: PaperRow | None) -> list[Cell]:
     """Cells under `FINDING_COLUMNS`."""
     if row is None:
-        return [_text("–") for _ in FINDING_COLUMNS]
+        return [text_cell("–") for _ in FINDING_COLUMNS]
     return [
-        _lines(f"{t.name}: {decimal(t.range_m)} m" for t in row.targets),
-        _lines(target_words(t) for t in row.targets if t.detected),
-        _lines(
+        lines_cell(f"{t.name}: {decimal(t.range_m)} m" for t in row.targets),
+        lines_cell(target_words(t) for t in row.targets if t.detected),
+        lines_cell(
             f"{g.kind} {decimal(g.range_m)} m "
             f"({decimal(g.power_over_strongest_target_db, 1, signed=True)} dB)"
             for g in interference_ghosts(row)
         ),
-        _number(str(row.missed)),
-        _number(decimal(row.floor_rise_db, 1)),
+        number_cell(str(row.missed)),
+        number_cell(decimal(row.floor_rise_db, 1)),
     ]
-
-
-def _figure(name: str, picture: bytes, caption: str) -> dict[str, str]:
-    return {
-        "name": name,
-        "caption": caption,
-        "source": _photo(picture) if name in PHOTOS else _chart(picture),
-        "width": "wide" if name in WIDE_FIGURES else "panel",
-        "kind": "photo" if name in PHOTOS else "chart",
-    }
-
-
-def _photo(picture: bytes) -> str:
-    """Address of a picture with many colours, which contains the picture as JPEG."""
-    file = io.BytesIO()
-    with Image.open(io.BytesIO(picture)) as image:
-        image.convert("RGB").save(file, format="JPEG", quality=JPEG_QUALITY, optimize=True)
-    return _address("jpeg", file.getvalue())
-
-
-def _chart(picture: bytes) -> str:
-    """Address of a picture of curves, which contains it as PNG with few colours."""
-    file = io.BytesIO()
-    with Image.open(io.BytesIO(picture)) as image:
-        few = image.convert("RGB").quantize(PALETTE_COLOURS, dither=Image.Dither.NONE)
-        few.save(file, format="PNG", optimize=True)
-    return _address("png", file.getvalue())
-
-
-def _address(form: str, picture: bytes) -> str:
-    return f"data:image/{form};base64,{base64.b64encode(picture).decode('ascii')}"
 
 
 def _cases(rows: Sequence[PaperRow]) -> list[dict[str, Any]]:
@@ -339,9 +275,9 @@ def _cases(rows: Sequence[PaperRow]) -> list[dict[str, Any]]:
 def _variants(rows: Sequence[PaperRow]) -> Table:
     lines = [
         [
-            _text(WAVEFORM_WORDS[row.waveform]),
-            _text(timing(row) if row.scenario != "A" else "–"),
-            _text(MITIGATION_WORDS[row.mitigation]),
+            text_cell(WAVEFORM_WORDS[row.waveform]),
+            text_cell(timing(row) if row.scenario != "A" else "–"),
+            text_cell(MITIGATION_WORDS[row.mitigation]),
             *_findings(row),
         ]
         for row in rows
@@ -353,25 +289,27 @@ def _fold(row: PaperRow) -> dict[str, Any]:
     """Section of one row: tables of its targets and of its ghosts."""
     targets = [
         [
-            _text(target.name),
-            _number(decimal(target.range_m)),
-            _number(decimal(target.closing_speed_mps)),
-            _number(decimal(target.azimuth_deg)),
-            _text("found" if target.detected else "missed", "good" if target.detected else "bad"),
-            _number(decimal(target.range_error_m, 3, signed=True)),
-            _number(decimal(target.speed_error_mps, 3, signed=True)),
-            _number(decimal(target.azimuth_error_deg, 2, signed=True)),
-            _number(decimal(target.snr_db, 1)),
+            text_cell(target.name),
+            number_cell(decimal(target.range_m)),
+            number_cell(decimal(target.closing_speed_mps)),
+            number_cell(decimal(target.azimuth_deg)),
+            text_cell(
+                "found" if target.detected else "missed", "good" if target.detected else "bad"
+            ),
+            number_cell(decimal(target.range_error_m, 3, signed=True)),
+            number_cell(decimal(target.speed_error_mps, 3, signed=True)),
+            number_cell(decimal(target.azimuth_error_deg, 2, signed=True)),
+            number_cell(decimal(target.snr_db, 1)),
         ]
         for target in row.targets
     ]
     ghosts = [
         [
-            _text(ghost.kind),
-            _number(decimal(ghost.range_m)),
-            _number(decimal(ghost.closing_speed_mps)),
-            _number(decimal(ghost.azimuth_deg)),
-            _number(decimal(ghost.power_over_strongest_target_db, 1, signed=True)),
+            text_cell(ghost.kind),
+            number_cell(decimal(ghost.range_m)),
+            number_cell(decimal(ghost.closing_speed_mps)),
+            number_cell(decimal(ghost.azimuth_deg)),
+            number_cell(decimal(ghost.power_over_strongest_target_db, 1, signed=True)),
         ]
         for ghost in row.ghosts
     ]
@@ -388,21 +326,3 @@ def _fold(row: PaperRow) -> dict[str, Any]:
         "tables": tables,
         "others": counted(row.other_echoes, "further detection"),
     }
-
-
-def _text(text: str, kind: str = "") -> Cell:
-    return Cell((text,), kind)
-
-
-def _number(text: str) -> Cell:
-    return Cell((text,), "number")
-
-
-def _lines(texts: Iterable[str]) -> Cell:
-    """One text per line, or a dash for none."""
-    return Cell(tuple(texts) or ("–",), "lines")
-
-
-def _row(texts: Sequence[str], *, num_words: int) -> list[Cell]:
-    """A row of a table: ``num_words`` cells of words, then cells of numbers."""
-    return [*map(_text, texts[:num_words]), *map(_number, texts[num_words:])]

@@ -10,7 +10,6 @@ import numpy as np
 from polychirp.axes import FloatArray
 from polychirp.report.figures.detections_plan import MARKS
 from polychirp.report.figures.range_profile import MAX_RANGE
-from polychirp.report.words import MITIGATION_WORDS, variant_name
 from polychirp.study.paper.results import PaperRow, RowMap
 
 LEVEL_STEP_DB: Final = 0.5
@@ -28,18 +27,20 @@ def rows_data(rows: Iterable[PaperRow]) -> list[dict[str, Any]]:
 
 
 def row_key(row: PaperRow) -> str:
-    """Name of a row in the page; the controls of the explorer make the same."""
+    """Name of a row in the page; the values of the explorer's controls make the same.
+
+    Rows without interference have no start.
+    """
     start = "together" if row.synchronous else "random"
-    return "|".join((row.scenario, row.radar, row.waveform, row.mitigation, start))
+    parts = (row.scenario, row.radar, row.waveform, row.mitigation)
+    return "|".join(parts if row.scenario == "A" else (*parts, start))
 
 
 def _row(row: PaperRow, map_: RowMap) -> dict[str, Any]:
     inside = (row.profile_range >= 0.0) & (row.profile_range <= MAX_RANGE)
     return {
         "key": row_key(row),
-        "title": variant_name(row),
-        "receiver": MITIGATION_WORDS[row.mitigation],
-        "missed": row.missed,
+        "reach": MAX_RANGE,
         "floor_rise": tenths(row.floor_rise_db),
         "noise": tenths(row.noise_floor_db),
         "profile": {

@@ -128,7 +128,7 @@ def findings(rows: Sequence[StatisticsRow]) -> list[str]:
 
 
 def _decided(difference: Interval) -> str:
-    """What a paired difference says about detection, in words."""
+    """Meaning of a paired difference of detection probabilities, in words."""
     _, low, high = difference
     if low > 0:
         return "diverse slopes detect more targets"

@@ -134,8 +134,10 @@ def test_the_page_says_what_holds_and_what_differs(read):
 def test_the_page_opens_with_the_answer(html, read):
     """The ghost at 6.6 m is 22.5 dB above the strongest target; rises are those of the fixtures."""
     text = " ".join(read.text)
-    assert "radar 2 sees a ghost at 6.60 m that is 22 dB stronger than the strongest target" in text
-    assert "with diverse slopes it sees no ghosts of interference" in text
+    assert (
+        "radar 2 detects a ghost at 6.60 m that is 22 dB stronger than the strongest target" in text
+    )
+    assert "with diverse slopes it detects no ghosts of interference" in text
     assert "raises the floor by 28 dB; blanking lowers this rise to 3.0 dB" in text
     order = [html.index(f'id="{name}"') for name in ("answer", "question", "claims", "the-street")]
     assert order == sorted(order)

@@ -62,7 +62,7 @@ def test_rows_without_a_map_are_left_out(row):
 def test_rows_without_interference_are_there_once(make_row):
     rows = [make_row(synchronous=True), make_row(synchronous=False)]
     assert [data["key"] for data in rows_data(rows)] == [row_key(rows[0])]
-    assert row_key(rows[0]) == "A|radar 1|conventional|none|together"
+    assert row_key(rows[0]) == "A|radar 1|conventional|none"
 
 
 def test_the_street_has_a_box_for_every_body(scene):

@@ -74,3 +74,25 @@ def test_findings_compare_as_far_as_the_intervals_tell() -> None:
     assert "0.95 (0.80…0.99)" in detection
     assert "51 dB" in floor
     assert findings(ROWS[:1]) == []
+
+
+def test_the_paired_difference_decides() -> None:
+    """The intervals of both curves are the same; those of their differences are not."""
+    words = {
+        (0.1, 0.05, 0.15): "diverse slopes detect more targets",
+        (-0.1, -0.15, -0.05): "diverse slopes detect fewer targets",
+        (0.1, -0.05, 0.25): "the trials do not decide which waveform detects more targets",
+    }
+    for gain, meaning in words.items():
+        some = [
+            replace(one, detection_gain=gain, ghosts_gain=(-6.0, -7.0, -5.0))
+            if one.waveform == "diverse"
+            else one
+            for one in ROWS
+        ]
+        assert meaning in findings(some)[3]
+    drawing = detection_statistics(some)
+    panels = {axes.get_ylabel(): axes for axes in drawing.figure.axes}
+    (bars,) = panels["Ghosts in a frame,\nminus conventional"].containers
+    assert list(bars.lines[0].get_ydata()) == [-6.0, -6.0]
+    assert drawing.data["ghosts_gain high"] == ["", "", -5.0, -5.0]

@@ -9,4 +9,5 @@ The modules; other packages use the functions beside them:
   greatest value over range rates: `range_profile`.
 - `range_azimuth`: power over range and azimuth: `range_azimuth_map`.
 - `spectrogram`: power over time and beat: `spectrogram`.
+- `pooling`: maps with fewer cells: `pooled`, `group_means`.
 """

@@ -6,11 +6,11 @@ The modules in reading order; other packages use the functions that draw, and `r
 - `spectrogram`: figure 4.
 - `correlation`: figures 6 and 7, and correlations and ambiguities of any signals.
 - `surfaces`, `street_plan`, `street_view`: figure 8, from above and in three dimensions.
-- `range_profile`: figures 9 to 11.
+- `range_profile`, `profile_pair`: figures 9 to 11, and two of them on one scale.
 - `detection_statistics`: figures 12 and 13.
 - `floor_and_masking`: floor rise, misses and ghosts of every variant.
 - `roc`: detection probability over SNR, and false alarms.
-- `panels`, `pooling`: maps of the parts of a frame beside each other, with fewer cells.
+- `panels`: maps of the parts of a frame beside each other.
 - `range_power_parts`, `range_rate_parts`, `range_azimuth_parts`, `spectrogram_parts`: the parts of
   a frame over range, range rate, azimuth and time.
 - `detections_plan`: detections with their causes over the truth.

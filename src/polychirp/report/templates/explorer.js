@@ -119,30 +119,30 @@ function rowWords(row) {
     + `Floor rise: ${fixed(row.floor_rise)} dB.`;
 }
 
-/* Connects the radio buttons of the page of the paper with the plots. */
+/* Connects the radio buttons with the plots: their values, in order, are the key of a row. */
 function startExplorer({ rows, causes }) {
   const section = document.getElementById("explorer");
   const form = section.querySelector("form");
   const plots = new FramePlots(section, causes);
   const chosen = (changes = {}) => {
-    const fields = { start: "together", ...Object.fromEntries(new FormData(form)), ...changes };
-    const key = [fields.case, fields.waveform, fields.mitigation, fields.start].join("|");
-    return rows.find((row) => row.key === key);
+    const { behind, ...fields } = { ...Object.fromEntries(new FormData(form)), ...changes };
+    return rows.find((row) => row.key === Object.values(fields).join("|"));
   };
   const update = () => {
     const victim = form.elements.case.value;
-    form.querySelector("#start").disabled = victim.startsWith("A|"); /* its value is then absent */
+    const start = form.querySelector("#start"); /* a group that is disabled has no value */
+    if (start) start.disabled = victim.startsWith("A|");
     const row = chosen();
     if (!row) return;
-    const behind = form.elements.behind.checked ? chosen({ waveform: "conventional" }) : null;
-    const limits = powerLimits(rows.filter((one) => one.key.startsWith(`${victim}|`)));
+    const behind = form.elements.behind?.checked ? chosen({ waveform: "conventional" }) : null;
+    const limits = powerLimits(rows.filter((one) => `${one.key}|`.startsWith(`${victim}|`)));
     plots.show(row, behind === row ? null : behind, limits);
     section.querySelector("output").textContent = rowWords(row);
   };
   form.addEventListener("change", update);
   for (const link of document.querySelectorAll("a[data-row]")) {
     link.addEventListener("click", () => {
-      const [scenario, radar, waveform, mitigation, start] = link.dataset.row.split("|");
+      const [scenario, radar, waveform, mitigation, start = "together"] = link.dataset.row.split("|");
       const values = { case: `${scenario}|${radar}`, waveform, mitigation, start };
       for (const [name, value] of Object.entries(values)) form.elements[name].value = value;
       update();

@@ -4,7 +4,6 @@ const CIVIDIS = [
   [0, 34, 78], [18, 53, 112], [59, 73, 108], [87, 93, 109], [112, 113, 115],
   [138, 134, 120], [165, 156, 116], [195, 179, 105], [225, 204, 85], [254, 232, 56],
 ];
-const GREATEST_RANGE = 30;
 const MARK_REACH = 14; /* px within which the pointer is at a mark */
 const SHAPES = { /* outlines of marks by their names in matplotlib */
   "o": "M5 0A5 5 0 1 1-5 0A5 5 0 1 1 5 0Z", ".": "M2.5 0A2.5 2.5 0 1 1-2.5 0A2.5 2.5 0 1 1 2.5 0Z",
@@ -38,9 +37,9 @@ function ticks(low, high, most) {
 
 /* The axes of a plot: pixels of values, values of pixels, grid and labels. */
 class PlotAxes {
-  constructor(canvas, y, yLabel) {
+  constructor(canvas, reach, y, yLabel) {
     const { pen, width, height } = prepared(canvas);
-    Object.assign(this, { pen, x: [0, GREATEST_RANGE], y, left: 48, right: width - 12, top: 12, bottom: height - 40 });
+    Object.assign(this, { pen, x: [0, reach], y, left: 48, right: width - 12, top: 12, bottom: height - 40 });
     this.grid(yLabel);
   }
 
@@ -164,7 +163,7 @@ function drawNoise(axes, row) {
 
 /* The range profile of a row, with another one behind it if there is one. */
 function drawProfile(canvas, row, { causes, behind, limits, cursor }) {
-  const axes = new PlotAxes(canvas, limits, "Power (dBm)");
+  const axes = new PlotAxes(canvas, row.reach, limits, "Power (dBm)");
   let spots = [];
   axes.clipped(() => {
     if (behind) axes.curve(behind, "faint", 1.6);
@@ -210,7 +209,7 @@ function mapPicture(map) {
 
 /* Power over range and closing speed, with targets as circles. */
 function drawMap(canvas, row, { causes, cursor }) {
-  const axes = new PlotAxes(canvas, row.map.speed, "Closing speed (m/s)");
+  const axes = new PlotAxes(canvas, row.reach, row.map.speed, "Closing speed (m/s)");
   const { pen, left, right, top, bottom } = axes;
   let spots = [];
   axes.clipped(() => {
@@ -232,7 +231,7 @@ function drawMap(canvas, row, { causes, cursor }) {
 
 /* The picture at the top: two waveforms, the ghost, and the height of the floor over noise. */
 function drawHeadline(canvas, conventional, diverse, ghost) {
-  const axes = new PlotAxes(canvas, powerLimits([conventional, diverse]), "Power (dBm)");
+  const axes = new PlotAxes(canvas, diverse.reach, powerLimits([conventional, diverse]), "Power (dBm)");
   const [x, top] = [23, powerAt(diverse, 23)];
   const arrow = (y, way) => axes.line([[x - 0.25, y + way], [x, y], [x + 0.25, y + way]], "ink", { width: 1.5 });
   axes.clipped(() => {

@@ -5,4 +5,4 @@ if (pageData.rows.length) {
   startHeadline(pageData);
   startExplorer(pageData);
 }
-new StreetScene(document.getElementById("street"), pageData.street);
+if (pageData.street) new StreetScene(document.getElementById("street"), pageData.street);

@@ -1,0 +1,87 @@
+"""The page of a stored study: its curves, and the estimates of every point."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Final
+
+from polychirp.report.figures.study_curves import study_curves, study_differences
+from polychirp.report.page_parts import Table, figure_of, rendered, words_and_numbers
+from polychirp.report.statistics import short, within
+from polychirp.report.verdict import counted
+from polychirp.report.words import decimal
+from polychirp.study.monte_carlo.results import Results
+from polychirp.study.monte_carlo.summary import Summary, summaries
+from polychirp.units import to_db
+
+POINT_HEAD: Final = (
+    "Radar",
+    "Trials",
+    "Detection probability",
+    "Ghosts in a frame",
+    "Range error (m)",
+    "Speed error (km/h)",
+    "Floor rise (dB)",
+)
+"""Columns of the table of points, after those of the axes."""
+
+
+def write_study_page(results: Results, folder: Path, *, title: str) -> Path:
+    """Write ``report.html`` and the files of its figures into ``folder``; gives its path."""
+    files = folder / "figures"
+    files.mkdir(parents=True, exist_ok=True)
+    shown = []
+    for number, (axis, labels) in enumerate(results.axes):
+        drawn = {f"curves-{number}": (study_curves, f"Every estimate over {axis}.")}
+        if len(labels) > 1:
+            caption = f"Differences from the first {axis}, of the same trials."
+            drawn[f"differences-{number}"] = (study_differences, caption)
+        for name, (draw, caption) in drawn.items():
+            drawing = draw(results, over=axis, title=title)
+            picture = drawing.save(files, name, formats=("png", "svg"))
+            shown.append(figure_of(name, picture, caption=caption, is_wide=True))
+    page = folder / "report.html"
+    page.write_text(study_page(results, shown, title=title), encoding="utf-8")
+    return page
+
+
+def study_page(results: Results, figures: Sequence[Mapping[str, str]], *, title: str) -> str:
+    """The page as HTML, with figures of `figure_of`."""
+    rows = summaries(results)
+    axes = [axis for axis, _ in results.axes]
+    return rendered(
+        "study.html",
+        title=title,
+        data={"rows": [], "causes": {}, "headline": None, "street": None},
+        answer=[_sentence(rows)],
+        figures=figures,
+        points=Table(
+            (*axes, *POINT_HEAD),
+            [words_and_numbers(_cells(row), num_words=len(axes) + 1) for row in rows],
+        ),
+        facts={"points": str(len(results.study_hash)), "axes": ", ".join(axes) or "–"},
+    )
+
+
+def _sentence(rows: Sequence[Summary]) -> str:
+    """Span of the detection probability over all points."""
+    if not rows:
+        return "No trial was run."
+    low, high = (pick(row.detection.value for row in rows) for pick in (min, max))
+    trials = sum(row.num_trials for row in rows)
+    return (
+        f"{counted(trials, 'trial')} of all points and radars: the detection probability is "
+        f"{decimal(low)} to {decimal(high)}."
+    )
+
+
+def _cells(row: Summary) -> list[str]:
+    errors = ((row.range_rmse, 1.0), (row.range_rate_rmse, 3.6))
+    return [
+        *map(str, row.labels),
+        row.victim,
+        str(row.num_trials),
+        within((row.detection.value, row.detection.low, row.detection.high), 3),
+        within((row.ghosts.value, row.ghosts.low, row.ghosts.high), 2),
+        *(short((scale * one.value, scale * one.low, scale * one.high)) for one, scale in errors),
+        decimal(float(to_db(row.floor_rise)), 1),
+    ]

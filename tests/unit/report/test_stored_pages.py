@@ -1,0 +1,69 @@
+"""Pages of stored runs and studies."""
+
+import json
+
+import pytest
+
+from polychirp.cli.app import main
+from polychirp.report.page_data import causes
+from polychirp.report.run_page import frame_data, run_page, write_run_page
+from polychirp.study.store.load import load_run
+from polychirp.study.store.save import save_run
+from tests.support.runs import BOTH, ORIGIN, STUDY
+from tests.unit.report.test_page import Reader
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    path = tmp_path_factory.mktemp("run")
+    save_run(path / "run.zarr", BOTH, provenance=ORIGIN)
+    return path
+
+
+@pytest.fixture(scope="module")
+def run(folder):
+    return load_run(folder / "run.zarr")
+
+
+def test_the_page_of_a_run_has_the_frame_of_every_radar(run):
+    reader = Reader()
+    html = run_page(run, [])
+    reader.feed(html)
+    assert reader.open == []
+    assert "http" not in html
+    data = json.loads(reader.data)
+    assert [row["key"] for row in data["rows"]] == ["front", "rear"]
+    text = " ".join(reader.text)
+    assert "Radar front finds" in text
+    assert {link[1:] for link in reader.links if link.startswith("#")} <= set(reader.ids)
+
+
+def test_a_frame_has_its_detections_and_visible_targets_alone(run):
+    """The van of these runs is not visible."""
+    victim = run.victim("front")
+    data = frame_data(victim, STUDY.receiver)
+    assert [target["name"] for target in data["targets"]] == ["car"]
+    assert len(data["marks"]) == victim.detections.num_detections
+    assert {mark["cause"] for mark in data["marks"]} <= causes().keys()
+
+
+def test_the_page_of_a_run_has_its_figures_beside_it(run, tmp_path):
+    page = write_run_page(run, tmp_path)
+    names = {path.name for path in (tmp_path / "figures").iterdir()}
+    figures = {f"{name}-{n}" for name in ("range-profile", "detections", "ramps") for n in (0, 1)}
+    assert names == {f"{name}.{kind}" for name in figures for kind in ("png", "svg", "csv")}
+    reader = Reader()
+    reader.feed(page.read_text(encoding="utf-8"))
+    files = {link for link in reader.links if link.startswith("figures/")}
+    assert files == {f"figures/{name}" for name in names}
+
+
+def test_the_command_writes_the_page_into_the_folder_of_the_run(folder, capsys):
+    assert main(["report", str(folder)]) == 0
+    assert capsys.readouterr().out.strip() == str(folder / "report.html")
+    assert (folder / "report.html").is_file()
+
+
+def test_a_folder_without_results_is_refused(tmp_path, capsys):
+    assert main(["report", str(tmp_path)]) == 2
+    assert "there is no run and no study" in capsys.readouterr().err
