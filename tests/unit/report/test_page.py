@@ -183,7 +183,7 @@ def test_everything_is_written_where_it_is_looked_for(results, tmp_path, monkeyp
     told = []
     report = paper.write_paper(results, tmp_path / "new" / "out", progress=told.append)
     assert report.name == "report.html"
-    assert report.read_text(encoding="utf-8").count("<img") == 12
+    assert report.read_text(encoding="utf-8").count("<img") == 13  # one on paper only
     written = {p.relative_to(report.parent).as_posix() for p in report.parent.rglob("*.*")}
     figures = [f"fig{n}" for n in ("04a", "04b", "08-plan", "08-view")]
     figures += ["fig11-both", *(f"fig{n}{s}" for n in ("09", "10", "11") for s in "ab")]

@@ -8,6 +8,7 @@ import pytest
 from polychirp.report.figures.surfaces import radar_paint
 from polychirp.report.page_data import LEVEL_STEP_DB, causes, row_key, rows_data
 from polychirp.report.street_model import street_model
+from polychirp.study.paper.scenarios import MAP_CELLS
 
 
 @pytest.fixture
@@ -86,3 +87,16 @@ def test_a_car_has_the_colour_of_its_radars_beam(scene):
     assert beam["colour"] == car["colour"] == paint
     assert abs(beam["azimuth"]) == pytest.approx(np.pi, abs=1e-4)
     assert 2.0 * beam["half_width"] == pytest.approx(np.radians(160.0), abs=1e-4)
+
+
+def test_maps_of_all_rows_leave_half_of_5_mb_for_pictures(row):
+    """The paper has 36 different rows; noise in all cells is the longest JSON."""
+    rates, ranges = MAP_CELLS
+    noise = np.random.default_rng(1).normal(-100.0, 20.0, (rates, ranges))
+    whole = replace(
+        row.map,
+        range=np.linspace(0.0, 30.0, ranges),
+        range_rate=np.linspace(-32.0, 32.0, rates),
+        power_db=noise,
+    )
+    assert 36 * len(json.dumps(rows_data([replace(row, map=whole)]))) < 2.5e6

@@ -64,3 +64,6 @@ def test_few_trials_give_every_curve_with_its_limits(tmp_path: Path) -> None:
     diverse = next(r for r in rows if (r.waveform, r.situation) == ("diverse", "interfered"))
     assert in_step.ghosts[0] >= 1.0
     assert diverse.ghosts[0] == 0.0
+    assert in_step.ghosts_gain is None
+    assert diverse.ghosts_gain is not None
+    assert diverse.ghosts_gain[0] == -in_step.ghosts[0]
