@@ -96,6 +96,8 @@ class Absent:
         if name in {sorted(MODULES)!r}:
             raise ImportError(f"No module named '{{name}}'")
 
+# the standard library's own on POSIX, which compilation of kernels may use
+subprocess.Popen.kill = subprocess.Popen.terminate
 sys.meta_path.insert(0, Absent())
 for name in {sorted(MODULES)!r}:
     sys.modules.pop(name, None)
