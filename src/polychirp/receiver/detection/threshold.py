@@ -91,6 +91,8 @@ def log_threshold_above_floor(
     covariance, variance : C and V of `polychirp.receiver.detection.floor_correlation`; zero for a
         known floor
 
+    Examples
+    --------
     >>> ask = {"num_ramps": 32, "false_alarm_probability": 1e-4}
     >>> round(log_threshold_above_floor(**ask, covariance=0.0, variance=0.0), 2)
     0.75
