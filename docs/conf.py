@@ -1,11 +1,12 @@
 """Settings of the documentation site, which ``./run docs`` builds.
 
-The folder ``generated`` holds what the extensions write: executed scripts, and pages from docstrings,
-the schema of study files and the parsers of commands.
+The folder ``generated`` holds what the extensions write: executed scripts, and pages from
+docstrings, the schema of study files and the parsers of commands.
 """
 
 import sys
 from importlib.metadata import version as version_of
+from importlib.util import find_spec
 from pathlib import Path
 
 HERE = Path(__file__).parent
@@ -22,13 +23,19 @@ extensions = [
     "sphinx.ext.napoleon",
     "sphinx_gallery.gen_gallery",
     "docstrings",
-    "mathml",
     "root_pages",
     "study_file",
     "commands",
     "packages",
 ]
-exclude_patterns = ["_build", "extensions", "images", "gallery", "tutorials", "generated/**/*.ipynb"]
+exclude_patterns = [
+    "_build",
+    "extensions",
+    "images",
+    "gallery",
+    "tutorials",
+    "generated/**/*.ipynb",
+]
 suppress_warnings = [
     "ref.python",  # two modules may have a type of the same name
     "config.cache",  # scrapers and sort keys are functions
@@ -39,7 +46,9 @@ pygments_dark_style = "monokai"
 
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4
-html_math_renderer = "mathml"
+# one file that draws equations without fonts: docs/adr/0013-mathjax-from-a-package.md
+mathjax_package = Path(find_spec("sphinx-mathjax-offline").submodule_search_locations[0])
+mathjax_path = "tex-svg.js"
 
 autodoc_typehints_format = "short"
 autodoc_member_order = "bysource"
@@ -63,7 +72,7 @@ sphinx_gallery_conf = {
 
 html_theme = "furo"
 html_title = "polychirp"
-html_static_path = ["static"]
+html_static_path = ["static", str(mathjax_package / "static" / "mathjax" / mathjax_path)]
 html_css_files = ["site.css"]
 html_copy_source = False
 html_show_sourcelink = False

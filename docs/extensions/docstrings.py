@@ -1,4 +1,4 @@
-"""Docstrings as the site shows them: units in the text of a parameter, types without their marks."""
+"""Docstrings as the site shows them: units in the texts of parameters, types without marks."""
 
 import re
 from collections.abc import Iterator
@@ -75,10 +75,9 @@ def without_marks(text: str) -> str:
     return text
 
 
-def shorten(app: Sphinx, what: str, name: str, item: Any, options: Any,
-            signature: str | None, result: str | None) -> tuple[str | None, str | None]:  # fmt: skip
-    """Signature without marks of types."""
-    del app, what, name, item, options
+def shorten(*event: Any) -> tuple[str | None, str | None]:
+    """Signature and result without marks of types; they are the last two values of the event."""
+    signature, result = event[-2:]
     return without_marks(signature or "") or signature, without_marks(result or "") or result
 
 

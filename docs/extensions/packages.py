@@ -48,9 +48,7 @@ def package_page(folder: Path) -> list[str]:
     lines = [*rst.heading(name, "="), *rst.directive(f"automodule:: {name}", ":no-members:")]
     inner = packages(folder)
     if inner:
-        lines += rst.directive(
-            "toctree::", ":maxdepth: 1", content=[name_of(one) for one in inner]
-        )
+        lines += rst.directive("toctree::", ":maxdepth: 1", content=[name_of(one) for one in inner])
     for path in modules(folder):
         lines += [*rst.heading(name_of(path).removeprefix("polychirp."), "-")]
         lines += rst.directive(f"automodule:: {name_of(path)}", *OPTIONS)

@@ -19,10 +19,10 @@ def page(schema: Node) -> list[str]:
     """The page: the study itself, then every table that it can hold."""
     lines = [
         *rst.heading("Study file", "="),
-        "A study is a TOML file. This page lists every table that it can hold, with all keys. It is "
-        "generated from the schema that ``polychirp`` checks files with, so that it is complete.",
+        "A study is a TOML file. This page lists every table that it can hold, with all keys. It "
+        "is generated from the schema that ``polychirp`` checks files with, so that it is complete.",
         "",
-        "A quantity is text with its unit, such as ``\"79 GHz\"``. A key without a default must be "
+        'A quantity is text with its unit, such as ``"79 GHz"``. A key without a default must be '
         "given. The column of values names further tables; several tables in one cell are "
         "alternatives, of which the key ``kind`` chooses one.",
         "",
@@ -57,7 +57,9 @@ def keys(table: Node) -> list[str]:
         for name, node in table["properties"].items()
         if name != "kind"
     ]
-    return rst.table(("key", "value", "default", "meaning"), rows) if rows else ["It has no keys.", ""]
+    return (
+        rst.table(("key", "value", "default", "meaning"), rows) if rows else ["It has no keys.", ""]
+    )
 
 
 def values(node: Node) -> Iterator[str]:
@@ -80,10 +82,13 @@ def values(node: Node) -> Iterator[str]:
             if one.get("type") != "null":
                 yield from values(one)
     elif node.get("type") == "object":
-        yield ", ".join(
-            f"{rst.literal(name)}: {' '.join(values(inner))}"
-            for name, inner in node.get("properties", {}).items()
-        ) or "table"
+        yield (
+            ", ".join(
+                f"{rst.literal(name)}: {' '.join(values(inner))}"
+                for name, inner in node.get("properties", {}).items()
+            )
+            or "table"
+        )
     else:
         yield number(node)
 

@@ -18,8 +18,8 @@ band = pc.IfFilter(passband=6.5e6, stopband=9e6)
 time = np.linspace(0.0, ramp, 400)
 
 # %%
-# Left: beats of radars that start up to 1 µs after the victim, or 4 µs before it. Right: the response
-# of the IF filter over the same beats.
+# Left: beats of radars that start up to 1 µs after the victim, or 4 µs before it. Right: the
+# response of the IF filter over the same beats.
 
 figure, (beats, response) = plt.subplots(
     1, 2, sharey=True, width_ratios=(3, 1), figsize=(8, 4), layout="constrained"

@@ -3,7 +3,8 @@ How much does each further radar raise the floor?
 =================================================
 
 Radars with other slopes and intervals cross the IF band as bursts, in some chirps and not in
-others. The energies of the bursts add up, so that the floor grows by 3 dB when the number of equally strong radars doubles.
+others. The energies of the bursts add up, so that the floor grows by 3 dB when the number of equally
+strong radars doubles.
 """
 
 import matplotlib.pyplot as plt
@@ -12,7 +13,9 @@ import polychirp as pc
 
 hardware = {
     "mount": pc.Pose(z=0.5),
-    "array": pc.AntennaArray(num_channels=2, pattern=pc.ElementPattern(peak_gain=pc.from_db(10), azimuth_beamwidth=2.0)),
+    "array": pc.AntennaArray(
+        num_channels=2, pattern=pc.ElementPattern(peak_gain=pc.from_db(10), azimuth_beamwidth=2.0)
+    ),
     "if_filter": pc.IfFilter(passband=6.5e6, stopband=9e6),
     "converter": pc.Converter(sample_rate=16e6, start=2e-6, margin=0.5e-6),
 }
@@ -65,9 +68,7 @@ def study(num_interferers: int) -> pc.Study:
 # The rise of the floor over that of noise alone.
 
 numbers = [1, 2, 4, 8]
-rises = [
-    float(pc.to_db(pc.run_trial(study(n)).victim("front").score.floor_rise)) for n in numbers
-]
+rises = [float(pc.to_db(pc.run_trial(study(n)).victim("front").score.floor_rise)) for n in numbers]
 for number, rise in zip(numbers, rises, strict=True):
     print(f"{number} radars: {rise:.1f} dB")
 

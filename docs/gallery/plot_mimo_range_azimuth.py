@@ -31,9 +31,7 @@ radar = pc.StudyRadar(
 street = pc.Street(
     vehicles=(pc.Vehicle(name="ego", x=0.0, y=0.0, max_edge=0.5, coarseness=8.0),),
     points=tuple(
-        pc.Point(
-            name=f"post-{n}", x=RANGE * math.cos(a), y=RANGE * math.sin(a), z=0.0, rcs=1.0
-        )
+        pc.Point(name=f"post-{n}", x=RANGE * math.cos(a), y=RANGE * math.sin(a), z=0.0, rcs=1.0)
         for n, a in enumerate(ANGLES)
     ),
 )
@@ -47,9 +45,7 @@ mimo = pc.Study(
 )
 single = replace(
     mimo,
-    radars=(
-        replace(radar, coding=None, array=replace(radar.array, num_transmitters=1)),
-    ),
+    radars=(replace(radar, coding=None, array=replace(radar.array, num_transmitters=1)),),
 )
 
 # %%

@@ -32,7 +32,9 @@ study = pc.Study(
     street=street,
     radars=(
         pc.StudyRadar(name="front", vehicle="ego", waveform=own, **hardware),
-        pc.StudyRadar(name="oncoming", vehicle="other", waveform=other, start_time=2.5e-6, **hardware),
+        pc.StudyRadar(
+            name="oncoming", vehicle="other", waveform=other, start_time=2.5e-6, **hardware
+        ),
     ),
     victims=("front",),
     targets=("pedestrian",),

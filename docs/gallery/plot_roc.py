@@ -42,7 +42,6 @@ with tempfile.TemporaryDirectory() as folder:
         plan,
         folder=Path(folder),
         executor=pc.LocalWorkers(count=1),
-        progress=lambda what, done, total: None,
     ).summary
 
 # %%

@@ -17,8 +17,8 @@ import polychirp as pc
 # ----------
 #
 # Our car drives along x. An oncoming car, 40 m ahead on the other lane, carries a radar too. Points
-# with a radar cross section stand for its body and for a pedestrian, so that the run takes a second;
-# with ``tracer=pc.Composite()`` the bodies themselves would be traced.
+# with a radar cross section stand for its body and for a pedestrian, so that the run takes a
+# second; with ``tracer=pc.Composite()`` the bodies themselves would be traced.
 
 coarse = {"max_edge": 0.5, "coarseness": 8.0}  # the meshes are not traced here
 street = pc.Street(
@@ -86,9 +86,10 @@ for distance, rate, nature in list(
     print(f"{distance:5.1f} m {rate:6.1f} m/s  {nature}")
 
 # %%
-# The strongest detection is a ghost: the wave of the oncoming radar, which travels one way, is taken
-# for an echo, which travels both ways. Its range is half the distance between the radars, and so
-# is its range rate. The samples' parts are kept apart, so that the cause of each peak can be seen.
+# The strongest detection is a ghost: the wave of the oncoming radar, which travels one way, is
+# taken for an echo, which travels both ways. Its range is half the distance between the radars, and
+# so is its range rate. The samples' parts are kept apart, so that the cause of each peak can be
+# seen.
 
 profile = pc.draw("range-profile", seen, study.receiver, title="equal chirps")
 
@@ -110,8 +111,8 @@ maps = pc.draw("range-rate", noisy, study.receiver, title="a steeper interferer"
 # Keep it
 # -------
 #
-# ``pc.save_run(folder, trial, provenance=pc.provenance(study))`` stores a run, ``pc.load_run`` reads
-# it, and ``pc.export`` writes it for MATLAB, ROS and other tools. ``print(pc.dump(study))`` gives the
-# study file for the command line; here are its first lines:
+# ``pc.save_run(folder, trial, provenance=pc.provenance(study))`` stores a run, ``pc.load_run``
+# reads it, and ``pc.export`` writes it for MATLAB, ROS and other tools. ``print(pc.dump(study))``
+# gives the study file for the command line; here are its first lines:
 
 print("\n".join(pc.dump(study).splitlines()[:12]))

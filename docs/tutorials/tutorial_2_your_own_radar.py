@@ -75,9 +75,7 @@ radar = pc.StudyRadar(
 study = pc.Study(
     name="mine",
     street=pc.Street(
-        vehicles=(
-            pc.Vehicle(name="ego", x=0.0, y=0.0, speed=5.0, max_edge=0.5, coarseness=8.0),
-        ),
+        vehicles=(pc.Vehicle(name="ego", x=0.0, y=0.0, speed=5.0, max_edge=0.5, coarseness=8.0),),
         points=(
             pc.Point(name="car", x=32.0, y=1.5, z=0.5, rcs=10.0, velocity=(1.0, 0.0, 0.0)),
             pc.Point(name="pedestrian", x=18.0, y=-3.0, z=0.5, rcs=0.2),
@@ -92,7 +90,8 @@ study = pc.Study(
 derived = pc.check(study).radars[0]
 print(f"range resolution    {derived.range_resolution[0]:.2f} m")
 print(f"speed resolution    {derived.speed_resolution:.2f} m/s")
-print(f"unambiguous speed   ±{derived.unambiguous_speed:.1f} m/s, ±{derived.unfolded_speed:.1f} unfolded")
+print(f"unambiguous speed   ±{derived.unambiguous_speed:.1f} m/s by Doppler alone")
+print(f"speed by MIMO beams ±{derived.unfolded_speed:.1f} m/s")
 print(f"greatest range      {derived.greatest_range:.0f} m, by the IF filter")
 print(f"unambiguous azimuth ±{math.degrees(derived.azimuth_window):.0f}°")
 
@@ -112,5 +111,5 @@ plan = pc.draw("detections", seen, study.receiver, title="my radar")
 # Further
 # -------
 #
-# ``polychirp init --radar`` lists well-known radars, and ``polychirp init --profile`` reads the files
-# of TI's tools. Phase noise, leakage, a bumper and a digitiser are parts of `StudyRadar` too.
+# ``polychirp init --radar`` lists well-known radars, and ``polychirp init --profile`` reads the
+# files of TI's tools. Phase noise, leakage, a bumper and a digitiser are parts of `StudyRadar` too.

@@ -93,8 +93,8 @@ ramp_duration = ["1 ms", "2 ms"]
 # The trials
 # ----------
 #
-# ``polychirp study`` does the same from the command line. Finished trials are kept in the folder, so
-# that a run that was stopped continues.
+# ``polychirp study`` does the same from the command line. Finished trials are kept in the folder,
+# so that a run that was stopped continues.
 
 with tempfile.TemporaryDirectory() as name:
     folder = Path(name)
@@ -105,7 +105,6 @@ with tempfile.TemporaryDirectory() as name:
         plan,
         folder=folder,
         executor=pc.LocalWorkers(count=1),
-        progress=lambda what, done, total: None,
     ).results
 
 # %%

@@ -56,9 +56,7 @@ class Jittered:
             duration=duration,
             start_frequency=start,
             slope=slope,
-            start_phase=pc.continuous_phase(
-                duration=duration, start_frequency=start, slope=slope
-            ),
+            start_phase=pc.continuous_phase(duration=duration, start_frequency=start, slope=slope),
             sweep=np.arange(num_sweeps),
         )
 
@@ -95,9 +93,7 @@ front = pc.StudyRadar(
 study = pc.Study(
     name="jittered",
     street=pc.Street(
-        vehicles=(
-            pc.Vehicle(name="ego", x=0.0, y=0.0, speed=5.0, max_edge=0.5, coarseness=8.0),
-        ),
+        vehicles=(pc.Vehicle(name="ego", x=0.0, y=0.0, speed=5.0, max_edge=0.5, coarseness=8.0),),
         points=(pc.Point(name="post", x=30.0, y=1.0, z=0.0, rcs=1.0),),
     ),
     radars=(front,),

@@ -26,7 +26,9 @@ def test_there_are_tutorials_and_six_scripts_of_the_gallery():
 def test_a_script_uses_public_names_alone(path):
     tree = ast.parse(path.read_text(encoding="utf-8"))
     modules = [node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
-    modules += [n.name for node in ast.walk(tree) if isinstance(node, ast.Import) for n in node.names]
+    modules += [
+        n.name for node in ast.walk(tree) if isinstance(node, ast.Import) for n in node.names
+    ]
     assert "polychirp" in modules
     assert [name for name in modules if name.startswith("polychirp.")] == []
     title, line = (ast.get_docstring(tree) or "").splitlines()[:2]
