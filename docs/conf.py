@@ -50,6 +50,7 @@ myst_heading_anchors = 4
 mathjax_package = Path(find_spec("sphinx-mathjax-offline").submodule_search_locations[0])
 mathjax_path = "tex-svg.js"
 
+toc_object_entries = False  # the sidebar of each page would hold thousands
 autodoc_typehints_format = "short"
 autodoc_member_order = "bysource"
 napoleon_google_docstring = False

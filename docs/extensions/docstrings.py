@@ -81,6 +81,14 @@ def shorten(*event: Any) -> tuple[str | None, str | None]:
     return without_marks(signature or "") or signature, without_marks(result or "") or result
 
 
+def be_exact(app: Sphinx, doctree: nodes.document) -> None:
+    """Leave names that Sphinx would search among all endings, one by one, to `resolve`."""
+    del app
+    for node in doctree.findall(pending_xref):
+        if node.get("refdomain") == "py":
+            node["refspecific"] = False
+
+
 def resolve(app: Sphinx, env: BuildEnvironment, node: pending_xref, text: nodes.TextElement) -> Any:
     """Link a name, such as `IfFrame` or `model.paths`, that means one object of the package."""
     if node.get("refdomain") != "py":
@@ -110,5 +118,6 @@ def setup(app: Sphinx) -> dict[str, bool]:
     """Register all changes."""
     app.connect("autodoc-process-docstring", convert, priority=BEFORE_NAPOLEON)
     app.connect("autodoc-process-signature", shorten)
+    app.connect("doctree-read", be_exact)
     app.connect("missing-reference", resolve)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

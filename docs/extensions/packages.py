@@ -48,7 +48,7 @@ def package_page(folder: Path) -> list[str]:
     lines = [*rst.heading(name, "="), *rst.directive(f"automodule:: {name}", ":no-members:")]
     inner = packages(folder)
     if inner:
-        lines += rst.directive("toctree::", ":maxdepth: 1", content=[name_of(one) for one in inner])
+        lines += rst.directive("toctree::", ":titlesonly:", content=[name_of(one) for one in inner])
     for path in modules(folder):
         lines += [*rst.heading(name_of(path).removeprefix("polychirp."), "-")]
         lines += rst.directive(f"automodule:: {name_of(path)}", *OPTIONS)
@@ -65,7 +65,7 @@ def index_page(groups: dict[str, list[str]]) -> list[str]:
     ]
     for layer, names in groups.items():
         content = [f"polychirp.{name}" for name in names]
-        lines += rst.directive("toctree::", ":maxdepth: 2", f":caption: {layer}", content=content)
+        lines += rst.directive("toctree::", ":titlesonly:", f":caption: {layer}", content=content)
     return lines
 
 

@@ -26,7 +26,12 @@ def shown_file(stub: str) -> Path:
 
 
 def page_of(file: Path) -> Path:
-    """Path of a file's page in the documentation: that of a root file is in ``docs/project``."""
+    """Path of a file's page in the documentation.
+
+    That of a root file is in ``docs/project``; folders of scripts have generated pages.
+    """
+    if file in (DOCS / "gallery", DOCS / "tutorials"):
+        return DOCS / "generated" / file.name / "index.rst"
     if file.parent == ROOT and file.suffix == ".md":
         return DOCS / PLACE / f"{file.stem.lower()}.md"
     return file

@@ -20,7 +20,7 @@ def page(schema: Node) -> list[str]:
     lines = [
         *rst.heading("Study file", "="),
         "A study is a TOML file. This page lists every table that it can hold, with all keys. It "
-        "is generated from the schema that ``polychirp`` checks files with, so that it is complete.",
+        "is generated from the schema by which editors and ``polychirp check`` read files.",
         "",
         'A quantity is text with its unit, such as ``"79 GHz"``. A key without a default must be '
         "given. The column of values names further tables; several tables in one cell are "
@@ -99,7 +99,7 @@ def number(node: Node) -> str:
     text = words.get(node.get("type", ""), str(node.get("type", "any value")))
     least, greatest = node.get("minimum"), node.get("maximum")
     bounds = [
-        f"{word} {value:g}"
+        f"{word} {value:,}".replace(",", " ")
         for word, value in (("at least", least), ("at most", greatest))
         if value is not None
     ]

@@ -3,8 +3,8 @@ How much does each further radar raise the floor?
 =================================================
 
 Radars with other slopes and intervals cross the IF band as bursts, in some chirps and not in
-others. The energies of the bursts add up, so that the floor grows by 3 dB when the number of equally
-strong radars doubles.
+others. The energies of the bursts add up, so that the floor grows by 3 dB when the number of
+equally strong radars doubles.
 """
 
 import matplotlib.pyplot as plt
