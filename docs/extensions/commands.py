@@ -27,8 +27,8 @@ def verbs(parser: argparse.ArgumentParser) -> dict[str, argparse.ArgumentParser]
 
 
 def usage(parser: argparse.ArgumentParser) -> str:
-    """The line that shows how a command is written."""
-    return parser.format_usage().removeprefix("usage: ")
+    """The line that shows how a command is written, however wide the terminal is."""
+    return " ".join(parser.format_usage().removeprefix("usage: ").split())
 
 
 def arguments(parser: argparse.ArgumentParser) -> list[tuple[str, str]]:

@@ -75,4 +75,5 @@ for number, rise in zip(numbers, rises, strict=True):
 figure, axes = plt.subplots(figsize=(6, 4), layout="constrained")
 axes.plot(numbers, rises, "o-")
 axes.set(xscale="log", xlabel="Other radars", ylabel="Rise of the floor (dB)")
-axes.set_xticks(numbers, [str(n) for n in numbers], minor=False)
+axes.set_xticks(numbers, [str(n) for n in numbers])
+axes.minorticks_off()
