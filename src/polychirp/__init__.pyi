@@ -37,6 +37,8 @@ from polychirp.study.monte_carlo.run import Finished as Finished
 from polychirp.study.monte_carlo.executor import LocalWorkers as LocalWorkers
 from polychirp.study.monte_carlo.results import load_results as load_results
 from polychirp.study.monte_carlo.results import Results as Results
+from polychirp.study.monte_carlo.summary import summaries as summaries
+from polychirp.study.monte_carlo.summary import Summary as Summary
 from polychirp.scoring.statistics import Estimate as Estimate
 from polychirp.study.roc.plan import roc_plan as roc_plan
 from polychirp.study.roc.plan import RocPlan as RocPlan
@@ -124,6 +126,7 @@ from polychirp.axes import axes_of as axes_of
 # Figures and exports
 from polychirp.report.run_plots import draw as draw
 from polychirp.report.run_plots import RunPlots as RunPlots
+from polychirp.report.figures.study_curves import study_curves as study_curves
 from polychirp.report.figures.drawing import Drawing as Drawing
 from polychirp.exchange.formats import export as export
 

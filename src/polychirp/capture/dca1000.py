@@ -2,12 +2,12 @@ r"""Raw files of TI's DCA1000 capture card: int16, little endian, in the order o
 
 TI's application report SWRA581, "Mmwave Radar Device ADC Raw Data Capture", gives the order:
 
-==================  ===========================================================================
-xWR16xx, 18xx, 68xx two lanes; per ramp one receiver after the other;
-                    complex: I0 I1 Q0 Q1 I2 I3 Q2 Q3 …; real: one sample after the other
-xWR14xx             four lanes, one for each receiver; per sample complex: I of all four, then Q
-                    of all four; real: one of each. Unused receivers hold zeros
-==================  ===========================================================================
+===================  ==========================================================================
+xWR16xx, 18xx, 68xx  two lanes; per ramp one receiver after the other;
+                     complex: I0 I1 Q0 Q1 I2 I3 Q2 Q3 …; real: one sample after the other
+xWR14xx              four lanes, one for each receiver; per sample complex: I of all four, then Q
+                     of all four; real: one of each. Unused receivers hold zeros
+===================  ==========================================================================
 
 Ramps follow each other in time without headers. If the device was set to swap I and Q, or if its
 targets beat at negative frequencies, ``conjugate`` must be set in the parameter file.

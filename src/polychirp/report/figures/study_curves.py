@@ -62,6 +62,8 @@ DIFFERENCES: Final = ("detection", "ghosts", "range_rmse", "range_rate_rmse", "a
 def study_curves(results: Results, *, over: str, title: str) -> Drawing:
     """Estimates of every curve over the axis ``over``, with 95 % intervals; one row per point.
 
+    `run_plan` and `load_results` give the results.
+
     A curve is one radar and one label on every other axis. An axis of numbers is drawn to scale,
     one of names in its order. `InputError` is raised if the grid has no such axis.
     """

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from polychirp.errors import ModelWarning, RunError
+from polychirp.model.baseband import Progress, no_progress
 from polychirp.study.kernel_parts import compile_parts, parts_of_all
 from polychirp.study.monte_carlo.grid import trial_seed
 from polychirp.study.monte_carlo.plan import Plan
@@ -51,7 +52,7 @@ def run_plan(
     *,
     folder: Path,
     executor: Executor,
-    progress: Callable[[str, int, int], None],
+    progress: Progress = no_progress,
     anew: bool = False,
 ) -> Finished:
     """Run the trials of which ``folder`` has no record; store results and tables of all trials.

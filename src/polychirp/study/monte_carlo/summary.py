@@ -33,6 +33,7 @@ class Summary:
     """Estimates for one radar at one point, from all its trials.
 
     Every estimate has a 95 % interval; a trial counts as one draw (`scoring.statistics`).
+    `summaries` returns them.
 
     Parameters
     ----------
@@ -153,7 +154,7 @@ def _sum_of_squares(errors: FloatArray) -> FloatArray:
 
 
 def summaries(results: Results) -> list[Summary]:
-    """Summary of every radar at every point."""
+    """`Summary` of every radar at every point of `Results`."""
     return [
         _summary(results, point, victim)
         for point in range(len(results.study_hash))

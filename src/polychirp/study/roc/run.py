@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from polychirp.errors import ModelWarning, RunError
+from polychirp.model.baseband import Progress, no_progress
 from polychirp.study.kernel_parts import compile_parts, parts_of_all
 from polychirp.study.monte_carlo.executor import LocalWorkers
 from polychirp.study.monte_carlo.grid import trial_seed
@@ -44,7 +45,7 @@ def run_roc(
     *,
     folder: Path,
     executor: LocalWorkers,
-    progress: Callable[[str, int, int], None],
+    progress: Progress = no_progress,
     anew: bool = False,
 ) -> RocResult:
     """Compute the frames of which ``folder`` has no record; summarise the records of all frames.
