@@ -43,7 +43,7 @@ class AutoReceiver(SearchSettings):
     their speeds come from the phases between chirps: they have range-Doppler processing. The
     coherent receiver reads all other ramps.
 
-    It chooses `RangeDoppler`, the joint receiver or `CoherentReceiver`.
+    It chooses `RangeDoppler` or `CoherentReceiver`.
 
     Parameters
     ----------
