@@ -1,6 +1,7 @@
 """Settings to begin from."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Final
 
 from polychirp.live.settings import Car, LiveSettings, RadarControls
@@ -11,28 +12,23 @@ SHORT_CHIRPS = RadarControls(waveform="sawtooth", bandwidth=0.5e9, ramp_duration
 FIRST_PRESET: Final = "paper C: direct interference"
 """Preset with which the page opens: its ghost is seen at once."""
 
+_INDIRECT: Final = LiveSettings(
+    title="paper B: indirect interference",
+    ego=Car(name="vehicle 1", body="sedan", x=0.0, y=-1.75, speed=9.0),
+    looks_back=True,
+    carrier=Car(name="vehicle 3", body="van", x=-2.7, y=1.75, oncoming=True, speed=11.8),
+    cars=(
+        Car(name="target 3", body="hatchback", x=-12.8, y=1.75, oncoming=True, speed=9.2),
+        Car(name="target 4", body="sedan", x=-10.7, y=-1.75, speed=10.1),
+    ),
+)
+"""Scenario B; A is the same without the other radar."""
+
 PRESETS: Final[Mapping[str, LiveSettings]] = {
-    "paper A: no interference": LiveSettings(
-        title="paper A: no interference",
-        ego=Car(name="vehicle 1", body="sedan", x=0.0, y=-1.75, speed=9.0),
-        looks_back=True,
-        carrier=Car(name="vehicle 3", body="van", x=-2.7, y=1.75, oncoming=True, speed=11.8),
-        cars=(
-            Car(name="target 3", body="hatchback", x=-12.8, y=1.75, oncoming=True, speed=9.2),
-            Car(name="target 4", body="sedan", x=-10.7, y=-1.75, speed=10.1),
-        ),
-        other=RadarControls(is_on=False),
+    "paper A: no interference": replace(
+        _INDIRECT, title="paper A: no interference", other=RadarControls(is_on=False)
     ),
-    "paper B: indirect interference": LiveSettings(
-        title="paper B: indirect interference",
-        ego=Car(name="vehicle 1", body="sedan", x=0.0, y=-1.75, speed=9.0),
-        looks_back=True,
-        carrier=Car(name="vehicle 3", body="van", x=-2.7, y=1.75, oncoming=True, speed=11.8),
-        cars=(
-            Car(name="target 3", body="hatchback", x=-12.8, y=1.75, oncoming=True, speed=9.2),
-            Car(name="target 4", body="sedan", x=-10.7, y=-1.75, speed=10.1),
-        ),
-    ),
+    "paper B: indirect interference": _INDIRECT,
     "paper C: direct interference": LiveSettings(
         title="paper C: direct interference",
         ego=Car(name="vehicle 2", body="hatchback", x=22.0, y=-1.75, speed=11.2),

@@ -6,6 +6,7 @@ from typing import Final, Literal
 
 from polychirp.channel.point_vehicles.tracer import PointVehicles
 from polychirp.channel.tracers.composite import Composite
+from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.antenna import AntennaArray
 from polychirp.model.if_filter import IfFilter
 from polychirp.model.radar import Converter
@@ -23,10 +24,6 @@ MitigationKind = Literal["none", "blanking", "excision"]
 
 VICTIM, OTHER = "front", "other"
 """Names of the two radars."""
-
-SAMPLES_PER_LONG_RAMP: Final = 1e-3
-"""Duration of ramps, s, from which the converter takes 1 MS/s; shorter ones are sampled faster, so
-that their beats fit."""
 
 LOOP_REFRESH: Final = 1.0
 """Refresh interval of the study in the loop, s: longer than any frame, so that it is traced once,
@@ -200,7 +197,7 @@ def _sweeps_of(settings: LiveSettings, controls: RadarControls) -> int:
 
 def _sample_rate(settings: LiveSettings) -> float:
     """Samples per second of the victim, with which its farthest beat is within the passband."""
-    beat = 2.0 * settings.victim.slope * _reach(settings) / 299792458.0
+    beat = 2.0 * settings.victim.slope * _reach(settings) / SPEED_OF_LIGHT
     return max(1e6, 1e5 * math.ceil(beat / 0.35 / 1e5))
 
 
