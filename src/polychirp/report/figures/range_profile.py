@@ -89,7 +89,7 @@ def range_profile(row: PaperRow, *, heading: str, limits: tuple[float, float]) -
         ylabel="Power at the converter (dBm)",
     )
     figure.suptitle(f"{heading} · {variant_name(row)}", x=0.01, ha="left", weight="bold", size=11)
-    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return Drawing(figure=figure, data={"range_m": range_, "power_dbm": power})
 
 
