@@ -287,6 +287,15 @@ def test_a_ghost_is_marked_on_the_profile_at_its_range(make_row):
     assert ghost.get_ydata() == pytest.approx([-31.0 + 22.5], abs=0.1)
 
 
+def test_a_ghost_beside_a_stronger_one_has_no_label(make_row):
+    ghosts = (("direct", 6.6, 24.0), ("indirect", 6.62, -3.0), ("indirect", 9.7, -10.0))
+    drawing = range_profile(make_row("C", "radar 2", ghosts=ghosts), heading="", limits=(-120, 0))
+    texts = [text.get_text() for text in drawing.figure.axes[0].texts]
+    assert "6.60 m" in texts
+    assert "9.70 m" in texts
+    assert "6.62 m" not in texts
+
+
 def test_the_strongest_peak_is_labelled_if_it_is_no_target_and_no_ghost(make_row):
     row = make_row()
     drawing = range_profile(

@@ -140,7 +140,7 @@ def _mark_detections(axes: Axes, row: PaperRow, range_: FloatArray, power: Float
 
 def _mark_ghosts(axes: Axes, row: PaperRow, range_: FloatArray, power: FloatArray) -> None:
     """Mark ghosts on the profile, since a row has their power only relative to a target's."""
-    for kind, (marker, colour, label) in GHOST_MARKS.items():
+    for number, (kind, (marker, colour, label)) in enumerate(GHOST_MARKS.items()):
         places = [g.range_m for g in row.ghosts if g.kind == kind and g.range_m <= MAX_RANGE]
         if places:
             axes.plot(
@@ -152,14 +152,20 @@ def _mark_ghosts(axes: Axes, row: PaperRow, range_: FloatArray, power: FloatArra
                 markeredgecolor="white",
                 color=colour,
                 label=label,
-                zorder=4,
+                zorder=5.0 - 0.1 * number,  # direct ghosts are not hidden by weaker ones
             )
 
 
 def _label_peaks(axes: Axes, row: PaperRow, range_: FloatArray, power: FloatArray) -> None:
-    """Write the range at every ghost, and at the strongest peak if it is no ghost or target."""
+    """Write the range at every ghost, and at the strongest peak if it is no ghost or target.
+
+    A ghost beside a stronger one has no label, which would be drawn over the other.
+    """
     strongest = float(range_[np.argmax(power)])
-    labels = {g.range_m: (f"{g.range_m:.2f} m", GHOST_MARKS[g.kind][1]) for g in row.ghosts}
+    labels: dict[float, tuple[str, str]] = {}
+    for ghost in row.ghosts:  # strongest first
+        if all(abs(ghost.range_m - place) > RANGE_AGREEMENT for place in labels):
+            labels[ghost.range_m] = (f"{ghost.range_m:.2f} m", GHOST_MARKS[ghost.kind][1])
     named = [*labels, *(target.range_m for target in row.targets)]
     if all(abs(strongest - place) > RANGE_AGREEMENT for place in named):
         labels[strongest] = (f"strongest peak {strongest:.2f} m", INK)
