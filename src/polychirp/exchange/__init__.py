@@ -4,5 +4,6 @@ The modules in reading order; others use `formats`:
 
 - `formats`: the formats by name, and `export`.
 - `columns`: detections, targets, paths and ramps as tables.
+- `stamps`: times as seconds and nanoseconds.
 - `csv_tables`, `matlab`, `hdf5`, `netcdf`, `sigmf_samples`, `osi`, `rosbag`: one format each.
 """

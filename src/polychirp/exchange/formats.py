@@ -13,50 +13,41 @@ from polychirp.study.store.load import StoredRun
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Format:
-    """A format: what it holds, and the function that writes it.
+    """A format: the function that writes it, and what that needs.
 
     Parameters
     ----------
-    what : files and contents, for the help
     writer : module of this package and its function, from a run and a folder to the files written
     packages : packages of the extra ``exchange`` that it needs
     """
 
-    what: str
     writer: tuple[str, str]
     packages: tuple[str, ...] = ()
 
 
 FORMATS: Final[Mapping[str, Format]] = {
     "mat": Format(
-        what="run.mat for MATLAB, GNU Octave and SciPy: all arrays",
         writer=("matlab", "write_mat"),
     ),
     "netcdf": Format(
-        what="run.nc: all arrays, complex ones as two",
         writer=("netcdf", "write_netcdf"),
         packages=("xarray", "h5netcdf"),
     ),
     "hdf5": Format(
-        what="run.h5: all arrays",
         writer=("hdf5", "write_hdf5"),
         packages=("h5py",),
     ),
     "sigmf": Format(
-        what="victim-N.sigmf-meta and .sigmf-data: samples, ramps",
         writer=("sigmf_samples", "write_sigmf_samples"),
     ),
     "csv": Format(
-        what="victim-N/detections.csv, targets.csv, paths.csv, ramps.csv",
         writer=("csv_tables", "write_csv"),
     ),
     "osi": Format(
-        what="run-osi.mcap, ASAM Open Simulation Interface: detections, targets",
         writer=("osi", "write_osi"),
         packages=("betterosi",),
     ),
     "rosbag": Format(
-        what="run-rosbag, a bag of ROS 2: detections as point clouds",
         writer=("rosbag", "write_rosbag"),
         packages=("rosbags",),
     ),

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
+from polychirp.exchange.stamps import since_start
 from polychirp.study.store.load import StoredRun, StoredVictim
 from polychirp.units import to_db
 
 if TYPE_CHECKING:
     import betterosi
-
-NANOSECONDS: Final = 1_000_000_000
-"""Nanoseconds in a second."""
 
 
 def write_osi(run: StoredRun, folder: Path) -> list[Path]:
@@ -108,8 +106,8 @@ def _identifier(number: int) -> betterosi.Identifier:
 def _timestamp(time: float) -> betterosi.Timestamp:
     import betterosi
 
-    nanoseconds = max(0, round(time * NANOSECONDS))
-    return betterosi.Timestamp(seconds=nanoseconds // NANOSECONDS, nanos=nanoseconds % NANOSECONDS)
+    seconds, nanoseconds = since_start(time)
+    return betterosi.Timestamp(seconds=seconds, nanos=nanoseconds)
 
 
 def _version() -> betterosi.InterfaceVersion:

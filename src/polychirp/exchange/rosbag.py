@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import math
 import shutil
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
+from polychirp.exchange.stamps import NANOSECONDS, since_start
 from polychirp.frames import direction_of
 from polychirp.study.store.load import StoredRun, StoredVictim
 from polychirp.units import to_db
-
-NANOSECONDS: Final = 1_000_000_000
-"""Nanoseconds in a second."""
 
 FIELDS: Final = (
     "x",
@@ -53,17 +50,16 @@ def write_rosbag(run: StoredRun, folder: Path) -> list[Path]:
             connection = writer.add_connection(
                 f"/victim_{number}/detections", message.__msgtype__, typestore=store
             )
-            time = _nanoseconds(victim.detections.time)
-            writer.write(connection, time, store.serialize_cdr(message, message.__msgtype__))
+            seconds, nanoseconds = since_start(victim.detections.time)
+            stamp = seconds * NANOSECONDS + nanoseconds
+            writer.write(connection, stamp, store.serialize_cdr(message, message.__msgtype__))
     return [path]
 
 
 def _point_cloud(store: Any, victim: StoredVictim) -> Any:
     types = store.types
-    time = _nanoseconds(victim.detections.time)
-    stamp = types["builtin_interfaces/msg/Time"](
-        sec=time // NANOSECONDS, nanosec=time % NANOSECONDS
-    )
+    seconds, nanoseconds = since_start(victim.detections.time)
+    stamp = types["builtin_interfaces/msg/Time"](sec=seconds, nanosec=nanoseconds)
     points = _points(victim)
     field = types["sensor_msgs/msg/PointField"]
     width = points.dtype.itemsize * len(FIELDS)
@@ -100,7 +96,3 @@ def _points(victim: StoredVictim) -> np.ndarray[Any, np.dtype[np.float32]]:
         ghosts,
     )
     return np.stack(columns, axis=-1).astype("<f4")
-
-
-def _nanoseconds(time: float) -> int:
-    return max(0, math.floor(time * NANOSECONDS + 0.5))
