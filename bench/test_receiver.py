@@ -16,7 +16,7 @@ from polychirp.model.antenna import AntennaArray
 from polychirp.model.radar import Converter
 from polychirp.receiver.angle.doa import root_music
 from polychirp.receiver.coherent.chain import CoherentReceiver
-from polychirp.receiver.coherent.coherent_map import coherent_map, map_axes
+from polychirp.receiver.coherent.coherent_map import MapLimits, coherent_map, map_axes
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.profiles import Profiles
 from polychirp.receiver.coherent.spectra import Spectra
@@ -61,7 +61,7 @@ def test_the_map_of_256_drawn_chirps(benchmark):
     converter = Converter(sample_rate=20e6, start=2e-6, margin=1e-6)
     frame = frame_of(drawn_chirps(256, seed=1), [], converter=converter)
     seen = Observation.of(frame, mitigated(None, frame))
-    axes = map_axes(seen, CoherentReceiver())
+    axes = map_axes(seen, MapLimits.of(CoherentReceiver()))
     benchmark(lambda: coherent_map(seen, Profiles.of(seen, Spectra.of(seen, seen.samples), axes)))
 
 

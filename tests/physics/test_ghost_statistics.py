@@ -56,19 +56,14 @@ def test_ghosts_are_as_frequent_as_the_closed_form_says():
 @pytest.mark.claims
 @pytest.mark.slow
 @pytest.mark.parametrize(("axis", "spread", "trial"), [("clock", 0.3e-6, 5), ("start", 0.2e-6, 14)])
-def test_a_ghost_beyond_the_map_hides_no_target_and_leaves_little_in_it(axis, spread, trial):
-    """Even if its up-beats or its down-beats cross the map.
-
-    At negative apparent ranges it is not searched for: near the radar, some of its side lobes are
-    up to 20 dB above the noise.
-    """
+def test_a_ghost_beyond_the_map_hides_no_target_and_leaves_nothing_in_it(axis, spread, trial):
+    """Even if its up-beats or its down-beats cross the map."""
     one, seed = case(axis, spread), trial_seed(1, trial)
     there = expectation(one, seed)
     assert there.has_ridge
     assert not there.is_in_map
     victim = run_trial(sample_street(replace(one.study, seed=seed))).victims[0]
-    is_direct = np.array(victim.score.nature) == Nature.DIRECT.value
-    assert np.all(victim.detections.snr[is_direct] < 100.0)
+    assert Nature.DIRECT.value not in victim.score.nature
     assert all(victim.score.is_detected[victim.truth.is_visible])
 
 

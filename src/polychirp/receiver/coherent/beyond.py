@@ -1,20 +1,28 @@
-r"""Strong points beyond the greatest range, whose side lobes reach into the map.
+r"""Strong points outside of the receiver's limits, which the search must subtract.
 
 A point at range R leaves, at a range x resolution cells away, its coherent power times
 :math:`(\pi x)^{-2}`. Where that exceeds the noise within the limits, the search must reach as far
-as the point: then it is found, subtracted, and left out as one beyond the limits.
+as the point: then it is found, subtracted, and left out as one beyond the limits. A ghost of a
+radar whose ramps start a little earlier has a negative range. The ghost of a radar with another
+clock may have a range rate beyond the greatest speed, but beats within the map on all rising or on
+all falling ramps; it counts where it stands out of the noise of single ramps.
 """
+
+from typing import Any
 
 import numpy as np
 
+from polychirp.axes import FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.jit import reordered
+from polychirp.receiver.coherent.coherent_map import MapLimits
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.signal_model.point_signal import hann_weights
 from polychirp.receiver.signal_model.power_spectra import power_spectra, spectrum_size
 
 MARGIN = 4.0
-"""Range cells behind the farthest strong point to which the search reaches; chosen: its main lobe
-is within it."""
+"""Cells behind the outermost strong point to which the search reaches; chosen: its main lobe is
+within them."""
 
 LEAST_EXCESS = 0.5
 """Power over the median of all ranges, less one, up to which it counts as noise; chosen: five
@@ -23,25 +31,116 @@ deviations of the mean over 32 ramps and four channels."""
 HANN_LOSS = 1.5
 """Power of a point in all samples of a ramp over that in its bin with Hann's window."""
 
+GREATEST_SPEEDS = 3.0
+"""Range rate, over the greatest speed, up to which fast points are looked for; chosen: a map over
+such range rates takes three times as long."""
 
-def farthest_range(seen: Observation, greatest_range: float) -> float:
-    """Range to which the search must reach, m: the limit, or that of a strong point beyond it.
+LEAST_ON_A_RAMP = 30.0
+"""Least power of a fast point over the noise of a ramp's spectrum; chosen: weaker ones leave
+nothing above the noise, because their beats are spread over many range rates."""
+
+SHARE_OF_RAMPS = 0.8
+"""Share of the ramps on which it must have that power; chosen: one half of them, all rising or all
+falling, have the beats of another point by chance, and a burst may hide it on some."""
+
+GREATEST_DIFFERENCE = 2.0
+"""Mean power on rising over that on falling ramps, or the inverse, of a fast point at most; chosen:
+most pairs of beats of two points differ by more."""
+
+
+def searched_limits(seen: Observation, limits: MapLimits) -> MapLimits:
+    """Limits between which the search must look: those given, or wider, with strong points."""
+    size = spectrum_size(seen.model.times)
+    power = power_spectra(seen.samples, hann_weights(seen.present), size).mean(axis=0)
+    return MapLimits(
+        range=_widened(limits.range, _strong_ranges(seen, power, limits.range)),
+        range_rate=_widened(limits.range_rate, _fast_rates(seen, power, limits.range_rate)),
+    )
+
+
+def _widened(limits: tuple[float, float], places: FloatArray) -> tuple[float, float]:
+    """The limits, or wider ones that hold all places."""
+    least, greatest = limits
+    return float(np.min(places, initial=least)), float(np.max(places, initial=greatest))
+
+
+def _strong_ranges(seen: Observation, power: FloatArray, limits: tuple[float, float]) -> FloatArray:
+    """Ranges beyond the limits at which strong points are, with a margin, m.
 
     The spectra of all ramps show the points, averaged at equal ranges without regard to speeds.
     """
-    times, slope = seen.model.times, seen.model.schedule.slope
-    size = spectrum_size(times)
-    power = power_spectra(seen.samples, hann_weights(seen.present), size).mean(axis=0)
-    cell = seen.range_cell
-    last = 0.5 * times.rate * SPEED_OF_LIGHT / (2.0 * float(np.max(np.abs(slope))))
-    distance = np.arange(0.0, last, 0.5 * cell)
-    place = np.rint(2.0 * distance * slope[:, None] / SPEED_OF_LIGHT * size / times.rate)
-    profile = np.take_along_axis(power, place.astype(np.int64) % size, axis=1).mean(axis=0)
+    slope, cell = seen.model.schedule.slope, seen.range_cell
+    distance = _ranges_in_band(seen, 0.5 * cell)
+    per_range = 2.0 / SPEED_OF_LIGHT * slope * power.shape[1] / seen.model.times.rate
+    place = np.rint(distance * per_range[:, None]).astype(np.int64) % power.shape[1]
+    profile = np.take_along_axis(power, place, axis=1).mean(axis=0)
     noise = max(float(np.median(profile)), np.finfo(np.float64).tiny)
     excess = np.maximum(profile / noise - 1.0 - LEAST_EXCESS, 0.0)
     total = HANN_LOSS * seen.num_used * len(seen.samples) * excess
-    apart = np.maximum((distance - greatest_range) / cell, 1.0)
-    is_strong = (distance > greatest_range) & (total > (np.pi * apart) ** 2)
-    if not np.any(is_strong):
-        return greatest_range
-    return float(distance[is_strong][-1]) + MARGIN * cell
+    apart = np.maximum(limits[0] - distance, distance - limits[1]) / cell
+    strong = distance[(apart > 0.0) & (total > (np.pi * np.maximum(apart, 1.0)) ** 2)]
+    return np.where(strong < limits[0], strong - MARGIN * cell, strong + MARGIN * cell)
+
+
+def _fast_rates(seen: Observation, power: FloatArray, limits: tuple[float, float]) -> FloatArray:
+    """Range rates beyond the limits at which strong points may be, with a margin, m/s."""
+    times, slope = seen.model.times, seen.model.schedule.slope
+    cell, bins = seen.range_cell, power.shape[1] / times.rate
+    step = cell * float(np.min(np.abs(slope)) / np.mean(seen.frequency))
+    slow, fast = (np.arange(1.0, GREATEST_SPEEDS, step / abs(end)) * end for end in limits)
+    rate = np.concatenate([slow, fast])
+    by_range = 2.0 / SPEED_OF_LIGHT * slope
+    by_rate = 2.0 / SPEED_OF_LIGHT * (slope * (seen.middle - seen.model.time) + seen.frequency)
+    noise = np.median(power, axis=1)
+    is_there = _stand_out(
+        power / np.maximum(noise, np.finfo(np.float64).tiny)[:, None],
+        slope > 0.0,
+        (by_range * bins, by_rate * bins),
+        (_ranges_in_band(seen, 0.5 * cell), rate),
+        (LEAST_ON_A_RAMP, SHARE_OF_RAMPS, GREATEST_DIFFERENCE),
+    )
+    return rate[is_there] + np.sign(rate[is_there]) * step
+
+
+def _ranges_in_band(seen: Observation, step: float) -> FloatArray:
+    """Ranges whose beats are within the band on all ramps, if the points do not move, m."""
+    last = 0.25 * seen.model.times.rate * SPEED_OF_LIGHT
+    last /= float(np.max(np.abs(seen.model.schedule.slope)))
+    return np.arange(-last, last, step)
+
+
+@reordered
+def _stand_out(
+    power: Any, rises: Any, per_bin: Any, axes: Any, limits: Any
+) -> Any:  # pragma: no cover - compiled
+    """Mask of the range rates at which a point at any range stands out of enough ramps.
+
+    Parameters
+    ----------
+    power : over noise, ``(ramp, bin)``
+    per_bin : bins per metre and per metre per second, ``(ramp,)``
+    axes : ranges, m, and range rates, m/s
+    limits : least power, least share of the ramps, greatest ratio of rising and falling ones
+    """
+    least, share, ratio = limits
+    ramps, size = power.shape
+    allowed = int((1.0 - share) * ramps)
+    out = np.zeros(axes[1].size, dtype=np.bool_)
+    for v in range(axes[1].size):
+        for r in range(axes[0].size):
+            missed, total, number = 0, np.zeros(2), np.zeros(2)
+            for k in range(ramps):
+                place = per_bin[0][k] * axes[0][r] + per_bin[1][k] * axes[1][v]
+                is_in_band = abs(place) < 0.5 * size
+                value = power[k, int(np.rint(place)) % size] if is_in_band else 0.0
+                missed += value < least
+                if missed > allowed:
+                    break
+                side = 1 if rises[k] else 0
+                total[side] += value
+                number[side] += 1.0
+            if missed <= allowed:
+                mean = total / np.maximum(number, 1.0)
+                is_even = max(mean[0], mean[1]) <= ratio * min(mean[0], mean[1])
+                out[v] = out[v] or is_even or min(number[0], number[1]) == 0.0
+    return out

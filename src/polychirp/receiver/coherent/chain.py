@@ -1,6 +1,6 @@
 """`CoherentReceiver`: from dechirped samples to detections, for ramps of any slopes and times."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -10,8 +10,8 @@ from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame, IfParts
 from polychirp.receiver.clustering import merged
-from polychirp.receiver.coherent.beyond import farthest_range
-from polychirp.receiver.coherent.coherent_map import map_axes
+from polychirp.receiver.coherent.beyond import searched_limits
+from polychirp.receiver.coherent.coherent_map import MapLimits, map_axes
 from polychirp.receiver.coherent.directions import directions
 from polychirp.receiver.coherent.false_alarms import expected_peaks, map_area, threshold_of
 from polychirp.receiver.coherent.observation import Observation
@@ -104,7 +104,7 @@ class CoherentReceiver(SearchSettings):
     def expected_false_detections(self, frame: IfFrame) -> float:
         """Mean number of detections that noise alone would cause in this frame."""
         seen = Observation.of(frame, mitigated(self.mitigation, frame))
-        axes, channels = map_axes(seen, self), frame.array.num_channels
+        axes, channels = map_axes(seen, MapLimits.of(self)), frame.array.num_channels
         threshold = threshold_of(self.false_alarm_probability, num_channels=channels)
         area = map_area(
             seen,
@@ -116,10 +116,9 @@ class CoherentReceiver(SearchSettings):
     def _points(self, frame: IfFrame) -> tuple[Points, Observation]:
         """The points within the receiver's limits, and the observation with its noise."""
         seen = Observation.of(frame, mitigated(self.mitigation, frame))
-        farthest = farthest_range(seen, self.greatest_range)
         points, seen = find_points(
             seen,
-            map_axes(seen, replace(self, greatest_range=farthest)),
+            map_axes(seen, searched_limits(seen, MapLimits.of(self))),
             threshold=threshold_of(
                 self.false_alarm_probability, num_channels=frame.array.num_channels
             ),

@@ -12,6 +12,7 @@ and added for each range rate (`rate_blocks`).
 """
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,7 +82,23 @@ class CoherentMap:
         return Agreement.of(self.seen, value, weight)
 
 
-def map_axes(seen: Observation, limits: SearchSettings) -> Grid:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MapLimits:
+    """Least and greatest range (m) and range rate (m/s) of a map."""
+
+    range: tuple[float, float]
+    range_rate: tuple[float, float]
+
+    @classmethod
+    def of(cls, settings: SearchSettings) -> Self:
+        """The limits that a receiver's settings name."""
+        return cls(
+            range=(settings.least_range, settings.greatest_range),
+            range_rate=(-settings.greatest_speed, settings.greatest_speed),
+        )
+
+
+def map_axes(seen: Observation, limits: MapLimits) -> Grid:
     """Axes in steps of half a cell of the whole frame, at the middle of the frame.
 
     Raises
@@ -90,18 +107,18 @@ def map_axes(seen: Observation, limits: SearchSettings) -> Grid:
         The limits leave no range cell between them.
     """
     cell = seen.range_cell
-    distance = np.arange(limits.least_range, limits.greatest_range + 0.5 * cell, 0.5 * cell)
+    least, greatest = limits.range
+    distance = np.arange(least, greatest + 0.5 * cell, 0.5 * cell)
     if distance.size < 3:
         raise InputError(
-            f"the receiver's map reaches from {limits.least_range:g} m to "
-            f"{limits.greatest_range:g} m, less than a range cell of {cell:.3g} m; lower its least "
-            "range or raise its greatest range"
+            f"the receiver's map reaches from {least:g} m to {greatest:g} m, less than "
+            f"a range cell of {cell:.3g} m; lower its least range or raise its greatest range"
         )
     step = seen.range_rate_cell / RATES_PER_CELL
-    count = int(np.ceil(limits.greatest_speed / step))
+    first, last = np.floor(limits.range_rate[0] / step), np.ceil(limits.range_rate[1] / step)
     return Grid(
         range=distance,
-        range_rate=step * np.arange(-count, count + 1, dtype=np.float64),
+        range_rate=step * np.arange(first, last + 1.0),
         time=seen.model.time,
     )
 

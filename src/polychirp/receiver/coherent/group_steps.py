@@ -104,7 +104,7 @@ def _slopes_into(
             ramps.table[SLOPE, k],
         )
         square = distance * distance + (2.0 * distance * rate + bend * time) * time
-        now = np.sqrt(max(square, (LEAST_RANGE_SHARE * distance) ** 2))
+        now = np.copysign(np.sqrt(max(square, (LEAST_RANGE_SHARE * distance) ** 2)), distance)
         scale = 2.0 * wave_number * frequency / now
         phase[0, k] = scale * (distance + rate * time + 0.5 * acceleration * time * time)
         phase[1, k] = scale * (distance + rate * time) * time

@@ -155,7 +155,7 @@ def replica_into(
     distance, rate, acceleration, sine_rate = motion[0], motion[1], motion[2], motion[3]
     bins, channels = weights.shape[1], ramps.channel_y.size
     bend = rate * rate + distance * acceleration
-    least = LEAST_RANGE_SHARE * distance
+    least = LEAST_RANGE_SHARE * abs(distance)
     for k in range(ramps.table.shape[1]):
         slope, time, frequency = (
             ramps.table[SLOPE, k],
@@ -163,7 +163,7 @@ def replica_into(
             ramps.table[FIRST_FREQUENCY, k],
         )
         square = distance * distance + (2.0 * distance * rate + bend * time) * time
-        now = np.sqrt(max(square, least * least))
+        now = np.copysign(np.sqrt(max(square, least * least)), distance)
         velocity = (distance * rate + bend * time) / now
         delay = 2.0 * now / (SPEED_OF_LIGHT + velocity)
         growth = 2.0 * velocity / (SPEED_OF_LIGHT + velocity)
@@ -183,10 +183,11 @@ def replica_into(
 
         time, frequency = ramps.table[ELAPSED, k], ramps.table[FREQUENCY, k]
         square = distance * distance + (2.0 * distance * rate + bend * time) * time
-        now = np.sqrt(max(square, least * least))
+        now = np.copysign(np.sqrt(max(square, least * least)), distance)
         velocity = (distance * rate + bend * time) / now
         steady = distance + rate * time
-        sine_now = (sine * max(steady, least) + sine_rate * distance * time) / now
+        straight = np.copysign(max(np.copysign(1.0, distance) * steady, least), distance)
+        sine_now = (sine * straight + sine_rate * distance * time) / now
         delay = 2.0 * steady / (SPEED_OF_LIGHT + rate)
         growth = 2.0 * rate / (SPEED_OF_LIGHT + rate)
         tone = 1j * (slope * delay * (1.0 - growth) + frequency * growth)

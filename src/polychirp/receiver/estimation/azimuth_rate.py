@@ -47,8 +47,8 @@ def sine_basis(motion: FloatArray, elapsed: FloatArray) -> FloatArray:
     """
     distance, rate = motion[:, 0, None], motion[:, 1, None]
     now = path_of(motion, elapsed)[0]
-    steady = np.maximum(distance + rate * elapsed, LEAST_RANGE_SHARE * distance)
-    return np.stack([steady / now, distance * elapsed / now])
+    share = np.maximum(1.0 + rate / distance * elapsed, LEAST_RANGE_SHARE)
+    return np.stack([distance * share / now, distance * elapsed / now])
 
 
 def ramp_weights(left: FloatArray) -> FloatArray:

@@ -14,7 +14,7 @@ from polychirp.model.if_frame import IfFrame
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.spectra import RangeRateMap, RangeRateSpectra
 from polychirp.receiver.coherent.chain import CoherentReceiver
-from polychirp.receiver.coherent.coherent_map import map_axes
+from polychirp.receiver.coherent.coherent_map import MapLimits, map_axes
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.points import Points
 from polychirp.receiver.coherent.profiles import Profiles
@@ -100,7 +100,7 @@ class RampSums:
         """The sums of a frame, after the receiver's mitigation."""
         seen = Observation.of(frame, mitigated(receiver.mitigation, frame))
         spectra = Residual.of(seen, Points.none(frame.array.num_channels)).spectra
-        profiles = Profiles.of(seen, spectra, map_axes(seen, receiver))
+        profiles = Profiles.of(seen, spectra, map_axes(seen, MapLimits.of(receiver)))
         return cls(frame=frame, seen=seen, profiles=profiles)
 
     @property

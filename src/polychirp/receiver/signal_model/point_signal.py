@@ -47,7 +47,7 @@ def beat_phase(
 
 LEAST_RANGE_SHARE = 0.2
 """Least range that `path_of` returns, as a share of the range at the reference time. Chosen: it
-keeps the range positive for the unphysical motions that a search tries."""
+keeps the sign of the range for the unphysical motions that a search tries."""
 
 
 def path_of(motion: FloatArray, elapsed: FloatArray) -> FloatArray:
@@ -60,7 +60,8 @@ def path_of(motion: FloatArray, elapsed: FloatArray) -> FloatArray:
     For a body that brakes on the line of sight it differs from
     :math:`R + v\Delta + \tfrac12 a\Delta^2` by about v a Δ³/2R: 0.1 mm at 5 m, 10 m/s, 8 m/s² after
     24 ms. Bodies that pass nearby need the formula: at 4 m, with 14 m/s inwards and 14 m/s across,
-    the third derivative of R changes the phase by a cycle within a frame of 48 ms.
+    the third derivative of R changes the phase by a cycle within a frame of 48 ms. Negative ranges,
+    as ghosts of radars that start earlier have, stay negative.
 
     Returns
     -------
@@ -71,6 +72,7 @@ def path_of(motion: FloatArray, elapsed: FloatArray) -> FloatArray:
     bend = rate**2 + distance * acceleration
     square = distance**2 + (2.0 * distance * rate + bend * elapsed) * elapsed
     now = np.sqrt(np.maximum(square, (LEAST_RANGE_SHARE * distance) ** 2))
+    now = np.copysign(now, distance)
     rate_now = (distance * rate + bend * elapsed) / now
     return np.stack([now, rate_now, (bend - rate_now**2) / now])
 

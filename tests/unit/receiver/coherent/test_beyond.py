@@ -1,9 +1,10 @@
-"""Strong points beyond the greatest range."""
+"""Strong points outside of the limits of range."""
 
 import pytest
 
-from polychirp.receiver.coherent.beyond import MARGIN, farthest_range
+from polychirp.receiver.coherent.beyond import MARGIN, searched_limits
 from polychirp.receiver.coherent.chain import CoherentReceiver
+from polychirp.receiver.coherent.coherent_map import MapLimits
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.rng import Streams
@@ -18,31 +19,69 @@ def frame_with(family, *points):
     return frame_of(ramps, list(points), seed=1)
 
 
-def farthest_of(frame):
+def searched_of(frame):
     seen = Observation.of(frame, mitigated(None, frame))
-    return farthest_range(seen, 30.0), seen.range_cell
+    return searched_limits(seen, MapLimits.of(CoherentReceiver())).range, seen.range_cell
 
 
 @pytest.mark.parametrize("family", FAMILIES)
 def test_noise_and_points_within_the_limits_leave_the_search_there(family):
-    assert farthest_of(frame_with(family))[0] == 30.0
-    assert farthest_of(frame_with(family, HandPoint(range=20.0, power=1e3)))[0] == 30.0
+    assert searched_of(frame_with(family))[0] == (0.5, 30.0)
+    assert searched_of(frame_with(family, HandPoint(range=20.0, power=1e3)))[0] == (0.5, 30.0)
 
 
 @pytest.mark.parametrize("family", FAMILIES)
 def test_the_search_reaches_a_point_whose_side_lobes_reach_the_limits(family):
     """61 cells behind them, side lobes are 46 dB lower: 87 dB count, 38 dB do not."""
-    strong = farthest_of(frame_with(family, HandPoint(range=40.0, power=3e3)))
-    assert strong[0] == pytest.approx(40.0 + MARGIN * strong[1], abs=3.0 * strong[1])
-    assert farthest_of(frame_with(family, HandPoint(range=40.0, power=0.03)))[0] == 30.0
+    (nearest, farthest), cell = searched_of(frame_with(family, HandPoint(range=40.0, power=3e3)))
+    assert nearest == 0.5
+    assert farthest == pytest.approx(40.0 + MARGIN * cell, abs=4.0 * cell)
+    weak = searched_of(frame_with(family, HandPoint(range=40.0, power=0.03)))[0]
+    assert weak == (0.5, 30.0)
 
 
 @pytest.mark.parametrize("family", FAMILIES)
-@pytest.mark.parametrize("place", [(32.05, -6.14), (45.0, 3.0), (33.0, -20.0)])
-def test_a_target_beyond_the_greatest_range_is_not_detected_within_it(family, place):
+def test_the_search_reaches_a_point_at_a_negative_range(family):
+    (nearest, farthest), cell = searched_of(frame_with(family, HandPoint(range=-9.0, power=3e3)))
+    assert nearest == pytest.approx(-9.0 - MARGIN * cell, abs=4.0 * cell)
+    assert farthest == 30.0
+    weak = searched_of(frame_with(family, HandPoint(range=-9.0, power=3e-3)))[0]
+    assert weak == (0.5, 30.0)
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize(
+    "place",
+    [
+        (32.05, -6.14),
+        (45.0, 3.0),
+        (33.0, -20.0),
+        (-3.0, 8.0),
+        (-12.0, -20.0),
+        (12.0, 41.0),
+        (19.0, -80.0),
+    ],
+)
+def test_a_point_outside_of_the_limits_is_not_detected_within_them(family, place):
     """As strong as a direct interferer, in a frame with a target that is 50 dB weaker."""
     beyond = HandPoint(range=place[0], range_rate=place[1], azimuth=0.1, power=1e4)
     target = HandPoint(range=9.0, range_rate=3.0, power=0.1)
     frame = frame_with(family, beyond, target)
     found = CoherentReceiver().detect(frame)
     assert found.range == pytest.approx(true_motions(frame.schedule, [target])[:, 0], abs=5e-3)
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_the_search_reaches_a_point_faster_than_the_limits(family):
+    """It stands 15 dB out of every ramp; two points whose beats pair up on half of them do not."""
+
+    def rates(*points):
+        frame = frame_with(family, *points)
+        seen = Observation.of(frame, mitigated(None, frame))
+        return searched_limits(seen, MapLimits.of(CoherentReceiver())).range_rate
+
+    slowest, fastest = rates(HandPoint(range=12.0, range_rate=-50.0, power=0.5))
+    assert -55.0 < slowest < -50.0
+    assert fastest == 32.0
+    pair = HandPoint(range=5.0, power=0.5), HandPoint(range=25.0, power=2.0)
+    assert rates(*pair) == (-32.0, 32.0)

@@ -11,7 +11,12 @@ from polychirp.model.front_end import HighPass
 from polychirp.model.radar import Converter
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.coherent.chain import CoherentReceiver
-from polychirp.receiver.coherent.coherent_map import coherent_map, coherent_power, map_axes
+from polychirp.receiver.coherent.coherent_map import (
+    MapLimits,
+    coherent_map,
+    coherent_power,
+    map_axes,
+)
 from polychirp.receiver.coherent.false_alarms import (
     AREA_OF_A_CELL,
     expected_peaks,
@@ -28,7 +33,8 @@ from polychirp.waveform import DiverseTriangular, Sawtooth, Triangular
 from tests.support.points import HandPoint, frame_of
 from tests.support.schedules import drawn_chirps
 
-LIMITS = CoherentReceiver(greatest_range=20.0, greatest_speed=12.0)
+RECEIVER = CoherentReceiver(greatest_range=20.0, greatest_speed=12.0)
+LIMITS = MapLimits.of(RECEIVER)
 FAST = Converter(sample_rate=20e6, start=2e-6, margin=1e-6)
 FRAMES = {
     "equal": (Triangular(bandwidth=1e9, ramp_duration=1e-3).schedule, None),
@@ -139,7 +145,7 @@ def test_the_threshold_has_the_stated_number_of_peaks(num_channels, probability)
 @pytest.mark.parametrize("kind", FRAMES)
 def test_noise_is_detected_no_more_often_than_stated(kind):
     """Peaks between cells are interpolated, which loses a little: never more than stated × 1.25."""
-    receiver = replace(LIMITS, false_alarm_probability=1e-4)
+    receiver = replace(RECEIVER, false_alarm_probability=1e-4)
     schedule, converter = FRAMES[kind]
     expected, found = 0.0, 0
     for trial in range(100 if kind == "chirps" else 25):
@@ -161,4 +167,4 @@ def test_ramps_must_leave_a_range_cell():
         sweep=[0, 0],
     )
     with pytest.raises(InputError, match="less than a range cell of"):
-        LIMITS.detect(frame_of(ramps, []))
+        RECEIVER.detect(frame_of(ramps, []))

@@ -7,7 +7,7 @@ import pytest
 
 from polychirp.receiver.coherent.acceleration import Accelerations
 from polychirp.receiver.coherent.chain import CoherentReceiver
-from polychirp.receiver.coherent.coherent_map import coherent_map, map_axes
+from polychirp.receiver.coherent.coherent_map import MapLimits, coherent_map, map_axes
 from polychirp.receiver.coherent.new_points import (
     MOST_SMEARED,
     Trial,
@@ -40,7 +40,7 @@ def shown(points):
     """The peaks of a map, and a trial of them."""
     frame = frame_of(RAMPS, points, noise=1.0, seed=1)
     seen = Observation.of(frame, mitigated(None, frame))
-    axes = map_axes(seen, CoherentReceiver())
+    axes = map_axes(seen, MapLimits.of(CoherentReceiver()))
     residual = Residual.of(seen, NOTHING)
     whole = coherent_map(seen, Profiles.of(seen, residual.spectra, axes))
     trial = Trial.of(

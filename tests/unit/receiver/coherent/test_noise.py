@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from polychirp.receiver.coherent.agreement import Agreement
-from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.coherent.coherent_map import (
+    MapLimits,
     channel_covariance,
     coherent_map,
     coherent_power,
@@ -31,7 +31,7 @@ RAMPS = {
     "equal": Triangular(bandwidth=1e9, ramp_duration=1e-3),
     "diverse": DiverseTriangular(),
 }
-LIMITS = CoherentReceiver(greatest_range=20.0, greatest_speed=12.0)
+LIMITS = MapLimits(range=(0.5, 20.0), range_rate=(-12.0, 12.0))
 
 
 def nothing_from(seen):

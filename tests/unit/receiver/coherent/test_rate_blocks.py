@@ -5,8 +5,7 @@ import pytest
 
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.radar import Converter
-from polychirp.receiver.coherent.chain import CoherentReceiver
-from polychirp.receiver.coherent.coherent_map import map_axes
+from polychirp.receiver.coherent.coherent_map import MapLimits, map_axes
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.profiles import STEPS_PER_RANGE, Profiles, shifts
 from polychirp.receiver.coherent.rate_blocks import MOST_DRIFT, powers, rates_per_block
@@ -30,7 +29,7 @@ def profiled(kind, greatest_speed):
     points = [HandPoint(range=12.3, range_rate=-7.7, power=0.5)]
     one = frame_of(schedule(num_sweeps=8, streams=Streams(3)), points, converter=converter)
     seen = Observation.of(one, mitigated(None, one))
-    limits = CoherentReceiver(greatest_range=20.0, greatest_speed=greatest_speed)
+    limits = MapLimits(range=(0.5, 20.0), range_rate=(-greatest_speed, greatest_speed))
     axes = map_axes(seen, limits)
     return seen, Profiles.of(seen, Spectra.of(seen, seen.samples), axes)
 
