@@ -5,18 +5,21 @@ A point at range R leaves, at a range x resolution cells away, its coherent powe
 as the point: then it is found, subtracted, and left out as one beyond the limits. A ghost of a
 radar whose ramps start a little earlier has a negative range. The ghost of a radar with another
 clock may have a range rate beyond the greatest speed, but beats within the map on all rising or on
-all falling ramps; it counts where it stands out of the noise of single ramps.
+all falling ramps; it counts where it stands out of the noise of single ramps, after the points
+within the limits are subtracted: until then, beats of two of them may look like those of one.
 """
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from polychirp.axes import FloatArray
+from polychirp.axes import ComplexArray, FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.jit import reordered
 from polychirp.receiver.coherent.coherent_map import MapLimits
 from polychirp.receiver.coherent.observation import Observation
+from polychirp.receiver.coherent.points import Points, without
 from polychirp.receiver.signal_model.point_signal import hann_weights
 from polychirp.receiver.signal_model.power_spectra import power_spectra, spectrum_size
 
@@ -35,9 +38,13 @@ GREATEST_SPEEDS = 3.0
 """Range rate, over the greatest speed, up to which fast points are looked for; chosen: a map over
 such range rates takes three times as long."""
 
-LEAST_ON_A_RAMP = 30.0
-"""Least power of a fast point over the noise of a ramp's spectrum; chosen: weaker ones leave
-nothing above the noise, because their beats are spread over many range rates."""
+LEAST_ON_A_RAMP = 500.0
+"""Least power of a fast point over the noise of a ramp's spectrum; chosen: ten times as much leaves
+false detections of 17 dB, because the beats of one ramp spread over many range rates."""
+
+LEAST_SHARE = 0.05
+"""Least power of a fast point over that of the strongest point; chosen: what weaker ones leave is
+50 dB below them, and with that mostly below the dynamic range."""
 
 SHARE_OF_RAMPS = 0.8
 """Share of the ramps on which it must have that power; chosen: one half of them, all rising or all
@@ -48,14 +55,25 @@ GREATEST_DIFFERENCE = 2.0
 most pairs of beats of two points differ by more."""
 
 
-def searched_limits(seen: Observation, limits: MapLimits) -> MapLimits:
-    """Limits between which the search must look: those given, or wider, with strong points."""
+def with_strong_points(seen: Observation, limits: MapLimits) -> MapLimits:
+    """The limits, with wider ones of range if there are strong points beyond them."""
+    strong = _strong_ranges(seen, _power(seen, seen.samples), limits.range)
+    return replace(limits, range=_widened(limits.range, strong))
+
+
+def with_fast_points(seen: Observation, points: Points, limits: MapLimits) -> MapLimits:
+    """The limits, with wider ones of range rate if ``points`` leave strong ones beyond them."""
+    whole, left = (_power(seen, one) for one in (seen.samples, without(seen, seen.samples, points)))
+    noise = np.maximum(np.median(left, axis=1), np.finfo(np.float64).tiny)
+    least = np.maximum(LEAST_ON_A_RAMP * noise, LEAST_SHARE * np.max(whole, axis=1))
+    fast = _fast_rates(seen, left / least[:, None], limits.range_rate)
+    return replace(limits, range_rate=_widened(limits.range_rate, fast))
+
+
+def _power(seen: Observation, samples: ComplexArray) -> FloatArray:
+    """Power spectra of all ramps, means over the channels, ``(ramp, bin)``."""
     size = spectrum_size(seen.model.times)
-    power = power_spectra(seen.samples, hann_weights(seen.present), size).mean(axis=0)
-    return MapLimits(
-        range=_widened(limits.range, _strong_ranges(seen, power, limits.range)),
-        range_rate=_widened(limits.range_rate, _fast_rates(seen, power, limits.range_rate)),
-    )
+    return np.asarray(power_spectra(samples, hann_weights(seen.present), size).mean(axis=0))
 
 
 def _widened(limits: tuple[float, float], places: FloatArray) -> tuple[float, float]:
@@ -83,7 +101,10 @@ def _strong_ranges(seen: Observation, power: FloatArray, limits: tuple[float, fl
 
 
 def _fast_rates(seen: Observation, power: FloatArray, limits: tuple[float, float]) -> FloatArray:
-    """Range rates beyond the limits at which strong points may be, with a margin, m/s."""
+    """Range rates beyond the limits at which strong points may be, with a margin, m/s.
+
+    ``power`` of strong points is above 1.
+    """
     times, slope = seen.model.times, seen.model.schedule.slope
     cell, bins = seen.range_cell, power.shape[1] / times.rate
     step = cell * float(np.min(np.abs(slope)) / np.mean(seen.frequency))
@@ -91,13 +112,12 @@ def _fast_rates(seen: Observation, power: FloatArray, limits: tuple[float, float
     rate = np.concatenate([slow, fast])
     by_range = 2.0 / SPEED_OF_LIGHT * slope
     by_rate = 2.0 / SPEED_OF_LIGHT * (slope * (seen.middle - seen.model.time) + seen.frequency)
-    noise = np.median(power, axis=1)
     is_there = _stand_out(
-        power / np.maximum(noise, np.finfo(np.float64).tiny)[:, None],
+        power,
         slope > 0.0,
         (by_range * bins, by_rate * bins),
         (_ranges_in_band(seen, 0.5 * cell), rate),
-        (LEAST_ON_A_RAMP, SHARE_OF_RAMPS, GREATEST_DIFFERENCE),
+        (SHARE_OF_RAMPS, GREATEST_DIFFERENCE),
     )
     return rate[is_there] + np.sign(rate[is_there]) * step
 
@@ -117,12 +137,12 @@ def _stand_out(
 
     Parameters
     ----------
-    power : over noise, ``(ramp, bin)``
+    power : over the least power that stands out, ``(ramp, bin)``
     per_bin : bins per metre and per metre per second, ``(ramp,)``
     axes : ranges, m, and range rates, m/s
-    limits : least power, least share of the ramps, greatest ratio of rising and falling ones
+    limits : least share of the ramps, greatest ratio of the powers of rising and falling ones
     """
-    least, share, ratio = limits
+    share, ratio = limits
     ramps, size = power.shape
     allowed = int((1.0 - share) * ramps)
     out = np.zeros(axes[1].size, dtype=np.bool_)
@@ -133,7 +153,7 @@ def _stand_out(
                 place = per_bin[0][k] * axes[0][r] + per_bin[1][k] * axes[1][v]
                 is_in_band = abs(place) < 0.5 * size
                 value = power[k, int(np.rint(place)) % size] if is_in_band else 0.0
-                missed += value < least
+                missed += value < 1.0
                 if missed > allowed:
                     break
                 side = 1 if rises[k] else 0

@@ -10,7 +10,7 @@ from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame, IfParts
 from polychirp.receiver.clustering import merged
-from polychirp.receiver.coherent.beyond import searched_limits
+from polychirp.receiver.coherent.beyond import with_fast_points, with_strong_points
 from polychirp.receiver.coherent.coherent_map import MapLimits, map_axes
 from polychirp.receiver.coherent.directions import directions
 from polychirp.receiver.coherent.false_alarms import expected_peaks, map_area, threshold_of
@@ -116,18 +116,25 @@ class CoherentReceiver(SearchSettings):
     def _points(self, frame: IfFrame) -> tuple[Points, Observation]:
         """The points within the receiver's limits, and the observation with its noise."""
         seen = Observation.of(frame, mitigated(self.mitigation, frame))
-        points, seen = find_points(
+        limits = with_strong_points(seen, MapLimits.of(self))
+        points, adapted = self._found(seen, limits)
+        wider = with_fast_points(adapted, points, limits)
+        if wider != limits:
+            points, adapted = self._found(seen, wider)
+        distance, rate = points.motion[:, 0], points.motion[:, 1]
+        is_inside = (distance >= self.least_range) & (distance <= self.greatest_range)
+        return points[is_inside & (np.abs(rate) <= self.greatest_speed)], adapted
+
+    def _found(self, seen: Observation, limits: MapLimits) -> tuple[Points, Observation]:
+        """The points within limits, and the observation with the noise that they leave."""
+        threshold = threshold_of(self.false_alarm_probability, num_channels=len(seen.samples))
+        return find_points(
             seen,
-            map_axes(seen, searched_limits(seen, MapLimits.of(self))),
-            threshold=threshold_of(
-                self.false_alarm_probability, num_channels=frame.array.num_channels
-            ),
+            map_axes(seen, limits),
+            threshold=threshold,
             dynamic_range=self.dynamic_range,
             most=self.most_detections,
         )
-        distance, rate = points.motion[:, 0], points.motion[:, 1]
-        is_inside = (distance >= self.least_range) & (distance <= self.greatest_range)
-        return points[is_inside & (np.abs(rate) <= self.greatest_speed)], seen
 
     def _detections(
         self, seen: Observation, points: Points, *, spacing: float

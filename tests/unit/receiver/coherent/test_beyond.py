@@ -2,15 +2,17 @@
 
 import pytest
 
-from polychirp.receiver.coherent.beyond import MARGIN, searched_limits
+from polychirp.receiver.coherent.beyond import MARGIN, with_fast_points, with_strong_points
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.coherent.coherent_map import MapLimits
 from polychirp.receiver.coherent.observation import Observation
+from polychirp.receiver.coherent.points import Points
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.rng import Streams
 from polychirp.waveform import DiverseTriangular, Triangular
 from tests.support.points import HandPoint, frame_of, true_motions
 
+LIMITS = MapLimits.of(CoherentReceiver())
 FAMILIES = [Triangular(), DiverseTriangular()]
 
 
@@ -21,7 +23,7 @@ def frame_with(family, *points):
 
 def searched_of(frame):
     seen = Observation.of(frame, mitigated(None, frame))
-    return searched_limits(seen, MapLimits.of(CoherentReceiver())).range, seen.range_cell
+    return with_strong_points(seen, LIMITS).range, seen.range_cell
 
 
 @pytest.mark.parametrize("family", FAMILIES)
@@ -73,15 +75,15 @@ def test_a_point_outside_of_the_limits_is_not_detected_within_them(family, place
 
 @pytest.mark.parametrize("family", FAMILIES)
 def test_the_search_reaches_a_point_faster_than_the_limits(family):
-    """It stands 15 dB out of every ramp; two points whose beats pair up on half of them do not."""
+    """It stands 32 dB out of every ramp; two points whose beats pair up on half of them do not."""
 
     def rates(*points):
         frame = frame_with(family, *points)
         seen = Observation.of(frame, mitigated(None, frame))
-        return searched_limits(seen, MapLimits.of(CoherentReceiver())).range_rate
+        return with_fast_points(seen, Points.none(4), LIMITS).range_rate
 
-    slowest, fastest = rates(HandPoint(range=12.0, range_rate=-50.0, power=0.5))
+    slowest, fastest = rates(HandPoint(range=12.0, range_rate=-50.0, power=5.0))
     assert -55.0 < slowest < -50.0
     assert fastest == 32.0
-    pair = HandPoint(range=5.0, power=0.5), HandPoint(range=25.0, power=2.0)
+    pair = HandPoint(range=5.0, power=5.0), HandPoint(range=25.0, power=20.0)
     assert rates(*pair) == (-32.0, 32.0)
