@@ -122,7 +122,17 @@ RECORDS: Final = (
     _table("mitigation", 3),
     _table("diversity", 20),
     _table("ghosts", 15, program="ghost"),
-    _table("statistics", 180),
+    Record(
+        name="fig12-13",
+        command=(
+            "-m",
+            "tools.experiments.paper_statistics",
+            "src/polychirp/study/paper/statistics.json",
+        ),
+        starts=("tools/experiments/paper_statistics.py",),
+        minutes=60,
+    ),
+    _table("statistics", 170),
     _table("receiver", 12),
     _table("streets", 12, program="street"),
     _figure("diversity-figure", "diversity", 0.1, "docs/validation/diversity.json"),

@@ -16,17 +16,16 @@ import numpy as np
 from polychirp.model.baseband import Progress, no_progress
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.rng import Streams
-from polychirp.scoring.statistics import Estimate, mean_count, proportion
+from polychirp.scoring.statistics import Estimate, mean_count, proportion, wilson
 from polychirp.study.paper.results import WaveformKind
 from polychirp.study.paper.scenarios import TARGETS_OF_RADAR, paper_study
 from polychirp.study.spec import Study, scene_of, schedules_of
 from polychirp.study.trial import VictimResult, receive_and_score, trace_frame
 from polychirp.synthesis.received_frame import synthesize
 from polychirp.synthesis.stretch.engine import Stretch
-from polychirp.units import from_db
 
-NUM_STREETS: Final = 6
-"""Number of streets that are drawn; chosen: 12 minutes of one core."""
+NUM_STREETS: Final = 100
+"""Number of streets that are drawn; chosen: an hour of one core."""
 
 FIRST_STREET: Final = 100
 """Number of the first one: the receiver was made on streets of lower numbers."""
@@ -40,25 +39,29 @@ WAVEFORMS: Final[tuple[WaveformKind, ...]] = ("conventional", "diverse")
 PAIRS: Final = (("vehicle-1", "vehicle-3"), ("vehicle-2", "vehicle-4"))
 """Radars that receive, and the interferer of each."""
 
-DYNAMIC_RANGES: Final = (40.0, 60.0)
-"""Dynamic ranges of the receiver, dB; the second is its default. Both read the same frames."""
+PAPERS_GHOSTS: Final = 2
+"""Number of ghosts by way of the targets in the paper's figure 10a."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StreetRow:
-    """Detections with one waveform and one dynamic range.
+    """Detections of one radar with one waveform, one frame on each street.
 
     Parameters
     ----------
     found : share of the visible targets
+    each_found : the same for each target, by name
+    with_ghosts : share of the frames with at least `PAPERS_GHOSTS` ghosts of indirect interference
     unexplained : mean number of detections per frame that no body, ghost or known path explains
     detections : mean number of all detections per frame
     seconds : mean time of a frame
     """
 
     waveform: str
-    dynamic_range_db: float
+    radar: str
     found: Estimate
+    each_found: dict[str, Estimate]
+    with_ghosts: Estimate
     unexplained: Estimate
     detections: Estimate
     seconds: float
@@ -68,13 +71,13 @@ class StreetRow:
 def traced_streets(
     *, num_streets: int = NUM_STREETS, progress: Progress = no_progress
 ) -> tuple[StreetRow, ...]:
-    """Rows of all waveforms and dynamic ranges."""
-    read: dict[tuple[str, float], list[tuple[VictimResult, float]]] = {}
+    """Rows of all waveforms and radars."""
+    read: dict[tuple[str, str], list[tuple[VictimResult, float]]] = {}
     for number in range(num_streets):
         progress("streets", number, num_streets)
         for waveform in WAVEFORMS:
-            for dynamic_range, one, seconds in _readings(waveform, FIRST_STREET + number):
-                read.setdefault((waveform, dynamic_range), []).append((one, seconds))
+            for one, seconds in _readings(waveform, FIRST_STREET + number):
+                read.setdefault((waveform, one.name), []).append((one, seconds))
     return tuple(_row(*key, readings) for key, readings in read.items())
 
 
@@ -94,8 +97,8 @@ def drawn_street(waveform: WaveformKind, number: int) -> Study:
     return replace(study, street=replace(study.street, vehicles=vehicles))
 
 
-def _readings(waveform: WaveformKind, number: int) -> Iterator[tuple[float, VictimResult, float]]:
-    """Dynamic range, dB, what the receiver makes of a frame of each radar, and its seconds."""
+def _readings(waveform: WaveformKind, number: int) -> Iterator[tuple[VictimResult, float]]:
+    """What the receiver makes of a frame of each radar, and its seconds."""
     study = drawn_street(waveform, number)
     scene, schedules = scene_of(study), schedules_of(study)
     traced = trace_frame(study.tracer, scene, schedules, refresh_interval=study.refresh_interval)
@@ -110,32 +113,35 @@ def _readings(waveform: WaveformKind, number: int) -> Iterator[tuple[float, Vict
             interferers=[scene.radar_index(interferer)],
             streams=Streams(1 + number),
         )
-        for dynamic_range in DYNAMIC_RANGES:
-            begin = time.perf_counter()
-            one = receive_and_score(
-                CoherentReceiver(dynamic_range=from_db(dynamic_range)),
-                scene,
-                traced,
-                victim=victim,
-                frame=frame,
-                parts=parts,
-                targets=TARGETS_OF_RADAR[name],
-            )
-            yield dynamic_range, one, time.perf_counter() - begin
+        begin = time.process_time()
+        one = receive_and_score(
+            CoherentReceiver(),
+            scene,
+            traced,
+            victim=victim,
+            frame=frame,
+            parts=parts,
+            targets=TARGETS_OF_RADAR[name],
+        )
+        yield one, time.process_time() - begin
 
 
-def _row(
-    waveform: str, dynamic_range: float, readings: list[tuple[VictimResult, float]]
-) -> StreetRow:
+def _row(waveform: str, radar: str, readings: list[tuple[VictimResult, float]]) -> StreetRow:
     received = [one for one, _ in readings]
-    visible = [one.truth.is_visible for one in received]
-    pairs = zip(received, visible, strict=True)
-    hits = [np.sum(one.score.is_detected & is_visible) for one, is_visible in pairs]
+    visible = np.array([one.truth.is_visible for one in received])
+    hits = np.array([one.score.is_detected for one in received]) & visible
     natures = [list(one.score.nature) for one in received]
     return StreetRow(
         waveform=waveform,
-        dynamic_range_db=dynamic_range,
-        found=proportion(np.array(hits, dtype=np.float64), np.array([s.sum() for s in visible])),
+        radar=radar,
+        found=proportion(hits.sum(axis=1).astype(np.float64), visible.sum(axis=1)),
+        each_found={
+            name: wilson(hits[:, n].sum() / visible[:, n].sum(), visible[:, n].sum())
+            for n, name in enumerate(TARGETS_OF_RADAR[radar])
+        },
+        with_ghosts=wilson(
+            float(np.mean([n.count("indirect") >= PAPERS_GHOSTS for n in natures])), len(natures)
+        ),
         unexplained=mean_count(np.array([n.count("unexplained") for n in natures], dtype=float)),
         detections=mean_count(np.array([len(n) for n in natures], dtype=float)),
         seconds=float(np.mean([seconds for _, seconds in readings])),

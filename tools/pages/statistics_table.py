@@ -1,7 +1,7 @@
 """Figures 12 and 13 on three channels, as a table for docs/validation.
 
-``python -m tools.pages.statistics_table FILE`` runs some trials of each and stores the results as
-JSON: four minutes on two cores, most of it ray tracing.
+``python -m tools.pages.statistics_table FILE`` runs some trials of each vehicle channel and stores
+the results as JSON. Those of points are the stored ones of `polychirp paper`.
 """
 
 from __future__ import annotations
@@ -17,13 +17,17 @@ from typing import Any, Final
 from polychirp.study.monte_carlo.executor import LocalWorkers
 from polychirp.study.paper.results import StatisticsRow
 from polychirp.study.paper.statistics import CURVES, Channel, run_statistics, statistics_plan
+from polychirp.study.paper.stored_statistics import read_statistics
 from polychirp.threads import num_cores
 from tools.pages.markdown import table
 
 RECORD: Final = "statistics.json"
 """File with the numbers of the table, in the folder of the pages."""
 
-TRIALS: Final[dict[Channel, int]] = {"points": 30, "point-vehicles": 6, "vehicles": 4}
+TRIALS: Final[dict[Channel, int]] = {"point-vehicles": 6, "vehicles": 4}
+
+NUM_TARGETS: Final = (1, 4, 10)
+"""Numbers of targets in the table."""
 
 _HEAD: Final = (
     "channel",
@@ -43,7 +47,12 @@ _HEAD: Final = (
 def statistics_table(folder: Path) -> str:
     """One line for every channel, waveform, situation and number of targets."""
     record = json.loads((folder / RECORD).read_text(encoding="utf-8"))
-    return table(_HEAD, [_cells(row) for row in record])
+    points = [row for row in read_statistics().rows if _is_shown(row)]
+    return table(_HEAD, [_cells(row) for row in written(points, "points") + record])
+
+
+def _is_shown(row: StatisticsRow) -> bool:
+    return row.num_targets in NUM_TARGETS
 
 
 def _cells(row: dict[str, Any]) -> tuple[str, ...]:
@@ -83,13 +92,13 @@ def _rounded(value: object) -> object:
 
 
 def record() -> list[dict[str, Any]]:
-    """All channels; blanking is for the points of `polychirp paper`."""
+    """The channels with vehicles; blanking is for the points of `polychirp paper`."""
     curves = [curve for curve in CURVES if curve[1] != "blanked"]
     found = []
     for channel, trials in TRIALS.items():
         with tempfile.TemporaryDirectory() as folder:
             rows = run_statistics(
-                statistics_plan(channel, trials=trials, curves=curves),
+                statistics_plan(channel, trials=trials, num_targets=NUM_TARGETS, curves=curves),
                 folder=Path(folder),
                 executor=LocalWorkers(count=num_cores()),
             )

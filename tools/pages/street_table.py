@@ -19,22 +19,23 @@ RECORD: Final = "streets.json"
 
 
 def street_table(folder: Path) -> str:
-    """One line for every waveform and dynamic range."""
+    """One line for every waveform and radar."""
     rows = json.loads((folder / RECORD).read_text(encoding="utf-8"))
     body = [
         (
             row["waveform"],
-            f"{row['dynamic_range_db']:g}",
+            row["radar"],
             str(row["num_trials"]),
-            within(row["found"], 2),
-            within(row["unexplained"], 1),
+            "; ".join(f"{name} {within(one, 3)}" for name, one in row["each_found"].items()),
+            within(row["with_ghosts"], 2),
+            within(row["unexplained"], 2),
             f"{row['detections']['value']:.0f}",
-            f"{row['seconds']:.0f}",
+            f"{row['seconds']:.1f}",
         )
         for row in rows
     ]
-    head = ("waveform", "dynamic range, dB", "frames", "targets found", "unexplained per frame")
-    return table((*head, "detections per frame", "s per frame"), body)
+    head = ("waveform", "radar", "frames", "found", "two indirect ghosts or more")
+    return table((*head, "unexplained per frame", "detections per frame", "s per frame"), body)
 
 
 if __name__ == "__main__":

@@ -50,11 +50,17 @@ def run(arguments: argparse.Namespace) -> int:
         compile_parts(OF_PAPER, progress=progress)
         from polychirp.report.paper import write_paper
         from polychirp.study.paper.scenarios import run_paper
+        from polychirp.study.paper.stored_statistics import read_statistics
 
         started = time.perf_counter()
         results = run_paper(seed=arguments.seed, progress=progress, show=_say_row)
         statistics = _statistics(folder / "statistics", seed=arguments.seed, progress=progress)
-        results = replace(results, statistics=statistics, wall_time_s=time.perf_counter() - started)
+        results = replace(
+            results,
+            statistics=statistics,
+            stored=read_statistics(),
+            wall_time_s=time.perf_counter() - started,
+        )
         page = write_paper(results, folder, progress=lambda name: progress(name, 1, 1))
     if arguments.json:
         print((folder / "results.json").read_text(encoding="utf-8"), end="")
@@ -76,9 +82,13 @@ def _refuse_other_statistics(folder: Path) -> None:
 def _statistics(
     folder: Path, *, seed: int, progress: Callable[[str, int, int], None]
 ) -> tuple["StatisticsRow", ...]:
-    """Rows of figures 12 and 13, from few trials, always run anew and then kept in ``folder``."""
+    """Rows of figures 12 and 13 at the paper's number of targets, from few trials.
+
+    They are always run anew and then kept in ``folder``.
+    """
     from polychirp.study.monte_carlo.executor import LocalWorkers
     from polychirp.study.monte_carlo.run import LOG
+    from polychirp.study.paper.results import PAPER_TARGETS
     from polychirp.study.paper.statistics import TRIALS, run_statistics, statistics_plan
     from polychirp.threads import num_cores
 
@@ -89,7 +99,7 @@ def _statistics(
     )
     (folder / LOG).unlink(missing_ok=True)
     return run_statistics(
-        statistics_plan(trials=TRIALS, seed=seed),
+        statistics_plan(trials=TRIALS, num_targets=(PAPER_TARGETS,), seed=seed),
         folder=folder,
         executor=LocalWorkers(count=num_cores()),
         progress=progress,
@@ -105,12 +115,12 @@ def _say_row(row: "PaperRow") -> None:
 
 
 def _print_tables(results: Any) -> None:
-    from polychirp.report.statistics import findings
+    from polychirp.report.statistics import findings, shown_statistics
     from polychirp.report.tables import claims_table, statistics_table, variants_table
 
     console = tables()
     console.print(claims_table(results))
     console.print(variants_table(results.rows))
     console.print(statistics_table(results.statistics))
-    for finding in findings(results.statistics):
+    for finding in findings(shown_statistics(results)):
         console.print(f"- {finding}")

@@ -24,7 +24,14 @@ from polychirp.report.page_parts import (
     text_cell,
     words_and_numbers,
 )
-from polychirp.report.statistics import STATISTICS_HEAD, STATISTICS_NOTE, findings, statistics_rows
+from polychirp.report.statistics import (
+    STATISTICS_HEAD,
+    STATISTICS_NOTE,
+    findings,
+    origin,
+    shown_statistics,
+    statistics_rows,
+)
 from polychirp.report.street_model import street_model
 from polychirp.report.verdict import Verdict, counted, interference_ghosts, verdicts
 from polychirp.report.words import (
@@ -110,7 +117,7 @@ def page(results: PaperResults, pictures: Mapping[str, bytes]) -> str:
         controls=_controls(results),
         groups=_figure_groups(pictures, captions),
         correlation=_correlation(results.correlation),
-        statistics=_statistics(results.statistics),
+        statistics=_statistics(results),
         cases=_cases(results.rows),
         errata=ERRATA,
         facts={
@@ -163,16 +170,23 @@ def _correlation(results: CorrelationResults | None) -> dict[str, Any] | None:
     }
 
 
-def _statistics(rows: Sequence[StatisticsRow]) -> dict[str, Any] | None:
-    """Table and findings of figures 12 and 13, if they were run."""
-    if not rows:
+def _statistics(results: PaperResults) -> dict[str, Any] | None:
+    """Tables and findings of figures 12 and 13, if they were run."""
+    if not results.statistics:
         return None
-    lines = [words_and_numbers(row, num_words=2) for row in statistics_rows(rows)]
+    stored = results.stored
     return {
-        "findings": findings(rows),
-        "table": Table(STATISTICS_HEAD, lines),
+        "origin": stored and origin(stored),
+        "findings": findings(shown_statistics(results)),
+        "table": _statistics_table(results.statistics),
+        "stored": stored and _statistics_table(stored.rows),
         "note": STATISTICS_NOTE,
     }
+
+
+def _statistics_table(rows: Sequence[StatisticsRow]) -> Table:
+    lines = [words_and_numbers(row, num_words=2) for row in statistics_rows(rows)]
+    return Table(STATISTICS_HEAD, lines)
 
 
 def _card(verdict: Verdict, pictures: Mapping[str, bytes]) -> dict[str, Any]:

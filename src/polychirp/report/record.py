@@ -4,7 +4,7 @@ from dataclasses import asdict, fields
 from typing import Any
 
 from polychirp.report.correlation import correlation_json
-from polychirp.report.statistics import findings
+from polychirp.report.statistics import findings, shown_statistics
 from polychirp.report.verdict import Verdict, verdicts
 from polychirp.report.words import finite
 from polychirp.study.paper.results import PaperResults, PaperRow
@@ -27,7 +27,8 @@ def results_json(results: PaperResults) -> dict[str, Any]:
         "notes": list(results.notes),
         "correlation": results.correlation and correlation_json(results.correlation),
         "statistics": [asdict(row) for row in results.statistics],
-        "statistics_findings": findings(results.statistics),
+        "stored_statistics": results.stored and asdict(results.stored),
+        "statistics_findings": findings(shown_statistics(results)),
     }
     values: dict[str, Any] = finite(record)
     return values

@@ -4,7 +4,14 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Final
 
 from polychirp.report.words import WAVEFORM_WORDS, decimal
-from polychirp.study.paper.results import PAPER_ACCURACY, PAPER_TARGETS, Interval, StatisticsRow
+from polychirp.study.paper.results import (
+    PAPER_ACCURACY,
+    PAPER_TARGETS,
+    Interval,
+    PaperResults,
+    StatisticsRow,
+    StoredStatistics,
+)
 
 SITUATION_WORDS: Final = {
     "alone": "alone",
@@ -33,6 +40,25 @@ STATISTICS_NOTE: Final = (
     "are those ghosts that neither interference nor a mirror explains. Targets are isotropic "
     "scatterers of 10 m², all visible; polychirp study runs the same on ray-traced bodies."
 )
+
+
+def shown_statistics(results: PaperResults) -> Sequence[StatisticsRow]:
+    """Points of figures 12 and 13: the stored ones, and those of the run that are not stored."""
+    stored = () if results.stored is None else results.stored.rows
+    places = {(row.waveform, row.situation, row.num_targets) for row in stored}
+    return stored + tuple(
+        row
+        for row in results.statistics
+        if (row.waveform, row.situation, row.num_targets) not in places
+    )
+
+
+def origin(stored: StoredStatistics) -> str:
+    """A sentence that says where stored points come from."""
+    return (
+        f"Points of {stored.num_trials} trials are stored results: polychirp {stored.version} "
+        f"computed them on {stored.measured} with seed {stored.seed}."
+    )
 
 
 def statistics_rows(rows: Iterable[StatisticsRow]) -> Iterator[tuple[str, ...]]:

@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import get_args
 
 from polychirp.report.figures.detection_statistics import detection_statistics
-from polychirp.report.statistics import STATISTICS_HEAD, findings, statistics_rows
-from polychirp.study.paper.results import StatisticsRow, WaveformKind
+from polychirp.report.statistics import (
+    STATISTICS_HEAD,
+    findings,
+    origin,
+    shown_statistics,
+    statistics_rows,
+)
+from polychirp.study.paper.results import StatisticsRow, StoredStatistics, WaveformKind
 
 
 def row(waveform: str, count: int) -> StatisticsRow:
@@ -74,6 +81,22 @@ def test_findings_compare_as_far_as_the_intervals_tell() -> None:
     assert "0.95 (0.80…0.99)" in detection
     assert "51 dB" in floor
     assert findings(ROWS[:1]) == []
+
+
+def test_stored_points_are_shown_with_those_that_only_the_run_has() -> None:
+    stored = StoredStatistics(
+        measured="2026-11-23",
+        version="0.1.0",
+        seed=1,
+        rows=tuple(replace(one, num_trials=100) for one in ROWS),
+    )
+    blanked = replace(ROWS[1], situation="blanked")
+    results = SimpleNamespace(statistics=(ROWS[1], blanked), stored=stored)
+    assert shown_statistics(results) == (*stored.rows, blanked)
+    assert shown_statistics(SimpleNamespace(statistics=(blanked,), stored=None)) == (blanked,)
+    assert "100 trials are stored results: polychirp 0.1.0" in origin(stored)
+    title = detection_statistics(shown_statistics(results)).figure.get_suptitle()
+    assert "20 or 100 trials" in title
 
 
 def test_the_paired_difference_decides() -> None:

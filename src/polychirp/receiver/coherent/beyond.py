@@ -97,7 +97,8 @@ def _strong_ranges(seen: Observation, power: FloatArray, limits: tuple[float, fl
     total = HANN_LOSS * seen.num_used * len(seen.samples) * excess
     apart = np.maximum(limits[0] - distance, distance - limits[1]) / cell
     strong = distance[(apart > 0.0) & (total > (np.pi * np.maximum(apart, 1.0)) ** 2)]
-    return np.where(strong < limits[0], strong - MARGIN * cell, strong + MARGIN * cell)
+    margin = np.where(strong < limits[0], -MARGIN, MARGIN) * cell
+    return np.asarray(strong + margin)
 
 
 def _fast_rates(seen: Observation, power: FloatArray, limits: tuple[float, float]) -> FloatArray:
@@ -108,8 +109,9 @@ def _fast_rates(seen: Observation, power: FloatArray, limits: tuple[float, float
     times, slope = seen.model.times, seen.model.schedule.slope
     cell, bins = seen.range_cell, power.shape[1] / times.rate
     step = cell * float(np.min(np.abs(slope)) / np.mean(seen.frequency))
-    slow, fast = (np.arange(1.0, GREATEST_SPEEDS, step / abs(end)) * end for end in limits)
-    rate = np.concatenate([slow, fast])
+    rate = np.concatenate(
+        [end * np.arange(1.0, GREATEST_SPEEDS, step / abs(end)) for end in limits]
+    )
     by_range = 2.0 / SPEED_OF_LIGHT * slope
     by_rate = 2.0 / SPEED_OF_LIGHT * (slope * (seen.middle - seen.model.time) + seen.frequency)
     is_there = _stand_out(
@@ -119,7 +121,8 @@ def _fast_rates(seen: Observation, power: FloatArray, limits: tuple[float, float
         (_ranges_in_band(seen, 0.5 * cell), rate),
         (SHARE_OF_RAMPS, GREATEST_DIFFERENCE),
     )
-    return rate[is_there] + np.sign(rate[is_there]) * step
+    fast = rate[is_there]
+    return np.asarray(fast + np.sign(fast) * step)
 
 
 def _ranges_in_band(seen: Observation, step: float) -> FloatArray:

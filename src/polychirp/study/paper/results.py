@@ -249,6 +249,29 @@ class StatisticsRow:
     ghosts_gain: Interval | None = None
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StoredStatistics:
+    """Points of figures 12 and 13 that were computed earlier.
+
+    Parameters
+    ----------
+    measured : date on which they were computed, as in ISO 8601
+    version : of polychirp that computed them
+    seed : of the trials
+    rows : one for every curve and number of targets
+    """
+
+    measured: str
+    version: str
+    seed: int
+    rows: tuple[StatisticsRow, ...]
+
+    @property
+    def num_trials(self) -> int:
+        """Number of trials of every point; the least if they differ."""
+        return min(row.num_trials for row in self.rows)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PaperResults:
     """All results that `polychirp paper` shows.
@@ -265,7 +288,8 @@ class PaperResults:
     scene : the street at time 0, for figure 8
     notes : remarks without which the numbers may be misunderstood
     correlation : results of section V, if it was run
-    statistics : points of figures 12 and 13, if they were run
+    statistics : points of figures 12 and 13 at the greatest number of targets, if they were run
+    stored : the same and others, computed earlier with more trials; None if they are not shown
     """
 
     seed: int
@@ -281,3 +305,4 @@ class PaperResults:
     notes: tuple[str, ...] = ()
     correlation: CorrelationResults | None = None
     statistics: tuple[StatisticsRow, ...] = ()
+    stored: StoredStatistics | None = None

@@ -28,7 +28,13 @@ from polychirp.study.monte_carlo.summary import (
     summaries,
 )
 from polychirp.study.monte_carlo.tasks import Executor
-from polychirp.study.paper.results import Interval, Situation, StatisticsRow, WaveformKind
+from polychirp.study.paper.results import (
+    PAPER_TARGETS,
+    Interval,
+    Situation,
+    StatisticsRow,
+    WaveformKind,
+)
 from polychirp.study.paper.scenarios import WAVEFORMS
 from polychirp.study.provenance import provenance
 from polychirp.study.spec import AnyTracer, Study, StudyRadar
@@ -49,11 +55,11 @@ _TRACERS: Final[dict[Channel, AnyTracer]] = {
 NUM_INTERFERERS: Final = 2
 """Number of radars of other vehicles, synchronous with the victim; chosen."""
 
-NUM_TARGETS: Final = (1, 4, 10)
-"""Numbers of targets at which the curves have points; chosen, up to the ten of the paper."""
+NUM_TARGETS: Final = (1, 4, 7, PAPER_TARGETS)
+"""Numbers of targets at which the curves have points."""
 
 TRIALS: Final = 12
-"""Trials of each point in `polychirp paper`; chosen. `studies/paper/fig12-13.toml` has more."""
+"""Trials of each point that `polychirp paper` runs; chosen. The stored points have more."""
 
 Curve = tuple[WaveformKind, Situation]
 

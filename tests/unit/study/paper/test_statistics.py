@@ -33,7 +33,7 @@ def test_the_study_file_makes_the_same_points() -> None:
 
 
 def test_every_point_can_run() -> None:
-    check_plan(statistics_plan(trials=1), progress=lambda *_: None)
+    check_plan(statistics_plan(trials=1, num_targets=(1, 10)), progress=lambda *_: None)
 
 
 def test_all_curves_share_the_street_of_a_trial() -> None:
