@@ -35,7 +35,7 @@ def notebooks() -> list[Path]:
 
 
 def error_of(path: Path) -> str:
-    """What a notebook fails with, after its name and time; empty if it runs."""
+    """Error of a notebook, after its name; empty if it runs."""
     import nbformat  # of requirements-docs.lock, as nbclient: not everybody has it
     from nbclient import NotebookClient
     from nbclient.exceptions import CellExecutionError
