@@ -83,6 +83,6 @@ class Score:
 
     @property
     def origin(self) -> tuple[str, ...]:
-        """What each detection comes from: the name of a body, "radar" and a name, or nothing."""
+        """Source of each detection: the name of a body, "radar" and a name, or empty."""
         pairs = zip(self.body, self.radar, strict=True)
         return tuple(body or (f"radar {radar}" if radar else "") for body, radar in pairs)

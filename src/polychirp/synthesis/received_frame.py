@@ -71,7 +71,6 @@ def synthesize(
     >>> frame.samples.shape, bool(np.all(frame.samples == parts.noise))
     ((4, 1, 981), True)
     """
-    radar, schedule = scene.radars[victim], schedules[victim]
     audible = audible_interferers(
         scene,
         schedules,
@@ -80,6 +79,7 @@ def synthesize(
         interferers=interferers,
         neglected_share=neglected_share,
     )
+    radar, schedule = scene.radars[victim], schedules[victim]
     times = sample_times(schedule, radar.converter)
     names = parts_of(radar)
     samples = _behind_the_filter(

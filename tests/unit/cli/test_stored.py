@@ -23,10 +23,10 @@ def test_results_are_found_by_either_folder(both, kind):
 def test_a_study_is_no_run(both):
     assert stored_results(str(both / RUN), folders=(RUN,)) == both / RUN / RUN
     for name in (both / STUDY, both / STUDY / STUDY, both / "nothing"):
-        with pytest.raises(InputError, match="there is no run in .* into which 'run' stored"):
+        with pytest.raises(InputError, match=r"there is no run in .* into which 'run' stored"):
             stored_results(str(name), folders=(RUN,))
 
 
 def test_the_message_names_both_kinds(both):
-    with pytest.raises(InputError, match="no run and no study in .* 'run' or 'study' stored its"):
+    with pytest.raises(InputError, match=r"no run and no study in .* 'run' or 'study' stored its"):
         stored_results(str(both / "nothing"))
