@@ -27,6 +27,7 @@ extensions = [
     "study_file",
     "commands",
     "packages",
+    "captions",
 ]
 exclude_patterns = [
     "_build",

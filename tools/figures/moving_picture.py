@@ -1,8 +1,8 @@
 """The moving picture of the README: ``python -m tools.figures.moving_picture FILE.gif``.
 
-An oncoming car 40 m away carries a radar. First its equal chirps drift into step with ours, then
-its slope departs from ours, and at last our receiver blanks the bursts. Every picture is a run of
-its own, with the same noise: the range-rate map, and what the receiver detects.
+An oncoming car 40 m away carries a radar. First its equal chirps start at ever closer times to
+ours, then its slope departs from ours, and at last our receiver blanks the bursts. Every picture is
+a run of its own with the same noise: its range-rate map, and what the receiver detects.
 """
 
 from __future__ import annotations
@@ -131,10 +131,10 @@ def _radar(name: str, vehicle: str, waveform: pc.Sawtooth, start: float) -> pc.S
 
 def moments() -> Iterator[Moment]:
     """All pictures in their order."""
-    words = "Two radars with equal chirps. The other one drifts into step …"
+    words = "Two radars with equal chirps, which start at ever closer times …"
     for start in np.linspace(0.42e-6, 0.0, 22):
         yield Moment(words=words, start=float(start))
-    words = "… in step: a ghost at half its distance, far above all true echoes"
+    words = "… and together: a ghost at half the distance, above all true echoes"
     yield Moment(words=words, pause=PAUSE_MS)
     words = "Its slope departs from ours: the ghost dissolves into a floor …"
     for steeper in np.geomspace(2e-4, STEEPEST, 18):
