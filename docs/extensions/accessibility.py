@@ -1,6 +1,8 @@
-"""Captions of the sidebar as headings of a level, which screen readers announce.
+"""What screen readers and keyboards need, and the theme leaves out.
 
-Sphinx gives captions the role ``heading`` without the level that this role needs (WAI-ARIA).
+Sphinx gives the captions of the sidebar the role ``heading`` without the level that this role needs
+(WAI-ARIA). A block of code that is wider than the page scrolls by the keyboard only if it can have
+the focus.
 """
 
 from typing import Any, Final
@@ -23,11 +25,21 @@ def with_levels(html: str) -> str:
     return html.replace('role="heading">', 'role="heading" aria-level="2">')
 
 
+def with_focus(html: str) -> str:
+    """HTML whose blocks of code can have the focus.
+
+    >>> with_focus("<pre>x = 1</pre>")
+    '<pre tabindex="0">x = 1</pre>'
+    """
+    return html.replace("<pre>", '<pre tabindex="0">')
+
+
 def change(app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: Any) -> None:
-    """Change the sidebar of a page before it is written."""
+    """Change sidebar and text of a page before it is written."""
     del app, page, template, doctree
-    if TREE in context:
-        context[TREE] = with_levels(context[TREE])
+    for name, changed in ((TREE, with_levels), ("body", with_focus)):
+        if name in context:
+            context[name] = changed(context[name])
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
