@@ -44,8 +44,6 @@ h1 { font-size: 18px; font-weight: 700; line-height: 1.3; margin: 0; }
 .polychirp-grid h2 { font-size: 15px; font-weight: 600; margin: 0 0 4px; line-height: 1.3; }
 """
 
-FIRST_STATUS: Final = "computing the first picture; the first time it takes up to two minutes, as kernels are compiled"
-
 LONGEST_ANSWER: Final = 5.0
 """Time for which the page waits for the browser's preference for dark pages, s. Chosen: a browser
 that begins on a busy machine takes 2 s to run scripts."""
@@ -72,7 +70,11 @@ class LivePage:
         self._build_header()
         with ui.element("div").classes("polychirp-grid p-3"):
             with ui.element("section").classes("polychirp-controls"):
-                self.status = ui.label(FIRST_STATUS).classes("text-sm").props("role=status")
+                self.status = (
+                    ui.label("computing the first picture …")
+                    .classes("text-sm")
+                    .props("role=status")
+                )
                 self.notes = ui.label().classes("text-xs")
                 self.controls = Controls(self._change)
                 ui.button("trace it", on_click=self._trace).props("outline no-caps")
