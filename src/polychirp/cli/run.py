@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import shlex
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import asdict
@@ -13,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from polychirp.cli.check import add_study_arguments, all_overrides, next_command
 from polychirp.cli.progress import progress_bar
-from polychirp.cli.terminal import decibels, figure_text, say, tables, usable_folder
+from polychirp.cli.terminal import command_name, decibels, figure_text, say, tables, usable_folder
 from polychirp.cli.trials import WHY_UNRESOLVED, margins_text
 from polychirp.errors import InputError
 
@@ -79,6 +80,7 @@ def run(arguments: argparse.Namespace) -> int:
         for note in _unresolved(trial):
             say(note)
         say(f"stored in {path}")
+        say(f"to draw it: {shlex.join([command_name(), 'plot', str(path.parent)])}")
         if MONTE_CARLO in read_toml(Path(arguments.study)):
             say(f"next: {next_command('study', arguments)}")
     return 0
