@@ -1,8 +1,8 @@
 """What screen readers and keyboards need, and the theme leaves out.
 
 Sphinx gives the captions of the sidebar the role ``heading`` without the level that this role needs
-(WAI-ARIA). A block of code that is wider than the page scrolls by the keyboard only if it can have
-the focus.
+(WAI-ARIA). A block of code or a table that is wider than the page scrolls by the keyboard only if
+it can have the focus.
 """
 
 from typing import Any, Final
@@ -26,11 +26,12 @@ def with_levels(html: str) -> str:
 
 
 def with_focus(html: str) -> str:
-    """HTML whose blocks of code can have the focus.
+    """HTML whose blocks of code and wide tables can have the focus.
 
     >>> with_focus("<pre>x = 1</pre>")
     '<pre tabindex="0">x = 1</pre>'
     """
+    html = html.replace('<div class="table-wrapper', '<div tabindex="0" class="table-wrapper')
     return html.replace("<pre>", '<pre tabindex="0">')
 
 

@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
+import numpy as np
+
 from polychirp.axes import FloatArray
 from polychirp.channel.base import RayTracer
 from polychirp.channel.scene.ground_truth import truth
@@ -238,8 +240,10 @@ def receive_and_score(
     )
     if interference is not None:
 
-        def contributed(one: IfParts) -> FloatArray:
-            return powers_of((virtual_parts(received, one) if is_coded else one).samples)
+        def contributed(several: Sequence[IfParts]) -> FloatArray:
+            decoded = [virtual_parts(received, one) if is_coded else one for one in several]
+            power = powers_of(np.concatenate([one.samples for one in decoded]))
+            return power.reshape(len(power), len(several), -1)
 
         radar = radars_of_ghosts(score.nature, interference, contributed)
         score = replace(score, radar=radar)
