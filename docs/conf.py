@@ -27,6 +27,7 @@ extensions = [
     "study_file",
     "commands",
     "packages",
+    "accessibility",
 ]
 exclude_patterns = [
     "_build",
@@ -41,8 +42,9 @@ suppress_warnings = [
     "config.cache",  # scrapers and sort keys are functions
 ]
 default_role = "py:obj"
-pygments_style = "friendly"
-pygments_dark_style = "monokai"
+# colours with the contrast that WCAG asks for
+pygments_style = "a11y-high-contrast-light"
+pygments_dark_style = "a11y-high-contrast-dark"
 
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4

@@ -115,6 +115,19 @@ def test_every_place_that_states_the_version_agrees():
     assert cited is not None
     assert cited[1] == stated
     assert version("polychirp") == stated
+    entry = (ROOT / "docs/reference/cite.md").read_text(encoding="utf-8")
+    assert f"version = {{{stated}}}" in entry
+
+
+def test_the_newest_release_has_its_date_and_notes():
+    changelog = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    headings = re.findall(r"^## (.+)$", changelog, re.MULTILINE)
+    assert headings[0] == "[Unreleased]"
+    number, day = re.fullmatch(r"\[(\d+\.\d+\.\d+)\] - (\d{4}-\d\d-\d\d)", headings[1]).groups()
+    with (ROOT / "pyproject.toml").open("rb") as file:
+        assert tomllib.load(file)["project"]["version"].startswith(number)
+    assert (ROOT / "docs" / "releases" / f"{number}.md").is_file()
+    assert f"date-released: {day}" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
 
 
 def test_the_image_is_made_of_files_that_exist_and_runs_without_root():

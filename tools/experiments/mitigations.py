@@ -220,7 +220,7 @@ class _Bench:
     ) -> tuple[ComplexArray, ComplexArray]:
         """Own echo, and the rest, in the cells of the targets, ``(target, ramp)``."""
         amplitude = part_amplitudes(
-            self._receiver(mitigation), result.frame, result.parts, self.cells
+            self._receiver(mitigation), result.frame, result.parts.samples, self.cells
         )
         is_own = np.isin(result.parts.names, ("echo", "multipath"))
         return amplitude[:, is_own].sum(axis=1), amplitude[:, ~is_own].sum(axis=1)

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import Any
 
+from polychirp.cli.stored import RUN, stored_results
 from polychirp.cli.terminal import say, usable_folder
-from polychirp.errors import InputError
 
 
 def add_parser(subparsers: Any) -> None:
@@ -33,7 +32,7 @@ def run(arguments: argparse.Namespace) -> int:
     from polychirp.study.store.load import load_run
 
     writers = [writer_of(name) for name in dict.fromkeys(arguments.to)]
-    path = stored_run(arguments.run)
+    path = stored_results(arguments.run, folders=(RUN,))
     folder = usable_folder(arguments.out or path.parent)
     found = load_run(path)
     folder.mkdir(parents=True, exist_ok=True)
@@ -43,17 +42,3 @@ def run(arguments: argparse.Namespace) -> int:
     for number, victim in enumerate(found.victims):
         say(f"victim-{number} is the radar '{victim.name}'")
     return 0
-
-
-def stored_run(name: str) -> Path:
-    """The folder ``run.zarr`` of a run, which may be named itself or by the folder that it is in.
-
-    `InputError` is raised if there is none.
-    """
-    path = Path(name)
-    for candidate in (path, path / "run.zarr"):
-        if (candidate / "zarr.json").is_file():
-            return candidate
-    raise InputError(
-        f"there is no run in '{path}'; name run.zarr, or the folder into which 'run' stored it"
-    )

@@ -6,6 +6,7 @@ import argparse
 from importlib.util import find_spec
 from typing import Any
 
+from polychirp.cli.progress import progress_bar
 from polychirp.cli.terminal import say
 from polychirp.errors import CapabilityError, InputError
 
@@ -36,6 +37,18 @@ def run(arguments: argparse.Namespace) -> int:
             )
     from polychirp.live.page import HOST, serve
 
+    _compile()
     say(f"the page is at http://{HOST}:{arguments.port}; stop it with Ctrl-C")
     serve(port=arguments.port, opens_browser=not arguments.no_browser)
     return 0
+
+
+def _compile() -> None:
+    """Compile the kernels of all presets, so that the page shows its first picture at once."""
+    from polychirp.live.presets import PRESETS
+    from polychirp.live.settings import study_of
+    from polychirp.study.kernel_parts import compile_parts, parts_of
+
+    names = [name for settings in PRESETS.values() for name in parts_of(study_of(settings))]
+    with progress_bar("live") as progress:
+        compile_parts(tuple(dict.fromkeys(names)), progress=progress)

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from polychirp.cli.stored import STUDY, stored_results
 from polychirp.cli.terminal import figure_text, say, usable_folder
 from polychirp.errors import InputError
 
@@ -64,7 +65,8 @@ def add_parser(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Draw the figures and print the paths of their files."""
-    path, is_run = stored_results(arguments.stored)
+    path = stored_results(arguments.stored)
+    is_run = path.name != STUDY
     known = OF_RUNS if is_run else OF_STUDIES
     _refuse_unknown(arguments.figures, known, is_run=is_run)
     folder = usable_folder(arguments.out or path.parent)
@@ -76,22 +78,6 @@ def run(arguments: argparse.Namespace) -> int:
         for end in (*(arguments.format or FILES[:1]), "csv"):
             print(folder / f"{name}.{end}")
     return 0
-
-
-def stored_results(name: str) -> tuple[Path, bool]:
-    """The folder ``run.zarr`` or ``results.zarr`` of a stored result, and True for a run.
-
-    `InputError` is raised if there is neither.
-    """
-    path = Path(name)
-    candidates = [path] if path.suffix == ".zarr" else [path / "run.zarr", path / "results.zarr"]
-    for candidate in candidates:
-        if (candidate / "zarr.json").is_file():
-            return candidate, candidate.name != "results.zarr"
-    raise InputError(
-        f"there is no run and no study in '{path}'; name the folder into which 'run' or 'study' "
-        "stored its results"
-    )
 
 
 def _refuse_unknown(names: list[str], known: tuple[str, ...], *, is_run: bool) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any, Final
 
-from polychirp.cli.plot import stored_results
+from polychirp.cli.stored import STUDY, stored_results
 from polychirp.cli.terminal import say, usable_folder
 
 KEPT_FILES: Final = "figures that were drawn stay in the folder"
@@ -29,7 +29,8 @@ def add_parser(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Write the page and print its path."""
-    path, is_run = stored_results(arguments.stored)
+    path = stored_results(arguments.stored)
+    is_run = path.name != STUDY
     folder = usable_folder(arguments.out or path.parent)
     say(f"drawing the {'run' if is_run else 'study'} in '{path.parent}'")
     if is_run:

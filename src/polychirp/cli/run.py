@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import shlex
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
@@ -12,11 +14,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 from polychirp.cli.check import add_study_arguments, all_overrides, next_command
 from polychirp.cli.progress import progress_bar
-from polychirp.cli.terminal import decibels, figure_text, say, tables, usable_folder
+from polychirp.cli.terminal import command_name, decibels, figure_text, say, tables, usable_folder
 from polychirp.cli.trials import WHY_UNRESOLVED, margins_text
 from polychirp.errors import InputError
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from polychirp.study.spec import Study
     from polychirp.study.trial import Trial, VictimResult
 
@@ -76,6 +80,7 @@ def run(arguments: argparse.Namespace) -> int:
         for note in _unresolved(trial):
             say(note)
         say(f"stored in {path}")
+        say(f"to draw it: {shlex.join([command_name(), 'plot', str(path.parent)])}")
         if MONTE_CARLO in read_toml(Path(arguments.study)):
             say(f"next: {next_command('study', arguments)}")
     return 0
@@ -120,6 +125,7 @@ def _summary(study: Study, path: Path, trial: Trial) -> dict[str, Any]:
                 **{key.replace(" ", "_"): count for key, count in _counts(victim).items()},
                 "floor_rise": victim.score.floor_rise,
                 "detected_targets": _targets(victim, found=True),
+                "ghosts_of_radars": _ghosts_of_radars(victim),
                 "undetected_targets": _targets(victim, found=False),
                 "levels": _levels(victim),
                 "extents": _extents(victim),
@@ -141,6 +147,11 @@ def _counts(victim: VictimResult) -> dict[str, int]:
         "other echoes": len(score.other_echoes),
         "unresolved": score.num_unresolved,
     }
+
+
+def _ghosts_of_radars(victim: VictimResult) -> dict[str, int]:
+    """Number of the ghosts that each other radar causes; radars without any are left out."""
+    return dict(Counter(radar for radar in victim.score.radar if radar is not None))
 
 
 def _targets(victim: VictimResult, *, found: bool) -> list[str]:
@@ -212,10 +223,43 @@ def _print_table(trial: Trial) -> None:
             levels.add_row(victim.name, *row)
     console = tables()
     console.print(counts)
+    if any(victim.score.ghosts for victim in trial.victims):
+        console.print(_ghosts(trial))
     if errors.row_count:
         console.print(errors)
     if levels.row_count:
         console.print(levels)
+
+
+def _ghosts(trial: Trial) -> Table:
+    """Table of the ghosts of every radar, with the radars that cause them."""
+    from rich.table import Table
+
+    table = Table(title="ghosts", title_justify="left")
+    for column in ("radar", "cause", "of radar"):
+        table.add_column(column)
+    for column in ("number", "strongest at", "closing at"):
+        table.add_column(column, justify="right")
+    for victim in trial.victims:
+        for row in _ghost_rows(victim):
+            table.add_row(victim.name, *row)
+    return table
+
+
+def _ghost_rows(victim: VictimResult) -> Iterator[tuple[str, ...]]:
+    """Cause, radar, number and place of the strongest of the ghosts of each cause and radar."""
+    found, score = victim.detections, victim.score
+    of_cause: dict[tuple[str, str], list[int]] = {}
+    for n in score.ghosts:
+        of_cause.setdefault((score.nature[n], score.radar[n] or "–"), []).append(n)
+    for cause, numbers in of_cause.items():
+        strongest = max(numbers, key=lambda n: float(found.power[n]))
+        yield (
+            *cause,
+            str(len(numbers)),
+            f"{found.range[strongest]:.2f} m",
+            f"{-3.6 * found.range_rate[strongest]:.1f} km/h",
+        )
 
 
 def _level_rows(victim: VictimResult) -> Iterator[tuple[str, ...]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import webbrowser
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any, Final
 
 from nicegui import app, run, ui
@@ -43,6 +44,10 @@ h1 { font-size: 18px; font-weight: 700; line-height: 1.3; margin: 0; }
 .polychirp-grid h2 { font-size: 15px; font-weight: 600; margin: 0 0 4px; line-height: 1.3; }
 """
 
+LONGEST_ANSWER: Final = 5.0
+"""Time for which the page waits for the browser's preference for dark pages, s. Chosen: a browser
+that begins on a busy machine takes 2 s to run scripts."""
+
 HINT: Final = (
     "While you change settings, vehicles are a few points each; 'trace it' computes bodies, "
     "mirrors and bounces."
@@ -65,7 +70,11 @@ class LivePage:
         self._build_header()
         with ui.element("div").classes("polychirp-grid p-3"):
             with ui.element("section").classes("polychirp-controls"):
-                self.status = ui.label("…").classes("text-sm").props("role=status")
+                self.status = (
+                    ui.label("computing the first picture …")
+                    .classes("text-sm")
+                    .props("role=status")
+                )
                 self.notes = ui.label().classes("text-xs")
                 self.controls = Controls(self._change)
                 ui.button("trace it", on_click=self._trace).props("outline no-caps")
@@ -98,7 +107,8 @@ class LivePage:
 
     async def _first(self) -> None:
         wants_dark = "window.matchMedia('(prefers-color-scheme: dark)').matches"
-        self.dark.value = bool(await ui.run_javascript(wants_dark))
+        with suppress(TimeoutError):  # a busy browser; the page is light then
+            self.dark.value = bool(await ui.run_javascript(wants_dark, timeout=LONGEST_ANSWER))
         await self._refresh()
         self._move_camera()
 

@@ -142,7 +142,7 @@ def dbm(power: FloatArray) -> FloatArray:
 def _detections(seen: VictimResult, x: FloatArray, y: FloatArray) -> list[dict[str, Any]]:
     """Markers of the detections, by their causes."""
     nature = np.array(seen.score.nature)
-    body = np.array([name or "no body" for name in seen.score.body])
+    origin = np.array([name or "no body" for name in seen.score.origin])
     return [
         {
             "type": "scatter",
@@ -150,7 +150,7 @@ def _detections(seen: VictimResult, x: FloatArray, y: FloatArray) -> list[dict[s
             "name": label,
             "x": x[nature == cause],
             "y": y[nature == cause],
-            "text": body[nature == cause].tolist(),
+            "text": origin[nature == cause].tolist(),
             "marker": {
                 "symbol": SYMBOLS[cause],
                 "size": 10,

@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from polychirp.axes import Axes, BoolArray, PerDetection, PerTarget, Sealed
+from polychirp.axes import Axes, BoolArray, PerDetection, PerTarget, seal
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Score(Sealed):
+class Score:
     """Result for every target, and nature of every detection.
 
     A `VictimResult` has it.
@@ -30,6 +30,8 @@ class Score(Sealed):
     nature : nature of every detection: "target", "body" (an echo of another body), "clutter", or
         the kind of ghost: "multipath", "direct", "indirect", "front-end", "unexplained"
     body : name of the body whose echo every detection is; None for ghosts
+    radar : name of the radar whose signal causes each "direct" or "indirect" detection; None for
+        all others, and, as by default, if it was not determined
     power : power of every detection, W, ``(detection,)``
     target_detection : number of the detection that gives the errors of each detected target, in
         the order of the targets
@@ -58,6 +60,12 @@ class Score(Sealed):
     num_missed: int
     floor_rise: float
     num_unresolved: int = 0
+    radar: tuple[str | None, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.radar:
+            object.__setattr__(self, "radar", (None,) * len(self.nature))
+        seal(self)
 
     def numbers(self, nature: str) -> tuple[int, ...]:
         """Numbers of the detections of one nature."""
@@ -72,3 +80,9 @@ class Score(Sealed):
     def ghosts(self) -> tuple[int, ...]:
         """Numbers of the detections at which there is no body."""
         return tuple(n for n, body in enumerate(self.body) if body is None)
+
+    @property
+    def origin(self) -> tuple[str, ...]:
+        """Source of each detection: the name of a body, "radar" and a name, or empty."""
+        pairs = zip(self.body, self.radar, strict=True)
+        return tuple(body or (f"radar {radar}" if radar else "") for body, radar in pairs)

@@ -11,6 +11,7 @@ from polychirp.model.target_levels import TargetLevels
 from polychirp.model.truth import Truth
 from polychirp.receiver.angle.beamform import steering
 from polychirp.receiver.coherent.chain import CoherentReceiver
+from polychirp.receiver.coherent.parts import PartPowers
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.receiver.selection import FrameReceiver
 from polychirp.receiver.signal_model.point_signal import (
@@ -21,31 +22,49 @@ from polychirp.receiver.signal_model.point_signal import (
 from polychirp.receiver.signal_model.power_spectra import power_spectra, spectrum_size
 
 
+def attribute(receiver: FrameReceiver, frame: IfFrame) -> tuple[Detections, PartPowers]:
+    """Detections of a frame, and the function that gives the power of any parts in each.
+
+    The coherent receiver fits its points to each part (`coherent.parts`). For other receivers it is
+    the power of `part_amplitudes`, combined over ramps as the receiver combines them
+    (``combined_power``). The part that has the detection's beats on all ramps causes it.
+    """
+    if isinstance(receiver, CoherentReceiver):
+        return receiver.attribute(frame)
+    found = receiver.detect(frame)
+
+    def powers_of(samples: ComplexArray) -> FloatArray:
+        amplitude = part_amplitudes(receiver, frame, samples, found)
+        return receiver.combined_power(amplitude, frame.schedule)
+
+    return found, powers_of
+
+
 def detected(
     receiver: FrameReceiver, frame: IfFrame, parts: IfParts
 ) -> tuple[Detections, FloatArray]:
-    r"""Detections of a frame, and the power of each part in each, W, ``(detection, part)``.
+    """Detections of a frame, and the power of each part in each, W, ``(detection, part)``.
 
-    The parts are in the order of `PARTS`; those that the frame lacks have 0. The coherent receiver
-    fits its points to each part (`coherent.parts`). For other receivers it is the power of
-    `part_amplitudes`, combined over ramps as the receiver combines them (``combined_power``). The
-    part that has the detection's beats on all ramps causes it.
+    The parts are in the order of `PARTS`; those that the frame lacks have 0.
     """
-    if isinstance(receiver, CoherentReceiver):
-        found, power = receiver.detect_parts(frame, parts)
-    else:
-        found = receiver.detect(frame)
-        amplitude = part_amplitudes(receiver, frame, parts, found)
-        power = receiver.combined_power(amplitude, frame.schedule)
-    out = np.zeros((found.num_detections, len(PARTS)))
+    found, powers_of = attribute(receiver, frame)
+    return found, powers_in(parts, powers_of)
+
+
+def powers_in(parts: IfParts, powers_of: PartPowers) -> FloatArray:
+    """Power of each of `PARTS` in each detection, W, ``(detection, part)``; 0 if absent."""
+    power = powers_of(parts.samples)
+    out = np.zeros((len(power), len(PARTS)))
     out[:, [PARTS.index(part) for part in parts.names]] = power
-    return found, out
+    return out
 
 
 def part_amplitudes(
-    receiver: FrameReceiver, frame: IfFrame, parts: IfParts, detections: Detections
+    receiver: FrameReceiver, frame: IfFrame, parts: ComplexArray, detections: Detections
 ) -> ComplexArray:
     """Amplitude of each of ``parts`` at each detection: V, ``(detection, part, ramp)``.
+
+    ``parts`` are samples before mitigation, V ``(part, channel, ramp, fast)``.
 
     The mitigation that was chosen for the whole frame is applied to each part. The part is then
     steered to the detection's direction and matched to a point of its range and range rate on every
@@ -62,9 +81,9 @@ def part_amplitudes(
     ).T
     frequency = float(np.mean(frame.schedule.centre_frequency))
     weights = steering(frame.array, frequency=frequency, sine=sine, rise=rise)
-    stacked = cleaned.repair(parts.samples).reshape(-1, *weight.shape)  # part × channel
+    stacked = cleaned.repair(parts).reshape(-1, *weight.shape)  # part × channel
     amplitude = matched_amplitudes(stacked, weight, phases, frame.times.rate)
-    by_part = amplitude.reshape(len(motion), *parts.samples.shape[:3])
+    by_part = amplitude.reshape(len(motion), *parts.shape[:3])
     return np.asarray(np.einsum("nc,npck->npk", weights, by_part))
 
 
@@ -93,7 +112,7 @@ def target_levels(
         power=still,
         snr=still,
     )
-    amplitude = part_amplitudes(receiver, frame, parts, cells)
+    amplitude = part_amplitudes(receiver, frame, parts.samples, cells)
     name = np.array(parts.names)
     is_own, is_noise = np.isin(name, ("echo", "multipath")), name == "noise"
     echo = amplitude[:, is_own].sum(axis=1)

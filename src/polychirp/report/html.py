@@ -320,6 +320,7 @@ def _fold(row: PaperRow) -> dict[str, Any]:
     ghosts = [
         [
             text_cell(ghost.kind),
+            text_cell(ghost.radar or "–"),
             number_cell(decimal(ghost.range_m)),
             number_cell(decimal(ghost.closing_speed_mps)),
             number_cell(decimal(ghost.azimuth_deg)),
@@ -332,7 +333,9 @@ def _fold(row: PaperRow) -> dict[str, Any]:
     tables = [Table(("Target", *place, "Result", *errors), targets)]
     if ghosts:
         tables.append(
-            Table(("Ghost", *place, "Power relative to the strongest target (dB)"), ghosts)
+            Table(
+                ("Ghost", "Of radar", *place, "Power relative to the strongest target (dB)"), ghosts
+            )
         )
     missed, found = counted(row.missed, "missed target"), counted(len(row.ghosts), "ghost")
     return {

@@ -63,7 +63,7 @@ def _row(row: PaperRow, map_: RowMap) -> dict[str, Any]:
             range_rate=map_.detection_range_rate,
             power_db=map_.detection_power_db,
             causes=map_.detection_cause,
-            bodies=map_.detection_body,
+            origins=map_.detection_origin,
         ),
         "map": map_data(range_=map_.range, range_rate=map_.range_rate, power_db=map_.power_db),
     }
@@ -75,7 +75,7 @@ def detection_marks(
     range_rate: FloatArray,
     power_db: FloatArray,
     causes: Sequence[str],
-    bodies: Sequence[str | None],
+    origins: Sequence[str],
 ) -> list[dict[str, Any]]:
     """Detections as values for JSON; a script draws them by their ``cause``, a key of `causes`."""
     return [
@@ -84,10 +84,10 @@ def detection_marks(
             "speed": round(-float(rate), 2),
             "power": tenths(float(power)),
             "cause": cause,
-            "body": body or "",
+            "origin": origin,
         }
-        for r, rate, power, cause, body in zip(
-            range_, range_rate, power_db, causes, bodies, strict=True
+        for r, rate, power, cause, origin in zip(
+            range_, range_rate, power_db, causes, origins, strict=True
         )
     ]
 

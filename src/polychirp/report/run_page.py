@@ -125,7 +125,7 @@ def frame_data(victim: StoredVictim, receiver: AnyReceiver) -> dict[str, Any]:
             range_rate=found.range_rate,
             power_db=_dbm(found.power),
             causes=victim.score.nature,
-            bodies=victim.score.body,
+            origins=victim.score.origin,
         ),
         "map": map_data(
             range_=group_means(map_.range, most=ranges),
@@ -171,7 +171,7 @@ def _victim(victim: StoredVictim) -> dict[str, Any]:
     detections = [
         [
             text_cell(labels[score.nature[n]]["label"]),
-            text_cell(score.body[n] or "–"),
+            text_cell(score.origin[n] or "–"),
             number_cell(decimal(float(found.range[n]))),
             number_cell(decimal(-float(found.range_rate[n]))),
             number_cell(decimal(math.degrees(found.azimuth[n]))),
@@ -185,5 +185,5 @@ def _victim(victim: StoredVictim) -> dict[str, Any]:
         "name": victim.name,
         "count": counted(found.num_detections, "detection"),
         "targets": Table(("Target", *place, "Result", *errors), targets),
-        "detections": Table(("Cause", "Body", *place, "Azimuth (°)", "Power (dBm)"), detections),
+        "detections": Table(("Cause", "From", *place, "Azimuth (°)", "Power (dBm)"), detections),
     }

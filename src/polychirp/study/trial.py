@@ -4,6 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
+import numpy as np
+
+from polychirp.axes import FloatArray
 from polychirp.channel.base import RayTracer
 from polychirp.channel.scene.ground_truth import truth
 from polychirp.channel.tracers.path_interpolation import interpolate_paths
@@ -16,7 +19,7 @@ from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
 from polychirp.model.score import Score
 from polychirp.model.truth import Truth
-from polychirp.receiver.attribution import detected, floor_rise, target_levels
+from polychirp.receiver.attribution import attribute, floor_rise, powers_in, target_levels
 from polychirp.receiver.mimo import (
     azimuths_in_motion,
     virtual_array,
@@ -32,6 +35,7 @@ from polychirp.receiver.signal_model.transmit_codes import code_blocks
 from polychirp.rng import Streams
 from polychirp.scoring.compare import compare
 from polychirp.scoring.echoes import Echoes, echoes_of
+from polychirp.study.ghost_radars import Interference, radars_of_ghosts
 from polychirp.study.kernel_parts import compile_parts, parts_of
 from polychirp.study.margins import gate_for
 from polychirp.study.random_draw import sample_street
@@ -143,8 +147,9 @@ def simulate_victim(
 ) -> VictimResult:
     """Frame that radar ``victim`` receives over the snapshots' paths, its detections and score."""
     streams = Streams(study.seed)
+    engine = Oscillating(inner=Stretch(), streams=streams)
     frame, parts = synthesize(
-        Oscillating(inner=Stretch(), streams=streams),
+        engine,
         scene,
         schedules,
         snapshots,
@@ -161,6 +166,9 @@ def simulate_victim(
         parts=parts,
         targets=target_names(study, study.radars[victim]),
         has_occlusion="occlusion" in study.tracer.capabilities,
+        interference=Interference(
+            engine=engine, scene=scene, schedules=schedules, snapshots=snapshots, victim=victim
+        ),
     )
 
 
@@ -196,11 +204,13 @@ def receive_and_score(
     parts: IfParts,
     targets: Sequence[str],
     has_occlusion: bool = True,
+    interference: Interference | None = None,
 ) -> VictimResult:
     """Detections in a frame, scored against the truth at the detections' reference time.
 
     ``has_occlusion`` is False if the paths come from a tracer without it: no target is hidden then.
-    If several transmit elements are used (MIMO), all but the range-Doppler receiver need the frame
+    ``interference`` is that of the parts; without it, the score names no radars of ghosts. If
+    several transmit elements are used (MIMO), all but the range-Doppler receiver need the frame
     decoded; the result then holds the frame and the parts of the virtual array.
     """
     received = frame
@@ -208,7 +218,8 @@ def receive_and_score(
     is_coded = received.schedule.num_elements > 1 and receiver.kind != "range-doppler"
     if is_coded:
         frame, parts = virtual_array(received), virtual_parts(received, parts)
-    found, powers = detected(receiver, frame, parts)
+    found, powers_of = attribute(receiver, frame)
+    powers = powers_in(parts, powers_of)
     if is_coded:
         found = azimuths_in_motion(receiver, received, found)
     true = truth(scene.at(found.time), victim, targets, has_occlusion=has_occlusion)
@@ -227,6 +238,15 @@ def receive_and_score(
         after=after,
         gate=gate_for(receiver, received.schedule, received.array),
     )
+    if interference is not None:
+
+        def contributed(several: Sequence[IfParts]) -> FloatArray:
+            decoded = [virtual_parts(received, one) if is_coded else one for one in several]
+            power = powers_of(np.concatenate([one.samples for one in decoded]))
+            return power.reshape(len(power), len(several), -1)
+
+        radar = radars_of_ghosts(score.nature, interference, contributed)
+        score = replace(score, radar=radar)
     return VictimResult(
         name=scene.radars[victim].name,
         frame=frame,

@@ -15,7 +15,11 @@ from polychirp.rng import Streams
 from polychirp.synthesis.base import SynthesisEngine
 from polychirp.synthesis.impairments.front_end import distortion, linear_steps, sample_scale
 from polychirp.synthesis.impairments.high_pass import with_lead
-from polychirp.synthesis.links.interferer_culling import NEGLIGIBLE_SHARE, audible_radars
+from polychirp.synthesis.links.interferer_culling import (
+    NEGLIGIBLE_SHARE,
+    AudibleRadars,
+    audible_radars,
+)
 from polychirp.synthesis.links.leakage import LEAKAGE_PART
 from polychirp.synthesis.links.thermal_noise import thermal_noise
 
@@ -67,20 +71,15 @@ def synthesize(
     >>> frame.samples.shape, bool(np.all(frame.samples == parts.noise))
     ((4, 1, 981), True)
     """
-    others = [i for i in range(len(scene.radars)) if i != victim]
-    chosen = others if interferers is None else list(interferers)
-    _check(scene, schedules, snapshots, victim, chosen)
-    radar, schedule = scene.radars[victim], schedules[victim]
-    scale = sample_scale(radar)
-    # the noise of one branch has half the power of both, and the bound is on both
-    audible = audible_radars(
+    audible = audible_interferers(
         scene,
         schedules,
         snapshots,
         victim=victim,
-        interferers=chosen,
-        share=neglected_share / math.sqrt(scale),
+        interferers=interferers,
+        neglected_share=neglected_share,
     )
+    radar, schedule = scene.radars[victim], schedules[victim]
     times = sample_times(schedule, radar.converter)
     names = parts_of(radar)
     samples = _behind_the_filter(
@@ -94,6 +93,7 @@ def synthesize(
         streams=streams,
     )
     samples = linear_steps(radar, samples, times)
+    scale = sample_scale(radar)
     if "distortion" in names:
         samples[-1] = distortion(radar, samples[:-1].sum(axis=0), times)
     if scale != 1.0:
@@ -107,6 +107,49 @@ def synthesize(
         high_pass=radar.front_end.high_pass,
     )
     return frame, parts
+
+
+def audible_interferers(
+    scene: Scene,
+    schedules: Sequence[RampSchedule],
+    snapshots: Sequence[PropagationPaths],
+    *,
+    victim: int,
+    interferers: Sequence[int] | None,
+    neglected_share: float = NEGLIGIBLE_SHARE,
+) -> AudibleRadars:
+    """The interferers whose signals `synthesize` adds to a frame; parameters as there."""
+    others = [i for i in range(len(scene.radars)) if i != victim]
+    chosen = others if interferers is None else list(interferers)
+    _check(scene, schedules, snapshots, victim, chosen)
+    # the noise of one branch has half the power of both, and the bound is on both
+    share = neglected_share / math.sqrt(sample_scale(scene.radars[victim]))
+    return audible_radars(
+        scene, schedules, snapshots, victim=victim, interferers=chosen, share=share
+    )
+
+
+def interference_of(
+    engine: SynthesisEngine,
+    scene: Scene,
+    schedules: Sequence[RampSchedule],
+    snapshots: Sequence[PropagationPaths],
+    *,
+    victim: int,
+    transmitter: int,
+) -> IfParts:
+    """The parts ``direct`` and ``indirect`` that one radar contributes to the frame of another.
+
+    The sum over all audible interferers is that of the frame's parts (`synthesize`).
+    """
+    radar = scene.radars[victim]
+    samples = engine.contribution(
+        with_lead(scene, victim), schedules, snapshots, victim=victim, transmitter=transmitter
+    )
+    samples = samples * np.conj(radar.array.channel_response)[:, None, None]
+    times = sample_times(schedules[victim], radar.converter)
+    samples = sample_scale(radar) * linear_steps(radar, samples, times)
+    return IfParts(samples=samples, names=("direct", "indirect"))
 
 
 def _behind_the_filter(

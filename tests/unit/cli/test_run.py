@@ -135,6 +135,7 @@ def test_the_summary_for_machines_goes_to_stdout(trial, capsys):
             "unresolved": 0,
             "floor_rise": 10.0,
             "detected_targets": ["oncoming"],
+            "ghosts_of_radars": {},
             "undetected_targets": ["ahead", "post"],
             "levels": {
                 name: {"snr": 10.0, "inr": 0.0, "mitigated_sinr": 0.0}

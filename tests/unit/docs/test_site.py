@@ -9,6 +9,7 @@ pytest.importorskip("sphinx", reason="the packages of requirements-docs.lock are
 DOCS = Path(__file__).parents[3] / "docs"
 sys.path.insert(0, str(DOCS / "extensions"))
 
+import accessibility  # noqa: E402
 import docstrings  # noqa: E402
 import packages  # noqa: E402
 import root_pages  # noqa: E402
@@ -58,3 +59,13 @@ def test_the_page_of_study_files_has_every_table_and_key():
     for name, table in schema["$defs"].items():
         assert f".. _study-{name.lower()}:" in text
         assert all(f"``{key}``" in text for key in table["properties"] if key != "kind")
+
+
+def test_headings_of_the_sidebar_have_a_level_and_code_can_be_scrolled_by_keys():
+    tree = '<p class="caption" role="heading">Start</p><h3 role="heading" aria-level="3">'
+    context = {accessibility.TREE: tree, "body": "<pre>x</pre>"}
+    accessibility.change(None, "index", "page.html", context, None)
+    assert context == {
+        accessibility.TREE: tree.replace('role="heading">', 'role="heading" aria-level="2">'),
+        "body": '<pre tabindex="0">x</pre>',
+    }

@@ -153,7 +153,7 @@ def test_parts_add_up_to_the_receivers_amplitude_after_mitigation(mitigation):
     whole = matched_amplitudes(
         cleaned.samples, hann_weights(cleaned.weight), phases, frame.times.rate
     )[0]
-    by_part = part_amplitudes(receiver, frame, parts, found)[0].sum(axis=0)
+    by_part = part_amplitudes(receiver, frame, parts.samples, found)[0].sum(axis=0)
     steered = np.linalg.norm(whole, axis=0)  # a single echo: all channels in phase after steering
     assert np.abs(by_part) == pytest.approx(steered, rel=0.05)
 

@@ -69,7 +69,7 @@ def made_up_map(marks: list, target_ranges: list) -> RowMap:
         detection_range_rate=np.array([m[2] for m in marks]),
         detection_power_db=np.array([m[1] for m in marks]),
         detection_cause=tuple(m[3] for m in marks),
-        detection_body=tuple(m[4] for m in marks),
+        detection_origin=tuple(m[4] or "" for m in marks),
         target_range=np.array(target_ranges),
         target_range_rate=np.full(len(target_ranges), -4.0),
     )

@@ -44,7 +44,7 @@ def test_marks_say_range_speed_power_and_cause(row):
         "speed": 2.0,
         "power": -8.5,
         "cause": "direct",
-        "body": "",
+        "origin": "",
     }
     assert {mark["cause"] for mark in marks} <= causes().keys()
     assert [target["found"] for target in data["targets"]] == [True, True, False]

@@ -1,5 +1,6 @@
 """A stored run comes back, names its axes and units, and is the same every time."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -60,6 +61,20 @@ def test_a_run_comes_back(stored):
     np.testing.assert_array_equal(found.score.range_error, [0.1, 0.0])
     assert (found.score.ghosts, found.score.target_detection) == ((0, 1, 2), (0,))
     assert (found.score.num_missed, found.score.floor_rise) == (1, 2.5)
+
+
+def test_the_radars_of_ghosts_come_back_and_are_unknown_in_older_runs(tmp_path):
+    whole = victim("front")
+    score = replace(whole.score, radar=("rear", None, "rear"))
+    path = tmp_path / "run.zarr"
+    save_run(path, trial(replace(whole, score=score)), provenance=ORIGIN)
+    found = load_run(path).victims[0].score
+    assert (found.radar, found.origin) == (score.radar, ("radar rear", "", "radar rear"))
+    attributes = path / "victim-0" / "score" / "zarr.json"
+    content = json.loads(attributes.read_text(encoding="utf-8"))
+    del content["attributes"]["radar"]
+    attributes.write_text(json.dumps(content), encoding="utf-8")
+    assert load_run(path).victims[0].score.radar == (None, None, None)
 
 
 def test_a_run_keeps_which_parts_there_are_and_what_was_left_out(tmp_path):

@@ -5,17 +5,17 @@ from typing import Literal
 
 import numpy as np
 
-from polychirp.axes import FloatArray, IntArray
+from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.detection import Detections
-from polychirp.model.if_frame import IfFrame, IfParts
+from polychirp.model.if_frame import IfFrame
 from polychirp.receiver.clustering import merged
 from polychirp.receiver.coherent.beyond import with_fast_points, with_strong_points
 from polychirp.receiver.coherent.coherent_map import MapLimits, map_axes
 from polychirp.receiver.coherent.directions import directions
 from polychirp.receiver.coherent.false_alarms import expected_peaks, map_area, threshold_of
 from polychirp.receiver.coherent.observation import Observation
-from polychirp.receiver.coherent.parts import part_powers, powers
+from polychirp.receiver.coherent.parts import PartPowers, part_powers, powers
 from polychirp.receiver.coherent.points import Points
 from polychirp.receiver.coherent.search import find_points
 from polychirp.receiver.mitigation.base import mitigated
@@ -84,22 +84,27 @@ class CoherentReceiver(SearchSettings):
         found, _ = self._detections(seen, points, spacing=frame.array.spacing)
         return found if self.grouping is None else merged(found, self.grouping)
 
-    def detect_parts(self, frame: IfFrame, parts: IfParts) -> tuple[Detections, FloatArray]:
-        """Detections as of `detect`, and the power of each part in each, W, ``(detection, part)``.
+    def attribute(self, frame: IfFrame) -> tuple[Detections, PartPowers]:
+        """Detections as of `detect`, and the function that gives the power of parts in each.
 
-        The parts are those of ``parts``, in their order; `parts.part_powers` says what their power
-        is. Of an object it is that of the point nearest to its place.
+        It takes samples before mitigation, V ``(part, channel, ramp, fast)``, and gives W,
+        ``(detection, part)``; `parts.part_powers` says what the power is. Of an object it is that
+        of the point nearest to its place.
         """
         points, seen = self._points(frame)
         found, number = self._detections(seen, points, spacing=frame.array.spacing)
-        samples = mitigated(self.mitigation, frame).repair(parts.samples)
-        power = part_powers(seen, points, samples)[number]
-        if self.grouping is None:
-            return found, power
-        whole, body = merged(found, self.grouping), self.grouping
-        apart = np.abs(whole.range[:, None] - found.range) / body.gap
-        apart += np.abs(whole.range_rate[:, None] - found.range_rate) / body.range_rate
-        return whole, power[np.argmin(apart, axis=1)] if len(power) else power
+        whole, nearest = found, number
+        if self.grouping is not None:
+            whole, body = merged(found, self.grouping), self.grouping
+            apart = np.abs(whole.range[:, None] - found.range) / body.gap
+            apart += np.abs(whole.range_rate[:, None] - found.range_rate) / body.range_rate
+            nearest = number[np.argmin(apart, axis=1)] if number.size else number
+        cleaned = mitigated(self.mitigation, frame)
+
+        def powers_of(samples: ComplexArray) -> FloatArray:
+            return np.asarray(part_powers(seen, points, cleaned.repair(samples))[nearest])
+
+        return whole, powers_of
 
     def expected_false_detections(self, frame: IfFrame) -> float:
         """Mean number of detections that noise alone would cause in this frame."""

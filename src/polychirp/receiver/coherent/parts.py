@@ -1,5 +1,6 @@
 """Powers of the points that are found, and what each part of the samples contributes to them."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +12,10 @@ from polychirp.receiver.coherent.points import Points
 from polychirp.receiver.coherent.refinement import LEAST_REDUNDANCY
 from polychirp.receiver.coherent.replicas import Replicas, correlations, total_products
 from polychirp.receiver.coherent.residual import Residual
+
+PartPowers = Callable[[ComplexArray], FloatArray]
+"""Function from samples of parts, V ``(part, channel, ramp, fast)``, to the power that each of them
+contributes to each detection of a frame, W ``(detection, part)``."""
 
 
 def powers(seen: Observation, points: Points) -> FloatArray:

@@ -41,7 +41,8 @@ MARKS: Final[Mapping[str, tuple[str, str, str]]] = {
 def detections_plan(detections: Detections, truth: Truth, score: Score, *, title: str) -> Drawing:
     """Detections with their causes over the visible metal of the targets; its data are both.
 
-    Light points are the places on the targets' visible metal. Detections without an azimuth are in
+    Light points are the places on the targets' visible metal. The strongest ghost of each other
+    radar has its name. Detections without an azimuth are in
     the right panel only.
     """
     figure = new_figure(12.0, 5.4)
@@ -74,6 +75,7 @@ def detections_plan(detections: Detections, truth: Truth, score: Score, *, title
         where = place(truth.range[n], truth.azimuth[n])
         label = name if score.is_detected[n] else f"{name}, missed"
         left.annotate(label, where, (6, -10), textcoords="offset points", size=8.5, color=colour)
+    _name_radars(right, (detections.range_rate, detections.range), score)
     figure.suptitle(title, x=0.01, ha="left", weight="bold", size=11)
     figure.legend(*right.get_legend_handles_labels(), loc="outside lower center", ncols=5)
     return Drawing(figure=figure, data=_data(detections, score))
@@ -95,6 +97,18 @@ def _draw_detections(axes: Axes, where: tuple[np.ndarray, np.ndarray], nature: n
             )
 
 
+def _name_radars(axes: Axes, where: tuple[np.ndarray, np.ndarray], score: Score) -> None:
+    """Write the name of every radar that causes ghosts beside its strongest one."""
+    named: set[str] = set()
+    for n, radar in enumerate(score.radar):  # detections are in the order of their power
+        if radar is not None and radar not in named:
+            named.add(radar)
+            place, text = (where[0][n], where[1][n]), "of " + radar.replace("$", r"\$")
+            axes.annotate(
+                text, place, (7, 4), textcoords="offset points", size=8.5, color=VERMILION
+            )
+
+
 def _data(detections: Detections, score: Score) -> dict[str, Any]:
     return {
         "range_m": detections.range,
@@ -105,4 +119,5 @@ def _data(detections: Detections, score: Score) -> dict[str, Any]:
         "snr": detections.snr,
         "nature": list(score.nature),
         "body": [body or "" for body in score.body],
+        "radar": [radar or "" for radar in score.radar],
     }

@@ -47,7 +47,7 @@ class LivePlot {
     this.at = place.cause ? place : null;
     this.moved(place);
     const { label } = this.causes[place.cause] ?? {};
-    const words = label ? [place.body ? `${label}: ${place.body}` : label, `${fixed(place.range, 2)} m`,
+    const words = label ? [place.origin ? `${label}: ${place.origin}` : label, `${fixed(place.range, 2)} m`,
       speedWords(place.speed), `${fixed(place.power)} dBm`] : this.words(place);
     this.tip.replaceChildren(...words.map((textContent) => element("span", { textContent })));
     this.tip.hidden = false;

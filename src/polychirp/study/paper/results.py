@@ -60,6 +60,7 @@ class GhostRow:
     """One ghost: a detection at a place without a body.
 
     Its power is relative to that of the strongest detected target; NaN if no target was detected.
+    ``radar`` is the name of the radar whose signal it is; None if it is no other radar's.
     """
 
     kind: GhostKind
@@ -67,6 +68,7 @@ class GhostRow:
     closing_speed_mps: float
     azimuth_deg: float
     power_over_strongest_target_db: float
+    radar: str | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -83,7 +85,7 @@ class RowMap(Sealed):
         ``(range_rate, range)``
     detection_range, detection_range_rate, detection_power_db : m, m/s and dBm, ``(detection,)``
     detection_cause : cause of every detection, as ``nature`` of `Score`
-    detection_body : name of the body of every detection; None for ghosts
+    detection_origin : body or radar that every detection comes from, as ``origin`` of `Score`
     target_range, target_range_rate : m and m/s, in the order of the row's targets, ``(target,)``
     """
 
@@ -94,7 +96,7 @@ class RowMap(Sealed):
     detection_range_rate: Annotated[FloatArray, Axes("detection")]
     detection_power_db: Annotated[FloatArray, Axes("detection")]
     detection_cause: tuple[str, ...]
-    detection_body: tuple[str | None, ...]
+    detection_origin: tuple[str, ...]
     target_range: Annotated[FloatArray, Axes("target")]
     target_range_rate: Annotated[FloatArray, Axes("target")]
 

@@ -29,6 +29,7 @@ from polychirp.receiver.overview.range_response import range_response
 from polychirp.receiver.selection import FrameReceiver
 from polychirp.rng import Streams
 from polychirp.scoring.causes import causes
+from polychirp.study.ghost_radars import Interference
 from polychirp.study.kernel_parts import OF_PAPER, compile_parts
 from polychirp.study.margins import gate_for
 from polychirp.study.paper.results import (
@@ -295,13 +296,21 @@ def _case_row(
 ) -> PaperRow:
     victim = scene.radar_index(case.victim)
     receiver = CoherentReceiver(mitigation=Blanking() if case.mitigation == "blanking" else None)
+    interference = Interference(
+        engine=Stretch(),
+        scene=scene if case.antenna == "table 2" else with_consistent_antennas(scene),
+        schedules=schedules,
+        snapshots=snapshots,
+        victim=victim,
+        interferers=[scene.radar_index(name) for name in case.interferers],
+    )
     frame, parts = synthesize(
-        Stretch(),
-        scene if case.antenna == "table 2" else with_consistent_antennas(scene),
+        interference.engine,
+        interference.scene,
         schedules,
         snapshots,
         victim=victim,
-        interferers=[scene.radar_index(name) for name in case.interferers],
+        interferers=interference.interferers,
         streams=Streams(seed),
     )
     result = receive_and_score(
@@ -312,6 +321,7 @@ def _case_row(
         frame=frame,
         parts=parts,
         targets=TARGETS_OF_RADAR[case.victim],
+        interference=interference,
     )
     return paper_row(
         case, result, receiver, paper_found=_found_by_the_paper(result, scene, snapshots)
@@ -408,7 +418,7 @@ def row_map(receiver: FrameReceiver, victim: VictimResult) -> RowMap:
         detection_range_rate=found.range_rate,
         detection_power_db=_dbm(found.power),
         detection_cause=victim.score.nature,
-        detection_body=victim.score.body,
+        detection_origin=victim.score.origin,
         target_range=victim.truth.range,
         target_range_rate=victim.truth.range_rate,
     )
@@ -463,6 +473,7 @@ def _ghost_rows(victim: VictimResult) -> tuple[GhostRow, ...]:
             closing_speed_mps=-float(found.range_rate[n]),
             azimuth_deg=math.degrees(found.azimuth[n]),
             power_over_strongest_target_db=float(to_db(found.power[n] / reference)),
+            radar=score.radar[n],
         )
         for n in kept
     )

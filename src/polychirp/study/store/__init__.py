@@ -13,7 +13,7 @@
         ├── paths/delay …             (path), (bounce); attributes reference_time, s, frequency, Hz
         ├── detections/range …        (detection); attributes time, s, and num_unresolved
         ├── truth/range …             (target), place_range (place); attributes time, s, and name
-        └── score/range_error …       (target), power, nature, body (detection)
+        └── score/range_error …       (target), power, nature, body, radar (detection)
 
 Every array names its axes and its unit. Every axis has a coordinate, an array of its own name: the
 names of parts, targets and x, y, z; seconds after a ramp's first sample for ``fast``; numbers for

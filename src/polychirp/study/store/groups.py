@@ -103,6 +103,7 @@ def _score_attributes(score: Score) -> dict[str, Any]:
     return {
         "nature": list(score.nature),
         "body": list(score.body),
+        "radar": list(score.radar),
         "target_detection": list(score.target_detection),
         "num_missed": score.num_missed,
         "floor_rise": score.floor_rise,
@@ -118,7 +119,8 @@ def _noun_arrays(noun: Any) -> Iterator[tuple[str, NamedArray]]:
         yield field, NamedArray(values=getattr(noun, field), axes=axes, units=units)
     if isinstance(noun, Score):
         bodies = tuple(body or "" for body in noun.body)
-        for name, values in (("nature", noun.nature), ("body", bodies)):
+        radars = tuple(radar or "" for radar in noun.radar)
+        for name, values in (("nature", noun.nature), ("body", bodies), ("radar", radars)):
             yield name, NamedArray(values=values, axes=("detection",), units=UNIT_OF_NAMES)
 
 

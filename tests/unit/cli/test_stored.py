@@ -1,0 +1,32 @@
+"""Stored results are found by their folder and by the folder that they are in."""
+
+import pytest
+
+from polychirp.cli.stored import RUN, STUDY, stored_results
+from polychirp.errors import InputError
+
+
+@pytest.fixture
+def both(tmp_path):
+    for kind in (RUN, STUDY):
+        (tmp_path / kind / kind).mkdir(parents=True)
+        (tmp_path / kind / kind / "zarr.json").write_text("{}")
+    return tmp_path
+
+
+@pytest.mark.parametrize("kind", [RUN, STUDY])
+def test_results_are_found_by_either_folder(both, kind):
+    whole = both / kind / kind
+    assert stored_results(str(whole)) == stored_results(str(both / kind)) == whole
+
+
+def test_a_study_is_no_run(both):
+    assert stored_results(str(both / RUN), folders=(RUN,)) == both / RUN / RUN
+    for name in (both / STUDY, both / STUDY / STUDY, both / "nothing"):
+        with pytest.raises(InputError, match=r"there is no run in .* into which 'run' stored"):
+            stored_results(str(name), folders=(RUN,))
+
+
+def test_the_message_names_both_kinds(both):
+    with pytest.raises(InputError, match=r"no run and no study in .* 'run' or 'study' stored its"):
+        stored_results(str(both / "nothing"))
