@@ -98,10 +98,17 @@ class Trial:
         raise InputError(no_such("victim", name, [victim.name for victim in self.victims]))
 
 
-def run_trial(study: Study, *, progress: Progress = no_progress) -> Trial:
+def run_trial(
+    study: Study, *, names_radars: bool = True, progress: Progress = no_progress
+) -> Trial:
     """Run one trial: draw the street, trace paths, synthesize frames, detect targets, score.
 
     `save_run` stores the `Trial`, and `draw` draws the result of a victim.
+
+    Parameters
+    ----------
+    names_radars : whether the scores name the radar of each ghost, for which the signals of the
+        radars are computed again, one by one
     """
     study = sample_street(study)
     scene = scene_of(study)
@@ -126,7 +133,15 @@ def run_trial(study: Study, *, progress: Progress = no_progress) -> Trial:
         progress=progress,
     )
     simulations = [
-        partial(simulate_victim, study, scene, schedules, snapshots, victim=victim)
+        partial(
+            simulate_victim,
+            study,
+            scene,
+            schedules,
+            snapshots,
+            victim=victim,
+            names_radars=names_radars,
+        )
         for victim in victims
     ]
     results: list[VictimResult] = []
@@ -144,6 +159,7 @@ def simulate_victim(
     snapshots: Sequence[PropagationPaths],
     *,
     victim: int,
+    names_radars: bool = True,
 ) -> VictimResult:
     """Frame that radar ``victim`` receives over the snapshots' paths, its detections and score."""
     streams = Streams(study.seed)
@@ -157,6 +173,9 @@ def simulate_victim(
         interferers=None,
         streams=streams,
     )
+    interference = Interference(
+        engine=engine, scene=scene, schedules=schedules, snapshots=snapshots, victim=victim
+    )
     return receive_and_score(
         study.receiver,
         scene,
@@ -166,9 +185,7 @@ def simulate_victim(
         parts=parts,
         targets=target_names(study, study.radars[victim]),
         has_occlusion="occlusion" in study.tracer.capabilities,
-        interference=Interference(
-            engine=engine, scene=scene, schedules=schedules, snapshots=snapshots, victim=victim
-        ),
+        interference=interference if names_radars else None,
     )
 
 

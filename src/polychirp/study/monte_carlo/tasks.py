@@ -81,7 +81,8 @@ def attempt(studies: Sequence[Study], task: Task) -> Outcome:
     def records() -> tuple[VictimRecord, ...]:
         from polychirp.study.trial import run_trial
 
-        return victim_records(run_trial(replace(studies[task.point], seed=task.seed)))
+        one = replace(studies[task.point], seed=task.seed)
+        return victim_records(run_trial(one, names_radars=False))
 
     return outcome_of(task, records)
 
