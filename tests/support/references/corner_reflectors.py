@@ -19,10 +19,10 @@ def trihedral_echo(
     Three mirrors turn the radar over at the apex, so that a wave leaves through the mouth as if it
     came from this image, :math:`s_1` away. A ray that leaves through a point p of the mouth came
     in along the line from the radar to −p: where that line crosses the plane of the mouth must be
-    in the mouth, too. Both ends of the ray are as far from the apex, by the sum of their coordinates
-    along the three edges, as the mouth is, and all points between them are nearer, because this
-    sum is convex: no mirror ends before the ray meets it. Bounces of one and two mirrors are left
-    out; they return little to a radar within some 15° of the axis.
+    in the mouth, too. Both ends of the ray are as far from the apex, by the sum of their
+    coordinates along the three edges, as the mouth is, and all points between them are nearer,
+    because this sum is convex: no mirror ends before the ray meets it. Bounces of one and two
+    mirrors are left out; they return little to a radar within some 15° of the axis.
 
     Parameters
     ----------
