@@ -3,7 +3,6 @@
 Cells overlap: each term is shared between two neighbouring cells with smooth weights.
 """
 
-import math
 from typing import Final
 
 import numpy as np
@@ -37,6 +36,7 @@ from polychirp.channel.physical_optics.term_sums import (
     TERM_WIDTH,
     FacetLegs,
     add_queue,
+    coherent_share,
     queue_term,
     scattering_matrix,
 )
@@ -122,8 +122,7 @@ def _add_batch(
     for i in range(count):
         a, b, is_plain = batch.row[0, i], batch.row[1, i], batch.is_plain[i]
         f = first.face[a]
-        phase = media.roughness[faces.medium[f]] * batch.facing[i]
-        scale = math.exp(-0.5 * phase * phase) if phase != 0.0 else 1.0
+        scale = coherent_share(media.roughness[faces.medium[f]], batch.facing[i])
         scattering_matrix(first.wave, a, second.wave, b, scale, matrix)
         legs = FacetLegs(
             (row(first.direction, a), row(second.direction, b)),

@@ -49,6 +49,7 @@ from polychirp.channel.physical_optics.term_sums import (
     TERM_WIDTH,
     FacetLegs,
     add_queue,
+    coherent_share,
     queue_term,
     scattering_matrix,
 )
@@ -61,7 +62,7 @@ wrong by up to 0.2 dB, not 0.03; with twice, plates that face a radar take up to
 
 LARGEST_BEND: Final = 0.05
 """Phase, rad, by which the wave front may deviate from a plane over a part of a near facet. Chosen:
-with four times as much, echoes down to 40 dB below a mirror's are wrong by up to 0.5 dB."""
+with twice as much, echoes down to 40 dB below a mirror's are wrong by up to 0.3 dB."""
 
 MOST_PARTS: Final = 32
 """Greatest number of parts along an edge of a near facet. Chosen: it limits the time very near."""
@@ -207,8 +208,8 @@ def add_flat_terms(
             continue
         d1, d2, normal = row(first.direction, a), row(second.direction, b), row(faces.normal, f)
         facing = -dot(normal, _plus(d1, d2))
-        phase = border.media.roughness[faces.medium[f]] * facing
-        scale = math.exp(-0.5 * phase * phase) / max(facing, 1e-6)
+        share = coherent_share(border.media.roughness[faces.medium[f]], facing)
+        scale = share / max(facing, 1e-6)
         scattering_matrix(first.wave, a, second.wave, b, scale, matrix)
         lengths = first.length[a], second.length[b]
         legs = FacetLegs((d1, d2), lengths, velocities)
@@ -236,7 +237,7 @@ def _add_term(facet: FlatFacet, border: Border, term: complex, length: float, at
     add_queue(1, border.into, border.share, border.queue, TERM_WIDTH, border.cells)
 
 
-@inlined
+@inner
 def _border_weight(normal: Vector, edge: Vector, first: Vector, second: Vector) -> float:
     """Weight of an edge's element, from the ways of both views to it (m).
 
@@ -269,7 +270,7 @@ TAIL_IMAGINARY: Final = (
 """Coefficients of the polynomials of `fresnel_tail`, fitted to Fresnel's integrals."""
 
 
-@inlined
+@inner
 def fresnel_tail(slope: float, bend: float) -> complex:
     r""":math:`\int_0^\infty e^{-j(bs + \kappa s^2/2)}\,\mathrm ds`, slope b ≥ 0, bend κ > 0.
 
@@ -285,7 +286,7 @@ def fresnel_tail(slope: float, bend: float) -> complex:
     return complex(scale * t * real, scale * t * imaginary)
 
 
-@inlined
+@inner
 def _weight_at(facet: FlatFacet, edge: Vector, at: Vector) -> float:
     """`_border_weight` at a point, m from the facet's centroid."""
     first, second = _plus(facet.ways[0], at), _plus(facet.ways[1], at)
@@ -309,7 +310,7 @@ def _add_edge(facet: FlatFacet, start: Vector, end: Vector, border: Border) -> N
         _add_piece(facet, at, edge, size / count, border)
 
 
-@inlined
+@inner
 def _tail_of(weight: float, change: float, slope: float, bend: float) -> complex:
     """Integral from 0 to ∞ as in `fresnel_tail`, with the factor ``weight`` + ``change``·s.
 
@@ -380,7 +381,7 @@ def _add_near(facet: FlatFacet, border: Border, weight: ComplexArray, where: Flo
                 )
 
 
-@inlined
+@inner
 def _sagitta(legs: tuple[tuple[Vector, float], tuple[Vector, float]], at: Vector) -> float:
     """Excess of the path over a point, m from a centroid, over that of plane waves, m.
 

@@ -1,5 +1,6 @@
 """Terms of paths over facets: their scattering matrices and moments, and sums of them in cells."""
 
+import math
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -33,6 +34,16 @@ class FacetLegs(NamedTuple):
     directions: tuple[Vector, Vector]
     lengths: tuple[float, float]
     velocities: tuple[Vector, Vector]
+
+
+@inlined
+def coherent_share(roughness: float, facing: float) -> float:
+    """Share of a facet's amplitude that roughness (rms height times wavenumber) leaves coherent.
+
+    ``facing`` is the sum of the cosines of both angles of incidence.
+    """
+    phase = roughness * facing
+    return math.exp(-0.5 * phase * phase) if phase != 0.0 else 1.0
 
 
 @inlined
