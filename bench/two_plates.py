@@ -1,4 +1,4 @@
-"""How wrong bounces from plate to plate are, near specular and off it, beside a quadrature.
+"""Errors of bounces from plate to plate, near specular and off it, beside a quadrature.
 
     OPENBLAS_NUM_THREADS=1 python -m bench.two_plates
 
