@@ -24,7 +24,7 @@ from polychirp.channel.physical_optics.corner_terms import (
 from polychirp.channel.physical_optics.facet_integral import facet_terms
 from polychirp.channel.physical_optics.flat_faces import Flats
 from polychirp.channel.physical_optics.flat_terms import (
-    OUTSIDE,
+    NOT_FLAT,
     add_flat_terms,
     border_of,
     fill_states,
@@ -88,7 +88,7 @@ def _fill_moments(
         cells = np.zeros((num_cells + 1) * TERM_WIDTH)
         pair, place = view_pair(lit[0], lit[1], pairs, k)
         if flats.has_any:
-            state[:] = OUTSIDE
+            state[:] = NOT_FLAT
             fill_states(pair, place, faces, flats, wavenumber, state)
             border = border_of(faces, media, wavenumber, velocity[k], pair, cells)
             add_flat_terms(pair, place, flats, state, border)

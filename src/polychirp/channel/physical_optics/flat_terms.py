@@ -75,16 +75,17 @@ LARGEST_CHANGE: Final = 0.05
 """Change of the weight along a piece of an edge, over the sum of its values at both ends, that may
 be taken as linear (chosen)."""
 
-OUTSIDE, FAR, NEAR = 0, 1, 2
-"""State of a facet in a pair of views: not of a flat part that both see, or seen by both and far
-from or near the specular point."""
+NOT_FLAT, BY_BORDER, BY_PARTS = 0, 1, 2
+"""State of a facet in a pair of views: not of a flat part that both see; of one, and far from the
+specular point, so that the border of such facets is integrated; or near it, and cut into parts."""
 
 
 class Border(NamedTuple):
-    """What the terms of one pair of views are made of and where they go.
+    """Data of the terms of one pair of views, and the cells into which they are summed.
 
-    ``state`` ``(face,)`` as above; ``velocity`` ``(view, xyz)``, m/s; ``cells`` are the sums, of
-    `TERM_WIDTH` numbers each; ``queue``, ``into`` and ``share`` are room for one term.
+    ``velocity`` ``(view, xyz)`` m/s is that of the body relative to each view; ``nearest`` m is the
+    path length at the first cell; ``cells`` are the sums, of `TERM_WIDTH` numbers each; ``queue``,
+    ``into`` and ``share`` are memory for one term.
     """
 
     faces: Faces
@@ -179,7 +180,7 @@ def fill_states(
             slope = _in_plane(turn, row(faces.normal, f))
             bend = 1.0 / first.length[a] + 1.0 / second.length[b]
             excess = 0.5 * wavenumber * dot(slope, slope) / bend
-            state[f] = NEAR if excess < NEAR_PHASE else FAR
+            state[f] = BY_PARTS if excess < NEAR_PHASE else BY_BORDER
         place = common_facet(first.face, second.face, RowPair(a + 1, b + 1), pair.end)
 
 
@@ -187,7 +188,7 @@ def fill_states(
 def add_flat_terms(
     pair: ViewPair, place: RowPair, flats: Flats, state: NDArray[np.int8], border: Border
 ) -> None:
-    """Add the terms of all facets of which ``state`` is `FAR` or `NEAR` to the cells."""
+    """Add the terms of all facets of which ``state`` is `BY_BORDER` or `BY_PARTS` to the cells."""
     first, second, faces = pair.first, pair.second, border.faces
     matrix = np.empty(4, dtype=np.complex128)
     weight, where = np.empty(3, dtype=np.complex128), np.empty((3, 3))
@@ -196,13 +197,13 @@ def add_flat_terms(
         a, b = place.first, place.second
         place = common_facet(first.face, second.face, RowPair(a + 1, b + 1), pair.end)
         f = first.face[a]
-        if state[f] == OUTSIDE:
+        if state[f] == NOT_FLAT:
             continue
-        is_near = state[f] == NEAR
+        is_near = state[f] == BY_PARTS
         num_edges = 0
         for e in range(3):
             n = flats.neighbour[f, e]
-            if not is_near and (n < 0 or state[n] != FAR):
+            if not is_near and (n < 0 or state[n] != BY_BORDER):
                 num_edges += 1
         if not is_near and num_edges == 0:
             continue
@@ -220,7 +221,7 @@ def add_flat_terms(
             continue
         for e in range(3):
             n = flats.neighbour[f, e]
-            if n < 0 or state[n] != FAR:
+            if n < 0 or state[n] != BY_BORDER:
                 _add_edge(facet, row(faces.corner[f], e), row(faces.corner[f], (e + 1) % 3), border)
 
 
@@ -251,7 +252,7 @@ def _border_weight(normal: Vector, edge: Vector, first: Vector, second: Vector) 
     return aside / (r1 * r2 * (1.0 + dot(t1, t2) - cosine1 * cosine2))
 
 
-GAUSS: Final = (
+GAUSS_POINTS: Final = (
     (0.06943184420297371, 0.17392742256872692),
     (0.33000947820757187, 0.32607257743127307),
     (0.6699905217924281, 0.32607257743127307),
@@ -337,7 +338,7 @@ def _add_piece(facet: FlatFacet, start: Vector, edge: Vector, size: float, borde
     scale = complex(0.0, -1.0 / (8.0 * math.pi * k))
     if max(abs(slope0), abs(slope1)) * size < ONE_TERM_SPAN:
         total = 0j
-        for share, part in GAUSS:
+        for share, part in GAUSS_POINTS:
             s = share * size
             phase = k * length0 + s * (slope0 + 0.5 * bend * s)
             total += part * (weight0 + change * s) * phasor(phase)
