@@ -22,7 +22,20 @@ from polychirp.model.scene import Actor, PointScatterer
 from polychirp.testing.shapes import around, box, mesh_of, plate, transfer_at
 
 TIMES = np.arange(9) * 1e-3
-CAR = mesh_of(box((4.0, 1.8, 1.4), 0.03))
+
+
+def hammered(corners):
+    """A body with dents of 20 µm, of which no side is flat.
+
+    A flat side echoes like a mirror, and the echo of one that moves along itself hardly changes.
+    """
+    dent = np.sin(
+        corners @ np.array([[900.0, 500.0, 300.0], [400.0, 800.0, 700.0], [600.0, 200.0, 900.0]])
+    )
+    return corners + 2e-5 * dent
+
+
+CAR = mesh_of(hammered(box((4.0, 1.8, 1.4), 0.03)))
 FAR_CAR = mesh_of(box((4.0, 1.8, 1.4), 0.1))
 
 

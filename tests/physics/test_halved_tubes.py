@@ -5,14 +5,14 @@ import pytest
 
 from polychirp.channel.ray_tubes import paths as ray_tubes
 from polychirp.channel.ray_tubes.paths import tube_paths
-from polychirp.channel.ray_tubes.refinement import MIN_TUBES, Level, first_level
+from polychirp.channel.ray_tubes.refinement import MIN_TUBES, Level, Widths, first_level
 from polychirp.channel.tracers.composite import Composite
 from polychirp.frames import Pose
 from polychirp.model.scene import Actor
 from polychirp.testing.shapes import around, box, mesh_of, transfer_at, trihedral
 
 FREQUENCY = 79e9
-WIDTHS = {"tube": 0.01, "coarsest": 0.04}
+WIDTHS = {"tube": 0.01, "coarsest": 0.04, "across": 1}
 ENDS = np.array([[0, 0], [0, 1], [1, 0], [1, 1]])
 
 
@@ -109,7 +109,7 @@ def test_the_less_power_is_left_to_wide_tubes_the_less_of_their_error_is_left(
 
 
 def test_four_tubes_fill_the_place_of_one(world):
-    level = first_level(world, 0, [0], (0.01, 0.04), 3)
+    level = first_level(world, 0, [0], Widths(0.01, 0.04, 1), 3)
     wanted = np.array([level.windows[0].shape[1] + 1])
     halved = level.with_neighbours(wanted, np.array([2]))
     assert np.sum(halved == 2) == 9
@@ -126,11 +126,20 @@ def test_four_tubes_fill_the_place_of_one(world):
 
 
 def test_tubes_of_the_narrowest_kind_are_not_halved(world):
-    level = first_level(world, 0, [0], (0.01, 0.01), 3)
+    level = first_level(world, 0, [0], Widths(0.01, 0.01, 1), 3)
     assert np.all(level.left == 0)
 
 
 def test_tubes_over_small_bodies_are_narrower(world):
-    small = first_level(world, 0, [1], (1e-3, 0.064), 3)
+    small = first_level(world, 0, [1], Widths(1e-3, 0.064, 1), 3)
     assert small.windows[0].num_tubes >= MIN_TUBES
     assert 0 < small.left[0] < 6
+
+
+def test_a_small_body_has_the_tubes_across_that_are_asked_for(world):
+    """The diagonal of the box of 0.5 m × 0.4 m × 0.3 m over the number; a large body as before."""
+    width = np.linalg.norm([0.5, 0.4, 0.3]) / 100
+    for across, expected in ((100, width), (1, 0.01)):
+        window = first_level(world, 0, [1], Widths(0.01, 0.01, across), 3).windows[0]
+        nearest = np.linalg.norm(np.array([3.0, 0.4, 0.4]) - [0.0, 0.0, 0.5]) - 0.25
+        assert np.max(window.step) * nearest == pytest.approx(expected, rel=0.1)

@@ -7,14 +7,14 @@ import numpy as np
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import gather, no_paths, path_table
 from polychirp.channel.geometry.retarded_delay import range_acceleration
-from polychirp.channel.physical_optics.delay_cells import (
+from polychirp.channel.physical_optics.kernels import CELL_LENGTH
+from polychirp.channel.physical_optics.term_sums import (
     EXCESS,
     OUTWARD,
     RETURN,
     SQUARED_RATE,
     TRANSFER,
 )
-from polychirp.channel.physical_optics.kernels import CELL_LENGTH
 from polychirp.channel.physical_optics.views import View
 from polychirp.channel.scene.world import World
 from polychirp.constants import SPEED_OF_LIGHT

@@ -12,6 +12,7 @@ import math
 from typing import Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
 from polychirp.channel.physical_optics.facet_integral import (
@@ -170,12 +171,12 @@ def meets_kept_cell(next_kept: IntArray, first_cell: int, shortest: float, longe
 
 @compiled
 def fill_batch(
-    batch: FacetBatch, pair: ViewPair, area: FloatArray, place: RowPair
+    batch: FacetBatch, pair: ViewPair, area: FloatArray, is_done: NDArray[np.int8], place: RowPair
 ) -> tuple[int, RowPair]:
     """Fill a batch with facets that both views see; return their number and the next place.
 
-    It starts at ``place`` and leaves out facets whose terms add to no kept cell. ``area``
-    ``(face,)`` is in m².
+    It starts at ``place`` and leaves out facets whose terms add to no kept cell, and those of
+    which ``is_done`` ``(face,)`` is not 0. ``area`` ``(face,)`` is in m².
     """
     one, other = pair.first.aspect, pair.second.aspect
     faces, other_faces = pair.first.face, pair.second.face
@@ -184,7 +185,8 @@ def fill_batch(
     while count < BATCH_SIZE and place.first < end.first:
         a, b = place.first, place.second
         p, q, r = one[a, 0] + other[b, 0], one[a, 1] + other[b, 1], one[a, 2] + other[b, 2]
-        if meets_kept_cell(next_kept, first_cell, min(p, q, r), max(p, q, r)):
+        is_met = meets_kept_cell(next_kept, first_cell, min(p, q, r), max(p, q, r))
+        if is_met and is_done[faces[a]] == 0:
             batch.row[0, count], batch.row[1, count] = a, b
             batch.length[0, count], batch.length[1, count], batch.length[2, count] = p, q, r
             inverse = one[a, INVERSE_LENGTH] * other[b, INVERSE_LENGTH]

@@ -9,6 +9,7 @@ import numpy as np
 
 from polychirp.axes import BoolArray
 from polychirp.channel.materials.reflection_table import ReflectionTable, reflection_table
+from polychirp.channel.physical_optics.flat_faces import Flats, flats_of
 from polychirp.channel.physical_optics.horizon import horizons
 from polychirp.channel.physical_optics.incident_waves import Mirrors, incident_waves
 from polychirp.channel.physical_optics.kernels import (
@@ -34,12 +35,13 @@ class FacetLevels(NamedTuple):
     """Facets of a surface at three levels, each a subset of the one before.
 
     ``faces`` are all facets; ``patches`` are the middle facets of its patches (groups of facets);
-    ``panels`` are the middle facets of its panels (groups of patches).
+    ``panels`` are the middle facets of its panels (groups of patches). ``flats`` are flat parts.
     """
 
     faces: Faces
     patches: Faces
     panels: Faces
+    flats: Flats
 
 
 @lru_cache(maxsize=64)
@@ -50,7 +52,9 @@ def facet_levels(surface: Surface) -> FacetLevels:
     above = patches.centroid + SHADOW_RAY_LIFT * patches.normal
     horizon = horizons(surface.trees["opaque"], above, patches.normal)
     patches = patches._replace(horizon=horizon)
-    return FacetLevels(faces, patches, patches.select(surface.patch[surface.panel_face]))
+    flats = flats_of(surface.centroid, surface.normal, surface.corner, surface.medium)
+    panels = patches.select(surface.patch[surface.panel_face])
+    return FacetLevels(faces, patches, panels, flats)
 
 
 def faces_of(surface: Surface) -> Faces:
@@ -98,6 +102,7 @@ class Illumination:
         world, rotation = self.world, self.world.rotation[self.body]
         surface, levels = world.surfaces[self.body], facet_levels(world.surfaces[self.body])
         table = _table(self.views, world, self.body)
+        losses = view_losses(world, self.body, table, levels.patches, self.lit)
         wave = incident_waves(
             levels.faces,
             media_of(world, surface.materials),
@@ -107,10 +112,11 @@ class Illumination:
                 np.ascontiguousarray(POLARISATION_AXES @ rotation),
             ),
             table,
-            view_losses(world, self.body, table, levels.patches, self.lit),
+            losses,
             self.lit,
         )
-        return replace(self, lit=self.lit._replace(wave=wave))
+        loss = losses.number[self.lit.view, losses.patch[self.lit.face]]
+        return replace(self, lit=self.lit._replace(wave=wave, loss=loss))
 
 
 def media_of(world: World, materials: tuple[str, ...]) -> ReflectionTable:
@@ -170,4 +176,4 @@ def _no_lit_facets() -> LitFacets:
     none = np.zeros(0, dtype=np.int64)
     wave = np.empty((0, 4, 2), dtype=np.complex64)
     vectors, aspect = np.zeros((0, 3)), np.zeros((0, NUM_ASPECTS))
-    return LitFacets(np.zeros(1, dtype=np.int64), none, vectors, np.zeros(0), aspect, wave)
+    return LitFacets(np.zeros(1, dtype=np.int64), none, vectors, np.zeros(0), aspect, wave, none)

@@ -76,6 +76,7 @@ class LitFacets(NamedTuple):
     fields of waves sent with that polarisation, across and in the plane of incidence; in
     `REFLECTION` (Γs, Γp) of the facet; in `INCIDENCE` the cosine of the angle of incidence, and
     the vector across the plane of incidence as a complex number in the facet's two tangents.
+    ``loss`` is 0 where no sheet or leaves weaken the wave on its way to the facet.
     """
 
     start: IntArray
@@ -84,6 +85,7 @@ class LitFacets(NamedTuple):
     length: FloatArray
     aspect: FloatArray
     wave: NDArray[np.complex64]
+    loss: IntArray
 
     @property
     def view(self) -> IntArray:
@@ -100,6 +102,7 @@ class LitFacets(NamedTuple):
             self.length[number],
             np.take(self.aspect, number, axis=0),
             np.take(self.wave, number, axis=0) if len(self.wave) else self.wave,
+            self.loss[number] if len(self.loss) else self.loss,
         )
 
 
@@ -292,7 +295,8 @@ def lit_facets(faces: Faces, views: ViewTable, is_lit: BoolArray) -> LitFacets:
     face, direction, length = np.empty(count, dtype=np.int64), np.empty((count, 3)), np.empty(count)
     aspect = np.empty((count, NUM_ASPECTS))
     no_waves = np.empty((0, 4, 2), dtype=np.complex64)
-    lit = LitFacets(start, face, direction, length, aspect, no_waves)
+    no_losses = np.empty(0, dtype=np.int64)
+    lit = LitFacets(start, face, direction, length, aspect, no_waves, no_losses)
     in_ranges(_fill_geometry, len(is_lit), faces, views, is_lit, lit)
     return lit
 

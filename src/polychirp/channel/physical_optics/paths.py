@@ -20,6 +20,9 @@ radiates to the facet. Its field is multiplied by the plate's Fresnel coefficien
 the mirrored leg. Both parts of the leg must be free, and the mirror point must be on the plate. A
 path has at most one plate, on one leg or on both; paths over two different plates are left out.
 
+**Flat parts** of a body, of many coplanar facets, are integrated along their borders instead
+(`flat_terms`).
+
 **From facets to paths.** Every integral is split into terms at the triangle's corners, each with
 its own path length L. The terms of a body are summed in cells of total path length with smooth
 weights (a partition of unity), as complex moments Σc, ΣcL, Σcd, Σcq. Here c is a term's
@@ -219,10 +222,15 @@ def _combinations(
 
 
 def _check_facets(seen: Illumination) -> None:
-    """Warn if the wave front's phase curvature over most illuminated facets exceeds π/2."""
+    """Warn if the wave front's phase curvature over most illuminated facets exceeds π/2.
+
+    Facets of flat parts do not count: their size does not matter.
+    """
     world, lit = seen.world, seen.lit
-    bend = world.wavenumber * world.surfaces[seen.body].reach[lit.face] ** 2
-    if len(bend) and np.median(bend / lit.length) > np.pi / 2:
+    surface = world.surfaces[seen.body]
+    is_flat = facet_levels(surface).flats.is_flat[lit.face]
+    bend = world.wavenumber * surface.reach[lit.face[~is_flat]] ** 2
+    if len(bend) and np.median(bend / lit.length[~is_flat]) > np.pi / 2:
         name = world.scene.actors[world.body[seen.body]].name
         warnings.warn(
             f"most facets of '{name}' are too large for a radar this near; their edges should not "
@@ -250,6 +258,7 @@ class _PairSums:
         self.world, self.body = first.world, first.body
         self.surface = self.world.surfaces[self.body]
         self.faces = facet_levels(self.surface).faces
+        self.flats = facet_levels(self.surface).flats
         self.combinations = [
             (a, b) for a, b in combinations if a in first.number and b in second.number
         ]
@@ -307,6 +316,7 @@ class _PairSums:
         velocity = np.stack([velocity_in_views(side, world, self.body) for side in sides], axis=1)
         moments = sum_in_cells(
             self.faces,
+            self.flats,
             media_of(world, self.surface.materials),
             first.lit,
             second.lit,

@@ -99,12 +99,13 @@ def _fill_estimates(
     out: ComplexArray,
 ) -> None:
     num_cells = pairs.is_kept.shape[1]
+    is_done = np.zeros(faces.area.size, dtype=np.int8)
     for k in range(begin, end):
         cells = np.zeros((NUM_SUMS, num_cells + 1, 2))
         pair, place = view_pair(first, second, pairs, k)
         batch = empty_batch()
         while place.first < pair.end.first:
-            count, place = fill_batch(batch, pair, faces.area, place)
+            count, place = fill_batch(batch, pair, faces.area, is_done, place)
             _scale_weights(batch, count)
             expand_terms(batch, count, wavenumber, pair.first_cell)
             _add_batch(batch, count, pair, faces, media, wavenumber, cells)

@@ -71,17 +71,21 @@ def box_of(surface: Surface) -> tuple[FloatArray, FloatArray]:
     return corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
 
 
-def windows_over(world: World, radar: int, body: int, tube: float) -> list[Window]:
+def windows_over(
+    world: World, radar: int, body: int, tube: float, *, across: int = 1
+) -> list[Window]:
     """Windows of a radar over a body, whose tubes are ``tube`` m wide where the body is nearest.
 
     Beyond `FULL_WIDTH_DISTANCE` the width grows with the square root of the distance, so that the
-    sagitta of the wave front across a tube stays the same.
+    sagitta of the wave front across a tube stays the same. The width is never more than the
+    diagonal of the body's box divided by ``across``.
     """
     low, high = box_of(world.surfaces[body])
     rotation, position = world.rotation[body], world.position[body]
     place = (world.scene.radar_position[radar] - position) @ rotation
     distance = float(np.linalg.norm(np.clip(place, low, high) - place))
     width = tube * max(1.0, distance / FULL_WIDTH_DISTANCE) ** 0.5
+    width = min(width, float(np.linalg.norm(high - low)) / across)
     return [
         window._replace(origin=window.origin @ rotation.T + position, axes=window.axes @ rotation.T)
         for window in box_windows(place, low, high, width)

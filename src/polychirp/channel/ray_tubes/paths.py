@@ -25,7 +25,8 @@ The body that carries a radar is neither first nor last of its paths, for the re
 `physical_optics.paths`. Only vehicles and objects reflect; all other opaque meshes absorb,
 and clouds of leaves weaken.
 
-**Width.** All tubes start with a width of ``coarsest`` at most. If ``tube`` is less, some are cut
+**Width.** All tubes start with a width of ``coarsest`` at most, and a small body has
+`refinement.TUBES_ACROSS` tubes across, however far it is. If ``tube`` is less, some are cut
 in quarters, repeatedly, down to the width ``tube``. The power that a hit may
 bring to a receiver is estimated with 1/√(1 + x²) for \|sinc x\|; a hit that is hidden from the
 receiver brings none. The tubes of the strongest hits are cut, together with their eight neighbours,
@@ -103,7 +104,7 @@ from polychirp.channel.ray_tubes.cell_paths import (
 from polychirp.channel.ray_tubes.intersections import Space, space_of
 from polychirp.channel.ray_tubes.propagation import Tubes, hits_of
 from polychirp.channel.ray_tubes.radiation import HIT, Hits, estimated_power, radiate
-from polychirp.channel.ray_tubes.refinement import Level, first_level
+from polychirp.channel.ray_tubes.refinement import TUBES_ACROSS, Level, Widths, first_level
 from polychirp.channel.ray_tubes.visibility import (
     HitPowers,
     Obstacles,
@@ -138,6 +139,7 @@ def tube_paths(
     *,
     tube: float = 0.02,
     coarsest: float = 0.02,
+    across: int = TUBES_ACROSS,
     max_bounces: int = 3,
     first: int | None = None,
 ) -> PropagationPaths:
@@ -150,13 +152,15 @@ def tube_paths(
     tube : m, width of the narrowest tubes where they meet the first body, up to 10 m away; see
         `launch_grid.windows_over`
     coarsest : m, width of the widest tubes; if it equals ``tube``, all have this width
+    across : least number of the narrowest tubes along the diagonal of the first body's box; on a
+        body that is too small for it they are narrower than ``tube``
     max_bounces : largest number of reflections, at bodies and plates together; at least 2
     first : number of the body that tubes meet first; None: every body in turn
 
     Raises
     ------
     InputError
-        ``tube``, ``coarsest`` or ``max_bounces`` is out of range.
+        ``tube``, ``coarsest``, ``across`` or ``max_bounces`` is out of range.
 
     Examples
     --------
@@ -169,23 +173,26 @@ def tube_paths(
     >>> bool(paths.num_paths > 0)
     True
     """
-    _check(tube, coarsest, max_bounces)
+    widths = Widths(tube, coarsest, across)
+    _check(widths, max_bounces)
     if not len(pairs) or not len(world.surfaces):
         return no_paths(world.scene, world.frequency)
     is_wanted = np.zeros((len(world.scene.radars),) * 2, dtype=np.bool_)
     is_wanted[pairs[:, 0], pairs[:, 1]] = True
-    request = _request(world, is_wanted, strongest, (tube, coarsest), max_bounces, first)
+    request = _request(world, is_wanted, strongest, widths, max_bounces, first)
     paths = cell_paths(world, _contributions(request))
     is_short = paths.delay * SPEED_OF_LIGHT <= world.max_length
     paths = paths.select(is_wanted[paths.transmitter, paths.receiver] & is_short)
     return without_weak(paths, world.scene, world.dynamic_range)
 
 
-def _check(tube: float, coarsest: float, max_bounces: int) -> None:
-    if not tube > 0:
+def _check(widths: Widths, max_bounces: int) -> None:
+    if not widths.narrowest > 0:
         raise InputError("the width of ray tubes is not positive; set it to 0.02 m, for example")
-    if not coarsest >= tube:
+    if not widths.widest >= widths.narrowest:
         raise InputError("the widest ray tubes are narrower than the narrowest; widen them")
+    if not widths.across >= 1:
+        raise InputError("ray tubes across a body are less than 1; set across to 120, for example")
     if max_bounces < 2:
         raise InputError("ray tubes need two bounces or more; set max_bounces to 2 or more")
 
@@ -237,7 +244,7 @@ class _Request:
 
     ``is_wanted`` and ``known_power``, that of the strongest known path, are ``(transmitter,
     receiver)`` and symmetric; ``may_be_last`` ``(receiver, body)`` is false for the body that
-    carries the receiver; ``widths`` are those of the narrowest and the widest tubes, m.
+    carries the receiver.
     """
 
     world: World
@@ -248,7 +255,7 @@ class _Request:
     is_wanted: BoolArray
     known_power: FloatArray
     may_be_last: BoolArray
-    widths: tuple[float, float]
+    widths: Widths
     max_bounces: int
     first_bodies: tuple[int, ...]
 
@@ -266,7 +273,7 @@ def _request(
     world: World,
     is_wanted: BoolArray,
     strongest: FloatArray | None,
-    widths: tuple[float, float],
+    widths: Widths,
     max_bounces: int,
     first: int | None,
 ) -> _Request:

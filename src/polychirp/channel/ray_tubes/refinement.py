@@ -17,6 +17,21 @@ MIN_TUBES: Final = 256
 allows. Chosen: fewer tubes could miss surfaces of a small body."""
 
 
+TUBES_ACROSS: Final = 120
+"""Least number of tubes along the diagonal of a body's box. The border of what the tubes light is
+stepped by their width, and the echo of a body is wrong by the area of these steps: with 120, that
+of a corner reflector by 0.2 dB at most over drawn sizes, ranges and aspects. Half as many tubes
+double the error; twice as many take four times as long. Near cars have more tubes anyway."""
+
+
+class Widths(NamedTuple):
+    """Widths of the ``narrowest`` and the ``widest`` tubes, m, and `TUBES_ACROSS` or another."""
+
+    narrowest: float
+    widest: float
+    across: int
+
+
 class Level(NamedTuple):
     """Tubes of one transmitter that have been cut in quarters equally often.
 
@@ -83,16 +98,17 @@ def _quarters(tube: IntArray, columns: int) -> IntArray:
 
 
 def first_level(
-    world: World, radar: int, bodies: list[int], widths: tuple[float, float], max_bounces: int
+    world: World, radar: int, bodies: list[int], widths: Widths, max_bounces: int
 ) -> Level:
-    """All tubes over some bodies; ``widths`` are those of the narrowest and of the widest, m.
+    """All tubes over some bodies.
 
     The width is that of the narrowest tubes times the greatest power of 2 that does not exceed the
     widest. It is halved for a body that seems small from the radar until there are `MIN_TUBES`, but
-    not below that of the narrowest.
+    not below that of the narrowest. The narrowest are narrower than asked for on a body that would
+    have fewer than ``widths.across`` tubes along the diagonal of its box.
     """
     windows, whose, left = [], [], []
-    narrowest, widest = widths
+    narrowest, widest, across = widths
     most = max(0, int(np.floor(np.log2(widest / narrowest) + 1e-6)))
     for body in bodies:
         times = most
@@ -100,6 +116,8 @@ def first_level(
         while times > 0 and found[0].num_tubes < MIN_TUBES:
             times -= 1
             found = windows_over(world, radar, body, narrowest * 2**times)
+        if times == 0:
+            found = windows_over(world, radar, body, narrowest, across=across)
         windows += found
         whose += [body] * len(found)
         left += [times] * len(found)

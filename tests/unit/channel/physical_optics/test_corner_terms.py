@@ -39,11 +39,17 @@ def pair_of(seen, is_kept):
     return view_pair(seen.lit, seen.lit, PairTable(np.array([[0, 1]]), first_cell, is_kept), 0)
 
 
+def areas(seen):
+    """Areas of the facets, and the mark that none is done."""
+    area = seen.world.surfaces[0].area
+    return area, np.zeros(len(area), dtype=np.int8)
+
+
 def filled():
     """A full batch of facets that both radars see, with its terms."""
     seen, batch = lit_sphere(), empty_batch()
     pair, place = pair_of(seen, np.ones((1, 200), dtype=bool))
-    count, _ = fill_batch(batch, pair, seen.world.surfaces[0].area, place)
+    count, _ = fill_batch(batch, pair, *areas(seen), place)
     expand_terms(batch, count, seen.world.wavenumber, pair.first_cell)
     return seen, batch, count, pair.first_cell
 
@@ -86,7 +92,18 @@ def test_the_first_place_is_the_first_facet_that_both_views_see():
 def test_facets_in_no_kept_cell_are_left_out():
     seen = lit_sphere()
     pair, place = pair_of(seen, np.zeros((1, 200), dtype=bool))
-    assert fill_batch(empty_batch(), pair, seen.world.surfaces[0].area, place) == (0, pair.end)
+    assert fill_batch(empty_batch(), pair, *areas(seen), place) == (0, pair.end)
+
+
+def test_facets_that_are_done_are_left_out():
+    seen = lit_sphere()
+    pair, place = pair_of(seen, np.ones((1, 200), dtype=bool))
+    area, is_done = areas(seen)
+    is_done[::2] = 1
+    batch = empty_batch()
+    count, _ = fill_batch(batch, pair, area, is_done, place)
+    assert count > 0
+    assert np.all(seen.lit.face[batch.row[0, :count]] % 2 == 1)
 
 
 def test_the_next_kept_cell():
