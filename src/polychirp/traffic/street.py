@@ -17,6 +17,7 @@ from polychirp.model.radar import Radar
 from polychirp.model.scene import Actor, PointScatterer, Scene
 from polychirp.spec import Spec
 from polychirp.traffic.mesh_file import load_mesh
+from polychirp.traffic.road_users import Pedestrian
 from polychirp.traffic.roadside import WINDOW_SIZE, tree_mesh, upright
 from polychirp.traffic.shapes import Body
 from polychirp.traffic.vehicle import vehicle_mesh, vehicle_size
@@ -323,13 +324,15 @@ class Street(Spec):
     buildings: tuple[Building, ...] = ()
     trees: tuple[Tree, ...] = ()
     points: tuple[Point, ...] = ()
+    pedestrians: tuple[Pedestrian, ...] = ()
 
     def __post_init__(self) -> None:
-        bodies: tuple[Vehicle | Building | Tree | Point, ...] = (
+        bodies: tuple[Vehicle | Building | Tree | Point | Pedestrian, ...] = (
             *self.vehicles,
             *self.buildings,
             *self.trees,
             *self.points,
+            *self.pedestrians,
         )
         names = [body.name for body in bodies] + (["road"] if self.road else [])
         twice = sorted({name for name in names if names.count(name) > 1})
@@ -355,7 +358,8 @@ class Street(Spec):
         if any(vehicle.mesh is not None for vehicle in self.vehicles):
             _check_room(self.vehicles, self.buildings)
         road = () if self.road is None else (self.road,)
-        bodies = (*self.vehicles, *self.points, *road, *self.buildings, *self.trees)
+        moving = (*self.vehicles, *self.points, *self.pedestrians)
+        bodies = (*moving, *road, *self.buildings, *self.trees)
         return Scene(
             time=0.0,
             actors=tuple(body.actor() for body in bodies),
