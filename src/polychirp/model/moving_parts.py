@@ -16,7 +16,8 @@ class Ellipsoids(Sealed):
     ----------
     centre : m, ``(ellipsoid, xyz)``
     axes : three semi-axes, perpendicular vectors whose lengths are in m, ``(ellipsoid, 3, xyz)``
-    reflectivity : reflected over incident power at normal incidence, ``(ellipsoid,)``
+    reflectivity : reflected over incident power at normal incidence, ``(ellipsoid,)``; more than 1
+        for a part that stands for corners, which send more back than a smooth surface
     """
 
     centre: Annotated[FloatArray, Axes("ellipsoid", "3")]

@@ -208,10 +208,10 @@ def victim_indices(study: Study) -> tuple[int, ...]:
 
 
 def body_names(street: Street) -> tuple[str, ...]:
-    """Names of all possible targets: vehicles, points and pedestrians."""
+    """Names of all possible targets: vehicles, points and road users."""
     names = [vehicle.name for vehicle in street.vehicles]
     names += [point.name for point in street.points]
-    names += [walker.name for walker in street.pedestrians]
+    names += [user.name for user in street.road_users]
     return tuple(names)
 
 

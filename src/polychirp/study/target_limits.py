@@ -12,11 +12,11 @@ from polychirp.receiver.range_doppler.subframes import unambiguous_span
 from polychirp.receiver.selection import AnyReceiver, receiver_for
 from polychirp.receiver.signal_model.transmit_codes import code_blocks
 from polychirp.study.spec import Study, StudyRadar, target_names, victim_indices
-from polychirp.traffic.road_users import Pedestrian
+from polychirp.traffic.road_users import RoadUser
 from polychirp.traffic.street import Point, Vehicle
 from polychirp.traffic.vehicle import vehicle_size
 
-Body = Vehicle | Point | Pedestrian
+Body = Vehicle | Point | RoadUser
 """A possible target."""
 
 
@@ -55,7 +55,7 @@ def targets_out_of_reach(study: Study, schedules: Sequence[RampSchedule]) -> Ite
 def _bodies(study: Study) -> dict[str, Body]:
     """Possible targets of the street by their names."""
     street = study.street
-    bodies: tuple[Body, ...] = (*street.vehicles, *street.points, *street.pedestrians)
+    bodies: tuple[Body, ...] = (*street.vehicles, *street.points, *street.road_users)
     return {body.name: body for body in bodies}
 
 

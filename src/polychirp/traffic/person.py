@@ -1,6 +1,7 @@
 """A person of ellipsoids: lengths and girths of the body's segments, placed by angles of joints."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -50,8 +51,8 @@ def leg_length(height: float) -> float:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Segment:
-    """A segment from ``start`` to ``end``, m; ``turn`` is the frame of its depth and breadth."""
+class Segment:
+    """A segment from ``start`` to ``end``, m; ``turn`` has its front and its left as columns."""
 
     name: str
     start: FloatArray
@@ -82,9 +83,16 @@ def person(joints: Joints, *, height: float, base: FloatArray | None = None) -> 
         base = np.array([0.0, 0.0, leg_length(height) + ANKLE * height])
     hips = base + np.array(joints.offset)
     segments = [*_trunk(joints, hips, height), *_legs(joints, hips, height)]
-    solids = [_ellipsoid(one, height) for one in segments]
-    feet = [_foot(joints, side, segments, height) for side in (0, 1)]
-    centre, axes = zip(*solids, *feet, strict=True)
+    shanks = [one for one in segments if one.name == "shank"]
+    feet = [foot(shank, joints.ankle[side], height) for side, shank in enumerate(shanks)]
+    return solids_of(segments, feet, height)
+
+
+def solids_of(
+    segments: Sequence[Segment], feet: Sequence[tuple[FloatArray, FloatArray]], height: float
+) -> Ellipsoids:
+    """Ellipsoids of skin of segments, and of feet with a centre and semi-axes, m, each."""
+    centre, axes = zip(*(_ellipsoid(one, height) for one in segments), *feet, strict=True)
     return Ellipsoids(
         centre=np.array(centre),
         axes=np.array(axes),
@@ -92,21 +100,21 @@ def person(joints: Joints, *, height: float, base: FloatArray | None = None) -> 
     )
 
 
-def _trunk(joints: Joints, hips: FloatArray, height: float) -> list[_Segment]:
+def _trunk(joints: Joints, hips: FloatArray, height: float) -> list[Segment]:
     """Pelvis, trunk, head and both upper limbs."""
     spine = rotation(joints.thorax_yaw, -joints.lean)
     pelvis = rotation(joints.pelvis_yaw, 0.0, joints.pelvis_roll)
     up = spine[:, 2]
     neck = hips + TRUNK * height * up
     found = [
-        _Segment(
+        Segment(
             name="pelvis",
             start=hips - 0.055 * height * pelvis[:, 2],
             end=hips + 0.075 * height * pelvis[:, 2],
             turn=pelvis,
         ),
-        _Segment(name="trunk", start=hips, end=neck + 0.02 * height * up, turn=spine),
-        _Segment(
+        Segment(name="trunk", start=hips, end=neck + 0.02 * height * up, turn=spine),
+        Segment(
             name="head",
             start=neck + NECK * height * up,
             end=neck + (NECK + HEAD) * height * up,
@@ -119,12 +127,12 @@ def _trunk(joints: Joints, hips: FloatArray, height: float) -> list[_Segment]:
         elbow = shoulder + UPPER_ARM * height * upper[:, 2]
         lower = spine @ _downwards(joints.shoulder[side] + joints.elbow[side])
         hand = elbow + (FOREARM + 0.5 * HAND) * height * lower[:, 2]
-        found.append(_Segment(name="upper arm", start=shoulder, end=elbow, turn=upper))
-        found.append(_Segment(name="forearm", start=elbow, end=hand, turn=lower))
+        found.append(Segment(name="upper arm", start=shoulder, end=elbow, turn=upper))
+        found.append(Segment(name="forearm", start=elbow, end=hand, turn=lower))
     return found
 
 
-def _legs(joints: Joints, hips: FloatArray, height: float) -> list[_Segment]:
+def _legs(joints: Joints, hips: FloatArray, height: float) -> list[Segment]:
     """Thigh and shank, right and left."""
     pelvis = rotation(joints.pelvis_yaw, 0.0, joints.pelvis_roll)
     found = []
@@ -134,8 +142,8 @@ def _legs(joints: Joints, hips: FloatArray, height: float) -> list[_Segment]:
         knee = joint + THIGH * height * upper[:, 2]
         lower = pelvis @ _downwards(joints.hip[side] - joints.knee[side])
         ankle = knee + SHANK * height * lower[:, 2]
-        found.append(_Segment(name="thigh", start=joint, end=knee, turn=upper))
-        found.append(_Segment(name="shank", start=knee, end=ankle, turn=lower))
+        found.append(Segment(name="thigh", start=joint, end=knee, turn=upper))
+        found.append(Segment(name="shank", start=knee, end=ankle, turn=lower))
     return found
 
 
@@ -148,7 +156,7 @@ def _downwards(flexion: float) -> FloatArray:
     return np.array([[cosine, 0.0, sine], [0.0, 1.0, 0.0], [sine, 0.0, -cosine]])
 
 
-def _ellipsoid(segment: _Segment, height: float) -> tuple[FloatArray, FloatArray]:
+def _ellipsoid(segment: Segment, height: float) -> tuple[FloatArray, FloatArray]:
     """Centre and semi-axes of a segment's ellipsoid, m."""
     depth, breadth = GIRTHS[segment.name]
     axes = [
@@ -159,12 +167,11 @@ def _ellipsoid(segment: _Segment, height: float) -> tuple[FloatArray, FloatArray
     return 0.5 * (segment.start + segment.end), np.array(axes)
 
 
-def _foot(
-    joints: Joints, side: int, segments: list[_Segment], height: float
-) -> tuple[FloatArray, FloatArray]:
-    """Centre and semi-axes of a foot, m, of which a quarter is behind the ankle."""
-    shank = [one for one in segments if one.name == "shank"][side]
-    pitch = joints.ankle[side]
+def foot(shank: Segment, pitch: float, height: float) -> tuple[FloatArray, FloatArray]:
+    """Centre and semi-axes of a foot, m, of which a quarter is behind the ankle.
+
+    ``pitch`` is the angle by which the toes are raised from the right angle to the shank, rad.
+    """
     front, left, down = shank.turn.T
     ahead = math.cos(pitch) * front - math.sin(pitch) * down
     upwards = -math.cos(pitch) * down - math.sin(pitch) * front

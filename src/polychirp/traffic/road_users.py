@@ -1,9 +1,9 @@
-"""Road users whose parts move: `Pedestrian`."""
+"""Road users whose parts move: `Pedestrian`, `Bicycle` and `Motorcycle`."""
 
 import math
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Annotated
+from typing import Annotated, Final
 
 import numpy as np
 
@@ -14,7 +14,11 @@ from polychirp.model.scene import Actor
 from polychirp.spec import Spec
 from polychirp.traffic.gait import GREATEST_RELATIVE_SPEED, STANDING, Gait
 from polychirp.traffic.person import leg_length, person
+from polychirp.traffic.two_wheelers import BicycleRide, MotorcycleRide
 from polychirp.units import Between, Metres, MetresPerSecond, Radians, Unit
+
+GREATEST_CYCLING_SPEED: Final = 25.0
+"""Greatest speed of a bicycle, m/s; chosen above that of races."""
 
 BodyHeight = Annotated[float, Unit("m", least="0.7 m", greatest="2.3 m")]
 """Height of a person, m."""
@@ -106,3 +110,105 @@ class Pedestrian(Spec):
             velocity=self.velocity,
             movement=Walk(height=self.height, speed=self.speed, phase=self.phase),
         )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bicycle(Spec):
+    """A bicycle with its rider, who pedals straight along ``heading``; its middle is at (x, y).
+
+    Frame, rims and spokes are metal; spokes turn with the wheels and flash when they are seen from
+    across, so that the echo covers range rates from 0 to twice the speed.
+
+    Parameters
+    ----------
+    num_spokes : of each wheel
+    development : way for one turn of the cranks, m
+    phase : share of a wheel's turn at time 0
+
+    Examples
+    --------
+    >>> ride = Bicycle(name="bike", x=12.0, y=2.0, heading=math.pi, speed=5.0).actor().movement
+    >>> [len(part.centre) for part in (ride.parts_at(0.0).ellipsoids, ride.parts_at(0.0).rods)]
+    [13, 1024]
+    """
+
+    name: str
+    x: Metres
+    y: Metres
+    heading: Radians = 0.0
+    speed: MetresPerSecond = 0.0
+    num_spokes: Annotated[int, Between(least=8, greatest=72)] = 32
+    development: Annotated[float, Unit("m", least="1 m", greatest="15 m")] = 5.6
+    phase: Phase = 0.0
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.speed <= GREATEST_CYCLING_SPEED:
+            raise InputError(
+                f"bicycle '{self.name}' rides at {self.speed:.3g} m/s; use 0 m/s to "
+                f"{GREATEST_CYCLING_SPEED:g} m/s"
+            )
+
+    @property
+    def velocity(self) -> tuple[float, float, float]:
+        """Velocity in the world, m/s, ``(x, y, z)``."""
+        return self.speed * math.cos(self.heading), self.speed * math.sin(self.heading), 0.0
+
+    def actor(self) -> Actor:
+        """The bicycle and its rider with their movement."""
+        return Actor(
+            name=self.name,
+            kind="object",
+            pose=Pose(x=self.x, y=self.y, yaw=self.heading),
+            velocity=self.velocity,
+            movement=BicycleRide(
+                speed=self.speed,
+                num_spokes=self.num_spokes,
+                development=self.development,
+                phase=self.phase,
+            ),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Motorcycle(Spec):
+    """A motorcycle with its rider, who rides straight along ``heading``; the middle is at (x, y).
+
+    Parameters
+    ----------
+    phase : share of a wheel's turn at time 0
+
+    Examples
+    --------
+    >>> Motorcycle(name="m", x=30.0, y=2.0, heading=math.pi, speed=14.0).velocity[0]
+    -14.0
+    """
+
+    name: str
+    x: Metres
+    y: Metres
+    heading: Radians = 0.0
+    speed: MetresPerSecond = 0.0
+    phase: Phase = 0.0
+
+    def __post_init__(self) -> None:
+        if self.speed < 0:
+            raise InputError(f"motorcycle '{self.name}' rides backwards; use 0 m/s or more")
+
+    @property
+    def velocity(self) -> tuple[float, float, float]:
+        """Velocity in the world, m/s, ``(x, y, z)``."""
+        return self.speed * math.cos(self.heading), self.speed * math.sin(self.heading), 0.0
+
+    def actor(self) -> Actor:
+        """The motorcycle and its rider with their movement."""
+        return Actor(
+            name=self.name,
+            kind="object",
+            pose=Pose(x=self.x, y=self.y, yaw=self.heading),
+            velocity=self.velocity,
+            movement=MotorcycleRide(speed=self.speed, phase=self.phase),
+        )
+
+
+RoadUser = Pedestrian | Bicycle | Motorcycle
+"""A body of a street whose parts move."""

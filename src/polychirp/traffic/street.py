@@ -17,7 +17,7 @@ from polychirp.model.radar import Radar
 from polychirp.model.scene import Actor, PointScatterer, Scene
 from polychirp.spec import Spec
 from polychirp.traffic.mesh_file import load_mesh
-from polychirp.traffic.road_users import Pedestrian
+from polychirp.traffic.road_users import Bicycle, Motorcycle, Pedestrian, RoadUser
 from polychirp.traffic.roadside import WINDOW_SIZE, tree_mesh, upright
 from polychirp.traffic.shapes import Body
 from polychirp.traffic.vehicle import vehicle_mesh, vehicle_size
@@ -325,14 +325,16 @@ class Street(Spec):
     trees: tuple[Tree, ...] = ()
     points: tuple[Point, ...] = ()
     pedestrians: tuple[Pedestrian, ...] = ()
+    bicycles: tuple[Bicycle, ...] = ()
+    motorcycles: tuple[Motorcycle, ...] = ()
 
     def __post_init__(self) -> None:
-        bodies: tuple[Vehicle | Building | Tree | Point | Pedestrian, ...] = (
+        bodies: tuple[Vehicle | Building | Tree | Point | RoadUser, ...] = (
             *self.vehicles,
             *self.buildings,
             *self.trees,
             *self.points,
-            *self.pedestrians,
+            *self.road_users,
         )
         names = [body.name for body in bodies] + (["road"] if self.road else [])
         twice = sorted({name for name in names if names.count(name) > 1})
@@ -341,6 +343,11 @@ class Street(Spec):
                 f"two things on the street are called '{twice[0]}'; give each its own name"
             )
         _check_room([v for v in self.vehicles if v.mesh is None], self.buildings)
+
+    @property
+    def road_users(self) -> tuple[RoadUser, ...]:
+        """Pedestrians, bicycles and motorcycles."""
+        return (*self.pedestrians, *self.bicycles, *self.motorcycles)
 
     def scene(self, radars: Sequence[tuple[Radar, str]] = ()) -> Scene:
         """The street at time 0 with radars, each with the name of the vehicle that carries it.
@@ -358,7 +365,7 @@ class Street(Spec):
         if any(vehicle.mesh is not None for vehicle in self.vehicles):
             _check_room(self.vehicles, self.buildings)
         road = () if self.road is None else (self.road,)
-        moving = (*self.vehicles, *self.points, *self.pedestrians)
+        moving = (*self.vehicles, *self.points, *self.road_users)
         bodies = (*moving, *road, *self.buildings, *self.trees)
         return Scene(
             time=0.0,
