@@ -2,10 +2,10 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import combinations
-from typing import Annotated, Final, Literal
+from typing import Annotated, Final, Literal, Self
 
 import numpy as np
 
@@ -267,9 +267,28 @@ class Road(Spec):
         return Actor(name="road", kind="road", pose=Pose(x=self.x, y=self.y), plates=(plate,))
 
 
+Fluctuation = Literal["steady", "swerling-1", "swerling-3"]
+"""Change of a point's cross section from trial to trial."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Point(Spec):
-    """An isolated isotropic scatterer of radar cross section ``rcs`` that moves at ``velocity``.
+    r"""An isolated isotropic scatterer of radar cross section ``rcs`` that moves at ``velocity``.
+
+    A fluctuating point has another cross section in every trial, drawn from the seed and its name,
+    whose mean is ``rcs``; it stays the same for a frame, and for all radars. With the mean
+    :math:`\bar\sigma`, the densities are those of P. Swerling, "Probability of detection for
+    fluctuating targets" (RAND RM-1217, 1954),
+
+    .. math:: p_1 = \frac{1}{\bar\sigma} e^{-\sigma/\bar\sigma}, \qquad
+              p_3 = \frac{4\sigma}{\bar\sigma^2} e^{-2\sigma/\bar\sigma}
+
+    Case 1 stands for many equal scatterers, case 3 for a strong one among weak ones. His cases 2
+    and 4 change from pulse to pulse; the ramps of a frame are coherent, and have no such cases.
+
+    Parameters
+    ----------
+    fluctuation : "steady", "swerling-1" or "swerling-3"
 
     Examples
     --------
@@ -283,10 +302,19 @@ class Point(Spec):
     z: Metres
     rcs: SquareMetres
     velocity: tuple[MetresPerSecond, MetresPerSecond, MetresPerSecond] = (0.0, 0.0, 0.0)
+    fluctuation: Fluctuation = "steady"
 
     def __post_init__(self) -> None:
         if self.rcs < 0:
             raise InputError(f"point '{self.name}' cannot have a negative radar cross section")
+
+    def drawn(self, rng: np.random.Generator) -> Self:
+        """The point with a drawn cross section, which is steady from then on."""
+        if self.fluctuation == "steady":
+            return self
+        shape = {"swerling-1": 1.0, "swerling-3": 2.0}[self.fluctuation]
+        rcs = self.rcs * float(rng.gamma(shape)) / shape
+        return replace(self, rcs=rcs, fluctuation="steady")
 
     def actor(self) -> Actor:
         """The point as a body of its own."""
