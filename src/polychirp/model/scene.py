@@ -12,7 +12,7 @@ from polychirp.model.mesh import EMPTY_MESH, Mesh, Plate
 from polychirp.model.moving_parts import Movement
 from polychirp.model.radar import Radar
 
-ActorKind = Literal["vehicle", "road", "building", "tree", "object"]
+ActorKind = Literal["vehicle", "road", "building", "tree", "furniture", "object"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

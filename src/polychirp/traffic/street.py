@@ -16,6 +16,7 @@ from polychirp.model.mesh import Mesh, Plate
 from polychirp.model.radar import Radar
 from polychirp.model.scene import Actor, PointScatterer, Scene
 from polychirp.spec import Spec
+from polychirp.traffic.furniture import AnyFurniture, Furniture
 from polychirp.traffic.mesh_file import load_mesh
 from polychirp.traffic.road_users import Bicycle, Motorcycle, Pedestrian, RoadUser
 from polychirp.traffic.roadside import WINDOW_SIZE, tree_mesh, upright
@@ -355,14 +356,16 @@ class Street(Spec):
     pedestrians: tuple[Pedestrian, ...] = ()
     bicycles: tuple[Bicycle, ...] = ()
     motorcycles: tuple[Motorcycle, ...] = ()
+    furniture: tuple[AnyFurniture, ...] = ()
 
     def __post_init__(self) -> None:
-        bodies: tuple[Vehicle | Building | Tree | Point | RoadUser, ...] = (
+        bodies: tuple[Vehicle | Building | Tree | Point | RoadUser | Furniture, ...] = (
             *self.vehicles,
             *self.buildings,
             *self.trees,
             *self.points,
             *self.road_users,
+            *self.furniture,
         )
         names = [body.name for body in bodies] + (["road"] if self.road else [])
         twice = sorted({name for name in names if names.count(name) > 1})
@@ -394,7 +397,7 @@ class Street(Spec):
             _check_room(self.vehicles, self.buildings)
         road = () if self.road is None else (self.road,)
         moving = (*self.vehicles, *self.points, *self.road_users)
-        bodies = (*moving, *road, *self.buildings, *self.trees)
+        bodies = (*moving, *road, *self.buildings, *self.trees, *self.furniture)
         return Scene(
             time=0.0,
             actors=tuple(body.actor() for body in bodies),
