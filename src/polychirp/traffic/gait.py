@@ -1,8 +1,7 @@
 r"""`Gait`: angles and offsets of a walking person's joints over the cycle of two steps.
 
-The model is that of R. Boulic, N. Magnenat-Thalmann, D. Thalmann, "A global human walking model
-with real-time kinematic personification", The Visual Computer 6 (1990) 344–358, which V. C. Chen,
-The Micro-Doppler Effect in Radar (2011), uses for radar echoes. It was fitted to measured walkers.
+The model is that of Boulic et al. 1990, which Chen 2011 uses for radar echoes. It was fitted to
+measured walkers.
 All depends on the relative speed :math:`v_r = v / H_t`, where :math:`H_t` (m) is the height of the
 hip joint above the ankle. A cycle has the length :math:`1.346\sqrt{v_r}\,H_t`, so that it lasts
 :math:`1.346 / \sqrt{v_r}` seconds. The cycle begins at the strike of the right heel.

@@ -14,12 +14,12 @@ from polychirp.traffic.gait import Joints
 
 SKIN_REFLECTIVITY: Final = 0.34
 """Power that dry skin reflects at normal incidence at 77 GHz: ε = 6.6 − 8.9j, by the parameters of
-S. Gabriel, R. W. Lau, C. Gabriel, Phys. Med. Biol. 41 (1996) 2271. Clothes are neglected: a dry
-layer changes the echo by less than 2 dB. All echoes of a person are proportional to it."""
+Gabriel et al. 1996. Clothes are neglected; we assume that a dry layer changes the echo by less than
+2 dB. All echoes of a person are proportional to it."""
 
 HEAD, NECK, TRUNK = 0.130, 0.052, 0.288
-"""Lengths of segments over the height of the body: R. Drillis, R. Contini, Body Segment Parameters,
-New York University (1966), as in the model of `gait`; so are the following ones."""
+"""Lengths of segments over the height of the body: Drillis and Contini 1966, as in the model of
+`gait`; so are the following ones."""
 SHOULDER, HIP = 0.129, 0.0955
 """Half distances of the shoulders and of the hips over the height."""
 THIGH, SHANK, ANKLE, FOOT = 0.245, 0.246, 0.039, 0.152
@@ -37,7 +37,7 @@ GIRTHS: Final = {
     "forearm": (0.023, 0.023),
 }
 """Half depth and half breadth of segments over the height. Chosen: rounded from means of adults in
-S. Pheasant, C. Haslegrave, Bodyspace (2005), with 1.75 m; a segment's echo seen from the front is
+Pheasant and Haslegrave 2005, with 1.75 m; a segment's echo seen from the front is
 proportional to the squared ratio of its breadth to its depth."""
 
 

@@ -278,8 +278,7 @@ class Point(Spec):
 
     A fluctuating point has another cross section in every trial, drawn from the seed and its name,
     whose mean is ``rcs``; it stays the same for a frame, and for all radars. With the mean
-    :math:`\bar\sigma`, the densities are those of P. Swerling, "Probability of detection for
-    fluctuating targets" (RAND RM-1217, 1954),
+    :math:`\bar\sigma`, the densities are those of Swerling 1954,
 
     .. math:: p_1 = \frac{1}{\bar\sigma} e^{-\sigma/\bar\sigma}, \qquad
               p_3 = \frac{4\sigma}{\bar\sigma^2} e^{-2\sigma/\bar\sigma}
