@@ -138,6 +138,12 @@ RECORDS: Final = (
     _figure("diversity-figure", "diversity", 0.1, "docs/validation/diversity.json"),
     _figure("ghosts-figure", "ghosts", 0.1, "docs/validation/ghosts.json"),
     _figure("receiver-figure", "receivers", 0.1, "docs/validation/receiver.json"),
+    Record(
+        name="road-users-figure",
+        command=("-m", "tools.figures.road_users", "docs/images"),
+        starts=("tools/figures/road_users.py",),
+        minutes=3,
+    ),
     _figure("scaling", "scaling", 10),
     _figure("synthesis-growth", "synthesis_growth", 5),
     _figure("convergence", "convergence", 10),

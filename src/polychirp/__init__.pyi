@@ -52,6 +52,9 @@ from polychirp.traffic.street import Building as Building
 from polychirp.traffic.street import Tree as Tree
 from polychirp.traffic.street import Road as Road
 from polychirp.traffic.street import Point as Point
+from polychirp.traffic.road_users import Pedestrian as Pedestrian
+from polychirp.traffic.road_users import Bicycle as Bicycle
+from polychirp.traffic.road_users import Motorcycle as Motorcycle
 from polychirp.traffic.random_traffic import RandomTraffic as RandomTraffic
 from polychirp.traffic.random_traffic import Lane as Lane
 from polychirp.traffic.paper import paper_street as paper_street

@@ -14,6 +14,7 @@ TEMPLATES: Final = {
     "chirp-sequence": "a 77-GHz radar with equal chirps, a pedestrian and an interferer",
     "pedestrian": "what the pedestrian loses to the interferer over drawn starts, and gets back",
     "tdm-mimo": "three transmitting elements that take turns, a virtual array of twelve channels",
+    "road-users": "an adult, a child, a bicycle and a motorcycle with moving limbs and wheels",
     "elevation": "a raised transmitting element, which measures the height of a sign",
     "paper": "the paper's street with diverse waveforms",
 }

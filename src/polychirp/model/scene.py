@@ -9,9 +9,10 @@ from polychirp.axes import FloatArray
 from polychirp.errors import InputError
 from polychirp.frames import Pose
 from polychirp.model.mesh import EMPTY_MESH, Mesh, Plate
+from polychirp.model.moving_parts import Movement
 from polychirp.model.radar import Radar
 
-ActorKind = Literal["vehicle", "road", "building", "tree", "object"]
+ActorKind = Literal["vehicle", "road", "building", "tree", "furniture", "object"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -24,10 +25,11 @@ class PointScatterer:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Actor:
-    """One rigid body: what it consists of in its own frame, its pose and its velocity.
+    """One body: what it consists of in its own frame, its pose and its velocity.
 
-    It consists of ``mesh``, ``plates`` and ``points``, each of which may be empty. ``velocity`` is
-    in m/s, ``(x, y, z)`` in the world. Bodies do not rotate within a radar's frame of ramps.
+    It consists of ``mesh``, ``plates`` and ``points``, each of which may be empty, and of parts
+    that ``movement`` moves in its frame. ``velocity`` is in m/s, ``(x, y, z)`` in the world. The
+    frame of a body does not rotate within a radar's frame of ramps; moving parts may.
 
     A `Scene` has a tuple of them.
     """
@@ -39,6 +41,7 @@ class Actor:
     mesh: Mesh = EMPTY_MESH
     plates: tuple[Plate, ...] = ()
     points: tuple[PointScatterer, ...] = ()
+    movement: Movement | None = None
 
     def at(self, elapsed: float) -> Self:
         """The actor after it has moved along its velocity for ``elapsed`` seconds."""

@@ -14,7 +14,7 @@ from polychirp.model.scene import Scene
 _REFLECTING: Final = (Bounce.SCATTERING, Bounce.REFLECTION, Bounce.DIFFUSE)
 """Bounces that send a wave back; at the others it goes on."""
 
-CLUTTER: Final = ("road", "building", "tree")
+CLUTTER: Final = ("road", "building", "tree", "furniture")
 """Kinds of actors whose echoes are clutter."""
 
 
@@ -25,7 +25,7 @@ class Echoes(Sealed):
     Parameters
     ----------
     body : name of every actor of the scene
-    is_clutter : ``(actor,)``; true for roads, buildings and trees
+    is_clutter : ``(actor,)``; true for roads, buildings, trees and furniture
     actor : number of the actor that sends the path back, ``(path,)``
     range, range_rate, azimuth, elevation : m, m/s, rad, rad, ``(path,)``
     power : received over transmitted power with the elements' gains, ``(path,)``

@@ -1,4 +1,4 @@
-"""Random traffic of a study, drawn from its seed."""
+"""Random traffic and fluctuating points of a study, drawn from its seed."""
 
 from dataclasses import replace
 
@@ -13,10 +13,10 @@ from polychirp.traffic.street import Vehicle
 def sample_street(study: Study) -> Study:
     """The study with its random traffic on the street, and its interferers among the radars.
 
-    Unless the study names victims and targets, the victims are the radars that it lists, and the
-    targets are those of the traffic. A study without random traffic is returned as it is.
-    `InputError` is raised if there is no radar to copy, too little space, or no viewing vehicle
-    that heads along +x.
+    Fluctuating points have drawn cross sections. Unless the study names victims and targets, the
+    victims are the radars that it lists, and the targets are those of the traffic. A study without
+    anything random is returned as it is. `InputError` is raised if there is no radar to copy, too
+    little space, or no viewing vehicle that heads along +x.
 
     >>> from polychirp.study.spec import StudyRadar
     >>> from polychirp.traffic.street import Street, Vehicle
@@ -31,12 +31,13 @@ def sample_street(study: Study) -> Study:
     >>> one.victims, one.targets, [radar.name for radar in one.radars]
     (('front',), ('target-1', 'target-2'), ['front', 'carrier-1'])
     """
+    streams = Streams(study.seed)
+    study = _with_drawn_points(study, streams)
     traffic = study.traffic
     if traffic is None:
         return study
     if not study.radars:
         raise InputError("radars: there is none; write at least one [[radars]] table")
-    streams = Streams(study.seed)
     street = traffic.on(study.street, streams)
     carriers = {vehicle.name: vehicle for vehicle in street.vehicles}
     interferers = tuple(
@@ -51,6 +52,15 @@ def sample_street(study: Study) -> Study:
         victims=study.victims or tuple(radar.name for radar in study.radars),
         targets=study.targets or traffic.target_names,
     )
+
+
+def _with_drawn_points(study: Study, streams: Streams) -> Study:
+    """The study with drawn cross sections of its fluctuating points."""
+    points = study.street.points
+    if all(point.fluctuation == "steady" for point in points):
+        return study
+    drawn = tuple(point.drawn(streams["fluctuation", point.name]) for point in points)
+    return replace(study, street=replace(study.street, points=drawn))
 
 
 def _interferer(

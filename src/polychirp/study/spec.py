@@ -208,9 +208,11 @@ def victim_indices(study: Study) -> tuple[int, ...]:
 
 
 def body_names(street: Street) -> tuple[str, ...]:
-    """Names of all possible targets: vehicles and points."""
-    vehicles = tuple(vehicle.name for vehicle in street.vehicles)
-    return vehicles + tuple(point.name for point in street.points)
+    """Names of all possible targets: vehicles, points and road users."""
+    names = [vehicle.name for vehicle in street.vehicles]
+    names += [point.name for point in street.points]
+    names += [user.name for user in street.road_users]
+    return tuple(names)
 
 
 def target_names(study: Study, radar: StudyRadar) -> tuple[str, ...]:

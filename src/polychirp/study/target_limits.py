@@ -12,8 +12,12 @@ from polychirp.receiver.range_doppler.subframes import unambiguous_span
 from polychirp.receiver.selection import AnyReceiver, receiver_for
 from polychirp.receiver.signal_model.transmit_codes import code_blocks
 from polychirp.study.spec import Study, StudyRadar, target_names, victim_indices
+from polychirp.traffic.road_users import RoadUser
 from polychirp.traffic.street import Point, Vehicle
 from polychirp.traffic.vehicle import vehicle_size
+
+Body = Vehicle | Point | RoadUser
+"""A possible target."""
 
 
 def targets_out_of_reach(study: Study, schedules: Sequence[RampSchedule]) -> Iterator[str]:
@@ -48,10 +52,11 @@ def targets_out_of_reach(study: Study, schedules: Sequence[RampSchedule]) -> Ite
     yield from (far[name] for name in sorted(far.keys() - near))
 
 
-def _bodies(study: Study) -> dict[str, Vehicle | Point]:
-    """Vehicles and points of the street by their names."""
-    bodies: dict[str, Vehicle | Point] = {body.name: body for body in study.street.vehicles}
-    return bodies | {point.name: point for point in study.street.points}
+def _bodies(study: Study) -> dict[str, Body]:
+    """Possible targets of the street by their names."""
+    street = study.street
+    bodies: tuple[Body, ...] = (*street.vehicles, *street.points, *street.road_users)
+    return {body.name: body for body in bodies}
 
 
 def greatest_speed(
@@ -80,9 +85,7 @@ def greatest_speed(
     )
 
 
-def _seen_from(
-    radar: StudyRadar, bodies: Mapping[str, Vehicle | Point], body: Vehicle | Point
-) -> tuple[float, float]:
+def _seen_from(radar: StudyRadar, bodies: Mapping[str, Body], body: Body) -> tuple[float, float]:
     """Range of a body's nearest part, m, and its range rate, m/s, from a radar."""
     own = bodies[radar.vehicle]
     assert isinstance(own, Vehicle)
@@ -97,9 +100,6 @@ def _seen_from(
     return distance - 0.5 * size, rate
 
 
-def _state(body: Vehicle | Point) -> tuple[FloatArray, FloatArray]:
+def _state(body: Body) -> tuple[FloatArray, FloatArray]:
     """Place, m, and velocity, m/s, on the road's plane: ``(xy,)`` each."""
-    if isinstance(body, Vehicle):
-        ahead = np.array([math.cos(body.heading), math.sin(body.heading)])
-        return np.array([body.x, body.y]), body.speed * ahead
     return np.array([body.x, body.y]), np.array(body.velocity[:2])

@@ -47,29 +47,34 @@ def tree_mesh(height: float, crown_radius: float) -> Mesh:
     rings = [(0.0, 0.0), (trunk, 0.0)]
     steps = fine.steps(middle)
     rings += [(trunk * (1 - 0.4 * k / steps), middle * k / steps) for k in range(1, steps + 1)]
-    _turned(builder, fine, [*rings, (0.0, middle)], part="trunk", material="wood")
+    turned(builder, fine, [*rings, (0.0, middle)], part="trunk", material="wood")
     steps = fine.steps(math.pi * max(crown_radius, crown_height / 2))
     around = np.linspace(-math.pi / 2, math.pi / 2, steps + 1)
     crown = [(crown_radius * math.cos(a), middle + crown_height / 2 * math.sin(a)) for a in around]
-    _turned(builder, fine, crown, part="crown", material="leaf")
+    turned(builder, fine, crown, part="crown", material="leaf")
     return builder.mesh()
 
 
-def _turned(
+def turned(
     builder: SurfaceBuilder,
     fine: Fineness,
     profile: list[tuple[float, float]],
     *,
     part: str,
     material: str,
+    curvature: float = math.inf,
 ) -> None:
-    """Add a closed body of revolution about z; ``profile`` is (radius, z), m, from bottom up."""
+    """Add a closed body of revolution about z; ``profile`` is (radius, z), m, from bottom up.
+
+    Edges around the axis are those on a surface of the radius ``curvature``, m; by default those on
+    flats.
+    """
     before = None
     for radius, z in profile:
         if radius < 1e-9:
             line = builder.line(np.array([[0.0, 0.0, z]]))
         else:
-            count = max(8, fine.steps(2 * math.pi * radius))
+            count = max(8, fine.steps(2 * math.pi * radius, curvature))
             turn = np.arange(count) * 2 * math.pi / count
             points = [radius * np.cos(turn), radius * np.sin(turn), np.full(count, z)]
             line = builder.line(np.column_stack(points))

@@ -2,10 +2,10 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import combinations
-from typing import Annotated, Final, Literal
+from typing import Annotated, Final, Literal, Self
 
 import numpy as np
 
@@ -16,7 +16,9 @@ from polychirp.model.mesh import Mesh, Plate
 from polychirp.model.radar import Radar
 from polychirp.model.scene import Actor, PointScatterer, Scene
 from polychirp.spec import Spec
+from polychirp.traffic.furniture import AnyFurniture, Furniture
 from polychirp.traffic.mesh_file import load_mesh
+from polychirp.traffic.road_users import Bicycle, Motorcycle, Pedestrian, RoadUser
 from polychirp.traffic.roadside import WINDOW_SIZE, tree_mesh, upright
 from polychirp.traffic.shapes import Body
 from polychirp.traffic.vehicle import vehicle_mesh, vehicle_size
@@ -266,9 +268,27 @@ class Road(Spec):
         return Actor(name="road", kind="road", pose=Pose(x=self.x, y=self.y), plates=(plate,))
 
 
+Fluctuation = Literal["steady", "swerling-1", "swerling-3"]
+"""Change of a point's cross section from trial to trial."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Point(Spec):
-    """An isolated isotropic scatterer of radar cross section ``rcs`` that moves at ``velocity``.
+    r"""An isolated isotropic scatterer of radar cross section ``rcs`` that moves at ``velocity``.
+
+    A fluctuating point has another cross section in every trial, drawn from the seed and its name,
+    whose mean is ``rcs``; it stays the same for a frame, and for all radars. With the mean
+    :math:`\bar\sigma`, the densities are those of Swerling 1954,
+
+    .. math:: p_1 = \frac{1}{\bar\sigma} e^{-\sigma/\bar\sigma}, \qquad
+              p_3 = \frac{4\sigma}{\bar\sigma^2} e^{-2\sigma/\bar\sigma}
+
+    Case 1 stands for many equal scatterers, case 3 for a strong one among weak ones. His cases 2
+    and 4 change from pulse to pulse; the ramps of a frame are coherent, and have no such cases.
+
+    Parameters
+    ----------
+    fluctuation : "steady", "swerling-1" or "swerling-3"
 
     Examples
     --------
@@ -282,10 +302,19 @@ class Point(Spec):
     z: Metres
     rcs: SquareMetres
     velocity: tuple[MetresPerSecond, MetresPerSecond, MetresPerSecond] = (0.0, 0.0, 0.0)
+    fluctuation: Fluctuation = "steady"
 
     def __post_init__(self) -> None:
         if self.rcs < 0:
             raise InputError(f"point '{self.name}' cannot have a negative radar cross section")
+
+    def drawn(self, rng: np.random.Generator) -> Self:
+        """The point with a drawn cross section, which is steady from then on."""
+        if self.fluctuation == "steady":
+            return self
+        shape = {"swerling-1": 1.0, "swerling-3": 2.0}[self.fluctuation]
+        rcs = self.rcs * float(rng.gamma(shape)) / shape
+        return replace(self, rcs=rcs, fluctuation="steady")
 
     def actor(self) -> Actor:
         """The point as a body of its own."""
@@ -323,13 +352,19 @@ class Street(Spec):
     buildings: tuple[Building, ...] = ()
     trees: tuple[Tree, ...] = ()
     points: tuple[Point, ...] = ()
+    pedestrians: tuple[Pedestrian, ...] = ()
+    bicycles: tuple[Bicycle, ...] = ()
+    motorcycles: tuple[Motorcycle, ...] = ()
+    furniture: tuple[AnyFurniture, ...] = ()
 
     def __post_init__(self) -> None:
-        bodies: tuple[Vehicle | Building | Tree | Point, ...] = (
+        bodies: tuple[Vehicle | Building | Tree | Point | RoadUser | Furniture, ...] = (
             *self.vehicles,
             *self.buildings,
             *self.trees,
             *self.points,
+            *self.road_users,
+            *self.furniture,
         )
         names = [body.name for body in bodies] + (["road"] if self.road else [])
         twice = sorted({name for name in names if names.count(name) > 1})
@@ -338,6 +373,11 @@ class Street(Spec):
                 f"two things on the street are called '{twice[0]}'; give each its own name"
             )
         _check_room([v for v in self.vehicles if v.mesh is None], self.buildings)
+
+    @property
+    def road_users(self) -> tuple[RoadUser, ...]:
+        """Pedestrians, bicycles and motorcycles."""
+        return (*self.pedestrians, *self.bicycles, *self.motorcycles)
 
     def scene(self, radars: Sequence[tuple[Radar, str]] = ()) -> Scene:
         """The street at time 0 with radars, each with the name of the vehicle that carries it.
@@ -355,7 +395,8 @@ class Street(Spec):
         if any(vehicle.mesh is not None for vehicle in self.vehicles):
             _check_room(self.vehicles, self.buildings)
         road = () if self.road is None else (self.road,)
-        bodies = (*self.vehicles, *self.points, *road, *self.buildings, *self.trees)
+        moving = (*self.vehicles, *self.points, *self.road_users)
+        bodies = (*moving, *road, *self.buildings, *self.trees, *self.furniture)
         return Scene(
             time=0.0,
             actors=tuple(body.actor() for body in bodies),

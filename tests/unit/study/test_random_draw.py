@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from polychirp.channel.tracers.free_space import FreeSpace
 from polychirp.errors import InputError
@@ -15,7 +16,7 @@ from polychirp.study.spec import Study, StudyRadar, schedules_of
 from polychirp.study.traffic import StudyTraffic
 from polychirp.study.trial import run_trial
 from polychirp.traffic.mounting import bumper_mount
-from polychirp.traffic.street import Street, Vehicle
+from polychirp.traffic.street import Point, Street, Vehicle
 from polychirp.waveform import DiverseTriangular, Triangular
 
 STUDY = Study(
@@ -89,3 +90,49 @@ def test_traffic_that_cannot_be_is_refused_before_the_run_with_its_place() -> No
         with_traffic(num_interferers=4)
     with pytest.raises(InputError, match="start spread of 0 s or more"):
         with_traffic(start_spread=-1.0)
+
+
+@pytest.mark.parametrize(
+    ("fluctuation", "distribution"),
+    [("swerling-1", stats.expon()), ("swerling-3", stats.chi2(4, scale=0.25))],
+)
+def test_points_fluctuate_as_swerling_says(fluctuation, distribution):
+    """Chi-squared with 2 and 4 degrees of freedom and mean 1: Kolmogorov's test of 2000 seeds."""
+    post = Point(name="post", x=20.0, y=0.0, z=0.5, rcs=3.0, fluctuation=fluctuation)
+    study = Study(name="alone", street=Street(points=(post,)), radars=())
+    drawn = [
+        sample_street(replace(study, seed=seed)).street.points[0].rcs / 3.0 for seed in range(2000)
+    ]
+    assert stats.kstest(drawn, distribution.cdf).pvalue > 0.01
+    # the same seed of the other case is refused by the same test
+    other = stats.chi2(4, scale=0.25) if fluctuation == "swerling-1" else stats.expon()
+    assert stats.kstest(drawn, other.cdf).pvalue < 1e-6
+
+
+def test_a_fluctuating_point_is_drawn_once_for_a_trial_whatever_else_there_is():
+    post = Point(name="post", x=20.0, y=0.0, z=0.5, rcs=3.0, fluctuation="swerling-1")
+    other = replace(post, name="other", x=30.0)
+    alone = Study(name="alone", street=Street(points=(post,)), radars=())
+    both = replace(alone, street=Street(points=(other, post)))
+    once = sample_street(alone)
+    assert sample_street(once) == once
+    assert sample_street(both).street.points[1].rcs == once.street.points[0].rcs
+    assert sample_street(both).street.points[0].rcs != once.street.points[0].rcs
+    assert once.street.points[0].rcs != 3.0
+
+
+def test_a_steady_point_is_left_as_it_is():
+    study = Study(
+        name="a", street=Street(points=(Point(name="p", x=9.0, y=0.0, z=0.5, rcs=1.0),)), radars=()
+    )
+    assert sample_street(study) is study
+
+
+def test_a_swerling_1_point_is_detected_as_often_as_its_closed_form_says():
+    """Mean detection probability of one look over the draws: Pfa^(1/(1+SNR)), within 3 sigma."""
+    false_alarm, mean_snr, count = 1e-4, 20.0, 3000
+    post = Point(name="post", x=20.0, y=0.0, z=0.5, rcs=mean_snr, fluctuation="swerling-1")
+    snr = np.array([post.drawn(np.random.default_rng(seed)).rcs for seed in range(count)])
+    of_steady = stats.ncx2.sf(-2.0 * np.log(false_alarm), 2, 2.0 * snr)
+    expected = false_alarm ** (1.0 / (1.0 + mean_snr))
+    assert np.mean(of_steady) == pytest.approx(expected, abs=3.0 * np.std(of_steady) / count**0.5)

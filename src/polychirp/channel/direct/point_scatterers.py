@@ -47,8 +47,10 @@ def echoes_over(
     point: FloatArray,
     scattering: FloatArray | ComplexArray,
     kind: Bounce = Bounce.SCATTERING,
+    velocity: FloatArray | None = None,
+    acceleration: FloatArray | None = None,
 ) -> PropagationPaths:
-    r"""One path over each of the given points, which move with their actors.
+    r"""One path over each of the given points, which by default move with their actors.
 
     .. math:: A = \frac{\lambda}{(4\pi)^{3/2} r_1 r_2}\, S
 
@@ -59,8 +61,12 @@ def echoes_over(
     point : position in the world at the time of the scene, m ``(path, xyz)``
     scattering : S, m, ``(path, 2, 2)``; |S|² is the cross section, m², between two polarisations
     kind : kind of bounce at the points
+    velocity, acceleration : of points that move otherwise, in the world, m/s and m/s²
+        ``(path, xyz)``; the delay is that of a uniform motion, and the acceleration adds to its
+        second derivative
     """
-    velocity = np.array([one.velocity for one in scene.actors])[actor]
+    if velocity is None:
+        velocity = np.array([one.velocity for one in scene.actors])[actor]
     place, speed = scene.radar_position, scene.radar_velocity
     back, back_rate, back_flight = retarded_leg(
         source=point,
@@ -79,6 +85,8 @@ def echoes_over(
     legs = [SPEED_OF_LIGHT * late[:, None] for late in (out, back)]
     bend = range_acceleration(legs[0] * out_flight, velocity - speed[pair[:, 0]])
     bend += range_acceleration(legs[1] * back_flight, speed[pair[:, 1]] - velocity)
+    if acceleration is not None:
+        bend += np.sum(acceleration * (out_flight - back_flight), axis=-1)
     spread = (4 * np.pi) ** 1.5 * out * back * SPEED_OF_LIGHT * frequency
     return path_table(
         scene=scene,

@@ -69,7 +69,7 @@ r"""Greatest amplitude ratio of a body's echo to that of a mirror in the body's 
 where the Fresnel zones of the body add up; a rectangle has at most 1.342² = 1.80, each side
 with the greatest :math:`\sqrt2\,|C(w) + jS(w)|` of the Fresnel integrals."""
 
-SCATTERING_KINDS: Final = ("vehicle", "object")
+SCATTERING_KINDS: Final = ("vehicle", "furniture", "object")
 """Kinds of actors whose facets scatter. Trees only block, because a crown has no clear surface."""
 
 

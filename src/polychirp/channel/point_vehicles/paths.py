@@ -14,6 +14,7 @@ from scipy.spatial import KDTree
 from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import no_paths, strength, strongest_of_pair
 from polychirp.channel.direct.line_of_sight import line_of_sight
+from polychirp.channel.direct.moving_parts import articulated_actors, part_echoes
 from polychirp.channel.direct.point_scatterers import echoes_over
 from polychirp.channel.point_vehicles.occlusion_boxes import (
     Obstacles,
@@ -111,6 +112,22 @@ def mirrored(street: PreparedStreet) -> PropagationPaths:
     for radar in (paths.transmitter, paths.receiver):
         hidden |= obstacles.hide(radar, paths.bounce_point, paths.bounce_actor)
     return paths.select(~hidden)
+
+
+def moving(street: PreparedStreet) -> list[PropagationPaths]:
+    """Paths over the moving parts of every body that has some, that no box and no plate hides."""
+    scene, obstacles = street.scene, street.obstacles
+    tables = []
+    for actor in articulated_actors(scene):
+        paths = part_echoes(
+            scene, actor, frequency=street.world.frequency, pairs=street.near_pairs()
+        )
+        paths = paths.select(paths.delay * SPEED_OF_LIGHT <= street.max_length)
+        hidden = np.zeros(paths.num_paths, dtype=np.bool_)
+        for radar in (paths.transmitter, paths.receiver):
+            hidden |= obstacles.hide(radar, paths.bounce_point, paths.bounce_actor)
+        tables.append(paths.select(~hidden))
+    return tables
 
 
 class Scatterers(NamedTuple):

@@ -17,6 +17,8 @@ from polychirp.units import Hertz, Metres, Ratio, from_db
 class PointVehicles(Spec):
     """Line of sight, mirrors in road and walls, and vehicles as boxes with a few points.
 
+    Points of a street and moving parts of people and bicycles echo as well.
+
     Only the bounding box of a vehicle's mesh is used. The box hides everything behind it, and
     points on it echo, each with its exact delay and Doppler shift. There are three models:
 
@@ -95,7 +97,13 @@ class PointVehicles(Spec):
 
         `InputError` is raised if a plate is of an unknown material.
         """
-        from polychirp.channel.point_vehicles.paths import direct, echoes, mirrored, prepared
+        from polychirp.channel.point_vehicles.paths import (
+            direct,
+            echoes,
+            mirrored,
+            moving,
+            prepared,
+        )
 
         street = prepared(
             scene,
@@ -104,7 +112,7 @@ class PointVehicles(Spec):
             max_length=self.max_length,
             table=material_table({row.name: row for row in self.materials}),
         )
-        known = [direct(street)]
+        known = [direct(street), *moving(street)]
         if self.reflecting_planes:
             known.append(mirrored(street))
         found = echoes(street, model=self.model, seed=self.seed, known=gather(known))

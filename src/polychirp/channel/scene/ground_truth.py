@@ -52,7 +52,8 @@ def truth(
     r"""Visible metal of every target from a radar's phase centre, and its nearest point.
 
     Places on the visible metal are `PLACE_SPACING` apart. Without metal, all faces of the body are
-    searched; without faces, its plates; without plates, its point scatterers. If the nearest point
+    searched; without faces, its plates; without plates, its point scatterers and the reflecting
+    points of its moving parts, which have range rates of their own. If the nearest point
     is visible, it is exact. If not, the result is the nearest visible one of pieces of
     `PIECE_SIZE`; on a hidden body, it is the nearest point.
 
@@ -80,21 +81,21 @@ def truth(
         world = world_of(scene, frequency=frequency, dynamic_range=1.0, table=table)
     eye = scene.radar_position[receiver]
     actors = [_actor(scene, name) for name in targets]
-    nearest = [_nearest_visible(world, actor, eye) for actor in actors]
+    nearest = [_nearest_visible(world, actor, eye, scene.time) for actor in actors]
     point = np.array([place for place, _ in nearest]).reshape(-1, 3)
     is_visible = np.array([is_seen for _, is_seen in nearest], dtype=np.bool_)
     velocity = np.array([actor.velocity for actor in actors]).reshape(-1, 3)
-    places = [
-        np.concatenate([place[None], _visible_places(world, actor, eye)])
+    found = [
+        _with_others(actor, place, _visible_places(world, actor, eye, scene.time))
         if is_seen
-        else np.zeros((0, 3))
+        else (np.zeros((0, 3)), np.zeros((0, 3)))
         for (place, is_seen), actor in zip(nearest, actors, strict=True)
     ]
-    of_target = np.repeat(np.arange(len(actors)), [len(some) for some in places])
+    of_target = np.repeat(np.arange(len(actors)), [len(some) for some, _ in found])
     seen_from = partial(_as_seen, scene, receiver)
     distance, rate, azimuth, elevation = seen_from(point, velocity)
     place_distance, place_rate, place_azimuth, place_elevation = seen_from(
-        np.concatenate([*places, np.zeros((0, 3))]), velocity[of_target]
+        *(np.concatenate([*some, np.zeros((0, 3))]) for some in zip(*found, strict=True))
     )
     return Truth(
         time=scene.time,
@@ -134,7 +135,7 @@ def _actor(scene: Scene, name: str) -> Actor:
 
 
 def _nearest_visible(
-    world: "World | None", actor: Actor, eye: FloatArray
+    world: "World | None", actor: Actor, eye: FloatArray, time: float
 ) -> tuple[FloatArray, bool]:
     """Nearest visible point in world axes and True; if all are hidden, the nearest and False.
 
@@ -144,10 +145,11 @@ def _nearest_visible(
 
     corners = target_corners(actor)
     if not len(corners):
-        points = actor.pose.to_outer(np.array([p.position for p in actor.points]).reshape(-1, 3))
+        points, _ = _points_of(actor, eye, time)
         if not len(points):
             raise InputError(
-                f"'{actor.name}' has no faces, plates or points; a target needs some of them"
+                f"'{actor.name}' has no faces, plates or points, and no moving parts; a target "
+                "needs some of them"
             )
         found = _first_visible(world, points, eye)
         nearest = points[np.argmin(np.linalg.norm(points - eye, axis=-1))]
@@ -164,28 +166,64 @@ def _nearest_visible(
     return (nearest, False) if found is None else (found, True)
 
 
-def _visible_places(world: "World | None", actor: Actor, eye: FloatArray) -> FloatArray:
-    """Visible places on the metal of a body in world axes, m, ``(place, xyz)``.
+def _points_of(actor: Actor, eye: FloatArray, time: float) -> tuple[FloatArray, FloatArray]:
+    """Points of a body without faces, m, and their velocities, m/s, in the world: ``(point, xyz)``.
 
-    Each cube of `PLACE_SPACING` has one place at most.
+    They are its point scatterers, and the points of its moving parts that reflect to ``eye`` and
+    that the body itself does not hide.
+    """
+    points = actor.pose.to_outer(np.array([p.position for p in actor.points]).reshape(-1, 3))
+    velocity = np.broadcast_to(np.array(actor.velocity), points.shape)
+    if actor.movement is None:
+        return points, velocity
+    from polychirp.channel.geometry.part_reflections import moving_reflections
+
+    still = eye[None], np.zeros((1, 3))
+    found = moving_reflections(actor, time, (still, still), wavenumber=1.0)
+    is_open = found.is_open[0]
+    return (
+        np.concatenate([points, found.point[0, is_open]]),
+        np.concatenate([velocity, found.velocity[0, is_open]]),
+    )
+
+
+def _with_others(
+    actor: Actor, nearest: FloatArray, others: tuple[FloatArray, FloatArray]
+) -> tuple[FloatArray, FloatArray]:
+    """Places and velocities of ``others``, preceded by the nearest point with the body's own."""
+    places, velocity = others
+    return (
+        np.concatenate([nearest[None], places]),
+        np.concatenate([np.array([actor.velocity]), velocity]),
+    )
+
+
+def _visible_places(
+    world: "World | None", actor: Actor, eye: FloatArray, time: float
+) -> tuple[FloatArray, FloatArray]:
+    """Visible places on a body, m, and their velocities, m/s, in the world: ``(place, xyz)``.
+
+    On faces, each cube of `PLACE_SPACING` has one place at most, and all have the body's velocity.
     """
     from polychirp.channel.geometry.closest_point import closest_points
 
     corners = target_corners(actor)
-    if len(corners):
-        place = actor.pose.to_inner(eye)
-        is_front = closest_points(corners, place)[1]
-        if np.any(is_front):
-            corners = corners[is_front]
-        inner = closest_points(_cut(corners, PLACE_SPACING), place)[0]
-    else:
-        inner = np.array([point.position for point in actor.points]).reshape(-1, 3)
+    if not len(corners):
+        points, velocity = _points_of(actor, eye, time)
+        seen = _are_visible(world, points, eye)
+        return points[seen], velocity[seen]
+    place = actor.pose.to_inner(eye)
+    is_front = closest_points(corners, place)[1]
+    if np.any(is_front):
+        corners = corners[is_front]
+    inner = closest_points(_cut(corners, PLACE_SPACING), place)[0]
     cube = np.floor(inner / PLACE_SPACING).astype(np.int64)
     cube -= cube.min(axis=0)
     number = np.ravel_multi_index(tuple(cube.T), tuple(cube.max(axis=0) + 1))
     few = np.unique(number, return_index=True)[1]
     places = actor.pose.to_outer(inner[few])
-    return np.asarray(places[_are_visible(world, places, eye)])
+    places = places[_are_visible(world, places, eye)]
+    return places, np.broadcast_to(np.array(actor.velocity), places.shape)
 
 
 def _are_visible(world: "World | None", candidates: FloatArray, eye: FloatArray) -> BoolArray:

@@ -48,10 +48,11 @@ needs too many tubes."""
 class Composite(Spec):
     """Every mechanism of the package, each for its own kind of path.
 
-    The mechanisms are: line of sight, with diffraction at obstacles; point scatterers; mirror
-    images in road and walls and in their corners; facets of vehicles, seen directly and in mirrors;
-    bounces between bodies; and, on request, rough planes and leaves with random phases. Surfaces
-    block waves; thin sheets, such as panes and bumpers, let a part through.
+    The mechanisms are: line of sight, with diffraction at obstacles; point scatterers; moving parts
+    of people and bicycles; mirror images in road and walls and in their corners; facets of
+    vehicles, seen directly and in mirrors; bounces between bodies; and, on request, rough planes
+    and leaves with random phases. Surfaces block waves; thin sheets, such as panes and bumpers, let
+    a part through.
 
     Further snapshots of a scene are cheap, because its meshes are prepared only once.
 
@@ -162,7 +163,8 @@ class Composite(Spec):
         Facets and bounces have one part for each body, so that a body near the radars can be traced
         again more often than the rest.
         """
-        parts = [*self._direct_parts(), *self._mirror_parts(), *self._body_parts(world)]
+        parts = [*self._direct_parts(), *self._moving_parts(world)]
+        parts += [*self._mirror_parts(), *self._body_parts(world)]
         if self.max_bounces > 1:
             parts += self._bounce_parts(world)
         if self.diffuse:
@@ -192,6 +194,13 @@ class Composite(Spec):
 
             yield _part("diffraction", diffracted_paths)
         yield _part("points", visible_point_echoes)
+
+    def _moving_parts(self, world: "World") -> Iterator[Part]:
+        from polychirp.channel.direct.moving_parts import articulated_actors, visible_part_echoes
+
+        for actor in articulated_actors(world.scene):
+            name = world.scene.actors[actor].name
+            yield _part(f"parts of {name}", partial(visible_part_echoes, actor=actor))
 
     def _mirror_parts(self) -> Iterator[Part]:
         if self.reflecting_planes:

@@ -1,10 +1,11 @@
-"""`FreeSpace`, the reference tracer: lines of sight and echoes of points, without obstacles."""
+"""`FreeSpace`, the reference tracer: lines of sight, points, moving parts, without obstacles."""
 
 from dataclasses import dataclass
 from typing import Literal
 
 from polychirp.channel.base import Capability, all_pairs, gather
 from polychirp.channel.direct.line_of_sight import line_of_sight
+from polychirp.channel.direct.moving_parts import articulated_actors, part_echoes
 from polychirp.channel.direct.point_scatterers import point_echoes
 from polychirp.model.paths import PropagationPaths
 from polychirp.model.scene import Scene
@@ -15,6 +16,8 @@ from polychirp.units import Hertz
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FreeSpace(Spec):
     """A world without surfaces, in which radars see each other and every point scatterer.
+
+    They also see moving parts that the same body does not hide.
 
     The powers follow from the Friis formula and the radar equation. The delays are exact for radars
     and points that move at constant velocity. Other tracers must give the same without obstacles.
@@ -47,9 +50,14 @@ class FreeSpace(Spec):
     def trace(self, scene: Scene) -> PropagationPaths:
         """Direct paths between the radars of ``scene``, and echoes of its points, at its time."""
         pairs = all_pairs(scene)
+        moving = [
+            part_echoes(scene, actor, frequency=self.frequency, pairs=pairs)
+            for actor in articulated_actors(scene)
+        ]
         return gather(
             [
                 line_of_sight(scene, frequency=self.frequency, pairs=pairs),
                 point_echoes(scene, frequency=self.frequency, pairs=pairs),
+                *moving,
             ]
         )

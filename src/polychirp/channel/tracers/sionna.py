@@ -341,9 +341,10 @@ def _parts(scene: Scene, table: Mapping[str, Material], frequency: float) -> lis
 
 def _check(scene: Scene, solid: Sequence[_Part], clouds: Sequence[_Part]) -> None:
     """Refuse scenes that Sionna cannot trace; warn of those that it traces badly or in part."""
-    if any(actor.points for actor in scene.actors):
+    if any(actor.points or actor.movement for actor in scene.actors):
         raise CapabilityError(
-            "the tracer 'sionna' has no point scatterers; use the tracer 'composite'"
+            "the tracer 'sionna' has neither moving parts nor point scatterers; use the tracer "
+            "'composite'"
         )
     if any(scene.actors[part.actor].mesh.num_faces for part in solid):
         warnings.warn(

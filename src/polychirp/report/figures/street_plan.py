@@ -46,6 +46,10 @@ def street_plan(scene: Scene) -> Drawing:
         if actor.points:
             world = actor.pose.to_outer(np.array([point.position for point in actor.points]))
             axes.plot(world[:, 0], world[:, 1], ".", color=INK, markersize=2)
+        if actor.movement is not None:
+            solids = actor.movement.parts_at(scene.time).ellipsoids
+            world = actor.pose.to_outer(solids.centre)
+            axes.plot(world[:, 0], world[:, 1], ".", color=INK, markersize=4)
         if actor.kind == "vehicle":
             _draw_name(axes, actor, scene)
     reach = LANE_WIDTH + ROADSIDE_WIDTH

@@ -124,7 +124,7 @@ def test_a_sionna_without_llvm_is_refused_before_anything_is_imported(nowhere, m
 
 
 def test_a_scene_that_sionna_cannot_do_is_refused_whether_it_is_there_or_not(nowhere):
-    with pytest.raises(CapabilityError, match="no point scatterers; use the tracer 'composite'"):
+    with pytest.raises(CapabilityError, match="nor point scatterers; use the tracer 'composite'"):
         SionnaRt().trace(around([POINT], PLACES))
     wall = Plate(
         centre=(5.0, 0, 0), half_u=(0, 1.0, 0), half_v=(0, 0, 1.0), material="cheese", part="w"

@@ -1,0 +1,214 @@
+"""Road users whose parts move: `Pedestrian`, `Bicycle` and `Motorcycle`."""
+
+import math
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Annotated, Final
+
+import numpy as np
+
+from polychirp.errors import InputError
+from polychirp.frames import Pose
+from polychirp.model.moving_parts import MovingParts
+from polychirp.model.scene import Actor
+from polychirp.spec import Spec
+from polychirp.traffic.gait import GREATEST_RELATIVE_SPEED, STANDING, Gait
+from polychirp.traffic.person import leg_length, person
+from polychirp.traffic.two_wheelers import BicycleRide, MotorcycleRide
+from polychirp.units import Between, Metres, MetresPerSecond, Radians, Unit
+
+GREATEST_CYCLING_SPEED: Final = 25.0
+"""Greatest speed of a bicycle, m/s; chosen above that of races."""
+
+BodyHeight = Annotated[float, Unit("m", least="0.7 m", greatest="2.3 m")]
+"""Height of a person, m."""
+
+Phase = Annotated[float, Between(least=0.0, greatest=1.0)]
+"""Share of a cycle that has passed at time 0."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Walk:
+    """Movement of a walking or standing person; see `Pedestrian`."""
+
+    height: float
+    speed: float
+    phase: float
+
+    def parts_at(self, time: float) -> MovingParts:
+        """Ellipsoids of the person at a time, s; the lowest point of a cycle is on the ground."""
+        if self.speed == 0:
+            return MovingParts(ellipsoids=person(STANDING, height=self.height))
+        gait = self._gait()
+        joints = gait.joints(self.phase + time / gait.period)
+        solids = person(joints, height=self.height)
+        centre = solids.centre + np.array([0.0, 0.0, _lift(self.height, self.speed)])
+        return MovingParts(ellipsoids=replace(solids, centre=centre))
+
+    def _gait(self) -> Gait:
+        leg = leg_length(self.height)
+        return Gait(relative_speed=self.speed / leg, leg=leg)
+
+
+@cache
+def _lift(height: float, speed: float) -> float:
+    """Height by which a walker of the model is raised to have no foot in the ground, m."""
+    gait = Walk(height=height, speed=speed, phase=0.0)._gait()
+    cycle = [person(gait.joints(phase), height=height) for phase in np.linspace(0.0, 1.0, 64)]
+    lowest = [one.centre[:, 2] - np.linalg.norm(one.axes[:, :, 2], axis=1) for one in cycle]
+    return -float(np.min(lowest))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pedestrian(Spec):
+    """A person who walks straight along ``heading``, or stands; the middle is at (x, y).
+
+    Trunk, head and limbs are ellipsoids of skin that move as in the walking model of Boulic
+    and the Thalmanns (`traffic.gait`), so that the echo has micro-Doppler lines.
+
+    Parameters
+    ----------
+    height : m; 1.75 m is an adult, 1.15 m a child of six years, with an adult's proportions
+    phase : share of the cycle of two steps at time 0; at 0 the right heel strikes
+
+    Examples
+    --------
+    >>> walker = Pedestrian(name="walker", x=12.0, y=2.0, heading=math.pi, speed=1.4)
+    >>> parts = walker.actor().movement.parts_at(0.0)
+    >>> len(parts.ellipsoids.centre)
+    13
+    """
+
+    name: str
+    x: Metres
+    y: Metres
+    heading: Radians = 0.0
+    speed: MetresPerSecond = 0.0
+    height: BodyHeight = 1.75
+    phase: Phase = 0.0
+
+    def __post_init__(self) -> None:
+        fastest = GREATEST_RELATIVE_SPEED * leg_length(self.height)
+        if not 0 <= self.speed <= fastest:
+            raise InputError(
+                f"pedestrian '{self.name}' walks at {self.speed:.3g} m/s; use 0 m/s to "
+                f"{fastest:.2g} m/s for a height of {self.height:.3g} m, since nobody runs here"
+            )
+
+    @property
+    def velocity(self) -> tuple[float, float, float]:
+        """Mean velocity in the world, m/s, ``(x, y, z)``."""
+        along, across = math.cos(self.heading), math.sin(self.heading)
+        return self.speed * along, self.speed * across, 0.0
+
+    def actor(self) -> Actor:
+        """The person with the movement of the limbs."""
+        return Actor(
+            name=self.name,
+            kind="object",
+            pose=Pose(x=self.x, y=self.y, yaw=self.heading),
+            velocity=self.velocity,
+            movement=Walk(height=self.height, speed=self.speed, phase=self.phase),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bicycle(Spec):
+    """A bicycle with its rider, who pedals straight along ``heading``; its middle is at (x, y).
+
+    Frame, rims and spokes are metal; spokes turn with the wheels and flash when they are seen from
+    across, so that the echo covers range rates from 0 to twice the speed.
+
+    Parameters
+    ----------
+    num_spokes : of each wheel
+    development : way for one turn of the cranks, m
+    phase : share of a wheel's turn at time 0
+
+    Examples
+    --------
+    >>> ride = Bicycle(name="bike", x=12.0, y=2.0, heading=math.pi, speed=5.0).actor().movement
+    >>> [len(part.centre) for part in (ride.parts_at(0.0).ellipsoids, ride.parts_at(0.0).rods)]
+    [13, 1024]
+    """
+
+    name: str
+    x: Metres
+    y: Metres
+    heading: Radians = 0.0
+    speed: MetresPerSecond = 0.0
+    num_spokes: Annotated[int, Between(least=8, greatest=72)] = 32
+    development: Annotated[float, Unit("m", least="1 m", greatest="15 m")] = 5.6
+    phase: Phase = 0.0
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.speed <= GREATEST_CYCLING_SPEED:
+            raise InputError(
+                f"bicycle '{self.name}' rides at {self.speed:.3g} m/s; use 0 m/s to "
+                f"{GREATEST_CYCLING_SPEED:g} m/s"
+            )
+
+    @property
+    def velocity(self) -> tuple[float, float, float]:
+        """Velocity in the world, m/s, ``(x, y, z)``."""
+        return self.speed * math.cos(self.heading), self.speed * math.sin(self.heading), 0.0
+
+    def actor(self) -> Actor:
+        """The bicycle and its rider with their movement."""
+        return Actor(
+            name=self.name,
+            kind="object",
+            pose=Pose(x=self.x, y=self.y, yaw=self.heading),
+            velocity=self.velocity,
+            movement=BicycleRide(
+                speed=self.speed,
+                num_spokes=self.num_spokes,
+                development=self.development,
+                phase=self.phase,
+            ),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Motorcycle(Spec):
+    """A motorcycle with its rider, who rides straight along ``heading``; the middle is at (x, y).
+
+    Parameters
+    ----------
+    phase : share of a wheel's turn at time 0
+
+    Examples
+    --------
+    >>> Motorcycle(name="m", x=30.0, y=2.0, heading=math.pi, speed=14.0).velocity[0]
+    -14.0
+    """
+
+    name: str
+    x: Metres
+    y: Metres
+    heading: Radians = 0.0
+    speed: MetresPerSecond = 0.0
+    phase: Phase = 0.0
+
+    def __post_init__(self) -> None:
+        if self.speed < 0:
+            raise InputError(f"motorcycle '{self.name}' rides backwards; use 0 m/s or more")
+
+    @property
+    def velocity(self) -> tuple[float, float, float]:
+        """Velocity in the world, m/s, ``(x, y, z)``."""
+        return self.speed * math.cos(self.heading), self.speed * math.sin(self.heading), 0.0
+
+    def actor(self) -> Actor:
+        """The motorcycle and its rider with their movement."""
+        return Actor(
+            name=self.name,
+            kind="object",
+            pose=Pose(x=self.x, y=self.y, yaw=self.heading),
+            velocity=self.velocity,
+            movement=MotorcycleRide(speed=self.speed, phase=self.phase),
+        )
+
+
+RoadUser = Pedestrian | Bicycle | Motorcycle
+"""A body of a street whose parts move."""
