@@ -98,7 +98,7 @@ def drawn_street(waveform: WaveformKind, number: int) -> Study:
 
 
 def _readings(waveform: WaveformKind, number: int) -> Iterator[tuple[VictimResult, float]]:
-    """What the receiver makes of a frame of each radar, and its seconds."""
+    """Results of a frame of each radar, and the seconds that the receiver takes."""
     study = drawn_street(waveform, number)
     scene, schedules = scene_of(study), schedules_of(study)
     traced = trace_frame(study.tracer, scene, schedules, refresh_interval=study.refresh_interval)
