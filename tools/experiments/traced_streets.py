@@ -54,7 +54,7 @@ class StreetRow:
     with_ghosts : share of the frames with at least `PAPERS_GHOSTS` ghosts of indirect interference
     unexplained : mean number of detections per frame that no body, ghost or known path explains
     detections : mean number of all detections per frame
-    seconds : mean time of a frame
+    seconds : median CPU time of a frame
     """
 
     waveform: str
@@ -144,6 +144,6 @@ def _row(waveform: str, radar: str, readings: list[tuple[VictimResult, float]]) 
         ),
         unexplained=mean_count(np.array([n.count("unexplained") for n in natures], dtype=float)),
         detections=mean_count(np.array([len(n) for n in natures], dtype=float)),
-        seconds=float(np.mean([seconds for _, seconds in readings])),
+        seconds=float(np.median([seconds for _, seconds in readings])),
         num_trials=len(readings),
     )
