@@ -134,7 +134,7 @@ RECORDS: Final = (
     ),
     _table("statistics", 170),
     _table("receiver", 12),
-    _table("streets", 12, program="street"),
+    _table("streets", 30, program="street"),
     _figure("diversity-figure", "diversity", 0.1, "docs/validation/diversity.json"),
     _figure("ghosts-figure", "ghosts", 0.1, "docs/validation/ghosts.json"),
     _figure("receiver-figure", "receivers", 0.1, "docs/validation/receiver.json"),

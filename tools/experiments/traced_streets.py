@@ -24,8 +24,8 @@ from polychirp.study.trial import VictimResult, receive_and_score, trace_frame
 from polychirp.synthesis.received_frame import synthesize
 from polychirp.synthesis.stretch.engine import Stretch
 
-NUM_STREETS: Final = 100
-"""Number of streets that are drawn; chosen: an hour of one core."""
+NUM_STREETS: Final = 35
+"""Number of streets that are drawn; chosen: half an hour of one core."""
 
 FIRST_STREET: Final = 100
 """Number of the first one: the receiver was made on streets of lower numbers."""

@@ -129,7 +129,7 @@ class Bicycle(Spec):
     --------
     >>> ride = Bicycle(name="bike", x=12.0, y=2.0, heading=math.pi, speed=5.0).actor().movement
     >>> [len(part.centre) for part in (ride.parts_at(0.0).ellipsoids, ride.parts_at(0.0).rods)]
-    [13, 1024]
+    [13, 1056]
     """
 
     name: str
