@@ -17,7 +17,6 @@ from polychirp.report.figures.street_plan import street_plan
 from polychirp.report.figures.street_view import street_view
 from polychirp.report.html import page
 from polychirp.report.record import results_json
-from polychirp.report.statistics import shown_statistics
 from polychirp.report.verdict import row_of
 from polychirp.report.words import figure_name
 from polychirp.study.paper.results import PaperClaim, PaperResults
@@ -69,8 +68,9 @@ def _drawings(results: PaperResults) -> Iterator[tuple[str, Callable[[], Drawing
     for claim in results.claims:
         if row_of(results, claim) is not None:
             yield figure_name(claim), partial(_profile, results, claim)
-    if results.statistics or results.stored:
-        yield "fig12-13", partial(detection_statistics, shown_statistics(results))
+    curves = results.statistics if results.stored is None else results.stored.rows
+    if curves:
+        yield "fig12-13", partial(detection_statistics, curves)
     if any(row.scenario != "A" for row in results.rows):
         yield "floor-and-masking", partial(floor_and_masking, results.rows)
 
