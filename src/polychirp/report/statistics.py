@@ -136,10 +136,10 @@ def findings(rows: Sequence[StatisticsRow]) -> list[str]:
         "error depends on which of them reflects.",
         "With two interferers that start together with the victim, the detection probability is "
         f"{within(conventional.detection, 2)} with {within(conventional.ghosts, 1)} ghosts in a "
-        f"frame if all slopes are equal, {conventional.unexplained[0]:.1f} of them unexplained, and "
+        f"frame if all slopes are equal ({conventional.unexplained[0]:.1f} unexplained), and "
         f"{within(diverse.detection, 2)} with {within(diverse.ghosts, 1)} if the waveform is "
-        f"diverse, {diverse.unexplained[0]:.1f} of them unexplained. The paper's figure 12 shows "
-        "this case; it needs radars that start together and have equal slopes.",
+        f"diverse ({diverse.unexplained[0]:.1f} unexplained). The paper's figure 12 shows this "
+        "case; it needs radars that start together and have equal slopes.",
         "With diverse slopes and no mitigation, interference raises the floor of the range spectra "
         f"by {diverse.floor_rise_db:.0f} dB, from that of noise alone. This masks weak targets; "
         "the targets here are stronger.",
