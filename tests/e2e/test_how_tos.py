@@ -176,8 +176,9 @@ def test_every_block_that_does_not_run_says_why():
 
 
 LONG = {
+    "./run live": "serves a page until it is stopped",
     "./run test": "runs this test",
-    "./run study studies/paper/fig12-13.toml": "takes hours",
+    "./run study studies/paper/fig12-13.toml": "takes an hour",
 }
 """Lines of the README that only the parser reads, and why."""
 

@@ -78,7 +78,8 @@ def test_a_worker_finds_what_the_trial_itself_finds(plan, alone):
     found = {record.key: record for record in read_records(alone / LOG)}
     for point in (plan.points[0], plan.points[3]):
         expected = victim_records(run_trial(point.trial(5)))
-        assert found[point.study_hash, 5].victims == expected
+        # as text, because the errors of a target that is not found are NaN
+        assert repr(found[point.study_hash, 5].victims) == repr(expected)
 
 
 @pytest.mark.parametrize("count", [2, 3])
