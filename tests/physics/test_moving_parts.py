@@ -22,9 +22,9 @@ from polychirp.model.paths import PropagationPaths
 from polychirp.model.radar import Radar
 from polychirp.model.scene import Actor, Scene
 from polychirp.testing.shapes import mesh_of, sphere
-from polychirp.traffic.person import SKIN_REFLECTIVITY
+from polychirp.traffic.articulated_bodies.person import SKIN_REFLECTIVITY
+from polychirp.traffic.articulated_bodies.tubes import Spokes
 from polychirp.traffic.road_users import Bicycle, Motorcycle, Pedestrian
-from polychirp.traffic.tubes import Spokes
 
 FREQUENCY = 79e9
 WAVENUMBER = 2 * np.pi * FREQUENCY / SPEED_OF_LIGHT

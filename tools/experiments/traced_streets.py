@@ -16,7 +16,7 @@ import numpy as np
 from polychirp.model.baseband import Progress, no_progress
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.rng import Streams
-from polychirp.scoring.statistics import Estimate, mean_count, proportion, wilson
+from polychirp.scoring.statistics import Estimate, mean_count, wilson
 from polychirp.study.paper.results import WaveformKind
 from polychirp.study.paper.scenarios import TARGETS_OF_RADAR, paper_study
 from polychirp.study.spec import Study, scene_of, schedules_of
@@ -49,8 +49,7 @@ class StreetRow:
 
     Parameters
     ----------
-    found : share of the visible targets
-    each_found : the same for each target, by name
+    found : share of the frames in which each target is found, by name
     with_ghosts : share of the frames with at least `PAPERS_GHOSTS` ghosts of indirect interference
     unexplained : mean number of detections per frame that no body, ghost or known path explains
     detections : mean number of all detections per frame
@@ -59,8 +58,7 @@ class StreetRow:
 
     waveform: str
     radar: str
-    found: Estimate
-    each_found: dict[str, Estimate]
+    found: dict[str, Estimate]
     with_ghosts: Estimate
     unexplained: Estimate
     detections: Estimate
@@ -134,8 +132,7 @@ def _row(waveform: str, radar: str, readings: list[tuple[VictimResult, float]]) 
     return StreetRow(
         waveform=waveform,
         radar=radar,
-        found=proportion(hits.sum(axis=1).astype(np.float64), visible.sum(axis=1)),
-        each_found={
+        found={
             name: wilson(hits[:, n].sum() / visible[:, n].sum(), visible[:, n].sum())
             for n, name in enumerate(TARGETS_OF_RADAR[radar])
         },

@@ -26,7 +26,7 @@ def street_table(folder: Path) -> str:
             row["waveform"],
             row["radar"],
             str(row["num_trials"]),
-            "; ".join(f"{name} {within(one, 3)}" for name, one in row["each_found"].items()),
+            "; ".join(f"{name} {within(one, 3)}" for name, one in row["found"].items()),
             within(row["with_ghosts"], 2),
             within(row["unexplained"], 2),
             f"{row['detections']['value']:.0f}",

@@ -9,12 +9,12 @@ import numpy as np
 
 from polychirp.errors import InputError
 from polychirp.frames import Pose
-from polychirp.model.moving_parts import MovingParts
+from polychirp.model.moving_parts import Movement, MovingParts
 from polychirp.model.scene import Actor
 from polychirp.spec import Spec
-from polychirp.traffic.gait import GREATEST_RELATIVE_SPEED, STANDING, Gait
-from polychirp.traffic.person import leg_length, person
-from polychirp.traffic.two_wheelers import BicycleRide, MotorcycleRide
+from polychirp.traffic.articulated_bodies.gait import GREATEST_RELATIVE_SPEED, STANDING, Gait
+from polychirp.traffic.articulated_bodies.person import leg_length, person
+from polychirp.traffic.articulated_bodies.two_wheelers import BicycleRide, MotorcycleRide
 from polychirp.units import Between, Metres, MetresPerSecond, Radians, Unit
 
 GREATEST_CYCLING_SPEED: Final = 25.0
@@ -60,11 +60,42 @@ def _lift(height: float, speed: float) -> float:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Pedestrian(Spec):
+class _StraightMover(Spec):
+    """A body that moves straight along ``heading``; at time 0 its middle is at (x, y)."""
+
+    name: str
+    x: Metres
+    y: Metres
+    heading: Radians = 0.0
+    speed: MetresPerSecond = 0.0
+
+    @property
+    def velocity(self) -> tuple[float, float, float]:
+        """Velocity in the world, m/s, ``(x, y, z)``; of a walker, its mean."""
+        return self.speed * math.cos(self.heading), self.speed * math.sin(self.heading), 0.0
+
+    @property
+    def movement(self) -> Movement:
+        """The parts of the body as they move in its own frame."""
+        raise NotImplementedError
+
+    def actor(self) -> Actor:
+        """The body with the movement of its parts."""
+        return Actor(
+            name=self.name,
+            kind="object",
+            pose=Pose(x=self.x, y=self.y, yaw=self.heading),
+            velocity=self.velocity,
+            movement=self.movement,
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pedestrian(_StraightMover):
     """A person who walks straight along ``heading``, or stands; the middle is at (x, y).
 
     Trunk, head and limbs are ellipsoids of skin that move as in the walking model of Boulic
-    and the Thalmanns (`traffic.gait`), so that the echo has micro-Doppler lines.
+    and the Thalmanns (`articulated_bodies.gait`), so that the echo has micro-Doppler lines.
 
     Parameters
     ----------
@@ -79,11 +110,6 @@ class Pedestrian(Spec):
     13
     """
 
-    name: str
-    x: Metres
-    y: Metres
-    heading: Radians = 0.0
-    speed: MetresPerSecond = 0.0
     height: BodyHeight = 1.75
     phase: Phase = 0.0
 
@@ -96,24 +122,13 @@ class Pedestrian(Spec):
             )
 
     @property
-    def velocity(self) -> tuple[float, float, float]:
-        """Mean velocity in the world, m/s, ``(x, y, z)``."""
-        along, across = math.cos(self.heading), math.sin(self.heading)
-        return self.speed * along, self.speed * across, 0.0
-
-    def actor(self) -> Actor:
-        """The person with the movement of the limbs."""
-        return Actor(
-            name=self.name,
-            kind="object",
-            pose=Pose(x=self.x, y=self.y, yaw=self.heading),
-            velocity=self.velocity,
-            movement=Walk(height=self.height, speed=self.speed, phase=self.phase),
-        )
+    def movement(self) -> Walk:
+        """The limbs as they walk."""
+        return Walk(height=self.height, speed=self.speed, phase=self.phase)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Bicycle(Spec):
+class Bicycle(_StraightMover):
     """A bicycle with its rider, who pedals straight along ``heading``; its middle is at (x, y).
 
     Frame, rims and spokes are metal; spokes turn with the wheels and flash when they are seen from
@@ -132,11 +147,6 @@ class Bicycle(Spec):
     [13, 1056]
     """
 
-    name: str
-    x: Metres
-    y: Metres
-    heading: Radians = 0.0
-    speed: MetresPerSecond = 0.0
     num_spokes: Annotated[int, Between(least=8, greatest=72)] = 32
     development: Annotated[float, Unit("m", least="1 m", greatest="15 m")] = 5.6
     phase: Phase = 0.0
@@ -149,28 +159,18 @@ class Bicycle(Spec):
             )
 
     @property
-    def velocity(self) -> tuple[float, float, float]:
-        """Velocity in the world, m/s, ``(x, y, z)``."""
-        return self.speed * math.cos(self.heading), self.speed * math.sin(self.heading), 0.0
-
-    def actor(self) -> Actor:
-        """The bicycle and its rider with their movement."""
-        return Actor(
-            name=self.name,
-            kind="object",
-            pose=Pose(x=self.x, y=self.y, yaw=self.heading),
-            velocity=self.velocity,
-            movement=BicycleRide(
-                speed=self.speed,
-                num_spokes=self.num_spokes,
-                development=self.development,
-                phase=self.phase,
-            ),
+    def movement(self) -> BicycleRide:
+        """Frame, wheels and rider."""
+        return BicycleRide(
+            speed=self.speed,
+            num_spokes=self.num_spokes,
+            development=self.development,
+            phase=self.phase,
         )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Motorcycle(Spec):
+class Motorcycle(_StraightMover):
     """A motorcycle with its rider, who rides straight along ``heading``; the middle is at (x, y).
 
     Parameters
@@ -183,11 +183,6 @@ class Motorcycle(Spec):
     -14.0
     """
 
-    name: str
-    x: Metres
-    y: Metres
-    heading: Radians = 0.0
-    speed: MetresPerSecond = 0.0
     phase: Phase = 0.0
 
     def __post_init__(self) -> None:
@@ -195,19 +190,9 @@ class Motorcycle(Spec):
             raise InputError(f"motorcycle '{self.name}' rides backwards; use 0 m/s or more")
 
     @property
-    def velocity(self) -> tuple[float, float, float]:
-        """Velocity in the world, m/s, ``(x, y, z)``."""
-        return self.speed * math.cos(self.heading), self.speed * math.sin(self.heading), 0.0
-
-    def actor(self) -> Actor:
-        """The motorcycle and its rider with their movement."""
-        return Actor(
-            name=self.name,
-            kind="object",
-            pose=Pose(x=self.x, y=self.y, yaw=self.heading),
-            velocity=self.velocity,
-            movement=MotorcycleRide(speed=self.speed, phase=self.phase),
-        )
+    def movement(self) -> MotorcycleRide:
+        """Body, wheels and rider."""
+        return MotorcycleRide(speed=self.speed, phase=self.phase)
 
 
 RoadUser = Pedestrian | Bicycle | Motorcycle

@@ -5,8 +5,8 @@ import pytest
 
 from polychirp.axes import FloatArray
 from polychirp.errors import InputError
-from polychirp.traffic.gait import GREATEST_RELATIVE_SPEED, Gait
-from polychirp.traffic.person import leg_length
+from polychirp.traffic.articulated_bodies.gait import GREATEST_RELATIVE_SPEED, Gait
+from polychirp.traffic.articulated_bodies.person import leg_length
 from polychirp.traffic.road_users import Pedestrian
 from polychirp.traffic.street import Street, Vehicle
 

@@ -55,22 +55,30 @@ GREATEST_DIFFERENCE = 2.0
 most pairs of beats of two points differ by more."""
 
 
-def with_strong_points(seen: Observation, limits: MapLimits) -> MapLimits:
-    """The limits, with wider ones of range if there are strong points beyond them."""
-    strong = _strong_ranges(seen, _power(seen, seen.samples), limits.range)
+def with_strong_points(seen: Observation, power: FloatArray, limits: MapLimits) -> MapLimits:
+    """The limits, with wider ones of range if there are strong points beyond them.
+
+    ``power`` is that of the samples (`ramp_spectra`).
+    """
+    strong = _strong_ranges(seen, power, limits.range)
     return replace(limits, range=_widened(limits.range, strong))
 
 
-def with_fast_points(seen: Observation, points: Points, limits: MapLimits) -> MapLimits:
-    """The limits, with wider ones of range rate if ``points`` leave strong ones beyond them."""
-    whole, left = (_power(seen, one) for one in (seen.samples, without(seen, seen.samples, points)))
+def with_fast_points(
+    seen: Observation, power: FloatArray, points: Points, limits: MapLimits
+) -> MapLimits:
+    """The limits, with wider ones of range rate if ``points`` leave strong ones beyond them.
+
+    ``power`` is that of the samples with the points (`ramp_spectra`).
+    """
+    left = ramp_spectra(seen, without(seen, seen.samples, points))
     noise = np.maximum(np.median(left, axis=1), np.finfo(np.float64).tiny)
-    least = np.maximum(LEAST_ON_A_RAMP * noise, LEAST_SHARE * np.max(whole, axis=1))
+    least = np.maximum(LEAST_ON_A_RAMP * noise, LEAST_SHARE * np.max(power, axis=1))
     fast = _fast_rates(seen, left / least[:, None], limits.range_rate)
     return replace(limits, range_rate=_widened(limits.range_rate, fast))
 
 
-def _power(seen: Observation, samples: ComplexArray) -> FloatArray:
+def ramp_spectra(seen: Observation, samples: ComplexArray) -> FloatArray:
     """Power spectra of all ramps, means over the channels, ``(ramp, bin)``."""
     size = spectrum_size(seen.model.times)
     return np.asarray(power_spectra(samples, hann_weights(seen.present), size).mean(axis=0))

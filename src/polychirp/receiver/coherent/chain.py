@@ -10,7 +10,7 @@ from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame
 from polychirp.receiver.clustering import merged
-from polychirp.receiver.coherent.beyond import with_fast_points, with_strong_points
+from polychirp.receiver.coherent.beyond import ramp_spectra, with_fast_points, with_strong_points
 from polychirp.receiver.coherent.coherent_map import MapLimits, map_axes
 from polychirp.receiver.coherent.directions import directions
 from polychirp.receiver.coherent.false_alarms import expected_peaks, map_area, threshold_of
@@ -121,9 +121,10 @@ class CoherentReceiver(SearchSettings):
     def _points(self, frame: IfFrame) -> tuple[Points, Observation]:
         """The points within the receiver's limits, and the observation with its noise."""
         seen = Observation.of(frame, mitigated(self.mitigation, frame))
-        limits = with_strong_points(seen, MapLimits.of(self))
+        power = ramp_spectra(seen, seen.samples)
+        limits = with_strong_points(seen, power, MapLimits.of(self))
         points, adapted = self._found(seen, limits)
-        wider = with_fast_points(adapted, points, limits)
+        wider = with_fast_points(adapted, power, points, limits)
         if wider != limits:
             points, adapted = self._found(seen, wider)
         distance, rate = points.motion[:, 0], points.motion[:, 1]

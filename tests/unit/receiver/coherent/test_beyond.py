@@ -2,7 +2,12 @@
 
 import pytest
 
-from polychirp.receiver.coherent.beyond import MARGIN, with_fast_points, with_strong_points
+from polychirp.receiver.coherent.beyond import (
+    MARGIN,
+    ramp_spectra,
+    with_fast_points,
+    with_strong_points,
+)
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.coherent.coherent_map import MapLimits
 from polychirp.receiver.coherent.observation import Observation
@@ -23,7 +28,7 @@ def frame_with(family, *points):
 
 def searched_of(frame):
     seen = Observation.of(frame, mitigated(None, frame))
-    return with_strong_points(seen, LIMITS).range, seen.range_cell
+    return with_strong_points(seen, ramp_spectra(seen, seen.samples), LIMITS).range, seen.range_cell
 
 
 @pytest.mark.parametrize("family", FAMILIES)
@@ -80,7 +85,8 @@ def test_the_search_reaches_a_point_faster_than_the_limits(family):
     def rates(*points):
         frame = frame_with(family, *points)
         seen = Observation.of(frame, mitigated(None, frame))
-        return with_fast_points(seen, Points.none(4), LIMITS).range_rate
+        power = ramp_spectra(seen, seen.samples)
+        return with_fast_points(seen, power, Points.none(4), LIMITS).range_rate
 
     slowest, fastest = rates(HandPoint(range=12.0, range_rate=-50.0, power=5.0))
     assert -55.0 < slowest < -50.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib.resources import files
 from itertools import product
 from pathlib import Path
 
@@ -30,7 +31,7 @@ def test_what_is_read_is_what_was_written(tmp_path: Path) -> None:
     stored = read_statistics()
     write_statistics(stored, tmp_path / "again.json")
     written = (tmp_path / "again.json").read_text(encoding="utf-8")
-    packaged = Path(read_statistics.__code__.co_filename).with_name("statistics.json")
+    packaged = files("polychirp.study.paper").joinpath("statistics.json")
     assert written == packaged.read_text(encoding="utf-8")
 
 

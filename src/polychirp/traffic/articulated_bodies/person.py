@@ -10,7 +10,7 @@ import numpy as np
 from polychirp.axes import FloatArray
 from polychirp.frames import rotation
 from polychirp.model.moving_parts import Ellipsoids
-from polychirp.traffic.gait import Joints
+from polychirp.traffic.articulated_bodies.gait import Joints
 
 SKIN_REFLECTIVITY: Final = 0.34
 """Power that dry skin reflects at normal incidence at 77 GHz: ε = 6.6 − 8.9j, by the parameters of
@@ -73,7 +73,7 @@ def person(joints: Joints, *, height: float, base: FloatArray | None = None) -> 
 
     Examples
     --------
-    >>> from polychirp.traffic.gait import STANDING
+    >>> from polychirp.traffic.articulated_bodies.gait import STANDING
     >>> body = person(STANDING, height=1.75)
     >>> top = body.centre[:, 2] + np.abs(body.axes[:, :, 2]).max(axis=1)
     >>> round(float(top.max()), 2)

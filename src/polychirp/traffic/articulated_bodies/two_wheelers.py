@@ -9,8 +9,8 @@ import numpy as np
 
 from polychirp.axes import FloatArray
 from polychirp.model.moving_parts import Ellipsoids, MovingParts, Rods
-from polychirp.traffic.rider import rider
-from polychirp.traffic.tubes import (
+from polychirp.traffic.articulated_bodies.rider import rider
+from polychirp.traffic.articulated_bodies.tubes import (
     RUBBER_REFLECTIVITY,
     Spokes,
     Tube,

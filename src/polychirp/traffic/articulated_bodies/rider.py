@@ -8,7 +8,7 @@ import numpy as np
 from polychirp.axes import FloatArray
 from polychirp.frames import rotation
 from polychirp.model.moving_parts import Ellipsoids
-from polychirp.traffic.person import (
+from polychirp.traffic.articulated_bodies.person import (
     FOREARM,
     HAND,
     HEAD,
