@@ -72,9 +72,11 @@ def hand_paths(draw, transmitter):
         transmitter=transmitter,
         delay=draw(between(0.0, 1e-6)),
         delay_rate=draw(between(-4e-7, 4e-7)),
+        delay_acceleration=draw(st.sampled_from([0.0, 1e-6, -1e-5])),
         gain=draw(between(0.1, 1.0)) * np.exp(1j * draw(between(-3.0, 3.0))),
         departure=(float(np.cos(leaving)), float(np.sin(leaving)), 0.0),
         arrival=(float(np.cos(azimuth)), float(np.sin(azimuth)), 0.0),
+        arrival_rate=draw(st.sampled_from([(0.0, 0.0, 0.0), (-3.0, 5.0, 0.0)])),
         bounces=draw(st.sampled_from([(), (Bounce.SCATTERING,)])),
     )
 

@@ -85,6 +85,9 @@ def path_table(  # noqa: PLR0913 -- a field of the table each
     bounces: Sequence[tuple[Bounce, IntArray, FloatArray]] = (),
     coherence_time: FloatArray | None = None,
     delay_acceleration: FloatArray | None = None,
+    transfer_drift: FloatArray | ComplexArray | None = None,
+    departure_rate: FloatArray | None = None,
+    arrival_rate: FloatArray | None = None,
 ) -> PropagationPaths:
     """Table of paths that all have the same kinds of bounces in the same order.
 
@@ -92,10 +95,17 @@ def path_table(  # noqa: PLR0913 -- a field of the table each
     ----------
     pair : (transmitter, receiver), ``(path, 2)``
     bounces : for every bounce its kind, its actors ``(path,)`` and its points, m ``(path, xyz)``
-    coherence_time : s, ``(path,)``; by default infinite
-    delay_acceleration : 1/s, ``(path,)``; by default 0
+    coherence_time, delay_acceleration, transfer_drift, departure_rate, arrival_rate : as in
+        `PropagationPaths`, with its defaults
     """
     num_paths, num_bounces = len(delay), len(bounces)
+    changes: dict[str, Any] = {
+        "coherence_time": coherence_time,
+        "delay_acceleration": delay_acceleration,
+        "transfer_drift": transfer_drift,
+        "departure_rate": departure_rate,
+        "arrival_rate": arrival_rate,
+    }
     actor = np.zeros((num_paths, num_bounces), dtype=np.int64)
     kind = np.zeros((num_paths, num_bounces), dtype=np.int64)
     point = np.zeros((num_paths, num_bounces, 3))
@@ -115,10 +125,7 @@ def path_table(  # noqa: PLR0913 -- a field of the table each
         bounce_actor=actor.reshape(-1),
         bounce_kind=kind.reshape(-1),
         bounce_point=point.reshape(-1, 3),
-        coherence_time=np.full(num_paths, np.inf) if coherence_time is None else coherence_time,
-        delay_acceleration=np.zeros(num_paths)
-        if delay_acceleration is None
-        else delay_acceleration,
+        **{name: values for name, values in changes.items() if values is not None},
     )
 
 

@@ -42,15 +42,17 @@ class PropagationPaths:
 
     Between isotropic antennas, the transfer function of path p is
 
-    .. math:: H_p(f, t) = A_p\, e^{-j2\pi f \tau_p(t)}, \qquad
-              \tau_p(t) = \tau_p + \dot\tau_p\,(t - t_0)
+    .. math:: H_p(f, t) = A_p\,\bigl(1 + \gamma_p\,(t - t_0)\bigr)\, e^{-j2\pi f \tau_p(t)}, \qquad
+              \tau_p(t) = \tau_p + \dot\tau_p\,(t - t_0) + \tfrac12\ddot\tau_p\,(t - t_0)^2
 
-    for signals :math:`e^{+j\omega t}`, where t is the time of **reception**. The linear delay is
-    valid within one ramp; over longer times the delay is quadratic (`carried`). A is a 2×2 matrix
+    for signals :math:`e^{+j\omega t}`, where t is the time of **reception**. A is a 2×2 matrix
     with the receiving polarisation as row and the transmitting one as column, (V, H) of
     `frames.polarisation_basis` for the outward direction at each end. |A|² is the ratio of received
     to transmitted power between isotropic antennas: a line of sight of length d has A = λ/4πd, with
     λ at ``frequency``. A holds no phase of the propagation, which follows from the delay alone.
+
+    Near :math:`t_0`, within a ramp, a delay is quadratic in time; amplitude and directions are
+    linear.
 
     A `RayTracer` returns it for a `Scene`.
 
@@ -67,10 +69,15 @@ class PropagationPaths:
         at a distance R that pass each other at the speed v, across the line between them. Zero by
         default
     transfer : A, ``(path, 2, 2)`` complex
+    transfer_drift : γ, relative rate of A, 1/s ``(path,)`` complex. A single wave of length R has
+        :math:`-\dot R/R`; the sum of many contributions also changes as their phases drift apart.
+        Zero by default
     departure, arrival : outward directions in the world, ``(path, xyz)``: from the transmitter
         along the path's first leg, and from the receiver along its last leg. For a sum of
         contributions they are weighted means, whose length is not exactly 1. To compute the phases
         of antenna elements, use these means as they are: normalised ones give other phases
+    departure_rate, arrival_rate : time derivatives of the directions, 1/s ``(path, xyz)``; zero by
+        default
     bounce_start : ``(offset,)``, one more than paths: path p has bounces
         ``bounce_start[p]:bounce_start[p + 1]``, from transmitter to receiver
     bounce_actor : number of the actor, ``(bounce,)``
@@ -93,12 +100,24 @@ class PropagationPaths:
     bounce_point: Annotated[FloatArray, Axes("bounce", "3")]
     coherence_time: PerPath = field(default_factory=lambda: np.zeros(0))
     delay_acceleration: PerPath = field(default_factory=lambda: np.zeros(0))
+    transfer_drift: Annotated[ComplexArray, Axes("path", dtype=np.complex128)] = field(
+        default_factory=lambda: np.zeros(0, dtype=np.complex128)
+    )
+    departure_rate: PerPathVector = field(default_factory=lambda: np.zeros((0, 3)))
+    arrival_rate: PerPathVector = field(default_factory=lambda: np.zeros((0, 3)))
 
     def __post_init__(self) -> None:
-        if not np.size(self.coherence_time):
-            object.__setattr__(self, "coherence_time", np.full(np.size(self.delay), np.inf))
-        if not np.size(self.delay_acceleration):
-            object.__setattr__(self, "delay_acceleration", np.zeros(np.size(self.delay)))
+        count = np.size(self.delay)
+        defaults: dict[str, FloatArray | ComplexArray] = {
+            "coherence_time": np.full(count, np.inf),
+            "delay_acceleration": np.zeros(count),
+            "transfer_drift": np.zeros(count, dtype=np.complex128),
+            "departure_rate": np.zeros((count, 3)),
+            "arrival_rate": np.zeros((count, 3)),
+        }
+        for name, default in defaults.items():
+            if not np.size(getattr(self, name)):
+                object.__setattr__(self, name, default)
         seal(self)
         if self.bounce_start.size != self.num_paths + 1:
             raise InputError(
@@ -148,8 +167,9 @@ class PropagationPaths:
 
         .. math:: \tau_p(t_0 + t) = \tau_p + \dot\tau_p\,t + \tfrac12\ddot\tau_p\,t^2
 
-        Amplitudes, directions and visibility are unchanged. A path that is the sum of many
-        contributions is valid for less than its `coherence_time`.
+        Directions turn at their rates. Amplitudes and visibility are unchanged: the drift of an
+        amplitude is valid for a ramp only. A path that is the sum of many contributions is valid
+        for less than its `coherence_time`.
 
         >>> from polychirp.testing.paths import HandPath, paths_of
         >>> paths_of(HandPath(delay=1e-7, delay_rate=1e-8)).carried(2.0).delay.tolist()
@@ -161,6 +181,8 @@ class PropagationPaths:
             reference_time=self.reference_time + elapsed,
             delay=delay,
             delay_rate=delay_rate,
+            departure=self.departure + self.departure_rate * elapsed,
+            arrival=self.arrival + self.arrival_rate * elapsed,
         )
 
     def delays_after(self, elapsed: FloatArray | float) -> tuple[FloatArray, FloatArray]:

@@ -10,15 +10,22 @@ from polychirp.model.paths import Bounce, PropagationPaths
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HandPath:
-    """One path of `PropagationPaths`; its transfer matrix is ``gain`` times the unit matrix."""
+    """One path of `PropagationPaths`; its transfer matrix is ``gain`` times the unit matrix.
+
+    ``drift`` is the `transfer_drift`; rates are per second.
+    """
 
     delay: float
     delay_rate: float = 0.0
+    delay_acceleration: float = 0.0
     gain: complex = 1.0
+    drift: complex = 0.0
     transmitter: int = 0
     receiver: int = 0
     departure: tuple[float, float, float] = (1.0, 0.0, 0.0)
     arrival: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    departure_rate: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    arrival_rate: tuple[float, float, float] = (0.0, 0.0, 0.0)
     bounces: tuple[Bounce, ...] = ()
 
 
@@ -45,6 +52,10 @@ def paths_of(
         bounce_actor=np.zeros(len(kinds), dtype=np.int64),
         bounce_kind=np.array(kinds, dtype=np.int64),
         bounce_point=np.zeros((len(kinds), 3)),
+        delay_acceleration=np.array([path.delay_acceleration for path in paths]),
+        transfer_drift=np.array([path.drift for path in paths], dtype=np.complex128),
+        departure_rate=np.array([path.departure_rate for path in paths]).reshape(-1, 3),
+        arrival_rate=np.array([path.arrival_rate for path in paths]).reshape(-1, 3),
     )
 
 

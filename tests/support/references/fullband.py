@@ -120,15 +120,18 @@ class _Mixer:
         for number, link in enumerate(self.links):
             here = np.flatnonzero(is_on & (self.chosen[ramp] == number))
             t = time[here]
+            since = t + self.origin - link.reference_time
             for p in range(link.delay.size):
                 for m in range(y.shape[1]):
-                    drift = link.delay_rate[p] * t
-                    u = t - (link.delay_at(self.origin)[p, m] + drift)
+                    late = link.delay[p] + link.element_delay[p, m]
+                    late += (link.delay_rate[p] + link.element_delay_rate[p, m]) * since
+                    u = t - (late + 0.5 * link.delay_acceleration[p] * since**2)
                     other, sends = _ramp_at(self.sent, u)
                     turns = phase[here] - _phase(self.sent, other, u)
                     beat = np.exp(2j * np.pi * turns) * sends
                     weight = self.sent.transmit_weight[other, link.transmit_element[p]]
-                    y[link.part[p], m, here] += np.conj(link.amplitude[p] * weight) * beat
+                    amplitude = link.amplitude[p] + link.amplitude_rate[p] * since
+                    y[link.part[p], m, here] += np.conj(amplitude * weight) * beat
         return y
 
 

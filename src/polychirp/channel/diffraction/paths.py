@@ -188,9 +188,10 @@ class _EdgePaths(NamedTuple):
     """Paths from a link's first radar, of number ``first``, to its second.
 
     ``field`` complex, relative to the unobstructed one; ``excess`` m; ``rate`` m/s and
-    ``acceleration`` m/s² of the path's length; ``coherence_time`` s; ``actor`` number of the edge's
-    actor; all ``(path,)``. ``out`` and ``back`` are mean directions from the first and from the
-    second radar, ``point`` m is a mean edge point; these are in the world, ``(path, xyz)``.
+    ``acceleration`` m/s² of the path's length; ``coherence_time`` s; ``drift`` 1/s, relative rate
+    of the field; ``actor`` number of the edge's actor; all ``(path,)``. ``out`` and ``back`` are
+    mean directions from the first and from the second radar, ``point`` m is a mean edge point;
+    these are in the world, ``(path, xyz)``.
     """
 
     first: int
@@ -199,6 +200,7 @@ class _EdgePaths(NamedTuple):
     rate: FloatArray
     acceleration: FloatArray
     coherence_time: FloatArray
+    drift: ComplexArray
     out: FloatArray
     back: FloatArray
     point: FloatArray
@@ -277,7 +279,8 @@ def _from_moments(
     slot, cell = np.nonzero((power > 0) & (power * world.dynamic_range >= strongest))
     moments, spreads = waves.moments[slot, cell], waves.spreads[slot, cell]
     field = moments[:, FIELD]
-    means = (moments / field[:, None]).real
+    ratios = moments / field[:, None]
+    means = ratios.real
     # where a cell's waves nearly cancel, ratios of moments have no meaning
     excess = np.clip(
         means[:, MEAN_EXCESS],
@@ -290,6 +293,11 @@ def _from_moments(
     back = _or_towards(means[:, RETURN : RETURN + 3], point - end)
     velocity = frame.from_sender[slot], frame.from_receiver[slot]
     rate = np.sum(out * velocity[0] + back * velocity[1], axis=-1)
+    mean_rate = np.sum(
+        ratios[:, OUTWARD : OUTWARD + 3] * velocity[0]
+        + ratios[:, RETURN : RETURN + 3] * velocity[1],
+        axis=-1,
+    )
     typical, square = spreads[:, RATE] / weight, spreads[:, SQUARED_RATE] / weight
     spread = np.sqrt(np.maximum(square - typical**2, 0.0))
     # by rounding, even a single edge point has a spread of some µm/s
@@ -302,6 +310,7 @@ def _from_moments(
         acceleration=range_acceleration(point, velocity[0])
         + range_acceleration(point - end, velocity[1]),
         coherence_time=np.where(spread > 1e-5, coherence, np.inf),
+        drift=-1j * world.wavenumber * (mean_rate - rate),
         out=out @ rotation,
         back=back @ rotation,
         point=point @ rotation + world.scene.radar_position[link.first],
@@ -343,6 +352,7 @@ def _path_table(
         bounces=[(Bounce.DIFFRACTION, edges.actor, edges.point)],
         coherence_time=edges.coherence_time,
         delay_acceleration=edges.acceleration / SPEED_OF_LIGHT,
+        transfer_drift=direct.transfer_drift[number] + edges.drift,
     )
 
 

@@ -4,7 +4,11 @@ import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import path_table
-from polychirp.channel.geometry.retarded_delay import range_acceleration, retarded_leg
+from polychirp.channel.geometry.retarded_delay import (
+    range_acceleration,
+    retarded_leg,
+    turning,
+)
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.errors import InputError
 from polychirp.frames import polarisation_basis
@@ -50,6 +54,8 @@ def line_of_sight(scene: Scene, *, frequency: float, pairs: IntArray) -> Propaga
         sink_velocity=speed[pair[:, 1]],
     )
     amplitude = 1.0 / (4 * np.pi * frequency * delay)  # λ/4πd with d = cτ
+    length, velocity = SPEED_OF_LIGHT * delay, speed[pair[:, 1]] - speed[pair[:, 0]]
+    turn = turning(flight, length, velocity)
     return path_table(
         scene=scene,
         frequency=frequency,
@@ -59,8 +65,8 @@ def line_of_sight(scene: Scene, *, frequency: float, pairs: IntArray) -> Propaga
         transfer=amplitude[:, None, None] * straight_path_polarisation(flight, -flight),
         departure=flight,
         arrival=-flight,
-        delay_acceleration=range_acceleration(
-            SPEED_OF_LIGHT * delay[:, None] * flight, speed[pair[:, 1]] - speed[pair[:, 0]]
-        )
-        / SPEED_OF_LIGHT,
+        delay_acceleration=range_acceleration(length[:, None] * flight, velocity) / SPEED_OF_LIGHT,
+        transfer_drift=-delay_rate / delay,
+        departure_rate=turn,
+        arrival_rate=-turn,
     )

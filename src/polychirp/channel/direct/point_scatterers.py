@@ -4,7 +4,11 @@ import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import no_paths, path_table
-from polychirp.channel.geometry.retarded_delay import range_acceleration, retarded_leg
+from polychirp.channel.geometry.retarded_delay import (
+    range_acceleration,
+    retarded_leg,
+    turning,
+)
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.paths import Bounce, PropagationPaths
 from polychirp.model.scene import Scene
@@ -52,7 +56,10 @@ def echoes_over(
 ) -> PropagationPaths:
     r"""One path over each of the given points, which by default move with their actors.
 
-    .. math:: A = \frac{\lambda}{(4\pi)^{3/2} r_1 r_2}\, S
+    .. math:: A = \frac{\lambda}{(4\pi)^{3/2} r_1 r_2}\, S, \qquad
+              \frac{\dot A}{A} = -\frac{\dot r_1}{r_1} - \frac{\dot r_2}{r_2}
+
+    S is taken as constant.
 
     Parameters
     ----------
@@ -83,8 +90,9 @@ def echoes_over(
         later_delay_rate=back_rate,
     )
     legs = [SPEED_OF_LIGHT * late[:, None] for late in (out, back)]
-    bend = range_acceleration(legs[0] * out_flight, velocity - speed[pair[:, 0]])
-    bend += range_acceleration(legs[1] * back_flight, speed[pair[:, 1]] - velocity)
+    away, nearer = velocity - speed[pair[:, 0]], speed[pair[:, 1]] - velocity
+    bend = range_acceleration(legs[0] * out_flight, away)
+    bend += range_acceleration(legs[1] * back_flight, nearer)
     if acceleration is not None:
         bend += np.sum(acceleration * (out_flight - back_flight), axis=-1)
     spread = (4 * np.pi) ** 1.5 * out * back * SPEED_OF_LIGHT * frequency
@@ -99,4 +107,7 @@ def echoes_over(
         arrival=-back_flight,
         bounces=[(kind, actor, point - velocity * back[:, None])],
         delay_acceleration=bend / SPEED_OF_LIGHT,
+        transfer_drift=-(out_rate / out + back_rate / back),
+        departure_rate=turning(out_flight, legs[0][:, 0], away),
+        arrival_rate=-turning(back_flight, legs[1][:, 0], nearer),
     )

@@ -32,6 +32,26 @@ def range_acceleration(way: FloatArray, velocity: FloatArray) -> FloatArray:
     return np.asarray((np.sum(np.asarray(velocity) ** 2, axis=-1) - along**2) / length)
 
 
+def turning(direction: FloatArray, length: FloatArray, velocity: FloatArray) -> FloatArray:
+    r"""Rate at which the direction between two points turns, 1/s ``(…, xyz)``.
+
+    .. math:: \dot u = \frac{v - (u\cdot v)\,u}{R}
+
+    Parameters
+    ----------
+    direction : unit vector u from the first point to the second, ``(…, xyz)``
+    length : their distance R, m ``(…,)``
+    velocity : v of the second point relative to the first, m/s ``(…, xyz)``
+
+    Examples
+    --------
+    >>> turning(np.array([1.0, 0.0, 0.0]), np.array(5.0), np.array([3.0, 10.0, 0.0])).tolist()
+    [0.0, 2.0, 0.0]
+    """
+    along = np.sum(direction * velocity, axis=-1, keepdims=True)
+    return np.asarray((velocity - along * direction) / np.asarray(length)[..., None])
+
+
 def retarded_leg(
     *,
     source: FloatArray,

@@ -6,7 +6,7 @@ import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import gather, no_paths, path_table
-from polychirp.channel.geometry.retarded_delay import range_acceleration
+from polychirp.channel.geometry.retarded_delay import range_acceleration, turning
 from polychirp.channel.physical_optics.kernels import CELL_LENGTH
 from polychirp.channel.physical_optics.term_sums import (
     EXCESS,
@@ -100,11 +100,15 @@ def cell_paths(
         sums[:, TRANSFER].reshape(-1, 2, 2) * np.exp(1j * world.wavenumber * length)[:, None, None]
     )
     local = [one @ world.rotation[body] for one in velocity]
-    coherence = _coherence_time(sums, local, rate, world.wavenumber)
+    coherence, drift = _coherence_and_drift(sums, local, rate, world.wavenumber)
     point = _ellipse_point(ends[0].image, ends[1].image, ways[0], length)
-    bend = range_acceleration(point - ends[0].image, velocity[0]) + range_acceleration(
-        point - ends[1].image, velocity[1]
-    )
+    legs = [point - end.image for end in ends]
+    lengths = [np.linalg.norm(leg, axis=-1) for leg in legs]
+    bend = range_acceleration(legs[0], velocity[0]) + range_acceleration(legs[1], velocity[1])
+    turns = []
+    for way, one, far in zip(ways, velocity, lengths, strict=True):
+        drift -= _dot(way, one) / far
+        turns.append(turning(way, far, one))
     actor = np.full(len(number), world.body[body])
 
     def table(order: tuple[int, int], matrix: ComplexArray) -> PropagationPaths:
@@ -118,6 +122,9 @@ def cell_paths(
             transfer=matrix,
             departure=_departure(world, sender, ways[order[0]]),
             arrival=_departure(world, receiver, ways[order[1]]),
+            transfer_drift=drift,
+            departure_rate=_departure(world, sender, turns[order[0]]),
+            arrival_rate=_departure(world, receiver, turns[order[1]]),
             bounces=[
                 *_mirror_bounce(world, sender, point),
                 (Bounce.SCATTERING, actor, point),
@@ -138,7 +145,7 @@ def _dot(one: FloatArray, other: FloatArray) -> FloatArray:
 
 
 def _departure(world: World, end: PathEnds, direction: FloatArray) -> FloatArray:
-    """Unit vectors from the radar, given ``direction``, those from its image to the body."""
+    """Vectors at the radar, given ``direction``, those at its image."""
     if end.plate is None:
         return direction
     normal = world.plates.normal[end.plate]
@@ -182,9 +189,9 @@ def _is_direction(vectors: FloatArray) -> BoolArray:
     return np.asarray(np.abs(np.linalg.norm(vectors, axis=-1) - 1.0) < 0.2)
 
 
-def _coherence_time(
+def _coherence_and_drift(
     moments: ComplexArray, velocity: list[FloatArray], rate: FloatArray, wavenumber: float
-) -> FloatArray:
+) -> tuple[FloatArray, ComplexArray]:
     r"""Time for which one rate describes the contributions c to a cell well, s, ``(path,)``.
 
     Each c has its own rate ν of the path length, m/s. If their sum is extrapolated over the time t
@@ -195,16 +202,18 @@ def _coherence_time(
 
     with means weighted by c, which are complex. The coherence time is the t at which the magnitudes
     of both terms add up to one half (chosen): without the first term, phases spread by 1 rad rms.
+    The factor of t in the first term is the second result, the sum's relative rate, 1/s.
     """
     divisor = np.where(moments[:, 0] == 0, 1.0, moments[:, 0])
     out = np.sum(moments[:, OUTWARD] * velocity[0], -1)
     back = np.sum(moments[:, RETURN] * velocity[1], -1)
     mean = (out + back) / divisor
     square = moments[:, SQUARED_RATE] / divisor - 2 * rate * mean + rate**2
-    first, second = wavenumber * np.abs(mean - rate), 0.5 * wavenumber**2 * np.abs(square)
+    drift = -1j * wavenumber * (mean - rate)
+    first, second = np.abs(drift), 0.5 * wavenumber**2 * np.abs(square)
     # the root t of ½ = first·t + second·t², in the form without a difference of near numbers
     below = first + np.sqrt(first**2 + 2 * second)
-    return np.asarray(1.0 / np.maximum(below, 1e-12))
+    return np.asarray(1.0 / np.maximum(below, 1e-12)), np.asarray(drift)
 
 
 def _ellipse_point(

@@ -34,7 +34,11 @@ import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import no_paths, path_table, strength
-from polychirp.channel.geometry.retarded_delay import range_acceleration, retarded_leg
+from polychirp.channel.geometry.retarded_delay import (
+    range_acceleration,
+    retarded_leg,
+    turning,
+)
 from polychirp.channel.scene.occlusion import blocked
 from polychirp.channel.scene.shadow_tests import strongest_visible
 from polychirp.channel.scene.transmission import transmission_matrices, with_leg_losses
@@ -91,9 +95,10 @@ class _Rays(NamedTuple):
     """Rays by two plates, one per path.
 
     ``pair``, and the plates ``first`` and ``second``; ``opening`` F; ``delay`` s, its rate and
-    acceleration; ``ways`` unit directions of the legs ``(path, 3, xyz)``; ``meet`` m ``(path, 2,
-    xyz)`` where the ray meets the planes; ``legs`` m ``(path, 3, 2, xyz)`` both ends of every leg,
-    at the plates' nearest points and just in front of them; the last leg begins at the receiver.
+    acceleration; ``turn`` 1/s ``(path, xyz)``, the rate of the last leg's direction; ``ways`` unit
+    directions of the legs ``(path, 3, xyz)``; ``meet`` m ``(path, 2, xyz)`` where the ray meets the
+    planes; ``legs`` m ``(path, 3, 2, xyz)`` both ends of every leg, at the plates' nearest points
+    and just in front of them; the last leg begins at the receiver.
     """
 
     pair: IntArray
@@ -103,6 +108,7 @@ class _Rays(NamedTuple):
     delay: FloatArray
     delay_rate: FloatArray
     delay_acceleration: FloatArray
+    turn: FloatArray
     ways: FloatArray
     meet: FloatArray
     legs: FloatArray
@@ -166,6 +172,7 @@ def _rays(world: World, pair: IntArray, first: Plates, second: Plates) -> _Rays:
         delay=delay,
         delay_rate=delay_rate,
         delay_acceleration=range_acceleration(sink - twice, speed - image_speed) / SPEED_OF_LIGHT,
+        turn=turning(flight, delay * SPEED_OF_LIGHT, speed - image_speed),
         ways=np.stack([mirrored(between, first.normal), between, flight], axis=1),
         meet=meet,
         legs=np.stack([source, one, one, two, sink, two], axis=1).reshape(-1, 3, 2, 3),
@@ -190,6 +197,9 @@ def _paths(world: World, rays: _Rays, losses: ComplexArray) -> PropagationPaths:
         delay=rays.delay,
         delay_rate=rays.delay_rate,
         delay_acceleration=rays.delay_acceleration,
+        transfer_drift=-rays.delay_rate / rays.delay,
+        departure_rate=mirrored(mirrored(rays.turn, rays.second.normal), rays.first.normal),
+        arrival_rate=-rays.turn,
         transfer=amplitude[:, None, None] * with_leg_losses(transfer, losses[:, 0], losses[:, 2]),
         departure=go,
         arrival=-come,

@@ -17,7 +17,11 @@ import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.channel.base import no_paths, path_table
-from polychirp.channel.geometry.retarded_delay import range_acceleration, retarded_leg
+from polychirp.channel.geometry.retarded_delay import (
+    range_acceleration,
+    retarded_leg,
+    turning,
+)
 from polychirp.channel.scene.occlusion import blocked
 from polychirp.channel.scene.transmission import transmission_matrices, with_leg_losses
 from polychirp.channel.scene.world import Plates, World
@@ -67,7 +71,8 @@ def _reflections(world: World, pair: IntArray, number: IntArray) -> PropagationP
     above = np.sum((sink - image) * plates.normal, axis=-1)
     meet = image + (below / above)[:, None] * (sink - image)
     leaving = mirrored(flight, plates.normal)
-    length = delay * SPEED_OF_LIGHT
+    length, velocity = delay * SPEED_OF_LIGHT, speed[pair[:, 1]] - image_speed
+    turn = turning(flight, length, velocity)
     share = np.stack([below / above, 1 - below / above], axis=-1) * length[:, None]
     factor = plate_factor(plates, meet, leaving, share, world.wavenumber)
     amplitude = factor / (2 * world.wavenumber * length)
@@ -81,8 +86,10 @@ def _reflections(world: World, pair: IntArray, number: IntArray) -> PropagationP
         departure=leaving,
         arrival=-flight,
         bounces=[(Bounce.REFLECTION, plates.actor, meet)],
-        delay_acceleration=range_acceleration(sink - image, speed[pair[:, 1]] - image_speed)
-        / SPEED_OF_LIGHT,
+        delay_acceleration=range_acceleration(sink - image, velocity) / SPEED_OF_LIGHT,
+        transfer_drift=-delay_rate / delay,
+        departure_rate=mirrored(turn, plates.normal),
+        arrival_rate=-turn,
     )
     # just in front of the plate, so that the plate does not hide its own point
     before = nearest_on_plates(plates, meet) + 1e-6 * plates.normal

@@ -203,15 +203,24 @@ class _CrossFade:
         used = np.flatnonzero((self.trace == before) | (self.trace == after))
         trace, gap = self.trace[used], (after - before)[used]
         share = np.where(gap == 0, 1.0, 1.0 - np.abs(number - trace) / np.maximum(gap, 1))
-        used, share = used[share > 0], share[share > 0]
+        some = share > 0
+        used, share, gap = used[some], share[some], gap[some]
         paths, time = self.paths.select(used), self.times[number]
-        delay, delay_rate = paths.delays_after(time - self.times[self.trace[used]])
+        elapsed = time - self.times[self.trace[used]]
+        delay, delay_rate = paths.delays_after(elapsed)
+        grid = max(self.times[-1] - self.times[0], 1e-12) / max(len(self.times) - 1, 1)
+        fading = -np.sign(elapsed) / (np.maximum(gap, 1) * grid)
+        turned = elapsed[:, None]
         return replace(
             paths,
             reference_time=float(time),
             delay=delay,
             delay_rate=delay_rate,
             transfer=share[:, None, None] * paths.transfer,
+            # between its traces the amplitude of a path changes by the fade alone
+            transfer_drift=np.where(gap == 0, paths.transfer_drift, fading / share),
+            departure=paths.departure + turned * paths.departure_rate,
+            arrival=paths.arrival + turned * paths.arrival_rate,
         )
 
     def _last(self, number: int) -> IntArray:

@@ -12,7 +12,7 @@ from polychirp.model.score import Score
 from polychirp.model.truth import Truth
 
 FORMAT: Final = "polychirp run"
-FORMAT_VERSION: Final = 7
+FORMAT_VERSION: Final = 8
 
 UNITS: Final[Mapping[type, Mapping[str, str]]] = {
     IfFrame: {"samples": "V"},
@@ -35,8 +35,11 @@ UNITS: Final[Mapping[type, Mapping[str, str]]] = {
         "delay_acceleration": "1/s",
         "coherence_time": "s",
         "transfer": "1",
+        "transfer_drift": "1/s",
         "departure": "1",
+        "departure_rate": "1/s",
         "arrival": "1",
+        "arrival_rate": "1/s",
         "bounce_start": "1",
         "bounce_actor": "1",
         "bounce_kind": "1",

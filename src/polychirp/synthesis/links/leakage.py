@@ -94,9 +94,12 @@ def own_links(
         reference_time=reference_time,
         delay=np.repeat(delay, num_elements),
         delay_rate=np.zeros(count),
+        delay_acceleration=np.zeros(count),
         transmit_element=np.tile(np.arange(num_elements), len(delay)),
         element_delay=np.repeat(element_delay, num_elements, axis=0),
+        element_delay_rate=np.zeros((count, radar.array.num_channels)),
         amplitude=np.outer(amplitude, radar.array.transmitter_response[:num_elements]).ravel(),
+        amplitude_rate=np.zeros(count, dtype=np.complex128),
         part=np.full(count, LEAKAGE_PART),
     )
 

@@ -1,8 +1,9 @@
 """`Links` — the paths between one transmitter and one victim, antennas and front ends included."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Final, NamedTuple
 
 import numpy as np
 
@@ -24,14 +25,23 @@ from polychirp.model.paths import PropagationPaths
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Scene
 
+DERIVATIVE_TIME: Final = 1e-4
+"""Time over which the change of an antenna's gain is computed, s; chosen: directions turn by less
+than 1 mrad."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Links(Sealed):
     r"""Delays and amplitudes of one transmitter's signal at one victim, for one tracing of paths.
 
-    Every propagation path appears once for each transmitting element in use, as "path" p. The
-    victim's element m receives at time t the signal of magnitude 1 that the transmitting element
-    sent at :math:`t - \tau_p - \dot\tau_p (t - t_0) - \delta_{pm}`, times
+    Every propagation path appears once for each transmitting element in use, as "path" p. With
+    :math:`s = t - t_0`, the victim's element m receives at time t the signal of magnitude 1 that
+    the transmitting element sent at :math:`t - \tau_{pm}(t)`,
+
+    .. math:: \tau_{pm}(t) = \tau_p + \dot\tau_p\,s + \tfrac12\ddot\tau_p\,s^2
+              + \delta_{pm} + \dot\delta_{pm}\,s
+
+    times :math:`a_p + \dot a_p\,s`, where
 
     .. math:: a_p = e_p\,\sqrt{P_t G_{ft} G_t}\;(j_r^T A_p\, j_t)\,\sqrt{G_r G_{fr}}
 
@@ -43,27 +53,33 @@ class Links(Sealed):
     Parameters
     ----------
     reference_time : s, :math:`t_0`, the time for which the paths were traced
-    delay, delay_rate : s and s/s, :math:`\tau_p, \dot\tau_p` from the transmitting element to the
-        origin of the victim's frame, ``(path,)``
+    delay, delay_rate, delay_acceleration : s, s/s and 1/s, :math:`\tau_p` from the transmitting
+        element to the origin of the victim's frame, and its derivatives, ``(path,)``
     transmit_element : number of the transmitting element, ``(path,)``
     element_delay : s, :math:`\delta_{pm}`, delay at the victim's element m less the delay at the
         origin of its frame, ``(path, channel)``
+    element_delay_rate : s/s, :math:`\dot\delta_{pm}`, ``(path, channel)``
     amplitude : :math:`a_p`, V across 1 Ω (its square is W), ``(path,)`` complex
+    amplitude_rate : :math:`\dot a_p`, V/s, ``(path,)`` complex; the antennas' gains change, too
     part : 1 for a victim's own mirrored echo and for an interferer's indirect path, else 0
     """
 
     reference_time: float
     delay: PerPath
     delay_rate: PerPath
+    delay_acceleration: PerPath
     transmit_element: PerPathIndex
     element_delay: Annotated[FloatArray, Axes("path", "channel")]
+    element_delay_rate: Annotated[FloatArray, Axes("path", "channel")]
     amplitude: Annotated[ComplexArray, Axes("path", dtype=np.complex128)]
+    amplitude_rate: Annotated[ComplexArray, Axes("path", dtype=np.complex128)]
     part: PerPathIndex
 
     def delay_at(self, time: float) -> FloatArray:
         """Delay of the signal that is received at ``time``, s, ``(path, channel)``."""
-        centre = self.delay + self.delay_rate * (time - self.reference_time)
-        return centre[:, None] + self.element_delay
+        since = time - self.reference_time
+        centre = self.delay + since * (self.delay_rate + 0.5 * since * self.delay_acceleration)
+        return centre[:, None] + self.element_delay + since * self.element_delay_rate
 
 
 def links_between(
@@ -98,63 +114,101 @@ def links_of_all(
         paths.select((paths.receiver == victim) & (paths.transmitter == transmitter))
         for paths in snapshots
     ]
-    departure = np.concatenate([paths.departure for paths in chosen])
-    arrival = np.concatenate([paths.arrival for paths in chosen])
-    transfer = np.concatenate([paths.transfer for paths in chosen])
-    turns = scene.radar_rotation
-    turn_out, turn_in = turns[transmitter], turns[victim]
-    sent = _field(sender.array.pattern, departure, turn_out)
-    received = _field(receiver.array.pattern, arrival, turn_in)
-    power = (
-        sender.transmit_power * sender.transmit_gain * receiver.receive_gain
-    )  # sent and received contain the patterns' gains
-    amplitude = np.sqrt(power) * np.einsum("pi,pij,pj->p", received, transfer, sent)
-    amplitude = np.outer(amplitude, sender.array.transmitter_response[:num_elements])
-    ahead = _lead(sender.array.transmit_position[:num_elements], departure, turn_out)
-    lead = _lead(receiver.array.position, arrival, turn_in)
+    turn = scene.radar_rotation
+    out = _end(
+        sender.array.pattern, sender.array.transmit_position[:num_elements], turn[transmitter],
+        np.concatenate([paths.departure for paths in chosen]),
+        np.concatenate([paths.departure_rate for paths in chosen]),
+    )  # fmt: skip
+    back = _end(
+        receiver.array.pattern, receiver.array.position, turn[victim],
+        np.concatenate([paths.arrival for paths in chosen]),
+        np.concatenate([paths.arrival_rate for paths in chosen]),
+    )  # fmt: skip
+    # the fields at both ends contain the patterns' gains
+    power = sender.transmit_power * sender.transmit_gain * receiver.receive_gain
+    weight = math.sqrt(power) * sender.array.transmitter_response[:num_elements]
     ends = np.cumsum([0, *(paths.num_paths for paths in chosen)])
     return [
         _links(
             paths,
             paths.is_mirrored if transmitter == victim else ~paths.is_direct,
-            ahead=ahead[begin:end],
-            lead=lead[begin:end],
-            amplitude=amplitude[begin:end],
+            out=out.of(slice(begin, end)),
+            back=back.of(slice(begin, end)),
+            weight=weight,
         )
         for paths, begin, end in zip(chosen, ends[:-1], ends[1:], strict=True)
     ]
 
 
+class _End(NamedTuple):
+    """One end of paths, with its antennas; derivatives by time are per second.
+
+    ``field`` ``(path, 2)`` is that of `_field`. ``lead`` ``(path, element)``, s, is the time by
+    which a plane wave's delay at an element is shorter than at the origin.
+    """
+
+    field: ComplexArray
+    field_rate: ComplexArray
+    lead: FloatArray
+    lead_rate: FloatArray
+
+    def of(self, rows: slice) -> "_End":
+        """The end of some of the paths."""
+        return _End._make(column[rows] for column in self)
+
+
+def _end(
+    pattern: ElementPattern, position: FloatArray, turn: FloatArray, direction: FloatArray,
+    direction_rate: FloatArray,
+) -> _End:  # fmt: skip
+    """End of paths in the world's ``direction``, at elements with the given positions, m."""
+    light = position @ turn.T / SPEED_OF_LIGHT
+    field = _field(pattern, direction, turn)
+    field_rate = np.zeros_like(field)
+    moving = np.flatnonzero(np.any(direction_rate != 0, axis=-1))
+    if moving.size:
+        step = DERIVATIVE_TIME * direction_rate[moving]
+        later, earlier = (_field(pattern, direction[moving] + way, turn) for way in (step, -step))
+        field_rate[moving] = (later - earlier) / (2.0 * DERIVATIVE_TIME)
+    return _End(
+        field=field,
+        field_rate=field_rate,
+        lead=direction @ light.T,
+        lead_rate=direction_rate @ light.T,
+    )
+
+
 def _links(
-    paths: PropagationPaths,
-    part: BoolArray,
-    *,
-    ahead: FloatArray,
-    lead: FloatArray,
-    amplitude: ComplexArray,
+    paths: PropagationPaths, part: BoolArray, *, out: _End, back: _End, weight: ComplexArray
 ) -> Links:
     """The links of one snapshot, with every path once for each transmitting element.
 
-    ``ahead`` (s) and ``amplitude`` are ``(path, element)``, ``lead`` (s) is ``(path, channel)``.
+    ``weight`` ``(element,)`` is the amplitude of an element, √W.
     """
-    num_elements = ahead.shape[1]
+    num_elements = weight.size
+
+    def amplitude(received: ComplexArray, sent: ComplexArray) -> ComplexArray:
+        return np.asarray(np.einsum("pi,pij,pj->p", received, paths.transfer, sent))
+
+    total = amplitude(back.field, out.field)
+    rate = amplitude(back.field_rate, out.field) + amplitude(back.field, out.field_rate)
+    rate += paths.transfer_drift * total
     return Links(
         reference_time=paths.reference_time,
-        delay=(paths.delay[:, None] - ahead).ravel(),
-        delay_rate=np.repeat(paths.delay_rate, num_elements),
+        delay=(paths.delay[:, None] - out.lead).ravel(),
+        delay_rate=(paths.delay_rate[:, None] - out.lead_rate).ravel(),
+        delay_acceleration=np.repeat(paths.delay_acceleration, num_elements),
         transmit_element=np.tile(np.arange(num_elements), part.size),
-        element_delay=-np.repeat(lead, num_elements, axis=0),
-        amplitude=amplitude.ravel(),
+        element_delay=-np.repeat(back.lead, num_elements, axis=0),
+        element_delay_rate=-np.repeat(back.lead_rate, num_elements, axis=0),
+        amplitude=np.outer(total, weight).ravel(),
+        amplitude_rate=np.outer(rate, weight).ravel(),
         part=np.repeat(part.astype(np.int64), num_elements),
     )
 
 
-def _lead(position: FloatArray, direction: FloatArray, turn: FloatArray) -> FloatArray:
-    """Time by which a plane wave's delay at an element is shorter than at the origin, s."""
-    return np.asarray(direction @ (position @ turn.T).T / SPEED_OF_LIGHT)
-
-
-def _field(pattern: ElementPattern, direction: FloatArray, turn: FloatArray) -> FloatArray:
+def _field(pattern: ElementPattern, direction: FloatArray, turn: FloatArray) -> ComplexArray:
     """Square root of the gain times the polarisation in the world's (V, H) basis, ``(path, 2)``.
 
     The antenna's V and H are defined in the radar's frame, and pitch or roll of the radar turns

@@ -25,7 +25,7 @@ from polychirp.synthesis.stretch.kernel_records import (
     RampPair,
     Response,
 )
-from polychirp.synthesis.stretch.path_kernels import received, sent_amplitude
+from polychirp.synthesis.stretch.path_kernels import beat_of, received, sent_amplitude
 from polychirp.synthesis.unit_phasors import unit, units
 
 SMALL_ANGLE: Final = 0.5
@@ -41,27 +41,19 @@ def overlap_of(pair: RampPair, links: LinkTable, low: int, high: int, band: Band
     least_rate, greatest_rate, lowest, highest = np.inf, -np.inf, np.inf, -np.inf
     first_begin, last_begin, first_end, last_end = np.inf, -np.inf, np.inf, -np.inf
     begin_beat, end_beat, power = np.inf, np.inf, 0.0
-    f, g = pair.sent_frequency, pair.sent_slope
     for p in range(low, high):
-        # the chirp's rate, the same at all channels
-        drift = links.delay_rate[p]
-        stretched = 1.0 - drift
-        back = 1.0 / stretched
-        rate = pair.slope - stretched * stretched * g
-        least_rate, greatest_rate = min(least_rate, rate), max(greatest_rate, rate)
-        base = (pair.frequency - f) + drift * f
-        closest = np.inf
+        closest, rate = np.inf, 0.0
         for m in range(links.element_delay.shape[1]):
+            beat, rate, _, into, stretched, _ = beat_of(pair, links, p, m)
+            least_rate, greatest_rate = min(least_rate, rate), max(greatest_rate, rate)
             # when the overlap begins and ends at this channel
-            into = pair.ahead - (links.delay[p] + drift * pair.since + links.element_delay[p, m])
-            begin = max(0.0, -into * back)
-            end = min(pair.duration, (pair.sent_duration - into) * back)
+            begin = max(0.0, -into / stretched)
+            end = min(pair.duration, (pair.sent_duration - into) / stretched)
             first_begin, last_begin = min(first_begin, begin), max(last_begin, begin)
             first_end, last_end = min(first_end, end), max(last_end, end)
             if end <= begin:
                 continue
             # magnitudes of the beat while a window can meet the chirp
-            beat = base - stretched * g * into
             begin_beat = min(begin_beat, abs(beat + rate * begin))
             end_beat = min(end_beat, abs(beat + rate * end))
             one, other = beat + rate * (begin - band.half), beat + rate * (end + band.half)
@@ -87,22 +79,15 @@ def find_beats(batch: Batch, time: float, frequency: FloatArray) -> BeatRange:
     """Range of all beats at ``time``; ``frequency`` gets the middle of each link's beats, Hz."""
     pair, links = batch.pair, batch.links
     least, greatest, apart = np.inf, -np.inf, 0.0
-    f, g = pair.sent_frequency, pair.sent_slope
     for p in range(batch.low, batch.high):
-        # at the phase centre
-        drift = links.delay_rate[p]
-        stretched = 1.0 - drift
-        rate = pair.slope - stretched * stretched * g
-        into = pair.ahead - (links.delay[p] + drift * pair.since)
-        beat = (pair.frequency - f) + drift * f - stretched * g * into + rate * time
-        # at the channels
-        early, late = np.inf, -np.inf
+        lowest, highest = np.inf, -np.inf
         for m in range(links.element_delay.shape[1]):
-            shift = stretched * g * links.element_delay[p, m]
-            early, late = min(early, shift), max(late, shift)
-        frequency[p - batch.low] = beat + 0.5 * (early + late)
-        least, greatest = min(least, beat + early), max(greatest, beat + late)
-        apart = max(apart, 0.5 * (late - early))
+            start, rate, _, _, _, _ = beat_of(pair, links, p, m)
+            beat = start + rate * time
+            lowest, highest = min(lowest, beat), max(highest, beat)
+        frequency[p - batch.low] = 0.5 * (lowest + highest)
+        least, greatest = min(least, lowest), max(greatest, highest)
+        apart = max(apart, 0.5 * (highest - lowest))
     return BeatRange(least, greatest, apart)
 
 

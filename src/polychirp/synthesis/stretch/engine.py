@@ -2,10 +2,14 @@ r"""The production engine: beats in closed form after the radar's IF filter.
 
 A ramp of slope :math:`b_i`, received with a delay τ that is linear in time, is a linear chirp. Its
 beat with the victim's ramp of slope :math:`b_v` is a chirp of rate
-:math:`\mu = b_v - b_i(1-\dot\tau)^2` while both last. If a sample's filter window lies within the
-beat, the sample is the beat's value times the filter's response to a chirp (`chirp_response`). If
-the beat begins or ends in the window, the sample is an integral over the common part, of the sum of
-all links (`near_corners`), or, where the beat is far out of band at that end, an expansion there.
+:math:`\mu = b_v - b_i(1-\dot\tau)^2` while both last. A delay with the acceleration
+:math:`\ddot\tau` adds its product with the received frequency to the rate; `slow_changes` adds
+what is left of its effect, and that of the amplitude's drift.
+
+If a sample's filter window lies within the beat, the sample is the beat's value times the filter's
+response to a chirp (`chirp_response`). If the beat begins or ends in the window, the sample is an
+integral over the common part, of the sum of all links (`near_corners`), or, where the beat is far
+out of band at that end, an expansion there.
 """
 
 import math
@@ -38,6 +42,7 @@ from polychirp.synthesis.stretch.nufft import MakeTones, tones_of
 from polychirp.synthesis.stretch.path_batches import FEWEST_LINKS, batch_of, batched_samples
 from polychirp.synthesis.stretch.ramp_edges import corner_runs
 from polychirp.synthesis.stretch.ramp_overlaps import all_overlaps, strongest_sample
+from polychirp.synthesis.stretch.slow_changes import slow_changes
 from polychirp.synthesis.stretch.work_units import WorkUnit, gaps, work_table, work_units_of
 
 NEGLIGIBLE_IN_BAND: Final = 3e-7
@@ -89,7 +94,8 @@ class Stretch(Spec):
         ramps = ramps_of(own), ramps_of(sent)
         overlaps = all_overlaps(radar, own, sent, ramps, table)
         if overlaps:
-            floor = NEGLIGIBLE_IN_BAND * strongest_sample(overlaps)
+            strongest = strongest_sample(overlaps)
+            floor = NEGLIGIBLE_IN_BAND * strongest
             if floor == 0.0:
                 noise = noise_density(radar) * radar.if_filter.noise_bandwidth
                 floor = NEGLIGIBLE_OUT_OF_BAND * math.sqrt(noise)
@@ -99,7 +105,16 @@ class Stretch(Spec):
             used = {unit.pair for unit in units}
             pairs = pair_table(radar.if_filter, own.num_ramps, overlaps, used)
             series = window_series(radar.if_filter, window.step)
-            self._add(samples, Tables(*ramps, window, table, pairs, taps), series, units)
+            tables = Tables(*ramps, window, table, pairs, taps)
+            self._add(samples, tables, series, units)
+            for change in slow_changes(tables, strongest):
+                some, least = change.tables.links, change.floor
+                units = work_units_of(
+                    radar.if_filter, ramps[0], window, some, taps, overlaps, least
+                )
+                more = np.zeros_like(samples)
+                self._add(more, change.tables, series, units)
+                samples += change.factor * more
         return samples
 
     def _add(

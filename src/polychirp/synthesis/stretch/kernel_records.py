@@ -61,8 +61,11 @@ class LinkTable(NamedTuple):
     snapshot: IntArray
     delay: FloatArray
     delay_rate: FloatArray
+    delay_acceleration: FloatArray
     element_delay: FloatArray
+    element_delay_rate: FloatArray
     amplitude: ComplexArray
+    amplitude_rate: ComplexArray
     limit: FloatArray
     part: IntArray
     element: IntArray
@@ -152,6 +155,22 @@ class RampPair(NamedTuple):
     sent_slope: float
     sent_phase: float
     weight: ComplexArray
+
+
+class Beat(NamedTuple):
+    """Beat of a ramp of the victim with a link's signal, as a chirp.
+
+    ``frequency``, Hz, and ``delay``, s, are those where the victim's ramp starts, ``rate`` is in
+    Hz/s; ``into`` is the time since the start of the transmitted ramp, s, that arrives there, and
+    ``stretched`` its derivative by time. ``phase``, cycles, is what the delay's curvature adds.
+    """
+
+    frequency: float
+    rate: float
+    delay: float
+    into: float
+    stretched: float
+    phase: float
 
 
 def ramp_pair(own: Ramps, k: int, sent: Ramps, i: int, links: LinkTable) -> RampPair:

@@ -9,6 +9,7 @@ from polychirp.jit import compiled, inlined
 from polychirp.synthesis.stretch import kernel_records
 from polychirp.synthesis.stretch.chirp_kernels import add_chirp
 from polychirp.synthesis.stretch.kernel_records import (
+    Beat,
     Chirp,
     LinkTable,
     RampPair,
@@ -69,20 +70,45 @@ def unit_span(tables: Tables, work: WorkTable, u: int) -> tuple[RampPair, Respon
 @inlined
 def received(pair: RampPair, links: LinkTable, p: int, m: int) -> Chirp:
     """The beat of the victim's ramp with the transmitted one, received by link p at channel m."""
-    drift = links.delay_rate[p]
-    delay = links.delay[p] + drift * pair.since + links.element_delay[p, m]
     f, g = pair.sent_frequency, pair.sent_slope
-    stretched = 1.0 - drift
-    into = pair.ahead - delay  # time since the start of the transmitted ramp, at time 0
-    turns = pair.phase - pair.sent_phase + (_turns(f, delay) - _turns(f, pair.ahead))
+    beat = beat_of(pair, links, p, m)
+    into = beat.into
+    turns = pair.phase - pair.sent_phase + (_turns(f, beat.delay) - _turns(f, pair.ahead))
     return Chirp(
         sent_amplitude(pair, links, p),
         links.limit[p],
-        turns - 0.5 * g * into * into,
-        (pair.frequency - f) + drift * f - stretched * g * into,
-        pair.slope - stretched * stretched * g,
-        max(0.0, -into / stretched),
-        min(pair.duration, (pair.sent_duration - into) / stretched),
+        turns - 0.5 * g * into * into + beat.phase,
+        beat.frequency,
+        beat.rate,
+        max(0.0, -into / beat.stretched),
+        min(pair.duration, (pair.sent_duration - into) / beat.stretched),
+    )
+
+
+@inlined
+def beat_of(pair: RampPair, links: LinkTable, p: int, m: int) -> Beat:
+    r"""The beat of the victim's ramp with the transmitted one, received by link p at channel m.
+
+    With the delay's acceleration :math:`\ddot\tau`, the time into the transmitted ramp of slope g
+    is :math:`u_0 + \dot u_0 t - \tfrac12\ddot\tau t^2`, and the beat's phase has the cubic term
+    :math:`\tfrac12 g \dot u_0\ddot\tau\,t^3`. The quadratic nearest to :math:`t^3` over a ramp of
+    the duration 2h is :math:`3ht^2 - \tfrac94 h^2 t + \tfrac14 h^3`; `slow_changes` has the rest.
+    """
+    since, bend = pair.since, links.delay_acceleration[p]
+    f, g, half = pair.sent_frequency, pair.sent_slope, 0.5 * pair.duration
+    steady = links.delay_rate[p] + links.element_delay_rate[p, m]
+    delay = links.delay[p] + links.element_delay[p, m] + since * (steady + 0.5 * bend * since)
+    drift = steady + bend * since
+    stretched = 1.0 - drift
+    into = pair.ahead - delay
+    cubic = 0.5 * g * stretched * bend
+    return Beat(
+        (pair.frequency - f) + drift * f - stretched * g * into - 2.25 * cubic * half * half,
+        pair.slope - stretched * stretched * g + bend * (f + g * into) + 6.0 * cubic * half,
+        delay,
+        into,
+        stretched,
+        0.25 * cubic * half * half * half,
     )
 
 
