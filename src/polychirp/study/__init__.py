@@ -12,6 +12,7 @@ The modules and subpackages in reading order; others may use the names beside th
 - `part_views`: spectra and maps of the parts of a frame: `part_views`, `part_maps`.
 - `restored`: specs from the plain values that a result is stored with: `restored`.
 - `ghost_radars`: the radar that causes each ghost: `radars_of_ghosts`.
+- `recent_traces`: paths that trials on the same street share: `RecentTraces`.
 - `trial`: all stages in order, from the traffic to the score: `run_trial`, `trace_frame`.
 - `check`: problems of a study and resolutions of its radars, before it runs: `check`.
 - `provenance`: canonical text and hash of a study, versions: `provenance`, `canonical_json`.
@@ -19,5 +20,5 @@ The modules and subpackages in reading order; others may use the names beside th
 - `monte_carlo`: many trials over a grid.
 - `section_v`: the correlation experiment of the paper.
 - `paper`: the scenarios and statistics of the paper.
-- `experiments`: further comparisons, for docs/validation.
+- `roc`: detection probability over the threshold.
 """

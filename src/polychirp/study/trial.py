@@ -39,6 +39,7 @@ from polychirp.study.ghost_radars import Interference, radars_of_ghosts
 from polychirp.study.kernel_parts import compile_parts, parts_of
 from polychirp.study.margins import gate_for
 from polychirp.study.random_draw import sample_street
+from polychirp.study.recent_traces import RecentTraces
 from polychirp.study.size import refuse_too_large
 from polychirp.study.spec import (
     Study,
@@ -99,7 +100,11 @@ class Trial:
 
 
 def run_trial(
-    study: Study, *, names_radars: bool = True, progress: Progress = no_progress
+    study: Study,
+    *,
+    names_radars: bool = True,
+    traces: RecentTraces | None = None,
+    progress: Progress = no_progress,
 ) -> Trial:
     """Run one trial: draw the street, trace paths, synthesize frames, detect targets, score.
 
@@ -109,6 +114,7 @@ def run_trial(
     ----------
     names_radars : whether the scores name the radar of each ghost, for which the signals of the
         radars are computed again, one by one
+    traces : paths of earlier trials, which are used again where the street is the same
     """
     study = sample_street(study)
     scene = scene_of(study)
@@ -124,14 +130,10 @@ def run_trial(
         if radar.converter.is_real:
             refuse_real_samples(study.receiver, schedules[victim], radar=radar.name)
     compile_parts(parts_of(study), progress=progress)
-    snapshots = trace_frame(
-        study.tracer,
-        scene,
-        [schedules[victim] for victim in victims],
-        refresh_interval=study.refresh_interval,
-        receivers=victims,
-        progress=progress,
-    )
+    times = refresh_times([schedules[victim] for victim in victims], study.refresh_interval)
+    trace = partial(_traced, study.tracer, scene, times, receivers=victims, progress=progress)
+    makers = (study.tracer, scene, times, victims)
+    snapshots = trace() if traces is None else traces.of(makers, trace)
     simulations = [
         partial(
             simulate_victim,
@@ -202,10 +204,22 @@ def trace_frame(
 
     ``schedules`` are those whose ramps must be covered; ``refresh_interval`` is in s.
     """
+    times = refresh_times(schedules, refresh_interval)
+    return _traced(tracer, scene, times, receivers=receivers, progress=progress)
+
+
+def _traced(
+    tracer: RayTracer,
+    scene: Scene,
+    times: FloatArray,
+    *,
+    receivers: Sequence[int] | None,
+    progress: Progress,
+) -> tuple[PropagationPaths, ...]:
     return interpolate_paths(
         tracer,
         scene,
-        refresh_times(schedules, refresh_interval),
+        times,
         receivers=receivers,
         progress=lambda done, total: progress("ray tracing", done, total),
     )

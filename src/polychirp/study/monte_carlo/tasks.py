@@ -8,6 +8,7 @@ from typing import Any, Final, Protocol
 
 from polychirp.errors import ModelWarning, PolychirpError
 from polychirp.study.monte_carlo.records import VictimRecord, victim_records
+from polychirp.study.recent_traces import RecentTraces
 from polychirp.study.spec import Study
 
 MOST_DEATHS: Final = 3
@@ -21,6 +22,11 @@ ONE_THREAD: Final = {
     "MKL_NUM_THREADS": "1",
 }
 """Environment variables that give a worker one thread: by default, there is a worker per core."""
+
+
+_TRACES: Final = RecentTraces(most=4)
+"""Paths of the last trials of this process. Workers take all points of one trial in a row, so that
+points that differ in mitigation or receiver alone share a tracing; four differ in more (chosen)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,7 +88,7 @@ def attempt(studies: Sequence[Study], task: Task) -> Outcome:
         from polychirp.study.trial import run_trial
 
         one = replace(studies[task.point], seed=task.seed)
-        return victim_records(run_trial(one, names_radars=False))
+        return victim_records(run_trial(one, names_radars=False, traces=_TRACES))
 
     return outcome_of(task, records)
 
