@@ -64,28 +64,37 @@ def two_waves(snapshot: ComplexArray, *, spacing: float) -> TwoWaves | None:
     cell = 1.0 / (count * spacing)
     widest = min(1.0, 0.5 / spacing)
     sines = np.linspace(-widest, widest, 2 * math.ceil(widest / cell * GRID_PER_CELL) + 1)
-    step = sines[1] - sines[0]
-    one = np.abs(_steering(sines, count, spacing).conj() @ snapshot) ** 2 / count
+    alone = _explained_by_one(snapshot, sines, spacing)
+    # two waves explain no more than all power
+    least = alone - math.log(FALSE_PAIR_PROBABILITY / count)
+    if float(np.sum(np.abs(snapshot) ** 2)) < least:
+        return None
     pairs = np.stack(np.meshgrid(sines, sines, indexing="ij"), axis=-1).reshape(-1, 2)
     pairs = pairs[pairs[:, 1] - pairs[:, 0] >= LEAST_SEPARATION * cell]
     best = _best(snapshot, pairs, spacing)
-    single = sines[[np.argmax(one)]]
     offsets = np.stack(np.meshgrid([-1, 0, 1], [-1, 0, 1]), axis=-1).reshape(-1, 2)
+    step = sines[1] - sines[0]
     for _ in range(ZOOMS):
         step /= 3.0
         best = _best(snapshot, best + step * offsets, spacing)
-        near = single + step * np.arange(-1, 2)
-        power = np.abs(_steering(near, count, spacing).conj() @ snapshot) ** 2
-        single = near[[np.argmax(power)]]
     together, amplitude = _explained(snapshot, best[None], spacing)
-    alone = float(np.abs(_steering(single, count, spacing).conj() @ snapshot)[0] ** 2 / count)
-    if together[0] - alone < -math.log(FALSE_PAIR_PROBABILITY / count):
+    if together[0] < least:
         return None
     order = np.argsort(-np.abs(amplitude[0]))
     strong, weak = np.abs(amplitude[0, order]) ** 2
     if weak < LEAST_POWER_RATIO * strong:
         return None
     return TwoWaves(sine=best[order], amplitude=amplitude[0, order])
+
+
+def _explained_by_one(snapshot: ComplexArray, sines: FloatArray, spacing: float) -> float:
+    """Power that one wave explains, whose sine is refined from the best of evenly spaced ones."""
+    step, near, power = sines[1] - sines[0], sines, np.zeros(0)
+    for _ in range(ZOOMS + 1):
+        power = np.abs(_steering(near, snapshot.size, spacing).conj() @ snapshot) ** 2
+        step /= 3.0
+        near = near[np.argmax(power)] + step * np.arange(-1, 2)
+    return float(np.max(power) / snapshot.size)
 
 
 def _steering(sines: FloatArray, count: int, spacing: float) -> ComplexArray:

@@ -7,11 +7,12 @@ body: a point must stand out of it as out of noise.
 """
 
 from dataclasses import dataclass
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray
+from polychirp.jit import reordered
 from polychirp.receiver.coherent.least_squares import mixed
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.points import Points
@@ -25,6 +26,10 @@ some 10⁵ cells of noise stay below."""
 LEAST_AGREEMENT = 4.0
 """Power of all ramps over that of the difference between rising and falling ones, less its mean in
 noise, from which there is a point; chosen: beats that only one kind of ramps has give 1."""
+
+LEAST_SIZE = float(np.finfo(np.float64).tiny)
+"""Least number of samples by which sums are divided: a ramp without samples has no size and no
+value."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -65,18 +70,16 @@ class Agreement:
             channel, ramp)``
         size : number of the samples times their weights, ``(place, ramp)``
         """
+        is_used = seen.count > 0
         rises = seen.model.schedule.slope > 0
-        power = _power(value, size)
+        has_both = bool(np.any(rises & is_used) and np.any(~rises & is_used))
         num_averaged = value.shape[1] * (seen.num_used - 1)
-        least = np.finfo(np.float64).tiny  # a ramp without samples has no size and no value
-        energy = np.sum(np.abs(value) ** 2 / np.maximum(size, least)[:, None], axis=(1, 2))
-        difference = np.zeros(len(value))
-        sides = [side for side in (rises, ~rises) if np.any(seen.count[side] > 0)]
-        if len(sides) == 2:
-            difference = sum(_power(value[..., side], size[:, side]) for side in sides) - power
+        sums = np.empty((3, len(value)))
+        _sums_over_ramps(value, size, rises, sums)
+        power, sides, energy = sums
         return cls(
             power=power,
-            difference=difference,
+            difference=sides - power if has_both else np.zeros(len(value)),
             spread=np.maximum(energy - power, 0.0) / max(num_averaged, 1),
             num_averaged=num_averaged,
             num_channels=value.shape[1],
@@ -105,6 +108,33 @@ class Agreement:
         return np.asarray(is_one & (self.power > threshold * noise), dtype=np.bool_)
 
 
-def _power(value: ComplexArray, size: FloatArray) -> FloatArray:
-    """Power of the sum over ramps, over the number of samples, ``(place,)``."""
-    return np.asarray(np.sum(np.abs(value.sum(axis=-1)) ** 2, axis=1) / size.sum(axis=-1))
+@reordered
+def _sums_over_ramps(
+    value: Any, size: Any, rises: Any, out: Any
+) -> None:  # pragma: no cover - compiled
+    """Powers of the sums over all ramps, over rising plus over falling ones, and of no sum.
+
+    Each is over the number of samples: ``(3, place)``.
+    """
+    places, channels, ramps = value.shape
+    for n in range(places):
+        up, down, energy = 0.0, 0.0, 0.0
+        for k in range(ramps):
+            up += size[n, k] if rises[k] else 0.0
+            down += 0.0 if rises[k] else size[n, k]
+        whole, of_up, of_down = 0.0, 0.0, 0.0
+        for m in range(channels):
+            a, b, c, d = 0.0, 0.0, 0.0, 0.0
+            for k in range(ramps):
+                x, y = value[n, m, k].real, value[n, m, k].imag
+                a += x if rises[k] else 0.0
+                b += y if rises[k] else 0.0
+                c += 0.0 if rises[k] else x
+                d += 0.0 if rises[k] else y
+                energy += (x * x + y * y) / max(size[n, k], LEAST_SIZE)
+            whole += (a + c) ** 2 + (b + d) ** 2
+            of_up += a * a + b * b
+            of_down += c * c + d * d
+        out[0, n] = whole / (up + down)
+        out[1, n] = of_up / max(up, LEAST_SIZE) + of_down / max(down, LEAST_SIZE)
+        out[2, n] = energy

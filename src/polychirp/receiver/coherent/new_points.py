@@ -5,10 +5,12 @@ acceleration, has the power of a point and all ramps agree that it is one.
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
+from polychirp.jit import compiled, inlined
 from polychirp.receiver.coherent.acceleration import Accelerations, accelerated
 from polychirp.receiver.coherent.agreement import Agreement
 from polychirp.receiver.coherent.least_squares import fitted
@@ -184,20 +186,52 @@ def distinct(seen: Observation, motion: FloatArray, power: FloatArray) -> IntArr
     power : W, ``(place,)``
     """
     order = np.argsort(-power, kind="stable")[: 8 * MOST_AT_ONCE]
-    shared = shares_beats(seen, motion[order], motion[order])
-    taken: list[int] = []
-    for n, place in enumerate(order):
-        is_bright = power[place] >= GREATEST_SPREAD * power[order[0]]
-        if is_bright and not np.any(shared[n, taken]):
-            taken.append(n)
-    return order[np.array(taken[:MOST_AT_ONCE], dtype=np.int64)]
+    order = order[power[order] >= GREATEST_SPREAD * np.max(power, initial=0.0)]
+    taken = _distinct(_cells(seen, motion[order]), seen.count.size * SHARED_BEATS, MOST_AT_ONCE)
+    return np.asarray(order[taken])
 
 
 def shares_beats(seen: Observation, motion: FloatArray, others: FloatArray) -> BoolArray:
     """Mask of pairs of places that have the same beats on many ramps, ``(place, other place)``."""
-    here, there = (seen.model.beats(one[:, 0], one[:, 1]) for one in (motion, others))
-    cells = (here[:, None] - there) * seen.model.times.num_samples / seen.model.times.rate
-    return np.asarray(np.mean(np.abs(cells) < CLOSE_BEATS, axis=-1) >= SHARED_BEATS)
+    out = np.empty((len(motion), len(others)), dtype=np.bool_)
+    _shares(_cells(seen, motion), _cells(seen, others), seen.count.size * SHARED_BEATS, out)
+    return out
+
+
+def _cells(seen: Observation, motion: FloatArray) -> FloatArray:
+    """Beats of places on every ramp, in resolutions of the ramp, ``(place, ramp)``."""
+    duration = seen.model.times.num_samples / seen.model.times.rate
+    return np.asarray(seen.model.beats(motion[:, 0], motion[:, 1]) * duration)
+
+
+@inlined
+def _are_same(here: Any, there: Any, least: float) -> bool:  # pragma: no cover - compiled
+    """True if two places have the same beats on ``least`` ramps or more."""
+    count = 0
+    for k in range(here.size):
+        count += abs(here[k] - there[k]) < CLOSE_BEATS
+    return count >= least
+
+
+@compiled
+def _shares(here: Any, there: Any, least: float, out: Any) -> None:  # pragma: no cover - compiled
+    for n in range(len(here)):
+        for p in range(len(there)):
+            out[n, p] = _are_same(here[n], there[p], least)
+
+
+@compiled
+def _distinct(cells: Any, least: float, most: int) -> Any:  # pragma: no cover - compiled
+    """Numbers of at most ``most`` places, none of which has the beats of one before it."""
+    taken, count = np.empty(most, dtype=np.int64), 0
+    for n in range(len(cells)):
+        is_new = count < most
+        for i in range(count):
+            is_new = is_new and not _are_same(cells[n], cells[taken[i]], least)
+        if is_new:
+            taken[count] = n
+            count += 1
+    return taken[:count].copy()
 
 
 def _motion(found: Peaks) -> FloatArray:

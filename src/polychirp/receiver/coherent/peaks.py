@@ -58,6 +58,8 @@ def floors(seen: CoherentMap, cell: IntArray) -> FloatArray:
     It is that of the cell's range, or the mean of a window around the cell where
     this is greater: there a subtraction has left a residue, and a peak must stand out of it.
     """
+    if not len(cell):
+        return np.zeros(0)
     near = _means(seen.power, cell, *WINDOW) / seen.num_channels
     return np.asarray(np.maximum(near, seen.range_floor[cell[:, 1]]))
 
@@ -69,11 +71,13 @@ def peaks(seen: CoherentMap, axes: Grid, threshold: float) -> Peaks:
     interpolated by parabolas through the logarithm of the power, along each axis.
     """
     least = (GREATEST_LOSS * threshold * seen.range_floor).astype(np.float32)
-    cell, place, value = _maxima(seen.power, least)
-    may_exceed = value > threshold * seen.range_floor[cell[:, 1]]  # the floor is this or higher
-    cell, place, value = cell[may_exceed], place[may_exceed], value[may_exceed]
+    cell = _maxima(seen.power, least)
     floor = floors(seen, cell)
-    exceeds = value > threshold * np.maximum(floor, seen.rate_floor[cell[:, 0]])
+    needed = threshold * np.maximum(floor, seen.rate_floor[cell[:, 0]])
+    may_exceed = seen.power[tuple(cell.T)] > GREATEST_LOSS * needed
+    cell, floor, needed = cell[may_exceed], floor[may_exceed], needed[may_exceed]
+    place, value = _interpolated(seen.power, cell)
+    exceeds = value > needed
     cell, place, value, floor = (v[exceeds] for v in (cell, place, value, floor))
     return Peaks(
         cell=cell,
@@ -138,18 +142,9 @@ def _interpolated_into(
 
 @compiled
 def _maxima(power: Any, least: Any) -> Any:  # pragma: no cover - compiled
-    """Maxima: cells above the least value of their column that none of eight neighbours exceeds.
-
-    Returns
-    -------
-    cell : indices, ``(maximum, 2)``
-    place : of the interpolated maximum from the cell, in steps, ``(maximum, 2)``
-    value : interpolated, ``(maximum,)``
-    """
+    """Cells above the least of their column that no neighbour exceeds, ``(maximum, 2)``."""
     rows, columns = power.shape
-    cell = np.empty((power.size, 2), dtype=np.int64)  # memory is taken where it is written
-    place, value = np.empty((power.size, 2)), np.empty(power.size)
-    n = 0
+    cell, n = np.empty((power.size, 2), dtype=np.int64), 0  # memory is taken where it is written
     for i in range(rows):
         for first in range(0, columns, TOGETHER):
             end = min(first + TOGETHER, columns)
@@ -158,9 +153,17 @@ def _maxima(power: Any, least: Any) -> Any:  # pragma: no cover - compiled
             for j in range(first, end):
                 if power[i, j] > least[j] and _is_maximum(power, i, j):
                     cell[n] = i, j
-                    value[n] = _interpolated_into(power, i, j, place[n])
                     n += 1
-    return cell[:n].copy(), place[:n].copy(), value[:n].copy()
+    return cell[:n].copy()
+
+
+@compiled
+def _interpolated(power: Any, cell: Any) -> Any:  # pragma: no cover - compiled
+    """Places of maxima from their cells, in steps, ``(maximum, 2)``, and interpolated values."""
+    place, value = np.empty((len(cell), 2)), np.empty(len(cell))
+    for n in range(len(cell)):
+        value[n] = _interpolated_into(power, cell[n, 0], cell[n, 1], place[n])
+    return place, value
 
 
 @reordered

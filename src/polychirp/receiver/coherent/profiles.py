@@ -10,6 +10,7 @@ from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.jit import reordered
 from polychirp.receiver.coherent.observation import Observation
+from polychirp.receiver.coherent.ramps import ELAPSED, FREQUENCY, SLOPE
 from polychirp.receiver.coherent.spectra import Spectra
 from polychirp.receiver.signal_model.grid import Grid
 from polychirp.receiver.signal_model.unit_signal import unit_signal_into
@@ -87,11 +88,12 @@ class Profiles:
         ----------
         cell : indices of range rate and range, ``(place, 2)``
         """
-        place, turn = self.places(seen, self.axes.range_rate[cell[:, 0]])
-        place += STEPS_PER_RANGE * cell[:, 1:]
-        ramps = np.arange(place.shape[1])
-        value = self.value[:, ramps, place] * turn
-        return value.transpose(1, 0, 2), self.weight[ramps, place].astype(np.float64)
+        rate, column = self.axes.range_rate[cell[:, 0]], STEPS_PER_RANGE * cell[:, 1] - self.first
+        step = self.axes.range_step / STEPS_PER_RANGE
+        value = np.empty((len(cell), *self.value.shape[:2]), dtype=np.complex128)
+        weight = np.empty((len(cell), self.value.shape[1]))
+        _at(seen.ramps, self.value, self.weight, step, rate, column, value, weight)
+        return value, weight
 
     def sums(self, seen: Observation, range_rate: FloatArray) -> NDArray[np.complex64]:
         """Sums of the ramps in phase at a few range rates, ``(channel, rate, range)``."""
@@ -126,6 +128,35 @@ def _turn(value: Any, share: Any, phase: Any) -> None:  # pragma: no cover - com
         for m in range(channels):
             for i in range(size):
                 value[m, k, i] *= share[k, i] * np.complex64(complex(real[i], imag[i]))
+
+
+@reordered
+def _at(
+    ramps: Any,
+    profiles: Any,
+    weights: Any,
+    step: float,
+    rate: Any,
+    column: Any,
+    out: Any,
+    size: Any,
+) -> None:  # pragma: no cover - compiled
+    """Profiles turned to the phases of `Profiles.places`, and their weights, in place.
+
+    ``column`` is the step of a place without the shift by its range rate.
+    """
+    for n in range(rate.size):
+        for k in range(ramps.table.shape[1]):
+            elapsed, frequency = ramps.table[ELAPSED, k], ramps.table[FREQUENCY, k]
+            shift = rate[n] * (elapsed + frequency / ramps.table[SLOPE, k])
+            place = int(np.rint(shift / step))
+            way = frequency * rate[n] * elapsed - (frequency - ramps.mean_frequency) * step * place
+            cycles = 2.0 / SPEED_OF_LIGHT * way
+            angle = 2.0 * np.pi * (cycles - np.floor(cycles))
+            turn = complex(np.cos(angle), -np.sin(angle))
+            for m in range(len(profiles)):
+                out[n, m, k] = turn * profiles[m, k, column[n] + place]
+            size[n, k] = weights[k, column[n] + place]
 
 
 @reordered

@@ -9,6 +9,7 @@ from polychirp.receiver.coherent.acceleration import Accelerations
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.coherent.coherent_map import MapLimits, coherent_map, map_axes
 from polychirp.receiver.coherent.new_points import (
+    MOST_AT_ONCE,
     MOST_SMEARED,
     Trial,
     distinct,
@@ -118,3 +119,17 @@ def test_distinct_places_are_the_strongest_ones():
     motion = np.array([[12.0, 3.0], [12.05, 3.0], [18.0, 3.0], [25.0, -3.0]])
     power = np.array([1.0, 2.0, 0.5, 0.001])
     assert distinct(trial.seen, motion, power).tolist() == [1, 2]
+
+
+def test_distinct_places_share_beats_with_no_stronger_one():
+    """One place after the other, against those that are taken before it."""
+    _, trial = shown([])
+    draw = np.random.default_rng(6)
+    motion = np.column_stack([draw.uniform(1.0, 30.0, 200), draw.uniform(-30.0, 30.0, 200)])
+    power = draw.uniform(0.5, 1.0, 200)
+    slow = []
+    for n in np.argsort(-power)[: 8 * MOST_AT_ONCE]:
+        if not np.any(shares_beats(trial.seen, motion[[n]], motion[slow])):
+            slow.append(n)
+    assert len(slow) > 2
+    assert distinct(trial.seen, motion, power).tolist() == slow[:MOST_AT_ONCE]

@@ -16,7 +16,7 @@ from polychirp.receiver.coherent.coherent_map import (
 from polychirp.receiver.coherent.noise import ramp_weights, whitening
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.points import Points
-from polychirp.receiver.coherent.profiles import Profiles
+from polychirp.receiver.coherent.profiles import STEPS_PER_RANGE, Profiles
 from polychirp.receiver.coherent.ramps import Ramps
 from polychirp.receiver.coherent.residual import Residual
 from polychirp.receiver.coherent.search import find_points
@@ -63,6 +63,32 @@ def points_at(seen, motion):
         sine=np.zeros(count),
         power=np.zeros(count),
     )
+
+
+@pytest.mark.parametrize("kind", RAMPS)
+def test_the_agreement_at_cells_is_that_of_shifted_profiles(kind):
+    """Profiles are chosen and turned one after the other, and added by NumPy."""
+    one = noisy(frame(kind, [HandPoint(range=12.0, range_rate=-5.0)]), [3, 8], 9.0)
+    axes = map_axes(observed(one), LIMITS)
+    seen, profiles = adapted(one, axes)
+    draw = np.random.default_rng(5)
+    cell = draw.integers(0, (axes.range_rate.size, axes.range.size), (50, 2))
+    place, turn = profiles.places(seen, axes.range_rate[cell[:, 0]])
+    ramp, place = np.arange(place.shape[1]), place + STEPS_PER_RANGE * cell[:, 1:]
+    value = (profiles.value[:, ramp, place] * turn).transpose(1, 0, 2)
+    weight = profiles.weight[ramp, place].astype(np.float64)
+    shown = Agreement.of(seen, *profiles.at(seen, cell))
+
+    def power_of(which):
+        total = np.sum(np.abs(value[..., which].sum(axis=-1)) ** 2, axis=1)
+        return total / weight[:, which].sum(axis=1)
+
+    rises = seen.model.schedule.slope > 0
+    power = power_of(np.ones_like(rises))
+    energy = np.sum(np.abs(value) ** 2 / weight[:, None], axis=(1, 2))
+    assert shown.power == pytest.approx(power)
+    assert shown.difference == pytest.approx(power_of(rises) + power_of(~rises) - power)
+    assert shown.spread * shown.num_averaged == pytest.approx(energy - power)
 
 
 @pytest.mark.parametrize("kind", RAMPS)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from polychirp.receiver.coherent.noise import medians
-from polychirp.receiver.coherent.peaks import WINDOW, _maxima, _means
+from polychirp.receiver.coherent.peaks import WINDOW, _interpolated, _maxima, _means
 
 
 def drawn(shape, seed=1):
@@ -32,15 +32,16 @@ def test_maxima_exceed_the_least_value_and_their_neighbours():
         if power[i, j] > least[j]
         and power[i, j] == power[max(0, i - 1) : i + 2, max(0, j - 1) : j + 2].max()
     ]
-    assert _maxima(power, least)[0].tolist() == [list(cell) for cell in slow]
+    assert _maxima(power, least).tolist() == [list(cell) for cell in slow]
 
 
 def test_a_maximum_of_a_gaussian_lobe_is_interpolated_exactly():
     """The logarithm of a Gaussian lobe is a parabola."""
     row, column = np.arange(9)[:, None] - 4.2, np.arange(7) - 2.7
     power = np.exp(-0.3 * row**2 - 0.4 * column**2).astype(np.float32)
-    cell, place, value = _maxima(power, np.full(7, 0.5, dtype=np.float32))
+    cell = _maxima(power, np.full(7, 0.5, dtype=np.float32))
     assert cell.tolist() == [[4, 3]]
+    place, value = _interpolated(power, cell)
     assert place[0] == pytest.approx([0.2, -0.3], abs=1e-5)
     assert value[0] == pytest.approx(1.0, rel=1e-6)
 
