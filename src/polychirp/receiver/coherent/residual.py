@@ -17,7 +17,7 @@ from polychirp.receiver.coherent.spectra import (
     TAPS,
     Spectra,
     interpolated_into,
-    lagrange,
+    window_polynomials,
 )
 from polychirp.receiver.signal_model.unit_signal import unit_signal_into
 
@@ -111,7 +111,7 @@ class Residual:
             samples=self.samples,
             counts=np.asarray(seen.model.times.num_samples),
             spectra=self.spectra.value.view(np.float32),
-            table=np.ascontiguousarray(np.moveaxis(lagrange(TAPS), 2, 0)),
+            table=np.ascontiguousarray(np.moveaxis(window_polynomials(), 2, 0)),
         )
 
 
@@ -182,14 +182,38 @@ def _sums(ramps: Any, left: Any, track: Any, sums: Any) -> None:  # pragma: no c
 
 
 def _energy(seen: Observation, samples: ComplexArray) -> float:
-    """Power of all samples of white channels, V², with the weights of ramps and frequencies."""
+    """Power of all samples of white channels, V², with the weights of ramps and frequencies.
+
+    By Parseval's theorem, no transform is needed of ramps that count fully at all frequencies.
+    """
+    counts_fully = np.all(seen.weight == 1.0, axis=1)
+    total = _plain_power(seen, samples if np.all(counts_fully) else samples[:, counts_fully])
+    if np.all(counts_fully):
+        return total
+    return total + _spectral_power(seen, samples[:, ~counts_fully], seen.weight[~counts_fully])
+
+
+def _plain_power(seen: Observation, samples: ComplexArray) -> float:
+    """Power of all samples of white channels, V²."""
+    from scipy.linalg.blas import zherk
+
+    if not samples.size:
+        return 0.0
+    upper = zherk(1.0, samples.reshape(len(samples), -1).T, trans=2)  # of the Gram matrix
+    gram = seen.mixing.conj().T @ seen.mixing
+    twice = np.where(np.triu(np.ones(gram.shape), 1) > 0.0, 2.0, 1.0)
+    return float(np.sum(np.triu(twice * gram * upper).real))
+
+
+def _spectral_power(seen: Observation, samples: ComplexArray, weight: FloatArray) -> float:
+    """The same with the weights of ramps and frequencies, V²."""
     from scipy.fft import fft, next_fast_len
 
     size = next_fast_len(samples.shape[2])
     spectrum = fft(samples.astype(np.complex64), size, axis=2, overwrite_x=True)
     place = np.rint(np.arange(size) * (seen.num_bins / size)).astype(np.int64) % seen.num_bins
     mixing = seen.mixing.astype(np.complex64)
-    return float(_weighted_power(spectrum, seen.weight, place, mixing.real, mixing.imag) / size)
+    return float(_weighted_power(spectrum, weight, place, mixing.real, mixing.imag) / size)
 
 
 @reordered
