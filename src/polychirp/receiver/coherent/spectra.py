@@ -98,6 +98,12 @@ def window_polynomials() -> FloatArray:
 
 
 @lru_cache
+def window_table() -> FloatArray:
+    """`window_polynomials` as kernels read them, ``(power, derivative, tap)``."""
+    return np.ascontiguousarray(np.moveaxis(window_polynomials(), 2, 0))
+
+
+@lru_cache
 def _fine_window() -> NDArray[np.float32]:
     """The window at the bins around evenly spaced places between two bins, ``(place, tap)``."""
     place = np.linspace(0.0, 1.0, PLACES_BETWEEN_BINS + 1)
