@@ -8,6 +8,7 @@ import pytest
 from polychirp.channel.base import gather
 from polychirp.channel.materials.fresnel import sheet
 from polychirp.channel.materials.library import NamedMaterial, known_materials
+from polychirp.channel.ray_tubes import paths as ray_tubes
 from polychirp.channel.ray_tubes.launch_grid import FULL_WIDTH_DISTANCE, box_windows
 from polychirp.channel.ray_tubes.paths import tube_paths
 from polychirp.channel.tracers.composite import Composite
@@ -256,8 +257,8 @@ def small_plate(mirrors):
 def test_a_plate_lit_by_a_mirror_scatters_the_mirror_image(compare, mirrors):
     """Transmitter, mirror (a body), road or not, small plate, receiver; all polarisations.
 
-    The way round that ends on the mirror takes the small plate's shadow there for sharp: off by
-    the distance of the two over that of the radars, 1 %.
+    The mirror ends 0.9 m from the specular point, 29 in units of `fresnel_window`: each of its four
+    edges adds up to 1/(29π√2), 0.8 %, to the wave of an endless mirror.
     """
     pose, corners = small_plate(mirrors), plate(0.15, 0.02)
     actors = [
@@ -287,7 +288,7 @@ def test_a_plate_lit_by_a_mirror_scatters_the_mirror_image(compare, mirrors):
         tolerance=0.3,
         source="PO of the plate, lit by the image of the transmitter",
     )
-    np.testing.assert_allclose(measured, expected, rtol=0, atol=0.03 * np.abs(expected).max())
+    np.testing.assert_allclose(measured, expected, rtol=0, atol=0.05 * np.abs(expected).max())
 
 
 def test_two_moving_mirrors_shift_a_path_as_their_images_move(compare):
@@ -466,8 +467,12 @@ def test_the_number_of_threads_changes_no_bit():
         np.testing.assert_array_equal(getattr(one, field), getattr(many, field))
 
 
-def test_kernels_agree_with_the_plain_tubes():
-    """All polarisations, phase and all: metal, a sheet, wood, and a plate that mirrors."""
+def test_kernels_agree_with_the_plain_tubes(monkeypatch):
+    """All polarisations, phase and all: metal, a sheet, wood, and a plate that mirrors.
+
+    Without windows of flat parts, of which the plain tubes know nothing.
+    """
+    monkeypatch.setattr(ray_tubes, "_flat_pairs", lambda *_: [])
     table = {**known_materials(), "clear": CLEAR}
     corner = dihedral(0.3, 0.3) @ Pose(yaw=3.1, pitch=0.1).rotation.T + np.array([2.0, 0.2, 0.3])
     pane = plate(0.3, 0.3) @ Pose(yaw=2.5).rotation.T + np.array([1.4, 0.4, 0.35])

@@ -237,8 +237,37 @@ def facets() -> None:
 
 
 def bounces() -> None:
-    """Compile kernels of ray tubes, which follow bounces between bodies."""
+    """Compile kernels of ray tubes, which follow bounces between bodies, and of flat parts."""
+    from polychirp.channel.ray_tubes.paths import tube_paths
+    from polychirp.channel.tracers.composite import Composite
+
     _trace(lambda part: part.name == "bounces from vehicle-4")
+    world = Composite().prepare(_two_plates())
+    tube_paths(world, np.array([[0, 0]]), first=len(world.surfaces) - 2)
+
+
+def _two_plates() -> Scene:
+    """The street with two plates: the first turns a wave of the first radar to the last one."""
+    from polychirp.frames import Pose
+    from polychirp.model.mesh import Mesh
+    from polychirp.model.scene import Actor
+
+    scene = _street()
+    mesh = Mesh(
+        vertex=np.array([[0, -0.1, -0.1], [0, 0.1, -0.1], [0, 0.1, 0.1], [0, -0.1, 0.1]]),
+        face=np.array([[0, 1, 2], [0, 2, 3]]),
+        material=np.zeros(2, dtype=np.int64),
+        part=np.zeros(2, dtype=np.int64),
+        materials=("metal",),
+        parts=("body",),
+    )
+    x, y, z = (float(value) for value in scene.radar_position[0])
+    poses = Pose(x=x + 5, y=y, z=z, yaw=2.98), Pose(x=x + 2, y=y + 1, z=z)
+    plates = [
+        Actor(name=name, kind="object", mesh=mesh, pose=pose)
+        for name, pose in zip(("first plate", "last plate"), poses, strict=True)
+    ]
+    return replace(scene, actors=(*scene.actors, *plates))
 
 
 def point_vehicles() -> None:

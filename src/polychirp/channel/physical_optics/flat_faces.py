@@ -58,17 +58,18 @@ def flats_of(
     size = len(centroid)
     neighbour = np.full((size, 3), NO_NEIGHBOUR, dtype=np.int64)
     height = np.sum(centroid * normal, axis=1, keepdims=True)
-    plane = _codes(np.concatenate([normal / NORMAL_STEP, height / POSITION_STEP], axis=1), medium)
+    where = np.concatenate([normal / NORMAL_STEP, height / POSITION_STEP], axis=1)
+    plane = row_codes(where, medium)
     count = np.bincount(plane, minlength=1)
     some = np.flatnonzero(count[plane] >= FEWEST_PER_BORDER * 3)
     if not len(some):
         return Flats(False, np.zeros(size, dtype=np.bool_), neighbour)
     vertex = (centroid[some, None] + corner[some]).reshape(-1, 3)
-    point = _codes(vertex / POSITION_STEP, np.zeros(len(vertex), dtype=np.int64)).reshape(-1, 3)
+    point = row_codes(vertex / POSITION_STEP, np.zeros(len(vertex), dtype=np.int64)).reshape(-1, 3)
     start, end = point, np.roll(point, -1, axis=1)
     ends = np.stack([np.repeat(plane[some], 3), np.minimum(start, end).ravel(),
                      np.maximum(start, end).ravel()], axis=-1)  # fmt: skip
-    edge = _codes(ends.astype(np.float64), np.zeros(len(ends), dtype=np.int64))
+    edge = row_codes(ends.astype(np.float64), np.zeros(len(ends), dtype=np.int64))
     order = np.argsort(edge, kind="stable")
     alike = np.bincount(edge)[edge[order]]
     # an edge of two facets that run along it in opposite directions lies within the flat part
@@ -84,7 +85,7 @@ def flats_of(
     return Flats(bool(np.any(is_flat)), is_flat, inside)
 
 
-def _codes(values: FloatArray, kind: IntArray) -> IntArray:
+def row_codes(values: FloatArray, kind: IntArray) -> IntArray:
     """A number for every row of ``values``, rounded, and ``kind``; equal rows share it."""
     whole = np.concatenate([np.round(values).astype(np.int64), kind[:, None]], axis=1)
     # sorting one number per row takes a tenth of the time of sorting rows; the factors are odd, and

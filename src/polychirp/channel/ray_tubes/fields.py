@@ -10,6 +10,7 @@ from polychirp.channel.physical_optics.kernels import (
     across_plane_of_incidence,
     any_normal_to,
 )
+from polychirp.channel.ray_tubes.flat_parts import NO_PART
 from polychirp.channel.ray_tubes.intersections import Contact
 from polychirp.channel.ray_tubes.launch_grid import Launch
 from polychirp.jit import inlined, inner
@@ -17,6 +18,9 @@ from polychirp.jit import inlined, inner
 MIN_FIELD_POWER: Final = 1e-8
 """Ratio of |E|² (spreading loss excluded) to its value at launch, below which a ray is dropped:
 −80 dB, chosen: weaker rays cost time."""
+
+NOT_REFLECTED: Final = -2
+"""`Ray.part` of a ray that has met no surface."""
 
 
 class Ray(NamedTuple):
@@ -26,7 +30,8 @@ class Ray(NamedTuple):
     this tube to its neighbours; ``length`` is the path length so far, m, and ``rate`` its time
     derivative, m/s; ``num_bodies`` counts reflections by bodies, ``turns`` those by bodies and
     plates; ``departure`` is the direction at launch; ``first_point`` is the point of the first
-    reflection by a body.
+    reflection by a body; ``part`` is the flat part of that reflection, `NO_PART` if it was by none
+    or the ray has passed a sheet, and `NOT_REFLECTED` before.
     """
 
     point: Vector
@@ -39,6 +44,7 @@ class Ray(NamedTuple):
     turns: int
     departure: Vector
     first_point: Vector
+    part: int
     wave_v: ComplexVector
     wave_h: ComplexVector
 
@@ -105,6 +111,7 @@ def _continued(
     edges: tuple[Vector, Vector],
     factor: tuple[complex, complex],
     turns: int,
+    part: int,
 ) -> Ray:
     """The ray behind a contact, in a new direction; factors scale its field parts s and p."""
     side = across_plane_of_incidence(ray.direction, met.normal, any_normal_to(met.normal))
@@ -119,6 +126,7 @@ def _continued(
         turns,
         ray.departure,
         met.point if ray.num_bodies == 0 else ray.first_point,
+        part,
         _turned_field(ray.wave_v, ray.direction, direction, side, factor),
         _turned_field(ray.wave_h, ray.direction, direction, side, factor),
     )
@@ -129,7 +137,8 @@ def passed(ray: Ray, met: Contact, media: Media, wavenumber: float) -> Ray:
     """The ray after transmission through the sheet that it met, with its direction unchanged."""
     cosine = abs(dot(ray.direction, met.normal))
     factor = sheet_transmission(media, met.medium, cosine, wavenumber)
-    return _continued(ray, met, ray.direction, (ray.edge_a, ray.edge_b), factor, ray.turns)
+    edges = ray.edge_a, ray.edge_b
+    return _continued(ray, met, ray.direction, edges, factor, ray.turns, NO_PART)
 
 
 @inner
@@ -141,7 +150,31 @@ def reflected(ray: Ray, met: Contact, media: Media, wavenumber: float) -> Ray:
     normal = met.normal
     factor = smooth_reflection(media, met.medium, -dot(ray.direction, normal), wavenumber)
     edges = mirrored(ray.edge_a, normal), mirrored(ray.edge_b, normal)
-    return _continued(ray, met, mirrored(ray.direction, normal), edges, factor, ray.turns + 1)
+    part = met.part if ray.part == NOT_REFLECTED else ray.part
+    return _continued(ray, met, mirrored(ray.direction, normal), edges, factor, ray.turns + 1, part)
+
+
+@inlined
+def settled(
+    ray: Ray, turned: Ray, met: Contact, media: Media, wavenumber: float, num_bodies: int
+) -> Ray:
+    """The reflection ``turned`` of a ray, with the surface's roughness and motion added.
+
+    ``num_bodies`` is 1 if the surface is a body's and 0 if it is a plate.
+    """
+    cosine = -dot(ray.direction, met.normal)
+    phase = wavenumber * media.roughness[met.medium] * cosine
+    # rate of the path length, v·(d − r) for directions d before and r after: only the normal part
+    # of v counts, since by Fermat's principle a shift along the surface changes no length
+    rate = -2.0 * cosine * dot(met.velocity, met.normal)
+    factor = math.exp(-2.0 * phase * phase) if phase != 0.0 else 1.0
+    return weakened(turned, factor, rate, num_bodies)
+
+
+@inner
+def mirrored_by(ray: Ray, met: Contact, media: Media, wavenumber: float) -> Ray:
+    """The ray after reflection by a body's surface, its roughness and motion included."""
+    return settled(ray, reflected(ray, met, media, wavenumber), met, media, wavenumber, 1)
 
 
 @inner
@@ -159,6 +192,7 @@ def weakened(ray: Ray, factor: float, rate: float, num_bodies: int) -> Ray:
         ray.turns,
         ray.departure,
         ray.first_point,
+        ray.part,
         (factor * v[0], factor * v[1], factor * v[2]),
         (factor * h[0], factor * h[1], factor * h[2]),
     )
@@ -176,20 +210,29 @@ def launched(launch: Launch, tube: int) -> Ray:
     d = (d[0] / size, d[1] / size, d[2] / size)
     share_a, share_b = step_a / size, step_b / size
     ua, vb = ahead(u, d, -dot(d, u)), ahead(v, d, -dot(d, v))
+    edge_a = (share_a * ua[0], share_a * ua[1], share_a * ua[2])
+    edge_b = (share_b * vb[0], share_b * vb[1], share_b * vb[2])
+    return ray_along(origin, vector(launch.velocity), d, (edge_a, edge_b))
+
+
+@inner
+def ray_along(origin: Vector, velocity: Vector, d: Vector, edges: tuple[Vector, Vector]) -> Ray:
+    """A ray from a transmitter that moves with a velocity (m/s); ``edges`` as in `Ray`."""
     # the basis of frames.polarisation_basis
     h = across_plane_of_incidence((0.0, 0.0, 1.0), d, (0.0, 1.0, 0.0))
     up = cross(d, h)
     return Ray(
         origin,
         d,
-        (share_a * ua[0], share_a * ua[1], share_a * ua[2]),
-        (share_b * vb[0], share_b * vb[1], share_b * vb[2]),
+        edges[0],
+        edges[1],
         0.0,
-        -dot(d, vector(launch.velocity)),
+        -dot(d, velocity),
         0,
         0,
         d,
         origin,
+        NOT_REFLECTED,
         (complex(up[0]), complex(up[1]), complex(up[2])),
         (complex(h[0]), complex(h[1]), complex(h[2])),
     )

@@ -22,6 +22,7 @@ from polychirp.channel.geometry.wide_bvh import (
 )
 from polychirp.channel.materials.fresnel import Media
 from polychirp.channel.physical_optics.paths import scatters
+from polychirp.channel.ray_tubes.flat_parts import NO_PART, flat_parts_of
 from polychirp.channel.scene.blockers import (
     PLATE_CENTRE,
     PLATE_MEDIUM,
@@ -68,7 +69,7 @@ class Contact(NamedTuple):
     """A point at which a ray meets a surface.
 
     ``point`` is in the world, m; ``distance`` is the ray's length to it, m; ``normal``, ``medium``
-    (a number) and ``velocity``, m/s, are those of the surface.
+    (a number), ``velocity``, m/s, and ``part``, a number or `NO_PART`, are those of the surface.
     """
 
     point: Vector
@@ -76,6 +77,7 @@ class Contact(NamedTuple):
     normal: Vector
     medium: int
     velocity: Vector
+    part: int
 
 
 BODY: Final = np.dtype(
@@ -100,13 +102,16 @@ BODY: Final = np.dtype(
 class Space(NamedTuple):
     """All surfaces that ray tubes meet, in few arrays, as each costs time in compiled calls.
 
-    ``bundle``, ``triangle`` as in `Bundles`, those of all bodies one after another; ``body``
-    ``(body,)`` of type `BODY`; ``plate`` as in `Blockers`, with ``plate_velocity`` m/s ``(plate,
-    xyz)`` and ``plate_is_pane`` ``(plate,)``, true for thin sheets; ``room``: `Bundles.stack_size`.
+    ``bundle``, ``triangle`` as in `Bundles`, those of all bodies one after another; ``part``
+    ``(triangle,)``, the number of each triangle's flat part among its body's, or `NO_PART`;
+    ``body`` ``(body,)`` of type `BODY`; ``plate`` as in `Blockers`, with ``plate_velocity`` m/s
+    ``(plate, xyz)`` and ``plate_is_pane`` ``(plate,)``, true for thin sheets; ``room``:
+    `Bundles.stack_size`.
     """
 
     bundle: NDArray[np.float32]
     triangle: FloatArray
+    part: IntArray
     body: NDArray[np.void]
     plate: FloatArray
     plate_velocity: FloatArray
@@ -124,11 +129,23 @@ def _bundles(surface: Surface, materials: tuple[str, ...]) -> Bundles:
     )
 
 
+@lru_cache(maxsize=64)
+def _parts(surface: Surface) -> IntArray:
+    """Flat part, or `NO_PART`, of each triangle of a surface's `_bundles`."""
+    opaque, pane = surface.trees["opaque"], surface.trees["pane"]
+    is_opaque = np.isin(surface.medium, surface.tree_medium["opaque"])
+    of_face = flat_parts_of(surface).of_face[is_opaque]
+    return np.concatenate([of_face[opaque.face], np.full(len(pane.face), NO_PART)])
+
+
 @lru_cache(maxsize=4)
 def _all_bundles(
     surfaces: tuple[Surface, ...], materials: tuple[str, ...]
-) -> tuple[Bundles, IntArray]:
-    """Search trees of all surfaces, and the first bundle and triangle of each, ``(body, 2)``."""
+) -> tuple[Bundles, IntArray, IntArray]:
+    """Search trees of all surfaces, the flat parts of their triangles, and where each body begins.
+
+    It begins at a bundle and a triangle, ``(body, 2)``.
+    """
     kinds = tuple(dict.fromkeys(surfaces))
     found = [_bundles(surface, materials) for surface in kinds]
     begin = np.cumsum([[0, 0]] + [[len(p.bundle), len(p.triangle)] for p in found], axis=0)
@@ -137,7 +154,8 @@ def _all_bundles(
         np.concatenate([p.triangle for p in found]),
         max(p.stack_size for p in found),
     )
-    return both, begin[[kinds.index(surface) for surface in surfaces]]
+    part = np.concatenate([_parts(surface) for surface in kinds])
+    return both, part, begin[[kinds.index(surface) for surface in surfaces]]
 
 
 def space_of(world: World, faces: Blockers) -> Space:
@@ -145,12 +163,13 @@ def space_of(world: World, faces: Blockers) -> Space:
 
     Bodies farther from all radars than the longest path are marked as neither solid nor leafy.
     """
-    bundles, begin = _all_bundles(world.surfaces, world.materials)
+    bundles, part, begin = _all_bundles(world.surfaces, world.materials)
     actors = world.scene.actors
     speeds = np.array([actors[actor].velocity for actor in world.plates.actor]).reshape(-1, 3)
     return Space(
         bundle=bundles.bundle,
         triangle=bundles.triangle,
+        part=part,
         body=_body_table(world, faces, begin),
         plate=faces.plate,
         plate_velocity=speeds,
@@ -338,6 +357,7 @@ def contact(space: Space, point: Vector, met: Intersection) -> Contact:
             vector_at(space.plate, number, PLATE_NORMAL),
             int(space.plate[number, PLATE_MEDIUM]),
             row(space.plate_velocity, number),
+            NO_PART,
         )
     n, r = _unscaled_normal(space, met.triangle), space.body[number]["rotation"]
     size = math.sqrt(dot(n, n))
@@ -347,7 +367,8 @@ def contact(space: Space, point: Vector, met: Intersection) -> Contact:
         (r[0, 2] * n[0] + r[1, 2] * n[1] + r[2, 2] * n[2]) / size,
     )
     medium = int(space.triangle[met.triangle, TRIANGLE_MEDIUM])
-    return Contact(point, met.distance, normal, medium, vector(space.body[number]["velocity"]))
+    speed, part = vector(space.body[number]["velocity"]), int(space.part[met.triangle])
+    return Contact(point, met.distance, normal, medium, speed, part)
 
 
 @inlined

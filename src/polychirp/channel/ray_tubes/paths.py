@@ -59,12 +59,16 @@ visible ones by the dynamic range (weak ones are off every specular point, so th
 cancel), or until even their sum in phase would be below the strongest known path by the dynamic
 range.
 
-**Limits.** Between two surfaces a wave follows rays, so the shadow of a body on the next body is
-sharp. That is right where the Fresnel zone of the first body towards the next, √(λx) over a
-distance x, is small against the body. The wave front must not bend within a footprint A: k A² (1/L
-+ 1/r₂)/8 ≪ 1, and tubes widen with L beyond the first body. A curved body focuses well only if it
-has many facets per tube. Paths that pass between the widest tubes, and next to no tube that is cut,
-are missed.
+**Flat parts.** Between two surfaces a tube follows rays, so the shadow of a body on the next body
+is sharp. Where both are flat parts with sharp edges, of two bodies that do not touch, `flat_pairs`
+replaces the tubes of two reflections by a wave that is diffracted at the first part's border
+(decision 15, ``docs/adr``).
+
+**Limits.** Everywhere else a sharp shadow is right where the Fresnel zone of the first body towards
+the next, √(λx) over a distance x, is small against the body. The wave front must not bend within a
+footprint A: k A² (1/L + 1/r₂)/8 ≪ 1, and tubes widen with L beyond the first body. A curved body
+focuses well only if it has many facets per tube. Paths that pass between the widest tubes, and next
+to no tube that is cut, are missed.
 
 Between cars the power converges slowly with the width. The table gives the error of the summed
 power of all paths of a pair, in dB, against tubes that are all 2.5 mm wide, for the ten pairs of
@@ -85,7 +89,7 @@ be taken as one random draw.
 """
 
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Final
 
 import numpy as np
@@ -101,6 +105,18 @@ from polychirp.channel.ray_tubes.cell_paths import (
     cell_paths,
     joined,
 )
+from polychirp.channel.ray_tubes.flat_pairs import (
+    LEAST_SHARE,
+    Outlines,
+    PlacedPart,
+    Surroundings,
+    Transmitter,
+    lit_hits,
+    may_light,
+    outlines_of,
+    without_pairs,
+)
+from polychirp.channel.ray_tubes.flat_parts import are_joined, parts_in_world
 from polychirp.channel.ray_tubes.intersections import Space, space_of
 from polychirp.channel.ray_tubes.propagation import Tubes, hits_of
 from polychirp.channel.ray_tubes.radiation import HIT, Hits, estimated_power, radiate
@@ -215,6 +231,28 @@ class _Surroundings:
             self._obstacles[receiver] = obstacles_of(views)
         return self._obstacles[receiver]
 
+    @cached_property
+    def parts(self) -> tuple[PlacedPart, ...]:
+        """Flat parts of all bodies that scatter, body by body in the order of their numbers."""
+        world = self.world
+        return tuple(
+            PlacedPart(
+                part, world.velocity[body], float(world.media.roughness[part.medium]), body, number
+            )
+            for body, parts in enumerate(parts_in_world(world))
+            if self.space.body[body]["scatters"]
+            for number, part in enumerate(parts)
+        )
+
+    @cached_property
+    def outlines(self) -> Outlines:
+        """Outlines of `parts`."""
+        return outlines_of(self.parts)
+
+    def parts_of(self, body: int) -> list[PlacedPart]:
+        """Flat parts of one body."""
+        return [part for part in self.parts if part.body == body]
+
     def direct_power(self, is_wanted: BoolArray) -> FloatArray:
         """Power of the direct paths of wanted pairs, ``(transmitter, receiver)``."""
         key = is_wanted.tobytes()
@@ -311,12 +349,14 @@ def _contributions(request: _Request) -> Contributions:
 
 
 def _final_hits(request: _Request, radar: int) -> Hits:
-    """Hits of those tubes of a transmitter that are not cut in quarters further."""
+    """Hits of tubes that are not cut in quarters further, and those over two flat parts."""
     bodies = _first_bodies(request, radar)
+    pairs = _flat_pairs(request, radar, bodies)
+    by_window = {(a.body, a.number, b.body, b.number) for a, b, _ in pairs}
     level = first_level(request.world, radar, bodies, request.widths, request.max_bounces)
     kept, depth = [np.empty(0, dtype=HIT)], 0
     while level.windows:
-        hits = _hits_of_level(request, radar, level)
+        hits = without_pairs(by_window, _hits_of_level(request, radar, level))
         wanted = _hits_to_halve(request, radar, level, hits, depth)
         # at the first level: quarters of a wide tube may be reflected more often than its ray
         turns = hits["turns"][wanted] if depth else np.full(len(wanted), request.max_bounces)
@@ -324,7 +364,63 @@ def _final_hits(request: _Request, radar: int) -> Hits:
         # hits after more reflections than the quarters are followed for are kept
         kept.append(hits.take(np.flatnonzero(hits["turns"] > halved[hits["tube"]])))
         level, depth = level.halved(halved), depth + 1
+    near, world = request.surroundings, request.world
+    source = Transmitter(request.position[radar], request.velocity[radar])
+    around = Surroundings(near.space, near.faces, world.media, world.wavenumber)
+    kept += [lit_hits(source, first, last, around, least) for first, last, least in pairs]
     return np.concatenate(kept)
+
+
+def _flat_pairs(
+    request: _Request, radar: int, bodies: list[int]
+) -> list[tuple[PlacedPart, PlacedPart, float]]:
+    """Pairs of flat parts over which a transmitter's wave may go, with the least |W| that counts.
+
+    The parts are of different bodies, and do not touch.
+    """
+    near, place = request.surroundings, request.position[radar]
+    lasts = near.parts
+    least = {
+        (first, last): _least_share(request, radar, first, last)
+        for first in bodies
+        if near.parts_of(first)
+        for last in {part.body for part in lasts} - {first}
+    }
+    found = []
+    for first in bodies:
+        floor = np.array([least.get((first, last.body), np.inf) for last in lasts])
+        for one in near.parts_of(first):
+            if (place - one.shape.border[0, 0]) @ one.shape.normal <= 0:
+                continue
+            is_lit = may_light(
+                place, outlines_of([one]), near.outlines, request.world.wavenumber, floor
+            )
+            found += [
+                (one, lasts[number], float(floor[number]))
+                for number in np.flatnonzero(is_lit & (floor < 1.0))
+                if not are_joined(one.shape, lasts[number].shape)
+            ]
+    return found
+
+
+def _least_share(request: _Request, radar: int, first: int, last: int) -> float:
+    """Least |W| with which two bodies' flat parts may give a path that is strong enough.
+
+    Infinite if no wanted receiver may receive from the last body.
+    """
+    world, views = request.world, request.surroundings.views
+    out, found = views[radar, first], np.inf
+    gap = float(np.linalg.norm(world.centre[first] - world.centre[last]))
+    gap = max(gap - world.radius[first] - world.radius[last], 0.0)
+    for receiver in request.receivers(radar):
+        if request.may_be_last[receiver, last]:
+            back = views[receiver, last]
+            length = max(out.distance + gap + back.distance, 1e-3)
+            peak = request.world.scene.radars[receiver].array.pattern.peak_gain
+            mirrors = out.most_gain * peak / (2 * world.wavenumber * length) ** 2
+            weak = request.known_power[radar, receiver] / world.dynamic_range
+            found = min(found, max(LEAST_SHARE, float(np.sqrt(weak / mirrors))))
+    return found
 
 
 def _first_bodies(request: _Request, radar: int) -> list[int]:

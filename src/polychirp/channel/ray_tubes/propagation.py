@@ -1,6 +1,5 @@
 """Propagation of ray tubes over several reflections; `ray_tubes.paths` describes the method."""
 
-import math
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -16,8 +15,10 @@ from polychirp.channel.ray_tubes.fields import (
     mirrored,
     passed,
     reflected,
+    settled,
     weakened,
 )
+from polychirp.channel.ray_tubes.flat_parts import NO_PART
 from polychirp.channel.ray_tubes.intersections import (
     FACE,
     NO_BODY,
@@ -131,15 +132,11 @@ def _reflect(
         if count < hits.size:
             record(hits[count], ray, turned, normal, roughness)
             hits[count]["body"] = met.number
+            hits[count]["part"][0] = turned.part if turned.turns == 2 else NO_PART
+            hits[count]["part"][1] = at.part
         count += 1
     if goes_on:
-        cosine = -dot(ray.direction, normal)
-        phase = tracing.wavenumber * roughness * cosine
-        # rate of the path length, v·(d − r) for directions d before and r after: only the normal
-        # part of v counts, since by Fermat's principle a shift along the surface changes no length
-        rate = -2.0 * cosine * dot(at.velocity, normal)
-        factor = math.exp(-2.0 * phase * phase) if phase != 0.0 else 1.0
-        turned = weakened(turned, factor, rate, 0 if is_plate else 1)
+        turned = settled(ray, turned, at, tracing.media, tracing.wavenumber, 0 if is_plate else 1)
         if is_strong(turned):
             tracing.waiting.append((turned, next_met))
     return count
@@ -161,7 +158,7 @@ def _follow(tracing: Tracing, faces: Blockers, first_body: int, hits: Hits, coun
             if is_within:
                 n = at.normal
                 away = (-n[0], -n[1], -n[2])
-                at = Contact(at.point, at.distance, away, at.medium, at.velocity)
+                at = Contact(at.point, at.distance, away, at.medium, at.velocity, at.part)
             _pass(tracing, ray, met, at)
             if is_within and is_body and space.body[met.number]["is_vehicle"]:
                 continue

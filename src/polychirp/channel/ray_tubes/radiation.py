@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray
 from polychirp.channel.geometry.vectors import Vector, cross, dot, vector
-from polychirp.channel.physical_optics.facet_integral import phasor
+from polychirp.channel.physical_optics.facet_integral import facet_integral, phasor
 from polychirp.channel.physical_optics.kernels import ComplexVector, across_plane_of_incidence
 from polychirp.channel.ray_tubes.fields import Ray
 from polychirp.jit import compiled, inlined, inner
@@ -30,7 +30,9 @@ HIT: Final = np.dtype(
         ("first_body", np.int64),
         ("turns", np.int64),  # number of reflections, this one included
         ("tube", np.int64),  # number of the tube
+        ("part", np.int64, 2),  # flat parts of both reflections if there are two and no sheet
         ("current", np.complex64, (2, 2, 3)),  # (polarisation, J or M, xyz), without the factor 1/L
+        ("is_triangle", np.bool_),  # the footprint is half of the parallelogram, towards its corner
     ]
 )
 """A hit: a point where a tube meets a body after another body."""
@@ -80,7 +82,8 @@ def _footprint(edge: Vector, ray: Ray, normal: Vector, cosine: float, length: fl
 
 
 @inlined
-def _put(out: FloatArray, a: Vector) -> None:
+def put(out: FloatArray, a: Vector) -> None:
+    """Write a vector into an array ``(xyz,)``."""
     out[0], out[1], out[2] = a
 
 
@@ -88,15 +91,15 @@ def _put(out: FloatArray, a: Vector) -> None:
 def record(hit: np.void, ray: Ray, after: Ray, normal: Vector, roughness: float) -> None:
     """Fill a hit from the ray before and after it; the caller sets the bodies and the tube."""
     cosine = -dot(ray.direction, normal)
-    _put(hit["point"], after.point)
-    _put(hit["direction"], ray.direction)
-    _put(hit["normal"], normal)
-    _put(hit["side_a"], _footprint(ray.edge_a, ray, normal, cosine, after.length))
-    _put(hit["side_b"], _footprint(ray.edge_b, ray, normal, cosine, after.length))
-    _put(hit["departure"], ray.departure)
-    _put(hit["first_point"], ray.first_point)
+    put(hit["point"], after.point)
+    put(hit["direction"], ray.direction)
+    put(hit["normal"], normal)
+    put(hit["side_a"], _footprint(ray.edge_a, ray, normal, cosine, after.length))
+    put(hit["side_b"], _footprint(ray.edge_b, ray, normal, cosine, after.length))
+    put(hit["departure"], ray.departure)
+    put(hit["first_point"], ray.first_point)
     hit["length"], hit["rate"], hit["roughness"] = after.length, ray.rate, roughness
-    hit["turns"] = after.turns
+    hit["turns"], hit["is_triangle"] = after.turns, False
     current = hit["current"]
     _induce(normal, ray.direction, after.direction, ray.wave_v, after.wave_v, current[0])
     _induce(normal, ray.direction, after.direction, ray.wave_h, after.wave_h, current[1])
@@ -145,17 +148,32 @@ def _basis(q: Vector) -> tuple[Vector, Vector]:
 
 
 @inner
+def _triangle_share(p: float, q: float) -> complex:
+    """Mean of e^{−jp} over a triangle, about its centroid, with phases of p and q along two sides.
+
+    Both sides begin at the same corner.
+    """
+    x, y, z = -(p + q) / 3.0, (2.0 * p - q) / 3.0, (2.0 * q - p) / 3.0
+    low, high = min(x, y, z), max(x, y, z)
+    return facet_integral(low, -low - high, high)
+
+
+@inner
 def _weight(hit: np.void, back: Vector, r2: float, wavenumber: float) -> complex:
     """Factor of F: −(j/8π) dS e^{−jk(L+r2)}/(L r2), phase integral of the footprint, roughness."""
     a, b, d = vector(hit["side_a"]), vector(hit["side_b"]), vector(hit["direction"])
     turn = (d[0] - back[0], d[1] - back[1], d[2] - back[2])
-    square, length, half = cross(a, b), hit["length"], 0.5 * wavenumber
-    share = _sinc(half * dot(turn, a)) * _sinc(half * dot(turn, b))
+    square, length = cross(a, b), hit["length"]
+    p, q = wavenumber * dot(turn, a), wavenumber * dot(turn, b)
+    if hit["is_triangle"]:
+        share = 0.5 * _triangle_share(p, q)
+    else:
+        share = complex(_sinc(0.5 * p) * _sinc(0.5 * q))
     phase = wavenumber * hit["roughness"] * dot(turn, vector(hit["normal"]))
     if phase != 0.0:
         share *= math.exp(-0.5 * phase * phase)
-    scale = math.sqrt(dot(square, square)) * share / (8.0 * math.pi * length * r2)
-    return complex(0.0, -scale) * phasor(wavenumber * (length + r2))
+    scale = math.sqrt(dot(square, square)) / (8.0 * math.pi * length * r2)
+    return complex(0.0, -scale) * share * phasor(wavenumber * (length + r2))
 
 
 FEWEST_HITS: Final = 1000
@@ -202,7 +220,7 @@ def _radiate(
     for i in range(begin, end):
         hit = hits[i]
         q, r2 = _last_leg(hit, sink)
-        _put(direction[i], q)
+        put(direction[i], q)
         distance[i] = r2
         if not may_be_last[hit["body"]] or dot(q, vector(hit["normal"])) <= 0.0:
             continue
@@ -242,7 +260,7 @@ def _estimate_power(
     for i in range(begin, end):
         hit = hits[i]
         q, r2 = _last_leg(hit, sink)
-        _put(direction[i], q)
+        put(direction[i], q)
         if not may_be_last[hit["body"]] or dot(q, vector(hit["normal"])) <= 0.0:
             continue
         a, b, d = vector(hit["side_a"]), vector(hit["side_b"]), vector(hit["direction"])

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter
 
 from polychirp.axes import IntArray
+from polychirp.channel.ray_tubes.flat_parts import lone_parts
 from polychirp.channel.ray_tubes.launch_grid import Window, windows_over
 from polychirp.channel.scene.world import World
 
@@ -22,6 +23,11 @@ TUBES_ACROSS: Final = 120
 stepped by their width, and the echo of a body is wrong by the area of these steps: with 120, that
 of a corner reflector by 0.2 dB at most over drawn sizes, ranges and aspects. Half as many tubes
 double the error; twice as many take four times as long. Near cars have more tubes anyway."""
+
+LONE_SHARE: Final = 1.0 / 3.0
+"""Tubes across a body that is one flat part and touches no other, over ``Widths.across``. Such a
+body is no part of a corner, and `flat_pairs` has what it reflects to other flat parts. Chosen: the
+steps in what it lights on curved bodies are then a fortieth of it."""
 
 
 class Widths(NamedTuple):
@@ -105,7 +111,8 @@ def first_level(
     The width is that of the narrowest tubes times the greatest power of 2 that does not exceed the
     widest. It is halved for a body that seems small from the radar until there are `MIN_TUBES`, but
     not below that of the narrowest. The narrowest are narrower than asked for on a body that would
-    have fewer than ``widths.across`` tubes along the diagonal of its box.
+    have fewer than ``widths.across`` tubes along the diagonal of its box, or `LONE_SHARE` of
+    that number if it is one of `lone_parts`.
     """
     windows, whose, left = [], [], []
     narrowest, widest, across = widths
@@ -117,7 +124,9 @@ def first_level(
             times -= 1
             found = windows_over(world, radar, body, narrowest * 2**times)
         if times == 0:
-            found = windows_over(world, radar, body, narrowest, across=across)
+            share = LONE_SHARE if body in lone_parts(world) else 1.0
+            fewest = max(1, round(share * across))
+            found = windows_over(world, radar, body, narrowest, across=fewest)
         windows += found
         whose += [body] * len(found)
         left += [times] * len(found)
