@@ -11,7 +11,6 @@ so the beat's phase **falls** from channel to channel for an arrival from the le
 with channel 0 the rightmost element (`polychirp.model.antenna.AntennaArray`).
 """
 
-from functools import lru_cache
 from typing import Final, Literal
 
 import numpy as np
@@ -159,8 +158,9 @@ def _strongest(matrices: ComplexArray, spacing: float) -> FloatArray:
     order = np.arange(1, size)
     terms = np.stack([np.trace(matrices, offset=-n, axis1=1, axis2=2) for n in order], axis=1)
     phase = 2.0 * np.pi * spacing * order
-    sines, turns = _grid_of_sines(size, spacing)
-    value = (terms @ turns).real
+    widest = min(1.0, 0.5 / spacing)
+    sines = np.linspace(-widest, widest, 64 * size + 1)
+    value = (terms @ np.exp(1j * np.outer(phase, sines))).real
     found = sines[np.argmax(value, axis=1)]
     for _ in range(3):
         turned = terms * np.exp(1j * found[:, None] * phase)
@@ -169,19 +169,6 @@ def _strongest(matrices: ComplexArray, spacing: float) -> FloatArray:
         step = np.where(bend < 0, -slope / np.where(bend < 0, bend, -1.0), 0.0)
         found = found + np.clip(step, sines[0] - sines[1], sines[1] - sines[0])
     return np.asarray(found)
-
-
-@lru_cache(maxsize=16)
-def _grid_of_sines(size: int, spacing: float) -> tuple[FloatArray, ComplexArray]:
-    """Sines among which the strongest is looked for, and by what they turn further elements.
-
-    The phasors are those from an element to the next, to the one after it and so on, ``(order,
-    sine)``.
-    """
-    widest = min(1.0, 0.5 / spacing)
-    sines = np.linspace(-widest, widest, 64 * size + 1)
-    phase = 2.0 * np.pi * spacing * np.arange(1, size)
-    return sines, np.exp(1j * np.outer(phase, sines))
 
 
 def sines_of_sources(

@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 
 from polychirp.axes import ComplexArray, FloatArray, IntArray
 from polychirp.receiver.coherent.agreement import Agreement
+from polychirp.receiver.coherent.least_squares import mixed
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.points import Points
+from polychirp.receiver.coherent.replicas import Replicas
 from polychirp.receiver.coherent.residual import Residual
 
 LEAST_ACCELERATION, GREATEST_ACCELERATION = -10.0, 130.0
@@ -107,8 +109,8 @@ def accelerated(
     """
     if not len(points):
         return points
-    sums, size = residual.matched(seen, points)
-    still = Agreement.of(seen, sums, size)
+    size = Replicas.of(seen, points).size(seen)
+    still = Agreement.of(seen, _sums(seen, residual, points), size)
     by_noise = np.log(len(tried.wide.step)) * points.floor
     least = np.maximum(LEAST_RISE * still.power, still.power + by_noise)
     smeared = np.flatnonzero(still.greatest_power(points.floor) > least)
@@ -157,7 +159,7 @@ def _best(
     motion = (points.motion + offsets[:, None]).reshape(-1, 4)
     power = np.zeros((len(every), 1))
     for steps in (tried.wide, tried.wide, tried.near):
-        sums, _ = residual.matched(seen, replace(every, motion=motion))
+        sums = _sums(seen, residual, replace(every, motion=motion))
         power = _power(np.add.reduceat(sums, tried.blocks.first, axis=2), steps.turn)
         motion = motion + np.pad(steps.step[np.argmax(power, axis=1)], ((0, 0), (1, 1)))
     reached = np.max(power, axis=1).reshape(len(offsets), count)
@@ -165,6 +167,12 @@ def _best(
     is_better = reached[best, place] > least
     found = motion.reshape(len(offsets), count, 4)[best, place]
     return replace(points, motion=np.where(is_better[:, None], found, points.motion))
+
+
+def _sums(seen: Observation, residual: Residual, points: Points) -> ComplexArray:
+    """Sums over each ramp without the points' phases, ``(point, channel, ramp)``."""
+    here = Replicas.of(seen, points)
+    return mixed(seen, here.matched(residual.sums(seen, here))[0])
 
 
 def _power(sums: ComplexArray, turns: NDArray[np.complex64]) -> FloatArray:

@@ -13,8 +13,10 @@ import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray
 from polychirp.jit import reordered
+from polychirp.receiver.coherent.least_squares import mixed
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.points import Points
+from polychirp.receiver.coherent.replicas import Replicas
 from polychirp.receiver.coherent.residual import Residual
 
 DEVIATIONS = 5.0
@@ -54,7 +56,9 @@ class Agreement:
     @classmethod
     def at(cls, seen: Observation, residual: Residual, points: Points) -> Self:
         """Sums over the residual at the motions of points that are not subtracted from it."""
-        return cls.of(seen, *residual.matched(seen, points))
+        here = Replicas.of(seen, points)
+        value = mixed(seen, here.matched(residual.sums(seen, here))[0])
+        return cls.of(seen, value, here.size(seen))
 
     @classmethod
     def of(cls, seen: Observation, value: ComplexArray, size: FloatArray) -> Self:

@@ -20,6 +20,7 @@ from polychirp.jit import reordered
 from polychirp.receiver.coherent.coherent_map import MapLimits
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.points import Points, without
+from polychirp.receiver.signal_model.point_signal import hann_weights
 from polychirp.receiver.signal_model.power_spectra import spectrum_size
 
 MARGIN = 4.0
@@ -85,9 +86,10 @@ def ramp_spectra(seen: Observation, samples: ComplexArray) -> FloatArray:
     """
     from scipy.fft import fft
 
-    energy = np.sum(seen.window**2, axis=-1, keepdims=True)
-    window = seen.window / np.sqrt(np.maximum(energy, np.finfo(np.float32).tiny))
-    weighted = samples.astype(np.complex64) * window
+    window = hann_weights(seen.present)
+    energy = np.sum(window**2, axis=-1, keepdims=True)
+    window /= np.sqrt(np.maximum(energy, np.finfo(np.float32).tiny))
+    weighted = samples.astype(np.complex64) * window.astype(np.float32)
     spectrum = fft(weighted, spectrum_size(seen.model.times), axis=-1, overwrite_x=True)
     power = np.mean(spectrum.real**2 + spectrum.imag**2, axis=0)
     return np.asarray(power, dtype=np.float64)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from polychirp.axes import ComplexArray, FloatArray
 from polychirp.receiver.coherent.observation import Observation
+from polychirp.receiver.signal_model.point_signal import hann_weights
 
 LEAST_RAMPS = 5
 """Least number of ramps of one direction of which a median tells the usual level; chosen."""
@@ -66,12 +67,13 @@ def _levels(seen: Observation, residual: ComplexArray) -> FloatArray:
 
     There are `LEVELS_PER_WIDTH` bins in each width over which the median is taken.
     """
-    from scipy.fft import fft, next_fast_len
+    from scipy.fft import fft
 
-    window, size = seen.window, next_fast_len(residual.shape[2])
-    spectrum = fft(residual.astype(np.complex64) * window, size, axis=-1, overwrite_x=True)
+    window = hann_weights(seen.present).astype(np.float32)
+    spectrum = fft(residual.astype(np.complex64) * window, axis=-1, overwrite_x=True)
     power = np.sum(spectrum.real**2 + spectrum.imag**2, axis=0)
     power /= np.maximum(np.sum(window**2, axis=-1, keepdims=True), np.finfo(np.float32).tiny)
+    size = power.shape[1]
     cells = max(LEAST_CELLS, LEAST_VALUES / len(residual))
     width = round(cells * size / float(np.median(seen.model.times.num_samples)))
     bins = max(1, LEVELS_PER_WIDTH * size // width)

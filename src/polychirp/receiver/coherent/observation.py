@@ -4,7 +4,6 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
@@ -13,7 +12,7 @@ from polychirp.receiver.coherent.ramps import ELAPSED, FREQUENCY, HALF_LENGTH, U
 from polychirp.receiver.estimation.azimuth_rate import sine_basis
 from polychirp.receiver.mitigation.base import Mitigated
 from polychirp.receiver.signal_model.frame_model import FrameModel
-from polychirp.receiver.signal_model.point_signal import hann_weights, path_of
+from polychirp.receiver.signal_model.point_signal import path_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -24,7 +23,6 @@ class Observation:
     ----------
     samples : V, ``(channel, ramp, fast)``; zero where no sample is present
     present : mask of the samples that are used, ``(ramp, fast)``
-    window : Hann's window over the used samples of every ramp, ``(ramp, fast)``
     ramps : what kernels need of the ramps and of these samples
     model : beats and phases of points; motions (R, v, a) refer to the middle of the frame
     weight : of the ramps at the frequencies of a transform, ``(ramp, bin)`` (`noise.ramp_weights`)
@@ -33,7 +31,6 @@ class Observation:
 
     samples: ComplexArray
     present: BoolArray
-    window: NDArray[np.float32]
     ramps: Ramps
     model: FrameModel
     weight: FloatArray
@@ -49,7 +46,6 @@ class Observation:
         return cls(
             samples=np.ascontiguousarray(cleaned.samples),
             present=present,
-            window=hann_weights(present).astype(np.float32),
             ramps=Ramps.of(model, present),
             model=model,
             weight=np.ones((ramps, fast)),

@@ -169,13 +169,13 @@ def _lobes(seen: Observation, residual: Residual, points: Points) -> tuple[Point
     count = len(points)
     motion = points.motion + np.pad(offsets, ((0, 0), (0, 2)))[:, None]
     places = replace(points[np.tile(np.arange(count), len(offsets))], motion=motion.reshape(-1, 4))
-    sums, sizes = residual.matched(seen, places)
-    size = sizes.sum(axis=1)
-    white = sums.sum(axis=-1) / size[:, None]
-    power = np.sum(np.abs(white) ** 2, axis=1) * size / places.floor
+    here = Replicas.of(seen, places)
+    size = here.size(seen).sum(axis=1)
+    matched = here.matched(residual.sums(seen, here))[0].sum(axis=-1) / size[:, None]
+    power = np.sum(np.abs(matched @ seen.mixing.T) ** 2, axis=1) * size / places.floor
     power = power.reshape(len(offsets), count)
     best = np.argmax(power, axis=0) * count + np.arange(count)
-    lobes = replace(places, amplitude=white @ np.linalg.inv(seen.mixing).T)[best]
+    lobes = replace(places, amplitude=matched)[best]
     return lobes, np.max(power, axis=0) >= LEAST_LOBE * points.amplitude.shape[1]
 
 

@@ -10,21 +10,14 @@ from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.jit import reordered, reordered_inner
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.points import Points, without
-from polychirp.receiver.coherent.ramps import HALF, HALF_LENGTH, USED
-from polychirp.receiver.coherent.replicas import (
-    BEAT,
-    DRIFT,
-    WEIGHT,
-    Replicas,
-    replica_into,
-    sums_of,
-)
+from polychirp.receiver.coherent.ramps import HALF, HALF_LENGTH
+from polychirp.receiver.coherent.replicas import BEAT, DRIFT, WEIGHT, Replicas, sums_of
 from polychirp.receiver.coherent.spectra import (
     ORDERS,
     TAPS,
     Spectra,
     interpolated_into,
-    window_table,
+    lagrange,
 )
 from polychirp.receiver.signal_model.unit_signal import unit_signal_into
 
@@ -112,29 +105,13 @@ class Residual:
             sums = sums - sums_of(seen, points[come], at)
         return sums
 
-    def matched(self, seen: Observation, points: Points) -> tuple[ComplexArray, FloatArray]:
-        """What each ramp shows of points that are not subtracted, and the size of their signals.
-
-        Returns
-        -------
-        sums over its samples without the points' phases, on white channels, V, ``(point, channel,
-        ramp)``, and `Replicas.size`, ``(point, ramp)``
-        """
-        channels, ramps = len(seen.samples), seen.ramps.num_ramps
-        value = np.empty((len(points), channels, ramps), dtype=np.complex128)
-        size = np.empty((len(points), ramps))
-        motion, sine = np.ascontiguousarray(points.motion), np.ascontiguousarray(points.sine)
-        left = self.kernel_view(seen)
-        _matched(seen.ramps, seen.weight, left, motion, sine, seen.mixing, value, size)
-        return value, size
-
     def kernel_view(self, seen: Observation) -> "Left":
         """The arrays that kernels read."""
         return Left(
             samples=self.samples,
             counts=np.asarray(seen.model.times.num_samples),
             spectra=self.spectra.value.view(np.float32),
-            table=window_table(),
+            table=np.ascontiguousarray(np.moveaxis(lagrange(TAPS), 2, 0)),
         )
 
 
@@ -204,65 +181,8 @@ def _sums(ramps: Any, left: Any, track: Any, sums: Any) -> None:  # pragma: no c
         left_into(ramps, left, track[p], sums[p])
 
 
-@reordered
-def _matched(
-    ramps: Any,
-    weights: Any,
-    left: Any,
-    motion: Any,
-    sine: Any,
-    mixing: Any,
-    value: Any,
-    size: Any,
-) -> None:  # pragma: no cover - compiled
-    count, channels = ramps.table.shape[1], len(mixing)
-    track, wave = np.empty((6, count)), np.empty((channels, 6, count))
-    sums, plain = np.empty((3, 2, channels, count)), np.empty((channels, count), np.complex128)
-    for p in range(len(motion)):
-        replica_into(ramps, weights, motion[p], sine[p], track, wave)
-        left_into(ramps, left, track, sums)
-        for k in range(count):
-            size[p, k] = 0.0
-        for m in range(channels):
-            for k in range(count):
-                re, im = 0.0, 0.0
-                for n in range(3):
-                    x, y = wave[m, 2 * n, k], wave[m, 2 * n + 1, k]
-                    re += x * sums[n, 0, m, k] + y * sums[n, 1, m, k]
-                    im += x * sums[n, 1, m, k] - y * sums[n, 0, m, k]
-                plain[m, k] = complex(re, im)
-                x, y = wave[m, 0, k], wave[m, 1, k]
-                size[p, k] += ramps.table[USED, k] / channels * (x * x + y * y)
-        for m in range(channels):
-            for k in range(count):
-                total = complex(0.0, 0.0)
-                for n in range(channels):
-                    total += mixing[m, n] * plain[n, k]
-                value[p, m, k] = total
-
-
 def _energy(seen: Observation, samples: ComplexArray) -> float:
-    """Power of all samples of white channels, V², with the weights of ramps and frequencies.
-
-    By Parseval's theorem, no transform is needed if all ramps count fully at all frequencies.
-    """
-    if np.all(seen.weight == 1.0):
-        return _plain_power(seen, samples)
-    return _spectral_power(seen, samples)
-
-
-def _plain_power(seen: Observation, samples: ComplexArray) -> float:
-    """Power of all samples of white channels, V²."""
-    from scipy.linalg.blas import zherk
-
-    upper = zherk(1.0, samples.reshape(len(samples), -1).T, trans=2)  # of the Gram matrix
-    gram = seen.mixing.conj().T @ seen.mixing
-    twice = np.where(np.triu(np.ones(gram.shape), 1) > 0.0, 2.0, 1.0)
-    return float(np.sum(np.triu(twice * gram * upper).real))
-
-
-def _spectral_power(seen: Observation, samples: ComplexArray) -> float:
-    """The same with the weights of ramps and frequencies, V²."""
+    """Power of all samples of white channels, V², with the weights of ramps and frequencies."""
     from scipy.fft import fft, next_fast_len
 
     size = next_fast_len(samples.shape[2])

@@ -7,10 +7,7 @@ that a point costs as much on long ramps as on short ones:
 .. math:: \sum_n y_n u_n^j\,e^{-j2\pi f u_n} = \Big(\frac{j}{2\pi}\frac{d}{df}\Big)^j
           \sum_n y_n\,e^{-j2\pi f u_n}
 
-with the time u from the middle of the ramp's sampling window. Kaiser and Bessel's window is zero
-beyond `TAPS` bins, and its own transform hardly reaches beyond twice the ramp's length: samples
-that are divided by that transform give, at twice as many bins as samples, values whose sums times
-the window are those between bins (Potts, Steidl and Tasche 2001).
+with the time u from the middle of the ramp's sampling window.
 """
 
 from dataclasses import dataclass
@@ -25,19 +22,11 @@ from polychirp.jit import reordered, reordered_inner
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.replicas import BEAT, DRIFT, WEIGHT
 
-BINS_PER_SAMPLE = 2
+BINS_PER_SAMPLE = 4
 """Length of a ramp's Fourier transform over its number of samples; chosen for interpolation."""
 
-TAPS, ORDERS, POWERS = 6, 5, 10
-"""Number of bins from which sums are interpolated, as the kernel is written, of derivatives, and of
-coefficients of the polynomials that stand for the window between two bins."""
-
-PLACES_BETWEEN_BINS = 1024
-"""Number of places between two bins at which the window is tabulated; chosen: the nearest one is
-right to 1e-3 of the window's greatest value."""
-
-SHAPE = np.pi * TAPS * (1.0 - 0.5 / BINS_PER_SAMPLE)
-"""Shape of Kaiser and Bessel's window, which makes its transform end where copies begin."""
+TAPS, ORDERS = 8, 5
+"""Number of bins from which sums are interpolated, as the kernel is written, and of derivatives."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -46,8 +35,8 @@ class Spectra:
 
     Parameters
     ----------
-    value : V, of samples over the transform of the window, with the phase that refers to the
-        middle of each ramp's sampling window, ``(ramp, bin, channel)``
+    value : V, with the phase that refers to the middle of each ramp's sampling window,
+        ``(ramp, bin, channel)``
     """
 
     value: NDArray[np.complex64]
@@ -59,7 +48,7 @@ class Spectra:
 
         counts = seen.model.times.num_samples
         size = next_fast_len(BINS_PER_SAMPLE * samples.shape[2])
-        value = fft(_from_middle(samples, counts, _emphasis(size), size), axis=1, overwrite_x=True)
+        value = fft(_from_middle(samples, counts, size), axis=1, overwrite_x=True)
         half_step = np.exp(1j * np.pi * np.fft.fftfreq(size)).astype(np.complex64)
         for k in np.flatnonzero(counts % 2 == 0):  # the middle lies between two samples
             value[k] *= half_step[:, None]
@@ -68,77 +57,46 @@ class Spectra:
     def at(
         self, seen: Observation, first: FloatArray, step: FloatArray, size: int
     ) -> NDArray[np.complex64]:
-        """Values at ``size`` evenly spaced beats, ``(channel, ramp, step)``, right to 1e-3.
+        """Values at ``size`` evenly spaced beats, ``(channel, ramp, step)``, right to 1 %.
 
         Parameters
         ----------
         first, step : the first beat of every ramp, and the distance of beats, Hz, ``(ramp,)``
         """
         per_bin = self.value.shape[1] / seen.model.times.rate
-        table = _fine_window()
+        table = lagrange(4)[0].astype(np.float32)
         return np.asarray(_values(self.value, first * per_bin, step * per_bin, size, table))
 
 
 @lru_cache
-def window_polynomials() -> FloatArray:
-    """Coefficients of the window at the bins around a place, and of its four derivatives.
+def lagrange(taps: int) -> FloatArray:
+    """Coefficients of Lagrange's interpolation between bins and its four derivatives.
 
-    The polynomials are those of the distance from the bin below, ``(derivative, tap, power)``. The
-    nearest ones to the window are taken at Chebyshev's nodes.
+    The polynomials are those of the distance from the bin below, ``(derivative, tap, power)``.
     """
-    nodes = np.cos(np.pi * (np.arange(2 * POWERS) + 0.5) / (2 * POWERS))
-    between, power = 0.5 + 0.5 * nodes, np.arange(POWERS)
-    tap = np.arange(TAPS)[:, None] - (TAPS // 2 - 1)
-    inside = np.maximum(1.0 - (2.0 * (between - tap) / TAPS) ** 2, 0.0)
-    window = np.i0(SHAPE * np.sqrt(inside)) / np.i0(SHAPE)
-    rows = [np.linalg.lstsq(between[:, None] ** power, window.T, rcond=None)[0].T]
-    for _ in range(ORDERS - 1):
+    nodes = np.arange(taps) - (taps // 2 - 1)
+    power = np.arange(taps)
+    rows = [np.linalg.inv(nodes[:, None].astype(np.float64) ** power).T]
+    for _ in range(4):
         rows.append(np.roll(rows[-1] * power, -1, axis=1))
     return np.stack(rows)
 
 
-@lru_cache
-def window_table() -> FloatArray:
-    """`window_polynomials` as kernels read them, ``(power, derivative, tap)``."""
-    return np.ascontiguousarray(np.moveaxis(window_polynomials(), 2, 0))
-
-
-@lru_cache
-def _fine_window() -> NDArray[np.float32]:
-    """The window at the bins around evenly spaced places between two bins, ``(place, tap)``."""
-    place = np.linspace(0.0, 1.0, PLACES_BETWEEN_BINS + 1)
-    powers = place[:, None] ** np.arange(POWERS)
-    return np.ascontiguousarray(powers @ window_polynomials()[0].T, dtype=np.float32)
-
-
-@lru_cache(maxsize=16)
-def _emphasis(size: int) -> FloatArray:
-    r"""One over the window's transform, 0, 1/2, 1 … samples from the middle: ``(size / 2,)``.
-
-    The transform of Kaiser and Bessel's window of shape β and width w at the frequency ξ
-    is :math:`w\,\sinh(r)/[r\,I_0(\beta)]` with :math:`r^2 = \beta^2 - (\pi w\xi)^2`.
-    """
-    place = 0.5 * np.arange(size // BINS_PER_SAMPLE) / size
-    root = np.sqrt(SHAPE**2 - (np.pi * TAPS * place) ** 2)
-    return np.asarray(np.i0(SHAPE) * root / (TAPS * np.sinh(root)))
-
-
 @reordered
-def _from_middle(
-    samples: Any, counts: Any, emphasis: Any, size: int
-) -> Any:  # pragma: no cover - compiled
+def _from_middle(samples: Any, counts: Any, size: int) -> Any:  # pragma: no cover - compiled
     """Samples of every ramp from the middle to its end, zeros, and those before the middle.
 
-    They are times ``emphasis`` at their distance from the middle, ``(ramp, size, channel)``.
+    They are ``(ramp, size, channel)``.
     """
     channels, ramps = samples.shape[:2]
     out = np.zeros((ramps, size, channels), dtype=np.complex64)
     for k in range(ramps):
         half = (counts[k] - 1) // 2
-        for n in range(counts[k]):
-            place, factor = n - half, emphasis[abs(2 * n - (counts[k] - 1))]
-            for m in range(channels):
-                out[k, place if place >= 0 else place + size, m] = factor * samples[m, k, n]
+        for m in range(channels):
+            for n in range(half):
+                out[k, size - half + n, m] = samples[m, k, n]
+            for n in range(counts[k] - half):
+                out[k, n, m] = samples[m, k, half + n]
     return out
 
 
@@ -155,7 +113,7 @@ def interpolated_into(  # pragma: no cover - compiled
     Parameters
     ----------
     value : of `Spectra`, their real and imaginary parts in turn, ``(ramp, bin, 2 channels)``
-    table : coefficients of `window_polynomials`, ``(power, derivative, tap)``
+    table : coefficients of `lagrange`, ``(power, derivative, tap)``
     track : of the tone, as of `Replicas`, ``(6, ramp)``
     work : memory, ``(TAPS + 2 ORDERS, TAPS or 2 channels, whichever is more)``
     sums : result, its real and imaginary parts, ``(3, 2, channel, ramp)``
@@ -168,8 +126,8 @@ def interpolated_into(  # pragma: no cover - compiled
     x = place - low
     for d in range(ORDERS):
         for t in range(TAPS):
-            one = table[POWERS - 1, d, t]
-            for n in range(POWERS - 2, -1, -1):
+            one = table[TAPS - 1, d, t]
+            for n in range(TAPS - 2, -1, -1):
                 one = one * x + table[n, d, t]
             share[d, t] = one
     b = (low - (TAPS // 2 - 1)) % bins
@@ -180,11 +138,11 @@ def interpolated_into(  # pragma: no cover - compiled
     root, bend = np.sqrt(track[WEIGHT, k]), np.pi * track[DRIFT, k]
     factor = root
     for d in range(ORDERS):
-        s0, s1, s2 = share[d, 0], share[d, 1], share[d, 2]
-        s3, s4, s5 = share[d, 3], share[d, 4], share[d, 5]
+        s0, s1, s2, s3 = share[d, 0], share[d, 1], share[d, 2], share[d, 3]
+        s4, s5, s6, s7 = share[d, 4], share[d, 5], share[d, 6], share[d, 7]
         for i in range(width):
-            low_half = s0 * near[0, i] + s1 * near[1, i] + s2 * near[2, i]
-            high_half = s3 * near[3, i] + s4 * near[4, i] + s5 * near[5, i]
+            low_half = s0 * near[0, i] + s1 * near[1, i] + s2 * near[2, i] + s3 * near[3, i]
+            high_half = s4 * near[4, i] + s5 * near[5, i] + s6 * near[6, i] + s7 * near[7, i]
             found[d, i] = factor * (low_half + high_half)
         factor *= 0.5 * scale / np.pi
     for m in range(width // 2):
@@ -204,21 +162,19 @@ def _values(
 ) -> Any:  # pragma: no cover - compiled
     """Interpolated values at evenly spaced places, in bins: ``(channel, ramp, step)``."""
     ramps, bins, channels = value.shape
-    out = np.empty((channels, ramps, size), dtype=np.complex64)
-    around = np.empty(TAPS, dtype=np.int64)
+    taps, powers = table.shape
+    out = np.zeros((channels, ramps, size), dtype=np.complex64)
     for k in range(ramps):
         for i in range(size):
             place = first[k] + i * step[k]
             low = int(np.floor(place))
-            share = table[int((place - low) * (len(table) - 1) + 0.5)]
-            around[0] = (low - (TAPS // 2 - 1)) % bins
-            for t in range(1, TAPS):
-                around[t] = around[t - 1] + 1 if around[t - 1] + 1 < bins else 0
-            for m in range(channels):
-                re, im = np.float32(0.0), np.float32(0.0)
-                for t in range(TAPS):
-                    one = value[k, around[t], m]
-                    re += share[t] * one.real
-                    im += share[t] * one.imag
-                out[m, k, i] = complex(re, im)
+            x = np.float32(place - low)
+            b = (low - (taps // 2 - 1)) % bins
+            for t in range(taps):
+                share = np.float32(0.0)
+                for n in range(powers - 1, -1, -1):
+                    share = share * x + table[t, n]
+                for m in range(channels):
+                    out[m, k, i] += share * value[k, b, m]
+                b = b + 1 if b + 1 < bins else 0
     return out

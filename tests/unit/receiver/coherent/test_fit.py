@@ -166,23 +166,6 @@ def test_sums_of_spectra_are_moments(power, error):
     assert np.linalg.norm(found - exact) < error * np.linalg.norm(exact)
 
 
-def test_what_ramps_show_of_points_is_their_sums_times_their_conjugate_shapes():
-    """Replicas, sums over samples, and channels made white one after the other."""
-    draw, points = np.random.default_rng(5), drawn(20)
-    points = replace(points, sine=draw.uniform(-1.0, 1.0, 20))
-    seen = observed([NEAR, BESIDE], noise=1.0)
-    seen = replace(
-        seen,
-        mixing=draw.normal(size=(4, 4)) + 1j * draw.normal(size=(4, 4)),
-        weight=draw.uniform(size=(RAMPS.num_ramps, 24)),
-    )
-    residual, here = Residual.of(seen, NOTHING), Replicas.of(seen, points)
-    value, size = residual.matched(seen, points)
-    plain = here.matched(residual.sums(seen, here))[0]
-    assert value == pytest.approx(np.einsum("mn,pnk->pmk", seen.mixing, plain), rel=1e-9)
-    assert size == pytest.approx(here.size(seen))
-
-
 def test_a_residual_tells_what_other_points_would_leave():
     """Each point is moved by a tenth of a cell: sums change as those of the exact residual."""
     seen, points = observed([NEAR], noise=1.0), drawn(12)

@@ -22,7 +22,6 @@ from polychirp.receiver.coherent.residual import Residual
 from polychirp.receiver.coherent.search import find_points
 from polychirp.receiver.coherent.spectra import Spectra
 from polychirp.receiver.mitigation.base import mitigated
-from polychirp.receiver.signal_model.point_signal import hann_weights
 from polychirp.rng import Streams
 from polychirp.waveform import DiverseTriangular, Triangular
 from tests.support.interference import with_noisy_ramps
@@ -205,13 +204,8 @@ def test_interference_on_one_ramp_is_no_point():
 
 
 def with_samples(seen, present):
-    return replace(
-        seen,
-        samples=seen.samples * present,
-        present=present,
-        window=hann_weights(present).astype(np.float32),
-        ramps=Ramps.of(seen.model, present),
-    )
+    ramps = Ramps.of(seen.model, present)
+    return replace(seen, samples=seen.samples * present, present=present, ramps=ramps)
 
 
 def detected(left):
