@@ -91,7 +91,7 @@ class Transmitter(NamedTuple):
 
 
 class Surroundings(NamedTuple):
-    """What is around both parts, as `propagation` takes it; ``wavenumber`` is in 1/m."""
+    """Everything around both parts, as `propagation` takes it; ``wavenumber`` is in 1/m."""
 
     space: Space
     faces: Blockers

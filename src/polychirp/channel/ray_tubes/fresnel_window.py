@@ -1,4 +1,4 @@
-r"""What a flat mirror with edges leaves of a mirror's wave: a Fresnel window of its border.
+r"""The part of a mirror's wave that edges leave: a Fresnel window of the mirror's border.
 
 A transmitter has the image T′ in the plane of a flat part, and the line from T′ to a point P meets
 the plane at S. A path over another point of the plane is longer by ΔL than over S. In coordinates
@@ -177,7 +177,7 @@ def _side(a: Point, b: Point) -> complex:
 
 
 class _Zones(NamedTuple):
-    """What leads from points of the plane to (u, v): see `window`."""
+    """Fresnel zones about S: points of the plane as (u, v), see `window`."""
 
     origin: Vector
     along: Vector
