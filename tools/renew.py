@@ -132,7 +132,7 @@ RECORDS: Final = (
         starts=("tools/experiments/paper_statistics.py",),
         minutes=60,
     ),
-    _table("statistics", 170),
+    _table("statistics", 40),
     _table("receiver", 12),
     _table("streets", 30, program="street"),
     _figure("diversity-figure", "diversity", 0.1, "docs/validation/diversity.json"),

@@ -16,7 +16,7 @@ from typing import Any, Final
 
 from polychirp.study.monte_carlo.executor import LocalWorkers
 from polychirp.study.paper.results import StatisticsRow
-from polychirp.study.paper.statistics import CURVES, Channel, run_statistics, statistics_plan
+from polychirp.study.paper.statistics import Channel, run_statistics, statistics_plan
 from polychirp.study.paper.stored_statistics import read_statistics
 from polychirp.threads import num_cores
 from tools.pages.markdown import table
@@ -24,10 +24,14 @@ from tools.pages.markdown import table
 RECORD: Final = "statistics.json"
 """File with the numbers of the table, in the folder of the pages."""
 
-TRIALS: Final[dict[Channel, int]] = {"point-vehicles": 6, "vehicles": 4}
-
 NUM_TARGETS: Final = (1, 4, 10)
-"""Numbers of targets in the table."""
+"""Numbers of targets of points in the table."""
+
+PLANS: Final[dict[Channel, tuple[int, tuple[int, ...]]]] = {
+    "point-vehicles": (6, NUM_TARGETS),
+    "vehicles": (28, NUM_TARGETS[-1:]),
+}
+"""Numbers of trials and of targets of the vehicle channels; chosen: half an hour on two cores."""
 
 _HEAD: Final = (
     "channel",
@@ -92,13 +96,12 @@ def _rounded(value: object) -> object:
 
 
 def record() -> list[dict[str, Any]]:
-    """The channels with vehicles; blanking is for the points of `polychirp paper`."""
-    curves = [curve for curve in CURVES if curve[1] != "blanked"]
+    """Rows of the channels with vehicles."""
     found = []
-    for channel, trials in TRIALS.items():
+    for channel, (trials, num_targets) in PLANS.items():
         with tempfile.TemporaryDirectory() as folder:
             rows = run_statistics(
-                statistics_plan(channel, trials=trials, num_targets=NUM_TARGETS, curves=curves),
+                statistics_plan(channel, trials=trials, num_targets=num_targets),
                 folder=Path(folder),
                 executor=LocalWorkers(count=num_cores()),
             )
