@@ -91,8 +91,9 @@ def ramp_spectra(seen: Observation, samples: ComplexArray) -> FloatArray:
     window /= np.sqrt(np.maximum(energy, np.finfo(np.float32).tiny))
     weighted = samples.astype(np.complex64) * window.astype(np.float32)
     spectrum = fft(weighted, spectrum_size(seen.model.times), axis=-1, overwrite_x=True)
-    power = np.mean(spectrum.real**2 + spectrum.imag**2, axis=0)
-    return np.asarray(power, dtype=np.float64)
+    # squares of points that nearly cancel each other may exceed single precision
+    real, imag = spectrum.real.astype(np.float64), spectrum.imag.astype(np.float64)
+    return np.asarray(np.mean(real**2 + imag**2, axis=0))
 
 
 def _widened(limits: tuple[float, float], places: FloatArray) -> tuple[float, float]:
