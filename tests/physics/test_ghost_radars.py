@@ -32,7 +32,7 @@ def study(**changes):
 
 @pytest.mark.parametrize(
     ("changes", "farthest"),
-    [({}, 10.0), ({"receiver": PaperReceiver(greatest_range=30.0)}, 30.0)],
+    [({}, 30.0), ({"receiver": PaperReceiver(greatest_range=30.0)}, 30.0)],
     ids=["coherent", "paper"],
 )
 def test_a_ghost_at_half_the_distance_of_a_radar_has_its_name(changes, farthest):

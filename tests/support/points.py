@@ -23,7 +23,7 @@ class HandPoint:
     """A point: m, m/s, m/s², rad, and its power at the start relative to unit noise per sample.
 
     ``sine_rate``, 1/s, is the rate of the sine of its azimuth at the start. The point's amplitude
-    follows 1/R² over the frame. `coded_frame` alone reads ``elevation``; its points have steady
+    follows R to the power ``-spreading`` over the frame. `coded_frame` alone reads ``elevation``; its points have steady
     amplitudes and azimuths.
     """
 
@@ -34,6 +34,7 @@ class HandPoint:
     elevation: float = 0.0
     sine_rate: float = 0.0
     power: float = 1.0
+    spreading: float = 2.0
 
 
 def frame_of(
@@ -60,7 +61,7 @@ def frame_of(
         sine = np.sin(point.azimuth) * straight + point.sine_rate * turned
         cycles = array.position[:, 1, None, None] * sine / wavelength + draw.random()
         distance, _, _ = path_of(motion[None], times.time - schedule.start_time[0])[:, 0]
-        growth = (point.range / distance) ** 2
+        growth = (point.range / distance) ** point.spreading
         samples += np.sqrt(point.power) * growth * np.exp(-2j * np.pi * cycles) * signal
     return IfFrame(samples=samples * times.is_sample, times=times, schedule=schedule, array=array)
 

@@ -111,6 +111,7 @@ def _at(found: Peaks, seen: Observation) -> Points:
         amplitude=np.zeros((zero.size, seen.samples.shape[0]), dtype=np.complex128),
         floor=found.floor,
         sine=zero,
+        growth=zero,
         power=zero,
     )
 

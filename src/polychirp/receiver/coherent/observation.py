@@ -123,13 +123,13 @@ class Observation:
         """`beat_phase` of the motions, ``(point, ramp, 3)``."""
         return self.model.phases(motion[:, :3])
 
-    def shape(self, motion: FloatArray, sine: FloatArray) -> ComplexArray:
+    def shape(self, motion: FloatArray, sine: FloatArray, growth: FloatArray) -> ComplexArray:
         """Amplitude of a point's signal over each ramp, relative to that of the point.
 
         It is a polynomial of second degree in the time from the middle of the ramp's window,
         ``(point, channel, ramp, 3)`` in 1, 1/s and 1/s². It holds the response of the high-pass
-        filter at the beat, the growth with 1/R² of an echo that comes nearer, and the phases that
-        come from the delays of the array's elements. These delays change with the azimuth, and
+        filter at the beat, the growth with 1/R² of an echo that comes nearer, a growth of the
+        point's own, and the phases that come from the delays of the array's elements. These delays change with the azimuth, and
         their phases with the frequency. Their phase in the middle of the frame at the mean
         frequency is left out: it belongs to the amplitude of the point on each channel.
 
@@ -138,16 +138,17 @@ class Observation:
         motion : R, m, v, m/s, a, m/s², and the rate of the azimuth's sine, 1/s, in the middle of
             the frame, ``(point, 4)``
         sine : sine of the azimuth then, ``(point,)``
+        growth : rate of the logarithm of the amplitude beyond that of 1/R², 1/s, ``(point,)``
         """
         model, slope = self.model, self.model.schedule.slope
         elapsed = self.middle - model.time
         distance, rate, _ = path_of(motion, elapsed)
-        spreading = (motion[:, :1] / distance) ** 2
+        spreading = (motion[:, :1] / distance) ** 2 * np.exp(growth[:, None] * elapsed)
         straight, turned = sine_basis(motion, elapsed)
         now = sine[:, None] * straight + motion[:, 3:4] * turned
         by_sine = -2.0 * np.pi / SPEED_OF_LIGHT * model.channel_y[:, None]
         phase = by_sine * (self.frequency * now - self.frequency.mean() * sine[:, None])[:, None]
         beat = by_sine * (slope * now + self.frequency * motion[:, 3:4])[:, None]
         size = (model.response(motion)[:, 0] * spreading)[:, None] * np.exp(1j * phase)
-        growth = -2.0 * (rate / distance)[:, None] + 1j * beat
-        return np.stack([size, size * growth, 0.5 * size * growth**2], axis=-1)
+        rise = (growth[:, None] - 2.0 * rate / distance)[:, None] + 1j * beat
+        return np.stack([size, size * rise, 0.5 * size * rise**2], axis=-1)

@@ -21,6 +21,7 @@ class Points:
     amplitude : V, ``(point, channel)``
     floor : noise power of a sample at the point's range, W, ``(point,)``
     sine : sine of the azimuth, ``(point,)``: the elements' delays change the beats a little
+    growth : rate of the logarithm of the amplitude beyond that of 1/R², 1/s, ``(point,)``
     power : fall of the fit if the point were left out, over ``floor``, ``(point,)``
     """
 
@@ -28,6 +29,7 @@ class Points:
     amplitude: ComplexArray
     floor: FloatArray
     sine: FloatArray
+    growth: FloatArray
     power: FloatArray
 
     @classmethod
@@ -38,6 +40,7 @@ class Points:
             amplitude=np.zeros((0, num_channels), dtype=np.complex128),
             floor=np.zeros(0),
             sine=np.zeros(0),
+            growth=np.zeros(0),
             power=np.zeros(0),
         )
 
@@ -77,7 +80,8 @@ def without(seen: Observation, samples: ComplexArray, points: Points) -> Complex
     """``samples`` less the signals of points, ``(channel, ramp, fast)``."""
     out = samples.copy()
     if len(points):
-        polynomial = points.amplitude[:, :, None, None] * seen.shape(points.motion, points.sine)
+        shape = seen.shape(points.motion, points.sine, points.growth)
+        polynomial = points.amplitude[:, :, None, None] * shape
         phases = seen.phases(points.motion)
         subtract(out, seen.present, phases, polynomial, seen.model.times)
     return out

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
+from polychirp.receiver.coherent.growth import grown
 from polychirp.receiver.coherent.least_squares import mixed, sines
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.overlap import LEAST_COUPLING, groups_of
@@ -57,7 +58,8 @@ def settled(
     """
     for _ in range(MOST_SUBTRACTIONS):
         moved, any_moved = relaxed(seen, residual, points, sweeps=sweeps, least_gain=least_gain)
-        if not any_moved:
+        moved, any_grown = grown(seen, residual, moved)
+        if not (any_moved or any_grown):
             return moved, residual
         after = Residual.of(seen, moved)
         if after.energy >= residual.energy:

@@ -63,7 +63,8 @@ class Replicas:
         count, ramps, channels = len(points), seen.ramps.num_ramps, seen.ramps.channel_y.size
         track, wave = np.empty((count, 6, ramps)), np.empty((count, channels, 6, ramps))
         motion, sine = np.ascontiguousarray(points.motion), np.ascontiguousarray(points.sine)
-        _replicas(seen.ramps, seen.weight, motion, sine, track, wave)
+        growth = np.ascontiguousarray(points.growth)
+        _replicas(seen.ramps, seen.weight, motion, sine, growth, track, wave)
         return cls(track=track, wave=wave, amplitude=points.amplitude)
 
     def __len__(self) -> int:
@@ -149,7 +150,7 @@ def correlations(seen: Observation, first: Replicas, second: Replicas) -> FloatA
 
 @reordered_inner
 def replica_into(
-    ramps: Any, weights: Any, motion: Any, sine: float, track: Any, wave: Any
+    ramps: Any, weights: Any, motion: Any, sine: float, own_growth: float, track: Any, wave: Any
 ) -> None:  # pragma: no cover - compiled
     """The signal of one point; arrays as those of `Replicas`, without the axis of points."""
     distance, rate, acceleration, sine_rate = motion[0], motion[1], motion[2], motion[3]
@@ -191,14 +192,16 @@ def replica_into(
         delay = 2.0 * steady / (SPEED_OF_LIGHT + rate)
         growth = 2.0 * rate / (SPEED_OF_LIGHT + rate)
         tone = 1j * (slope * delay * (1.0 - growth) + frequency * growth)
-        size = np.sqrt(weight) * (distance / now) ** 2 * complex(np.cos(phase), np.sin(phase))
+        size = np.sqrt(weight) * (distance / now) ** 2 * np.exp(own_growth * time)
+        size = size * complex(np.cos(phase), np.sin(phase))
         for corner in ramps.corners:
             size *= tone / (corner + tone)
         for m in range(channels):
             by_sine = -2.0 * np.pi / SPEED_OF_LIGHT * ramps.channel_y[m]
             phase = by_sine * (frequency * sine_now - ramps.mean_frequency * sine)
             rise = complex(
-                -2.0 * velocity / now, by_sine * (slope * sine_now + frequency * sine_rate)
+                own_growth - 2.0 * velocity / now,
+                by_sine * (slope * sine_now + frequency * sine_rate),
             )
             value = size * complex(np.cos(phase), np.sin(phase))
             for n in range(3):
@@ -286,10 +289,10 @@ def product(  # pragma: no cover - compiled
 
 @reordered
 def _replicas(
-    ramps: Any, weights: Any, motion: Any, sine: Any, track: Any, wave: Any
+    ramps: Any, weights: Any, motion: Any, sine: Any, growth: Any, track: Any, wave: Any
 ) -> None:  # pragma: no cover - compiled
     for p in range(len(motion)):
-        replica_into(ramps, weights, motion[p], sine[p], track[p], wave[p])
+        replica_into(ramps, weights, motion[p], sine[p], growth[p], track[p], wave[p])
 
 
 @reordered

@@ -13,6 +13,7 @@ import numpy as np
 from polychirp.receiver.coherent.acceleration import Accelerations
 from polychirp.receiver.coherent.coherent_map import CoherentMap, channel_covariance, coherent_map
 from polychirp.receiver.coherent.false_alarms import threshold_of
+from polychirp.receiver.coherent.growth import grown
 from polychirp.receiver.coherent.new_points import (
     GREATEST_SPREAD,
     Trial,
@@ -216,4 +217,5 @@ def refitted(
         seen, residual, every, sweeps=SWEEPS_OF_NEW_POINTS, free=near, least_gain=GAIN_OF_NEW_POINTS
     )
     every, _ = relaxed(seen, residual, every, sweeps=SWEEPS_OF_ALL, least_gain=GAIN_OF_NEW_POINTS)
+    every, _ = grown(seen, residual, every)
     return every, Residual.of(seen, every)

@@ -68,6 +68,7 @@ class Moving(NamedTuple):
 
     motion: FloatArray
     sine: FloatArray
+    growth: FloatArray
     floor: FloatArray
     power: FloatArray
     twin: IntArray
@@ -101,6 +102,7 @@ def swept(
     moving = Moving(
         motion=points.motion.copy(),
         sine=points.sine.copy(),
+        growth=points.growth.copy(),
         floor=points.floor.copy(),
         power=points.power.copy(),
         twin=twin,
@@ -294,6 +296,7 @@ def _moved(
                 frame.weights,
                 motion[j],
                 moving.sine[p],
+                moving.growth[p],
                 tried.track[j],
                 tried.wave[j],
             )

@@ -56,6 +56,7 @@ def points_at(seen, motion, floor=1e-9):
         amplitude=np.zeros((count, channels), dtype=np.complex128),
         floor=np.full(count, floor),
         sine=np.zeros(count),
+        growth=np.zeros(count),
         power=np.zeros(count),
     )
 
@@ -81,6 +82,7 @@ def drawn(count, seed=3):
         motion=motion,
         amplitude=amplitude[0] + 1j * amplitude[1],
         sine=draw.uniform(-0.7, 0.7, count),
+        growth=draw.uniform(-5.0, 5.0, count),
     )
 
 
@@ -89,7 +91,7 @@ def test_replicas_are_the_signals_of_the_observation():
     seen, points = coloured(observed([NEAR], noise=1.0)), drawn(20)
     here = Replicas.of(seen, points)
     beat, phasor = middles(seen, points)
-    shape = seen.shape(points.motion, points.sine)
+    shape = seen.shape(points.motion, points.sine, points.growth)
     wave = (np.sqrt(seen.weight_at(beat)) * phasor)[:, None, None] * np.moveaxis(shape, 3, 2)
     assert here.track[:, BEAT] == pytest.approx(beat)
     assert here.wave[:, :, 0::2] == pytest.approx(wave.real, abs=1e-6 * np.abs(wave).max())
@@ -277,7 +279,7 @@ def test_products_are_sums_of_products():
     here = Replicas.of(seen, points)
     found = products(seen, here)
     assert correlations(seen, here, here) == pytest.approx(correlation_of(found))
-    gain = seen.shape(points.motion, points.sine)[:, 0, :, 0]
+    gain = seen.shape(points.motion, points.sine, points.growth)[:, 0, :, 0]
     for p, q in ((0, 1), (1, 2), (0, 0)):
         for n in range(3):
             product = signals[p].conj() * signals[q] * time**n * seen.present

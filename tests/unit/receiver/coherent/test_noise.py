@@ -61,6 +61,7 @@ def points_at(seen, motion):
         amplitude=np.zeros((count, seen.samples.shape[0]), dtype=np.complex128),
         floor=np.ones(count),
         sine=np.zeros(count),
+        growth=np.zeros(count),
         power=np.zeros(count),
     )
 

@@ -38,6 +38,7 @@ def points_at(seen, motion, amplitude):
         amplitude=amplitude,
         floor=np.ones(count),
         sine=np.zeros(count),
+        growth=np.zeros(count),
         power=np.sum(np.abs(amplitude) ** 2, axis=1) * size,
     )
 

@@ -18,6 +18,7 @@ def points_at(distance):
         amplitude=np.zeros((count, 4), dtype=np.complex128),
         floor=np.ones(count),
         sine=np.zeros(count),
+        growth=np.zeros(count),
         power=np.ones(count),
     )
 
