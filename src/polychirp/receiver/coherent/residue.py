@@ -12,6 +12,17 @@ and variations that differ from ramp to ramp add up as noise does. At the beats 
 they act as a noise power of a sample of :math:`E/KM` times the mean of this limit over the K ramps,
 on each of M channels. A point must stand out of it as of other noise. Ideal points with cells of
 their own leave none.
+
+Equal ramps see the same range profile of a body. What the body's points miss of it repeats with
+these ramps, and adds up in phase at range rates that are folded on the body's own: multiples of
+λ/2T beside it, for equal ramps T apart. There it is taken for points, of which a body causes
+several. So points that are folded on a body are counted as its errors, and each of them must stand
+out of the others: for one of energy :math:`E_q`, the mean of the limits is replaced by
+
+.. math:: \frac1K\sum_s\Big|\sum_{k\in s}\min\{1, [\pi\,(f - f_q)\,T]^{-1}\}\,
+          e^{j\Delta_k}\Big|^2,
+
+with the sets s of equal ramps and Δ the phase between both points in the middle of a ramp.
 """
 
 from dataclasses import dataclass, replace
@@ -19,7 +30,7 @@ from typing import Self
 
 import numpy as np
 
-from polychirp.axes import ComplexArray, FloatArray, IntArray
+from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.receiver.coherent.least_squares import mixed
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.overlap import LEAST_COUPLING
@@ -32,6 +43,10 @@ from polychirp.receiver.coherent.replicas import (
     total_products,
 )
 
+SAME_SPEED = 4.0
+"""Difference of range rates, in cells λ/2T, below which two points may be of one body; chosen: parts
+of a body that turns or passes differ by some cells."""
+
 LEAST_OF_SAME = 1.0 - 1e-9
 """Correlation from which two signals are that of one point; rounding makes some 1e-15."""
 
@@ -42,14 +57,20 @@ class Bodies:
 
     Parameters
     ----------
+    rate : range rates of the points, m/s, ``(point,)``
+    is_alike : mask of pairs of them of one speed, ``(point, point)``
     replicas, white : of the points, and their amplitudes on white channels, V, ``(point, channel)``
+    strength : energies of their signals, V², ``(point,)``
     gram : sums of the products of their signals of amplitude 1, ``(point, point)``
     numbers : of the points of every body, the strongest one first
     energy : that of every body which its best single point does not explain, V², ``(body,)``
     """
 
+    rate: FloatArray
+    is_alike: BoolArray
     replicas: Replicas
     white: ComplexArray
+    strength: FloatArray
     gram: ComplexArray
     numbers: list[IntArray]
     energy: FloatArray
@@ -59,10 +80,20 @@ class Bodies:
         """The bodies of points."""
         replicas, white = Replicas.of(seen, points), mixed(seen, points.amplitude)
         gram = total_products(seen, replicas, replicas)
-        numbers = bodies(points.strength, correlations(seen, replicas, replicas))
+        rate, size = points.motion[:, 1], np.diagonal(gram).real
+        coupling = correlations(seen, replicas, replicas)
+        repeated = np.sqrt(folds(seen, replicas, replicas) / greatest_fold(seen))
+        numbers = bodies(points.strength, np.maximum(coupling, repeated))
         energy = [unexplained(gram[np.ix_(own, own)], white[own]) for own in numbers]
         return cls(
-            replicas=replicas, white=white, gram=gram, numbers=numbers, energy=np.array(energy)
+            rate=rate,
+            is_alike=_of_one_speed(seen, rate, rate),
+            replicas=replicas,
+            white=white,
+            strength=np.sum(np.abs(white) ** 2, axis=1) * size,
+            gram=gram,
+            numbers=numbers,
+            energy=np.array(energy),
         )
 
     def residues(self, seen: Observation, at: Points) -> FloatArray:
@@ -74,15 +105,30 @@ class Bodies:
         if not self.numbers:
             return out
         here = Replicas.of(seen, at)
+        is_alike = _of_one_speed(seen, at.motion[:, 1], self.rate)
         coupling = correlations(seen, here, self.replicas)
-        for body, whole in zip(self.numbers, self.energy, strict=True):
-            energy = np.full(len(at), whole)
-            for n in np.flatnonzero(np.any(coupling[:, body] > LEAST_REDUNDANCY, axis=1)):
-                others = body[coupling[n, body] <= LEAST_REDUNDANCY]
-                energy[n] = unexplained(self.gram[np.ix_(others, others)], self.white[others])
-            energy[coupling[:, body[0]] >= LEAST_OF_SAME] = 0.0
+        folded = folds(seen, here, self.replicas)
+        is_same = coupling >= LEAST_OF_SAME
+        in_cell = is_same | ((coupling > LEAST_REDUNDANCY) & is_alike)
+        for number, body in enumerate(self.numbers):
+            energy = self._energy_outside(number, in_cell[:, body])
+            energy[is_same[:, body[0]]] = 0.0
             out += energy * side_lobes(seen, here, self.replicas[body[:1]])
+            is_error = ~self.is_alike[body[0], body] & ~in_cell[:, body]
+            is_error &= ~is_alike[:, body[:1]]
+            out += np.where(is_error, folded[:, body], 0.0) @ self.strength[body]
         return np.asarray(out / (seen.num_used * self.white.shape[1]))
+
+    def _energy_outside(self, number: int, in_cell: BoolArray) -> FloatArray:
+        """Energy of a body that its best single point does not explain, V², ``(point,)``.
+
+        Members in the cells of points, ``in_cell`` ``(point, member)``, do not count for these.
+        """
+        energy = np.full(len(in_cell), self.energy[number])
+        for n in np.flatnonzero(np.any(in_cell, axis=1)):
+            others = self.numbers[number][~in_cell[n]]
+            energy[n] = unexplained(self.gram[np.ix_(others, others)], self.white[others])
+        return energy
 
 
 def with_residues(seen: Observation, points: Points, others: Bodies) -> Points:
@@ -94,8 +140,8 @@ def with_residues(seen: Observation, points: Points, others: Bodies) -> Points:
 def bodies(strength: FloatArray, coupling: FloatArray) -> list[IntArray]:
     """Numbers of the points of every body of several points, the strongest one first.
 
-    A body is the strongest point that is in no other body, and those that are fitted together with
-    it because their signals are correlated.
+    A body is the strongest point that is in no other body, and those whose signals are correlated
+    with it, on all ramps or on equal ones.
     """
     is_free = np.ones(strength.size, dtype=np.bool_)
     found = []
@@ -117,6 +163,44 @@ def side_lobes(seen: Observation, every: Replicas, tone: Replicas) -> FloatArray
     apart = np.abs(every.track[:, BEAT] - tone.track[:, BEAT]) * times.num_samples / times.rate
     lobe = 1.0 / np.maximum(np.pi * apart, 1.0) ** 2
     return np.asarray(lobe[:, seen.count > 0].mean(axis=1))
+
+
+def folds(seen: Observation, first: Replicas, second: Replicas) -> FloatArray:
+    """What equal ramps add in phase of a tone at other beats, beyond its side lobes.
+
+    It is relative to the tone's own power, as `side_lobes`; zero where all ramps differ:
+    ``(first, second)``.
+    """
+    times = seen.model.times
+    used = np.flatnonzero(seen.count > 0)
+    reach = np.pi * (times.num_samples / times.rate)[used]
+    beat, other = first.track[:, None, BEAT, used], second.track[:, BEAT, used]
+    lobe = 1.0 / np.maximum(reach * np.abs(beat - other), 1.0)
+    here, there = (one.wave[:, 0, 0, used] + 1j * one.wave[:, 0, 1, used] for one in (first, second))
+    turn = here[:, None].conj() * there
+    turn *= lobe / np.maximum(np.abs(turn), 1e-300)
+    total = sum(np.abs(turn[..., own].sum(axis=-1)) ** 2 for own in equal_ramps(seen))
+    return np.asarray(np.maximum(total - np.sum(lobe**2, axis=-1), 0.0) / used.size)
+
+
+def greatest_fold(seen: Observation) -> float:
+    """Greatest value of `folds`; at least 1."""
+    sizes = np.array([own.size for own in equal_ramps(seen)], dtype=np.float64)
+    return float(max(np.sum(sizes**2) / np.sum(sizes) - 1.0, 1.0))
+
+
+def equal_ramps(seen: Observation) -> list[IntArray]:
+    """Numbers, among the ramps that are used, of those of each slope and start frequency."""
+    schedule, is_used = seen.model.schedule, seen.count > 0
+    kinds = np.stack([schedule.slope, schedule.start_frequency])[:, is_used]
+    _, kind = np.unique(kinds, axis=1, return_inverse=True)
+    return [np.flatnonzero(kind.reshape(-1) == n) for n in range(int(np.max(kind)) + 1)]
+
+
+def _of_one_speed(seen: Observation, first: FloatArray, second: FloatArray) -> BoolArray:
+    """Mask of pairs whose range rates differ by less than `SAME_SPEED`, ``(first, second)``."""
+    apart = np.abs(first[:, None] - second)
+    return np.asarray(apart < SAME_SPEED * seen.range_rate_cell, dtype=np.bool_)
 
 
 def unexplained(gram: ComplexArray, white: ComplexArray) -> float:

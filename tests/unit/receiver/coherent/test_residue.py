@@ -5,19 +5,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.points import Points, without
 from polychirp.receiver.coherent.replicas import BEAT, Replicas, total_products
 from polychirp.receiver.coherent.residue import (
     Bodies,
     bodies,
+    folds,
+    greatest_fold,
     side_lobes,
     unexplained,
     with_residues,
 )
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.rng import Streams
-from polychirp.waveform import DiverseTriangular
+from polychirp.waveform import DiverseTriangular, Triangular
 from tests.support.points import frame_of
 
 RAMPS = DiverseTriangular().schedule(num_sweeps=8, streams=Streams(3))
@@ -25,8 +28,15 @@ CELL = (0.16, 0.08)
 """Resolution of the frame in range, m, and range rate, m/s; somewhat more than c/2B and λ/2T."""
 
 
-def observed():
-    one = frame_of(RAMPS, [], noise=0.0)
+EQUAL = Triangular().schedule(num_sweeps=8, streams=Streams(3))
+"""Ramps of two kinds, rising and falling."""
+
+FOLD = 0.5 * SPEED_OF_LIGHT / EQUAL.centre_frequency[0] / (EQUAL.start_time[2] - EQUAL.start_time[0])
+"""Range rate λ/2T by which speeds are folded on equal ramps, m/s."""
+
+
+def observed(ramps=RAMPS):
+    one = frame_of(ramps, [], noise=0.0)
     return Observation.of(one, mitigated(None, one))
 
 
@@ -171,3 +181,52 @@ def test_bodies_hold_the_correlated_points_of_a_strongest_one():
     coupling[[1, 2], [2, 1]] = 0.2
     found = bodies(np.array([1.0, 4.0, 2.0, 3.0, 9.0]), coupling)
     assert [body.tolist() for body in found] == [[1, 0, 2]]
+
+
+def folded_points(seen, steps, power):
+    """Points of one place whose speeds are ``steps`` folds apart."""
+    motion = np.array([[12.0, 3.0 + FOLD * step] for step in steps])
+    return points_at(seen, motion, drawn_amplitudes(np.random.default_rng(77), power))
+
+
+def test_folds_are_what_equal_ramps_add_in_phase():
+    """Derived from samples: products of tones on each ramp, added over ramps of one kind."""
+    seen = observed(EQUAL)
+    points = folded_points(seen, [0.0, 1.0, 2.0, 0.37], np.ones(4))
+    every = Replicas.of(seen, points)
+    unit = [
+        signals(seen, replace(points[np.array([n])], amplitude=np.eye(1, 4, dtype=complex)))[0]
+        for n in range(4)
+    ]
+    by_ramp = np.array([np.sum(one.conj() * unit[0], axis=1) for one in unit]) / seen.count
+    added = sum(np.abs(by_ramp[:, own::2].sum(axis=1)) ** 2 for own in (0, 1)) / EQUAL.num_ramps
+    leader = every[np.array([0])]
+    by_folds, by_lobes = folds(seen, every, leader)[:, 0], side_lobes(seen, every, leader)
+    assert greatest_fold(seen) == 7.0
+    assert by_folds[0] == pytest.approx(7.0)
+    assert np.all(added <= 1.01 * (by_folds + by_lobes))
+    assert added[1] > 0.5 * (by_folds + by_lobes)[1]
+    assert by_folds[1] > 2.0
+    assert by_folds[3] == 0.0
+
+
+def test_ramps_that_differ_have_no_folds():
+    seen = observed()
+    every = Replicas.of(seen, folded_points(seen, [0.0, 1.0, 2.0], np.ones(3)))
+    assert greatest_fold(seen) == 1.0
+    assert folds(seen, every, every) == pytest.approx(np.zeros((3, 3)), abs=1e-12)
+
+
+def test_several_points_that_are_folded_on_a_body_are_its_errors():
+    """Each has to stand out of the others; the body itself keeps its floor."""
+    seen = observed(EQUAL)
+    points = folded_points(seen, [0.0, 1.0, -1.0], [1.0, 0.01, 0.01])
+    left = residues(seen, points) * EQUAL.num_ramps * 4
+    assert left[0] == 0.0
+    assert np.all(left[1:] > 0.3 * points.strength[:0:-1])
+
+
+def test_one_point_that_is_folded_on_another_keeps_its_floor():
+    seen = observed(EQUAL)
+    points = folded_points(seen, [0.0, 1.0], [1.0, 0.01])
+    assert np.all(residues(seen, points) == 0.0)
