@@ -23,8 +23,8 @@ class HandPoint:
     """A point: m, m/s, m/s², rad, and its power at the start relative to unit noise per sample.
 
     ``sine_rate``, 1/s, is the rate of the sine of its azimuth at the start. The point's amplitude
-    follows R to the power ``-spreading`` over the frame. `coded_frame` alone reads ``elevation``; its points have steady
-    amplitudes and azimuths.
+    follows R to the power ``-spreading`` over the frame. `coded_frame` alone reads ``elevation``;
+    its points have steady amplitudes and azimuths.
     """
 
     range: float

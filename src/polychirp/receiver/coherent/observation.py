@@ -129,9 +129,10 @@ class Observation:
         It is a polynomial of second degree in the time from the middle of the ramp's window,
         ``(point, channel, ramp, 3)`` in 1, 1/s and 1/s². It holds the response of the high-pass
         filter at the beat, the growth with 1/R² of an echo that comes nearer, a growth of the
-        point's own, and the phases that come from the delays of the array's elements. These delays change with the azimuth, and
-        their phases with the frequency. Their phase in the middle of the frame at the mean
-        frequency is left out: it belongs to the amplitude of the point on each channel.
+        point's own, and the phases that come from the delays of the array's elements. These delays
+        change with the azimuth, and their phases with the frequency. Their phase in the middle of
+        the frame at the mean frequency is left out: it belongs to the amplitude of the point on
+        each channel.
 
         Parameters
         ----------

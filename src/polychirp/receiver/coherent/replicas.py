@@ -149,8 +149,17 @@ def correlations(seen: Observation, first: Replicas, second: Replicas) -> FloatA
 
 
 @reordered_inner
+def _range_at(
+    time: float, distance: float, rate: float, bend: float
+) -> Any:  # pragma: no cover - compiled
+    """Range ``time`` after the middle of the frame, as of `path_of`, m."""
+    square = distance * distance + (2.0 * distance * rate + bend * time) * time
+    return np.copysign(np.sqrt(max(square, (LEAST_RANGE_SHARE * distance) ** 2)), distance)
+
+
+@reordered_inner
 def replica_into(
-    ramps: Any, weights: Any, motion: Any, sine: float, own_growth: float, track: Any, wave: Any
+    ramps: Any, weights: Any, motion: Any, sine: float, growth: float, track: Any, wave: Any
 ) -> None:  # pragma: no cover - compiled
     """The signal of one point; arrays as those of `Replicas`, without the axis of points."""
     distance, rate, acceleration, sine_rate = motion[0], motion[1], motion[2], motion[3]
@@ -163,44 +172,42 @@ def replica_into(
             ramps.table[BEGIN, k],
             ramps.table[FIRST_FREQUENCY, k],
         )
-        square = distance * distance + (2.0 * distance * rate + bend * time) * time
-        now = np.copysign(np.sqrt(max(square, least * least)), distance)
+        now = _range_at(time, distance, rate, bend)
         velocity = (distance * rate + bend * time) / now
         delay = 2.0 * now / (SPEED_OF_LIGHT + velocity)
-        growth = 2.0 * velocity / (SPEED_OF_LIGHT + velocity)
-        first = slope * delay + (frequency - slope * delay) * growth
-        bent = 2.0 * slope * growth - slope * growth * growth
+        lengthening = 2.0 * velocity / (SPEED_OF_LIGHT + velocity)
+        first = slope * delay + (frequency - slope * delay) * lengthening
+        bent = 2.0 * slope * lengthening - slope * lengthening * lengthening
         bent += frequency * 2.0 / SPEED_OF_LIGHT * (bend - velocity * velocity) / now
         half = ramps.table[HALF, k]
         cycles = (
             frequency * delay - 0.5 * slope * delay * delay + half * (first + 0.5 * half * bent)
         )
         beat = first + half * bent
-        phase = 2.0 * np.pi * (cycles - np.floor(cycles))
+        phase = 2.0 * np.pi * (cycles % 1.0)
         weight = weights[k, int(np.rint(beat * bins / ramps.rate)) % bins]
         turn = 2.0 * np.pi * beat * ramps.table[HALF_LENGTH, k]
         track[BEAT, k], track[DRIFT, k], track[WEIGHT, k] = beat, bent, weight
         track[TURN, k], track[COSINE, k], track[SINE, k] = turn, np.cos(turn), np.sin(turn)
 
         time, frequency = ramps.table[ELAPSED, k], ramps.table[FREQUENCY, k]
-        square = distance * distance + (2.0 * distance * rate + bend * time) * time
-        now = np.copysign(np.sqrt(max(square, least * least)), distance)
+        now = _range_at(time, distance, rate, bend)
         velocity = (distance * rate + bend * time) / now
         steady = distance + rate * time
         straight = np.copysign(max(np.copysign(1.0, distance) * steady, least), distance)
         sine_now = (sine * straight + sine_rate * distance * time) / now
         delay = 2.0 * steady / (SPEED_OF_LIGHT + rate)
-        growth = 2.0 * rate / (SPEED_OF_LIGHT + rate)
-        tone = 1j * (slope * delay * (1.0 - growth) + frequency * growth)
-        size = np.sqrt(weight) * (distance / now) ** 2 * np.exp(own_growth * time)
-        size = size * complex(np.cos(phase), np.sin(phase))
+        lengthening = 2.0 * rate / (SPEED_OF_LIGHT + rate)
+        tone = 1j * (slope * delay * (1.0 - lengthening) + frequency * lengthening)
+        spreading = (distance / now) ** 2 * np.exp(growth * time)
+        size = np.sqrt(weight) * spreading * complex(np.cos(phase), np.sin(phase))
         for corner in ramps.corners:
             size *= tone / (corner + tone)
         for m in range(channels):
             by_sine = -2.0 * np.pi / SPEED_OF_LIGHT * ramps.channel_y[m]
             phase = by_sine * (frequency * sine_now - ramps.mean_frequency * sine)
             rise = complex(
-                own_growth - 2.0 * velocity / now,
+                growth - 2.0 * velocity / now,
                 by_sine * (slope * sine_now + frequency * sine_rate),
             )
             value = size * complex(np.cos(phase), np.sin(phase))

@@ -44,8 +44,8 @@ from polychirp.receiver.coherent.replicas import (
 )
 
 SAME_SPEED = 4.0
-"""Difference of range rates, in cells λ/2T, below which two points may be of one body; chosen: parts
-of a body that turns or passes differ by some cells."""
+"""Difference of range rates, in cells λ/2T, below which two points may be of one body; chosen:
+parts of a body that turns or passes differ by some cells."""
 
 LEAST_OF_SAME = 1.0 - 1e-9
 """Correlation from which two signals are that of one point; rounding makes some 1e-15."""
@@ -171,30 +171,39 @@ def folds(seen: Observation, first: Replicas, second: Replicas) -> FloatArray:
     It is relative to the tone's own power, as `side_lobes`; zero where all ramps differ:
     ``(first, second)``.
     """
+    order, begin = _equal_ramps(seen)
+    if begin.size == order.size:
+        return np.zeros((len(first), len(second)))
     times = seen.model.times
-    used = np.flatnonzero(seen.count > 0)
-    reach = np.pi * (times.num_samples / times.rate)[used]
-    beat, other = first.track[:, None, BEAT, used], second.track[:, BEAT, used]
+    reach = np.pi * (times.num_samples / times.rate)[order]
+    beat, other = first.track[:, None, BEAT, order], second.track[:, BEAT, order]
     lobe = 1.0 / np.maximum(reach * np.abs(beat - other), 1.0)
-    here, there = (one.wave[:, 0, 0, used] + 1j * one.wave[:, 0, 1, used] for one in (first, second))
-    turn = here[:, None].conj() * there
+    turn, back = (
+        one.wave[:, 0, 0, order] + 1j * one.wave[:, 0, 1, order] for one in (second, first)
+    )
+    turn = turn * back[:, None].conj()
     turn *= lobe / np.maximum(np.abs(turn), 1e-300)
-    total = sum(np.abs(turn[..., own].sum(axis=-1)) ** 2 for own in equal_ramps(seen))
-    return np.asarray(np.maximum(total - np.sum(lobe**2, axis=-1), 0.0) / used.size)
+    added = np.sum(np.abs(np.add.reduceat(turn, begin, axis=-1)) ** 2, axis=-1)
+    return np.asarray(np.maximum(added - np.sum(lobe**2, axis=-1), 0.0) / order.size)
 
 
 def greatest_fold(seen: Observation) -> float:
     """Greatest value of `folds`; at least 1."""
-    sizes = np.array([own.size for own in equal_ramps(seen)], dtype=np.float64)
-    return float(max(np.sum(sizes**2) / np.sum(sizes) - 1.0, 1.0))
+    order, begin = _equal_ramps(seen)
+    sizes = np.diff(begin, append=order.size)
+    return float(max(np.sum(sizes**2) / order.size - 1.0, 1.0))
 
 
-def equal_ramps(seen: Observation) -> list[IntArray]:
-    """Numbers, among the ramps that are used, of those of each slope and start frequency."""
-    schedule, is_used = seen.model.schedule, seen.count > 0
-    kinds = np.stack([schedule.slope, schedule.start_frequency])[:, is_used]
-    _, kind = np.unique(kinds, axis=1, return_inverse=True)
-    return [np.flatnonzero(kind.reshape(-1) == n) for n in range(int(np.max(kind)) + 1)]
+def _equal_ramps(seen: Observation) -> tuple[IntArray, IntArray]:
+    """Numbers of the ramps that are used, those of one slope and start frequency together.
+
+    The second array says where those of each kind begin in the first one.
+    """
+    used = np.flatnonzero(seen.count > 0)
+    slope, start = seen.model.schedule.slope[used], seen.model.schedule.start_frequency[used]
+    order = np.lexsort((start, slope))
+    is_other = (np.diff(slope[order]) != 0.0) | (np.diff(start[order]) != 0.0)
+    return used[order], np.append(0, np.flatnonzero(is_other) + 1)
 
 
 def _of_one_speed(seen: Observation, first: FloatArray, second: FloatArray) -> BoolArray:

@@ -31,7 +31,9 @@ CELL = (0.16, 0.08)
 EQUAL = Triangular().schedule(num_sweeps=8, streams=Streams(3))
 """Ramps of two kinds, rising and falling."""
 
-FOLD = 0.5 * SPEED_OF_LIGHT / EQUAL.centre_frequency[0] / (EQUAL.start_time[2] - EQUAL.start_time[0])
+FOLD = (
+    0.5 * SPEED_OF_LIGHT / EQUAL.centre_frequency[0] / (EQUAL.start_time[2] - EQUAL.start_time[0])
+)
 """Range rate λ/2T by which speeds are folded on equal ramps, m/s."""
 
 
