@@ -11,15 +11,17 @@ with the signal s gives it by
 with t the time from the mean of the signal's energy, σ² the noise power of a sample and γ₀ the
 deviation of growths that is known beforehand. The change of a signal with its growth is real where
 that with its motion is imaginary, and odd where that with its amplitude is even. So growths are
-found apart from both. Points of one cell have one growth: what tells them apart is too little for a
-growth of each, as for the direct path of a radar and the one by way of the road.
+found apart from both.
+
+Points of one cell have none: their signals beat with each other, which looks like a growth of one
+point. So it is with the direct path of a radar and the one by way of the road.
 """
 
 from dataclasses import replace
 
 import numpy as np
 
-from polychirp.axes import FloatArray
+from polychirp.axes import BoolArray
 from polychirp.receiver.coherent.least_squares import mixed
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.points import Points
@@ -34,53 +36,52 @@ LEAST_GAIN_OF_GROWTH = 5.0
 """Fall of the residual's power, in units of a point's floor, from which growths change; chosen:
 noise makes one of 1/2 for each."""
 
+LEAST_OF_SAME = 1.0 - 1e-9
+"""Correlation from which two signals are that of one point; rounding makes some 1e-15."""
+
 LEAST_OVERLAP = 0.3
-"""Correlation with a stronger point from which a point has its growth; chosen."""
+"""Correlation with another point from which a point has no growth of its own; chosen."""
 
 
 def grown(seen: Observation, residual: Residual, points: Points) -> tuple[Points, bool]:
-    """Points of which the strong ones have the growths that fit best, and if any has changed.
+    """Points of which strong ones have the growths that fit best, and if any has changed.
 
-    ``residual`` may be that of other points near these. Weak points, whose growth noise hides, keep
-    theirs.
+    ``residual`` may be that of other points near these. Those whose growth noise hides, and those
+    that overlap another, keep theirs.
     """
     elapsed = seen.middle - seen.model.time
     measured = np.sqrt(2.0 * points.power) * float(np.std(elapsed)) * GROWTH_DEVIATION
-    strong = np.flatnonzero(measured > 1.0)
-    if not strong.size:
-        return points, False
     every = Replicas.of(seen, points)
-    here = every[strong]
+    chosen = np.flatnonzero((measured > 1.0) & ~np.any(overlaps(seen, every, every), axis=1))
+    if not chosen.size:
+        return points, False
+    here = every[chosen]
     size = here.size(seen)
     centre = size @ elapsed / np.maximum(size.sum(axis=1), 1e-300)
     time = elapsed - centre[:, None]
     white = mixed(seen, here.amplitude)
-    alike = np.einsum("pm,qm->pq", white.conj(), white)
-    overlap = products(seen, here)[0]
-    normal = (alike * np.einsum("pk,qk,pqk->pq", time, time, overlap)).real
     matched = mixed(seen, here.matched(residual.sums(seen, here, every))[0])
+    prior = 0.5 * points.floor[chosen] / GROWTH_DEVIATION**2
     ahead = np.einsum("pm,pmk,pk->p", white.conj(), matched, time).real
-    cell = _cells(points.strength[strong], correlations(seen, here, here))
-    prior = 0.5 * (cell / cell.sum(axis=0)).T @ points.floor[strong] / GROWTH_DEVIATION**2
-    wanted = cell.T @ (ahead + normal @ points.growth[strong])
-    step = cell @ np.linalg.solve(cell.T @ normal @ cell + np.diag(prior), wanted)
-    step -= points.growth[strong]
-    fall = float(step @ (2.0 * ahead - normal @ step))
-    if not fall > LEAST_GAIN_OF_GROWTH * float(np.min(points.floor[strong])):
+    ahead -= prior * points.growth[chosen]
+    alike = np.einsum("pm,qm->pq", white.conj(), white)
+    overlap = np.einsum("pk,qk,pqk->pq", time, time, products(seen, here)[0])
+    step = np.linalg.solve((alike * overlap).real + np.diag(prior), ahead)
+    if not float(step @ ahead) > LEAST_GAIN_OF_GROWTH * float(np.min(points.floor[chosen])):
         return points, False
     growth, amplitude = points.growth.copy(), points.amplitude.copy()
-    growth[strong] += step
-    amplitude[strong] *= np.exp(-step * centre)[:, None]
+    growth[chosen] += step
+    amplitude[chosen] *= np.exp(-step * centre)[:, None]
     return replace(points, growth=growth, amplitude=amplitude), True
 
 
-def _cells(strength: FloatArray, coupling: FloatArray) -> FloatArray:
-    """Points of each cell: 1 where a point belongs to it, else 0, ``(point, cell)``.
+def overlaps(seen: Observation, first: Replicas, second: Replicas) -> BoolArray:
+    """Mask of pairs of different points that overlap, ``(first, second)``."""
+    coupling = correlations(seen, first, second)
+    return np.asarray((coupling > LEAST_OVERLAP) & (coupling < LEAST_OF_SAME), dtype=np.bool_)
 
-    A cell is the strongest point that is in no other cell, and those that overlap much with it.
-    """
-    leader = np.full(strength.size, -1)
-    for n in np.argsort(-strength):
-        if leader[n] < 0:
-            leader[(leader < 0) & (coupling[n] > LEAST_OVERLAP)] = n
-    return np.asarray(leader[:, None] == np.unique(leader), dtype=np.float64)
+
+def without_growth(seen: Observation, points: Points, fresh: Points) -> Points:
+    """Points of which those that overlap new ones, ``fresh``, have no growth of their own."""
+    shared = overlaps(seen, Replicas.of(seen, points), Replicas.of(seen, fresh))
+    return replace(points, growth=np.where(np.any(shared, axis=1), 0.0, points.growth))

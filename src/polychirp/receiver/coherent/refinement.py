@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
-from polychirp.receiver.coherent.growth import grown
+from polychirp.receiver.coherent.growth import grown, without_growth
 from polychirp.receiver.coherent.least_squares import mixed, sines
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.overlap import LEAST_COUPLING, groups_of
@@ -133,7 +133,7 @@ def divided(
     tried, _ = relaxed(
         seen,
         residual,
-        points + lobes,
+        without_growth(seen, points, lobes) + replace(lobes, growth=np.zeros(len(lobes))),
         sweeps=SWEEPS_OF_A_PAIR,
         free=np.append(np.flatnonzero(np.any(is_near, axis=0)), second),
     )

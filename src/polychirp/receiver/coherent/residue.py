@@ -31,6 +31,7 @@ from typing import Self
 import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
+from polychirp.receiver.coherent.growth import LEAST_OF_SAME
 from polychirp.receiver.coherent.least_squares import mixed
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.overlap import LEAST_COUPLING
@@ -46,9 +47,6 @@ from polychirp.receiver.coherent.replicas import (
 SAME_SPEED = 4.0
 """Difference of range rates, in cells λ/2T, below which two points may be of one body; chosen:
 parts of a body that turns or passes differ by some cells."""
-
-LEAST_OF_SAME = 1.0 - 1e-9
-"""Correlation from which two signals are that of one point; rounding makes some 1e-15."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -13,7 +13,7 @@ import numpy as np
 from polychirp.receiver.coherent.acceleration import Accelerations
 from polychirp.receiver.coherent.coherent_map import CoherentMap, channel_covariance, coherent_map
 from polychirp.receiver.coherent.false_alarms import threshold_of
-from polychirp.receiver.coherent.growth import grown
+from polychirp.receiver.coherent.growth import grown, without_growth
 from polychirp.receiver.coherent.new_points import (
     GREATEST_SPREAD,
     Trial,
@@ -209,7 +209,7 @@ def refitted(
     seen: Observation, residual: Residual, points: Points, fresh: Points
 ) -> tuple[Points, Residual]:
     """All points, fitted again, and what they leave."""
-    every = points + fresh
+    every = without_growth(seen, points, fresh) + fresh
     replicas = Replicas.of(seen, every)
     coupling = correlations(seen, replicas[len(points) :], replicas)
     near = np.flatnonzero(np.max(coupling, axis=0) > LEAST_COUPLING)

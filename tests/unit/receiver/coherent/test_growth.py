@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from polychirp.receiver.coherent.growth import grown
+from polychirp.receiver.coherent.growth import grown, without_growth
 from polychirp.receiver.coherent.residual import Residual
 from tests.support.points import HandPoint
 from tests.unit.receiver.coherent.test_fit import (
@@ -59,6 +59,22 @@ def test_growths_of_points_that_overlap_are_found_together():
     found, _ = fitted_to_the_end(seen, points)
     slope = found.motion[:, 1] / found.motion[:, 0]
     assert found.growth == pytest.approx(slope * [1.0, -1.0], rel=0.05)
+
+
+def test_points_of_one_cell_have_no_growth():
+    """A direct ghost, and the wave that the road mirrors, an eighth of a cell behind it.
+
+    The two beat with each other, which one point alone takes for a growth.
+    """
+    mirrored = replace(GHOST, range=GHOST.range + 0.02, range_rate=-7.69, power=0.2)
+    seen, points = at_their_places([GHOST, mirrored])
+    alone, _ = fitted_to_the_end(seen, with_amplitudes(seen, points[np.array([0])]))
+    assert abs(alone.growth[0]) > 5.0
+    second = points[np.array([1])]
+    both = with_amplitudes(seen, without_growth(seen, alone, second) + second)
+    found, _ = fitted_to_the_end(seen, both)
+    assert found.growth.tolist() == [0.0, 0.0]
+    assert found.motion[1, 0] - found.motion[0, 0] == pytest.approx(0.02, abs=0.004)
 
 
 def test_weak_points_keep_their_growth():
