@@ -62,6 +62,30 @@ def bent_echoes(
     strongest : power of the strongest path found so far, ``(transmitter, receiver)``; paths that
         are weaker by more than the dynamic range are left out
     body : number of the body
+
+    Examples
+    --------
+    A small plate on the edge of a screen's shadow: half of the field arrives, and half of it
+    returns.
+
+    >>> from polychirp.channel.base import all_pairs
+    >>> from polychirp.channel.physical_optics.paths import facet_echoes
+    >>> from polychirp.channel.tracers.composite import Composite
+    >>> from polychirp.frames import Pose
+    >>> from polychirp.model.scene import Actor
+    >>> from polychirp.testing.shapes import around, mesh_of, plate, transfer_at
+    >>> target = Actor(name="plate", kind="object", mesh=mesh_of(plate(0.02, 0.002)),
+    ...     pose=Pose(x=20.0, yaw=3.14159265))
+    >>> screen = Actor(name="screen", kind="vehicle", mesh=mesh_of(plate(20.0, 0.5)),
+    ...     pose=Pose(x=10.0, z=-10.0))
+    >>> def echo(*actors):
+    ...     scene = around(actors, [(0, 0, 0)])
+    ...     world, pairs = Composite(dynamic_range=1e12).prepare(scene), all_pairs(scene)
+    ...     paths = gather([facet_echoes(world, pairs, body=len(actors) - 1),
+    ...         bent_echoes(world, pairs, np.zeros((1, 1)), body=len(actors) - 1)])
+    ...     return abs(transfer_at(paths, 79e9)[0, 0])
+    >>> float(round(echo(screen, target) / echo(target), 2))
+    0.25
     """
     direct = direct_views(world, body, radars_of(pairs))
     bent = [over for view in direct for over in _views_over_edges(world, view)]
