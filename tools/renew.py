@@ -144,6 +144,12 @@ RECORDS: Final = (
         starts=("tools/figures/road_users.py",),
         minutes=3,
     ),
+    Record(
+        name="shadow-figure",
+        command=("-m", "tools.figures.shadow", "docs/images"),
+        starts=("tools/figures/shadow.py",),
+        minutes=1,
+    ),
     _figure("scaling", "scaling", 10),
     _figure("synthesis-growth", "synthesis_growth", 5),
     _figure("convergence", "convergence", 10),

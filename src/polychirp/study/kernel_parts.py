@@ -19,7 +19,7 @@ PARTS: Final = {
     for part in (
         Part(name="visibility", duration=14.0, kernels=51),
         Part(name="bounces", duration=27.0, kernels=79),
-        Part(name="facets", duration=27.0, kernels=58),
+        Part(name="facets", duration=29.0, kernels=68),
         Part(name="synthesis", duration=15.0, kernels=45),
         Part(name="bundles", duration=13.0, kernels=16),
         Part(name="edges", duration=13.0, kernels=43),

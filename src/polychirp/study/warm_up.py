@@ -227,13 +227,17 @@ def _trace(is_wanted: Callable[[Mechanism], bool]) -> None:
 
 def edges() -> None:
     """Compile kernels of direct paths, diffraction, mirrors, rough planes and leaves."""
-    _trace(lambda part: not part.name.startswith(("facets", "mirrored", "bounces")))
+    _trace(lambda part: not part.name.startswith(("facets", "mirrored", "bent", "bounces")))
 
 
 def facets() -> None:
-    """Compile kernels of physical optics, which computes the echoes of facets."""
+    """Compile kernels of physical optics, which computes echoes of facets, and of bent waves."""
+    from polychirp.channel.bent_echoes.edge_waves import NUM_EDGES, Edges, edge_waves
+
     bodies = ("vehicle-4", "target-2")
     _trace(lambda part: part.name.endswith(bodies) and not part.name.startswith("bounces"))
+    axes = np.zeros((NUM_EDGES, 3))
+    edge_waves(Edges(axes, axes, axes, np.zeros((NUM_EDGES, 2, 2))), np.ones((1, 3)), 1.0)
 
 
 def bounces() -> None:

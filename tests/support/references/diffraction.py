@@ -38,6 +38,47 @@ def beside_obstacle(
     return complex(1 - 1j * k * length / (2 * np.pi) * np.sum(slope * turn[:, 0]))
 
 
+def beside_rectangle(
+    low: tuple[float, float],
+    high: tuple[float, float],
+    depth: float,
+    point: FloatArray,
+    frequency: float,
+) -> complex:
+    """Field behind an absorbing rectangle across x, over what it is without it.
+
+    The integral of `beside_obstacle` for a transmitter at the origin, by Gauss's quadrature with 40
+    points on every 4 cm and 8 cm of both sides.
+
+    Parameters
+    ----------
+    low, high : least and greatest y and z of the rectangle, m
+    depth : its x, m
+    point : m, ``(xyz,)``
+    frequency : Hz
+    """
+    k = 2 * np.pi * frequency / SPEED_OF_LIGHT
+    (y, across), (z, upwards) = (
+        _gauss(a, b, round((b - a) / step))
+        for a, b, step in zip(low, high, (0.04, 0.08), strict=True)
+    )
+    place = np.stack(np.broadcast_arrays(depth, y[:, None], z), axis=-1)
+    d, r1 = _unit(place)
+    q, r2 = _unit(point - place)
+    length = float(np.linalg.norm(point))
+    wave = 0.5 * (d[..., 0] + q[..., 0]) * np.exp(-1j * k * (r1 + r2 - length))[..., 0]
+    total = across @ (wave / (r1 * r2)[..., 0]) @ upwards
+    return complex(1 - 1j * k * length / (2 * np.pi) * total)
+
+
+def _gauss(low: float, high: float, panels: int) -> tuple[FloatArray, FloatArray]:
+    """Places and weights of 40 points on each of ``panels`` equal parts."""
+    node, weight = np.polynomial.legendre.leggauss(40)
+    end = np.linspace(low, high, panels + 1)
+    half = 0.5 * np.diff(end)[:, None]
+    return (end[:-1, None] + half * (1 + node)).ravel(), (half * weight).ravel()
+
+
 def beside_conductor(
     corners: FloatArray, transmitter: FloatArray, receiver: FloatArray, frequency: float
 ) -> ComplexArray:

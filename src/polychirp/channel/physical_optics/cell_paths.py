@@ -15,7 +15,7 @@ from polychirp.channel.physical_optics.term_sums import (
     SQUARED_RATE,
     TRANSFER,
 )
-from polychirp.channel.physical_optics.views import View
+from polychirp.channel.physical_optics.views import Unfolded, View
 from polychirp.channel.scene.world import World
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.paths import Bounce, PropagationPaths
@@ -27,7 +27,8 @@ class PathEnds(NamedTuple):
     ``radar`` is its number. ``plate`` is the number of the plate that mirrors it; None if the paths
     have no mirror at this end. ``image`` is the position of the radar's mirror image, or of the
     radar itself without a plate, m. ``velocity`` is the body's relative to ``image``, m/s;
-    ``towards`` is the unit vector from ``image`` to the body's centre.
+    ``towards`` is the unit vector from ``image`` to the body's centre. ``views`` are the views of
+    all combinations, and ``view`` ``(path,)`` is the number of every path's.
     """
 
     radar: IntArray
@@ -35,6 +36,8 @@ class PathEnds(NamedTuple):
     image: FloatArray
     velocity: FloatArray
     towards: FloatArray
+    views: list[View]
+    view: IntArray
 
     def select(self, number: IntArray) -> "PathEnds":
         """The ends of the paths with these numbers; a number may occur more than once."""
@@ -44,6 +47,8 @@ class PathEnds(NamedTuple):
             self.image[number],
             self.velocity[number],
             self.towards[number],
+            self.views,
+            self.view[number],
         )
 
 
@@ -58,6 +63,8 @@ def path_ends(views: list[View], world: World, body: int) -> PathEnds:
         image=image,
         velocity=velocity_in_views(views, world, body),
         towards=way / np.linalg.norm(way, axis=-1, keepdims=True),
+        views=views,
+        view=np.arange(len(views)),
     )
 
 
@@ -101,14 +108,24 @@ def cell_paths(
     )
     local = [one @ world.rotation[body] for one in velocity]
     coherence, drift = _coherence_and_drift(sums, local, rate, world.wavenumber)
+    bends = [_bends(end, way) for end, way in zip(ends, ways, strict=True)]
+    for side, bend in enumerate(bends):
+        if bend is not None:
+            velocity = world.velocity[body] - bend.velocity
+            ends[side] = ends[side]._replace(image=bend.image, velocity=velocity)
+    velocity = [end.velocity for end in ends]
+    rate = _dot(ways[0], velocity[0]) + _dot(ways[1], velocity[1])
     point = _ellipse_point(ends[0].image, ends[1].image, ways[0], length)
     legs = [point - end.image for end in ends]
     lengths = [np.linalg.norm(leg, axis=-1) for leg in legs]
-    bend = range_acceleration(legs[0], velocity[0]) + range_acceleration(legs[1], velocity[1])
-    turns = []
-    for way, one, far in zip(ways, velocity, lengths, strict=True):
-        drift -= _dot(way, one) / far
-        turns.append(turning(way, far, one))
+    acceleration = range_acceleration(legs[0], velocity[0])
+    acceleration = acceleration + range_acceleration(legs[1], velocity[1])
+    turns, leaving = [], []
+    for end, bend, way, far in zip(ends, bends, ways, lengths, strict=True):
+        drift -= _dot(way, end.velocity) / far
+        turn = turning(way, far, end.velocity)
+        leaving.append(_departure(world, end, way) if bend is None else bend.departure)
+        turns.append(_departure(world, end, turn) if bend is None else bend.departure_rate)
     actor = np.full(len(number), world.body[body])
 
     def table(order: tuple[int, int], matrix: ComplexArray) -> PropagationPaths:
@@ -120,18 +137,18 @@ def cell_paths(
             delay=length / SPEED_OF_LIGHT,
             delay_rate=rate / SPEED_OF_LIGHT,
             transfer=matrix,
-            departure=_departure(world, sender, ways[order[0]]),
-            arrival=_departure(world, receiver, ways[order[1]]),
+            departure=leaving[order[0]],
+            arrival=leaving[order[1]],
             transfer_drift=drift,
-            departure_rate=_departure(world, sender, turns[order[0]]),
-            arrival_rate=_departure(world, receiver, turns[order[1]]),
+            departure_rate=turns[order[0]],
+            arrival_rate=turns[order[1]],
             bounces=[
-                *_mirror_bounce(world, sender, point),
+                *_end_bounce(world, sender, bends[order[0]], point),
                 (Bounce.SCATTERING, actor, point),
-                *_mirror_bounce(world, receiver, point),
+                *_end_bounce(world, receiver, bends[order[1]], point),
             ],
             coherence_time=coherence,
-            delay_acceleration=bend / SPEED_OF_LIGHT,
+            delay_acceleration=acceleration / SPEED_OF_LIGHT,
         )
 
     there = table((0, 1), transfer)
@@ -152,10 +169,28 @@ def _departure(world: World, end: PathEnds, direction: FloatArray) -> FloatArray
     return np.asarray(direction - 2 * _dot(direction, normal)[:, None] * normal)
 
 
-def _mirror_bounce(
-    world: World, end: PathEnds, point: FloatArray
+def _bends(end: PathEnds, direction: FloatArray) -> Unfolded | None:
+    """Images of paths that arrive along ``direction`` over edges; None if they are straight."""
+    found: Unfolded | None = None
+    for number in np.unique(end.view):
+        mine = np.flatnonzero(end.view == number)
+        some = end.views[number].unfolded(direction[mine])
+        if some is None:
+            return None
+        if found is None:
+            found = Unfolded._make(np.empty_like(direction) for _ in some)
+        for column, values in zip(found, some, strict=True):
+            column[mine] = values
+    return found
+
+
+def _end_bounce(
+    world: World, end: PathEnds, bends: Unfolded | None, point: FloatArray
 ) -> list[tuple[Bounce, IntArray, FloatArray]]:
-    """The bounce at the plate between radar and ``point``; an empty list if there is no plate."""
+    """The bounce between radar and ``point``, at an edge or a plate; an empty list without one."""
+    if bends is not None:
+        actor = np.array([view.bending_actor for view in end.views], dtype=np.int64)
+        return [(Bounce.DIFFRACTION, actor[end.view], bends.bend)]
     if end.plate is None:
         return []
     plates = world.plates

@@ -99,24 +99,23 @@ class Illumination:
         """
         if not len(self.lit.face):
             return self
-        world, rotation = self.world, self.world.rotation[self.body]
-        surface, levels = world.surfaces[self.body], facet_levels(world.surfaces[self.body])
-        table = _table(self.views, world, self.body)
+        world = self.world
+        levels = facet_levels(world.surfaces[self.body])
+        table = view_table_of(self.views, world, self.body)
         losses = view_losses(world, self.body, table, levels.patches, self.lit)
-        wave = incident_waves(
-            levels.faces,
-            media_of(world, surface.materials),
-            Mirrors(
-                in_frame_of(world, rotation, world.position[self.body]).plate,
-                media_of(world, world.materials),
-                np.ascontiguousarray(POLARISATION_AXES @ rotation),
-            ),
-            table,
-            losses,
-            self.lit,
-        )
+        wave = incident_waves(levels.faces, *mirrors_of(world, self.body), table, losses, self.lit)
         loss = losses.number[self.lit.view, losses.patch[self.lit.face]]
         return replace(self, lit=self.lit._replace(wave=wave, loss=loss))
+
+
+def mirrors_of(world: World, body: int) -> tuple[ReflectionTable, Mirrors]:
+    """Reflection by a body's materials, and the plates that mirror waves, in the body's frame."""
+    rotation = world.rotation[body]
+    plate = in_frame_of(world, rotation, world.position[body]).plate
+    axes = np.ascontiguousarray(POLARISATION_AXES @ rotation)
+    return media_of(world, world.surfaces[body].materials), Mirrors(
+        plate, media_of(world, world.materials), axes
+    )
 
 
 def media_of(world: World, materials: tuple[str, ...]) -> ReflectionTable:
@@ -133,11 +132,11 @@ def illumination_of(world: World, body: int, views: Sequence[View]) -> Illuminat
     levels = facet_levels(world.surfaces[body])
     seeing: tuple[View, ...] = ()
     if views:
-        is_seeing = sees_any_facet(levels.panels, _table(views, world, body), blockers)
+        is_seeing = sees_any_facet(levels.panels, view_table_of(views, world, body), blockers)
         seeing = tuple(view for view, sees in zip(views, is_seeing, strict=True) if sees)
     if not seeing:
         return Illumination(world=world, body=body, views=(), lit=_no_lit_facets())
-    table = _table(seeing, world, body)
+    table = view_table_of(seeing, world, body)
     find = _lit_directly if seeing[0].plate is None else _lit_in_mirrors
     is_lit = find(world.surfaces[body], table, blockers)
     lit = lit_facets(levels.faces, table, is_lit)
@@ -167,7 +166,7 @@ def _lit_in_mirrors(surface: Surface, table: ViewTable, blockers: Blockers) -> B
     return lit_with_patch(levels.faces, table, surface.patch, is_lit)
 
 
-def _table(views: Sequence[View], world: World, body: int) -> ViewTable:
+def view_table_of(views: Sequence[View], world: World, body: int) -> ViewTable:
     """Views as arrays in the frame of the body with number ``body``."""
     return view_table(views, world.rotation[body], world.position[body])
 

@@ -47,6 +47,7 @@ from polychirp.channel.base import gather, no_paths
 from polychirp.channel.physical_optics.cell_paths import cell_paths, velocity_in_views
 from polychirp.channel.physical_optics.corner_terms import PairTable
 from polychirp.channel.physical_optics.delay_cells import sum_in_cells
+from polychirp.channel.physical_optics.flat_faces import Flats
 from polychirp.channel.physical_optics.illumination import (
     Illumination,
     facet_levels,
@@ -87,11 +88,11 @@ def scatters(world: World, body: int) -> bool:
 
 def facet_echoes(world: World, pairs: IntArray, *, body: int) -> PropagationPaths:
     """Paths of ``pairs`` ``(pair, 2)`` over the facets of one body, given by its number."""
-    direct = _direct_views(world, body, _radars(pairs))
-    seen = _direct_illumination(world, body, direct)
+    direct = direct_views(world, body, radars_of(pairs))
+    seen = direct_illumination(world, body, direct)
     _check_facets(seen)
-    sums = _PairSums(seen, seen, _combinations(direct, direct, _wanted(pairs)))
-    return _only(pairs, sums.paths(seen, seen))
+    sums = PairSums(seen, seen, combinations_of(direct, direct, wanted_pairs(pairs)))
+    return only_pairs(pairs, sums.paths(seen, seen))
 
 
 def mirrored_echoes(
@@ -114,24 +115,26 @@ def mirrored_echoes(
     strongest : power of the strongest path found so far, ``(transmitter, receiver)``
     body : number of the body
     """
-    direct = _direct_views(world, body, _radars(pairs))
+    direct = direct_views(world, body, radars_of(pairs))
     mirrored = [
         View(world=world, radar=view.radar, body=body, plate=int(plate))
         for view in direct
         for plate in view.mirrors
     ]
-    once = _within_dynamic_range(world, _combinations(direct, mirrored, _wanted(pairs)), strongest)
-    twice = _within_dynamic_range(
-        world, _combinations(mirrored, mirrored, _wanted(pairs)), strongest
+    once = within_dynamic_range(
+        world, combinations_of(direct, mirrored, wanted_pairs(pairs)), strongest
+    )
+    twice = within_dynamic_range(
+        world, combinations_of(mirrored, mirrored, wanted_pairs(pairs)), strongest
     )
     if not once and not twice:
         return no_paths(world.scene, world.frequency)
     views = dict.fromkeys([b for _, b in once + twice] + [a for a, _ in twice])
-    seen = _direct_illumination(world, body, direct)
+    seen = direct_illumination(world, body, direct)
     reflected = illumination_of(world, body, list(views))
     sums = [
-        _PairSums(seen, reflected, once, strongest),
-        _PairSums(reflected, reflected, twice, strongest),
+        PairSums(seen, reflected, once, strongest),
+        PairSums(reflected, reflected, twice, strongest),
     ]
     # waves are computed only for facets of mirrored views that meet a kept cell
     is_needed = np.zeros(reflected.lit.face.shape, dtype=np.bool_)
@@ -139,19 +142,21 @@ def mirrored_echoes(
     sums[1].mark((is_needed, is_needed))
     reflected = reflected.select(is_needed).with_waves()
     found = [sums[0].paths(seen, reflected), sums[1].paths(reflected, reflected)]
-    return _only(pairs, gather(found))
+    return only_pairs(pairs, gather(found))
 
 
-def _radars(pairs: IntArray) -> tuple[int, ...]:
+def radars_of(pairs: IntArray) -> tuple[int, ...]:
+    """Numbers of the radars of ``pairs``."""
     return tuple(int(radar) for radar in np.unique(pairs))
 
 
-def _wanted(pairs: IntArray) -> set[tuple[int, int]]:
+def wanted_pairs(pairs: IntArray) -> set[tuple[int, int]]:
+    """``pairs`` ``(pair, 2)`` as a set."""
     return {(int(i), int(j)) for i, j in pairs}
 
 
 @lru_cache(maxsize=4)
-def _direct_views(world: World, body: int, radars: tuple[int, ...]) -> tuple[View, ...]:
+def direct_views(world: World, body: int, radars: tuple[int, ...]) -> tuple[View, ...]:
     """Direct views of the radars within the greatest path length, without those on the body.
 
     A radar's own vehicle is within centimetres of the antenna, where physical optics does not hold:
@@ -163,19 +168,19 @@ def _direct_views(world: World, body: int, radars: tuple[int, ...]) -> tuple[Vie
 
 
 @lru_cache(maxsize=2)
-def _direct_illumination(world: World, body: int, views: tuple[View, ...]) -> Illumination:
+def direct_illumination(world: World, body: int, views: tuple[View, ...]) -> Illumination:
     """Illumination of a body by direct views, cached because mirrored echoes need it next."""
     return illumination_of(world, body, list(views)).with_waves()
 
 
-def _only(pairs: IntArray, paths: PropagationPaths) -> PropagationPaths:
+def only_pairs(pairs: IntArray, paths: PropagationPaths) -> PropagationPaths:
     """Paths of the pairs asked for, without the opposite direction of pairs that were not."""
     num_radars = 1 + int(np.max(pairs, initial=0))
     asked = np.unique(pairs @ (num_radars, 1))
     return paths.select(np.isin(paths.transmitter * num_radars + paths.receiver, asked))
 
 
-def _within_dynamic_range(
+def within_dynamic_range(
     world: World, combinations: list[tuple[View, View]], known: FloatArray
 ) -> list[tuple[View, View]]:
     """Combinations whose bound is within the dynamic range of the strongest ``known`` path."""
@@ -204,7 +209,7 @@ def _bound(world: World, a: View, b: View) -> float:
     return float(amplitude**2 * a.most_gain * b.most_gain)
 
 
-def _combinations(
+def combinations_of(
     first: Sequence[View], second: Sequence[View], wanted: set[tuple[int, int]]
 ) -> list[tuple[View, View]]:
     """Unordered combinations of views that may make a path of a wanted pair.
@@ -240,11 +245,12 @@ def _check_facets(seen: Illumination) -> None:
         )
 
 
-class _PairSums:
+class PairSums:
     """Combinations of two views that both illuminate one body, and the cells of their paths.
 
     If ``known``, the power of every pair's strongest path, is given, cells are kept only if their
-    estimated power is within its dynamic range.
+    estimated power is within its dynamic range. ``flats`` are flat parts that are integrated along
+    their borders; by default, those of the body.
     """
 
     def __init__(
@@ -253,16 +259,19 @@ class _PairSums:
         second: Illumination,
         combinations: list[tuple[View, View]],
         known: FloatArray | None = None,
+        *,
+        flats: Flats | None = None,
     ) -> None:
         self.first, self.second = first, second
         self.world, self.body = first.world, first.body
         self.surface = self.world.surfaces[self.body]
         self.faces = facet_levels(self.surface).faces
-        self.flats = facet_levels(self.surface).flats
+        self.flats = facet_levels(self.surface).flats if flats is None else flats
         self.combinations = [
             (a, b) for a, b in combinations if a in first.number and b in second.number
         ]
-        num_cells = int(4 * self.world.radius[self.body] / CELL_LENGTH) + 5
+        slack = max((a.slack + b.slack for a, b in self.combinations), default=0.0)
+        num_cells = int((4 * self.world.radius[self.body] + slack) / CELL_LENGTH) + 5
         self.table = self._table(np.ones((len(self.combinations), num_cells), dtype=np.bool_))
         if known is not None and self.combinations:
             is_kept = self._kept_cells(known)

@@ -55,7 +55,7 @@ def view_losses(
     surface = world.surfaces[body]
     number = np.zeros((len(table.image), len(surface.patch_face)), dtype=np.int64)
     if not table.has_sheets:
-        return Losses(surface.patch, number, _identities(1))
+        return Losses(surface.patch, number, identities(1))
     rotation = world.rotation[body]
     blockers = in_frame_of(world, rotation, world.position[body])
     is_lit = _lit_patches(lit, surface.patch, len(surface.patch_face))
@@ -63,7 +63,7 @@ def view_losses(
     in_ranges(_find_weakened, is_lit.size, table, blockers, patches, is_lit, is_weakened, least=100)
     view, patch = np.nonzero(is_weakened)
     number[view, patch] = np.arange(1, len(view) + 1)
-    matrix = _identities(len(view) + 1)
+    matrix = identities(len(view) + 1)
     wave = Wave(np.ascontiguousarray(POLARISATION_AXES @ rotation), world.wavenumber)
     way, out = (view, patch), matrix[1:]
     in_ranges(
@@ -72,7 +72,8 @@ def view_losses(
     return Losses(surface.patch, number, matrix)
 
 
-def _identities(count: int) -> ComplexArray:
+def identities(count: int) -> ComplexArray:
+    """Matrices ``(number, leg, 2, 2)`` of ways without a loss."""
     matrix = np.zeros((count, 2, 2, 2), dtype=np.complex128)
     matrix[..., 0, 0] = matrix[..., 1, 1] = 1.0
     return matrix

@@ -31,6 +31,21 @@ def _radars_of(world: World) -> _Radars:
     return _Radars(scene.radar_position, scene.radar_velocity, scene.radar_rotation)
 
 
+class Unfolded(NamedTuple):
+    """Images of a radar that paths with bends seem to come from, ``(path, xyz)``.
+
+    ``image`` m and its ``velocity`` m/s: the path is as long as the straight line from there, now
+    and a little later. ``departure`` is the unit vector at the radar, and ``departure_rate`` 1/s
+    its rate; ``bend`` m is the last bend of the path, in the world like all of them.
+    """
+
+    image: FloatArray
+    velocity: FloatArray
+    departure: FloatArray
+    departure_rate: FloatArray
+    bend: FloatArray
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class View:
     """Radar ``radar`` seen by body ``body``, mirrored in plate ``plate`` if there is one."""
@@ -61,6 +76,10 @@ class View:
         carried = np.array(self.world.scene.actors[plates.actor[self.plate]].velocity)
         return np.asarray(own - 2 * normal * (normal @ (own - carried)))
 
+    def unfolded(self, direction: FloatArray) -> Unfolded | None:  # noqa: ARG002
+        """Images for paths that arrive along ``direction``; None if all of them are ``image``."""
+        return None
+
     def _mirror(self, point: FloatArray) -> FloatArray:
         normal = self.world.plates.normal[self.plate]
         return np.asarray(
@@ -72,6 +91,11 @@ class View:
         """Least distance from the image to the body's sphere, m; 0 if the image is inside it."""
         away = np.linalg.norm(self.world.centre[self.body] - self.image)
         return max(0.0, float(away - self.world.radius[self.body]))
+
+    @property
+    def slack(self) -> float:
+        """Greatest length, m, by which ``distance`` is below that of the shortest path."""
+        return 0.0
 
     @cached_property
     def most_gain(self) -> float:
@@ -120,6 +144,11 @@ class View:
             found &= np.maximum(first, last + radius) >= -half
             found &= np.minimum(first, last - radius) <= half
         return np.flatnonzero(found)
+
+    @property
+    def bending_actor(self) -> int:
+        """Number of the actor at whose edge the wave bends; only of views that have one."""
+        raise NotImplementedError
 
     @cached_property
     def between(self) -> tuple[IntArray, IntArray]:

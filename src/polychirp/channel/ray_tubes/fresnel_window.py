@@ -101,7 +101,8 @@ def _edge_term(h: float, t: float) -> complex:
 
 
 @inlined
-def _signed_edge_term(h: float, t: float) -> complex:
+def signed_edge_term(h: float, t: float) -> complex:
+    """The integral of `_edge_term` for t of either sign, which is odd in t and in h."""
     return _edge_term(h, t) if t >= 0.0 else -_edge_term(h, -t)
 
 
@@ -173,7 +174,7 @@ def _side(a: Point, b: Point) -> complex:
         return 0j
     eu, ev = eu / size, ev / size
     h, t = a[0] * ev - a[1] * eu, a[0] * eu + a[1] * ev
-    return _signed_edge_term(h, t + size) - _signed_edge_term(h, t)
+    return signed_edge_term(h, t + size) - signed_edge_term(h, t)
 
 
 class _Zones(NamedTuple):

@@ -50,9 +50,9 @@ class Composite(Spec):
 
     The mechanisms are: line of sight, with diffraction at obstacles; point scatterers; moving parts
     of people and bicycles; mirror images in road and walls and in their corners; facets of
-    vehicles, seen directly and in mirrors; bounces between bodies; and, on request, rough planes
-    and leaves with random phases. Surfaces block waves; thin sheets, such as panes and bumpers, let
-    a part through.
+    vehicles, seen directly, in mirrors and over the edges of other vehicles; bounces between
+    bodies; and, on request, rough planes and leaves with random phases. Surfaces block waves; thin
+    sheets, such as panes and bumpers, let a part through.
 
     Further snapshots of a scene are cheap, because its meshes are prepared only once.
 
@@ -66,7 +66,8 @@ class Composite(Spec):
     narrowest_tube : m, width to which the ray tubes that search these paths are cut where it
         matters; 2 cm cuts none. At 2.5 mm the power of weak pairs is right to 1 dB in the median,
         at 2.4 times the cost
-    diffraction : true if direct paths are diffracted at edges
+    diffraction : true if direct paths are diffracted at edges, and vehicles bend waves into their
+        shadows
     transmission : true if thin sheets let waves through; otherwise they block
     diffuse : true if rough planes and leaves scatter. Every radar then has hundreds of weak paths
         more, most of them from the road within 5 m, which receivers take for as many objects
@@ -211,6 +212,7 @@ class Composite(Spec):
             yield _part("corners", corner_paths)
 
     def _body_parts(self, world: "World") -> Iterator[Part]:
+        from polychirp.channel.bent_echoes.paths import bent_echoes
         from polychirp.channel.physical_optics.paths import (
             facet_echoes,
             mirrored_echoes,
@@ -223,6 +225,9 @@ class Composite(Spec):
             if self.reflecting_planes:
                 mirrored = partial(mirrored_echoes, body=body)
                 yield Part(f"mirrored facets of {name}", mirrored, name)
+            if self.diffraction:
+                bent = partial(bent_echoes, body=body)
+                yield Part(f"bent waves at {name}", bent, name)
 
     def _bounce_parts(self, world: "World") -> Iterator[Part]:
         from polychirp.channel.physical_optics.paths import scattering_bodies
