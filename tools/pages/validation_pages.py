@@ -34,6 +34,8 @@ from tools.pages.mitigation_table import RECORD as MITIGATIONS
 from tools.pages.mitigation_table import mitigation_table
 from tools.pages.receiver_table import RECORD as RECEIVER
 from tools.pages.receiver_table import receiver_tables
+from tools.pages.road_table import RECORD as ROADS
+from tools.pages.road_table import road_table
 from tools.pages.speed_table import RECORD as SPEED
 from tools.pages.speed_table import speed_tables
 from tools.pages.statistics_table import RECORD as STATISTICS
@@ -178,6 +180,7 @@ _RECORDED: Final = (
     ("diversity", DIVERSITY, diversity_table),
     ("statistics", STATISTICS, statistics_table),
     ("ghosts", GHOSTS, ghost_table),
+    ("roads", ROADS, road_table),
 )
 """Blocks of a page, their records, and the functions that make blocks from records."""
 
