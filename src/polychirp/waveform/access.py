@@ -152,7 +152,8 @@ class Slots(Spec):
         del heading
         order = streams["access", "slots"].permutation(self.num_slots)
         number = order[np.arange(len(names)) % self.num_slots]
-        return Assignment(delay=self.slot * number, shift=np.zeros(len(names)))
+        delay = np.asarray(self.slot * number, dtype=np.float64)
+        return Assignment(delay=delay, shift=np.zeros(len(names)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
