@@ -8,6 +8,7 @@ import pytest
 from polychirp.errors import InputError
 from polychirp.model.ramp import continuous_phase
 from polychirp.rng import Streams
+from polychirp.testing.conformance import check_waveform
 from polychirp.waveform import (
     AnyWaveform,
     DiverseSawtooth,
@@ -68,8 +69,9 @@ def test_every_family_of_a_study_keeps_to_this():
     assert {type(family) for family in FAMILIES} == set(get_args(union))
 
 
-def test_a_family_is_a_waveform(waveform):
+def test_a_family_keeps_the_laws_that_plug_ins_keep(waveform):
     assert isinstance(waveform, Waveform)
+    check_waveform(waveform)
 
 
 def test_ramps_follow_each_other_without_overlap(waveform):

@@ -26,6 +26,8 @@ from tools.pages.ghost_table import RECORD as GHOSTS
 from tools.pages.ghost_table import ghost_table
 from tools.pages.impairment_table import RECORD as IMPAIRMENTS
 from tools.pages.impairment_table import impairment_table
+from tools.pages.league_table import RECORD as LEAGUE
+from tools.pages.league_table import league_tables
 from tools.pages.markdown import table
 from tools.pages.material_tables import paper_materials, sensitivity
 from tools.pages.mechanism_table import RECORD as MECHANISMS
@@ -220,6 +222,8 @@ def rendered(folder: Path) -> dict[str, str]:
             common[name] = made(folder)
     if (folder / SPEED).exists():
         common |= speed_tables(folder)
+    if (folder / LEAGUE).exists():
+        common |= league_tables(folder)
     if (folder / RECEIVER).exists():
         common |= receiver_tables(folder)
     if (folder / STREETS).exists():

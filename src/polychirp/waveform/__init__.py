@@ -45,5 +45,5 @@ AnyWaveform = Annotated[
     | PhaseCodedSawtooth
     | PermutedChirps
     | SlopeSequence,
-    ByKind(),
+    ByKind(group="polychirp.waveforms"),
 ]

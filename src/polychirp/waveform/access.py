@@ -202,4 +202,6 @@ class Compass(Spec):
         )
 
 
-AnyAccess = Annotated[RandomStarts | SlottedAloha | Slots | Compass, ByKind()]
+AnyAccess = Annotated[
+    RandomStarts | SlottedAloha | Slots | Compass, ByKind(group="polychirp.access", method="assign")
+]
