@@ -82,6 +82,9 @@ def run(arguments: argparse.Namespace) -> int:
         for path in arguments.study
     ]
     refuse_unlike(plans)
+    for plan in plans:  # all of them, before the first trial of any
+        with progress_bar(_name(plan)) as progress:
+            check_plan(plan, progress=progress)
     out = usable_folder(Path(arguments.out))
     results: dict[str, Results] = {}
     failures: list[str] = []
@@ -90,7 +93,6 @@ def run(arguments: argparse.Namespace) -> int:
         folder = usable_folder(out / f"{name}-{plan.origin.study_hash[:8]}-trials")
         refuse_other_files(folder, LOG)
         with progress_bar(name) as progress:
-            check_plan(plan, progress=progress)
             finished = run_plan(plan, folder=folder, executor=executor, progress=progress)
         results[name] = finished.results
         failures += finished.failures

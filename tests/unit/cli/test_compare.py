@@ -124,6 +124,19 @@ def test_a_grid_without_an_axis_is_refused(files, capsys):
     assert "no axis, and so no schemes to compare" in refusal(capsys, *files)
 
 
+def test_a_study_that_cannot_run_is_refused_before_the_first_trial_of_any(
+    files, capsys, monkeypatch
+):
+    nobody = MadeUp()
+    monkeypatch.setattr(compare, "_executor", lambda _: nobody)
+    text = SMALL_STUDY.replace('name = "small"', 'name = "second"')
+    text = text.replace('greatest_range = "30 m"', 'greatest_range = "3000 m"')
+    Path("second.toml").write_text(text, encoding="utf-8")
+    assert main(["compare", *files]) in (2, 3)
+    assert "echoes from 3000 m" in capsys.readouterr().err
+    assert not nobody.ran
+
+
 def test_a_study_without_a_grid_is_refused(files, capsys):
     assert "monte_carlo: is missing" in refusal(capsys, "small.toml")
 

@@ -35,7 +35,7 @@ def scheme_comparison(cells: Sequence[Cell]) -> Drawing:
             else:
                 axes.set_xlim(left=-0.05 * axes.get_xlim()[1])
         row[0].set_yticks(range(len(schemes)), [str(scheme) for scheme in schemes])
-        row[0].invert_yaxis()
+    panels[0, 0].invert_yaxis()  # the axes share it: the first scheme is above
     return Drawing(figure=figure, data=columns(cells))
 
 
