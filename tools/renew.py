@@ -132,6 +132,8 @@ RECORDS: Final = (
         starts=("tools/experiments/paper_statistics.py",),
         minutes=60,
     ),
+    _table("roads", 3, program="road"),
+    _table("league", 20),
     _table("statistics", 40),
     _table("receiver", 12),
     _table("streets", 30, program="street"),

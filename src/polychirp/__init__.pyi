@@ -70,6 +70,16 @@ from polychirp.waveform.subframes import Subframes as Subframes
 from polychirp.waveform.triangular import Triangular as Triangular
 from polychirp.waveform.triangular import DiverseTriangular as DiverseTriangular
 from polychirp.waveform.triangular import FixedTriangular as FixedTriangular
+from polychirp.waveform.diverse_sawtooth import DiverseSawtooth as DiverseSawtooth
+from polychirp.waveform.hopping import Hopping as Hopping
+from polychirp.waveform.phase_codes import PhaseCodedSawtooth as PhaseCodedSawtooth
+from polychirp.waveform.permuted_chirps import PermutedChirps as PermutedChirps
+from polychirp.waveform.slope_sequence import SlopeSequence as SlopeSequence
+from polychirp.waveform.access import Access as Access
+from polychirp.waveform.access import RandomStarts as RandomStarts
+from polychirp.waveform.access import SlottedAloha as SlottedAloha
+from polychirp.waveform.access import Slots as Slots
+from polychirp.waveform.access import Compass as Compass
 from polychirp.waveform.coding import Coding as Coding
 from polychirp.waveform.coding import TimeDivision as TimeDivision
 from polychirp.waveform.coding import DopplerDivision as DopplerDivision

@@ -1,6 +1,9 @@
 """`Spec`, a value that a study file can hold, and `ByKind`, a choice among several specs."""
 
-from typing import Any, ClassVar, get_args, get_type_hints
+from typing import Annotated, Any, ClassVar, get_args, get_origin, get_type_hints
+
+from polychirp.errors import InputError
+from polychirp.plugins import plugged
 
 
 class Spec:
@@ -20,12 +23,38 @@ class ByKind:
     Parameters
     ----------
     default : kind of a table that names none; by default there is no such kind
+    group : group of entry points by which other packages add members; None: they cannot
+    method : method that such a member must have
     """
 
-    __slots__ = ("default",)
+    __slots__ = ("default", "group", "method")
 
-    def __init__(self, *, default: str | None = None) -> None:
-        self.default = default
+    def __init__(
+        self, *, default: str | None = None, group: str | None = None, method: str = "schedule"
+    ) -> None:
+        self.default, self.group, self.method = default, group, method
+
+    def members(self, union: Any) -> tuple[type, ...]:
+        """The members of a union, and those that plug-ins add.
+
+        Raises
+        ------
+        InputError
+            A plug-in cannot be used (`plugins.plugged`), or has the kind of another member.
+        """
+        own = get_args(union) or (union,)
+        if self.group is None:
+            return own
+        known = {kind for member in own for kind in kinds_of(member)}
+        added = plugged(self.group, self.method)
+        for member in added:
+            for kind in kinds_of(member):
+                if kind in known:
+                    raise InputError(
+                        f"the plug-in {member.__module__}.{member.__name__} has the kind '{kind}', "
+                        "which exists already; give it another one"
+                    )
+        return (*own, *added)
 
     def _kind(self, value: Any) -> Any:
         """The ``kind`` of a table or of a spec."""
@@ -40,7 +69,23 @@ class ByKind:
             "discriminator": "kind" if self.default is None else self._kind,
             "choices": {
                 kind: handler.generate_schema(member)
-                for member in get_args(source)
-                for kind in get_args(get_type_hints(member)["kind"])
+                for member in self.members(source)
+                for kind in kinds_of(member)
             },
         }
+
+
+def kinds_of(member: type) -> tuple[str, ...]:
+    """Values of ``kind`` by which a file chooses a spec."""
+    return get_args(get_type_hints(member)["kind"])
+
+
+def chosen_by_kind(hint: Any) -> tuple[type, ...]:
+    """Members of a type that `ByKind` marks, with those of plug-ins; empty for any other type."""
+    if get_origin(hint) is not Annotated:
+        return ()
+    union, *marks = get_args(hint)
+    for mark in marks:
+        if isinstance(mark, ByKind):
+            return mark.members(union)
+    return ()

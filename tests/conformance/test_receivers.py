@@ -183,6 +183,13 @@ def test_ramps_that_it_cannot_read_are_refused_with_what_works(receiver, schedul
         receiver.detect(frame_of(schedule, [], converter=FAST if schedule is CHIRPS else None))
 
 
+@pytest.mark.parametrize("receiver", [CoherentReceiver(), AutoReceiver()])
+def test_ramps_without_a_slope_are_refused(receiver):
+    ramps = replace(drawn_chirps(8, seed=1), slope=np.where(np.arange(8) == 3, 0.0, 1e13))
+    with pytest.raises(CapabilityError, match="ramp 3 has a constant frequency"):
+        refuse_unreadable(receiver, ramps)
+
+
 @pytest.mark.parametrize("change", [{"least_range": 0.0}, {"greatest_range": 0.1}])
 def test_limits_that_leave_nothing_are_refused(case, change):
     with pytest.raises(InputError, match="range"):

@@ -24,8 +24,8 @@ from polychirp.model.baseband import Progress, no_progress
 from polychirp.model.paths import PropagationPaths
 from polychirp.receiver.settings import SearchSettings
 from polychirp.scoring.causes import Nature
-from polychirp.scoring.closed_forms import (
-    any_of,
+from polychirp.scoring.closed_forms.overlap import any_of
+from polychirp.scoring.closed_forms.synchronous import (
     apparent_point,
     ghost_by_clock,
     ghost_by_start,

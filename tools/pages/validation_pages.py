@@ -26,6 +26,8 @@ from tools.pages.ghost_table import RECORD as GHOSTS
 from tools.pages.ghost_table import ghost_table
 from tools.pages.impairment_table import RECORD as IMPAIRMENTS
 from tools.pages.impairment_table import impairment_table
+from tools.pages.league_table import RECORD as LEAGUE
+from tools.pages.league_table import league_tables
 from tools.pages.markdown import table
 from tools.pages.material_tables import paper_materials, sensitivity
 from tools.pages.mechanism_table import RECORD as MECHANISMS
@@ -34,6 +36,8 @@ from tools.pages.mitigation_table import RECORD as MITIGATIONS
 from tools.pages.mitigation_table import mitigation_table
 from tools.pages.receiver_table import RECORD as RECEIVER
 from tools.pages.receiver_table import receiver_tables
+from tools.pages.road_table import RECORD as ROADS
+from tools.pages.road_table import road_table
 from tools.pages.speed_table import RECORD as SPEED
 from tools.pages.speed_table import speed_tables
 from tools.pages.statistics_table import RECORD as STATISTICS
@@ -178,6 +182,7 @@ _RECORDED: Final = (
     ("diversity", DIVERSITY, diversity_table),
     ("statistics", STATISTICS, statistics_table),
     ("ghosts", GHOSTS, ghost_table),
+    ("roads", ROADS, road_table),
 )
 """Blocks of a page, their records, and the functions that make blocks from records."""
 
@@ -217,6 +222,8 @@ def rendered(folder: Path) -> dict[str, str]:
             common[name] = made(folder)
     if (folder / SPEED).exists():
         common |= speed_tables(folder)
+    if (folder / LEAGUE).exists():
+        common |= league_tables(folder)
     if (folder / RECEIVER).exists():
         common |= receiver_tables(folder)
     if (folder / STREETS).exists():

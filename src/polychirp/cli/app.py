@@ -20,6 +20,7 @@ VERBS: Final = (
     "run",
     "live",
     "study",
+    "compare",
     "roc",
     "plot",
     "report",

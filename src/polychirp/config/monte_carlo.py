@@ -32,20 +32,28 @@ Changes = list[tuple[str, Any]]
 
 
 def load_plan(
-    path: Path | str, *, overrides: Iterable[str] = (), program: str = "polychirp"
+    path: Path | str,
+    *,
+    overrides: Iterable[str] = (),
+    program: str = "polychirp",
+    common: Path | str | None = None,
 ) -> Plan:
     """The Monte Carlo study that a TOML file describes.
 
-    The ``overrides`` change the tables of the file first, those of the grid included, as in
-    ``monte_carlo.trials=20``. Then each point of the grid sets its own values. The command that
-    runs a point begins with ``program``. `InputError` is raised if the file has no table
-    ``[monte_carlo]``, the table is wrong, or points of its grid are no valid studies; the message
-    lists every problem with its place and the points that have it.
+    The tables of the file ``common``, if there is one, first complete those of the study, so that
+    several studies can share radars, receiver and grid. The ``overrides`` then change the tables,
+    those of the grid included, as in ``monte_carlo.trials=20``, and each point of the grid sets its
+    own values. The command that runs a point begins with ``program``; with a common file no command
+    does. `InputError` is raised if there is no table ``[monte_carlo]``, the table is wrong, or
+    points of its grid are no valid studies; the message lists every problem with its place and the
+    points that have it.
 
     `run_plan` runs it.
     """
     path, overrides = Path(path), [*overrides]
     data = read_toml(path)
+    if common is not None:
+        data = completed(data, read_toml(Path(common)))
     with naming_the_file(path):
         for change in overrides:
             apply_override(data, change)
@@ -67,7 +75,10 @@ def load_plan(
         return Plan(
             axes=axes,
             points=_points(
-                axes, data, path=path, command=[program, "run", str(path), *_options(kept)]
+                axes,
+                data,
+                path=path,
+                command=None if common else [program, "run", str(path), *_options(kept)],
             ),
             trials=table.trials,
             stop_half_width=table.stop_half_width,
@@ -75,8 +86,21 @@ def load_plan(
         )
 
 
+def completed(tables: dict[str, Any], common: dict[str, Any]) -> dict[str, Any]:
+    """Tables with the keys that they lack taken from ``common``, also in tables within tables.
+
+    >>> completed({"a": {"b": 1}}, {"a": {"b": 2, "c": 3}, "d": 4})
+    {'a': {'b': 1, 'c': 3}, 'd': 4}
+    """
+    out = {key: value for key, value in common.items() if key not in tables}
+    for key, value in tables.items():
+        both = isinstance(value, dict) and isinstance(common.get(key), dict)
+        out[key] = completed(value, common[key]) if both else value
+    return {key: out[key] for key in [*tables, *(key for key in common if key not in tables)]}
+
+
 def _points(
-    axes: Sequence[Axis], data: dict[str, Any], *, path: Path, command: list[str]
+    axes: Sequence[Axis], data: dict[str, Any], *, path: Path, command: list[str] | None
 ) -> tuple[Point, ...]:
     points, found, names = [], [], []
     for numbers in combinations(axes):
@@ -97,7 +121,7 @@ def _points(
                 labels=labels,
                 study=study,
                 study_hash=provenance(study).study_hash,
-                command=shlex.join([*command, *written]),
+                command=None if command is None else shlex.join([*command, *written]),
             )
         )
     if found:

@@ -6,6 +6,7 @@ from types import UnionType
 from typing import Annotated, Any, Final, Union, get_args, get_origin, get_type_hints
 
 from polychirp.errors import did_you_mean, short
+from polychirp.spec import chosen_by_kind
 
 Place = tuple[str | int, ...]
 
@@ -42,7 +43,8 @@ def _locate(loc: Sequence[str | int], spec: type) -> tuple[Place, Any]:
 def _members(hint: Any) -> list[Any]:
     """Members of a union without None and annotations; of another type, that type alone."""
     if get_origin(hint) is Annotated:
-        return _members(get_args(hint)[0])
+        choices = chosen_by_kind(hint)
+        return list(choices) if choices else _members(get_args(hint)[0])
     if get_origin(hint) in (Union, UnionType):
         return [
             inner

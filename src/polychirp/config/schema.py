@@ -14,7 +14,7 @@ from pydantic import TypeAdapter
 
 from polychirp.config.dump import written
 from polychirp.config.load import MONTE_CARLO
-from polychirp.spec import ByKind
+from polychirp.spec import ByKind, chosen_by_kind
 from polychirp.study.monte_carlo.grid import MonteCarlo
 from polychirp.study.spec import Study
 
@@ -57,7 +57,8 @@ def schema_text() -> str:
 def _specs(hint: Any, seen: frozenset[type] = frozenset()) -> Iterator[type]:
     """Every dataclass that a type can hold, the type itself first if it is one."""
     if get_origin(hint) is Annotated:
-        yield from _specs(get_args(hint)[0], seen)
+        for member in chosen_by_kind(hint) or get_args(hint)[:1]:
+            yield from _specs(member, seen)
     elif get_origin(hint) in (Union, UnionType, tuple):
         for member in get_args(hint):
             yield from _specs(member, seen)

@@ -167,3 +167,9 @@ def refuse_unreadable(receiver: AnyReceiver, schedule: RampSchedule) -> None:
             refuse(unreadable(schedule))
         case PaperReceiver():
             refuse_unpaired(schedule)
+        case _ if np.any(schedule.slope == 0.0):
+            flat = int(np.argmax(schedule.slope == 0.0))
+            raise CapabilityError(
+                f"ramp {flat} has a constant frequency, from whose beat no receiver here reads a "
+                "range; give it a slope"
+            )

@@ -12,5 +12,5 @@ The modules in reading order; others may use the names beside them:
   `mean_count`, `poisson_mean`, `rms`, `ratio_difference`, `rms_difference`, `wilson`.
 - `ideal_detector`: detection probability of the ideal coherent detector: `ideal_detection`,
   `cell_threshold`, `needed_snr`.
-- `closed_forms`: probabilities of ghosts and of interference, to compare estimates with.
+- `closed_forms`: a room of probabilities and levels of interference, to compare estimates with.
 """

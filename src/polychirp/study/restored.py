@@ -7,7 +7,7 @@ from types import NoneType, UnionType
 from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
 from polychirp.errors import InputError
-from polychirp.spec import ByKind
+from polychirp.spec import chosen_by_kind
 
 
 def restored(hint: Any, value: Any) -> Any:
@@ -25,9 +25,8 @@ def restored(hint: Any, value: Any) -> Any:
     """
     origin, inner = get_origin(hint), get_args(hint)
     if origin is Annotated:
-        is_choice = any(isinstance(note, ByKind) for note in inner[1:])
-        member = _of_kind(get_args(inner[0]), value) if is_choice else inner[0]
-        return restored(member, value)
+        choices = chosen_by_kind(hint)
+        return restored(_of_kind(choices, value) if choices else inner[0], value)
     if origin in (Union, UnionType):
         return restored(_member(inner, value), value)
     if is_dataclass(hint):

@@ -22,7 +22,7 @@ from polychirp.spec import ByKind, Spec
 from polychirp.study.traffic import StudyTraffic
 from polychirp.traffic.street import Street
 from polychirp.units import Between, Fraction, FractionPerSecond, Seconds
-from polychirp.waveform import AnyCoding, AnyWaveform, coded
+from polychirp.waveform import AnyAccess, AnyCoding, AnyWaveform, coded
 
 GREATEST_DRIFT: Final = 10e-6
 """Greatest drift of a clock, 1/s; chosen: the cubic phase that `RampSchedule.as_clocked` neglects
@@ -118,6 +118,8 @@ class Study(Spec):
     targets : names of the vehicles and points that count as targets; if empty, all but the
         radar's own vehicle
     tracer : finds the propagation paths
+    access : rule by which all radars share time and band; None for none, so that starts and bands
+        are those of each radar
     refresh_interval : s, greatest interval at which the scene is traced again
     receiver : receiver of every victim
 
@@ -140,6 +142,7 @@ class Study(Spec):
     traffic: StudyTraffic | None = None
     victims: tuple[str, ...] = ()
     targets: tuple[str, ...] = ()
+    access: AnyAccess | None = None
     tracer: AnyTracer = field(default_factory=Composite)
     refresh_interval: Seconds = 1e-3
     receiver: AnyReceiver = field(default_factory=AutoReceiver)
@@ -154,7 +157,9 @@ def schedule_of(study: Study, radar: StudyRadar) -> RampSchedule:
     )
     if radar.coding is not None:
         schedule = coded(schedule, radar.coding, num_elements=radar.array.num_transmitters)
-    late = float(streams["start", radar.name].uniform(0.0, radar.start_spread))
+    delay, shift = _assigned(study, radar, streams)
+    schedule = replace(schedule, start_frequency=schedule.start_frequency + shift)
+    late = delay + float(streams["start", radar.name].uniform(0.0, radar.start_spread))
     fast = float(streams["clock", radar.name].uniform(-1.0, 1.0)) * radar.clock_spread
     clocked = schedule.as_clocked(
         start_time=radar.start_time + late,
@@ -165,6 +170,18 @@ def schedule_of(study: Study, radar: StudyRadar) -> RampSchedule:
         return clocked
     draws = streams["jitter", radar.name].standard_normal(num_sweeps)
     return clocked.with_late_sweeps(radar.start_jitter * draws)
+
+
+def _assigned(study: Study, radar: StudyRadar, streams: Streams) -> tuple[float, float]:
+    """Delay, s, and shift of all frequencies, Hz, that the study's rule gives to a radar."""
+    if study.access is None:
+        return 0.0, 0.0
+    names = [one.name for one in study.radars]
+    heading_of = {vehicle.name: vehicle.heading for vehicle in study.street.vehicles}
+    heading = [heading_of.get(one.vehicle, 0.0) + one.mount.yaw for one in study.radars]
+    given = study.access.assign(names=names, heading=np.array(heading), streams=streams)
+    number = names.index(radar.name)
+    return float(given.delay[number]), float(given.shift[number])
 
 
 def schedules_of(study: Study) -> tuple[RampSchedule, ...]:

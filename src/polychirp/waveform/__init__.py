@@ -1,13 +1,21 @@
 """Waveforms: what a radar transmits. A study file chooses a family by its ``kind``.
 
-`base` has the interface, `sawtooth`, `subframes` and `triangular` the families, `coding` the codes
-of several transmitting elements, `design` equations for sweep time and bandwidth, `playing` a
-radio's samples.
+`base` has the interface, `chirps` the schedule of single ramps. The families: `sawtooth`,
+`subframes` and `triangular`; `diverse_sawtooth`, `hopping`, `phase_codes`, `permuted_chirps` and
+`slope_sequence` against interference. `access` has the rules by which radars share
+time and band, `coding` the codes of several transmitting elements,
+`design` equations for sweep time and bandwidth, `playing` a radio's samples.
 """
 
 from typing import Annotated
 
 from polychirp.spec import ByKind
+from polychirp.waveform.access import Access as Access
+from polychirp.waveform.access import AnyAccess as AnyAccess
+from polychirp.waveform.access import Compass as Compass
+from polychirp.waveform.access import RandomStarts as RandomStarts
+from polychirp.waveform.access import Slots as Slots
+from polychirp.waveform.access import SlottedAloha as SlottedAloha
 from polychirp.waveform.base import Waveform as Waveform
 from polychirp.waveform.coding import AnyCoding as AnyCoding
 from polychirp.waveform.coding import Coding as Coding
@@ -15,13 +23,27 @@ from polychirp.waveform.coding import DopplerDivision as DopplerDivision
 from polychirp.waveform.coding import PhaseCoded as PhaseCoded
 from polychirp.waveform.coding import TimeDivision as TimeDivision
 from polychirp.waveform.coding import coded as coded
+from polychirp.waveform.diverse_sawtooth import DiverseSawtooth as DiverseSawtooth
+from polychirp.waveform.hopping import Hopping as Hopping
+from polychirp.waveform.permuted_chirps import PermutedChirps as PermutedChirps
+from polychirp.waveform.phase_codes import PhaseCodedSawtooth as PhaseCodedSawtooth
 from polychirp.waveform.sawtooth import Sawtooth as Sawtooth
+from polychirp.waveform.slope_sequence import SlopeSequence as SlopeSequence
 from polychirp.waveform.subframes import Subframes as Subframes
 from polychirp.waveform.triangular import DiverseTriangular as DiverseTriangular
 from polychirp.waveform.triangular import FixedTriangular as FixedTriangular
 from polychirp.waveform.triangular import Triangular as Triangular
 
 AnyWaveform = Annotated[
-    Sawtooth | Subframes | Triangular | DiverseTriangular | FixedTriangular,
-    ByKind(),
+    Sawtooth
+    | Subframes
+    | Triangular
+    | DiverseTriangular
+    | FixedTriangular
+    | DiverseSawtooth
+    | Hopping
+    | PhaseCodedSawtooth
+    | PermutedChirps
+    | SlopeSequence,
+    ByKind(group="polychirp.waveforms"),
 ]

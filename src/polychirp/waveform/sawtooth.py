@@ -5,11 +5,12 @@ from typing import Literal
 
 import numpy as np
 
-from polychirp.model.ramp import RampSchedule, continuous_phase
+from polychirp.model.ramp import RampSchedule
 from polychirp.rng import Streams
 from polychirp.spec import Spec
 from polychirp.units import Hertz, Seconds
 from polychirp.waveform.base import need_not_negative, need_positive, need_sweeps
+from polychirp.waveform.chirps import chirps
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,19 +58,11 @@ class Sawtooth(Spec):
         """Ramps of ``num_sweeps`` sweeps, without random numbers."""
         del streams
         need_sweeps(num_sweeps)
-        is_up = self.direction == "up"
-        duration = np.full(num_sweeps, self.ramp_duration)
-        start_frequency = np.full(
-            num_sweeps, self.start_frequency + (0.0 if is_up else self.bandwidth)
-        )
-        slope = np.full(num_sweeps, (1.0 if is_up else -1.0) * self.bandwidth / self.ramp_duration)
-        return RampSchedule(
+        return chirps(
             start_time=np.arange(num_sweeps, dtype=np.float64) * (self.ramp_duration + self.idle),
-            duration=duration,
-            start_frequency=start_frequency,
-            slope=slope,
-            start_phase=continuous_phase(
-                duration=duration, start_frequency=start_frequency, slope=slope
-            ),
+            duration=np.full(num_sweeps, self.ramp_duration),
+            lowest=np.full(num_sweeps, self.start_frequency),
+            bandwidth=np.full(num_sweeps, self.bandwidth),
+            is_up=np.full(num_sweeps, self.direction == "up"),
             sweep=np.arange(num_sweeps),
         )

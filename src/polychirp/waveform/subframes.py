@@ -6,11 +6,12 @@ from typing import Literal
 import numpy as np
 
 from polychirp.errors import InputError
-from polychirp.model.ramp import RampSchedule, continuous_phase
+from polychirp.model.ramp import RampSchedule
 from polychirp.rng import Streams
 from polychirp.spec import Spec
 from polychirp.units import Hertz, Seconds
 from polychirp.waveform.base import need_positive, need_sweeps
+from polychirp.waveform.chirps import chirps, starts
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,19 +81,11 @@ class Subframes(Spec):
         need_sweeps(num_sweeps)
         number = np.arange(num_sweeps)
         interval = np.array(self.intervals)[number // self.ramps_per_subframe % len(self.intervals)]
-        is_up = self.direction == "up"
-        duration = np.full(num_sweeps, self.ramp_duration)
-        start_frequency = np.full(
-            num_sweeps, self.start_frequency + (0.0 if is_up else self.bandwidth)
-        )
-        slope = np.full(num_sweeps, (1.0 if is_up else -1.0) * self.bandwidth / self.ramp_duration)
-        return RampSchedule(
-            start_time=np.concatenate([[0.0], np.cumsum(interval)[:-1]]),
-            duration=duration,
-            start_frequency=start_frequency,
-            slope=slope,
-            start_phase=continuous_phase(
-                duration=duration, start_frequency=start_frequency, slope=slope
-            ),
+        return chirps(
+            start_time=starts(interval),
+            duration=np.full(num_sweeps, self.ramp_duration),
+            lowest=np.full(num_sweeps, self.start_frequency),
+            bandwidth=np.full(num_sweeps, self.bandwidth),
+            is_up=np.full(num_sweeps, self.direction == "up"),
             sweep=number,
         )

@@ -1,6 +1,7 @@
 """Every study file that is shipped can run."""
 
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -14,8 +15,11 @@ from tools.experiments.ghosts import case
 
 ROOT = Path(__file__).parents[3] / "studies"
 FILES = {path: tomllib.loads(path.read_text(encoding="utf-8")) for path in ROOT.rglob("*.toml")}
-STUDIES = sorted(path for path, tables in FILES.items() if "street" in tables)
-"""Other files there describe captures."""
+STUDIES = sorted(
+    path for path, tables in FILES.items() if "street" in tables and path.parent.name != "league"
+)
+"""Other files there describe captures; those of the league are complete with common.toml alone."""
+LEAGUE = ROOT / "league"
 GRIDS = [path for path in STUDIES if "monte_carlo" in FILES[path]]
 GHOSTS = ROOT / "ghosts-start-spread.toml"
 
@@ -31,6 +35,15 @@ def test_a_shipped_grid_passes_its_check_at_every_point(path):
     plan = load_plan(path)
     check_plan(plan, progress=no_progress)
     assert len(plan.points) > 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["oncoming", "car-park"])
+def test_a_scenario_of_the_league_passes_its_check(name):
+    """Every third point: other schemes for both starts. A check of the car park takes long."""
+    plan = load_plan(LEAGUE / f"{name}.toml", common=LEAGUE / "common.toml")
+    assert len(plan.points) == 16
+    check_plan(replace(plan, points=plan.points[::3]), progress=no_progress)
 
 
 def test_the_study_of_ghosts_is_the_one_that_the_page_shows():

@@ -15,6 +15,7 @@ The modules in reading order; other packages use the functions that draw, and `r
   a frame over range, range rate, azimuth and time.
 - `detections_plan`: detections with their causes over the truth.
 - `study_curves`: results of a study over an axis of its grid, and paired differences.
+- `comparison`: schemes over the scenarios of several studies.
 - `range_rate`: a map of range and range rate with its detections.
 - `rcs`, `convergence`: cross sections over aspect, and over the number of facets.
 - `diversity`, `ghosts`, `estimation_bound`, `growth`: figures of the pages in docs/validation.

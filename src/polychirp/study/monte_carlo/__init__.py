@@ -11,6 +11,7 @@ The modules in reading order; others may use the names beside them:
 - `stopping`: the early end of points whose detection probability is known well enough.
 - `results`: arrays of all trials, and their store: `Results`, `load_results`.
 - `summary`: estimates with intervals: `summaries`, `differences`.
+- `comparison`: schemes over scenarios, of several studies with one grid: `Cell`, `comparison`.
 - `tables`: the estimates and all trials as CSV and Parquet: `flat_row`.
 - `run`: all of these in order: `run_plan`.
 """

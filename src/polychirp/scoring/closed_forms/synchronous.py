@@ -1,6 +1,6 @@
-r"""Closed forms of the probability that radars cause ghosts, or pulses, in each other.
+r"""Ghosts of synchronous radars: their place, and the probability that they are in the map.
 
-**Synchronous radars.** An interferer sends the victim's own ramps a time s late, with a clock that
+An interferer sends the victim's own ramps a time s late, with a clock that
 is fast by ε, over a path of delay τ. At time t the victim receives what it sent itself a time
 
 .. math:: D(t) = s + \tau(t) - \varepsilon\,t
@@ -10,10 +10,8 @@ earlier, to first order in ε. D is the round-trip delay of a point at range cD/
 that no receiver can distinguish the ghost from a target. It can be detected if the point is
 in the receiver's range-rate map.
 
-The other forms are from the literature: from `parallel` to `crossing_time` from Rao and Mani,
-"Interference characterization in FMCW radars", 2020, and those after them, for radars that hop over
-a band, from Bazzi et al. 2024. All are probabilities that signals meet, whether or not the receiver
-then makes a detection.
+All probabilities are those that the ghost's point is in the map, whether or not the receiver then
+makes a detection.
 """
 
 import numpy as np
@@ -164,22 +162,6 @@ def random_start(*, greatest_range: float, period: float) -> float:
     return 2.0 * greatest_range / SPEED_OF_LIGHT / period
 
 
-def any_of(probability: FloatArray | float, number: float = 1) -> float:
-    r"""Probability of at least one ghost: :math:`1 - \prod_i (1 - p_i)^N`.
-
-    Parameters
-    ----------
-    probability : of each interferer, or one for all of them
-    number : N, number of interferers with each of these probabilities
-
-    Examples
-    --------
-    >>> round(1.0 - any_of(3.255e-3, 20), 3)  # Rao and Mani: the frame is clean
-    0.937
-    """
-    return float(1.0 - np.prod((1.0 - np.asarray(probability, dtype=np.float64)) ** number))
-
-
 def removing_slope_difference(*, greatest_delay: float, duration: float) -> float:
     r"""Relative difference of slopes above which a ghost vanishes: :math:`2\tau_{max}/T`.
 
@@ -192,110 +174,3 @@ def removing_slope_difference(*, greatest_delay: float, duration: float) -> floa
     0.000267
     """
     return 2.0 * greatest_delay / duration
-
-
-def parallel(*, greatest_delay: float, duration: float, number: float = 1) -> float:
-    """Mean number of interferers with equal chirps whose beats are in the band: N τ_max/T_c.
-
-    For one interferer it is the probability, also P_CS of Kim, Mun and Lee, and, with a period of
-    L chirps for ``duration``, their P_FMCW.
-
-    >>> delay = 2 * 200.0 / SPEED_OF_LIGHT
-    >>> round(parallel(greatest_delay=delay, duration=20e-6), 4)
-    0.0667
-    """
-    return number * greatest_delay / duration
-
-
-def parallel_in_a_bin(
-    *, bin_delay: float, duration: float, num_chirps: int, clock_spread: float, duty: float
-) -> float:
-    r"""Probability that an interferer with equal chirps is in a given range bin of a frame.
-
-    .. math:: p_1 = 2\,\mathrm{duty}\,\frac{\tau_{bin} + \tfrac14 N\delta_{max}T_c}{T_c}
-
-    Parameters
-    ----------
-    bin_delay : s, width of a range bin in round-trip delay
-    duration : s, T_c, of a chirp
-    num_chirps : N, number of chirps of the frame
-    clock_spread : ratio, greatest error of a clock
-    duty : share of the time in which frames are active
-
-    Examples
-    --------
-    >>> bin_delay = 2 * 0.78 / SPEED_OF_LIGHT
-    >>> rest = {"bin_delay": bin_delay, "duration": 20e-6, "num_chirps": 250, "duty": 0.25}
-    >>> round(parallel_in_a_bin(clock_spread=100e-6, **rest), 6)
-    0.003255
-    """
-    walk = 0.25 * num_chirps * clock_spread * duration
-    return 2.0 * duty * (bin_delay + walk) / duration
-
-
-def crossing(*, own_slope: float, other_slope: float) -> float:
-    """Probability that a steeper interferer in the same band crosses a chirp: (S_i − S_v)/S_i.
-
-    >>> round(crossing(own_slope=9.5e12, other_slope=50e12), 2)
-    0.81
-    """
-    if not 0 < own_slope <= other_slope:
-        raise InputError("own_slope must be positive, and other_slope at least as large")
-    return (other_slope - own_slope) / other_slope
-
-
-def crossing_time(*, own_slope: float, other_slope: float, band: float) -> float:
-    """Time that a crossing interferer is in the IF band of a complex mixer: B_IF/|ΔS|, s.
-
-    >>> round(crossing_time(own_slope=9.5e12, other_slope=50e12, band=12.7e6) * 1e6, 3)
-    0.314
-    """
-    return band / abs(other_slope - own_slope)
-
-
-def same_band(*, chirp_band: float, total_band: float, tolerated: float = 0.0) -> float:
-    r"""Probability that two chirps at random places in a band overlap by more than tolerated.
-
-    .. math:: P_f = \frac{2w}{L}\Bigl(1 - \frac{w}{2L}\Bigr), \quad
-              w = (1 - x)B_{ch},\; L = B_T - B_{ch}
-
-    Bazzi et al. 2024: the probability that two uniform places within L are closer than w.
-
-    Parameters
-    ----------
-    chirp_band, total_band : Hz
-    tolerated : share x of the chirp's band that may overlap
-
-    Examples
-    --------
-    >>> same_band(chirp_band=1e9, total_band=5e9)
-    0.4375
-    """
-    room, width = total_band - chirp_band, (1.0 - tolerated) * chirp_band
-    if not 0.0 <= tolerated < 1.0 or room < 0.0:
-        raise InputError(
-            "chirp_band must be at most total_band, and tolerated at least 0 and below 1"
-        )
-    if width >= room:
-        return 1.0
-    return 2.0 * width / room * (1.0 - 0.5 * width / room)
-
-
-def same_time(*, duty: float, tolerated: float = 0.0) -> float:
-    """Probability that two frames of equal period and ``duty`` overlap: min(1, 2δ(1 − x)).
-
-    >>> same_time(duty=0.25)
-    0.5
-    """
-    return min(1.0, 2.0 * duty * (1.0 - tolerated))
-
-
-def frames_lost(*, together: float, number: int, in_a_row: int = 1) -> float:
-    """Probability that each of ``in_a_row`` frames is hit by any of ``number`` interferers.
-
-    ``together`` is the probability that one pair meets, P_f P_t (Bazzi et al. 2024).
-
-    >>> round(frames_lost(together=0.4375 * 0.5, number=3, in_a_row=2), 4)
-    0.2737
-    """
-    return any_of(together, number) ** in_a_row

@@ -10,21 +10,26 @@ from polychirp.errors import InputError
 from polychirp.model.if_frame import SampleTimes
 from polychirp.receiver.signal_model.point_signal import beat_phase
 from polychirp.rng import Streams
-from polychirp.scoring.closed_forms import (
+from polychirp.scoring.closed_forms.overlap import (
     any_of,
-    apparent_point,
+    chirp_time,
     crossing,
     crossing_time,
+    frame_hit,
     frames_lost,
+    frames_overlap,
+    parallel,
+    parallel_in_a_bin,
+    same_band,
+    same_time,
+)
+from polychirp.scoring.closed_forms.synchronous import (
+    apparent_point,
     ghost_by_clock,
     ghost_by_start,
     has_ridge_in_map,
-    parallel,
-    parallel_in_a_bin,
     random_start,
     removing_slope_difference,
-    same_band,
-    same_time,
 )
 from polychirp.waveform import Triangular
 
@@ -176,6 +181,60 @@ def test_bazzis_frames_meet_in_time_as_often_as_drawn():
     assert same_time(duty=0.2) == pytest.approx(drawn, abs=FOUR_SIGMA)
     assert same_time(duty=0.7) == 1.0
     assert frames_lost(together=0.1, number=2, in_a_row=3) == pytest.approx(0.19**3)
+
+
+def test_a_chirp_of_a_steeper_interferer_crosses_as_often_as_drawn():
+    """Chirps of both radars fill the same band without pauses; the first start is random."""
+    own, other = 1.0, 1.0 / 5.0  # durations for slopes that are 1 to 5
+    first = DRAWS[:20_000, 0] * other
+    starts = first[:, None] + other * np.arange(-6, 6)
+    begin, end = np.maximum(starts, 0.0), np.minimum(starts + other, own)
+    is_meeting = end > begin
+    # the difference of both frequencies changes its sign within the common time
+    low = (begin - starts) / other - begin / own
+    high = (end - starts) / other - end / own
+    crossings = np.sum(is_meeting & (low < 0) & (high > 0), axis=1)
+    chirps_in_own_time = own / other
+    share = np.mean(crossings) / chirps_in_own_time
+    assert crossing(own_slope=1.0, other_slope=5.0) == pytest.approx(share, abs=1e-9)
+
+
+def test_bazzis_hopping_chirps_meet_as_often_as_drawn():
+    """The start of the other chirp is uniform within the repetition interval; δ is a share."""
+    is_active = DRAWS[:, 0] < 0.5
+    late = DRAWS[:, 1] * 25e-6
+    is_in_band = late * 1e9 / 20e-6 < 0.3e9  # the beat of a chirp of 1 GHz in 20 µs
+    form = chirp_time(duty=0.5, chirp=20e-6, repetition=25e-6, if_share=0.3)
+    assert form == pytest.approx(np.mean(is_active & is_in_band), abs=FOUR_SIGMA)
+
+
+def test_bazzis_frame_is_hit_as_often_as_drawn_and_never_surely():
+    drawn = np.random.default_rng(5).uniform(size=(50_000, 40)) < 0.1
+    for tolerated in (0, 3, 8):
+        form = frame_hit(together=0.1, num_chirps=40, tolerated=tolerated)
+        hit = np.mean(drawn.sum(axis=1) > tolerated)
+        assert form == pytest.approx(hit, abs=2 * FOUR_SIGMA)
+    assert frame_hit(together=0.1, num_chirps=40, tolerated=40) == 0.0
+
+
+@pytest.mark.parametrize("distance_share", [0.0, 0.8])
+def test_radchats_frames_overlap_as_often_as_drawn(distance_share):
+    """N chirps of length 1 in a period of N/U, at a random start; some pair is within the window.
+
+    A chirp of the interferer is heard if it starts up to the window after one of the victim's.
+    """
+    chirps, duty, window = 20, 0.4, 0.2 * (1.0 + distance_share)
+    period = chirps / duty
+    late = DRAWS[:20_000, 0] * period
+    numbers = np.arange(chirps)
+    apart = numbers[:, None] - numbers  # all differences of chirps' numbers
+    differences = np.unique(apart)
+    gap = late[:, None] + differences
+    drawn = np.mean(np.any(gap % period < window, axis=1))
+    form = frames_overlap(duty=duty, num_chirps=chirps, if_share=0.2, distance_share=distance_share)
+    assert form == pytest.approx(drawn, abs=np.sqrt(10) * FOUR_SIGMA)
+    with pytest.raises(InputError, match=r"duty must be above 0 and at most 0\.5"):
+        frames_overlap(duty=0.6, num_chirps=20, if_share=0.2)
 
 
 def test_a_ridge_is_in_the_map_if_a_point_there_has_the_same_beat_on_up_or_down_ramps():

@@ -1,0 +1,160 @@
+"""``compare`` runs several studies of one grid and compares the schemes of its last axis."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from polychirp.cli import compare
+from polychirp.cli.app import main
+from polychirp.config.monte_carlo import completed, load_plan
+from polychirp.model.baseband import no_progress
+from polychirp.scoring.statistics import mean_count, ratio_difference
+from polychirp.study.monte_carlo.comparison import comparison
+from polychirp.study.monte_carlo.records import NATURES
+from polychirp.study.monte_carlo.results import load_results
+from polychirp.study.monte_carlo.run import STORE, run_plan
+from tests.support.small_study import SMALL_GRID, SMALL_STUDY
+from tests.unit.study.test_monte_carlo import MadeUp
+
+ROOT = Path(__file__).parents[3]
+
+
+@pytest.fixture
+def files(tmp_path, monkeypatch) -> list[str]:
+    """Two studies without a grid, and the grid in a file of its own; trials are made up."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(compare, "_executor", lambda _: MadeUp())
+    for name in ("small", "second"):
+        text = SMALL_STUDY.replace('name = "small"', f'name = "{name}"')
+        Path(f"{name}.toml").write_text(text, encoding="utf-8")
+    Path("grid.toml").write_text(SMALL_GRID, encoding="utf-8")
+    return ["small.toml", "second.toml", "--common", "grid.toml"]
+
+
+def test_every_scheme_meets_every_scenario_and_condition(files, capsys):
+    assert main(["compare", *files, "--json"]) == 0
+    cells = json.loads(capsys.readouterr().out)
+    assert len(cells) == 2 * 2 * 2
+    assert {cell["scenario"] for cell in cells} == {"small", "second"}
+    assert {tuple(cell["condition"]) for cell in cells} == {("-10 dBsm",), ("10 dBsm",)}
+    assert {cell["scheme"] for cell in cells} == {"conventional", "diverse"}
+    assert all(cell["num_trials"] == 12 for cell in cells)
+
+
+def test_tables_and_a_figure_are_stored_and_the_next_run_adds_nothing(files, capsys, monkeypatch):
+    assert main(["compare", *files]) == 0
+    first = capsys.readouterr()
+    assert "missed targets and ghosts in a frame" in first.out
+    assert "stored in out/comparison" in first.err
+    out = Path("out/comparison")
+    stored = {path.name for path in out.iterdir() if path.is_file()}
+    assert stored == {"comparison.csv", "comparison.json", "comparison.png"}
+    kept = (out / "comparison.csv").read_bytes()
+    nobody = MadeUp()
+    monkeypatch.setattr(compare, "_executor", lambda _: nobody)
+    assert main(["compare", *files]) == 0
+    assert not nobody.ran
+    assert (out / "comparison.csv").read_bytes() == kept
+
+
+def test_a_cell_sums_the_counts_of_its_point(files, tmp_path):
+    plan = load_plan("small.toml", common="grid.toml")
+    run_plan(plan, folder=tmp_path / "run", executor=MadeUp(), progress=no_progress)
+    results = load_results(tmp_path / "run" / STORE)
+    cells = comparison({"small": results})
+    for point, cell in enumerate(cells):
+        missed = np.sum(results.detected[point, :, 0] == 0, axis=1)
+        ghosts = results.num_detections[point, :, 0, NATURES.index("direct")]
+        assert cell.ghosts.value == pytest.approx(point)
+        assert cell.errors == mean_count((missed + ghosts).astype(float))
+        assert (cell.condition, cell.scheme) == (
+            results.labels(point)[:-1],
+            results.labels(point)[-1],
+        )
+
+
+def test_the_best_has_the_fewest_errors_and_others_are_paired_with_it(files, tmp_path):
+    """Of these trials each point has a ghost more than the one before and misses no less."""
+    plan = load_plan("small.toml", common="grid.toml")
+    run_plan(plan, folder=tmp_path / "run", executor=MadeUp(), progress=no_progress)
+    results = load_results(tmp_path / "run" / STORE)
+    conventional, diverse = comparison({"small": results})[:2]
+    assert conventional.is_among_the_best
+    assert conventional.behind.value == 0.0
+    assert not diverse.is_among_the_best
+    errors = [np.sum(results.detected[n, :, 0] == 0, axis=1) + float(n) for n in range(2)]
+    ones = np.ones(12)
+    assert diverse.behind == ratio_difference((errors[1], ones), (errors[0], ones))
+
+
+def test_tables_of_a_common_file_complete_those_of_a_study():
+    study = {"a": {"b": 1}, "c": [1]}
+    common = {"a": {"b": 2, "d": 3}, "c": [2, 3], "e": 4}
+    assert completed(study, common) == {"a": {"b": 1, "d": 3}, "c": [1], "e": 4}
+
+
+# ── refused ───────────────────────────────────────────────────────────────────
+
+
+def refusal(capsys, *arguments) -> str:
+    assert main(["compare", *arguments]) == 2
+    return capsys.readouterr().err
+
+
+def test_studies_of_different_grids_are_refused(files, capsys):
+    text = SMALL_GRID.replace('label = "diverse"', 'label = "another"')
+    Path("second.toml").write_text(
+        SMALL_STUDY.replace('name = "small"', 'name = "second"') + text, encoding="utf-8"
+    )
+    sentence = refusal(capsys, *files)
+    assert "second: its grid has the axis 'waveform' of conventional, another where" in sentence
+    assert "use one grid for all of them" in sentence
+
+
+def test_two_studies_of_one_name_are_refused(files, capsys):
+    assert "two studies are called 'small'" in refusal(
+        capsys, "small.toml", "small.toml", "--common", "grid.toml"
+    )
+
+
+def test_a_grid_without_an_axis_is_refused(files, capsys):
+    Path("grid.toml").write_text("[monte_carlo]\ntrials = 1\n", encoding="utf-8")
+    assert "no axis, and so no schemes to compare" in refusal(capsys, *files)
+
+
+def test_a_study_that_cannot_run_is_refused_before_the_first_trial_of_any(
+    files, capsys, monkeypatch
+):
+    nobody = MadeUp()
+    monkeypatch.setattr(compare, "_executor", lambda _: nobody)
+    text = SMALL_STUDY.replace('name = "small"', 'name = "second"')
+    text = text.replace('greatest_range = "30 m"', 'greatest_range = "3000 m"')
+    Path("second.toml").write_text(text, encoding="utf-8")
+    assert main(["compare", *files]) in (2, 3)
+    assert "echoes from 3000 m" in capsys.readouterr().err
+    assert not nobody.ran
+
+
+def test_a_study_without_a_grid_is_refused(files, capsys):
+    assert "monte_carlo: is missing" in refusal(capsys, "small.toml")
+
+
+def test_a_common_file_that_does_not_exist_is_named(files, capsys):
+    assert "there is no file 'none.toml'" in refusal(capsys, "small.toml", "--common", "none.toml")
+
+
+# ── the league ────────────────────────────────────────────────────────────────
+
+
+def test_the_league_has_one_grid_and_equal_radars():
+    folder = ROOT / "studies" / "league"
+    paths = sorted(path for path in folder.glob("*.toml") if path.name != "common.toml")
+    plans = [load_plan(path, common=folder / "common.toml") for path in paths]
+    assert len(plans) >= 2
+    for point in (point for plan in plans for point in plan.points):
+        (radar,) = point.study.radars
+        assert radar.transmit_power == pytest.approx(10 ** (12 / 10) / 1e3)
+        assert point.study.num_sweeps == 128
+    assert all(plan.axes == plans[0].axes for plan in plans)
