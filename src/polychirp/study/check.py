@@ -28,6 +28,7 @@ from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
 from polychirp.receiver.angle.ambiguity import Window, ambiguities, unambiguous_window
 from polychirp.receiver.angle.beams import too_large
 from polychirp.receiver.angle.elements import Elements
+from polychirp.receiver.mitigation.base import refuse_unfit
 from polychirp.receiver.mitigation.burst_repair import BurstRepair
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.range_doppler.subframes import has_subframes, unambiguous_span
@@ -214,6 +215,12 @@ def check(study: Study) -> Derived:
     for number in victim_indices(study):
         _need_readable(study, schedules[number], number=number)
         radar = study.radars[number]
+        refuse_unfit(
+            study.receiver.mitigation,
+            schedules[number],
+            is_real=radar.converter.is_real,
+            num_channels=radar.array.num_channels,
+        )
         if radar.converter.is_real:
             refuse_real_samples(study.receiver, schedules[number], radar=radar.name)
             _warn_of_folded_beats(radar, radars[number])
