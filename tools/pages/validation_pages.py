@@ -32,6 +32,8 @@ from tools.pages.mechanism_table import RECORD as MECHANISMS
 from tools.pages.mechanism_table import mechanism_table
 from tools.pages.mitigation_table import RECORD as MITIGATIONS
 from tools.pages.mitigation_table import mitigation_table
+from tools.pages.published_table import RECORD as PUBLISHED
+from tools.pages.published_table import published_table
 from tools.pages.receiver_table import RECORD as RECEIVER
 from tools.pages.receiver_table import receiver_tables
 from tools.pages.speed_table import RECORD as SPEED
@@ -175,6 +177,7 @@ _RECORDED: Final = (
     ("mechanisms", MECHANISMS, mechanism_table),
     ("impairments", IMPAIRMENTS, impairment_table),
     ("mitigations", MITIGATIONS, mitigation_table),
+    ("published", PUBLISHED, published_table),
     ("diversity", DIVERSITY, diversity_table),
     ("statistics", STATISTICS, statistics_table),
     ("ghosts", GHOSTS, ghost_table),
