@@ -75,7 +75,7 @@ def test_the_methods_come_in_the_published_order():
 def test_a_decomposition_removes_noise_too():
     """Its SINR exceeds the SNR of 15 dB by as much as few tones have less noise than all samples.
 
-    The fit of r poles to N good samples leaves the share r/N of the noise: 15 dB + 10 log₁₀(2820/10)
+    The fit of r poles to N good samples leaves the share r/N of the noise: 15 dB + 10 log₁₀ 282
     = 39.5 dB, less some decibels as poles are not exact. Published: 29.9 to 30.2 dB.
     """
     found = sinrs(LowRankHankel(replaces="all"))

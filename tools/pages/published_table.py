@@ -36,7 +36,7 @@ def published_table(folder: Path) -> str:
         "method",
         "median, dB",
         "its 95 % interval",
-        "one draw in ten is below",
+        "a tenth is below",
         "published, dB",
     )
     return table(head, body)

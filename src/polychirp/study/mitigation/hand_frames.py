@@ -47,12 +47,10 @@ class ChirpSequence:
         time : of the samples from the start of the victim's ramps on, s ``(fast,)``
         """
         late = self._late(victim, start, time)
-        own = victim.start_frequency * time + 0.5 * victim.slope * time**2
         # both carriers are counted from the victim's, so that no digits are lost
         away = self.start_frequency - victim.start_frequency
-        return np.asarray(
-            own - victim.start_frequency * time - away * late - 0.5 * self.slope * late**2
-        )
+        own, other = 0.5 * victim.slope * time**2, away * late + 0.5 * self.slope * late**2
+        return np.asarray(own - other)
 
     def beat(self, victim: ChirpSequence, start: float, time: FloatArray) -> FloatArray:
         """Frequency of the victim's chirp less that of this one, Hz ``(ramp, fast)``."""
