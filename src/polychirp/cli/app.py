@@ -21,6 +21,7 @@ VERBS: Final = (
     "live",
     "study",
     "roc",
+    "benchmark",
     "plot",
     "report",
     "export",

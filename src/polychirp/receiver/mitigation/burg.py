@@ -16,7 +16,7 @@ from polychirp.receiver.mitigation.patches import Patch, Place, gaps_and_ends, p
 from polychirp.receiver.signal_model.equal_ramps import unequal
 from polychirp.units import Between
 
-REACH = 8
+SEGMENT_FACTOR = 8
 """Greatest number of good samples beside a gap that a model uses, over its order. Chosen: Rameez,
 Dahl and Pettersson ask for more than 2; echoes' noise is averaged over more."""
 
@@ -100,12 +100,12 @@ class Burg(BurstRepair):
             inside = np.arange(first, last + 1)
             known: list[IntArray] = []
             maps: list[ComplexArray] = []
-            before = _good_run(hit, first, -1, REACH * order)
+            before = _good_run(hit, first, -1, SEGMENT_FACTOR * order)
             if before.size >= least:
                 model = burg_model(line[:, before[::-1]], order)
                 maps.append(continuation(model, inside.size))
                 known.append(before[:order][::-1])
-            after = _good_run(hit, last, 1, REACH * order)
+            after = _good_run(hit, last, 1, SEGMENT_FACTOR * order)
             if after.size >= least:
                 model = burg_model(line[:, after[::-1]], order)
                 maps.append(continuation(model, inside.size)[::-1])

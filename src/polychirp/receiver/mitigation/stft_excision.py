@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
@@ -252,6 +253,7 @@ class StftExcision(Spec):
         return hann_transform(self.window)
 
 
+@lru_cache(maxsize=8)
 def hann_transform(window: int) -> ShortTimeFFT:
     """Short-time transform with a Hann window of so many samples, an eighth of it apart."""
     from scipy.signal import ShortTimeFFT
