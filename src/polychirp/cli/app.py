@@ -22,6 +22,7 @@ VERBS: Final = (
     "study",
     "roc",
     "benchmark",
+    "dataset",
     "plot",
     "report",
     "export",

@@ -9,5 +9,6 @@ The modules in reading order; others use the names beside them:
 - `frame_sets`: named and versioned sets of frames: `FRAME_SETS`, `set_frame`.
 - `measures`: a method's result on one frame: `measured_frame`, `measures`.
 - `own_methods`: methods by name, a user's too: `METHODS`, `methods_named`.
+- `dataset`: frames with their clean twins as Zarr: `DatasetPlan`, `write_dataset`.
 - `benchmark`: all methods on a set, and its record: `run_benchmark`, `benchmark_record`.
 """

@@ -6,20 +6,30 @@ frames of traced streets instead: `frame_of_study`.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Final, Literal
+from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
+from polychirp.channel.scene.ground_truth import truth
 from polychirp.channel.tracers.free_space import FreeSpace
 from polychirp.frames import Pose
 from polychirp.model.antenna import AntennaArray
 from polychirp.model.if_filter import IfFilter
 from polychirp.model.if_frame import IfFrame, IfParts
+from polychirp.model.paths import PropagationPaths
 from polychirp.model.radar import Converter
+from polychirp.model.truth import Truth
 from polychirp.rng import Streams
 from polychirp.study.random_draw import sample_street
-from polychirp.study.spec import Study, StudyRadar, scene_of, schedules_of, victim_indices
-from polychirp.study.trial import trace_frame
+from polychirp.study.spec import (
+    Study,
+    StudyRadar,
+    scene_of,
+    schedules_of,
+    target_names,
+    victim_indices,
+)
+from polychirp.study.trial import paths_at, trace_frame
 from polychirp.synthesis.impairments.oscillator_errors import Oscillating
 from polychirp.synthesis.received_frame import synthesize
 from polychirp.synthesis.stretch.engine import Stretch
@@ -67,7 +77,7 @@ def road_frame(streams: Streams, kind: RoadKind) -> tuple[IfFrame, IfParts]:
     radars drive 12 m ahead and more; 0 dBm and a noise figure of 13 dB.
     """
     study = road_study(streams, kind)
-    frame, parts = frame_of_study(study)
+    frame, parts = frame_of_study(study)[:2]
     if kind.kept is None:
         return frame, parts
     lost = {"direct", "indirect"} - {kind.kept}
@@ -156,23 +166,34 @@ def _radar(
     )
 
 
-def frame_of_study(study: Study, *, victim: int | None = None) -> tuple[IfFrame, IfParts]:
-    """Frame and parts of a victim of a study, by number; None: the first one.
+class StudyFrame(NamedTuple):
+    """A frame of a study with its parts, the truth in its middle, and the paths to its radar."""
 
-    The street is drawn from the study's seed.
+    frame: IfFrame
+    parts: IfParts
+    truth: Truth
+    paths: PropagationPaths
+
+
+def frame_of_study(study: Study, *, victim: int | None = None) -> StudyFrame:
+    """Frame of a victim of a study, by number; None: the first one.
+
+    The street is drawn from the study's seed. Paths are those of the snapshot that is nearest to
+    the middle of the frame.
     """
     study = sample_street(study)
     scene, schedules = scene_of(study), schedules_of(study)
     number = victim_indices(study)[0] if victim is None else victim
+    own = schedules[number]
     streams = Streams(study.seed)
     snapshots = trace_frame(
         study.tracer,
         scene,
-        [schedules[number]],
+        [own],
         refresh_interval=study.refresh_interval,
         receivers=[number],
     )
-    return synthesize(
+    frame, parts = synthesize(
         Oscillating(inner=Stretch(), streams=streams),
         scene,
         schedules,
@@ -181,3 +202,12 @@ def frame_of_study(study: Study, *, victim: int | None = None) -> tuple[IfFrame,
         interferers=None,
         streams=streams,
     )
+    middle = float(0.5 * (own.start_time.min() + own.end_time.max()))
+    true = truth(
+        scene.at(middle),
+        number,
+        target_names(study, study.radars[number]),
+        has_occlusion="occlusion" in study.tracer.capabilities,
+    )
+    paths = paths_at(middle, snapshots)
+    return StudyFrame(frame, parts, true, paths.select(paths.receiver == number))
