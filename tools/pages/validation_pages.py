@@ -20,6 +20,8 @@ from pathlib import Path
 from typing import Final
 
 from polychirp.errors import InputError
+from tools.pages.benchmark_table import RECORD as BENCHMARK
+from tools.pages.benchmark_table import benchmark_tables
 from tools.pages.diversity_table import RECORD as DIVERSITY
 from tools.pages.diversity_table import diversity_table
 from tools.pages.ghost_table import RECORD as GHOSTS
@@ -178,6 +180,7 @@ _RECORDED: Final = (
     ("impairments", IMPAIRMENTS, impairment_table),
     ("mitigations", MITIGATIONS, mitigation_table),
     ("published", PUBLISHED, published_table),
+    ("benchmark", BENCHMARK, benchmark_tables),
     ("diversity", DIVERSITY, diversity_table),
     ("statistics", STATISTICS, statistics_table),
     ("ghosts", GHOSTS, ghost_table),

@@ -162,7 +162,7 @@ def frame_arrays(plan: DatasetPlan, number: int) -> dict[str, NDArray[Any]]:
 
 
 def data_card(plan: DatasetPlan) -> str:
-    """What is in a dataset and where it comes from, as Markdown."""
+    """Content and origin of a dataset, as Markdown."""
     source = (
         f"the preset `{plan.source}`"
         if isinstance(plan.source, str)

@@ -22,6 +22,8 @@ the frame without interference (echo and noise, as the clean oracle has it):
 ``lost``                  share of the samples without weight after the method
 ========================  ========================================================================
 
+Samples without weight count as zeros, so that a method that leaves out a quarter of the samples has
+an EVM of a quarter; the receivers of polychirp divide by the weights, which restores the mean of it.
 SINR alone misleads: a method that lowers everything, echoes too, has a good one and a bad EVM.
 """
 
