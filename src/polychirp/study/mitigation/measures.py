@@ -23,7 +23,7 @@ the frame without interference (echo and noise, as the clean oracle has it):
 ========================  ========================================================================
 
 Samples without weight count as zeros, so that a method that leaves out a quarter of the samples has
-an EVM of a quarter; the receivers of polychirp divide by the weights, which restores the mean of it.
+an EVM of a quarter; the receivers of polychirp divide by the weights, which restores the mean.
 SINR alone misleads: a method that lowers everything, echoes too, has a good one and a bad EVM.
 """
 
