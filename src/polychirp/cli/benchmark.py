@@ -115,7 +115,7 @@ def _table(family: str, results: Sequence[MethodResult]) -> Table:
 
     nothing = results[0]
     table = Table(title=f"{family}, medians over the frames", title_justify="left")
-    table.add_column("method")
+    table.add_column("method", min_width=18, no_wrap=True)
     for heading, *_ in _COLUMNS:
         table.add_column(heading, justify="right")
     table.add_column("worse, %", justify="right")
