@@ -120,6 +120,8 @@ RECORDS: Final = (
     _table("mechanisms", 5, program="mechanism"),
     _table("impairments", 3, program="impairment"),
     _table("mitigation", 3),
+    _table("published", 2),
+    _table("benchmark", 8),
     _table("diversity", 20),
     _table("ghosts", 15, program="ghost"),
     Record(

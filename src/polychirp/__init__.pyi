@@ -121,6 +121,15 @@ from polychirp.receiver.mitigation.blanking import Blanking as Blanking
 from polychirp.receiver.mitigation.autoregression import Autoregression as Autoregression
 from polychirp.receiver.mitigation.imat import Imat as Imat
 from polychirp.receiver.mitigation.stft_excision import StftExcision as StftExcision
+from polychirp.receiver.mitigation.interpolation import Interpolation as Interpolation
+from polychirp.receiver.mitigation.burg import Burg as Burg
+from polychirp.receiver.mitigation.matrix_pencil import MatrixPencil as MatrixPencil
+from polychirp.receiver.mitigation.nulling import Nulling as Nulling
+from polychirp.receiver.mitigation.stft_statistics import StftStatistics as StftStatistics
+from polychirp.receiver.mitigation.dual_sparsity import DualSparsity as DualSparsity
+from polychirp.receiver.mitigation.noise_canceller import NoiseCanceller as NoiseCanceller
+from polychirp.receiver.mitigation.ramp_minimum import RampMinimum as RampMinimum
+from polychirp.receiver.mitigation.low_rank_hankel import LowRankHankel as LowRankHankel
 
 # Data of a run
 from polychirp.model.scene import Scene as Scene

@@ -57,6 +57,35 @@ class Jittered(Spec):
 '''
 
 
+HALVES = '''
+"""A mitigation in a package of its own."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from polychirp.receiver.mitigation.base import Mitigated, with_weights
+from polychirp.spec import Spec
+
+
+@dataclass(frozen=True, kw_only=True)
+class FirstHalf(Spec):
+    """Keep the first part of every ramp.
+
+    Parameters
+    ----------
+    share : of a ramp that is kept
+    """
+
+    kind: Literal["first-half"] = "first-half"
+    share: float = 0.5
+
+    def mitigate(self, frame) -> Mitigated:
+        """The frame without the samples behind the first part."""
+        kept = frame.times.is_sample.cumsum(axis=1) <= self.share * frame.times.num_samples[:, None]
+        return with_weights(frame, kept & frame.times.is_sample)
+'''
+
+
 def install(folder: Path, *, module: str, text: str, entry_points: str) -> None:
     """Write a module and the metadata of a package ``module`` 1.0 into a folder of packages."""
     (folder / f"{module}.py").write_text(text, encoding="utf-8")

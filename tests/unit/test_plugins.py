@@ -13,12 +13,13 @@ from polychirp.errors import InputError
 from polychirp.model.ramp import RampSchedule
 from polychirp.plugins import plugged
 from polychirp.rng import Streams
+from polychirp.study.mitigation.own_methods import methods_named
 from polychirp.study.provenance import canonical_json
 from polychirp.study.restored import restored
 from polychirp.study.spec import Study, StudyRadar, schedules_of
 from polychirp.testing.conformance import check_waveform
 from polychirp.waveform import Sawtooth
-from tests.support.plugin_package import JITTERED, install
+from tests.support.plugin_package import HALVES, JITTERED, install
 from tests.support.small_study import SMALL_STUDY
 from tests.support.snippets import ROOT, blocks_of
 
@@ -127,6 +128,21 @@ def test_a_kind_that_exists_is_not_replaced(packages):
     )
     with pytest.raises(InputError, match="has the kind 'sawtooth', which exists already"):
         build(StudyRadar, {**RADAR, "waveform": {"kind": "sawtooth"}})
+
+
+def test_a_mitigation_of_another_package_is_in_study_files_and_in_the_benchmark(packages):
+    import tomllib
+
+    install(
+        packages,
+        module="halves",
+        text=HALVES,
+        entry_points="[polychirp.mitigations]\nfirst-half = halves:FirstHalf\n",
+    )
+    tables = with_defaults(tomllib.loads(SMALL_STUDY))
+    tables["receiver"] = {"kind": "coherent", "mitigation": {"kind": "first-half", "share": 0.25}}
+    assert build(Study, tables).receiver.mitigation.share == 0.25
+    assert methods_named((), ())["first-half"].share == 0.5
 
 
 # ── the conformance suite finds what it is for ────────────────────────────────

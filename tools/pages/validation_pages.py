@@ -20,6 +20,8 @@ from pathlib import Path
 from typing import Final
 
 from polychirp.errors import InputError
+from tools.pages.benchmark_table import RECORD as BENCHMARK
+from tools.pages.benchmark_table import benchmark_tables
 from tools.pages.diversity_table import RECORD as DIVERSITY
 from tools.pages.diversity_table import diversity_table
 from tools.pages.ghost_table import RECORD as GHOSTS
@@ -34,6 +36,8 @@ from tools.pages.mechanism_table import RECORD as MECHANISMS
 from tools.pages.mechanism_table import mechanism_table
 from tools.pages.mitigation_table import RECORD as MITIGATIONS
 from tools.pages.mitigation_table import mitigation_table
+from tools.pages.published_table import RECORD as PUBLISHED
+from tools.pages.published_table import published_table
 from tools.pages.receiver_table import RECORD as RECEIVER
 from tools.pages.receiver_table import receiver_tables
 from tools.pages.road_table import RECORD as ROADS
@@ -179,6 +183,8 @@ _RECORDED: Final = (
     ("mechanisms", MECHANISMS, mechanism_table),
     ("impairments", IMPAIRMENTS, impairment_table),
     ("mitigations", MITIGATIONS, mitigation_table),
+    ("published", PUBLISHED, published_table),
+    ("benchmark", BENCHMARK, benchmark_tables),
     ("diversity", DIVERSITY, diversity_table),
     ("statistics", STATISTICS, statistics_table),
     ("ghosts", GHOSTS, ghost_table),

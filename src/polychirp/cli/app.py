@@ -22,6 +22,8 @@ VERBS: Final = (
     "study",
     "compare",
     "roc",
+    "benchmark",
+    "dataset",
     "plot",
     "report",
     "export",

@@ -6,4 +6,5 @@ The modules in reading order; others use `formats`:
 - `columns`: detections, targets, paths and ramps as tables.
 - `stamps`: times as seconds and nanoseconds.
 - `csv_tables`, `matlab`, `hdf5`, `netcdf`, `sigmf_samples`, `osi`, `rosbag`: one format each.
+- `dataset_files`: datasets of frames in HDF5 and MATLAB files.
 """

@@ -28,7 +28,8 @@ from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
 from polychirp.receiver.angle.ambiguity import Window, ambiguities, unambiguous_window
 from polychirp.receiver.angle.beams import too_large
 from polychirp.receiver.angle.elements import Elements
-from polychirp.receiver.mitigation.bursts import BurstDetector
+from polychirp.receiver.mitigation.base import refuse_unfit
+from polychirp.receiver.mitigation.burst_repair import BurstRepair
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.range_doppler.subframes import has_subframes, unambiguous_span
 from polychirp.receiver.selection import (
@@ -214,6 +215,12 @@ def check(study: Study) -> Derived:
     for number in victim_indices(study):
         _need_readable(study, schedules[number], number=number)
         radar = study.radars[number]
+        refuse_unfit(
+            study.receiver.mitigation,
+            schedules[number],
+            is_real=radar.converter.is_real,
+            num_channels=radar.array.num_channels,
+        )
         if radar.converter.is_real:
             refuse_real_samples(study.receiver, schedules[number], radar=radar.name)
             _warn_of_folded_beats(radar, radars[number])
@@ -266,7 +273,7 @@ def _warn_of_receiver(study: Study, schedules: Sequence[RampSchedule]) -> None:
             warnings.warn(_limits_of_paper_receiver(schedule), ModelWarning, stacklevel=3)
         mitigation = study.receiver.mitigation
         shortest = float(schedule.duration.min())
-        if not isinstance(mitigation, BurstDetector):
+        if not isinstance(mitigation, BurstRepair):
             continue
         guard = mitigation.guard_time(radar.converter.sample_rate)
         if guard > GREATEST_GUARD * shortest:

@@ -25,6 +25,7 @@ from polychirp.receiver.mimo import (
     virtual_array,
     virtual_parts,
 )
+from polychirp.receiver.mitigation.base import refuse_unfit
 from polychirp.receiver.selection import (
     AnyReceiver,
     readable_elements,
@@ -127,6 +128,12 @@ def run_trial(
         radar = study.radars[victim]
         receiver = receiver_for(study.receiver, schedules[victim])
         readable_elements(receiver, scene.radars[victim].array, schedules[victim])
+        refuse_unfit(
+            study.receiver.mitigation,
+            schedules[victim],
+            is_real=radar.converter.is_real,
+            num_channels=scene.radars[victim].array.num_channels,
+        )
         if radar.converter.is_real:
             refuse_real_samples(study.receiver, schedules[victim], radar=radar.name)
     compile_parts(parts_of(study), progress=progress)

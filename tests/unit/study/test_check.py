@@ -8,13 +8,15 @@ import pytest
 
 from polychirp.channel.tracers.free_space import FreeSpace
 from polychirp.constants import SPEED_OF_LIGHT
-from polychirp.errors import InputError, ModelWarning, PhysicsError
+from polychirp.errors import CapabilityError, InputError, ModelWarning, PhysicsError
 from polychirp.frames import Pose
 from polychirp.model.front_end import Digitiser, FrontEnd, HighPass
 from polychirp.model.if_filter import IfFilter
 from polychirp.model.leakage import Bumper
 from polychirp.model.radar import Converter
+from polychirp.receiver.mitigation import RampMinimum
 from polychirp.study.check import check
+from polychirp.study.paper.scenarios import paper_study
 from polychirp.study.spec import (
     Study,
     StudyRadar,
@@ -299,4 +301,11 @@ def test_a_target_faster_than_chirps_tell_apart_is_named():
     )
     study = replace(STUDY, street=street, radars=(chirps,), targets=("bird",))
     with pytest.warns(ModelWarning, match="'bird' moves at 32 km/h .*another speed"):
+        check(study)
+
+
+def test_a_mitigation_that_needs_equal_ramps_is_refused_for_triangles():
+    study = paper_study("diverse", radars=("vehicle-2", "vehicle-4"))
+    study = replace(study, receiver=replace(study.receiver, mitigation=RampMinimum()))
+    with pytest.raises(CapabilityError, match="'ramp-minimum' compares range cells"):
         check(study)

@@ -1,11 +1,48 @@
-"""Receive-side mitigation: the methods a study file may name by their ``kind``."""
+"""Receive-side mitigation: the methods a study file may name by their ``kind``.
+
+The modules in reading order; others use the methods themselves, and `base.mitigated`:
+
+- `base`: the interface `Mitigation`, its result `Mitigated`, and refusals.
+- `burst_detectors`: which samples are hit; `burst_repair`: the settings of that step.
+- Methods that repair the samples that are hit: `blanking`, `interpolation`, `burg`,
+  `autoregression`, `matrix_pencil`, `imat`, `nulling`. `patches` are missing samples as linear
+  maps of known ones; `prediction` is linear prediction.
+- Methods on ramps with bursts, by spectra and planes: `stft_statistics`, `dual_sparsity`,
+  `noise_canceller`.
+- Methods that need no detector: `stft_excision` and `steady_lines`, `ramp_minimum`,
+  `low_rank_hankel`.
+"""
 
 from typing import Annotated
 
 from polychirp.receiver.mitigation.autoregression import Autoregression as Autoregression
 from polychirp.receiver.mitigation.blanking import Blanking as Blanking
+from polychirp.receiver.mitigation.burg import Burg as Burg
+from polychirp.receiver.mitigation.dual_sparsity import DualSparsity as DualSparsity
 from polychirp.receiver.mitigation.imat import Imat as Imat
+from polychirp.receiver.mitigation.interpolation import Interpolation as Interpolation
+from polychirp.receiver.mitigation.low_rank_hankel import LowRankHankel as LowRankHankel
+from polychirp.receiver.mitigation.matrix_pencil import MatrixPencil as MatrixPencil
+from polychirp.receiver.mitigation.noise_canceller import NoiseCanceller as NoiseCanceller
+from polychirp.receiver.mitigation.nulling import Nulling as Nulling
+from polychirp.receiver.mitigation.ramp_minimum import RampMinimum as RampMinimum
 from polychirp.receiver.mitigation.stft_excision import StftExcision as StftExcision
+from polychirp.receiver.mitigation.stft_statistics import StftStatistics as StftStatistics
 from polychirp.spec import ByKind
 
-AnyMitigation = Annotated[Blanking | Autoregression | Imat | StftExcision, ByKind()]
+AnyMitigation = Annotated[
+    Blanking
+    | Interpolation
+    | Burg
+    | Autoregression
+    | MatrixPencil
+    | Imat
+    | Nulling
+    | StftExcision
+    | StftStatistics
+    | DualSparsity
+    | NoiseCanceller
+    | RampMinimum
+    | LowRankHankel,
+    ByKind(group="polychirp.mitigations", method="mitigate"),
+]

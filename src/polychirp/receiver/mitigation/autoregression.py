@@ -10,13 +10,14 @@ from polychirp.axes import BoolArray, ComplexArray, IntArray
 from polychirp.errors import InputError
 from polychirp.model.if_frame import IfFrame
 from polychirp.receiver.mitigation.base import Mitigated
-from polychirp.receiver.mitigation.bursts import BurstDetector
+from polychirp.receiver.mitigation.burst_repair import BurstRepair
+from polychirp.receiver.mitigation.patches import Patch, gaps, patched
 from polychirp.receiver.mitigation.prediction import covariance_model
 from polychirp.units import Between
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Autoregression(BurstDetector):
+class Autoregression(BurstRepair):
     r"""Replace bursts by the interpolation of an autoregressive process from both sides.
 
     Echoes are tones, and P tones obey :math:`x_n = -\sum_{k=1}^{P} a_k x_{n-k}` exactly, forward
@@ -30,6 +31,8 @@ class Autoregression(BurstDetector):
     few (fewer than P on a side, or than a model needs). Gaps with fewer than P good samples between
     them are one gap. The filled samples repeat noise from around the gap, some decibels stronger if
     echoes are much stronger than noise, and the more so the longer the gap and the lower the order.
+
+    A gap of g samples takes some 4 g² (P + g/3) + 16 P³ real multiplications and 8 P g per channel.
 
     `Blanking` sets the bursts to zero instead.
 
@@ -45,7 +48,7 @@ class Autoregression(BurstDetector):
     longest_gap: float = 1.0
 
     def __post_init__(self) -> None:
-        BurstDetector.__post_init__(self)
+        BurstRepair.__post_init__(self)
         if self.order < 1:
             raise InputError("an autoregression's order must be 1 or more")
         if not self.longest_gap > 0:
@@ -54,58 +57,19 @@ class Autoregression(BurstDetector):
     def mitigate(self, frame: IfFrame) -> Mitigated:
         """The frame's samples with short gaps filled; other samples that are hit get weight 0."""
         hit = self.hit(frame)
-        patches: list[_Patch] = []
-        weight = (frame.times.is_sample & ~hit).astype(np.float64)
+        patches: list[Patch] = []
         for ramp in np.flatnonzero(hit.any(axis=1)):
             length = int(frame.times.num_samples[ramp])
             ramp_hit, samples = hit[ramp, :length], frame.samples[:, ramp, :length]
             for missing in gaps(ramp_hit, self.order):
                 if missing.size <= self.longest_gap * self.order:
                     patches.extend(_patch(int(ramp), samples, ramp_hit, missing, self.order))
-        for patch in patches:
-            weight[patch.ramp, patch.missing] = 1.0
-        is_good = weight > 0
-
-        def repair(samples: ComplexArray) -> ComplexArray:
-            out = samples * is_good
-            for patch in patches:
-                known = samples[..., patch.ramp, patch.known]
-                out[..., patch.ramp, patch.missing] = known @ patch.matrix.T
-            return np.asarray(out)
-
-        return Mitigated(samples=repair(frame.samples), weight=weight, repair=repair)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Patch:
-    """Missing samples of a ramp as a linear map ``matrix`` (missing, known) of known samples."""
-
-    ramp: int
-    missing: IntArray
-    known: IntArray
-    matrix: ComplexArray
-
-
-def gaps(hit: BoolArray, order: int) -> Iterator[IntArray]:
-    """Numbers of the missing samples of each gap that has good samples around it, on one ramp.
-
-    Gaps with fewer than ``order`` good samples between them are one gap; gaps with fewer than that
-    between them and an end of the ramp are left out. ``hit`` is the mask of missing samples.
-
-    >>> missing = np.isin(np.arange(12), [0, 4, 6])
-    >>> [gap.tolist() for gap in gaps(missing, 2)]
-    [[4, 6]]
-    """
-    missing = np.flatnonzero(hit)
-    apart = np.flatnonzero(np.diff(missing) > order) + 1
-    for gap in np.split(missing, apart):
-        if gap.size and gap[0] >= order and gap[-1] + order < hit.size:
-            yield gap
+        return patched(frame, hit, patches)
 
 
 def _patch(
     ramp: int, samples: ComplexArray, hit: BoolArray, missing: IntArray, order: int
-) -> Iterator[_Patch]:
+) -> Iterator[Patch]:
     """The patch of one gap; none if there are too few good samples around it."""
     reach = 4 * order
     near = slice(max(0, missing[0] - reach), missing[-1] + reach + 1)
@@ -114,7 +78,7 @@ def _patch(
         span = np.arange(missing[0] - order, missing[-1] + order + 1)
         known = np.setdiff1d(span, missing, assume_unique=True)
         matrix = interpolator(model, missing, known)
-        yield _Patch(ramp=ramp, missing=missing, known=known, matrix=matrix)
+        yield Patch(missing=(ramp, missing), known=(ramp, known), matrix=matrix)
 
 
 def interpolator(model: ComplexArray, missing: IntArray, known: IntArray) -> ComplexArray:

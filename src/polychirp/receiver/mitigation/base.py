@@ -9,6 +9,7 @@ import numpy as np
 
 from polychirp.axes import Axes, BoolArray, ComplexArray, FloatArray, Sealed
 from polychirp.model.if_frame import IfFrame
+from polychirp.model.ramp import RampSchedule
 
 Repair = Callable[[ComplexArray], ComplexArray]
 """A linear map of samples ``(…, channel, ramp, fast)`` onto samples of the same shape."""
@@ -18,9 +19,11 @@ Repair = Callable[[ComplexArray], ComplexArray]
 class Mitigated(Sealed):
     """A frame's samples after mitigation.
 
-    The operation is chosen from the whole frame and is then linear. So ``repair`` applied to each
-    part of the frame (echo, interference, noise) gives parts that still sum to ``samples``, from
-    which the ratio of signal to interference after mitigation follows exactly.
+    The operation is chosen from the whole frame and is then linear, or at least additive. So
+    ``repair`` applied to each part of the frame (echo, interference, noise) gives parts that still
+    sum to ``samples``, from which the ratio of signal to interference after mitigation follows
+    exactly. Methods that choose by iteration, such as `Imat`, keep the masks, poles or filters that
+    they chose, and apply these to the parts.
 
     Parameters
     ----------
@@ -58,6 +61,34 @@ def mitigated(mitigation: Mitigation | None, frame: IfFrame) -> Mitigated:
 @lru_cache(maxsize=2)
 def _mitigated(mitigation: Mitigation, frame: IfFrame) -> Mitigated:
     return mitigation.mitigate(frame)
+
+
+class Refusing(Protocol):
+    """Mitigation that cannot repair all frames, and says so before a long computation."""
+
+    def refuse(self, schedule: RampSchedule, *, is_real: bool, num_channels: int) -> None:
+        """Raise `CapabilityError` if it cannot repair frames of these ramps, samples, channels."""
+
+
+def refuse_unfit(
+    mitigation: Mitigation | None, schedule: RampSchedule, *, is_real: bool, num_channels: int
+) -> None:
+    """Refuse ramps, samples or an array that a mitigation cannot repair.
+
+    Raises
+    ------
+    CapabilityError
+        The mitigation needs equal ramps, complex samples or several channels.
+    """
+    refuse = getattr(mitigation, "refuse", None)
+    if refuse is not None:
+        refuse(schedule, is_real=is_real, num_channels=num_channels)
+
+
+def refuse_frame(mitigation: Refusing, frame: IfFrame) -> None:
+    """`Refusing.refuse` for a frame."""
+    is_real = not np.any(frame.samples.imag)
+    mitigation.refuse(frame.schedule, is_real=is_real, num_channels=len(frame.samples))
 
 
 def with_weights(frame: IfFrame, weight: BoolArray | FloatArray) -> Mitigated:

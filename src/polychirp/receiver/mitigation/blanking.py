@@ -9,12 +9,12 @@ from polychirp.axes import BoolArray, FloatArray
 from polychirp.errors import InputError
 from polychirp.model.if_frame import IfFrame
 from polychirp.receiver.mitigation.base import Mitigated, with_weights
-from polychirp.receiver.mitigation.bursts import BurstDetector
+from polychirp.receiver.mitigation.burst_repair import BurstRepair
 from polychirp.units import Seconds
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Blanking(BurstDetector):
+class Blanking(BurstRepair):
     r"""Leave out the samples that bursts of interference hit.
 
     Samples within ``taper`` (L samples) of a blanked one are weighted by a raised cosine
@@ -46,7 +46,7 @@ class Blanking(BurstDetector):
     taper: Seconds = 0.0
 
     def __post_init__(self) -> None:
-        BurstDetector.__post_init__(self)
+        BurstRepair.__post_init__(self)
         if self.taper < 0:
             raise InputError("a blanking taper cannot be negative; 0 s is none")
 

@@ -9,7 +9,7 @@ from polychirp.axes import BoolArray, ComplexArray
 from polychirp.errors import InputError
 from polychirp.model.if_frame import IfFrame
 from polychirp.receiver.mitigation.base import Mitigated
-from polychirp.receiver.mitigation.bursts import BurstDetector
+from polychirp.receiver.mitigation.burst_repair import BurstRepair
 from polychirp.receiver.mitigation.prediction import rms
 from polychirp.units import Between, Ratio, from_db
 
@@ -19,7 +19,7 @@ Chosen."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Imat(BurstDetector):
+class Imat(BurstRepair):
     r"""Replace bursts by an iterative method with adaptive thresholding (IMAT).
 
     Echoes are few lines in a ramp's spectrum. With the samples y, the mask m of the samples that
@@ -46,7 +46,7 @@ class Imat(BurstDetector):
     depth: Ratio = from_db(60.0)
 
     def __post_init__(self) -> None:
-        BurstDetector.__post_init__(self)
+        BurstRepair.__post_init__(self)
         if self.iterations < 2:
             raise InputError("IMAT needs 2 iterations or more, for its threshold to fall")
         if not self.depth > 1.0:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 
-from polychirp.axes import BoolArray, ComplexArray, FloatArray
+from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.errors import InputError
 from polychirp.model.if_frame import IfFrame
 from polychirp.receiver.detection.cfar import ordered_statistic_factor
@@ -177,18 +178,46 @@ class StftExcision(Spec):
 
     def gain(self, frame: IfFrame) -> FloatArray:
         """Amplitude factor, 0 … 1, of every cell ``(ramp, frequency, slice)``."""
-        transform = self._transform()
-        cells = transform.stft(frame.samples * frame.times.is_sample)
-        power = np.mean(cells.real**2 + cells.imag**2, axis=0)
+        power = self._power(frame)
         gain = np.ones(power.shape)
-        for k, length in enumerate(frame.times.num_samples):
-            first, last = whole_slices(transform, int(length))
+        for k, (first, last) in enumerate(self._inner_slices(frame)):
             if last > first:
                 inside = power[k, :, first:last]
-                gain[k, :, first:last] = self._cut(inside, self.above(inside, len(cells)))
+                above = self.above(inside, len(frame.samples))
+                gain[k, :, first:last] = self._cut(inside, above)
                 gain[k, :, :first] = gain[k, :, first : first + 1]
                 gain[k, :, last:] = gain[k, :, last - 1 : last]
         return gain
+
+    def hit_cells(self, frame: IfFrame) -> BoolArray:
+        """Mask of the cells above their thresholds, ``(ramp, frequency, slice)``.
+
+        Slices that reach beyond the ramp are treated like the nearest whole one.
+        """
+        power = self._power(frame)
+        hit = np.zeros(power.shape, dtype=np.bool_)
+        for k, (first, last) in enumerate(self._inner_slices(frame)):
+            if last > first:
+                hit[k, :, first:last] = self.above(power[k, :, first:last], len(frame.samples))
+                hit[k, :, :first] = hit[k, :, first : first + 1]
+                hit[k, :, last:] = hit[k, :, last - 1 : last]
+        return hit
+
+    def _power(self, frame: IfFrame) -> FloatArray:
+        """Mean power over the channels of every cell, ``(ramp, frequency, slice)``."""
+        if frame.times.most_samples < self.window:
+            raise InputError(
+                f"a ramp has {frame.times.most_samples} samples, and the window of the "
+                f"time-frequency plane {self.window}; use a window of "
+                f"{HOPS_PER_WINDOW * (frame.times.most_samples // HOPS_PER_WINDOW)} or less"
+            )
+        cells = self._transform().stft(frame.samples * frame.times.is_sample)
+        return np.asarray(np.mean(cells.real**2 + cells.imag**2, axis=0))
+
+    def _inner_slices(self, frame: IfFrame) -> list[tuple[int, int]]:
+        """`whole_slices` of every ramp."""
+        transform = self._transform()
+        return [whole_slices(transform, int(length)) for length in frame.times.num_samples]
 
     def above(self, power: FloatArray, channels: int) -> BoolArray:
         """Mask of a ramp's cells ``(frequency, slice)`` whose power exceeds the threshold.
@@ -221,11 +250,29 @@ class StftExcision(Spec):
         return cut
 
     def _transform(self) -> ShortTimeFFT:
-        from scipy.signal import ShortTimeFFT
-        from scipy.signal.windows import hann
+        return hann_transform(self.window)
 
-        window = hann(self.window, sym=False)
-        return ShortTimeFFT(window, self.window // HOPS_PER_WINDOW, fs=1.0, fft_mode="twosided")
+
+@lru_cache(maxsize=8)
+def hann_transform(window: int) -> ShortTimeFFT:
+    """Short-time transform with a Hann window of so many samples, an eighth of it apart."""
+    from scipy.signal import ShortTimeFFT
+    from scipy.signal.windows import hann
+
+    return ShortTimeFFT(
+        hann(window, sym=False), window // HOPS_PER_WINDOW, fs=1.0, fft_mode="twosided"
+    )
+
+
+def nearest_slices(window: int, length: int) -> IntArray:
+    """Index of the slice whose middle is nearest to each of ``length`` samples, ``(fast,)``.
+
+    >>> nearest_slices(16, 8)
+    array([3, 4, 4, 5, 5, 6, 6, 7])
+    """
+    transform = hann_transform(window)
+    number = (np.arange(length) + transform.hop // 2) // transform.hop - transform.p_min
+    return np.minimum(number, transform.p_max(length) - transform.p_min - 1)
 
 
 def whole_slices(transform: ShortTimeFFT, length: int) -> tuple[int, int]:

@@ -19,9 +19,9 @@ from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.range_doppler.transforms import (
     MOST_UNEVEN,
     repetition_interval,
-    unequal,
     unfit,
 )
+from polychirp.receiver.signal_model.equal_ramps import unequal
 
 LEAST_RAMPS: Final = 8
 """Least number of ramps of a subframe. Chosen: fewer tell no range rates apart behind the taper."""

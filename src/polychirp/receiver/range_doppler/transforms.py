@@ -28,14 +28,11 @@ from polychirp.errors import CapabilityError
 from polychirp.model.if_frame import IfFrame, SampleTimes
 from polychirp.model.ramp import RampSchedule
 from polychirp.model.spectra import RangeProfiles, RangeRateSpectra
+from polychirp.receiver.signal_model.equal_ramps import unequal
 from polychirp.receiver.signal_model.transmit_codes import CodeBlocks, code_blocks
 
 TAPER_SHAPE = 7.0
 """Kaiser's β of both transforms (chosen): side lobes 51 dB down, noise bandwidth 1.58 cells."""
-
-LARGEST_DIFFERENCE = 1e-6
-"""Greatest relative difference of ramps that count as equal. Chosen above the drift of a clock in a
-frame, 5e-7 at 10 ppm/s in 50 ms: it turns the phase of an echo from 50 m by 0.013 cycles."""
 
 MOST_UNEVEN = 1e-4
 """Greatest deviation of the ramps' starts from equal intervals, as a share of the interval. Chosen:
@@ -46,20 +43,6 @@ def taper(size: int) -> FloatArray:
     """Kaiser's window with the sum 1, so that a tone's amplitude is that of its spectral peak."""
     window = np.kaiser(size, TAPER_SHAPE)
     return np.asarray(window / window.sum())
-
-
-def unequal(schedule: RampSchedule) -> str:
-    """Reason why ramps do not count as equal, as the end of a sentence; empty if they do."""
-    if schedule.num_ramps < 2:
-        return "it has a single ramp"
-    for name, values in (
-        ("slope", schedule.slope),
-        ("start frequency", schedule.start_frequency),
-        ("duration", schedule.duration),
-    ):
-        if not np.allclose(values, values[0], rtol=LARGEST_DIFFERENCE, atol=0.0):
-            return f"its ramps differ in {name}"
-    return ""
 
 
 def unfit(schedule: RampSchedule) -> str:

@@ -1,0 +1,54 @@
+"""Repair of bursts: first a detector says which samples are hit, then a method repairs them."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from polychirp.axes import BoolArray
+from polychirp.errors import InputError
+from polychirp.model.if_frame import IfFrame
+from polychirp.receiver.mitigation.burst_detectors import AnyBurstDetector, MedianThreshold
+from polychirp.receiver.mitigation.burst_detectors.base import guard_time
+from polychirp.receiver.mitigation.burst_detectors.median_threshold import check_median_settings
+from polychirp.spec import Spec
+from polychirp.units import Between, Seconds
+
+_DEFAULT = MedianThreshold()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BurstRepair(Spec):
+    """Settings of the first step, which all repairs of bursts share: detection.
+
+    Parameters
+    ----------
+    factor, guard, whitening : settings of the default detector, `MedianThreshold`
+    detector : another detector, with settings of its own; None for the default one
+    """
+
+    factor: float = _DEFAULT.factor
+    guard: Seconds | None = None
+    whitening: Annotated[int, Between(greatest=1024)] = _DEFAULT.whitening
+    detector: AnyBurstDetector | None = None
+
+    def __post_init__(self) -> None:
+        own = (self.factor, self.guard, self.whitening)
+        check_median_settings(*own)
+        if self.detector is not None and own != (_DEFAULT.factor, None, _DEFAULT.whitening):
+            raise InputError(
+                "factor, guard and whitening are settings of the default detector; give them in "
+                "the table 'detector', or leave that table out"
+            )
+
+    def hit(self, frame: IfFrame) -> BoolArray:
+        """Mask of the samples that are hit, ``(ramp, fast)``; False in the padding of a ramp."""
+        default = MedianThreshold(factor=self.factor, guard=self.guard, whitening=self.whitening)
+        return (self.detector or default).hit(frame)
+
+    def guard_time(self, sample_rate: float) -> float:
+        """The detector's guard, s, if the converter takes ``sample_rate`` samples per second.
+
+        >>> BurstRepair().guard_time(20e6)
+        4e-07
+        """
+        guard = self.guard if self.detector is None else self.detector.guard
+        return guard_time(guard, sample_rate)

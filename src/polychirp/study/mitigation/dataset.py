@@ -1,0 +1,283 @@
+"""Datasets of interfered frames with their clean twins, stored as Zarr, one group per frame.
+
+A frame depends on the source, the seed and its number alone. Its group is written beside its place
+and moved there when it is complete: an interrupted run continues with the missing frames, and the
+bytes are the same for any number of workers.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import warnings
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.errors import InputError, RunError
+from polychirp.model.baseband import Progress, no_progress
+from polychirp.model.if_frame import IfFrame, IfParts
+from polychirp.rng import Streams
+from polychirp.scoring.burst_detection import hit_in_truth
+from polychirp.study.mitigation.engine_frames import frame_of_study
+from polychirp.study.mitigation.frame_sets import FRAME_SETS
+from polychirp.study.mitigation.measures import LEAST_RAMPS, measured_frame
+from polychirp.study.monte_carlo.grid import trial_seed
+from polychirp.study.monte_carlo.tasks import Outcome, Task, outcome_of
+from polychirp.study.provenance import canonical_json, versions
+from polychirp.study.spec import Study
+
+FORMAT: Final = "polychirp dataset, version 1"
+
+PRESETS: Final = FRAME_SETS["v1"]
+"""Kinds of frames by name, beside a study's: those of the benchmark, with other draws."""
+
+ARRAYS: Final[Mapping[str, tuple[tuple[str, ...], str, str]]] = {
+    "interfered": (("channel", "ramp", "fast"), "V", "samples of the radar"),
+    "clean": (("channel", "ramp", "fast"), "V", "the same without other radars"),
+    "noise_free": (("channel", "ramp", "fast"), "V", "echoes alone"),
+    "interference": (("channel", "ramp", "fast"), "V", "signals of other radars alone"),
+    "hit": (("ramp", "fast"), "", "interference exceeds the noise's mean power"),
+    "num_samples": (("ramp",), "", "samples on each ramp; the rest is padding"),
+    "first": (("ramp",), "s", "time of each ramp's first sample"),
+    "start_time": (("ramp",), "s", "start of each ramp"),
+    "start_frequency": (("ramp",), "Hz", "of each ramp"),
+    "slope": (("ramp",), "Hz/s", "of each ramp"),
+    "target_range": (("target",), "m", "of each target, in the middle of the frame"),
+    "target_range_rate": (("target",), "m/s", "positive: away; 0 for a single ramp of a preset"),
+    "target_azimuth": (("target",), "rad", "positive: left; 0 for presets of one channel"),
+    "target_is_visible": (("target",), "", "in sight of the radar"),
+    "path_transmitter": (("path",), "", "number of the radar that transmits; of a study only"),
+    "path_delay": (("path",), "s", "of each path to the radar"),
+    "path_gain": (("path",), "", "norm of its polarimetric transfer"),
+}
+"""Axes, unit and meaning of the arrays of a frame."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DatasetPlan:
+    """A dataset: its source, seed and number of frames.
+
+    Parameters
+    ----------
+    source : study, or name of one of `PRESETS`
+    """
+
+    source: Study | str
+    seed: int
+    num_frames: int
+
+    def __post_init__(self) -> None:
+        if self.num_frames < 1:
+            raise InputError(f"the number of frames is {self.num_frames}; use 1 or more")
+        if self.seed < 0:
+            raise InputError(f"seed: is {self.seed}; use 0 or more")
+
+    def header(self) -> dict[str, Any]:
+        """Everything on which the bytes of a frame depend, without the number of frames."""
+        source = self.source
+        return {
+            "format": FORMAT,
+            "preset": source if isinstance(source, str) else None,
+            "study": None if isinstance(source, str) else json.loads(canonical_json(source)),
+            "seed": self.seed,
+            "versions": versions(),
+            "arrays": {
+                name: {"axes": axes, "unit": unit, "meaning": meaning}
+                for name, (axes, unit, meaning) in ARRAYS.items()
+            },
+        }
+
+
+def write_dataset(
+    plan: DatasetPlan, folder: Path, *, workers: int = 1, progress: Progress = no_progress
+) -> int:
+    """Write the frames that ``folder`` lacks, and the data card; return how many were written.
+
+    Raises
+    ------
+    InputError
+        The folder holds another dataset, or other files.
+    RunError
+        A frame cannot be made or stored.
+    """
+    from polychirp.study.monte_carlo.executor import LocalWorkers
+
+    _prepare(plan, folder)
+    missing = [n for n in range(plan.num_frames) if not frame_folder(folder, n).is_dir()]
+    tasks = (Task(point=0, trial=n, seed=trial_seed(plan.seed, n)) for n in missing)
+    work = partial(_written, plan, folder)
+    outcomes: Iterator[Outcome]
+    outcomes = (
+        map(work, tasks) if workers == 1 else LocalWorkers(count=workers).compute(work, tasks)
+    )
+    progress("frames", 0, len(missing))
+    for number, outcome in enumerate(outcomes, start=1):
+        if outcome.failure:
+            raise RunError(
+                f"frame {outcome.task.trial} failed: {outcome.failure}; finished frames are kept"
+            )
+        progress("frames", number, len(missing))
+    (folder / "README.md").write_text(data_card(plan), encoding="utf-8")
+    return len(missing)
+
+
+def frame_folder(folder: Path, number: int) -> Path:
+    """Folder of a frame's Zarr group."""
+    return folder / f"frame-{number:06d}.zarr"
+
+
+def frame_arrays(plan: DatasetPlan, number: int) -> dict[str, NDArray[Any]]:
+    """All `ARRAYS` of a frame by name.
+
+    >>> arrays = frame_arrays(DatasetPlan(source="tu-delft", seed=1, num_frames=1), 0)
+    >>> sorted(set(ARRAYS) - set(arrays))
+    ['path_delay', 'path_gain', 'path_transmitter']
+    >>> bool(np.allclose(arrays["clean"] + arrays["interference"], arrays["interfered"], atol=1e-5))
+    True
+    """
+    seed = trial_seed(plan.seed, number)
+    if isinstance(plan.source, str):
+        frame, parts = PRESETS[plan.source](Streams(seed).of("dataset", plan.source))
+        return _samples(frame, parts) | _targets_of_map(frame, parts)
+    one = frame_of_study(replace(plan.source, seed=seed))
+    targets = {
+        "target_range": one.truth.range,
+        "target_range_rate": one.truth.range_rate,
+        "target_azimuth": one.truth.azimuth,
+        "target_is_visible": one.truth.is_visible,
+    }
+    paths = {
+        "path_transmitter": one.paths.transmitter,
+        "path_delay": one.paths.delay,
+        "path_gain": np.linalg.norm(one.paths.transfer, axis=(1, 2)),
+    }
+    return _samples(one.frame, one.parts) | targets | paths
+
+
+def data_card(plan: DatasetPlan) -> str:
+    """Content and origin of a dataset, as Markdown."""
+    source = (
+        f"the preset `{plan.source}`"
+        if isinstance(plan.source, str)
+        else f"the study `{plan.source.name}`, whose settings are in `dataset.json`"
+    )
+    rows = "\n".join(
+        f"| `{name}` | {', '.join(axes)} | {unit or '–'} | {meaning} |"
+        for name, (axes, unit, meaning) in ARRAYS.items()
+    )
+    return f"""# Simulated radar frames with interference
+
+{plan.num_frames} frames of {source}, seed {plan.seed}, made by polychirp {versions()["polychirp"]}.
+Every frame is a Zarr group, `frame-NUMBER.zarr`, of these arrays:
+
+| array | axes | unit | content |
+|---|---|---|---|
+{rows}
+
+Samples are complex64; `interfered` is `clean` plus `interference`, and `clean` is `noise_free` plus
+noise and leakage. All frames are simulated: none is recorded. Frames are drawn independently, so
+that any split by numbers separates training from tests. A study's targets are its bodies, seen from
+the radar; a preset's are the cells of its echoes' peaks, to a cell's resolution.
+"""
+
+
+def _samples(frame: IfFrame, parts: IfParts) -> dict[str, NDArray[Any]]:
+    interference = parts.interference
+    own = frame.schedule
+    return {
+        "interfered": frame.samples.astype(np.complex64),
+        "clean": (frame.samples - interference).astype(np.complex64),
+        "noise_free": parts.echo.astype(np.complex64),
+        "interference": interference.astype(np.complex64),
+        "hit": hit_in_truth(parts, frame.times.is_sample),
+        "num_samples": frame.times.num_samples,
+        "first": frame.times.first,
+        "start_time": own.start_time,
+        "start_frequency": own.start_frequency,
+        "slope": own.slope,
+    }
+
+
+def _targets_of_map(frame: IfFrame, parts: IfParts) -> dict[str, NDArray[Any]]:
+    """Places of the peaks of a preset's echoes; its ramps are equal."""
+    on = measured_frame(frame, parts)
+    row, column = on.objects.T
+    own, ramps = frame.schedule, frame.schedule.num_ramps
+    beat = (column + 1) * frame.times.rate / frame.times.most_samples
+    rate: NDArray[Any] = np.zeros(len(row))
+    if ramps >= LEAST_RAMPS:
+        cycles = np.fft.fftfreq(ramps)[row] / float(np.diff(own.start_time[:2])[0])
+        rate = 0.5 * cycles * SPEED_OF_LIGHT / float(own.centre_frequency[0])
+    return {
+        "target_range": 0.5 * SPEED_OF_LIGHT * beat / abs(float(own.slope[0])),
+        "target_range_rate": rate,
+        "target_azimuth": np.zeros(len(row)),
+        "target_is_visible": np.ones(len(row), dtype=np.bool_),
+    }
+
+
+def _prepare(plan: DatasetPlan, folder: Path) -> None:
+    """Make the folder with its header, or check that it holds frames of the same plan."""
+    header = json.dumps(plan.header(), indent=1, ensure_ascii=False) + "\n"
+    path = folder / "dataset.json"
+    if path.exists():
+        if path.read_text(encoding="utf-8") != header:
+            raise InputError(
+                f"'{folder}' holds a dataset of another source, seed or version; name another one"
+            )
+        return
+    if folder.is_dir() and any(folder.iterdir()):
+        raise InputError(f"'{folder}' holds other files; name an empty or a new folder")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        path.write_text(header, encoding="utf-8")
+    except OSError as error:
+        raise RunError(f"'{folder}' cannot be written: {error.strerror or error}") from error
+
+
+def _written(plan: DatasetPlan, folder: Path, task: Task) -> Outcome:
+    """Make and store the frame of a task."""
+
+    def store() -> str:
+        path = frame_folder(folder, task.trial)
+        unfinished = path.with_suffix(".unfinished")
+        shutil.rmtree(unfinished, ignore_errors=True)
+        _write_frame(unfinished, frame_arrays(plan, task.trial), number=task.trial)
+        unfinished.rename(path)
+        return path.name
+
+    return outcome_of(task, store)
+
+
+def _write_frame(path: Path, arrays: Mapping[str, NDArray[Any]], *, number: int) -> None:
+    import zarr
+    from zarr.codecs import BloscCodec
+
+    root = zarr.create_group(store=path, zarr_format=3)
+    root.attrs.update({"format": FORMAT, "frame": number})
+    for name, values in arrays.items():
+        axes, unit, _ = ARRAYS[name]
+        stored = root.create_array(
+            name,
+            shape=values.shape,
+            dtype=values.dtype,
+            chunks=tuple(max(1, length) for length in values.shape),
+            compressors=BloscCodec(
+                cname="lz4", shuffle="bitshuffle", typesize=values.dtype.itemsize
+            ),
+            dimension_names=axes,
+            attributes={"units": unit},
+            config={"write_empty_chunks": True},
+        )
+        if values.size:
+            stored[...] = values
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Consolidated metadata")
+        zarr.consolidate_metadata(path)

@@ -1,0 +1,138 @@
+"""The command ``polychirp dataset``."""
+
+import hashlib
+import json
+import re
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+import zarr
+
+from polychirp.cli.app import main
+from polychirp.study.mitigation.dataset import ARRAYS, PRESETS, DatasetPlan, frame_arrays
+from tests.support.small_study import SMALL_STUDY
+
+ROOT = Path(__file__).parents[3]
+
+
+def digests(folder):
+    return {
+        path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }
+
+
+def made(folder, *options, source="tu-delft"):
+    return main(["dataset", source, *options, "--out", str(folder)])
+
+
+def test_an_interrupted_dataset_continues_to_the_same_bytes(tmp_path):
+    whole, broken = tmp_path / "whole", tmp_path / "broken"
+    assert made(whole, "--frames", "3", "--workers", "1") == 0
+    assert made(broken, "--frames", "2", "--workers", "1") == 0
+    shutil.rmtree(broken / "frame-000000.zarr")
+    (broken / "frame-000001.unfinished").mkdir()
+    assert made(broken, "--frames", "3", "--workers", "1") == 0
+    shutil.rmtree(broken / "frame-000001.unfinished")
+    assert digests(broken) == digests(whole)
+
+
+@pytest.mark.slow
+def test_the_bytes_do_not_depend_on_the_number_of_workers(tmp_path):
+    one, two = tmp_path / "one", tmp_path / "two"
+    assert made(one, "--frames", "3", "--workers", "1") == 0
+    assert made(two, "--frames", "3", "--workers", "2") == 0
+    assert digests(one) == digests(two)
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_the_parts_of_a_presets_frame_sum_to_it(preset):
+    arrays = frame_arrays(DatasetPlan(source=preset, seed=3, num_frames=1), 0)
+    whole = arrays["interfered"]
+    error = np.abs(arrays["clean"] + arrays["interference"] - whole).max()
+    assert error < 1e-5 * np.abs(whole).max()
+    assert arrays["hit"].shape == whole.shape[1:]
+    quiet = np.abs(arrays["interference"])[:, ~arrays["hit"]]
+    loud = np.abs(arrays["interference"])[:, arrays["hit"]]
+    assert quiet.size == 0 or loud.size == 0 or np.median(quiet) < np.median(loud)
+    for name in arrays:
+        assert arrays[name].ndim == len(ARRAYS[name][0])
+
+
+def test_a_targets_place_is_that_of_its_beat():
+    """The strongest line of the noise-free samples lies at 2 b R/c, in the same cell."""
+    arrays = frame_arrays(DatasetPlan(source="toth", seed=5, num_frames=1), 0)
+    line = np.abs(np.fft.fft(arrays["noise_free"][0, 0] * np.hanning(960)))
+    cell = 299_792_458.0 * 20e6 / (2 * arrays["slope"][0] * 960)
+    assert np.abs(arrays["target_range"] - line[:480].argmax() * cell).min() < 0.6 * cell
+    assert np.abs(arrays["target_range_rate"]).max() < 0.5 * 3.9e-3 / (2 * 60e-6) * 1.01
+
+
+def test_a_study_gives_truth_and_paths(tmp_path):
+    study = tmp_path / "study.toml"
+    study.write_text(SMALL_STUDY, encoding="utf-8")
+    assert made(tmp_path / "out", "--frames", "1", "--workers", "1", source=str(study)) == 0
+    frame = zarr.open_group(tmp_path / "out" / "frame-000000.zarr", mode="r")
+    assert set(frame.array_keys()) == set(ARRAYS)
+    assert frame["target_range"].size >= 1
+    assert frame["path_delay"].size >= 1
+    card = (tmp_path / "out" / "README.md").read_text(encoding="utf-8")
+    assert all(f"`{name}`" in card for name in ARRAYS)
+    header = json.loads((tmp_path / "out" / "dataset.json").read_text(encoding="utf-8"))
+    assert header["study"]["radars"]
+
+
+def test_exports_have_the_same_numbers(tmp_path):
+    from scipy.io import loadmat
+
+    h5py = pytest.importorskip("h5py")
+    out = tmp_path / "out"
+    assert made(out, "--frames", "1", "--workers", "1", "--to", "mat") == 0
+    assert made(out, "--frames", "1", "--workers", "1", "--to", "hdf5") == 0
+    stored = zarr.open_group(out / "frame-000000.zarr", mode="r")["interfered"][...]
+    assert np.array_equal(loadmat(out / "frame-000000.mat")["interfered"], stored)
+    with h5py.File(out / "dataset.h5") as file:
+        assert np.array_equal(file["frame-000000/interfered"][...], stored)
+        assert file["frame-000000/interfered"].attrs["units"] == "V"
+
+
+def test_the_reader_of_the_page_gives_pairs(tmp_path):
+    """The twenty lines of docs/how-to/dataset.md, as they are printed there."""
+    page = (ROOT / "docs/how-to/dataset.md").read_text(encoding="utf-8")
+    program = re.search(r"```python\n(.*?)```", page, re.DOTALL).group(1)
+    assert len(program.splitlines()) <= 25
+    names = {}
+    exec(program, names)
+    assert made(tmp_path / "out", "--frames", "2", "--workers", "1") == 0
+    frames = names["Frames"](tmp_path / "out")
+    assert len(frames) == 2
+    interfered, clean = frames[1]
+    assert interfered.shape == clean.shape == (2, 1, 1, 4160)
+    assert interfered.dtype == np.float32
+    assert np.mean(np.sum(interfered**2, axis=0)) == pytest.approx(1.0, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("source", "options", "sentence"),
+    [
+        ("tuh-delft", [], "did you mean 'tu-delft'"),
+        ("tu-delft", ["--frames", "0"], "use 1 or more"),
+        ("tu-delft", ["--seed", "-1"], "use 0 or more"),
+    ],
+)
+def test_what_it_cannot_use_is_refused(source, options, sentence, tmp_path, capsys):
+    assert made(tmp_path / "out", *options, source=source) == 2
+    assert sentence in capsys.readouterr().err
+
+
+def test_a_folder_of_another_dataset_or_of_other_files_is_kept(tmp_path, capsys):
+    out = tmp_path / "out"
+    assert made(out, "--frames", "1", "--workers", "1") == 0
+    assert made(out, "--frames", "1", "--workers", "1", "--seed", "2") == 2
+    assert "another source, seed" in capsys.readouterr().err
+    (tmp_path / "notes.txt").write_text("mine", encoding="utf-8")
+    assert made(tmp_path, "--frames", "1", "--workers", "1") == 2
+    assert "other files" in capsys.readouterr().err

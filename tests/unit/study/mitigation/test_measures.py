@@ -1,0 +1,107 @@
+"""Measures of mitigation on frames whose answer is known."""
+
+import numpy as np
+import pytest
+
+from polychirp.receiver.mitigation.base import mitigated, with_weights
+from polychirp.rng import Streams
+from polychirp.study.mitigation.hand_frames import (
+    ChirpSequence,
+    HandInterferer,
+    HandTarget,
+    hand_frame,
+)
+from polychirp.study.mitigation.measures import local_maxima, measured_frame, measures
+from polychirp.study.mitigation.published import toth
+
+VICTIM = ChirpSequence(start_frequency=77e9, slope=2e13, num_ramps=32, interval=30e-6)
+OTHER = ChirpSequence(start_frequency=77.1e9, slope=1e13, num_ramps=32, interval=31e-6)
+
+
+def made(*, amplitude=30.0, interferers=1):
+    """A frame of 32 chirps with one target of 20 dB per sample."""
+    return hand_frame(
+        VICTIM,
+        num_samples=256,
+        sample_rate=10e6,
+        targets=[HandTarget(range=15.0, range_rate=4.0, amplitude=10.0)],
+        interferers=[HandInterferer(chirps=OTHER, start=0.0, amplitude=amplitude)] * interferers,
+        noise=1.0,
+        streams=Streams(3),
+    )
+
+
+def test_a_chirps_beat_is_the_derivative_of_its_phase():
+    time = np.arange(2000) / 50e6
+    cycles = OTHER.beat_cycles(VICTIM, -7e-6, time)
+    beat = OTHER.beat(VICTIM, -7e-6, time)
+    slope = np.diff(cycles, axis=1) * 50e6
+    middle = 0.5 * (beat[:, 1:] + beat[:, :-1])
+    inside = np.abs(np.diff(beat, axis=1)) < 1e6  # away from the starts of its chirps
+    assert np.abs(slope - middle)[inside].max() < 1.0
+
+
+def test_the_target_has_its_beat_and_the_parts_sum_to_the_frame():
+    frame, parts = made()
+    assert np.allclose(parts.samples.sum(axis=0), frame.samples)
+    spectrum = np.abs(np.fft.fft(parts.echo[0, 0]))
+    beat = 2 * 2e13 * 15.0 / 299_792_458.0
+    assert spectrum.argmax() == round(beat / 10e6 * 256)
+
+
+def test_the_clean_frame_has_no_error_and_the_snr_of_its_coherent_gain():
+    """100 times 8192 samples over two Hann windows' noise bandwidth of 1.5 each: 55.6 dB at the
+    peak; the mean of five cells of a Hann lobe (1 + 2/4) is 0.3 of it, −5.2 dB."""
+    frame, parts = made(interferers=0)
+    on = measured_frame(frame, parts)
+    found = measures(on, mitigated(None, on.clean))
+    assert len(on.objects) == 1
+    expected = 10 * np.log10(100.0 * 8192 / 2.25 * 0.3)
+    assert found["sinr_range"] == pytest.approx(expected, abs=1.5)
+    assert found["sinr_velocity"] == pytest.approx(expected, abs=2.5)
+    for name in ("evm", "phase_error", "floor_rise", "ghosts", "missed", "lost"):
+        assert found[name] == pytest.approx(0.0, abs=1e-12)
+    assert found["detection"] == 1.0
+
+
+def test_interference_raises_the_floor_by_its_power():
+    """Its mean power under the squares of both windows, as it spreads over all cells alike."""
+    frame, parts = made()
+    on = measured_frame(frame, parts)
+    found = measures(on, mitigated(None, frame))
+    hann = [np.sin(np.pi * (np.arange(n) + 0.5) / n) ** 4 for n in (32, 256)]
+    weight = np.outer(*hann) / np.outer(*hann).sum()
+    rise = 10 * np.log10(1.0 + np.sum(weight * np.abs(parts.interference[0]) ** 2))
+    assert found["floor_rise"] == pytest.approx(rise, abs=1.5)
+    assert found["sinr_range"] < 45.0
+    assert found["ghosts"] > 0
+
+
+def test_a_lost_half_of_the_samples_halves_the_amplitude():
+    """EVM 1/2 without phase error; all ramps lose the same samples."""
+    frame, parts = made(interferers=0)
+    on = measured_frame(frame, parts)
+    weight = np.ones((32, 256))
+    weight[:, ::2] = 0.0
+    found = measures(on, with_weights(on.clean, weight))
+    assert found["evm"] == pytest.approx(0.5, abs=0.01)
+    assert found["phase_error"] < 0.01
+    assert found["lost"] == 0.5
+
+
+def test_local_maxima_wrap_over_range_rate_and_not_over_range():
+    power = np.zeros((4, 5))
+    power[0, 2], power[3, 2], power[1, 0], power[1, 4] = 2.0, 3.0, 1.0, 1.0
+    peaks = local_maxima(power)
+    assert peaks[3, 2]
+    assert not peaks[0, 2]
+    assert peaks[1, 0]
+    assert peaks[1, 4]
+
+
+def test_equal_streams_give_equal_frames_and_the_interferers_cross():
+    first, parts = toth(Streams(4), num_ramps=8)
+    second, _ = toth(Streams(4), num_ramps=8)
+    assert np.array_equal(first.samples, second.samples)
+    share = np.mean(np.abs(parts.interference) > 0)
+    assert 0.0 < share < 0.5
