@@ -164,7 +164,7 @@ def side_lobes(seen: Observation, every: Replicas, tone: Replicas) -> FloatArray
 
 
 def folds(seen: Observation, first: Replicas, second: Replicas) -> FloatArray:
-    """What equal ramps add in phase of a tone at other beats, beyond its side lobes.
+    """Power that equal ramps add in phase of a tone at other beats, beyond its side lobes.
 
     It is relative to the tone's own power, as `side_lobes`; zero where all ramps differ:
     ``(first, second)``.
