@@ -26,7 +26,7 @@ def benchmark_picture(results: Sequence[MethodResult], *, title: str) -> Drawing
     loss = np.array(
         [[sinr[ORACLE, family] - sinr[method, family] for family in families] for method in methods]
     )
-    figure = new_figure(2.6 + 0.85 * len(families), 1.6 + 0.26 * len(methods))
+    figure = new_figure(2.9 + 0.85 * len(families), 1.9 + 0.26 * len(methods))
     axes = figure.subplots()
     image = axes.imshow(
         np.ma.masked_invalid(loss), vmin=0.0, vmax=GREATEST_LOSS, cmap="cividis_r", aspect="auto"
@@ -41,7 +41,7 @@ def benchmark_picture(results: Sequence[MethodResult], *, title: str) -> Drawing
     axes.set_yticks(range(len(methods)), methods)
     axes.grid(visible=False)
     figure.colorbar(image, label="Loss of SINR to the clean frame (dB)")
-    axes.set_title(title, size=10)
+    figure.suptitle(title, size=10)
     figure.set_layout_engine("constrained")
     return Drawing(figure=figure, data=_columns(methods, families, loss))
 
