@@ -9,7 +9,8 @@ The modules in reading order, each with the names that other packages may use:
 - `mounting`: places of radars on bumpers: `bumper_mount`.
 - `mesh_check`, `mesh_file`: meshes from and to files: `load_mesh`, `save_glb`, `TABLE_MATERIALS`.
 - `roadside`: walls of buildings, and meshes of trees: `upright`, `tree_mesh`.
-- `furniture`: guard rails, signs, bollards and kerbs: `AnyFurniture`.
+- `manhole`: covers of manholes and their frames: `ManholeCover`.
+- `furniture`: guard rails, signs, bollards, kerbs and manhole covers: `AnyFurniture`.
 - `articulated_bodies`: people and two-wheelers whose limbs and wheels move.
 - `road_users`: what a study file says of them: `Pedestrian`, `Bicycle`, `Motorcycle`.
 - `street`: what a study file may place: `Street`, `Vehicle`, `Building`, `Tree`, `Road`, `Point`.
