@@ -16,7 +16,7 @@ from polychirp.spec import ByKind, Spec
 from polychirp.traffic.manhole import ManholeCover
 from polychirp.traffic.roadside import FURNITURE_EDGE, turned, upright
 from polychirp.traffic.surface import Fineness, SurfaceBuilder
-from polychirp.traffic.vehicle import sheet
+from polychirp.traffic.vehicle_parts import sheet
 from polychirp.units import Metres, Radians, Unit
 
 BACK_COARSENESS: Final = 4.0
