@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from polychirp.channel.rcs import CrossSections
     from polychirp.model.mesh import Mesh
 
-BODIES: Final = ("sedan", "hatchback", "van", "truck")
+BODIES: Final = ("sedan", "hatchback", "van", "truck", "articulated-truck")
 SUFFIXES: Final = (".glb", ".obj", ".stl")
 """Names of the built-in bodies, and suffixes of the mesh files that can be read."""
 
@@ -45,8 +45,9 @@ def add_parser(subparsers: Any) -> None:
         help="compute the radar cross section of a mesh over aspect",
         description="Trace the monostatic echo of a body from all around, and print and plot its "
         "radar cross section: what the radar equation reads at that range. MESH is a file "
-        "(.glb, .obj, .stl) or one of sedan, hatchback, van, truck. Range, azimuth (0 = front, "
-        "positive left) and elevation count from the middle of the mesh's bounding box.",
+        "(.glb, .obj, .stl) or one of sedan, hatchback, van, truck, articulated-truck. Range, "
+        "azimuth (0 = front, positive left) and elevation count from the middle of the mesh's "
+        "bounding box.",
     )
     parser.add_argument("mesh", metavar="MESH", help="a mesh file or a built-in body")
     where = parser.add_mutually_exclusive_group()

@@ -1,4 +1,4 @@
-"""Street furniture: `GuardRail`, `TrafficSign`, `Bollard` and `Kerb`."""
+"""Street furniture: `GuardRail`, `TrafficSign`, `Bollard`, `Kerb` and `ManholeCover`."""
 
 import math
 from dataclasses import dataclass
@@ -13,13 +13,11 @@ from polychirp.frames import Pose
 from polychirp.model.mesh import Mesh, Plate
 from polychirp.model.scene import Actor
 from polychirp.spec import ByKind, Spec
-from polychirp.traffic.roadside import turned, upright
+from polychirp.traffic.manhole import ManholeCover
+from polychirp.traffic.roadside import FURNITURE_EDGE, turned, upright
 from polychirp.traffic.surface import Fineness, SurfaceBuilder
-from polychirp.traffic.vehicle import sheet
+from polychirp.traffic.vehicle_parts import sheet
 from polychirp.units import Metres, Radians, Unit
-
-FURNITURE_EDGE: Final = 0.05
-"""Longest edge of facets on flats of street furniture, m: as of vehicles."""
 
 BACK_COARSENESS: Final = 4.0
 """Factor on the edges of facets on the back of a guard rail; chosen: radars see its front."""
@@ -192,7 +190,7 @@ class Kerb(Spec):
         )
 
 
-Furniture = GuardRail | TrafficSign | Bollard | Kerb
+Furniture = GuardRail | TrafficSign | Bollard | Kerb | ManholeCover
 AnyFurniture = Annotated[Furniture, ByKind()]
 """A piece of street furniture, of the ``kind`` that a study file names."""
 

@@ -2,6 +2,7 @@
 
 import math
 from functools import cache
+from typing import Final
 
 import numpy as np
 
@@ -10,6 +11,9 @@ from polychirp.traffic.surface import Fineness, SurfaceBuilder
 
 WINDOW_SIZE = (1.2, 1.4)
 """Width and height of a building's windows, m; chosen, like the 0.9 m from the ground to them."""
+
+FURNITURE_EDGE: Final = 0.05
+"""Longest edge of facets on flats of street furniture, m: as of vehicles."""
 
 LEAF_EDGE = 0.25
 """Longest edge of a tree's facets, m; chosen: leaves scatter, so curvature matters little."""

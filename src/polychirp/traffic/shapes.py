@@ -1,4 +1,4 @@
-"""Dimensions of four vehicle bodies, chosen as typical of their classes; none is a real model."""
+"""Dimensions of four bodies of one piece, chosen as typical of their classes, not of a model."""
 
 from dataclasses import dataclass
 from typing import Final, Literal
@@ -9,7 +9,7 @@ from polychirp.axes import FloatArray
 from polychirp.traffic.outline import End
 from polychirp.traffic.shell import Profile, Window
 
-Body = Literal["sedan", "hatchback", "van", "truck"]
+Body = Literal["sedan", "hatchback", "van", "truck", "articulated-truck"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -20,6 +20,7 @@ from polychirp.traffic.furniture import AnyFurniture, Furniture
 from polychirp.traffic.mesh_file import load_mesh
 from polychirp.traffic.road_users import Bicycle, Motorcycle, Pedestrian, RoadUser
 from polychirp.traffic.roadside import WINDOW_SIZE, tree_mesh, upright
+from polychirp.traffic.semi_trailer import ARTICULATED_TRUCK
 from polychirp.traffic.shapes import Body
 from polychirp.traffic.vehicle import vehicle_mesh, vehicle_size
 from polychirp.units import Between, Metres, MetresPerSecond, Radians, SquareMetres, Unit
@@ -32,6 +33,9 @@ FacetEdge = Annotated[float, Unit("m", least="0 m", greatest="1 km")]
 
 Coarseness = Annotated[float, Between(least=0.0, greatest=1000.0)]
 """Factor on the edge lengths of facets on curved parts."""
+
+Articulation = Annotated[float, Unit("rad", least="-90 deg", greatest="90 deg")]
+"""Angle between a tractor and its semi-trailer, rad: the trailer's front clears the cab."""
 
 Extent = Annotated[float, Unit("m", least="0 m", greatest="10 km")]
 """Length, width or height of a road or a building, m."""
@@ -54,6 +58,8 @@ class Vehicle(Spec):
     up_axis : vertical axis of the file
     max_edge : greatest edge of facets on flat parts, m
     coarseness : factor on edges on curved parts, see `vehicle_mesh`
+    articulation : angle, rad, by which the semi-trailer of an "articulated-truck" is turned to the
+        left of the tractor, about its king pin; the vehicle keeps it while it drives straight
 
     Examples
     --------
@@ -73,8 +79,14 @@ class Vehicle(Spec):
     speed: MetresPerSecond = 0.0
     max_edge: FacetEdge = 0.05
     coarseness: Coarseness = 1.0
+    articulation: Articulation = 0.0
 
     def __post_init__(self) -> None:
+        if self.articulation and (self.mesh is not None or self.body != ARTICULATED_TRUCK):
+            raise InputError(
+                f"vehicle '{self.name}' has an articulation, but no trailer; leave it at 0 or use "
+                f"body = '{ARTICULATED_TRUCK}'"
+            )
         if not (self.max_edge > 0 and self.coarseness > 0 and self.scale > 0):
             raise InputError(
                 f"vehicle '{self.name}' needs a positive max_edge, coarseness and scale"
@@ -99,7 +111,12 @@ class Vehicle(Spec):
     def surface(self) -> Mesh:
         """The vehicle's mesh in its own frame."""
         if self.mesh is None:
-            return vehicle_mesh(self.body, max_edge=self.max_edge, coarseness=self.coarseness)
+            return vehicle_mesh(
+                self.body,
+                max_edge=self.max_edge,
+                coarseness=self.coarseness,
+                articulation=self.articulation,
+            )
         return _loaded(self.mesh, self.materials, self.scale, self.up_axis, self.max_edge)
 
     def actor(self) -> Actor:
@@ -113,9 +130,9 @@ class Vehicle(Spec):
         )
 
     def footprint(self) -> Footprint:
-        """Rectangle that the vehicle covers, without mirrors if its body is built in."""
+        """Rectangle around the vehicle, without mirrors if its body is built in and straight."""
         label = f"vehicle '{self.name}'"
-        if self.mesh is None:
+        if self.mesh is None and not self.articulation:
             length, width = vehicle_size(self.body)
             return label, _rectangle(self.pose, -length / 2, length / 2, -width / 2, width / 2)
         low, high = self.surface().vertex.min(axis=0), self.surface().vertex.max(axis=0)

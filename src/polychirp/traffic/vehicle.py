@@ -1,9 +1,7 @@
 """Parametric vehicles: curved shells of metal, glass, plastic and rubber, meshed for 79 GHz."""
 
-import math
-from dataclasses import dataclass, replace
-from functools import cache, partial
-from itertools import pairwise
+from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
@@ -11,9 +9,11 @@ from polychirp.axes import FloatArray
 from polychirp.errors import InputError
 from polychirp.model.mesh import Mesh
 from polychirp.traffic.outline import End, Outline
-from polychirp.traffic.shapes import SHAPES, Body, Shape, Tier, Wheels
+from polychirp.traffic.semi_trailer import ARTICULATED_TRUCK, TRACTOR, TRUCK_SIZE, coupled
+from polychirp.traffic.shapes import SHAPES, Body, Shape, Tier
 from polychirp.traffic.shell import Arch, Cabin, Cover, Shell, flank
 from polychirp.traffic.surface import Fineness, SurfaceBuilder, mirrored
+from polychirp.traffic.vehicle_parts import sheet, wheel, wheel_section
 
 LOWER_BODY_COARSENESS = 0.8
 """Factor on `edge_limit` for curves of the lower body (chosen: it gives a car's strongest echo)."""
@@ -31,7 +31,9 @@ BUMPER_GAP = 0.008
 """Distance of the bumpers' plastic from the metal beside it, m (chosen)."""
 
 
-def vehicle_mesh(body: Body, *, max_edge: float = 0.05, coarseness: float = 1.0) -> Mesh:
+def vehicle_mesh(
+    body: Body, *, max_edge: float = 0.05, coarseness: float = 1.0, articulation: float = 0.0
+) -> Mesh:
     """Surface of a ``body`` in the vehicle's frame; equal calls share one `Mesh`.
 
     The origin is on the ground below the middle of the length, x forward, y left, z up. Body,
@@ -43,15 +45,16 @@ def vehicle_mesh(body: Body, *, max_edge: float = 0.05, coarseness: float = 1.0)
 
     Parameters
     ----------
-    body : one of ``"sedan"``, ``"hatchback"``, ``"van"``, ``"truck"``
+    body : one of ``"sedan"``, ``"hatchback"``, ``"van"``, ``"truck"``, ``"articulated-truck"``
     max_edge : longest edge on flats, m
     coarseness : factor on the edges that `surface.edge_limit` allows on curves: 1 for echoes,
         about 4 for shadows and pictures
+    articulation : rad, of the semi-trailer of an articulated truck, see `coupled`
 
     Raises
     ------
     InputError
-        The body is unknown, or an edge is not positive.
+        The body is unknown, an edge is not positive, or a body without a trailer is articulated.
 
     Examples
     --------
@@ -61,16 +64,25 @@ def vehicle_mesh(body: Body, *, max_edge: float = 0.05, coarseness: float = 1.0)
     >>> mesh is vehicle_mesh("sedan", max_edge=0.2, coarseness=4.0)
     True
     """
-    return _mesh(body, max_edge, coarseness)
+    return _mesh(body, max_edge, coarseness, articulation)
 
 
 @cache
-def _mesh(body: Body, max_edge: float, coarseness: float) -> Mesh:
-    if body not in SHAPES:
-        raise InputError(f"there is no body '{body}'; choose among {', '.join(SHAPES)}")
+def _mesh(body: Body, max_edge: float, coarseness: float, articulation: float) -> Mesh:
+    known = (*SHAPES, ARTICULATED_TRUCK)
+    if body not in known:
+        raise InputError(f"there is no body '{body}'; choose among {', '.join(known)}")
     fine = Fineness(max_edge=max_edge, coarseness=coarseness)
-    shape = SHAPES[body]
-    lower, weak, wheel = (
+    if body == ARTICULATED_TRUCK:
+        return coupled(_one_piece(fine, TRACTOR), fine, articulation)
+    if articulation:
+        raise InputError(f"a {body} has no trailer; leave its articulation at 0")
+    return _one_piece(fine, SHAPES[body])
+
+
+def _one_piece(fine: Fineness, shape: Shape) -> Mesh:
+    """Surface of a vehicle of one piece."""
+    lower, weak, round_edges = (
         replace(fine, coarseness=factor * fine.coarseness)
         for factor in (LOWER_BODY_COARSENESS, BUMPER_COARSENESS, WHEEL_COARSENESS)
     )
@@ -83,13 +95,15 @@ def _mesh(body: Body, max_edge: float, coarseness: float) -> Mesh:
         _cabin(builder, fine, shape, tier)
     for axle, x in (("front", shape.wheels.front), ("rear", shape.wheels.rear)):
         flank_y = metal.outline.point(2, metal.outline.angle_at(np.array(x)))[1]
-        _wheel(builder, wheel, x, _wheel_section(shape.wheels, float(flank_y) - 0.015), axle)
+        wheel(builder, round_edges, x, wheel_section(shape.wheels, float(flank_y) - 0.015), axle)
     _mirror(builder, fine, shape)
     return mirrored(builder.mesh())
 
 
 def vehicle_size(body: Body) -> tuple[float, float]:
     """Length and width of a body without its mirrors, m."""
+    if body == ARTICULATED_TRUCK:
+        return TRUCK_SIZE[:2]
     return SHAPES[body].length, SHAPES[body].width
 
 
@@ -250,67 +264,6 @@ def _cabin(builder: SurfaceBuilder, fine: Fineness, shape: Shape, tier: Tier) ->
     cover.fill(builder, fine, ribs.upper_rim)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Ring:
-    """A circle about an axle, m; ``part`` and ``material`` are of the strip before it."""
-
-    radius: float
-    y: float
-    part: str
-    material: str
-
-
-def _wheel_section(wheels: Wheels, outer: float) -> tuple[Ring, ...]:
-    """Rings of a wheel from the inner to the outer end of its axle: rim, tyre, dished rim."""
-    inner, radius, rim, chamfer = outer - wheels.width, wheels.radius, 0.66 * wheels.radius, 0.025
-    metal = partial(Ring, part="rim", material="metal")
-    rubber = partial(Ring, part="wheel", material="rubber")
-    return (
-        metal(radius=0.0, y=inner + 0.03),
-        metal(radius=rim, y=inner + 0.03),
-        rubber(radius=rim, y=inner),
-        rubber(radius=radius - chamfer, y=inner),
-        rubber(radius=radius, y=inner + chamfer),
-        rubber(radius=radius, y=outer - chamfer),
-        rubber(radius=radius - chamfer, y=outer),
-        rubber(radius=rim, y=outer - 0.01),
-        metal(radius=rim - 0.02, y=outer - 0.05),
-        metal(radius=0.35 * rim, y=outer - 0.03),
-        metal(radius=0.25 * rim, y=outer - 0.015),
-        metal(radius=0.0, y=outer - 0.015),
-    )
-
-
-def _wheel(
-    builder: SurfaceBuilder, fine: Fineness, x: float, section: tuple[Ring, ...], axle: str
-) -> None:
-    """Add a closed wheel on the ground at ``x`` (m)."""
-    height = max(ring.radius for ring in section)
-    lines = [builder.line(_circle(fine, x, height, section[0]))]
-    for before, after in pairwise(section):
-        count = fine.steps(math.hypot(after.radius - before.radius, after.y - before.y))
-        for t in np.linspace(0, 1, count + 1)[1:]:
-            radius = before.radius + t * (after.radius - before.radius)
-            ring = replace(after, radius=radius, y=before.y + t * (after.y - before.y))
-            points = builder.line(_circle(fine, x, height, ring))
-            lines.append(points if radius < 1e-9 else np.append(points, points[0]))
-            builder.strip(
-                lines[-1], lines[-2], part=f"{after.part}-{axle}-left", material=after.material
-            )
-
-
-def _circle(fine: Fineness, x: float, z: float, ring: Ring) -> FloatArray:
-    """Points of a ring, ``(point, xyz)``; a single one on the axle."""
-    if ring.radius < 1e-9:
-        return np.array([[x, ring.y, z]])
-    length = 2 * math.pi * ring.radius
-    count = max(12, fine.steps(length, ring.radius))
-    turn = np.arange(count) * 2 * math.pi / count - math.pi / 2  # the first one is the lowest
-    return np.column_stack(
-        [x + ring.radius * np.cos(turn), np.full(count, ring.y), z + ring.radius * np.sin(turn)]
-    )
-
-
 def _mirror(builder: SurfaceBuilder, fine: Fineness, shape: Shape) -> None:
     """Add a mirror: a slightly convex sheet of glass in a faceted plastic housing."""
     mirror = shape.mirror
@@ -330,29 +283,3 @@ def _mirror(builder: SurfaceBuilder, fine: Fineness, shape: Shape) -> None:
 def _frame(x: float, right: float, left: float, low: float, high: float) -> FloatArray:
     """Corners of an upright rectangle, counter-clockwise seen from the front, m, ``(4, xyz)``."""
     return np.array([[x, right, low], [x, left, low], [x, left, high], [x, right, high]])
-
-
-def sheet(
-    builder: SurfaceBuilder,
-    fine: Fineness,
-    corners: FloatArray,
-    *,
-    part: str,
-    material: str,
-    bulge: float = 0.0,
-    radius: float = math.inf,
-) -> None:
-    """Add a bilinear sheet, its middle raised outwards by ``bulge`` (m).
-
-    ``corners`` are counter-clockwise seen from outside; ``radius`` (m) limits the edges.
-    """
-    a, b, c, d = corners
-    normal = np.cross(b - a, d - a)
-    normal /= np.linalg.norm(normal)
-    across = np.linspace(0, 1, fine.steps(float(np.linalg.norm(d - a)), radius) + 1)
-    along = np.linspace(0, 1, fine.steps(float(np.linalg.norm(b - a)), radius) + 1)[:, None]
-    lines = []
-    for v in across:
-        flat = (1 - v) * ((1 - along) * a + along * b) + v * ((1 - along) * d + along * c)
-        lines.append(builder.line(flat + 16 * bulge * v * (1 - v) * along * (1 - along) * normal))
-    builder.net(lines, part=part, material=material)
