@@ -130,6 +130,7 @@ from polychirp.receiver.mitigation.dual_sparsity import DualSparsity as DualSpar
 from polychirp.receiver.mitigation.noise_canceller import NoiseCanceller as NoiseCanceller
 from polychirp.receiver.mitigation.ramp_minimum import RampMinimum as RampMinimum
 from polychirp.receiver.mitigation.low_rank_hankel import LowRankHankel as LowRankHankel
+from polychirp.receiver.mitigation.complex_network import ComplexNetwork as ComplexNetwork
 
 # Data of a run
 from polychirp.model.scene import Scene as Scene

@@ -14,6 +14,7 @@ from polychirp.receiver.mitigation import (
     Autoregression,
     Blanking,
     Burg,
+    ComplexNetwork,
     DualSparsity,
     Imat,
     Interpolation,
@@ -61,7 +62,10 @@ ON_ANY_RAMPS = REPAIRS | {
     "dual sparsity": DualSparsity(),
     "noise canceller": NoiseCanceller(least_gain=1.0),
 }
-"""All methods that work ramp by ramp; the last ones remove only the bursts they are made for."""
+"""Methods that work ramp by ramp; the last ones remove only the bursts they are made for."""
+
+TRAINED = {"complex network": ComplexNetwork()}
+"""Methods that work ramp by ramp and also take strong echoes of a clean frame for bursts."""
 
 ON_EQUAL_RAMPS = {"ramp minimum": RampMinimum(), "burg along ramps": Burg(along="ramps", order=4)}
 """Methods that compare ramps, which must be equal."""
@@ -86,12 +90,12 @@ def method(request):
     return request.param
 
 
-@pytest.fixture(params=params(ON_ANY_RAMPS))
+@pytest.fixture(params=params(ON_ANY_RAMPS | TRAINED))
 def ramp_method(request):
     return request.param
 
 
-@pytest.fixture(params=params(ON_ANY_RAMPS | ON_EQUAL_RAMPS))
+@pytest.fixture(params=params(ON_ANY_RAMPS | TRAINED | ON_EQUAL_RAMPS))
 def chirp_method(request):
     return request.param
 
@@ -143,12 +147,20 @@ def test_bursts_go_and_echoes_stay(method):
         assert error < 0.05
 
 
-def test_a_frame_without_interference_is_not_touched(ramp_method):
-    method = ramp_method
+@pytest.mark.parametrize("method", params(ON_ANY_RAMPS))
+def test_a_frame_without_interference_is_not_touched(method):
     frame = frame_of(RAMPS, POINTS)
     cleaned = mitigated(method, frame)
     assert np.array_equal(cleaned.weight, frame.times.is_sample)
     assert cleaned.samples == pytest.approx(frame.samples, abs=1e-9)
+
+
+def test_the_network_touches_a_clean_frame_of_strong_echoes_as_its_page_says():
+    """On these ramps, which no training frame resembles, up to 5 % of the samples change."""
+    frame = frame_of(RAMPS, POINTS)
+    cleaned = ComplexNetwork().mitigate(frame)
+    change = np.any(np.abs(cleaned.samples - frame.samples) > 1e-9, axis=0)
+    assert 0.0 < np.mean(change[frame.times.is_sample]) < 0.05
 
 
 def test_nothing_is_present_in_the_padding_or_without_weight(ramp_method):
@@ -304,6 +316,8 @@ def test_a_noise_canceller_refuses_real_samples_and_nulling_one_channel():
         (lambda: NoiseCanceller(taps=0), "tap"),
         (lambda: Nulling(least_excess=1.0), "excess"),
         (lambda: LowRankHankel(rank=0), "rank"),
+        (lambda: ComplexNetwork(kept_above=0.0), "share"),
+        (lambda: ComplexNetwork(longest_mask=1.1), "share"),
     ],
 )
 def test_settings_that_cannot_be_are_refused(make, word):

@@ -10,7 +10,7 @@ The modules in reading order; others use the methods themselves, and `base.mitig
 - Methods on ramps with bursts, by spectra and planes: `stft_statistics`, `dual_sparsity`,
   `noise_canceller`.
 - Methods that need no detector: `stft_excision` and `steady_lines`, `ramp_minimum`,
-  `low_rank_hankel`.
+  `low_rank_hankel`, and the trained `complex_network` with its `network_layers`.
 """
 
 from typing import Annotated
@@ -18,6 +18,7 @@ from typing import Annotated
 from polychirp.receiver.mitigation.autoregression import Autoregression as Autoregression
 from polychirp.receiver.mitigation.blanking import Blanking as Blanking
 from polychirp.receiver.mitigation.burg import Burg as Burg
+from polychirp.receiver.mitigation.complex_network import ComplexNetwork as ComplexNetwork
 from polychirp.receiver.mitigation.dual_sparsity import DualSparsity as DualSparsity
 from polychirp.receiver.mitigation.imat import Imat as Imat
 from polychirp.receiver.mitigation.interpolation import Interpolation as Interpolation
@@ -43,6 +44,7 @@ AnyMitigation = Annotated[
     | DualSparsity
     | NoiseCanceller
     | RampMinimum
-    | LowRankHankel,
+    | LowRankHankel
+    | ComplexNetwork,
     ByKind(group="polychirp.mitigations", method="mitigate"),
 ]

@@ -254,14 +254,12 @@ class StftExcision(Spec):
 
 
 @lru_cache(maxsize=8)
-def hann_transform(window: int) -> ShortTimeFFT:
-    """Short-time transform with a Hann window of so many samples, an eighth of it apart."""
+def hann_transform(window: int, hops: int = HOPS_PER_WINDOW) -> ShortTimeFFT:
+    """Short-time transform with Hann windows of so many samples, 1/``hops`` of one apart."""
     from scipy.signal import ShortTimeFFT
     from scipy.signal.windows import hann
 
-    return ShortTimeFFT(
-        hann(window, sym=False), window // HOPS_PER_WINDOW, fs=1.0, fft_mode="twosided"
-    )
+    return ShortTimeFFT(hann(window, sym=False), window // hops, fs=1.0, fft_mode="twosided")
 
 
 def nearest_slices(window: int, length: int) -> IntArray:

@@ -10,6 +10,7 @@ from polychirp.receiver.mitigation import (
     Autoregression,
     Blanking,
     Burg,
+    ComplexNetwork,
     DualSparsity,
     Imat,
     Interpolation,
@@ -45,6 +46,7 @@ METHODS: Final[Mapping[str, Mitigation]] = {
     "noise-canceller": NoiseCanceller(),
     "ramp-minimum": RampMinimum(),
     "low-rank-hankel": LowRankHankel(),
+    "complex-network": ComplexNetwork(),
 }
 """Methods of polychirp with the settings that are compared, by name."""
 
