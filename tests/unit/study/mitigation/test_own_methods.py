@@ -1,12 +1,9 @@
 """Methods by name."""
 
-from types import SimpleNamespace
-
 import pytest
 
 from polychirp.errors import InputError
 from polychirp.receiver.mitigation import Blanking, Imat
-from polychirp.study.mitigation import own_methods
 from polychirp.study.mitigation.own_methods import METHODS, SLOW_METHODS, methods_named
 
 PLACE = "polychirp.receiver.mitigation:Imat"
@@ -22,13 +19,6 @@ def test_a_method_of_a_users_own_is_found_by_its_place():
         "blanking": Blanking(),
         "mine": Imat(),
     }
-
-
-def test_packages_offer_methods_by_entry_points(monkeypatch):
-    entry = SimpleNamespace(name="theirs", value=PLACE)
-    monkeypatch.setattr(own_methods, "entry_points", lambda group: [entry] if group else [])
-    assert methods_named(("theirs",), ()) == {"theirs": Imat()}
-    assert "theirs" in methods_named((), ())
 
 
 @pytest.mark.parametrize(
