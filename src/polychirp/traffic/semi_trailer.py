@@ -14,8 +14,8 @@ import numpy as np
 from polychirp.axes import FloatArray
 from polychirp.model.mesh import Mesh
 from polychirp.traffic.outline import End
-from polychirp.traffic.shapes import Mirror, Shape, Tier, Wheels
-from polychirp.traffic.shell import Profile, Window
+from polychirp.traffic.shapes import TRUCK, Mirror, Tier, Wheels
+from polychirp.traffic.shell import Window
 from polychirp.traffic.surface import Fineness, SurfaceBuilder, mirrored
 from polychirp.traffic.vehicle_parts import sheet, wheel, wheel_section
 
@@ -47,26 +47,17 @@ UNSEEN_COARSENESS: Final = 3.0
 """Factor on the edges of roof and floor, which radars near the road do not see; as the floor of
 other bodies."""
 
-TRACTOR: Final = Shape(
+TRACTOR: Final = replace(
+    TRUCK,
     length=6.0,
     width=2.5,
-    side=60.0,
-    widest=0.0,
-    shoulder=0.015,
     deck=((3.0, 1.02), (2.5, 1.07), (1.9, 1.12), (0.5, 1.14), (-2.8, 1.14)),
-    deck_crown=12.0,
     metal_front=End(x=2.55, radius=3.4, corner=0.24),
     metal_rear=End(x=-2.85, radius=4.4, corner=0.2),
     skin_front=End(x=3.0, radius=3.2, corner=0.34),
     skin_rear=End(x=-3.0, radius=4.0, corner=0.28),
-    front=Profile(sill=0.38, radius=0.4, waist=0.68, inset=0.2),
-    flank=Profile(sill=0.36, radius=8.0, waist=0.64, inset=0.03),
-    rear=Profile(sill=0.42, radius=0.4, waist=0.72, inset=0.2),
-    skin_front_profile=Profile(sill=0.33, radius=0.55, waist=0.64, inset=0.14),
-    skin_rear_profile=Profile(sill=0.38, radius=0.3, waist=0.55, inset=0.06),
     front_bumper_stop=2.3,
     rear_bumper_start=-2.6,
-    rear_bumper_top=0.72,
     bonnet_stop=2.3,
     boot_start=-2.8,
     wheels=Wheels(front=1.6, rear=-2.1, radius=0.47, width=0.315, gap=0.045),
@@ -94,7 +85,8 @@ TRACTOR: Final = Shape(
         ),
     ),
 )
-"""The tractor in its own frame; its metal deck takes the place of the frame and the coupling."""
+"""The tractor in its own frame, with sills and bumpers of the truck; its metal deck takes the place
+of the frame and the coupling."""
 
 
 def coupled(tractor: Mesh, fine: Fineness, articulation: float) -> Mesh:

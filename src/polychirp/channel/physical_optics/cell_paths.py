@@ -89,43 +89,31 @@ def cell_paths(
     first cell, ``(combination,)``; ``moments`` ``(combination, cell, moment)`` are as
     `sum_in_cells` gives them.
     """
-    power = np.max(np.abs(moments[:, :, TRANSFER]), axis=-1, initial=0.0) ** 2
-    strongest = np.max(power, axis=1, keepdims=True, initial=0.0)
-    number, cell = np.nonzero((power > 0) & (power * world.dynamic_range >= strongest))
+    number, cell = _strong_cells(moments, world.dynamic_range)
     if not len(number):
         return no_paths(world.scene, world.frequency)
     sums = moments[number, cell]
-    ends = [
-        path_ends([pair[side] for pair in combinations], world, body).select(number)
-        for side in (0, 1)
-    ]
+    views = zip(*combinations, strict=True)
+    ends = [path_ends(list(side), world, body).select(number) for side in views]
     middle = np.asarray((first_cell[number] + cell) * CELL_LENGTH, dtype=np.float64)
     length, ways = _means(sums, middle, ends, world.rotation[body])
     velocity = [end.velocity for end in ends]
     rate = _dot(ways[0], velocity[0]) + _dot(ways[1], velocity[1])
-    transfer = (
-        sums[:, TRANSFER].reshape(-1, 2, 2) * np.exp(1j * world.wavenumber * length)[:, None, None]
-    )
-    local = [one @ world.rotation[body] for one in velocity]
-    coherence, drift = _coherence_and_drift(sums, local, rate, world.wavenumber)
+    phasor = np.exp(1j * world.wavenumber * length)[:, None, None]
+    transfer = sums[:, TRANSFER].reshape(-1, 2, 2) * phasor
+    in_body = [one @ world.rotation[body] for one in velocity]
+    coherence, drift = _coherence_and_drift(sums, in_body, rate, world.wavenumber)
     bends = [_bends(end, way) for end, way in zip(ends, ways, strict=True)]
-    for side, bend in enumerate(bends):
-        if bend is not None:
-            velocity = world.velocity[body] - bend.velocity
-            ends[side] = ends[side]._replace(image=bend.image, velocity=velocity)
-    velocity = [end.velocity for end in ends]
-    rate = _dot(ways[0], velocity[0]) + _dot(ways[1], velocity[1])
+    ends = [_at_edges(end, bend, world, body) for end, bend in zip(ends, bends, strict=True)]
+    rate = _dot(ways[0], ends[0].velocity) + _dot(ways[1], ends[1].velocity)
     point = _ellipse_point(ends[0].image, ends[1].image, ways[0], length)
     legs = [point - end.image for end in ends]
+    acceleration = range_acceleration(legs[0], ends[0].velocity)
+    acceleration = acceleration + range_acceleration(legs[1], ends[1].velocity)
     lengths = [np.linalg.norm(leg, axis=-1) for leg in legs]
-    acceleration = range_acceleration(legs[0], velocity[0])
-    acceleration = acceleration + range_acceleration(legs[1], velocity[1])
-    turns, leaving = [], []
-    for end, bend, way, far in zip(ends, bends, ways, lengths, strict=True):
+    for end, way, far in zip(ends, ways, lengths, strict=True):
         drift -= _dot(way, end.velocity) / far
-        turn = turning(way, far, end.velocity)
-        leaving.append(_departure(world, end, way) if bend is None else bend.departure)
-        turns.append(_departure(world, end, turn) if bend is None else bend.departure_rate)
+    at_radar = [_at_radar(world, *one) for one in zip(ends, bends, ways, lengths, strict=True)]
     actor = np.full(len(number), world.body[body])
 
     def table(order: tuple[int, int], matrix: ComplexArray) -> PropagationPaths:
@@ -137,11 +125,11 @@ def cell_paths(
             delay=length / SPEED_OF_LIGHT,
             delay_rate=rate / SPEED_OF_LIGHT,
             transfer=matrix,
-            departure=leaving[order[0]],
-            arrival=leaving[order[1]],
+            departure=at_radar[order[0]][0],
+            arrival=at_radar[order[1]][0],
             transfer_drift=drift,
-            departure_rate=turns[order[0]],
-            arrival_rate=turns[order[1]],
+            departure_rate=at_radar[order[0]][1],
+            arrival_rate=at_radar[order[1]][1],
             bounces=[
                 *_end_bounce(world, sender, bends[order[0]], point),
                 (Bounce.SCATTERING, actor, point),
@@ -151,14 +139,38 @@ def cell_paths(
             delay_acceleration=acceleration / SPEED_OF_LIGHT,
         )
 
-    there = table((0, 1), transfer)
-    back = table((1, 0), np.swapaxes(transfer, 1, 2))
     is_two_way = np.array([a is not b for a, b in combinations])[number]
-    return gather([there, back.select(is_two_way)])
+    back = table((1, 0), np.swapaxes(transfer, 1, 2)).select(is_two_way)
+    return gather([table((0, 1), transfer), back])
+
+
+def _strong_cells(moments: ComplexArray, dynamic_range: float) -> tuple[IntArray, IntArray]:
+    """Numbers of the combinations and of the cells of the paths that are not left out."""
+    power = np.max(np.abs(moments[:, :, TRANSFER]), axis=-1, initial=0.0) ** 2
+    strongest = np.max(power, axis=1, keepdims=True, initial=0.0)
+    number, cell = np.nonzero((power > 0) & (power * dynamic_range >= strongest))
+    return number, cell
 
 
 def _dot(one: FloatArray, other: FloatArray) -> FloatArray:
     return np.asarray(np.sum(one * other, axis=-1))
+
+
+def _at_edges(end: PathEnds, bend: Unfolded | None, world: World, body: int) -> PathEnds:
+    """The ends of paths with the images that the body sees over edges, if they bend."""
+    if bend is None:
+        return end
+    return end._replace(image=bend.image, velocity=world.velocity[body] - bend.velocity)
+
+
+def _at_radar(
+    world: World, end: PathEnds, bend: Unfolded | None, way: FloatArray, length: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Directions of paths at the radar, and their rates, 1/s: both ``(path, xyz)``."""
+    if bend is not None:
+        return bend.departure, bend.departure_rate
+    turn = turning(way, length, end.velocity)
+    return _departure(world, end, way), _departure(world, end, turn)
 
 
 def _departure(world: World, end: PathEnds, direction: FloatArray) -> FloatArray:

@@ -21,9 +21,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from polychirp.axes import BoolArray
 from polychirp.receiver.coherent.least_squares import mixed
 from polychirp.receiver.coherent.observation import Observation
+from polychirp.receiver.coherent.overlap import LEAST_REDUNDANCY, overlaps_another
 from polychirp.receiver.coherent.points import Points
 from polychirp.receiver.coherent.replicas import Replicas, correlations, products
 from polychirp.receiver.coherent.residual import Residual
@@ -36,12 +36,6 @@ LEAST_GAIN_OF_GROWTH = 5.0
 """Fall of the residual's power, in units of a point's floor, from which growths change; chosen:
 noise makes one of 1/2 for each."""
 
-LEAST_OF_SAME = 1.0 - 1e-9
-"""Correlation from which two signals are that of one point; rounding makes some 1e-15."""
-
-LEAST_OVERLAP = 0.3
-"""Correlation with another point from which a point has no growth of its own; chosen."""
-
 
 def grown(seen: Observation, residual: Residual, points: Points) -> tuple[Points, bool]:
     """Points of which strong ones have the growths that fit best, and if any has changed.
@@ -51,8 +45,10 @@ def grown(seen: Observation, residual: Residual, points: Points) -> tuple[Points
     """
     elapsed = seen.middle - seen.model.time
     measured = np.sqrt(2.0 * points.power) * float(np.std(elapsed)) * GROWTH_DEVIATION
+    if not np.any(measured > 1.0):
+        return points, False
     every = Replicas.of(seen, points)
-    chosen = np.flatnonzero((measured > 1.0) & ~np.any(overlaps(seen, every, every), axis=1))
+    chosen = np.flatnonzero((measured > 1.0) & ~overlaps_another(seen, every))
     if not chosen.size:
         return points, False
     here = every[chosen]
@@ -75,13 +71,8 @@ def grown(seen: Observation, residual: Residual, points: Points) -> tuple[Points
     return replace(points, growth=growth, amplitude=amplitude), True
 
 
-def overlaps(seen: Observation, first: Replicas, second: Replicas) -> BoolArray:
-    """Mask of pairs of different points that overlap, ``(first, second)``."""
-    coupling = correlations(seen, first, second)
-    return np.asarray((coupling > LEAST_OVERLAP) & (coupling < LEAST_OF_SAME), dtype=np.bool_)
-
-
 def without_growth(seen: Observation, points: Points, fresh: Points) -> Points:
     """Points of which those that overlap new ones, ``fresh``, have no growth of their own."""
-    shared = overlaps(seen, Replicas.of(seen, points), Replicas.of(seen, fresh))
-    return replace(points, growth=np.where(np.any(shared, axis=1), 0.0, points.growth))
+    coupling = correlations(seen, Replicas.of(seen, points), Replicas.of(seen, fresh))
+    is_shared = np.any(coupling > LEAST_REDUNDANCY, axis=1)
+    return replace(points, growth=np.where(is_shared, 0.0, points.growth))

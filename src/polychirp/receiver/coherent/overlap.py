@@ -9,8 +9,18 @@ from polychirp.receiver.coherent.replicas import Replicas, correlations
 LEAST_COUPLING = 0.1
 """Least correlation of the signals of two points that are fitted together; chosen."""
 
+LEAST_REDUNDANCY = 0.3
+"""Correlation from which two points overlap much: one may be redundant, and they share a cell;
+chosen."""
+
 MOST_TOGETHER = 8
 """Greatest number of points in a group; chosen: steps of larger groups take long."""
+
+
+def overlaps_another(seen: Observation, points: Replicas) -> BoolArray:
+    """Mask of the points that overlap much with another, ``(point,)``."""
+    coupling = correlations(seen, points, points) - np.eye(len(points))
+    return np.asarray(np.any(coupling > LEAST_REDUNDANCY, axis=1), dtype=np.bool_)
 
 
 def groups_of(seen: Observation, points: Replicas) -> list[IntArray]:

@@ -8,8 +8,8 @@ import numpy as np
 from polychirp.axes import ComplexArray, FloatArray
 from polychirp.receiver.coherent.least_squares import inverse_of, mixed
 from polychirp.receiver.coherent.observation import Observation
+from polychirp.receiver.coherent.overlap import LEAST_REDUNDANCY
 from polychirp.receiver.coherent.points import Points
-from polychirp.receiver.coherent.refinement import LEAST_REDUNDANCY
 from polychirp.receiver.coherent.replicas import Replicas, correlations, total_products
 from polychirp.receiver.coherent.residual import Residual
 

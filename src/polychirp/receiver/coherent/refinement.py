@@ -8,7 +8,12 @@ from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.receiver.coherent.growth import grown, without_growth
 from polychirp.receiver.coherent.least_squares import mixed, sines
 from polychirp.receiver.coherent.observation import Observation
-from polychirp.receiver.coherent.overlap import LEAST_COUPLING, groups_of
+from polychirp.receiver.coherent.overlap import (
+    LEAST_COUPLING,
+    LEAST_REDUNDANCY,
+    groups_of,
+    overlaps_another,
+)
 from polychirp.receiver.coherent.points import Points
 from polychirp.receiver.coherent.replicas import Replicas, correlations, sums_of
 from polychirp.receiver.coherent.residual import Residual, unlike
@@ -28,9 +33,6 @@ SWEEPS_OF_ALL = 4
 ERROR_OF_SUMS = 0.01
 """Greatest error of powers from approximate sums, as a share of the strongest point that
 changes; chosen: below it, an exact residual is taken."""
-
-LEAST_REDUNDANCY = 0.3
-"""Correlation with a stronger point from which a point may be redundant; chosen."""
 
 LEAST_LOBE = 3.0
 """Power of a lobe beside a point, over its mean in noise, from which a second point is tried;
@@ -124,7 +126,7 @@ def divided(
     of which may be below the threshold of the map. Points that overlap another are not divided:
     those of a body, whose scatterers no number of points explains.
     """
-    alone = np.flatnonzero(~overlaps_another(seen, points))
+    alone = np.flatnonzero(~overlaps_another(seen, Replicas.of(seen, points)))
     lobes, is_strong = _lobes(seen, residual, points[alone])
     alone, lobes = alone[is_strong], lobes[is_strong]
     here = Replicas.of(seen, points)
@@ -179,13 +181,6 @@ def _lobes(seen: Observation, residual: Residual, points: Points) -> tuple[Point
     best = np.argmax(power, axis=0) * count + np.arange(count)
     lobes = replace(places, amplitude=matched)[best]
     return lobes, np.max(power, axis=0) >= LEAST_LOBE * points.amplitude.shape[1]
-
-
-def overlaps_another(seen: Observation, points: Points) -> BoolArray:
-    """Mask of the points that overlap much with another, ``(point,)``."""
-    every = Replicas.of(seen, points)
-    coupling = correlations(seen, every, every) - np.eye(len(points))
-    return np.asarray(np.any(coupling > LEAST_REDUNDANCY, axis=1), dtype=np.bool_)
 
 
 def pruned(

@@ -17,10 +17,11 @@ Equal ramps see the same range profile of a body. What the body's points miss of
 these ramps, and adds up in phase at range rates that are folded on the body's own: multiples of
 λ/2T beside it, for equal ramps T apart. There it is taken for points, of which a body causes
 several. So points that are folded on a body are counted as its errors, and each of them must stand
-out of the others: for one of energy :math:`E_q`, the mean of the limits is replaced by
+out of the others. One of energy :math:`E_q` adds to the mean of the limits what equal ramps add in
+phase beyond it (`folds`),
 
 .. math:: \frac1K\sum_s\Big|\sum_{k\in s}\min\{1, [\pi\,(f - f_q)\,T]^{-1}\}\,
-          e^{j\Delta_k}\Big|^2,
+          e^{j\Delta_k}\Big|^2 - \frac1K\sum_k\min\{1, [\pi\,(f - f_q)\,T]^{-2}\},
 
 with the sets s of equal ramps and Δ the phase between both points in the middle of a ramp.
 """
@@ -31,18 +32,19 @@ from typing import Self
 import numpy as np
 
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
-from polychirp.receiver.coherent.growth import LEAST_OF_SAME
 from polychirp.receiver.coherent.least_squares import mixed
 from polychirp.receiver.coherent.observation import Observation
-from polychirp.receiver.coherent.overlap import LEAST_COUPLING
+from polychirp.receiver.coherent.overlap import LEAST_COUPLING, LEAST_REDUNDANCY
 from polychirp.receiver.coherent.points import Points
-from polychirp.receiver.coherent.refinement import LEAST_REDUNDANCY
 from polychirp.receiver.coherent.replicas import (
     BEAT,
     Replicas,
     correlations,
     total_products,
 )
+
+LEAST_OF_SAME = 1.0 - 1e-9
+"""Correlation from which two signals are that of one point; rounding makes some 1e-15."""
 
 SAME_SPEED = 4.0
 """Difference of range rates, in cells λ/2T, below which two points may be of one body; chosen:

@@ -25,14 +25,13 @@ from polychirp.receiver.coherent.new_points import (
 )
 from polychirp.receiver.coherent.noise import ramp_weights, whitening
 from polychirp.receiver.coherent.observation import Observation
-from polychirp.receiver.coherent.overlap import LEAST_COUPLING
+from polychirp.receiver.coherent.overlap import LEAST_COUPLING, overlaps_another
 from polychirp.receiver.coherent.peaks import Peaks, floors, peaks
 from polychirp.receiver.coherent.points import Points
 from polychirp.receiver.coherent.profiles import Profiles
 from polychirp.receiver.coherent.refinement import (
     SWEEPS_OF_ALL,
     divided,
-    overlaps_another,
     pruned,
     relaxed,
     settled,
@@ -120,7 +119,8 @@ def standing_out(
     tried and of what its model lacks.
     """
     least = threshold_of(FALSE_PAIR_PROBABILITY, num_channels=points.amplitude.shape[1])
-    needed = np.where(overlaps_another(seen, points), min(least, threshold), threshold)
+    is_shared = overlaps_another(seen, Replicas.of(seen, points))
+    needed = np.where(is_shared, min(least, threshold), threshold)
     weakest = np.max(points.strength, initial=0.0) / dynamic_range
     return points[(points.power >= needed) & (points.strength >= weakest)]
 
