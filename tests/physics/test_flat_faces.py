@@ -112,12 +112,14 @@ def test_a_flat_side_is_right_even_where_it_hardly_echoes(expected):
 
 
 def test_facet_by_facet_a_flat_side_has_a_grating(monkeypatch, expected):
-    """What the border mends: up to 9 dB with facets of 5 cm, over the same draws."""
+    """What the border mends: up to 9 dB with facets of 5 cm, over the same draws.
+
+    Most draws are right, since facets near the mirror point are divided.
+    """
     with monkeypatch.context() as patch:
         facet_by_facet(patch)
         found = errors(expected, 0.05)
     illumination.facet_levels.cache_clear()
-    assert np.median(found) > 0.2
     assert np.max(found) > 3.0
 
 

@@ -56,14 +56,16 @@ the grid on which edges are found."""
 class BentView(View):
     """Radar ``radar`` as body ``body`` sees it over edge ``edge`` of the body ``blocker``.
 
-    ``at_patches`` are the waves over all edges at the body's patches, above their middle facets.
-    ``least_length`` m is a bound below the length of all paths, and ``greatest_wave`` the greatest
-    amplitude over that without the blocker.
+    ``places`` ``(patch, xyz)``, m from the radar, are above the middle facets of the body's
+    patches, and ``at_patches`` are the waves over all edges there. ``least_length`` m is a bound
+    below the length of all paths, and ``greatest_wave`` the greatest amplitude over that without
+    the blocker.
     """
 
     blocker: int
     edges: Edges
     edge: int
+    places: FloatArray
     at_patches: EdgeWaves
     least_length: float
     greatest_wave: float
@@ -156,19 +158,33 @@ class _Lit(NamedTuple):
     direction: FloatArray
 
 
-def bent_views(world: World, view: View, blocker: int) -> list[BentView]:
-    """Views of ``view``'s body over those edges of ``blocker`` that may matter."""
-    edges = edges_between(world, view.source, blocker, view.body)
-    if edges is None:
+def bent_views(world: World, view: View, blockers: Sequence[int]) -> list[BentView]:
+    """Views of ``view``'s body over those edges of ``blockers`` that may matter."""
+    between = [
+        (blocker, edges_between(world, view.source, blocker, view.body)) for blocker in blockers
+    ]
+    if all(edges is None for _, edges in between):
         return []
-    surface, rotation = world.surfaces[view.body], world.rotation[view.body]
-    place = _above_patches(world, view)
+    places = _above_patches(world, view)
+    return [
+        over
+        for blocker, edges in between
+        if edges is not None
+        for over in _views_over(world, view, blocker, edges, places)
+    ]
+
+
+def _views_over(
+    world: World, view: View, blocker: int, edges: Edges, places: FloatArray
+) -> list[BentView]:
+    """Views over those edges of one vehicle that may matter."""
+    surface = world.surfaces[view.body]
     # most vehicles are far off the way to the body, which few of its patches tell
-    some = edge_waves(edges, place[surface.patch[surface.panel_face]], world.wavenumber)
+    some = edge_waves(edges, places[surface.patch[surface.panel_face]], world.wavenumber)
     if np.max(np.abs(some.field), initial=0.0) < 0.5 * WEAKEST_EDGE:
         return []
-    waves = edge_waves(edges, place, world.wavenumber)
-    normal = surface.normal[surface.patch_face] @ rotation.T
+    normal = surface.normal[surface.patch_face] @ world.rotation[view.body].T
+    waves = edge_waves(edges, places, world.wavenumber)
     found = []
     for edge in range(NUM_EDGES):
         is_lit = np.abs(waves.field[edge]) > WEAKEST_WAVE
@@ -187,6 +203,7 @@ def bent_views(world: World, view: View, blocker: int) -> list[BentView]:
                 blocker=blocker,
                 edges=edges,
                 edge=edge,
+                places=places,
                 at_patches=waves,
                 least_length=max(float(length.min()) - PATCH_REACH, 0.0),
                 greatest_wave=greatest,
@@ -271,7 +288,7 @@ def _lit_over(world: World, views: Sequence[BentView], seen: Illumination) -> li
 
 def _reached_patches(world: World, view: BentView) -> BoolArray:
     """Mask of the patches that the wave over one edge reaches, ``(patch,)``."""
-    waves, place = view.at_patches, _above_patches(world, view)
+    waves, place = view.at_patches, view.places
     is_lit: BoolArray = np.abs(waves.field[view.edge]) > WEAKEST_WAVE
     some = np.flatnonzero(is_lit)
     if not len(some):
@@ -322,7 +339,7 @@ def _losses(world: World, body: int, views: Sequence[BentView], lit: LitFacets) 
     for index, view in enumerate(views):
         face = lit.face[lit.start[index] : lit.start[index + 1]]
         patch = np.unique(surface.patch[face])
-        place = view.source + _above_patches(world, view)[patch]
+        place = view.source + view.places[patch]
         lift = EDGE_CLEARANCE * view.edges.outwards[view.edge]
         bend = view.source + view.at_patches.bend[view.edge, patch, 1] + lift
         matrix = identities(len(patch))

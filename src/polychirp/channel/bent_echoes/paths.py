@@ -114,10 +114,12 @@ def bent_echoes(
 def _views_over_edges(world: World, view: View) -> list[BentView]:
     """Views of ``view``'s body over edges of vehicles that stand before it."""
     ends = np.array([view.source, world.centre[view.body]])
-    found: list[BentView] = []
-    for blocker in bodies_near(world, ends, float(world.radius[view.body]) + ZONE_MARGIN):
-        actor = int(world.body[blocker])
-        is_own = blocker == view.body or actor == world.scene.carriers[view.radar]
-        if not is_own and world.scene.actors[actor].kind in BENDING_KINDS:
-            found += bent_views(world, view, int(blocker))
-    return found
+    near = bodies_near(world, ends, float(world.radius[view.body]) + ZONE_MARGIN)
+    return bent_views(world, view, [int(body) for body in near if _bends_waves(world, view, body)])
+
+
+def _bends_waves(world: World, view: View, body: int) -> bool:
+    """True if a body has edges that bend the waves of ``view``."""
+    actor = int(world.body[body])
+    is_own = body == view.body or actor == world.scene.carriers[view.radar]
+    return not is_own and world.scene.actors[actor].kind in BENDING_KINDS

@@ -15,6 +15,7 @@ from polychirp.channel.physical_optics.corner_terms import (
     FacetBatch,
     PairTable,
     ViewPair,
+    corner_of,
     empty_batch,
     expand_terms,
     fill_batch,
@@ -94,7 +95,7 @@ def _fill_moments(
             add_flat_terms(pair, place, flats, state, border)
         batch = empty_batch()
         while place.first < pair.end.first:
-            count, place = fill_batch(batch, pair, faces.area, state, place)
+            count, place = fill_batch(batch, pair, faces, wavenumber, state, place)
             expand_terms(batch, count, wavenumber, pair.first_cell)
             _add_batch(batch, count, pair, faces, media, velocity[k], wavenumber, cells)
         _take_moments(cells, pairs.is_kept[k], out[k])
@@ -135,13 +136,14 @@ def _add_batch(
             terms = facet_terms(phases, weight, place)
         for c in range(terms):
             if is_plain:
-                offset = faces.corner[f, c, 0], faces.corner[f, c, 1], faces.corner[f, c, 2]
+                offset = corner_of(faces.corner, f, c)
                 excess = batch.length[c, i] - nearest
                 term = complex(batch.term[0, c, i], batch.term[1, c, i])
             else:
                 offset = _point_of_triangle(place[c], faces.corner[f])
                 excess = place[c, 0] * p + place[c, 1] * q + place[c, 2] * r - nearest
                 term = batch.weight[i] * weight[c]
+            offset = _in_part(offset, batch.shift, batch.scale[i], i)
             cell, later = two_cells(excess * CELLS_PER_METRE)
             if next_kept[cell] > cell + 1:
                 continue
@@ -168,6 +170,16 @@ def _take_moments(cells: FloatArray, is_kept: BoolArray, out: ComplexArray) -> N
             out[cell, EXCESS + j] = complex(cells[o + 8 + j], cells[o + 16 + j])
         # refer the excess to this cell's centre in place of the first cell's
         out[cell, EXCESS] -= cell * CELL_LENGTH * out[cell, 0]
+
+
+@inlined
+def _in_part(offset: Vector, shift: FloatArray, scale: float, i: int) -> Vector:
+    """Point of the part in row i of a batch, given the point of the whole facet, m."""
+    return (
+        shift[0, i] + scale * offset[0],
+        shift[1, i] + scale * offset[1],
+        shift[2, i] + scale * offset[2],
+    )
 
 
 @inlined

@@ -105,7 +105,7 @@ def _fill_estimates(
         pair, place = view_pair(first, second, pairs, k)
         batch = empty_batch()
         while place.first < pair.end.first:
-            count, place = fill_batch(batch, pair, faces.area, is_done, place)
+            count, place = fill_batch(batch, pair, faces, wavenumber, is_done, place)
             _scale_weights(batch, count)
             expand_terms(batch, count, wavenumber, pair.first_cell)
             _add_batch(batch, count, pair, faces, media, wavenumber, cells)
