@@ -1,6 +1,7 @@
 """CPU time of one snapshot of the paper's street, 4 × 4 radars, part by part.
 
-    NUMBA_NUM_THREADS=1 OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python -m bench.snapshot [--json] [--fittings]
+    export NUMBA_NUM_THREADS=1 OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
+    python -m bench.snapshot [--json] [--fittings]
 
 with the default meshes, whose facets are 5 cm on flats and finer where bodies curve, and with
 facets of 5 cm everywhere; with direct views alone, and with everything. With ``--fittings``, all
