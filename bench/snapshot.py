@@ -1,9 +1,11 @@
 """CPU time of one snapshot of the paper's street, 4 × 4 radars, part by part.
 
-    NUMBA_NUM_THREADS=1 OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python -m bench.snapshot [--json]
+    export NUMBA_NUM_THREADS=1 OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
+    python -m bench.snapshot [--json] [--fittings]
 
 with the default meshes, whose facets are 5 cm on flats and finer where bodies curve, and with
-facets of 5 cm everywhere; with direct views alone, and with everything. Meshes are prepared before
+facets of 5 cm everywhere; with direct views alone, and with everything. With ``--fittings``, all
+vehicles have number plates, bumper beams, lamps and open rims. Meshes are prepared before
 the clock starts; the best of some snapshots counts.
 """
 
@@ -17,6 +19,7 @@ import numpy as np
 from polychirp.channel.base import all_pairs, strength, strongest_of_pair
 from polychirp.study.paper.scenarios import paper_study
 from polychirp.study.spec import scene_of
+from polychirp.traffic.fittings import Fittings
 
 SNAPSHOTS = 4
 
@@ -35,7 +38,10 @@ SWITCHES = {
 
 def street(coarseness):
     study = paper_study("conventional")
-    cars = tuple(replace(car, coarseness=coarseness) for car in study.street.vehicles)
+    fittings = Fittings() if "--fittings" in sys.argv[1:] else None
+    cars = tuple(
+        replace(car, coarseness=coarseness, fittings=fittings) for car in study.street.vehicles
+    )
     return replace(study, street=replace(study.street, vehicles=cars))
 
 

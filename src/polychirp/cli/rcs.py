@@ -65,6 +65,11 @@ def add_parser(subparsers: Any) -> None:
         help="received, then transmitted polarisation of what is printed and drawn; the CSV file "
         "has all four (default: VV)",
     )
+    parser.add_argument(
+        "--fittings",
+        action="store_true",
+        help="give a built-in body its number plates, bumper beams, lamps and open rims",
+    )
     parser.add_argument("--material", metavar="NAME", help="material of the whole body")
     add_option(parser, "--bounces", "N", 1, "greatest number of surfaces that a path meets")
     add_option(parser, "--max-edge", "L", "5 cm", "longest edge of a facet")
@@ -128,6 +133,7 @@ def _mesh(arguments: argparse.Namespace, *, smallest: float) -> Mesh:
     from dataclasses import replace
 
     from polychirp.channel.materials.library import known_materials
+    from polychirp.traffic.fittings import Fittings
     from polychirp.traffic.surface import subdivided
     from polychirp.traffic.vehicle import vehicle_mesh
 
@@ -142,7 +148,10 @@ def _mesh(arguments: argparse.Namespace, *, smallest: float) -> Mesh:
                     f"--{option}: the built-in body '{arguments.mesh}' does not take it, but the "
                     "mesh of a file does"
                 )
-        mesh = vehicle_mesh(arguments.mesh, max_edge=longest)
+        fittings = Fittings() if arguments.fittings else None
+        mesh = vehicle_mesh(arguments.mesh, max_edge=longest, fittings=fittings)
+    elif arguments.fittings:
+        raise InputError("--fittings: only built-in bodies take it; a mesh file has its own parts")
     else:
         mesh = _from_file(arguments)
         _check_size(arguments.mesh, mesh, smallest=smallest)

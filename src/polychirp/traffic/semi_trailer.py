@@ -13,6 +13,7 @@ import numpy as np
 
 from polychirp.axes import FloatArray
 from polychirp.model.mesh import Mesh
+from polychirp.traffic.fittings import PLATE_GAP, ROD, Fittings, lamp, lock_rod, number_plate
 from polychirp.traffic.outline import End
 from polychirp.traffic.shapes import TRUCK, Mirror, Tier, Wheels
 from polychirp.traffic.shell import Window
@@ -39,6 +40,20 @@ AXLES: Final = (-2.64, -3.95, -5.26)
 
 TYRE: Final = Wheels(front=AXLES[0], rear=AXLES[-1], radius=0.52, width=0.385)
 """The trailer's tyres: 385/65 R 22.5."""
+
+TRACTOR_TAIL: Final = (
+    "rear-bumper",
+    "bumper-beam-rear",
+    "number-plate-rear",
+    "tail-lamp-left",
+    "tail-lamp-right",
+    "tail-lamp-left-cover",
+    "tail-lamp-right-cover",
+    "exhaust-left",
+    "exhaust-right",
+    "tow-bar",
+)
+"""Parts of a truck's rear end that a tractor does not have."""
 
 GUARD: Final = (-8.15, 0.42, 0.57, 1.2)
 """Rear underrun guard, m: its back, lower and upper edge, and half its width."""
@@ -89,22 +104,24 @@ TRACTOR: Final = replace(
 of the frame and the coupling."""
 
 
-def coupled(tractor: Mesh, fine: Fineness, articulation: float) -> Mesh:
+def coupled(
+    tractor: Mesh, fine: Fineness, articulation: float, fittings: Fittings | None = None
+) -> Mesh:
     """A tractor's mesh and the semi-trailer, in the frame of the straight truck.
 
     ``articulation`` is the angle, rad, by which the trailer's heading is to the left of the
     tractor's; the trailer turns about its king pin, and the tractor stays in its place.
     """
-    trailer = _trailer(fine)
+    trailer = _trailer(fine, fittings)
     cos, sin = np.cos(articulation), np.sin(articulation)
     pin = np.array([KING_PIN_X, 0.0, 0.0])
     turn = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
     trailer = replace(trailer, vertex=(trailer.vertex - pin) @ turn + pin)
     tractor = replace(tractor, vertex=tractor.vertex + np.array([TRACTOR_X, 0.0, 0.0]))
-    return _joined(_without(tractor, "rear-bumper"), trailer)
+    return _joined(_without(tractor, *TRACTOR_TAIL), trailer)
 
 
-def _trailer(fine: Fineness) -> Mesh:
+def _trailer(fine: Fineness, fittings: Fittings | None) -> Mesh:
     """The straight semi-trailer: box, girder, wheels, side guards, legs and rear guard."""
     front, rear, floor = BOX
     half, top = TRUCK_SIZE[1] / 2, TRUCK_SIZE[2]
@@ -129,7 +146,42 @@ def _trailer(fine: Fineness) -> Mesh:
     tyre = replace(fine, coarseness=2.0 * fine.coarseness)
     for number, x in enumerate(AXLES):
         wheel(builder, tyre, x, wheel_section(TYRE, half - 0.03), f"trailer-{number + 1}")
+    if fittings is not None:
+        _fit_trailer(builder, fine, fittings)
     return mirrored(builder.mesh())
+
+
+def _fit_trailer(builder: SurfaceBuilder, fine: Fineness, fittings: Fittings) -> None:
+    """Add lock rods to the rear doors; number plate and lamps above the rear guard."""
+    _, rear, floor = BOX
+    if fittings.door_handles:
+        for aside in ROD[1:]:
+            lock_rod(
+                builder, fine, x=rear - 0.02, y=2 * aside, limits=(floor + 0.1, TRUCK_SIZE[2] - 0.1)
+            )
+    height = 0.5 * (GUARD[2] + floor)
+    if fittings.number_plates:
+        number_plate(
+            builder,
+            fine,
+            x=GUARD[0] - PLATE_GAP,
+            z=height,
+            tilt=fittings.plate_tilt,
+            facing=-1,
+            part="number-plate-rear",
+        )
+    if fittings.lamps:
+        for y in (0.9, 1.05):
+            lamp(
+                builder,
+                fine,
+                x=GUARD[0],
+                y=y,
+                z=height,
+                facing=-1,
+                part="tail-lamp-left",
+                has_cover=True,
+            )
 
 
 def _box(
@@ -164,9 +216,9 @@ def _box(
         sheet(builder, fine, np.array(corners[face]), part=part, material="metal")
 
 
-def _without(mesh: Mesh, part: str) -> Mesh:
-    """A mesh without the faces of a part: tractors have no plastic tail."""
-    kept = mesh.part != mesh.parts.index(part)
+def _without(mesh: Mesh, *parts: str) -> Mesh:
+    """A mesh without the faces of some parts: tractors have no plastic tail."""
+    kept = ~np.isin(mesh.part, [number for number, part in enumerate(mesh.parts) if part in parts])
     return replace(mesh, face=mesh.face[kept], material=mesh.material[kept], part=mesh.part[kept])
 
 

@@ -16,6 +16,7 @@ from polychirp.model.mesh import Mesh, Plate
 from polychirp.model.radar import Radar
 from polychirp.model.scene import Actor, PointScatterer, Scene
 from polychirp.spec import Spec
+from polychirp.traffic.fittings import Fittings
 from polychirp.traffic.furniture import AnyFurniture, Furniture
 from polychirp.traffic.mesh_file import load_mesh
 from polychirp.traffic.road_users import Bicycle, Motorcycle, Pedestrian, RoadUser
@@ -27,6 +28,10 @@ from polychirp.units import Between, Metres, MetresPerSecond, Radians, SquareMet
 
 GREATEST_FACET_EDGE: Final = 0.5
 """Greatest edge of facets on flats of built-in bodies, m: beyond it they lose their arches."""
+
+BEHIND_PLATE: Final = 0.3
+"""Depth behind a number plate, m, within which a radar has its view blocked. Chosen: the depth of
+bumpers."""
 
 FacetEdge = Annotated[float, Unit("m", least="0 m", greatest="1 km")]
 """Longest edge of a facet, m."""
@@ -60,6 +65,8 @@ class Vehicle(Spec):
     coarseness : factor on edges on curved parts, see `vehicle_mesh`
     articulation : angle, rad, by which the semi-trailer of an "articulated-truck" is turned to the
         left of the tractor, about its king pin; the vehicle keeps it while it drives straight
+    fittings : number plates, bumper beams, lamps, open rims and more on a built-in body; None: its
+        smooth shell alone
 
     Examples
     --------
@@ -80,8 +87,14 @@ class Vehicle(Spec):
     max_edge: FacetEdge = 0.05
     coarseness: Coarseness = 1.0
     articulation: Articulation = 0.0
+    fittings: Fittings | None = None
 
     def __post_init__(self) -> None:
+        if self.fittings is not None and self.mesh is not None:
+            raise InputError(
+                f"vehicle '{self.name}' has fittings and a mesh from a file; fittings are made for "
+                "built-in bodies, so leave out one of them"
+            )
         if self.articulation and (self.mesh is not None or self.body != ARTICULATED_TRUCK):
             raise InputError(
                 f"vehicle '{self.name}' has an articulation, but no trailer; leave it at 0 or use "
@@ -116,6 +129,7 @@ class Vehicle(Spec):
                 max_edge=self.max_edge,
                 coarseness=self.coarseness,
                 articulation=self.articulation,
+                fittings=self.fittings,
             )
         return _loaded(self.mesh, self.materials, self.scale, self.up_axis, self.max_edge)
 
@@ -409,6 +423,7 @@ class Street(Spec):
                     f"radar '{radar.name}' rides on '{carrier}', which is no vehicle of this "
                     f"street; choose among {', '.join(names) or 'none: add a vehicle'}"
                 )
+            _check_view(self.vehicles[names.index(carrier)], radar)
         if any(vehicle.mesh is not None for vehicle in self.vehicles):
             _check_room(self.vehicles, self.buildings)
         road = () if self.road is None else (self.road,)
@@ -420,6 +435,23 @@ class Street(Spec):
             radars=tuple(radar for radar, _ in radars),
             carriers=tuple(names.index(carrier) for _, carrier in radars),
         )
+
+
+def _check_view(vehicle: Vehicle, radar: Radar) -> None:
+    """Raise if a radar is mounted behind a number plate of its vehicle."""
+    if vehicle.fittings is None or not vehicle.fittings.number_plates:
+        return
+    mesh, (x, y, z) = vehicle.surface(), radar.mount.position
+    for end, sign in (("front", 1), ("rear", -1)):
+        plate = mesh.corners[mesh.part == mesh.parts.index(f"number-plate-{end}")].reshape(-1, 3)
+        low, high = plate.min(axis=0), plate.max(axis=0)
+        gap = sign * (x - (high[0] if sign > 0 else low[0]))
+        if low[1] < y < high[1] and low[2] < z < high[2] and -BEHIND_PLATE < gap < 0:
+            raise InputError(
+                f"radar '{radar.name}' is behind the {end} number plate of '{vehicle.name}'; mount "
+                f"it below {low[2]:.2f} m, above {high[2]:.2f} m or {high[1]:.2f} m aside, or set "
+                "fittings.number_plates = false"
+            )
 
 
 def _rectangle(pose: Pose, rear: float, front: float, right: float, left: float) -> FloatArray:

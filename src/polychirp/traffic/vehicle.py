@@ -8,12 +8,38 @@ import numpy as np
 from polychirp.axes import FloatArray
 from polychirp.errors import InputError
 from polychirp.model.mesh import Mesh
+from polychirp.traffic.fittings import (
+    BEAM_GAP,
+    BEAM_SHARE,
+    FRONT_PLATE_HEIGHT,
+    HANDLE,
+    LAMP,
+    PIPE,
+    PLATE_GAP,
+    RADIATOR_GAP,
+    REAR_PLATE_RISE,
+    Fittings,
+    bumper_beam,
+    door_handle,
+    lamp,
+    number_plate,
+    pipe,
+    radiator,
+    tow_ball,
+    x_at,
+)
 from polychirp.traffic.outline import End, Outline
 from polychirp.traffic.semi_trailer import ARTICULATED_TRUCK, TRACTOR, TRUCK_SIZE, coupled
 from polychirp.traffic.shapes import SHAPES, Body, Shape, Tier
 from polychirp.traffic.shell import Arch, Cabin, Cover, Shell, flank
 from polychirp.traffic.surface import Fineness, SurfaceBuilder, mirrored
-from polychirp.traffic.vehicle_parts import sheet, wheel, wheel_section
+from polychirp.traffic.vehicle_parts import (
+    open_wheel_section,
+    sheet,
+    spokes,
+    wheel,
+    wheel_section,
+)
 
 LOWER_BODY_COARSENESS = 0.8
 """Factor on `edge_limit` for curves of the lower body (chosen: it gives a car's strongest echo)."""
@@ -27,12 +53,26 @@ WHEEL_COARSENESS = 2.0
 FLOOR_INSET = 0.3
 """Distance from the body's outline inwards to the flat floor, m (chosen: room for a wheel)."""
 
+HEADLAMPS = (0.285, 0.37)
+"""Middles of the chambers of the left headlamp, as shares of the vehicle's width; chosen."""
+
+TAIL_LAMPS = (0.34, 0.41)
+"""Middles of the chambers of the left tail lamp, as shares of the vehicle's width; chosen."""
+
+REAR_BEAM_GAP = 0.06
+"""Distance from the rear bumper's plastic in to the beam, m; chosen: between plastic and metal."""
+
 BUMPER_GAP = 0.008
 """Distance of the bumpers' plastic from the metal beside it, m (chosen)."""
 
 
 def vehicle_mesh(
-    body: Body, *, max_edge: float = 0.05, coarseness: float = 1.0, articulation: float = 0.0
+    body: Body,
+    *,
+    max_edge: float = 0.05,
+    coarseness: float = 1.0,
+    articulation: float = 0.0,
+    fittings: Fittings | None = None,
 ) -> Mesh:
     """Surface of a ``body`` in the vehicle's frame; equal calls share one `Mesh`.
 
@@ -50,6 +90,8 @@ def vehicle_mesh(
     coarseness : factor on the edges that `surface.edge_limit` allows on curves: 1 for echoes,
         about 4 for shadows and pictures
     articulation : rad, of the semi-trailer of an articulated truck, see `coupled`
+    fittings : number plates, bumper beams, lamps and other parts that echo; None: the smooth shell
+        with closed rims alone
 
     Raises
     ------
@@ -64,23 +106,30 @@ def vehicle_mesh(
     >>> mesh is vehicle_mesh("sedan", max_edge=0.2, coarseness=4.0)
     True
     """
-    return _mesh(body, max_edge, coarseness, articulation)
+    return _mesh(body, max_edge, coarseness, articulation, fittings)
 
 
 @cache
-def _mesh(body: Body, max_edge: float, coarseness: float, articulation: float) -> Mesh:
+def _mesh(
+    body: Body,
+    max_edge: float,
+    coarseness: float,
+    articulation: float,
+    fittings: Fittings | None,
+) -> Mesh:
     known = (*SHAPES, ARTICULATED_TRUCK)
     if body not in known:
         raise InputError(f"there is no body '{body}'; choose among {', '.join(known)}")
     fine = Fineness(max_edge=max_edge, coarseness=coarseness)
     if body == ARTICULATED_TRUCK:
-        return coupled(_one_piece(fine, TRACTOR), fine, articulation)
+        tractor = _one_piece(fine, TRACTOR, fittings)
+        return coupled(tractor, fine, articulation, fittings)
     if articulation:
         raise InputError(f"a {body} has no trailer; leave its articulation at 0")
-    return _one_piece(fine, SHAPES[body])
+    return _one_piece(fine, SHAPES[body], fittings)
 
 
-def _one_piece(fine: Fineness, shape: Shape) -> Mesh:
+def _one_piece(fine: Fineness, shape: Shape, fittings: Fittings | None) -> Mesh:
     """Surface of a vehicle of one piece."""
     lower, weak, round_edges = (
         replace(fine, coarseness=factor * fine.coarseness)
@@ -93,11 +142,120 @@ def _one_piece(fine: Fineness, shape: Shape) -> Mesh:
     _rear_bumper(builder, weak, shape, metal)
     for tier in shape.tiers:
         _cabin(builder, fine, shape, tier)
+    has_open_rims = fittings is not None and fittings.open_rims
+    section = open_wheel_section if has_open_rims else wheel_section
     for axle, x in (("front", shape.wheels.front), ("rear", shape.wheels.rear)):
-        flank_y = metal.outline.point(2, metal.outline.angle_at(np.array(x)))[1]
-        wheel(builder, round_edges, x, wheel_section(shape.wheels, float(flank_y) - 0.015), axle)
+        outer = float(metal.outline.point(2, metal.outline.angle_at(np.array(x)))[1]) - 0.015
+        wheel(builder, round_edges, x, section(shape.wheels, outer), axle)
+        if has_open_rims:
+            spokes(builder, fine, shape.wheels, x, outer, axle)
     _mirror(builder, fine, shape)
+    if fittings is not None:
+        _fit_out(builder, fine, shape, metal, fittings)
     return mirrored(builder.mesh())
+
+
+def _fit_out(
+    builder: SurfaceBuilder, fine: Fineness, shape: Shape, metal: Shell, fittings: Fittings
+) -> None:
+    """Add the fittings of both ends and of the side, in the places that the shape has for them."""
+    nose = _outline(shape, shape.skin_front, shape.skin_rear, BUMPER_GAP)
+    _fit_front(builder, fine, shape, nose, fittings)
+    _fit_rear(builder, fine, shape, metal, fittings)
+    if fittings.door_handles:
+        for window in (w for tier in shape.tiers for w in tier.windows if w.arc == 2):
+            x = window.stop + HANDLE[0]
+            side = float(metal.outline.point(2, metal.outline.angle_at(np.array(x)))[1])
+            z = float(shape.deck_height(np.array(x), np.array(side))) - 0.08
+            door_handle(builder, fine, x=x, y=side, z=z, part="door-handle-left")
+
+
+def _fit_front(
+    builder: SurfaceBuilder, fine: Fineness, shape: Shape, nose: Outline, fittings: Fittings
+) -> None:
+    """Add the number plate before the plastic; beam, radiator and lamps behind it."""
+    tip = shape.skin_front.x
+    if fittings.number_plates:
+        number_plate(
+            builder,
+            fine,
+            x=tip + PLATE_GAP,
+            z=FRONT_PLATE_HEIGHT,
+            tilt=fittings.plate_tilt,
+            facing=1,
+            part="number-plate-front",
+        )
+    if fittings.bumper_beams:
+        bumper_beam(
+            builder,
+            fine,
+            x=tip - BEAM_GAP,
+            radius=shape.skin_front.radius,
+            length=BEAM_SHARE * shape.width,
+            facing=1,
+            part="bumper-beam-front",
+        )
+    if fittings.radiator:
+        radiator(builder, fine, x=tip - BEAM_GAP - RADIATOR_GAP)
+    if fittings.lamps:
+        top = shape.skin_front_profile
+        for share in HEADLAMPS:
+            y = share * shape.width
+            lamp(
+                builder,
+                fine,
+                x=x_at(nose, y, 1) - top.inset - 0.01,
+                y=y,
+                z=top.waist + 0.14,
+                facing=1,
+                part="headlamp-left",
+                has_cover=False,
+            )
+
+
+def _fit_rear(
+    builder: SurfaceBuilder, fine: Fineness, shape: Shape, metal: Shell, fittings: Fittings
+) -> None:
+    """Add number plate, lamps, beam, exhaust and tow bar."""
+    tail = shape.skin_rear.x
+    if fittings.number_plates:
+        number_plate(
+            builder,
+            fine,
+            x=shape.metal_rear.x - PLATE_GAP,
+            z=shape.rear_bumper_top + REAR_PLATE_RISE,
+            tilt=fittings.plate_tilt,
+            facing=-1,
+            part="number-plate-rear",
+        )
+    if fittings.bumper_beams:
+        bumper_beam(
+            builder,
+            fine,
+            x=tail + REAR_BEAM_GAP,
+            radius=shape.skin_rear.radius,
+            length=BEAM_SHARE * shape.width,
+            facing=-1,
+            part="bumper-beam-rear",
+        )
+    if fittings.lamps:
+        for share in TAIL_LAMPS:
+            y = share * shape.width
+            lamp(
+                builder,
+                fine,
+                x=x_at(metal.outline, y, -1) - LAMP[2] - 0.005,
+                y=y,
+                z=shape.rear_bumper_top + REAR_PLATE_RISE,
+                facing=-1,
+                part="tail-lamp-left",
+                has_cover=True,
+            )
+    if fittings.exhaust:
+        low = shape.skin_rear_profile.sill - PIPE[0] - 0.005
+        pipe(builder, x=tail + 0.06, y=0.25 * shape.width, z=low, part="exhaust-left")
+    if fittings.tow_bar:
+        tow_ball(builder, fine, x=tail)
 
 
 def vehicle_size(body: Body) -> tuple[float, float]:

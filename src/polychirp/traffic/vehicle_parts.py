@@ -4,12 +4,25 @@ import math
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
+from typing import Final
 
 import numpy as np
 
 from polychirp.axes import FloatArray
 from polychirp.traffic.shapes import Wheels
 from polychirp.traffic.surface import Fineness, SurfaceBuilder
+
+NUM_SPOKES: Final = 5
+"""Number of spokes of an open rim; chosen as of a usual alloy wheel."""
+
+SPOKE_WIDTH: Final = 0.055
+"""Width of a spoke, m; chosen."""
+
+SPOKE_DEPTHS: Final = (0.02, 0.045)
+"""Depth of the spokes' face behind the tyre's side at the hub and at the rim, m; chosen."""
+
+DISC_DEPTH: Final = 0.11
+"""Depth of the brake disc behind the tyre's side, m; chosen."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,6 +54,47 @@ def wheel_section(wheels: Wheels, outer: float) -> tuple[Ring, ...]:
         metal(radius=0.25 * rim, y=outer - 0.015),
         metal(radius=0.0, y=outer - 0.015),
     )
+
+
+def open_wheel_section(wheels: Wheels, outer: float) -> tuple[Ring, ...]:
+    """Rings of a wheel whose rim is open to the outside, as far as the brake disc and its hub."""
+    closed = wheel_section(wheels, outer)
+    tyre, lip = closed[:-4], 0.66 * wheels.radius - 0.02
+    metal = partial(Ring, part="rim", material="metal")
+    floor = outer - min(DISC_DEPTH, wheels.width - 0.05)
+    return (
+        *tyre,
+        metal(radius=lip, y=outer - 0.02),
+        metal(radius=lip, y=floor),
+        metal(radius=0.0, y=floor),
+    )
+
+
+def spokes(
+    builder: SurfaceBuilder, fine: Fineness, wheels: Wheels, x: float, outer: float, axle: str
+) -> None:
+    """Add the hub's cap and flat spokes, which lean in towards the rim, before an open rim."""
+    part, height = f"rim-{axle}-left", wheels.radius
+    hub, end = 0.06, 0.66 * wheels.radius - 0.02
+    cap = partial(Ring, part="rim", material="metal")
+    lines = [
+        builder.line(_circle(fine, x, height, cap(radius=r, y=outer - SPOKE_DEPTHS[0])))
+        for r in (hub, 0.0)
+    ]
+    builder.strip(lines[1], np.append(lines[0], lines[0][0]), part=part, material="metal")
+    for number in range(NUM_SPOKES):
+        turn = 2 * math.pi * number / NUM_SPOKES + math.pi / 2
+        out = np.array([math.cos(turn), 0.0, math.sin(turn)])
+        aside = np.array([-out[2], 0.0, out[0]])
+        inner, outer_end = (
+            np.array([x, outer - depth, height]) + r * out
+            for r, depth in zip((hub, end), SPOKE_DEPTHS, strict=True)
+        )
+        half = SPOKE_WIDTH / 2 * aside
+        corners = np.array([inner - half, inner + half, outer_end + half, outer_end - half])
+        if np.cross(corners[1] - corners[0], corners[3] - corners[0])[1] < 0:
+            corners = corners[::-1]
+        sheet(builder, fine, corners, part=part, material="metal")
 
 
 def wheel(
