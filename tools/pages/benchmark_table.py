@@ -30,7 +30,7 @@ from tools.pages.markdown import table
 RECORD: Final = "benchmark.json"
 """File with the numbers of the tables, in the folder of the pages."""
 
-FRAMES: Final = 8
+FRAMES: Final = 6
 """Frames of every family; chosen: half an hour on two cores."""
 
 SLOW_FRAMES: Final = 1
