@@ -154,27 +154,35 @@ def write_benchmark(path: Path) -> None:
     """Measure all methods on all families, and store the summaries without frames."""
     rows: list[dict[str, Any]] = []
     seconds: dict[str, dict[str, float]] = {}
-    methods = methods_named(tuple(METHODS), ())
     for family in FRAME_SETS[NEWEST]:
-        plan = BenchmarkPlan(
-            methods=methods,
-            families=(family,),
-            num_frames=FRAMES,
-            fewer=dict.fromkeys(SLOW_METHODS, SLOW_FRAMES),
-            knows_bursts=True,
-        )
-        results = run_benchmark(plan, workers=num_cores())
-        for row in benchmark_record(results, plan)["results"]:
-            del row["frames"]
-            for name, values in row["summary"].items():
-                row["summary"][name] = [None if v is None else round(v, 4) for v in values]
-            rows.append(row)
-        if family in TIMED_FAMILIES:
-            for name, times in benchmark_times(results).items():
-                seconds.setdefault(name, {}).update(times)
+        more, times = measured_family(family, workers=num_cores())
+        rows += more
+        for name, of_family in times.items():
+            seconds.setdefault(name, {}).update(of_family)
         text = json.dumps({"rows": rows, "seconds": seconds}, indent=1, ensure_ascii=False)
         path.write_text(text + "\n", encoding="utf-8")
-        print(f"{family}: {len(rows)} rows", flush=True)
+        print(f"{family}: {len(more)} rows", flush=True)
+
+
+def measured_family(
+    family: str, *, workers: int
+) -> tuple[list[dict[str, Any]], dict[str, dict[str, float]]]:
+    """Summaries of all methods on a family, and CPU times by method if they are shown."""
+    methods = methods_named(tuple(METHODS), ())
+    plan = BenchmarkPlan(
+        methods=methods,
+        families=(family,),
+        num_frames=FRAMES,
+        fewer=dict.fromkeys(SLOW_METHODS, SLOW_FRAMES),
+        knows_bursts=True,
+    )
+    results = run_benchmark(plan, workers=workers)
+    rows = benchmark_record(results, plan)["results"]
+    for row in rows:
+        del row["frames"]
+        for name, values in row["summary"].items():
+            row["summary"][name] = [None if v is None else round(v, 4) for v in values]
+    return rows, benchmark_times(results) if family in TIMED_FAMILIES else {}
 
 
 if __name__ == "__main__":
