@@ -123,7 +123,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _plan(arguments: argparse.Namespace) -> BenchmarkPlan:
-    """What the arguments ask for."""
+    """The plan that the arguments ask for."""
     from polychirp.study.mitigation.benchmark import BenchmarkPlan
     from polychirp.study.mitigation.own_methods import METHODS, SLOW_METHODS, methods_named
 
@@ -177,7 +177,7 @@ def _values(
     results: Sequence[MethodResult], columns: Sequence[tuple[str, str, float, int]]
 ) -> list[_Column]:
     """Heading, digits and values of columns; NaN where a method has none."""
-    of_column = []
+    of_column: list[_Column] = []
     for heading, measure, factor, digits in columns:
         place = 0 if heading == "10 %" else 1
         values = [factor * result.percentiles(measure)[place] for result in results]

@@ -101,7 +101,7 @@ def test_real_samples_stay_real_and_lose_the_burst():
 
 
 def test_of_noise_alone_no_more_ramps_change_than_is_stated():
-    """With one in ten stated for the threshold, the first chirp must exceed ten times as much."""
+    """With one in ten stated for the threshold, the first chirp must exceed 100 times that."""
     frame = frame_of(
         Sawtooth(start_frequency=77e9, bandwidth=4e8, ramp_duration=20e-6).schedule(
             num_sweeps=200, streams=Streams(1)

@@ -29,10 +29,11 @@ changes it slowly, and more degrees take more of the echoes."""
 LEAST_SINGULAR: Final = 1e-6
 """Share of the greatest singular value below which a combination of atoms is not fitted; chosen."""
 
-FIRST_EXCESS: Final = 10.0
-"""Ratio by which the first chirp of a ramp must exceed the threshold; chosen. With 261 samples it
-is then as strong as the noise in a sample. What is left of many strong echoes after their tones
-are subtracted resembles weaker chirps."""
+FIRST_EXCESS: Final = 100.0
+"""Ratio by which the first chirp of a ramp must exceed the threshold. Chosen: with 261 samples it
+is then 10 dB above the noise of a sample. What is left of the strong echoes of bodies of many
+facets, after their tones are subtracted, resembles weaker chirps: with 10 as the ratio, up to a
+third of the ramps of clean traced streets changed."""
 
 LEAST_PROGRESS: Final = 0.1
 """Least share of a chosen atom's energy by which the residue must fall; chosen. A pursuit that
@@ -56,8 +57,8 @@ class ChirpSubtraction(Spec):
     Waldschmidt 2015 reconstruct bursts as well, without tones beside them. A chirp is present where
     its frequency is within the band of the samples, and its amplitude is a polynomial of degree
     `DEGREE`. Real samples have each atom's conjugate too. Channels share the atoms. The pursuit
-    ends when no chirp exceeds noise by the threshold of ``false_mitigation``, the first one by ten
-    times that, or when the strongest chirp is part of a shorter burst: the effective length
+    ends when no chirp exceeds noise by the threshold of ``false_mitigation``, the first one by a
+    hundred times that, or when the strongest chirp is part of a shorter burst: the effective length
     :math:`(\sum |e|^2)^2 / \sum |e|^4` of its envelope e is then below half of ``shortest``. A ramp
     on which it does not end is left as it is. The method is linear once the atoms are chosen.
 
@@ -101,7 +102,7 @@ class ChirpSubtraction(Spec):
             line = frame.samples[:, k, :length]
             atoms, is_chirp = self._pursued(line, searches[length], is_real=is_real)
             if is_chirp.any():
-                fit = np.linalg.pinv(atoms, rcond=LEAST_SINGULAR)[is_chirp]
+                fit = np.asarray(np.linalg.pinv(atoms, rcond=LEAST_SINGULAR)[is_chirp])
                 maps.append((k, length, atoms[:, is_chirp], fit))
 
         def repair(samples: ComplexArray) -> ComplexArray:
@@ -143,7 +144,7 @@ class ChirpSubtraction(Spec):
 
 
 class _Search(NamedTuple):
-    """What the search of ramps of one length needs.
+    """Tables for the search of ramps of one length.
 
     ``rates`` are tried, cycles per square sample; ``turns`` take them from samples,
     ``(rate, fast)``; noise alone exceeds ``threshold`` medians of a spectrum on few ramps.
@@ -197,7 +198,7 @@ class _Atom(NamedTuple):
 
 def _places(length: int) -> FloatArray:
     """Places of the samples from the middle of the ramp on."""
-    return np.arange(length) - 0.5 * (length - 1)
+    return np.asarray(np.arange(length) - 0.5 * (length - 1), dtype=np.float64)
 
 
 def _combined(line: ComplexArray) -> ComplexArray:

@@ -111,7 +111,7 @@ class ComplexNetwork(Spec):
         """Mask of the samples nearest to a slice with a masked cell, ``(ramp, fast)``."""
         mask = np.zeros(frame.times.is_sample.shape, dtype=np.bool_)
         for k, length in enumerate(map(int, frame.times.num_samples)):
-            slices = self.lost(frame.samples[:, k, :length]).any(axis=0)
+            slices = np.asarray(self.lost(frame.samples[:, k, :length]).any(axis=0))
             mask[k, :length] = slices[nearest_slices(WINDOW, length, HOPS)]
         return mask
 

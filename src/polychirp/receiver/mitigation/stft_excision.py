@@ -191,7 +191,7 @@ class StftExcision(Spec):
 
     def hit(self, frame: IfFrame) -> BoolArray:
         """Mask of the samples nearest to a slice with a cell that is removed, ``(ramp, fast)``."""
-        slices = self.hit_cells(frame).any(axis=1)
+        slices = np.asarray(self.hit_cells(frame).any(axis=1))
         present = frame.times.is_sample
         return np.asarray(slices[:, nearest_slices(self.window, present.shape[1])] & present)
 

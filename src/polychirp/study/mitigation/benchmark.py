@@ -100,7 +100,7 @@ class MethodResult:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BenchmarkPlan:
-    """What is measured.
+    """Methods and frames that are measured.
 
     Parameters
     ----------
@@ -136,12 +136,13 @@ class BenchmarkPlan:
         names = []
         for name, method in self.methods.items():
             names.append(name)
-            if self.knows_bursts and isinstance(method, BurstRepair):
+            repair: object = method
+            if self.knows_bursts and isinstance(repair, BurstRepair):
                 names.append(name + KNOWN)
         return (NO_MITIGATION, *names, ORACLE)
 
     def measures_frame(self, row: str, number: int) -> bool:
-        """Whether a row has a frame of this number."""
+        """True if a row has a frame of this number."""
         return number < self.fewer.get(row.removesuffix(KNOWN), self.num_frames)
 
 
@@ -217,10 +218,10 @@ def _frame_rows(
     for name in plan.rows:
         if not plan.measures_frame(name, number):
             continue
-        method = plan.methods.get(name.removesuffix(KNOWN))
+        method: Any = plan.methods.get(name.removesuffix(KNOWN))
         treated = on.clean if name == ORACLE else frame
         try:
-            if name.endswith(KNOWN) and isinstance(method, BurstRepair):
+            if name.endswith(KNOWN):
                 on_clean = _knowing(method, np.zeros_like(truth))
                 rows[name] = _row(on, treated, _knowing(method, truth), on_clean, truth)
             else:
@@ -230,14 +231,11 @@ def _frame_rows(
     return rows
 
 
-def _knowing(method: BurstRepair, mask: BoolArray) -> BurstRepair:
+def _knowing(method: Any, mask: BoolArray) -> Mitigation:
     """The method with `KnownBursts` in place of its detector."""
-    plain = {
-        setting.name: setting.default
-        for setting in fields(BurstRepair)
-        if setting.name != "detector"
-    }
-    return replace(method, **plain, detector=KnownBursts(mask=mask))
+    settings: dict[str, Any] = {setting.name: setting.default for setting in fields(BurstRepair)}
+    known: Mitigation = replace(method, **settings | {"detector": KnownBursts(mask=mask)})
+    return known
 
 
 def _row(
@@ -260,8 +258,9 @@ def _row(
         ),
         "clean_evm": measures(on, unspoilt)["evm"],
     }
-    if isinstance(method, Detecting):
-        counts = burst_counts(method.hit(treated), truth, present)
+    detecting: object = method
+    if isinstance(detecting, Detecting):
+        counts = burst_counts(detecting.hit(treated), truth, present)
         values |= {
             "precision": counts.precision,
             "recall": counts.recall,

@@ -101,7 +101,7 @@ class Butterworth:
     cutoff: float
 
     def filtered(self, dense: ComplexArray, rate: float) -> ComplexArray:
-        """What the converter takes of dense samples ``(ramp, fast)`` of ``rate``, Hz."""
+        """Samples that the converter takes of dense samples ``(ramp, fast)`` of ``rate``, Hz."""
         from scipy.signal import butter, sosfilt
 
         sections = butter(self.order, self.cutoff, fs=rate, output="sos")
@@ -111,7 +111,7 @@ class Butterworth:
 OVERSAMPLING: Final = 8
 """Dense samples of a filter for each sample of the converter; chosen."""
 
-SETTLING: Final = 64
+SETTLING_SAMPLES: Final = 64
 """Samples of the converter before each ramp in which a filter settles; chosen: the response of
 order 9 at half the sample rate falls by 60 dB within some 40."""
 
@@ -139,7 +139,7 @@ def hand_frame(
     time, dense_rate = np.arange(num_samples) / sample_rate, sample_rate
     if filtering is not None:
         dense_rate = OVERSAMPLING * sample_rate
-        time = np.arange(-SETTLING * OVERSAMPLING, num_samples * OVERSAMPLING) / dense_rate
+        time = np.arange(-SETTLING_SAMPLES * OVERSAMPLING, num_samples * OVERSAMPLING) / dense_rate
     ramp = np.arange(victim.num_ramps)[:, None]
     shape = (victim.num_ramps, time.size)
     echo, direct = np.zeros(shape, dtype=np.complex128), np.zeros(shape, dtype=np.complex128)
@@ -154,7 +154,7 @@ def hand_frame(
         direct += other.amplitude * _phasor(cycles) * (np.abs(beat) < 0.5 * dense_rate)
     if filtering is not None:
         echo, direct = (
-            filtering.filtered(part, dense_rate)[:, SETTLING:] for part in (echo, direct)
+            filtering.filtered(part, dense_rate)[:, SETTLING_SAMPLES:] for part in (echo, direct)
         )
     white = random.normal(size=echo.shape) + 1j * random.normal(size=echo.shape)
     parts = np.stack([echo, direct, math.sqrt(0.5 * noise) * white])[:, None]

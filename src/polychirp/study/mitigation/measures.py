@@ -144,7 +144,7 @@ def measures(on: MeasuredFrame, treated: Mitigated) -> dict[str, float]:
 
 
 def has_rates(frame: IfFrame) -> bool:
-    """Whether a frame's map has an axis of range rates: its ramps are equal, and many."""
+    """True if a frame's map has an axis of range rates: its ramps are equal, and many."""
     return frame.schedule.num_ramps >= LEAST_RAMPS and not unequal(frame.schedule)
 
 
