@@ -14,6 +14,7 @@ from polychirp.receiver.mitigation import (
     Autoregression,
     Blanking,
     Burg,
+    ChirpSubtraction,
     ComplexNetwork,
     DualSparsity,
     Imat,
@@ -70,6 +71,9 @@ TRAINED = {"complex network": ComplexNetwork()}
 ON_EQUAL_RAMPS = {"ramp minimum": RampMinimum(), "burg along ramps": Burg(along="ramps", order=4)}
 """Methods that compare ramps, which must be equal."""
 
+FOR_LONG_BURSTS = {"chirp subtraction": ChirpSubtraction()}
+"""Methods that leave short bursts as they are; tests/unit/receiver/test_chirp_subtraction.py."""
+
 CHIRPS = Sawtooth(start_frequency=77e9, bandwidth=4e8, ramp_duration=40e-6).schedule(
     num_sweeps=32, streams=Streams(1)
 )
@@ -95,7 +99,7 @@ def ramp_method(request):
     return request.param
 
 
-@pytest.fixture(params=params(ON_ANY_RAMPS | TRAINED | ON_EQUAL_RAMPS))
+@pytest.fixture(params=params(ON_ANY_RAMPS | TRAINED | ON_EQUAL_RAMPS | FOR_LONG_BURSTS))
 def chirp_method(request):
     return request.param
 
@@ -147,7 +151,7 @@ def test_bursts_go_and_echoes_stay(method):
         assert error < 0.05
 
 
-@pytest.mark.parametrize("method", params(ON_ANY_RAMPS))
+@pytest.mark.parametrize("method", params(ON_ANY_RAMPS | FOR_LONG_BURSTS))
 def test_a_frame_without_interference_is_not_touched(method):
     frame = frame_of(RAMPS, POINTS)
     cleaned = mitigated(method, frame)

@@ -31,7 +31,8 @@ def add_parser(subparsers: Any) -> None:
         "study",
         metavar="STUDY",
         help="study file, whose street and radars are drawn for every frame, or a preset: "
-        "tu-delft, arim, toth, direct, indirect, near-parallel, many, real-mixer",
+        "a family of the benchmark's set v2, such as tu-delft, arim, toth, direct or "
+        "street-direct, or arim-grid, ARIM's 960 cells in turn",
     )
     add_option(parser, "--frames", "N", 100, "number of frames")
     parser.add_argument("--seed", type=int, metavar="N", help="seed (default: the study's, or 1)")

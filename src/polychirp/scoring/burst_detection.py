@@ -28,6 +28,8 @@ class BurstCounts:
     >>> counts = BurstCounts(both=90, missed=10, false=30, neither=870)
     >>> counts.precision, counts.recall, round(counts.false_mitigation, 3)
     (0.75, 0.9, 0.033)
+    >>> round(counts.f_score, 3)
+    0.818
     """
 
     both: int
@@ -52,6 +54,11 @@ class BurstCounts:
     def recall(self) -> float:
         """Share of the samples hit that are found; NaN if none is hit."""
         return _share(self.both, self.missed)
+
+    @property
+    def f_score(self) -> float:
+        """Harmonic mean of precision and recall; NaN if none is hit and none found."""
+        return _share(2 * self.both, self.missed + self.false)
 
     @property
     def false_mitigation(self) -> float:

@@ -12,6 +12,8 @@ import zarr
 
 from polychirp.cli.app import main
 from polychirp.study.mitigation.dataset import ARRAYS, PRESETS, DatasetPlan, frame_arrays
+from polychirp.study.mitigation.published import ARIM_GRID
+from polychirp.study.mitigation.street_frames import STREETS
 from tests.support.small_study import SMALL_STUDY
 
 ROOT = Path(__file__).parents[3]
@@ -48,7 +50,10 @@ def test_the_bytes_do_not_depend_on_the_number_of_workers(tmp_path):
     assert digests(one) == digests(two)
 
 
-@pytest.mark.parametrize("preset", PRESETS)
+@pytest.mark.parametrize(
+    "preset",
+    [pytest.param(name, marks=[pytest.mark.slow] if name in STREETS else []) for name in PRESETS],
+)
 def test_the_parts_of_a_presets_frame_sum_to_it(preset):
     arrays = frame_arrays(DatasetPlan(source=preset, seed=3, num_frames=1), 0)
     whole = arrays["interfered"]
@@ -71,12 +76,35 @@ def test_a_targets_place_is_that_of_its_beat():
     assert np.abs(arrays["target_range_rate"]).max() < 0.5 * 3.9e-3 / (2 * 60e-6) * 1.01
 
 
+def test_the_grid_of_arim_has_its_960_cells_in_turn():
+    """8 SNRs, SIRs from −5 dB to 5 dB above the SNR in steps of 5, 16 slopes: 60 times 16."""
+    assert len(ARIM_GRID) == len(set(ARIM_GRID)) == 960
+    plan = DatasetPlan(source="arim-grid", seed=1, num_frames=1)
+    for number in (0, 17, 959, 960):
+        arrays = frame_arrays(plan, number)
+        assert tuple(arrays["cell"]) == pytest.approx(ARIM_GRID[number % 960])
+        noise = np.mean(np.abs(arrays["clean"] - arrays["noise_free"]) ** 2)
+        assert 10 * np.log10(1.0 / noise) == pytest.approx(arrays["cell"][0], abs=0.6)
+
+
+def test_roads_know_the_places_of_their_bodies():
+    """The strongest line of the channels' noise-free sum is at a target's range, to a cell."""
+    arrays = frame_arrays(DatasetPlan(source="direct", seed=2, num_frames=1), 0)
+    fast = arrays["noise_free"].shape[-1]
+    line = np.abs(np.fft.fft(arrays["noise_free"][:, 0] * np.hanning(fast))).sum(axis=0)
+    cell = 299_792_458.0 * 20e6 / (2 * abs(arrays["slope"][0]) * fast)
+    found = line[: fast // 2].argmax() * cell
+    assert np.abs(arrays["target_range"] - found).min() < cell
+    assert np.ptp(arrays["target_azimuth"]) > 0.0
+    assert arrays["path_delay"].size >= arrays["target_range"].size
+
+
 def test_a_study_gives_truth_and_paths(tmp_path):
     study = tmp_path / "study.toml"
     study.write_text(SMALL_STUDY, encoding="utf-8")
     assert made(tmp_path / "out", "--frames", "1", "--workers", "1", source=str(study)) == 0
     frame = zarr.open_group(tmp_path / "out" / "frame-000000.zarr", mode="r")
-    assert set(frame.array_keys()) == set(ARRAYS)
+    assert set(frame.array_keys()) == set(ARRAYS) - {"cell"}
     assert frame["target_range"].size >= 1
     assert frame["path_delay"].size >= 1
     card = (tmp_path / "out" / "README.md").read_text(encoding="utf-8")

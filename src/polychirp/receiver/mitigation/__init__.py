@@ -9,8 +9,8 @@ The modules in reading order; others use the methods themselves, and `base.mitig
   maps of known ones; `prediction` is linear prediction.
 - Methods on ramps with bursts, by spectra and planes: `stft_statistics`, `dual_sparsity`,
   `noise_canceller`.
-- Methods that need no detector: `stft_excision` and `steady_lines`, `ramp_minimum`,
-  `low_rank_hankel`, and the trained `complex_network` with its `network_layers`.
+- Methods that need no detector: `stft_excision` and `steady_lines`, `chirp_subtraction`,
+  `ramp_minimum`, `low_rank_hankel`, and the trained `complex_network` with its `network_layers`.
 """
 
 from typing import Annotated
@@ -18,6 +18,7 @@ from typing import Annotated
 from polychirp.receiver.mitigation.autoregression import Autoregression as Autoregression
 from polychirp.receiver.mitigation.blanking import Blanking as Blanking
 from polychirp.receiver.mitigation.burg import Burg as Burg
+from polychirp.receiver.mitigation.chirp_subtraction import ChirpSubtraction as ChirpSubtraction
 from polychirp.receiver.mitigation.complex_network import ComplexNetwork as ComplexNetwork
 from polychirp.receiver.mitigation.dual_sparsity import DualSparsity as DualSparsity
 from polychirp.receiver.mitigation.imat import Imat as Imat
@@ -42,6 +43,7 @@ AnyMitigation = Annotated[
     | StftExcision
     | StftStatistics
     | DualSparsity
+    | ChirpSubtraction
     | NoiseCanceller
     | RampMinimum
     | LowRankHankel

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Annotated, Protocol
+from typing import Annotated, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -45,6 +45,14 @@ class Mitigation(Hashable, Protocol):
 
     def mitigate(self, frame: IfFrame) -> Mitigated:
         """The frame's samples with less interference."""
+
+
+@runtime_checkable
+class Detecting(Protocol):
+    """Mitigation that first detects which samples are hit."""
+
+    def hit(self, frame: IfFrame) -> BoolArray:
+        """Mask of the samples that are hit, ``(ramp, fast)``."""
 
 
 def mitigated(mitigation: Mitigation | None, frame: IfFrame) -> Mitigated:

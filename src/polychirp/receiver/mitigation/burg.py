@@ -16,9 +16,10 @@ from polychirp.receiver.mitigation.patches import Patch, Place, gaps_and_ends, p
 from polychirp.receiver.signal_model.equal_ramps import unequal
 from polychirp.units import Between
 
-SEGMENT_FACTOR = 8
-"""Greatest number of good samples beside a gap that a model uses, over its order. Chosen: Rameez,
-Dahl and Pettersson ask for more than 2; echoes' noise is averaged over more."""
+SEGMENT_FACTOR = 40
+"""Greatest number of good samples beside a gap that a model uses, over its order. Chosen: mostly
+all samples up to the next gap. Rameez, Dahl and Pettersson ask for more than 2. On the signal of TU
+Delft, 4, 8, 16 and 40 give 10.1, 12.2, 13.8 and 14.4 dB at order 60; 14.9 dB are published."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -8,11 +8,9 @@ from polychirp.errors import InputError
 from polychirp.model.if_frame import IfFrame
 from polychirp.receiver.mitigation.burst_detectors import AnyBurstDetector, MedianThreshold
 from polychirp.receiver.mitigation.burst_detectors.base import guard_time
-from polychirp.receiver.mitigation.burst_detectors.median_threshold import check_median_settings
+from polychirp.receiver.mitigation.burst_detectors.median_threshold import FALSE_MITIGATION
 from polychirp.spec import Spec
 from polychirp.units import Between, Seconds
-
-_DEFAULT = MedianThreshold()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -21,28 +19,35 @@ class BurstRepair(Spec):
 
     Parameters
     ----------
-    factor, guard, whitening : settings of the default detector, `MedianThreshold`
+    factor, false_mitigation, guard, whitening : settings of the default detector, `MedianThreshold`
     detector : another detector, with settings of its own; None for the default one
     """
 
-    factor: float = _DEFAULT.factor
+    factor: float | None = None
+    false_mitigation: float = FALSE_MITIGATION
     guard: Seconds | None = None
-    whitening: Annotated[int, Between(greatest=1024)] = _DEFAULT.whitening
+    whitening: Annotated[int, Between(greatest=1024)] = 8
     detector: AnyBurstDetector | None = None
 
     def __post_init__(self) -> None:
-        own = (self.factor, self.guard, self.whitening)
-        check_median_settings(*own)
-        if self.detector is not None and own != (_DEFAULT.factor, None, _DEFAULT.whitening):
+        if self.detector is not None and self._default() != MedianThreshold():
             raise InputError(
-                "factor, guard and whitening are settings of the default detector; give them in "
-                "the table 'detector', or leave that table out"
+                "factor, false_mitigation, guard and whitening are settings of the default "
+                "detector; give them in the table 'detector', or leave that table out"
             )
+        self._default()  # refuses what it cannot use
 
     def hit(self, frame: IfFrame) -> BoolArray:
         """Mask of the samples that are hit, ``(ramp, fast)``; False in the padding of a ramp."""
-        default = MedianThreshold(factor=self.factor, guard=self.guard, whitening=self.whitening)
-        return (self.detector or default).hit(frame)
+        return (self.detector or self._default()).hit(frame)
+
+    def _default(self) -> MedianThreshold:
+        return MedianThreshold(
+            factor=self.factor,
+            false_mitigation=self.false_mitigation,
+            guard=self.guard,
+            whitening=self.whitening,
+        )
 
     def guard_time(self, sample_rate: float) -> float:
         """The detector's guard, s, if the converter takes ``sample_rate`` samples per second.

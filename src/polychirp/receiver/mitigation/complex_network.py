@@ -12,7 +12,7 @@ from polychirp.errors import CapabilityError, InputError
 from polychirp.model.if_frame import IfFrame
 from polychirp.receiver.mitigation.base import Mitigated
 from polychirp.receiver.mitigation.network_layers import Network, logits
-from polychirp.receiver.mitigation.stft_excision import hann_transform, whole_slices
+from polychirp.receiver.mitigation.stft_excision import hann_transform, nearest_slices, whole_slices
 from polychirp.spec import Spec
 
 WINDOW: Final = 32
@@ -106,6 +106,14 @@ class ComplexNetwork(Spec):
 
         weight = present.astype(np.float64)
         return Mitigated(samples=repair(frame.samples), weight=weight, repair=repair)
+
+    def hit(self, frame: IfFrame) -> BoolArray:
+        """Mask of the samples nearest to a slice with a masked cell, ``(ramp, fast)``."""
+        mask = np.zeros(frame.times.is_sample.shape, dtype=np.bool_)
+        for k, length in enumerate(map(int, frame.times.num_samples)):
+            slices = np.asarray(self.lost(frame.samples[:, k, :length]).any(axis=0))
+            mask[k, :length] = slices[nearest_slices(WINDOW, length, HOPS)]
+        return mask
 
     def lost(self, samples: ComplexArray) -> BoolArray:
         """Mask of the cells ``(frequency, slice)`` of a ramp that are set to zero.

@@ -44,27 +44,38 @@ def covariance_model(samples: ComplexArray, is_good: BoolArray, order: int) -> C
     return np.concatenate([[1.0], np.linalg.solve(inner, -gram[1:, 0])])
 
 
-def prediction_error(samples: ComplexArray, order: int) -> FloatArray:
-    """Error of each sample's linear prediction: V, rms over channels, ``(fast,)``.
+def prediction_errors(samples: ComplexArray, order: int) -> FloatArray:
+    """Errors of each sample's forward and backward prediction: V, rms over channels, ``(2, fast)``.
 
-    It is the smaller of the forward and the backward error, because a burst disturbs the forward
-    prediction of the next ``order`` samples, and the backward prediction of the ``order`` samples
-    before it. On a ramp too short for a model of this order it is the sample's amplitude.
+    A burst disturbs the forward prediction of the next ``order`` samples, and the backward
+    prediction of the ``order`` samples before it: the smaller error shows the burst alone. Where a
+    prediction would need samples beyond the ramp its error is infinite. On a ramp too short for a
+    model of this order all errors are zero.
 
     Parameters
     ----------
     samples : one ramp, ``(channel, fast)``
+
+    Examples
+    --------
+    Nothing is unexpected in a tone but the sample that is wrong.
+
+    >>> tone = np.exp(0.5j * np.arange(40))[None]
+    >>> tone[0, 20] += 9.0
+    >>> int(prediction_errors(tone, 1).min(axis=0).argmax())
+    20
     """
     from scipy.signal import lfilter
 
     length = samples.shape[1]
     model = covariance_model(samples, np.ones(length, dtype=bool), order)
     if model is None or length < 2 * order:
-        return rms(samples)
+        return np.zeros((2, length))
     error = np.full((2, length), np.inf)
     for error_, line in zip(error, (samples, samples[:, ::-1].conj()), strict=True):
         error_[order:] = rms(lfilter(model, np.ones(1), line, axis=-1))[order:]
-    return np.asarray(np.minimum(error[0], error[1, ::-1]))
+    error[1] = error[1, ::-1].copy()
+    return error
 
 
 def rms(samples: ComplexArray) -> FloatArray:

@@ -189,6 +189,12 @@ class StftExcision(Spec):
                 gain[k, :, last:] = gain[k, :, last - 1 : last]
         return gain
 
+    def hit(self, frame: IfFrame) -> BoolArray:
+        """Mask of the samples nearest to a slice with a cell that is removed, ``(ramp, fast)``."""
+        slices = np.asarray(self.hit_cells(frame).any(axis=1))
+        present = frame.times.is_sample
+        return np.asarray(slices[:, nearest_slices(self.window, present.shape[1])] & present)
+
     def hit_cells(self, frame: IfFrame) -> BoolArray:
         """Mask of the cells above their thresholds, ``(ramp, frequency, slice)``.
 
@@ -262,13 +268,13 @@ def hann_transform(window: int, hops: int = HOPS_PER_WINDOW) -> ShortTimeFFT:
     return ShortTimeFFT(hann(window, sym=False), window // hops, fs=1.0, fft_mode="twosided")
 
 
-def nearest_slices(window: int, length: int) -> IntArray:
+def nearest_slices(window: int, length: int, hops: int = HOPS_PER_WINDOW) -> IntArray:
     """Index of the slice whose middle is nearest to each of ``length`` samples, ``(fast,)``.
 
     >>> nearest_slices(16, 8)
     array([3, 4, 4, 5, 5, 6, 6, 7])
     """
-    transform = hann_transform(window)
+    transform = hann_transform(window, hops)
     number = (np.arange(length) + transform.hop // 2) // transform.hop - transform.p_min
     return np.minimum(number, transform.p_max(length) - transform.p_min - 1)
 

@@ -4,35 +4,65 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
 
-from polychirp.errors import CapabilityError, InputError, no_such
+from polychirp.axes import BoolArray
+from polychirp.errors import CapabilityError, InputError, RunError, no_such
 from polychirp.model.baseband import Progress, no_progress
-from polychirp.model.if_frame import IfFrame
-from polychirp.receiver.mitigation.base import Mitigated, Mitigation, mitigated
+from polychirp.model.if_frame import IfFrame, IfParts
+from polychirp.receiver.mitigation.base import Detecting, Mitigated, Mitigation, mitigated
+from polychirp.receiver.mitigation.burst_repair import BurstRepair
+from polychirp.scoring.burst_detection import burst_counts, hit_in_truth
 from polychirp.scoring.mitigation import share_touched
-from polychirp.study.mitigation.frame_sets import FRAME_SETS, set_frame
-from polychirp.study.mitigation.measures import MEASURES, measured_frame, measures
+from polychirp.study.mitigation.carried_work import CarriedWork
+from polychirp.study.mitigation.frame_sets import FRAME_SETS, NEWEST, set_frame
+from polychirp.study.mitigation.measures import MEASURES, MeasuredFrame, measured_frame, measures
+from polychirp.study.monte_carlo.tasks import Outcome, Task, outcome_of
 from polychirp.study.provenance import versions
 
-FORMAT: Final = "polychirp mitigation benchmark, version 1"
+FORMAT: Final = "polychirp mitigation benchmark, version 2"
 
 NO_MITIGATION: Final = "nothing"
 ORACLE: Final = "clean oracle"
 """Bounds: no mitigation, and the frame without interference, which no real receiver has."""
+
+KNOWN: Final = ", bursts known"
+"""End of the name of a method whose detector is `KnownBursts`."""
 
 PERCENTILES: Final = (10, 50, 90)
 
 LEAST_CHANGE: Final = 0.1
 """Fall of ``sinr_range``, dB, from which a method made a frame worse; chosen."""
 
-CLEAN_MEASURES: Final = ("false_mitigation", "clean_evm", "seconds")
-"""Measures beside those of `measures`: share of the samples of the clean frame that the method
-changes, EVM of that frame, and time for the interfered frame, s."""
+OTHER_MEASURES: Final = ("precision", "recall", "f_score", "false_mitigation", "clean_evm")
+"""Measures beside those of `measures`. Of the samples that the method's detector finds on the
+interfered frame: the share that is hit, the share of those hit that it finds, and the harmonic mean
+of both; NaN for a method without a detector. Of the clean frame: the share of the samples that the
+method changes, and its EVM."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class KnownBursts:
+    """A detector that knows which samples are hit: what a repair gives with perfect detection.
+
+    Parameters
+    ----------
+    mask : samples that are hit, ``(ramp, fast)``
+    guard : s; unused, the mask holds all
+    """
+
+    mask: BoolArray
+    guard: float | None = 0.0
+
+    def hit(self, frame: IfFrame) -> BoolArray:
+        """The known mask."""
+        del frame
+        return self.mask
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,12 +73,14 @@ class MethodResult:
     ----------
     family, method : names
     frames : measures of every frame by name; empty if the method refuses such frames
-    refusal : reason of that, else empty
+    seconds : CPU time of the method on every frame
+    refusal : reason of a refusal, else empty
     """
 
     family: str
     method: str
     frames: tuple[Mapping[str, float], ...]
+    seconds: tuple[float, ...] = ()
     refusal: str = ""
 
     def percentiles(self, measure: str) -> tuple[float, ...]:
@@ -66,71 +98,189 @@ class MethodResult:
         return float(np.mean(worse)) if worse else math.nan
 
 
-def run_benchmark(
-    methods: Mapping[str, Mitigation],
-    *,
-    frame_set: str = "v1",
-    families: Sequence[str] = (),
-    num_frames: int = 8,
-    progress: Progress = no_progress,
-) -> tuple[MethodResult, ...]:
-    """Every method on the same frames, and both bounds.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BenchmarkPlan:
+    """Methods and frames that are measured.
 
     Parameters
     ----------
-    families : of the set; all if empty
+    methods : by name
+    frame_set, families : set of frames, and families of it; all if empty
     num_frames : frames of every family
+    fewer : smaller numbers of frames by the names of methods, such as slow ones
+    knows_bursts : measure each method that begins with a detector once more with `KnownBursts`
 
     Raises
     ------
     InputError
-        There is no such set or family, or the number of frames is below 1.
+        There is no such set or family, or a number of frames is below 1.
     """
-    chosen = chosen_families(frame_set, families)
-    if num_frames < 1:
-        raise InputError(f"the number of frames is {num_frames}; use 1 or more")
-    all_methods: dict[str, Mitigation | None] = {NO_MITIGATION: None, **methods, ORACLE: None}
-    results = []
-    total = len(chosen) * num_frames
-    for place, family in enumerate(chosen):
-        rows: dict[str, list[Mapping[str, float]]] = {name: [] for name in all_methods}
-        refusals: dict[str, str] = {}
-        for number in range(num_frames):
-            progress("frames", place * num_frames + number, total)
-            frame, parts = set_frame(frame_set, family, number)
-            on = measured_frame(frame, parts)
-            for name, method in all_methods.items():
-                if name in refusals:
-                    continue
-                treated = on.clean if name == ORACLE else frame
-                try:
-                    result, seconds = _timed(method, treated)
-                    unspoilt = mitigated(method, on.clean)
-                except CapabilityError as error:
-                    refusals[name] = str(error)
-                    continue
-                after, present = unspoilt.samples, frame.times.is_sample
-                rows[name].append(
-                    measures(on, result)
-                    | {
-                        "false_mitigation": share_touched(
-                            on.clean.samples, after, unspoilt.weight, present
-                        ),
-                        "clean_evm": measures(on, unspoilt)["evm"],
-                        "seconds": seconds,
-                    }
-                )
-        results += [
-            MethodResult(
-                family=family,
-                method=name,
-                frames=tuple(rows[name]),
-                refusal=refusals.get(name, ""),
-            )
-            for name in all_methods
-        ]
-    progress("frames", total, total)
-    return tuple(results)
+
+    methods: Mapping[str, Mitigation]
+    frame_set: str = NEWEST
+    families: tuple[str, ...] = ()
+    num_frames: int = 8
+    fewer: Mapping[str, int] = field(default_factory=dict)
+    knows_bursts: bool = False
+
+    def __post_init__(self) -> None:
+        chosen = chosen_families(self.frame_set, self.families)
+        object.__setattr__(self, "families", chosen)
+        for number in (self.num_frames, *self.fewer.values()):
+            if number < 1:
+                raise InputError(f"the number of frames is {number}; use 1 or more")
+
+    @property
+    def rows(self) -> tuple[str, ...]:
+        """Names of all rows of a family, both bounds included."""
+        names = []
+        for name, method in self.methods.items():
+            names.append(name)
+            repair: object = method
+            if self.knows_bursts and isinstance(repair, BurstRepair):
+                names.append(name + KNOWN)
+        return (NO_MITIGATION, *names, ORACLE)
+
+    def measures_frame(self, row: str, number: int) -> bool:
+        """True if a row has a frame of this number."""
+        return number < self.fewer.get(row.removesuffix(KNOWN), self.num_frames)
+
+
+def run_benchmark(
+    plan: BenchmarkPlan, *, workers: int = 1, progress: Progress = no_progress
+) -> tuple[MethodResult, ...]:
+    """Every method on the same frames, and both bounds; the same for any number of workers.
+
+    Only the times differ from run to run.
+
+    Raises
+    ------
+    InputError
+        A method cannot be sent to worker processes.
+    RunError
+        A method fails on a frame.
+    """
+    from threadpoolctl import threadpool_limits
+
+    tasks = [
+        Task(point=place, trial=place * plan.num_frames + number, seed=number)
+        for place in range(len(plan.families))
+        for number in range(plan.num_frames)
+    ]
+    progress("frames", 0, len(tasks))
+    rows: dict[int, Mapping[str, FrameRow]] = {}
+    with threadpool_limits(1, user_api="blas"):
+        for outcome in _outcomes(plan, tasks, workers):
+            if outcome.failure:
+                family = plan.families[outcome.task.point]
+                raise RunError(f"frame {outcome.task.seed} of '{family}': {outcome.failure}")
+            rows[outcome.task.trial] = outcome.result
+            progress("frames", len(rows), len(tasks))
+    return tuple(
+        _result(family, row, [rows[place * plan.num_frames + n] for n in range(plan.num_frames)])
+        for place, family in enumerate(plan.families)
+        for row in plan.rows
+    )
+
+
+def _outcomes(plan: BenchmarkPlan, tasks: Sequence[Task], workers: int) -> Iterator[Outcome]:
+    from polychirp.study.monte_carlo.executor import LocalWorkers
+
+    work = partial(measured_task, plan)
+    if workers == 1:
+        return map(work, tasks)
+    return LocalWorkers(count=workers).compute(CarriedWork.of(work), iter(tasks))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FrameRow:
+    """Measures of a method on one frame, and its CPU time, s; or why it refuses the frame."""
+
+    measures: Mapping[str, float] | None = None
+    seconds: float = math.nan
+    refusal: str = ""
+
+
+def measured_task(plan: BenchmarkPlan, task: Task) -> Outcome:
+    """All rows of the frame of a task, by name."""
+    family = plan.families[task.point]
+    return outcome_of(
+        task, lambda: _frame_rows(plan, *set_frame(plan.frame_set, family, task.seed), task.seed)
+    )
+
+
+def _frame_rows(
+    plan: BenchmarkPlan, frame: IfFrame, parts: IfParts, number: int
+) -> dict[str, FrameRow]:
+    on = measured_frame(frame, parts)
+    truth = hit_in_truth(parts, frame.times.is_sample)
+    rows = {}
+    for name in plan.rows:
+        if not plan.measures_frame(name, number):
+            continue
+        method: Any = plan.methods.get(name.removesuffix(KNOWN))
+        treated = on.clean if name == ORACLE else frame
+        try:
+            if name.endswith(KNOWN):
+                on_clean = _knowing(method, np.zeros_like(truth))
+                rows[name] = _row(on, treated, _knowing(method, truth), on_clean, truth)
+            else:
+                rows[name] = _row(on, treated, method, method, truth)
+        except CapabilityError as error:
+            rows[name] = FrameRow(refusal=str(error))
+    return rows
+
+
+def _knowing(method: Any, mask: BoolArray) -> Mitigation:
+    """The method with `KnownBursts` in place of its detector."""
+    settings: dict[str, Any] = {setting.name: setting.default for setting in fields(BurstRepair)}
+    known: Mitigation = replace(method, **settings | {"detector": KnownBursts(mask=mask)})
+    return known
+
+
+def _row(
+    on: MeasuredFrame,
+    treated: IfFrame,
+    method: Mitigation | None,
+    on_clean: Mitigation | None,
+    truth: BoolArray,
+) -> FrameRow:
+    """Measures of a method on a frame, and on the same frame without interference."""
+    result, seconds = _timed(method, treated)
+    unspoilt = mitigated(on_clean, on.clean)
+    present = on.frame.times.is_sample
+    values = measures(on, result) | {
+        "precision": math.nan,
+        "recall": math.nan,
+        "f_score": math.nan,
+        "false_mitigation": share_touched(
+            on.clean.samples, unspoilt.samples, unspoilt.weight, present
+        ),
+        "clean_evm": measures(on, unspoilt)["evm"],
+    }
+    detecting: object = method
+    if isinstance(detecting, Detecting):
+        counts = burst_counts(detecting.hit(treated), truth, present)
+        values |= {
+            "precision": counts.precision,
+            "recall": counts.recall,
+            "f_score": counts.f_score,
+        }
+    return FrameRow(measures=values, seconds=seconds)
+
+
+def _result(family: str, row: str, frames: Sequence[Mapping[str, FrameRow]]) -> MethodResult:
+    """All frames of a row; none if the method refuses one of them."""
+    own = [frame[row] for frame in frames if row in frame]
+    refusal = next((one.refusal for one in own if one.refusal), "")
+    measured = [] if refusal else [one for one in own if one.measures is not None]
+    return MethodResult(
+        family=family,
+        method=row,
+        frames=tuple(one.measures for one in measured if one.measures is not None),
+        seconds=tuple(one.seconds for one in measured),
+        refusal=refusal,
+    )
 
 
 def chosen_families(frame_set: str, families: Sequence[str]) -> tuple[str, ...]:
@@ -150,32 +300,28 @@ def chosen_families(frame_set: str, families: Sequence[str]) -> tuple[str, ...]:
     return tuple(families) or tuple(known)
 
 
-def benchmark_record(
-    results: Sequence[MethodResult],
-    methods: Mapping[str, Mitigation],
-    *,
-    frame_set: str,
-) -> dict[str, Any]:
+def benchmark_record(results: Sequence[MethodResult], plan: BenchmarkPlan) -> dict[str, Any]:
     """The results as plain values for JSON: settings, measures of every frame, percentiles.
 
-    NaN is None. Times are those of this machine; all else is the same everywhere.
+    NaN is None. It has no times, so that it is the same for any number of workers.
     """
     nothing = {result.family: result for result in results if result.method == NO_MITIGATION}
     return {
         "format": FORMAT,
-        "set": frame_set,
+        "set": plan.frame_set,
         "versions": versions(),
-        "methods": {name: _settings(method) for name, method in methods.items()},
+        "methods": {name: _settings(method) for name, method in plan.methods.items()},
         "percentiles": list(PERCENTILES),
         "results": [
             {
                 "family": result.family,
                 "method": result.method,
                 "refusal": result.refusal,
+                "num_frames": len(result.frames),
                 "share_worse": _plain(result.share_worse(nothing[result.family])),
                 "summary": {
                     name: [_plain(value) for value in result.percentiles(name)]
-                    for name in (*MEASURES, *CLEAN_MEASURES)
+                    for name in (*MEASURES, *OTHER_MEASURES)
                 },
                 "frames": [
                     {name: _plain(value) for name, value in frame.items()}
@@ -187,18 +333,28 @@ def benchmark_record(
     }
 
 
+def benchmark_times(results: Sequence[MethodResult]) -> dict[str, dict[str, float]]:
+    """Median CPU time for a frame of this machine, s, by method and family."""
+    times: dict[str, dict[str, float]] = {}
+    for result in results:
+        if result.seconds:
+            median = round(float(np.median(result.seconds)), 6)
+            times.setdefault(result.method, {})[result.family] = median
+    return times
+
+
 def _timed(method: Mitigation | None, frame: IfFrame) -> tuple[Mitigated, float]:
-    """The result of a method on a frame, and the time that it took, s."""
-    start = time.perf_counter()
+    """The result of a method on a frame, and the CPU time that it took, s."""
+    start = time.process_time()
     result = mitigated(None, frame) if method is None else method.mitigate(frame)
-    return result, time.perf_counter() - start
+    return result, time.process_time() - start
 
 
 def _settings(method: Any) -> Any:
     """Settings of a spec by name; of another object the name of its class."""
     if not is_dataclass(method):
         return type(method).__qualname__
-    values = {field.name: getattr(method, field.name) for field in fields(method)}
+    values = {setting.name: getattr(method, setting.name) for setting in fields(method)}
     return {name: _settings(v) if is_dataclass(v) else v for name, v in values.items()}
 
 

@@ -25,18 +25,31 @@ from polychirp.model.baseband import Progress, no_progress
 from polychirp.model.if_frame import IfFrame, IfParts
 from polychirp.rng import Streams
 from polychirp.scoring.burst_detection import hit_in_truth
-from polychirp.study.mitigation.engine_frames import frame_of_study
-from polychirp.study.mitigation.frame_sets import FRAME_SETS
-from polychirp.study.mitigation.measures import LEAST_RAMPS, measured_frame
+from polychirp.study.mitigation.engine_frames import (
+    ROADS,
+    StudyFrame,
+    frame_of_study,
+    kept_interference,
+    road_study,
+)
+from polychirp.study.mitigation.frame_sets import FRAME_SETS, NEWEST
+from polychirp.study.mitigation.measures import has_rates, measured_frame
+from polychirp.study.mitigation.published import ARIM_GRID, arim
+from polychirp.study.mitigation.street_frames import STREETS, street_study
 from polychirp.study.monte_carlo.grid import trial_seed
 from polychirp.study.monte_carlo.tasks import Outcome, Task, outcome_of
 from polychirp.study.provenance import canonical_json, versions
 from polychirp.study.spec import Study
+from polychirp.units import from_db
 
-FORMAT: Final = "polychirp dataset, version 1"
+FORMAT: Final = "polychirp dataset, version 2"
 
-PRESETS: Final = FRAME_SETS["v1"]
-"""Kinds of frames by name, beside a study's: those of the benchmark, with other draws."""
+GRID: Final = "arim-grid"
+"""Preset that takes the cells of ARIM's grid in turn: frame n is of cell n modulo 960."""
+
+PRESETS: Final = (*FRAME_SETS[NEWEST], GRID)
+"""Kinds of frames by name, beside a study's: those of the benchmark, with other draws, and `GRID`,
+whose frames depend on their number too."""
 
 ARRAYS: Final[Mapping[str, tuple[tuple[str, ...], str, str]]] = {
     "interfered": (("channel", "ramp", "fast"), "V", "samples of the radar"),
@@ -53,7 +66,8 @@ ARRAYS: Final[Mapping[str, tuple[tuple[str, ...], str, str]]] = {
     "target_range_rate": (("target",), "m/s", "positive: away; 0 for a single ramp of a preset"),
     "target_azimuth": (("target",), "rad", "positive: left; 0 for presets of one channel"),
     "target_is_visible": (("target",), "", "in sight of the radar"),
-    "path_transmitter": (("path",), "", "number of the radar that transmits; of a study only"),
+    "cell": (("label",), "", "SNR and SIR, dB, and relative slope; of the preset arim-grid only"),
+    "path_transmitter": (("path",), "", "number of the transmitting radar; of bodies only"),
     "path_delay": (("path",), "s", "of each path to the radar"),
     "path_gain": (("path",), "", "norm of its polarimetric transfer"),
 }
@@ -138,27 +152,46 @@ def frame_arrays(plan: DatasetPlan, number: int) -> dict[str, NDArray[Any]]:
 
     >>> arrays = frame_arrays(DatasetPlan(source="tu-delft", seed=1, num_frames=1), 0)
     >>> sorted(set(ARRAYS) - set(arrays))
-    ['path_delay', 'path_gain', 'path_transmitter']
+    ['cell', 'path_delay', 'path_gain', 'path_transmitter']
     >>> bool(np.allclose(arrays["clean"] + arrays["interference"], arrays["interfered"], atol=1e-5))
     True
     """
     seed = trial_seed(plan.seed, number)
     if isinstance(plan.source, str):
-        frame, parts = PRESETS[plan.source](Streams(seed).of("dataset", plan.source))
-        return _samples(frame, parts) | _targets_of_map(frame, parts)
+        return _preset_arrays(plan.source, Streams(seed).of("dataset", plan.source), number)
     one = frame_of_study(replace(plan.source, seed=seed))
-    targets = {
+    return _samples(one.frame, one.parts) | _truth(one)
+
+
+def _truth(one: StudyFrame) -> dict[str, NDArray[Any]]:
+    """Targets and paths of a frame of a study."""
+    return {
         "target_range": one.truth.range,
         "target_range_rate": one.truth.range_rate,
         "target_azimuth": one.truth.azimuth,
         "target_is_visible": one.truth.is_visible,
-    }
-    paths = {
         "path_transmitter": one.paths.transmitter,
         "path_delay": one.paths.delay,
         "path_gain": np.linalg.norm(one.paths.transfer, axis=(1, 2)),
     }
-    return _samples(one.frame, one.parts) | targets | paths
+
+
+def _preset_arrays(name: str, streams: Streams, number: int) -> dict[str, NDArray[Any]]:
+    if name in ROADS or name in STREETS:
+        is_road = name in ROADS
+        study = (
+            road_study(streams, ROADS[name]) if is_road else street_study(streams, STREETS[name])
+        )
+        kept = ROADS[name].kept if is_road else STREETS[name].kept
+        one = frame_of_study(study)
+        return _samples(*kept_interference(one.frame, one.parts, kept)) | _truth(one)
+    if name == GRID:
+        snr, sir, ratio = ARIM_GRID[number % len(ARIM_GRID)]
+        frame, parts = arim(streams, snr=from_db(snr), sir=from_db(sir), ratio=ratio)
+        label = {"cell": np.array([snr, sir, ratio])}
+        return _samples(frame, parts) | _targets_of_map(frame, parts) | label
+    frame, parts = FRAME_SETS[NEWEST][name](streams)
+    return _samples(frame, parts) | _targets_of_map(frame, parts)
 
 
 def data_card(plan: DatasetPlan) -> str:
@@ -183,8 +216,9 @@ Every frame is a Zarr group, `frame-NUMBER.zarr`, of these arrays:
 
 Samples are complex64; `interfered` is `clean` plus `interference`, and `clean` is `noise_free` plus
 noise and leakage. All frames are simulated: none is recorded. Frames are drawn independently, so
-that any split by numbers separates training from tests. A study's targets are its bodies, seen from
-the radar; a preset's are the cells of its echoes' peaks, to a cell's resolution.
+that any split by numbers separates training from tests. The targets of studies, roads and streets
+are their bodies, seen from the radar; those of tu-delft, arim and toth are the cells of their
+echoes' peaks, to a cell's resolution.
 """
 
 
@@ -206,14 +240,14 @@ def _samples(frame: IfFrame, parts: IfParts) -> dict[str, NDArray[Any]]:
 
 
 def _targets_of_map(frame: IfFrame, parts: IfParts) -> dict[str, NDArray[Any]]:
-    """Places of the peaks of a preset's echoes; its ramps are equal."""
+    """Places of the peaks of the echoes of a preset without a study; its ramps are equal."""
     on = measured_frame(frame, parts)
     row, column = on.objects.T
-    own, ramps = frame.schedule, frame.schedule.num_ramps
+    own = frame.schedule
     beat = (column + 1) * frame.times.rate / frame.times.most_samples
     rate: NDArray[Any] = np.zeros(len(row))
-    if ramps >= LEAST_RAMPS:
-        cycles = np.fft.fftfreq(ramps)[row] / float(np.diff(own.start_time[:2])[0])
+    if has_rates(frame):
+        cycles = np.fft.fftfreq(own.num_ramps)[row] / float(np.diff(own.start_time[:2])[0])
         rate = 0.5 * cycles * SPEED_OF_LIGHT / float(own.centre_frequency[0])
     return {
         "target_range": 0.5 * SPEED_OF_LIGHT * beat / abs(float(own.slope[0])),

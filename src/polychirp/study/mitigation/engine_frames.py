@@ -70,6 +70,9 @@ ROADS: Final[Mapping[str, RoadKind]] = {
 ±10 MHz is crossed within 20 MHz over 1.5 to 4 % of 20 MHz/µs, 25 to 67 µs, or what the ramp has."""
 
 
+_MOUNT: Final = Pose(x=2.0, z=0.5)
+
+
 def road_frame(streams: Streams, kind: RoadKind) -> tuple[IfFrame, IfParts]:
     """A frame of 64 chirps of 20 µs and 256 samples on four channels, and its parts.
 
@@ -77,10 +80,16 @@ def road_frame(streams: Streams, kind: RoadKind) -> tuple[IfFrame, IfParts]:
     radars drive 12 m ahead and more; 0 dBm and a noise figure of 13 dB.
     """
     study = road_study(streams, kind)
-    frame, parts = frame_of_study(study)[:2]
-    if kind.kept is None:
+    return kept_interference(*frame_of_study(study)[:2], kind.kept)
+
+
+def kept_interference(
+    frame: IfFrame, parts: IfParts, kept: Literal["direct", "indirect"] | None
+) -> tuple[IfFrame, IfParts]:
+    """The frame with one part of the interference alone; None: with all of it."""
+    if kept is None:
         return frame, parts
-    lost = {"direct", "indirect"} - {kind.kept}
+    lost = {"direct", "indirect"} - {kept}
     keep = [n for n, name in enumerate(parts.names) if name not in lost]
     few = replace(parts, samples=parts.samples[keep], names=tuple(parts.names[n] for n in keep))
     return frame.with_samples(few.total()), few
@@ -101,7 +110,7 @@ def road_study(streams: Streams, kind: RoadKind) -> Study:
         for n in range(6)
     )
     vehicles = [Vehicle(name="ego", x=0.0, y=0.0, speed=float(random.uniform(0.0, 20.0)))]
-    radars = [_radar("victim", "ego", bandwidth, duration, sampling=kind.sampling)]
+    radars = [road_radar("victim", "ego", bandwidth, duration, sampling=kind.sampling)]
     for n in range(kind.interferers):
         name = f"car {n}"
         vehicles.append(
@@ -116,7 +125,7 @@ def road_study(streams: Streams, kind: RoadKind) -> Study:
         ratio = float(random.uniform(*kind.ratios))
         # both frequencies are equal at this time into the victim's first ramp
         crossing = float(random.uniform(5e-6, 16e-6))
-        other = _radar(
+        other = road_radar(
             f"radar {n}",
             name,
             ratio * bandwidth,
@@ -137,7 +146,7 @@ def road_study(streams: Streams, kind: RoadKind) -> Study:
     )
 
 
-def _radar(
+def road_radar(
     name: str,
     vehicle: str,
     bandwidth: float,
@@ -146,11 +155,13 @@ def _radar(
     start_frequency: float = 77e9,
     idle: float = 5e-6,
     sampling: Literal["complex", "real"] = "complex",
+    mount: Pose = _MOUNT,
 ) -> StudyRadar:
+    """A radar of four channels and 20 MS/s, whose filter ends at 10 MHz."""
     return StudyRadar(
         name=name,
         vehicle=vehicle,
-        mount=Pose(x=2.0, z=0.5),
+        mount=mount,
         array=AntennaArray(num_channels=4),
         transmit_power=1e-3,
         transmit_gain=1.0,

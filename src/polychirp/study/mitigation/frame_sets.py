@@ -12,7 +12,8 @@ from typing import Final
 from polychirp.model.if_frame import IfFrame, IfParts
 from polychirp.rng import Streams
 from polychirp.study.mitigation.engine_frames import ROADS, road_frame
-from polychirp.study.mitigation.published import ARIM_CELLS, arim, toth, tu_delft
+from polychirp.study.mitigation.published import ARIM_CELLS, TOTH_FILTER, arim, toth, tu_delft
+from polychirp.study.mitigation.street_frames import STREETS, street_frame
 from polychirp.units import from_db
 
 Maker = Callable[[Streams], tuple[IfFrame, IfParts]]
@@ -26,15 +27,26 @@ def arim_cell(streams: Streams) -> tuple[IfFrame, IfParts]:
     return arim(streams, snr=from_db(snr), sir=from_db(sir), ratio=ratio)
 
 
-FRAME_SETS: Final[Mapping[str, Mapping[str, Maker]]] = {
-    "v1": {
-        "tu-delft": tu_delft,
-        "arim": arim_cell,
-        "toth": partial(toth, num_ramps=64),
-        **{name: partial(road_frame, kind=kind) for name, kind in ROADS.items()},
-    }
+_V1: Final[Mapping[str, Maker]] = {
+    "tu-delft": tu_delft,
+    "arim": arim_cell,
+    "toth": partial(toth, num_ramps=64),
+    **{name: partial(road_frame, kind=kind) for name, kind in ROADS.items()},
 }
-"""Families of every set, by name."""
+
+FRAME_SETS: Final[Mapping[str, Mapping[str, Maker]]] = {
+    "v1": _V1,
+    "v2": {
+        **_V1,
+        "toth-filtered": partial(toth, num_ramps=64, filtering=TOTH_FILTER),
+        **{name: partial(street_frame, kind=kind) for name, kind in STREETS.items()},
+    },
+}
+"""Families of every set, by name. "v2" adds Toth's filtered case and traced streets, and draws the
+others anew."""
+
+NEWEST: Final = "v2"
+"""Set that is used if none is named."""
 
 
 def set_frame(name: str, family: str, number: int) -> tuple[IfFrame, IfParts]:

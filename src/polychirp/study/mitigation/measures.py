@@ -1,15 +1,16 @@
 r"""Measures of a method of mitigation on one frame, in the range-Doppler map.
 
-The map is the Hann-windowed spectrum over samples and, from eight ramps on, over ramps; only beats
-of the sign that echoes have are used. *Objects* are the local maxima of the map E of the echoes
-alone that are at most 40 dB below the greatest and 13 dB or more above the noise; *empty* cells are
-those in which E is 10 dB or more below the noise. With the map S after the method and the map C of
-the frame without interference (echo and noise, as the clean oracle has it):
+The map is the Hann-windowed spectrum over samples and, from eight equal ramps on, over ramps; only
+beats of the sign that echoes have are used. Ramps that differ have a row each instead, the spectrum
+of their own samples. *Objects* are the local maxima of the map E of the echoes alone, multipath
+included, that are at most 40 dB below the greatest and 13 dB or more above the noise; *empty* cells
+are those in which E is 10 dB or more below the noise. With the map S after the method and the map C
+of the frame without interference (echo and noise, as the clean oracle has it):
 
 ========================  ========================================================================
 ``sinr_range``            mean power of S in the objects' cells (±2) of their range cuts, over that
                           of the cuts' empty cells; dB, mean over the objects
-``sinr_velocity``         the same along the cuts over range rate; NaN of a single ramp
+``sinr_velocity``         the same along the cuts over range rate; NaN without rates
 ``evm``                   :math:`|S - C| / |C|` in the objects' cells, rms over objects and channels
 ``phase_error``           :math:`|\arg(S \overline{C})|`, rad, mean over objects and channels;
                           between channels it is an error of the azimuth
@@ -36,10 +37,11 @@ import numpy as np
 from polychirp.axes import BoolArray, ComplexArray, FloatArray
 from polychirp.model.if_frame import IfFrame, IfParts
 from polychirp.receiver.mitigation.base import Mitigated
+from polychirp.receiver.signal_model.equal_ramps import unequal
 from polychirp.units import from_db, to_db
 
 LEAST_RAMPS: Final = 8
-"""Number of ramps from which a map has an axis of range rates."""
+"""Number of equal ramps from which a map has an axis of range rates."""
 
 DEPTH: Final = from_db(40.0)
 """Greatest ratio of the strongest object's power to that of an object; chosen."""
@@ -109,7 +111,7 @@ def measured_frame(frame: IfFrame, parts: IfParts) -> MeasuredFrame:
         frame=frame,
         clean=clean,
         clean_map=range_rate_map(frame, clean.samples),
-        objects=np.argwhere(local_maxima(echo) & (echo >= least)),
+        objects=np.argwhere(local_maxima(echo, has_rates=has_rates(frame)) & (echo >= least)),
         empty=echo < EMPTY_RATIO * noise,
         threshold=noise * float(gammainccinv(looks, GHOST_PROBABILITY)) / looks,
     )
@@ -123,13 +125,13 @@ def measures(on: MeasuredFrame, treated: Mitigated) -> dict[str, float]:
     here, there = found[:, row, column], on.clean_map[:, row, column]
     floor = float(np.mean(power[on.empty]))
     high = float(np.quantile(power[on.empty], 1.0 - FALSE_ALARMS))
-    ghosts = local_maxima(power) & on.empty & (power > on.threshold)
-    has_rates = power.shape[0] > 1
+    rates = has_rates(on.frame)
+    ghosts = local_maxima(power, has_rates=rates) & on.empty & (power > on.threshold)
     present = on.frame.times.is_sample
     return {
         "sinr_range": _mean([_cut(power[r], on.empty[r], c) for r, c in on.objects]),
         "sinr_velocity": _mean(
-            [_cut(power[:, c], on.empty[:, c], r) for r, c in on.objects if has_rates]
+            [_cut(power[:, c], on.empty[:, c], r) for r, c in on.objects if rates]
         ),
         "evm": math.sqrt(_mean((np.abs(here - there) ** 2 / np.abs(there) ** 2).ravel())),
         "phase_error": _mean(np.abs(np.angle(here * there.conj())).ravel()),
@@ -141,14 +143,22 @@ def measures(on: MeasuredFrame, treated: Mitigated) -> dict[str, float]:
     }
 
 
+def has_rates(frame: IfFrame) -> bool:
+    """True if a frame's map has an axis of range rates: its ramps are equal, and many."""
+    return frame.schedule.num_ramps >= LEAST_RAMPS and not unequal(frame.schedule)
+
+
 def range_rate_map(frame: IfFrame, samples: ComplexArray) -> ComplexArray:
     """Hann-windowed spectrum over ramps and samples ``(channel, range rate, range)``.
 
-    Ranges are the beats of the sign of the slope. Fewer than `LEAST_RAMPS` ramps: the first alone.
+    Ranges are the beats of the sign of the slope. Fewer equal ramps than `LEAST_RAMPS`: the first
+    alone. Unequal ramps: a row each, ``(channel, ramp, range)``.
     """
     from scipy import fft
 
     ramps, length = samples.shape[1:]
+    if ramps > 1 and unequal(frame.schedule):
+        return _map_of_ramps(frame, samples)
     bins = np.arange(1, length // 2) * (1 if frame.schedule.slope[0] > 0 else -1)
     if ramps < LEAST_RAMPS:
         return np.asarray(fft.fft(samples[:, :1] * _hann(length), axis=2)[:, :, bins])
@@ -156,11 +166,28 @@ def range_rate_map(frame: IfFrame, samples: ComplexArray) -> ComplexArray:
     return np.asarray(fft.fft(over_range * _hann(ramps)[:, None], axis=1))
 
 
-def local_maxima(power: FloatArray) -> BoolArray:
-    """Mask of the cells ``(range rate, range)`` that no neighbour exceeds; rates are a ring."""
+def _map_of_ramps(frame: IfFrame, samples: ComplexArray) -> ComplexArray:
+    """Spectrum of every ramp with a window of its own length, ``(channel, ramp, range)``."""
+    from scipy import fft
+
+    ramps, length = samples.shape[1:]
+    window = np.zeros((ramps, length))
+    for k, count in enumerate(frame.times.num_samples):
+        window[k, :count] = _hann(count)
+    sign = np.where(frame.schedule.slope > 0, 1, -1)[:, None]
+    bins = sign * np.arange(1, length // 2)
+    spectrum = fft.fft(samples * window, axis=2)
+    return np.asarray(spectrum[:, np.arange(ramps)[:, None], bins])
+
+
+def local_maxima(power: FloatArray, *, has_rates: bool) -> BoolArray:
+    """Mask of the cells ``(range rate, range)`` that no neighbour exceeds; rates are a ring.
+
+    Without rates the rows are ramps, each of which has maxima of its own.
+    """
     from scipy.ndimage import maximum_filter
 
-    size = (3 if power.shape[0] > 1 else 1, 3)
+    size = (3 if has_rates else 1, 3)
     return np.asarray(power >= maximum_filter(power, size=size, mode=("wrap", "nearest")))
 
 

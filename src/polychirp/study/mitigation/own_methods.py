@@ -10,6 +10,7 @@ from polychirp.receiver.mitigation import (
     Autoregression,
     Blanking,
     Burg,
+    ChirpSubtraction,
     ComplexNetwork,
     DualSparsity,
     Imat,
@@ -43,6 +44,7 @@ METHODS: Final[Mapping[str, Mitigation]] = {
     "stft-filled": StftExcision(cells="filled"),
     "stft-statistics": StftStatistics(),
     "dual-sparsity": DualSparsity(window=32),
+    "chirp-subtraction": ChirpSubtraction(),
     "noise-canceller": NoiseCanceller(),
     "ramp-minimum": RampMinimum(),
     "low-rank-hankel": LowRankHankel(),
@@ -51,7 +53,8 @@ METHODS: Final[Mapping[str, Mitigation]] = {
 """Methods of polychirp with the settings that are compared, by name."""
 
 SLOW_METHODS: Final = frozenset(("stft-filled", "dual-sparsity", "low-rank-hankel"))
-"""Methods that take seconds for a frame; they are compared if they are named."""
+"""Methods that take seconds to a minute for a frame. They are compared if they are named, or if a
+number of frames is given for them."""
 
 
 def methods_named(names: tuple[str, ...], own: tuple[str, ...]) -> dict[str, Mitigation]:

@@ -13,6 +13,7 @@ from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.if_frame import IfFrame, IfParts
 from polychirp.rng import Streams
 from polychirp.study.mitigation.hand_frames import (
+    Butterworth,
     ChirpSequence,
     HandInterferer,
     HandTarget,
@@ -23,15 +24,22 @@ from polychirp.units import from_db
 TU_DELFT_SLOPES: Final = (3.0, -2.0, -1.5)
 """Slopes of the interferers over that of the victim."""
 
-ARIM_CELLS: Final = tuple(
+ARIM_GRID: Final = tuple(
     (snr, sir, ratio / 10)
     for snr in range(5, 41, 5)
     for sir in range(-5, snr + 6, 5)
     for ratio in range(16)
-    if ratio != 10
 )
-"""SNR and SIR in dB, and slope of the interferer over that of the victim, without equal slopes,
-whose beat does not cross the band."""
+"""SNR and SIR in dB, and slope of the interferer over that of the victim: all 960 cells of ARIM. In
+the 60 with equal slopes the interferer's amplitude is zero by their formula."""
+
+ARIM_CELLS: Final = tuple(cell for cell in ARIM_GRID if cell[2] != 1.0)
+"""Cells of `ARIM_GRID` without equal slopes, whose beat does not cross the band."""
+
+TOTH_FILTER: Final = Butterworth(order=9, cutoff=9e6)
+"""Filter of the second case of Toth et al. 2019: of order 9. Its cutoff is chosen, 0.45 of the
+sample rate. Their imperfect detector is that of each method here; the perfect one of the first case
+is `KnownBursts`."""
 
 
 def tu_delft(streams: Streams, *, num_targets: int = 3) -> tuple[IfFrame, IfParts]:
@@ -91,7 +99,7 @@ def arim(streams: Streams, *, snr: float, sir: float, ratio: float) -> tuple[IfF
     ----------
     snr : of the strongest target in a sample, ratio
     sir : ratio, see above
-    ratio : slope of the interferer over that of the victim, not 1
+    ratio : slope of the interferer over that of the victim; at 1 there is no interference
     """
     random = streams["published"]
     rate, count = 40e6, 1024
@@ -127,7 +135,11 @@ def arim(streams: Streams, *, snr: float, sir: float, ratio: float) -> tuple[IfF
 
 
 def toth(
-    streams: Streams, *, num_ramps: int = 128, interferers: Sequence[int] = (1, 2, 3)
+    streams: Streams,
+    *,
+    num_ramps: int = 128,
+    interferers: Sequence[int] = (1, 2, 3),
+    filtering: Butterworth | None = None,
 ) -> tuple[IfFrame, IfParts]:
     """A chirp sequence with 1 to 3 crossing interferers (Toth, Meissner, Melzer and Witrisal 2019).
 
@@ -138,6 +150,7 @@ def toth(
     Parameters
     ----------
     interferers : numbers of interferers, one of which is drawn
+    filtering : `TOTH_FILTER` for their second case; None for their ideal one
     """
     random = streams["published"]
     rate, duration = 20e6, 48e-6
@@ -171,6 +184,7 @@ def toth(
         interferers=others,
         noise=1.0 / from_db(random.uniform(-10.0, 10.0)),
         streams=streams,
+        filtering=filtering,
     )
 
 

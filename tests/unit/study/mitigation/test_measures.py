@@ -1,17 +1,25 @@
 """Measures of mitigation on frames whose answer is known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from polychirp.receiver.mitigation.base import mitigated, with_weights
 from polychirp.rng import Streams
 from polychirp.study.mitigation.hand_frames import (
+    Butterworth,
     ChirpSequence,
     HandInterferer,
     HandTarget,
     hand_frame,
 )
-from polychirp.study.mitigation.measures import local_maxima, measured_frame, measures
+from polychirp.study.mitigation.measures import (
+    local_maxima,
+    measured_frame,
+    measures,
+    range_rate_map,
+)
 from polychirp.study.mitigation.published import toth
 
 VICTIM = ChirpSequence(start_frequency=77e9, slope=2e13, num_ramps=32, interval=30e-6)
@@ -92,7 +100,7 @@ def test_a_lost_half_of_the_samples_halves_the_amplitude():
 def test_local_maxima_wrap_over_range_rate_and_not_over_range():
     power = np.zeros((4, 5))
     power[0, 2], power[3, 2], power[1, 0], power[1, 4] = 2.0, 3.0, 1.0, 1.0
-    peaks = local_maxima(power)
+    peaks = local_maxima(power, has_rates=True)
     assert peaks[3, 2]
     assert not peaks[0, 2]
     assert peaks[1, 0]
@@ -105,3 +113,51 @@ def test_equal_streams_give_equal_frames_and_the_interferers_cross():
     assert np.array_equal(first.samples, second.samples)
     share = np.mean(np.abs(parts.interference) > 0)
     assert 0.0 < share < 0.5
+
+
+def test_a_filtered_burst_follows_the_gain_at_its_frequency():
+    """A slow crossing has the gain of order 9 at its beat, (1 + (f/f_c)¹⁸)^(−1/2).
+
+    The beat changes by 0.4 MHz/µs, a fortieth of the cutoff within the filter's response of some
+    0.3 µs. The filter rings for two microseconds after the interferer's chirp begins.
+    """
+    slow = ChirpSequence(start_frequency=77.0e9, slope=1.96e13, num_ramps=1, interval=60e-6)
+    victim = ChirpSequence(start_frequency=76.99e9, slope=2e13, num_ramps=1, interval=60e-6)
+    _, parts = hand_frame(
+        victim,
+        num_samples=1000,
+        sample_rate=20e6,
+        targets=[],
+        interferers=[HandInterferer(chirps=slow, start=0.0, amplitude=1.0)],
+        noise=1.0,
+        streams=Streams(1),
+        filtering=Butterworth(order=9, cutoff=5e6),
+    )
+    beat = slow.beat(victim, 0.0, np.arange(1000) / 20e6)[0]
+    gain = (1.0 + (np.abs(beat) / 5e6) ** 18) ** -0.5
+    found = np.abs(parts["direct"][0, 0])
+    inside, outside = np.abs(beat) < 4e6, np.abs(beat) > 7e6
+    assert found[inside] == pytest.approx(gain[inside], abs=0.03)
+    assert found[40:][outside[40:]].max() < 0.1
+    assert outside[40:].any()
+
+
+def test_unequal_ramps_have_a_row_each_with_their_own_beat():
+    """A target at 2 b R/c on ramps of two slopes, and on the other side of zero if they fall."""
+    frame, parts = made(interferers=0)
+    slope = np.where(np.arange(32) % 2 == 0, 2e13, -2e13)
+    turned = replace(frame.schedule, slope=slope)
+    beats = 0.25 * np.arange(256)
+    samples = 10.0 * np.exp(1j * np.sign(slope)[:, None] * beats)[None]
+    other = replace(frame, schedule=turned, samples=samples)
+    found = range_rate_map(other, samples)
+    assert found.shape == (1, 32, 127)
+    expected = round(0.25 / (2 * np.pi) * 256) - 1
+    assert np.all(np.abs(found[0]).argmax(axis=1) == expected)
+    on = measured_frame(
+        other, replace(parts, samples=np.stack([samples, 0 * samples, parts.noise]))
+    )
+    assert len(on.objects) == 32
+    clean = measures(on, mitigated(None, on.clean))
+    assert np.isnan(clean["sinr_velocity"])
+    assert clean["detection"] == 1.0
