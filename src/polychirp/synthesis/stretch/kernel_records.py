@@ -358,3 +358,57 @@ class CutExpansion(NamedTuple):
     delay_width: float
     edge_beat: float
     edge_width: float
+
+
+class Chips(NamedTuple):
+    """Conjugate chips ``(code, chip)``; row and chips' duration, s, of each sent ramp ``(ramp,)``."""
+
+    value: ComplexArray
+    row: IntArray
+    duration: FloatArray
+
+
+class CodedRamps(NamedTuple):
+    """A victim's ramps and samples, the coded ramps of a transmitter, the links and the filter."""
+
+    own: Ramps
+    sent: Ramps
+    window: Window
+    links: LinkTable
+    taps: Taps
+
+
+class CodeWork(NamedTuple):
+    """Rows of samples, each with a ramp of the victim and a coded one, as columns ``(unit,)``."""
+
+    row: IntArray
+    ramp: IntArray
+    sent: IntArray
+
+
+class CodeTable(NamedTuple):
+    """The integral E of `coded_ramps` from −S/2 on, at entries ``step`` s apart.
+
+    ``value`` (beat, entry, 2) has E and its derivative times ``step``, at the beats ``node``, Hz.
+    """
+
+    node: FloatArray
+    step: float
+    value: ComplexArray
+
+
+class SweptRule(NamedTuple):
+    """Filon's rule for chips whose beat changes.
+
+    A chip has ``cells_per_chip`` equal cells, a panel has ``cells`` of them. ``node`` are Gauss's
+    nodes of a cell on [−1, 1]; ``to_node`` (node, order) gives their weights from spherical Bessel
+    functions of half the phase by which the beat turns in a cell. ``panel`` are Chebyshev's nodes of
+    a panel, and ``spread`` (cell, node, panel's node) Lagrange's polynomials through them.
+    """
+
+    cells_per_chip: int
+    cells: int
+    node: FloatArray
+    to_node: ComplexArray
+    panel: FloatArray
+    spread: FloatArray
