@@ -56,7 +56,7 @@ class RampCode:
         if not np.all(self.chip_duration > 0):
             raise InputError("chips need a positive duration")
         if np.any(self.row < 0) or np.any(self.row >= len(self.value)):
-            raise InputError(f"a ramp sends a code that does not exist; there are {len(self.value)}")
+            raise InputError(f"a ramp sends a code that is not one of the {len(self.value)}")
 
     @property
     def num_chips(self) -> int:

@@ -11,8 +11,8 @@ with the instants :math:`t_m` at which chips arrive. Two kernels compute it:
 - Where the beat is nearly constant, as of a radar's own echoes, each chip is the difference of two
   values of the integral :math:`E(x) = \int_{-S/2}^x h(s)\,e^{-j2\pi f s}\,ds`, which is tabulated
   once for all links at a few beats f (`steady_code_kernels`).
-- Elsewhere the chips are integrated in panels by Filon's rule: between nodes h is a polynomial, and
-  the integrals of polynomials times the beat are exact, however fast the beat (`swept_code_kernels`).
+- Elsewhere the chips are integrated in panels by Filon's rule (`swept_code_kernels`): between nodes
+  h is a polynomial, and the integrals of polynomials times the beat are exact, however fast it is.
 
 Both are right to 1e-7 of the strongest samples. A delay's acceleration bends the chirp as in
 `path_kernels.beat_of`; what `slow_changes` would add, below 1e-8 on a ramp of 30 µs, is left out.
@@ -20,12 +20,11 @@ An amplitude's drift is that at the sample's time.
 """
 
 import math
-from collections.abc import Sequence
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 
-from polychirp.axes import ComplexArray, FloatArray, IntArray
+from polychirp.axes import ComplexArray, FloatArray
 from polychirp.model.if_filter import IfFilter
 from polychirp.model.radar import Radar
 from polychirp.model.ramp import RampSchedule
@@ -36,9 +35,7 @@ from polychirp.synthesis.stretch.kernel_records import (
     CodeTable,
     CodeWork,
     LinkTable,
-    Ramps,
     SweptRule,
-    Window,
 )
 from polychirp.synthesis.stretch.ramp_overlaps import sent_during
 
@@ -135,10 +132,10 @@ def _chips(sent: RampSchedule) -> Chips:
 
 
 def _audible(radar: Radar, sent: RampSchedule, links: LinkTable) -> LinkTable:
-    """The links with amplitude 0 for the weakest of them.
+    r"""The links with amplitude 0 for the weakest of them.
 
     The estimate of a link's rms is that of random chips of the duration :math:`T_c` whose spectrum
-    is flat over the filter's noise bandwidth B: :math:`|a|\\sqrt{\\min(T_c B, 1)}`.
+    is flat over the filter's noise bandwidth B: :math:`|a|\sqrt{\min(T_c B, 1)}`.
     """
     code = sent.code
     assert code is not None
@@ -180,7 +177,7 @@ def _code_table(if_filter: IfFilter, least: float, greatest: float) -> CodeTable
 
 
 def _swept_rule(if_filter: IfFilter, chip: float, steepest: float) -> SweptRule:
-    """Cells and panels for chips of this duration, s, and beats that change by ``steepest`` Hz/s."""
+    """The rule for chips of this duration, s, and beats that change by ``steepest`` Hz/s."""
     period = 1.0 / if_filter.stopband
     # within a panel the chirp turns by at most π/4 against its tangent
     longest = min(PANEL_SHARE * period, 1.0 / math.sqrt(max(steepest, 1e-300)))

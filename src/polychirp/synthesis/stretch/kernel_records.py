@@ -361,7 +361,7 @@ class CutExpansion(NamedTuple):
 
 
 class Chips(NamedTuple):
-    """Conjugate chips ``(code, chip)``; row and chips' duration, s, of each sent ramp ``(ramp,)``."""
+    """Conjugate chips ``(code, chip)``; of each sent ramp the row and the chips' duration, s."""
 
     value: ComplexArray
     row: IntArray
@@ -397,13 +397,25 @@ class CodeTable(NamedTuple):
     value: ComplexArray
 
 
+class CodedChirp(NamedTuple):
+    """The chirp of a link and channel, with its code.
+
+    The cell at the time t has the number ``into + stretch·t``, counted from the sent ramp's start.
+    """
+
+    chirp: Chirp
+    code: ComplexArray
+    into: float
+    stretch: float
+
+
 class SweptRule(NamedTuple):
     """Filon's rule for chips whose beat changes.
 
     A chip has ``cells_per_chip`` equal cells, a panel has ``cells`` of them. ``node`` are Gauss's
     nodes of a cell on [−1, 1]; ``to_node`` (node, order) gives their weights from spherical Bessel
-    functions of half the phase by which the beat turns in a cell. ``panel`` are Chebyshev's nodes of
-    a panel, and ``spread`` (cell, node, panel's node) Lagrange's polynomials through them.
+    functions of half the phase by which the beat turns in a cell. ``panel`` are Chebyshev's nodes
+    of a panel, and ``spread`` (cell, node, panel's node) Lagrange's polynomials through them.
     """
 
     cells_per_chip: int

@@ -11,9 +11,9 @@ from polychirp.synthesis.stretch.chirp_kernels import phase_of
 from polychirp.synthesis.stretch.kernel_records import (
     Chips,
     Chirp,
+    CodedRamps,
     CodeTable,
     CodeWork,
-    CodedRamps,
     RampPair,
 )
 from polychirp.synthesis.stretch.path_kernels import beat_of, received, sent_amplitude
@@ -23,10 +23,13 @@ ramp_pair = inlined(kernel_records.ramp_pair)
 
 
 @inlined
-def drifting(tables: CodedRamps, pair: RampPair, p: int, amplitude: complex, time: float) -> complex:
+def drifting(
+    tables: CodedRamps, pair: RampPair, p: int, amplitude: complex, time: float
+) -> complex:
     """The amplitude of link p, with its drift, at ``time`` from the start of the victim's ramp."""
-    drift: complex = tables.links.amplitude_rate[p] * pair.weight[tables.links.element[p]]
-    return amplitude + drift * (pair.since + time)
+    drift = tables.links.amplitude_rate[p] * pair.weight[tables.links.element[p]]
+    value: complex = amplitude + drift * (pair.since + time)
+    return value
 
 
 @compiled
@@ -101,11 +104,11 @@ def _prepare(
     here: ComplexArray, change: ComplexArray, table: CodeTable, chirp: Chirp, first: float,
     last: float,
 ) -> bool:  # fmt: skip
-    """Fill in E at the beat of the first sample, and its change until the last; is it not 0?"""
+    """Fill in E at the beat of the first sample, and its change to the last; True if it changes."""
     count = table.node.size
     one, other = chirp.beat + chirp.rate * first, chirp.beat + chirp.rate * last
     width = table.node[0] - table.node[count - 1]
-    is_swept = abs(other - one) > 1e-7 * width
+    is_swept: bool = abs(other - one) > 1e-7 * width
     entries = here.shape[0]
     for e in range(entries):
         here[e, 0], here[e, 1], change[e, 0], change[e, 1] = 0.0j, 0.0j, 0.0j, 0.0j
@@ -150,7 +153,7 @@ def _sum_of_chips(
             total += chip * (at_low - at_end)
             at_low, chip = at_end, after
     total += chip * (at_low - _entry(table, (top - high) / step))
-    return total
+    return complex(total)
 
 
 @inlined
@@ -159,9 +162,10 @@ def _entry(table: ComplexArray, place: float) -> complex:
     e = min(max(int(place), 0), table.shape[0] - 2)
     x = place - e
     y = 1.0 - x
-    return (
+    value: complex = (
         (y * y * (1.0 + 2.0 * x)) * table[e, 0]
         + (x * x * (1.0 + 2.0 * y)) * table[e + 1, 0]
         + (x * y * y) * table[e, 1]
         - (x * x * y) * table[e + 1, 1]
     )
+    return value

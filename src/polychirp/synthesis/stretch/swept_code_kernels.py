@@ -11,9 +11,9 @@ from polychirp.synthesis.stretch.chirp_kernels import phase_of
 from polychirp.synthesis.stretch.filter_kernels import tap
 from polychirp.synthesis.stretch.kernel_records import (
     Chips,
-    Chirp,
-    CodeWork,
+    CodedChirp,
     CodedRamps,
+    CodeWork,
     SweptRule,
     Taps,
 )
@@ -57,10 +57,9 @@ def add_swept_code(
                 start = math.ceil((into + stretch * low) / rule.cells - 1e-9)
                 stop = math.floor((into + stretch * high) / rule.cells + 1e-9)
                 moment = np.zeros((max(stop - start, 0), rule.panel.size), dtype=np.complex128)
+                coded = CodedChirp(chirp, code, into, stretch)
                 for number in range(moment.shape[0]):
-                    _fill_panel(
-                        moment[number], chirp, code, rule, into, stretch, start + number
-                    )  # fmt: skip
+                    _fill_panel(moment[number], coded, rule, start + number)
                 out = samples[links.part[p], m, row]
                 for n in range(window.num_samples[row]):
                     time = first + n * window.step
@@ -68,9 +67,7 @@ def add_swept_code(
                     end = min(time + taps.half, chirp.end)
                     if end <= begin:
                         continue
-                    value = _sample(
-                        moment, taps, chirp, code, rule, into, stretch, start, time, begin, end
-                    )
+                    value = _sample(moment, taps, coded, rule, start, time, begin, end)
                     # the chirp has its own amplitude already
                     drift = drifting(tables, pair, p, chirp.amplitude, time) / chirp.amplitude
                     out[n] += value * drift
@@ -78,16 +75,16 @@ def add_swept_code(
 
 @inner
 def _sample(
-    moment: ComplexArray, taps: Taps, chirp: Chirp, code: ComplexArray, rule: SweptRule,
-    into: float, stretch: float, start: int, time: float, begin: float, end: float,
+    moment: ComplexArray, taps: Taps, coded: CodedChirp, rule: SweptRule, start: int, time: float,
+    begin: float, end: float,
 ) -> complex:  # fmt: skip
     """The sample at ``time``, from the moments of panels number ``start`` on and cut panels."""
-    cells = rule.cells
+    cells, into, stretch = rule.cells, coded.into, coded.stretch
     one = math.ceil((into + stretch * begin) / cells - 1e-9)
     other = math.floor((into + stretch * end) / cells + 1e-9)
     one, other = max(one, start), min(other, start + moment.shape[0])
     if other <= one:
-        return _cut(taps, chirp, code, rule, into, stretch, time, begin, end)
+        return _cut(taps, coded, rule, time, begin, end)
     total = 0.0j
     half = 0.5 * cells / stretch
     for number in range(one, other):
@@ -98,30 +95,28 @@ def _sample(
             total += moment[number - start, j] * tap(taps, s)
     inner_begin, inner_end = (one * cells - into) / stretch, (other * cells - into) / stretch
     if inner_begin > begin:
-        total += _cut(taps, chirp, code, rule, into, stretch, time, begin, inner_begin)
+        total += _cut(taps, coded, rule, time, begin, inner_begin)
     if end > inner_end:
-        total += _cut(taps, chirp, code, rule, into, stretch, time, inner_end, end)
+        total += _cut(taps, coded, rule, time, inner_end, end)
     return total
 
 
 @inner
-def _fill_panel(
-    moment: ComplexArray, chirp: Chirp, code: ComplexArray, rule: SweptRule, into: float,
-    stretch: float, number: int,
-) -> None:  # fmt: skip
-    """Fill in the integrals of the signal times Lagrange's polynomials over a panel, ``(node,)``."""
+def _fill_panel(moment: ComplexArray, coded: CodedChirp, rule: SweptRule, number: int) -> None:
+    """Fill in the integrals over a panel of the signal times Lagrange's polynomials."""
+    chirp, code = coded.chirp, coded.code
     cells, nodes = rule.cells, rule.node.size
-    half = 0.5 / stretch
-    middle = ((number + 0.5) * cells - into) / stretch
+    half = 0.5 / coded.stretch
+    middle = ((number + 0.5) * cells - coded.into) / coded.stretch
     tangent = chirp.beat + chirp.rate * middle
     weight = np.empty(nodes, dtype=np.complex128)
-    node_weights(weight, rule, math.tau * tangent * half)
+    _fill_weights(weight, rule, math.tau * tangent * half)
     for c in range(cells):
         cell = number * cells + c
         chip = code[(cell // rule.cells_per_chip) % code.size]
         if chip == 0.0:
             continue
-        centre = (cell + 0.5 - into) / stretch
+        centre = (cell + 0.5 - coded.into) / coded.stretch
         chip *= half * chirp.amplitude
         for q in range(nodes):
             off = half * rule.node[q]
@@ -133,24 +128,23 @@ def _fill_panel(
 
 @inner
 def _cut(
-    taps: Taps, chirp: Chirp, code: ComplexArray, rule: SweptRule, into: float, stretch: float,
-    time: float, begin: float, end: float,
-) -> complex:  # fmt: skip
+    taps: Taps, coded: CodedChirp, rule: SweptRule, time: float, begin: float, end: float
+) -> complex:
     """∫ h(time − s) times the signal from begin to end, cell by cell, of which two may be cut."""
-    nodes = rule.node.size
+    chirp, code, nodes = coded.chirp, coded.code, rule.node.size
     weight = np.empty(nodes, dtype=np.complex128)
     total = 0.0j
-    cell = math.floor(into + stretch * begin + 1e-9)
+    cell = math.floor(coded.into + coded.stretch * begin + 1e-9)
     low, last_half, tangent = begin, -1.0, 0.0
     while low < end:
-        high = min((cell + 1 - into) / stretch, end)
+        high = min((cell + 1 - coded.into) / coded.stretch, end)
         half, centre = 0.5 * (high - low), 0.5 * (low + high)
         chip = code[(cell // rule.cells_per_chip) % code.size]
         if half > 0.0 and chip != 0.0:
             # neighbouring whole cells share the weights of the first one's beat
             if abs(half - last_half) > 1e-9 * half:
                 tangent, last_half = chirp.beat + chirp.rate * centre, half
-                node_weights(weight, rule, math.tau * tangent * half)
+                _fill_weights(weight, rule, math.tau * tangent * half)
             for q in range(nodes):
                 off = half * rule.node[q]
                 turned = phase_of(chirp, centre + off) - tangent * off
@@ -162,7 +156,7 @@ def _cut(
 
 
 @inner
-def node_weights(weight: ComplexArray, rule: SweptRule, theta: float) -> None:
+def _fill_weights(weight: ComplexArray, rule: SweptRule, theta: float) -> None:
     """Weights of the nodes in ∫g(z) exp(jθz) dz over [−1, 1], exact for polynomials g."""
     orders = rule.to_node.shape[1]
     bessel = np.empty(orders)
