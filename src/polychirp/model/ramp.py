@@ -117,10 +117,10 @@ class RampSchedule:
     def bandwidth(self) -> FloatArray:
         """Width of the band that each ramp covers, Hz, ``(ramp,)``, never negative.
 
-        It is that of the sweep, or the inverse of a chip's duration if that is more.
+        It is that of the sweep, or that of the code if that is more.
         """
         swept = np.abs(self.slope * self.duration)
-        return swept if self.code is None else np.maximum(swept, 1.0 / self.code.chip_duration)
+        return swept if self.code is None else np.maximum(swept, self.code.bandwidth)
 
     def as_clocked(
         self, *, start_time: float = 0.0, clock_offset: float = 0.0, clock_drift: float = 0.0

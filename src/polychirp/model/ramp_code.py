@@ -73,6 +73,20 @@ class RampCode:
         """Mean of the chips' squared magnitudes, over all rows."""
         return float(np.mean(np.abs(self.value) ** 2))
 
+    @property
+    def bandwidth(self) -> float:
+        r"""Width of the band that the chips' values occupy, Hz, at most one over their duration.
+
+        .. math:: B = \frac{1}{T_c}\,\frac{\left(\sum_n P_n\right)^2}{N\sum_n P_n^2}
+
+        with the mean power :math:`P_n` of all codes in N equal parts of the band :math:`1/T_c`.
+        """
+        power = np.mean(np.abs(np.fft.fft(self.value, axis=1)) ** 2, axis=0)
+        # parts of the band even out the lines of a single code
+        parts = np.array([part.mean() for part in np.array_split(power, min(16, power.size))])
+        share = float(parts.sum() ** 2 / (parts.size * np.sum(parts**2)))
+        return share / float(np.max(self.chip_duration))
+
     def of_ramps(self, ramps: IntArray) -> "RampCode":
         """The code of the ramps with these numbers."""
         return RampCode(

@@ -11,12 +11,14 @@ with the instants :math:`t_m` at which chips arrive. Two kernels compute it:
 - Where the beat is nearly constant, as of a radar's own echoes, each chip is the difference of two
   values of the integral :math:`E(x) = \int_{-S/2}^x h(s)\,e^{-j2\pi f s}\,ds`, which is tabulated
   once for all links at a few beats f (`steady_code_kernels`).
-- Elsewhere the chips are integrated in panels by Filon's rule (`swept_code_kernels`): between nodes
-  h is a polynomial, and the integrals of polynomials times the beat are exact, however fast it is.
+- Where it is not, and chips are short against the filter's response, all links are summed before
+  the filter, as in `near_corners`. A chip is integrated by Filon's rule: polynomials times the beat
+  are exact, however fast the beat (`swept_code_kernels`).
+- Long chips are ramps of their own (`sub_ramps`), for which the engine needs no code.
 
-Both are right to 1e-7 of the strongest samples. A delay's acceleration bends the chirp as in
-`path_kernels.beat_of`; what `slow_changes` would add, below 1e-8 on a ramp of 30 µs, is left out.
-An amplitude's drift is that at the sample's time.
+All are right to 3e-7 of the strongest samples. A delay's acceleration bends the chirp as in
+`path_kernels.beat_of`; what `slow_changes` would add, below 1e-8 on a ramp of 30 µs, is left out by
+the first two.
 """
 
 import math
@@ -37,11 +39,13 @@ from polychirp.synthesis.stretch.kernel_records import (
     LinkTable,
     SweptRule,
 )
+from polychirp.synthesis.stretch.near_corners import window_series
 from polychirp.synthesis.stretch.ramp_overlaps import sent_during
 
-STEADY_TURN: Final = 2e-4
-"""Greatest change of the beat over a ramp's samples, in units of 1/S, that counts as steady.
-Chosen: the table's linear change over the ramp then has an error of 1e-8."""
+STEADY_TURN: Final = 1e-3
+"""Greatest change of the beat over a ramp, in units of 1/S, that counts as steady. Chosen above
+that of echoes at 70 m/s on 30 MHz/µs; the table's linear change over the ramp has an error of
+1e-7."""
 
 ENTRIES_PER_CYCLE: Final = 64
 """Entries of the table of E per cycle of the highest frequency in it; chosen: its cubic is right to
@@ -51,19 +55,18 @@ BEAT_TOLERANCE: Final = 1e-9
 """Error of the table's polynomial in the beat, relative to the pass band; chosen."""
 
 CELL_SHARE: Final = 0.1
-"""Greatest duration of a cell of the swept rule, in periods of the filter's stop edge. Chosen: with
-`CELL_NODES` nodes the error is 4e-8 of the cell's greatest contribution."""
+"""Greatest duration of a cell of Filon's rule, in periods of the filter's stop edge; chosen: six
+nodes suffice."""
 
-CELL_NODES: Final = 6
-"""Nodes of a cell; chosen together with `CELL_SHARE`."""
+CELL_TURN: Final = 0.03
+"""Most cycles by which the beat turns away from its tangent in a cell; chosen."""
 
-PANEL_SHARE: Final = 0.25
-"""Greatest duration of a panel, in periods of the stop edge; with `PANEL_NODES` nodes the error is
-3e-8. Chosen."""
+CELL_TOLERANCE: Final = 1e-7
+"""Error of the polynomial through a cell's nodes, relative to the cell; chosen."""
 
-PANEL_NODES: Final = 8
-"""Nodes of a panel, by which h is interpolated over its cells; chosen together with
-`PANEL_SHARE`."""
+LONG_CHIP: Final = 2.0
+"""Duration of chips, in periods of the stop edge, from which on they are ramps of their own;
+chosen: a chip is then about as expensive either way."""
 
 INAUDIBLE_SHARE: Final = 1e-3
 """Greatest rms of all links of another radar that are left out, over the victim's rms noise. Chosen
@@ -99,8 +102,10 @@ def add_coded(
         code_table = _code_table(radar.if_filter, least, greatest)
         add_steady_code(samples, tables, work, chips, code_table)
     else:
-        rule = _swept_rule(radar.if_filter, float(np.min(chips.duration)), steepest)
-        add_swept_code(samples, tables, work, chips, rule)
+        step = tables.window.step
+        rule = _swept_rule(radar.if_filter, float(np.min(chips.duration)), steepest * step)
+        series = window_series(radar.if_filter, step)
+        add_swept_code(samples, tables, work, chips, rule, series)
 
 
 def _work(own: RampSchedule, sent: RampSchedule, tables: CodedRamps) -> CodeWork:
@@ -168,44 +173,74 @@ def _code_table(if_filter: IfFilter, least: float, greatest: float) -> CodeTable
     height = if_filter.impulse_response(within) * (0.5 * step * weight)
     # at the ends of its support h is that of inside
     at_edge = if_filter.impulse_response(edge * (1.0 - 1e-12))
-    value = np.empty((count, size + 1, 2), dtype=np.complex128)
+    value = np.empty((2, count, size + 1, 2), dtype=np.complex128)
     for number, beat in enumerate(node):
-        pieces = np.sum(height * np.exp(-2j * np.pi * beat * within), axis=1)
-        value[number, :, 0] = np.concatenate([[0.0], np.cumsum(pieces)])
-        value[number, :, 1] = step * at_edge * np.exp(-2j * np.pi * beat * edge)
+        wave = height * np.exp(-2j * np.pi * beat * within)
+        at_ends = step * at_edge * np.exp(-2j * np.pi * beat * edge)
+        for order, bend in enumerate((1.0, 1j * np.pi * within**2)):
+            pieces = np.sum(wave * bend, axis=1)
+            value[order, number, :, 0] = np.concatenate([[0.0], np.cumsum(pieces)])
+        value[0, number, :, 1] = at_ends
+        value[1, number, :, 1] = 1j * np.pi * edge**2 * at_ends
     return CodeTable(node=node, step=step, value=value)
 
 
-def _swept_rule(if_filter: IfFilter, chip: float, steepest: float) -> SweptRule:
-    """The rule for chips of this duration, s, and beats that change by ``steepest`` Hz/s."""
-    period = 1.0 / if_filter.stopband
-    # within a panel the chirp turns by at most π/4 against its tangent
-    longest = min(PANEL_SHARE * period, 1.0 / math.sqrt(max(steepest, 1e-300)))
-    per_chip = math.ceil(chip / min(CELL_SHARE * period, longest))
-    cell = chip / per_chip
-    cells = max(1, math.floor(longest / cell * (1 + 1e-9)))
-    node, weight = np.polynomial.legendre.leggauss(CELL_NODES)
-    legendre = np.polynomial.legendre.legvander(node, CELL_NODES - 1)
-    # weight of node q in the integral of P_n(z) exp(jθz) over [−1, 1], which is 2 j^n j_n(θ)
-    order = np.arange(CELL_NODES)
-    to_node = (weight[:, None] * legendre * (2 * order + 1)) * 1j**order
-    panel = np.cos(np.pi * (np.arange(PANEL_NODES) + 0.5) / PANEL_NODES)
-    place = (2.0 * np.arange(cells)[:, None] + 1.0 + node) / cells - 1.0
-    return SweptRule(
-        cells_per_chip=per_chip,
-        cells=cells,
-        node=node,
-        to_node=np.ascontiguousarray(to_node),
-        panel=panel,
-        spread=np.ascontiguousarray(_lagrange(panel, place.ravel()).reshape(cells, -1, panel.size)),
+def _swept_rule(if_filter: IfFilter, chip: float, change: float) -> SweptRule:
+    """The rule for chips of this duration, s, and beats that ``change`` by so many Hz in a panel."""
+    longest = min(CELL_SHARE / if_filter.stopband, CELL_TURN / max(change, 1e-300))
+    per_chip = math.ceil(chip / longest)
+    turn = math.pi * if_filter.stopband * chip / per_chip
+    count = 3
+    while turn**count / (2.0 ** (count - 1) * math.factorial(count)) > CELL_TOLERANCE:
+        count += 1
+    node, weight = np.polynomial.legendre.leggauss(count)
+    order = np.arange(count)
+    legendre = np.polynomial.legendre.legvander(node, count - 1)
+    # the integral of P_n(z) exp(jθz) over [−1, 1] is 2 j^n j_n(θ)
+    to_node = weight[:, None] * legendre * (2 * order + 1) * 1j**order
+    return SweptRule(cells_per_chip=per_chip, node=node, to_node=np.ascontiguousarray(to_node))
+
+
+def has_long_chips(radar: Radar, sent: RampSchedule) -> bool:
+    """True if chips are so long against the victim's filter that they are ramps of their own."""
+    code = sent.code
+    assert code is not None
+    return float(np.min(code.chip_duration)) * radar.if_filter.stopband > LONG_CHIP
+
+
+def sub_ramps(sent: RampSchedule) -> RampSchedule:
+    """The same signal as ramps without a code, one for each run of equal chips.
+
+    >>> from polychirp.model.ramp_code import RampCode
+    >>> code = RampCode(value=[[1, 1, -1]], row=[0], chip_duration=[1e-6])
+    >>> ramps = RampSchedule(start_time=[0.0], duration=[3e-6], start_frequency=[79e9],
+    ...     slope=[1e12], start_phase=[0.0], sweep=[0], code=code)
+    >>> parts = sub_ramps(ramps)
+    >>> (parts.duration * 1e6).round(6), parts.transmit_weight[:, 0].real
+    (array([2., 1.]), array([ 1., -1.]))
+    """
+    code = sent.code
+    assert code is not None
+    ramps, begins, values = [], [], []
+    for k in range(sent.num_ramps):
+        chip = float(code.chip_duration[k])
+        count = math.ceil(float(sent.duration[k]) / chip - 1e-9)
+        value = np.resize(code.value[code.row[k]], count)
+        first = np.flatnonzero(np.diff(value, prepend=np.nan) != 0.0)
+        ramps.append(np.full(first.size, k))
+        begins.append(first * chip)
+        values.append(value[first])
+    k, into, value = np.concatenate(ramps), np.concatenate(begins), np.concatenate(values)
+    start = sent.start_time[k] + into
+    is_last = np.diff(k, append=-1) != 0
+    after = np.where(is_last, sent.end_time[k], np.roll(start, -1))
+    phase = (sent.start_frequency[k] * into) % 1.0 + 0.5 * sent.slope[k] * into**2
+    return RampSchedule(
+        start_time=start,
+        duration=after - start,
+        start_frequency=sent.start_frequency[k] + sent.slope[k] * into,
+        slope=sent.slope[k],
+        start_phase=(sent.start_phase[k] + phase) % 1.0,
+        sweep=sent.sweep[k],
+        transmit_weight=sent.transmit_weight[k] * value[:, None],
     )
-
-
-def _lagrange(node: FloatArray, place: FloatArray) -> FloatArray:
-    """Lagrange's polynomials of the nodes at places: ``(place, node)``."""
-    out = np.ones((place.size, node.size))
-    for j in range(node.size):
-        for i in range(node.size):
-            if i != j:
-                out[:, j] *= (place - node[i]) / (node[j] - node[i])
-    return out

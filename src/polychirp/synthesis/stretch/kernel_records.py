@@ -389,7 +389,8 @@ class CodeWork(NamedTuple):
 class CodeTable(NamedTuple):
     """The integral E of `coded_ramps` from −S/2 on, at entries ``step`` s apart.
 
-    ``value`` (beat, entry, 2) has E and its derivative times ``step``, at the beats ``node``, Hz.
+    ``value`` (order, beat, entry, 2) has E and its derivative times ``step``, at the beats
+    ``node``, Hz; of order 1, they are the derivatives of these by the rate, per Hz/s.
     """
 
     node: FloatArray
@@ -398,29 +399,27 @@ class CodeTable(NamedTuple):
 
 
 class CodedChirp(NamedTuple):
-    """The chirp of a link and channel, with its code.
+    """The chirp of a link and channel, with its code, and the rate of its amplitude, V/s.
 
-    The cell at the time t has the number ``into + stretch·t``, counted from the sent ramp's start.
+    ``amplitude`` is that where the victim's ramp starts. The cell at the time t has the number
+    ``into + stretch·t``, counted from the sent ramp's start.
     """
 
     chirp: Chirp
+    amplitude: complex
+    drift: complex
     code: ComplexArray
     into: float
     stretch: float
 
 
 class SweptRule(NamedTuple):
-    """Filon's rule for chips whose beat changes.
+    """Filon's rule for chips whose beat changes; a chip has ``cells_per_chip`` equal cells.
 
-    A chip has ``cells_per_chip`` equal cells, a panel has ``cells`` of them. ``node`` are Gauss's
-    nodes of a cell on [−1, 1]; ``to_node`` (node, order) gives their weights from spherical Bessel
-    functions of half the phase by which the beat turns in a cell. ``panel`` are Chebyshev's nodes
-    of a panel, and ``spread`` (cell, node, panel's node) Lagrange's polynomials through them.
+    ``node`` are Gauss's nodes of a cell on [−1, 1]; ``to_node`` (node, order) gives their weights
+    from spherical Bessel functions of half the phase by which the beat turns in a cell.
     """
 
     cells_per_chip: int
-    cells: int
     node: FloatArray
     to_node: ComplexArray
-    panel: FloatArray
-    spread: FloatArray

@@ -58,7 +58,7 @@ def add_steady_code(
 ) -> None:
     """Add all links to ``samples`` (part, channel, ramp, fast) by the table of E."""
     links, window, own = tables.links, tables.window, tables.own
-    entries = table.value.shape[1]
+    entries = table.value.shape[2]
     here = np.empty((entries, 2), dtype=np.complex128)
     change = np.empty((entries, 2), dtype=np.complex128)
     for u in range(work.row.size):
@@ -119,13 +119,15 @@ def _prepare(
                 apart = table.node[i] - table.node[j]
                 a *= (one - table.node[j]) / apart
                 b *= (other - table.node[j]) / apart
-        for e in range(entries):
-            here[e, 0] += a * table.value[i, e, 0]
-            here[e, 1] += a * table.value[i, e, 1]
+        for order in range(2 if is_swept else 1):
+            factor = a if order == 0 else a * chirp.rate
+            for e in range(entries):
+                here[e, 0] += factor * table.value[order, i, e, 0]
+                here[e, 1] += factor * table.value[order, i, e, 1]
         if is_swept:
             for e in range(entries):
-                change[e, 0] += (b - a) * table.value[i, e, 0]
-                change[e, 1] += (b - a) * table.value[i, e, 1]
+                change[e, 0] += (b - a) * table.value[0, i, e, 0]
+                change[e, 1] += (b - a) * table.value[0, i, e, 1]
     return is_swept
 
 

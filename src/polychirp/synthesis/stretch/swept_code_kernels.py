@@ -1,4 +1,8 @@
-"""Compiled samples of coded ramps whose beats change while a ramp lasts (`coded_ramps`)."""
+"""Compiled samples of coded ramps whose beats change while a ramp lasts (`coded_ramps`).
+
+All links are summed before the filter, in panels between two samples as in `near_corners`. A cell
+is a chip or a part of it, cut where panels and windows end.
+"""
 
 import math
 
@@ -16,143 +20,139 @@ from polychirp.synthesis.stretch.kernel_records import (
     CodeWork,
     SweptRule,
     Taps,
+    WindowSeries,
 )
+from polychirp.synthesis.stretch.near_corner_kernels import Moments, Panels
 from polychirp.synthesis.stretch.path_kernels import beat_of, received, sent_amplitude
-from polychirp.synthesis.stretch.steady_code_kernels import drifting
-from polychirp.synthesis.unit_phasors import unit
+from polychirp.synthesis.unit_phasors import units
 
 ramp_pair = inlined(kernel_records.ramp_pair)
 
 
 @compiled
 def add_swept_code(
-    samples: ComplexArray, tables: CodedRamps, work: CodeWork, chips: Chips, rule: SweptRule
-) -> None:
-    """Add all links to ``samples`` (part, channel, ramp, fast) by Filon's rule.
-
-    Panels of cells follow each other from the start of the sent ramp. A sample is the sum over the
-    panels within its window, and over the cells of the two panels that the window's edges cut.
-    """
+    samples: ComplexArray, tables: CodedRamps, work: CodeWork, chips: Chips, rule: SweptRule,
+    series: WindowSeries,
+) -> None:  # fmt: skip
+    """Add all links to ``samples`` (part, channel, ramp, fast) by their moments."""
     links, window, own, taps = tables.links, tables.window, tables.own, tables.taps
+    columns = series.gain.shape[1]
+    gain = series.gain.reshape(series.gain.size)
     for u in range(work.row.size):
         row, ramp, sent = work.row[u], work.ramp[u], work.sent[u]
         pair = ramp_pair(own, ramp, tables.sent, sent, links)
-        first = window.first[row] + (own.start[row] - own.start[ramp])
-        last = first + (window.num_samples[row] - 1) * window.step
-        snapshot = links.snapshot[ramp]
-        code = chips.value[chips.row[sent]]
+        start = window.first[row] + (own.start[row] - own.start[ramp])
+        count, snapshot = window.num_samples[row], links.snapshot[ramp]
+        number = count + series.num_steps
+        panels = Panels(start - taps.half, window.step, number, 1, np.inf)
         cell = chips.duration[sent] / rule.cells_per_chip
-        for p in range(links.start[snapshot], links.start[snapshot + 1]):
-            if sent_amplitude(pair, links, p) == 0.0:
-                continue
+        low = links.start[snapshot]
+        while low < links.start[snapshot + 1]:
+            part, high = links.part[low], low
+            while high < links.start[snapshot + 1] and links.part[high] == part:
+                high += 1
             for m in range(samples.shape[1]):
-                chirp = received(pair, links, p, m)
-                low = max(chirp.begin, first - taps.half)
-                high = min(chirp.end, last + taps.half)
-                if high <= low:
-                    continue
-                beat = beat_of(pair, links, p, m)
-                # cell number c arrives at (c − into)/stretch
-                into, stretch = beat.into / cell, beat.stretched / cell
-                start = math.ceil((into + stretch * low) / rule.cells - 1e-9)
-                stop = math.floor((into + stretch * high) / rule.cells + 1e-9)
-                moment = np.zeros((max(stop - start, 0), rule.panel.size), dtype=np.complex128)
-                coded = CodedChirp(chirp, code, into, stretch)
-                for number in range(moment.shape[0]):
-                    _fill_panel(moment[number], coded, rule, start + number)
-                out = samples[links.part[p], m, row]
-                for n in range(window.num_samples[row]):
-                    time = first + n * window.step
-                    begin = max(time - taps.half, chirp.begin)
-                    end = min(time + taps.half, chirp.end)
-                    if end <= begin:
+                real, imag = np.zeros((number, columns)), np.zeros((number, columns))
+                for p in range(low, high):
+                    amplitude = sent_amplitude(pair, links, p)
+                    if amplitude == 0.0:
                         continue
-                    value = _sample(moment, taps, coded, rule, start, time, begin, end)
-                    # the chirp has its own amplitude already
-                    drift = drifting(tables, pair, p, chirp.amplitude, time) / chirp.amplitude
-                    out[n] += value * drift
+                    chirp = received(pair, links, p, m)
+                    beat = beat_of(pair, links, p, m)
+                    drift = links.amplitude_rate[p] * pair.weight[links.element[p]]
+                    coded = CodedChirp(
+                        chirp, amplitude + drift * pair.since, drift,
+                        chips.value[chips.row[sent]], beat.into / cell, beat.stretched / cell,
+                    )  # fmt: skip
+                    _add_link(Moments(real, imag), coded, panels, rule, series, taps)
+                x, y = real.reshape(number * columns), imag.reshape(number * columns)
+                out = samples[part, m, row]
+                for n in range(count):
+                    held = slice(n * columns, n * columns + gain.size)
+                    out[n] += complex(np.dot(gain, x[held]), np.dot(gain, y[held]))
+            low = high
 
 
 @inner
-def _sample(
-    moment: ComplexArray, taps: Taps, coded: CodedChirp, rule: SweptRule, start: int, time: float,
-    begin: float, end: float,
-) -> complex:  # fmt: skip
-    """The sample at ``time``, from the moments of panels number ``start`` on and cut panels."""
-    cells, into, stretch = rule.cells, coded.into, coded.stretch
-    one = math.ceil((into + stretch * begin) / cells - 1e-9)
-    other = math.floor((into + stretch * end) / cells + 1e-9)
-    one, other = max(one, start), min(other, start + moment.shape[0])
-    if other <= one:
-        return _cut(taps, coded, rule, time, begin, end)
-    total = 0.0j
-    half = 0.5 * cells / stretch
-    for number in range(one, other):
-        middle = ((number + 0.5) * cells - into) / stretch
-        for j in range(rule.panel.size):
-            s = time - middle - half * rule.panel[j]
-            s = min(max(s, -taps.half), taps.half)
-            total += moment[number - start, j] * tap(taps, s)
-    inner_begin, inner_end = (one * cells - into) / stretch, (other * cells - into) / stretch
-    if inner_begin > begin:
-        total += _cut(taps, coded, rule, time, begin, inner_begin)
-    if end > inner_end:
-        total += _cut(taps, coded, rule, time, inner_end, end)
-    return total
-
-
-@inner
-def _fill_panel(moment: ComplexArray, coded: CodedChirp, rule: SweptRule, number: int) -> None:
-    """Fill in the integrals over a panel of the signal times Lagrange's polynomials."""
-    chirp, code = coded.chirp, coded.code
-    cells, nodes = rule.cells, rule.node.size
-    half = 0.5 / coded.stretch
-    middle = ((number + 0.5) * cells - coded.into) / coded.stretch
-    tangent = chirp.beat + chirp.rate * middle
-    weight = np.empty(nodes, dtype=np.complex128)
-    _fill_weights(weight, rule, math.tau * tangent * half)
-    for c in range(cells):
-        cell = number * cells + c
-        chip = code[(cell // rule.cells_per_chip) % code.size]
-        if chip == 0.0:
-            continue
-        centre = (cell + 0.5 - coded.into) / coded.stretch
-        chip *= half * chirp.amplitude
-        for q in range(nodes):
-            off = half * rule.node[q]
-            turned = phase_of(chirp, centre + off) - tangent * off
-            value = chip * weight[q] * unit(turned)
-            for j in range(moment.size):
-                moment[j] += rule.spread[c, q, j] * value
-
-
-@inner
-def _cut(
-    taps: Taps, coded: CodedChirp, rule: SweptRule, time: float, begin: float, end: float
-) -> complex:
-    """∫ h(time − s) times the signal from begin to end, cell by cell, of which two may be cut."""
-    chirp, code, nodes = coded.chirp, coded.code, rule.node.size
-    weight = np.empty(nodes, dtype=np.complex128)
-    total = 0.0j
-    cell = math.floor(coded.into + coded.stretch * begin + 1e-9)
-    low, last_half, tangent = begin, -1.0, 0.0
-    while low < end:
-        high = min((cell + 1 - coded.into) / coded.stretch, end)
-        half, centre = 0.5 * (high - low), 0.5 * (low + high)
-        chip = code[(cell // rule.cells_per_chip) % code.size]
-        if half > 0.0 and chip != 0.0:
-            # neighbouring whole cells share the weights of the first one's beat
-            if abs(half - last_half) > 1e-9 * half:
-                tangent, last_half = chirp.beat + chirp.rate * centre, half
-                _fill_weights(weight, rule, math.tau * tangent * half)
+def _add_link(
+    moments: Moments, coded: CodedChirp, panels: Panels, rule: SweptRule, series: WindowSeries,
+    taps: Taps,
+) -> None:  # fmt: skip
+    """Add a link's moments of all panels that meet its chirp."""
+    chirp, step, nodes = coded.chirp, panels.step, rule.node.size
+    # cells of a panel, of which the panel's and the window's ends cut some
+    most = nodes * (math.ceil(step * coded.stretch) + 4)
+    place, cycles, factor = np.empty(most), np.empty(most), np.empty(most, dtype=np.complex128)
+    whole, cut = np.empty(nodes, dtype=np.complex128), np.empty(nodes, dtype=np.complex128)
+    begin = max(math.floor((chirp.begin - panels.first) / step), 0)
+    end = min(math.ceil((chirp.end - panels.first) / step), panels.number)
+    half_cell = 0.5 / coded.stretch
+    for k in range(begin, end):
+        first = panels.first + k * step
+        low, high = max(chirp.begin, first), min(chirp.end, first + step)
+        split = first + series.share * step
+        tangent = chirp.beat + chirp.rate * 0.5 * (low + high)
+        _fill_weights(whole, rule, math.tau * tangent * half_cell)
+        cell = math.floor(coded.into + coded.stretch * low)
+        size = 0
+        while low < high:
+            after = min((cell + 1 - coded.into) / coded.stretch, high)
+            if low < split < after:
+                after = split
+            else:
+                cell += 1
+            half, centre = 0.5 * (after - low), 0.5 * (low + after)
+            number = (cell if after == split else cell - 1) // rule.cells_per_chip
+            chip = coded.code[number % coded.code.size]
+            low = after
+            if half <= 0.0 or chip == 0.0:
+                continue
+            weight = whole
+            if abs(half - half_cell) > 1e-9 * half_cell:
+                weight = cut
+                _fill_weights(cut, rule, math.tau * tangent * half)
             for q in range(nodes):
                 off = half * rule.node[q]
-                turned = phase_of(chirp, centre + off) - tangent * off
-                s = min(max(time - centre - off, -taps.half), taps.half)
-                total += (half * chip * tap(taps, s)) * weight[q] * unit(turned)
-        low = high
-        cell += 1
-    return total * chirp.amplitude
+                place[size] = (centre + off - first) / step
+                cycles[size] = phase_of(chirp, centre + off) - tangent * off
+                amplitude = coded.amplitude + coded.drift * (centre + off)
+                factor[size] = half * chip * weight[q] * amplitude
+                size += 1
+        _add_nodes(moments, k, place[:size], cycles[:size], factor[:size], series, taps, step)
+
+
+@inner
+def _add_nodes(
+    moments: Moments, k: int, place: FloatArray, cycles: FloatArray, factor: ComplexArray,
+    series: WindowSeries, taps: Taps, step: float,
+) -> None:  # fmt: skip
+    """Add nodes of panel k to its moments: Legendre's polynomials, and the last one, with h."""
+    size, orders = place.size, moments.real.shape[1] - 1
+    real, imag = np.empty(size), np.empty(size)
+    before, value = np.zeros(size), np.ones(size)
+    units(cycles, real, imag)
+    x, y = 0.0, 0.0
+    for i in range(size):
+        z = factor[i] * complex(real[i], imag[i])
+        real[i], imag[i] = z.real, z.imag
+        if place[i] < series.share:
+            # the last panel of a window ends here
+            s = taps.half - step * (series.num_steps + place[i])
+            height = tap(taps, max(s, -taps.half))
+            x += height * z.real
+            y += height * z.imag
+        place[i] = 2.0 * place[i] - 1.0
+    moments.real[k, orders] += x
+    moments.imag[k, orders] += y
+    for j in range(orders):
+        x, y = 0.0, 0.0
+        rise, fall = (2 * j + 1) / (j + 1), j / (j + 1)
+        for i in range(size):
+            x += value[i] * real[i]
+            y += value[i] * imag[i]
+            before[i], value[i] = value[i], rise * place[i] * value[i] - fall * before[i]
+        moments.real[k, j] += x
+        moments.imag[k, j] += y
 
 
 @inner
