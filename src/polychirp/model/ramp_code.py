@@ -69,6 +69,24 @@ class RampCode:
         return self.num_chips * self.chip_duration
 
     @property
+    def repetition(self) -> FloatArray:
+        """Delay by which echoes look alike on each ramp, s ``(ramp,)``; at most the period.
+
+        It is the least delay at which the periodic autocorrelation of the first code exceeds half
+        of its peak, as that of an almost perfect sequence does after half a period.
+        """
+        spectrum = np.abs(np.fft.fft(self.value[0])) ** 2
+        level = np.abs(np.fft.ifft(spectrum))
+        # neighbouring chips of a narrow band are alike, too
+        beyond = np.flatnonzero(level[1:] < 0.5 * level[0])
+        first = int(beyond[0]) + 1 if beyond.size else level.size
+        alike = np.flatnonzero(level[first:] > 0.5 * level[0])
+        size = first + int(alike[0]) if alike.size else level.size
+        if size > level.size // 2 + 1:
+            size = level.size
+        return np.asarray(size * self.chip_duration)
+
+    @property
     def mean_power(self) -> float:
         """Mean of the chips' squared magnitudes, over all rows."""
         return float(np.mean(np.abs(self.value) ** 2))

@@ -501,7 +501,7 @@ def _greatest_range(radar: StudyRadar, schedule: RampSchedule) -> float:
     """See `DerivedRadar.greatest_range`."""
     steepest = float(np.max(np.abs(schedule.slope)))
     if steepest == 0.0 and schedule.code is not None:
-        return 0.5 * SPEED_OF_LIGHT * float(np.min(schedule.code.period))
+        return 0.5 * SPEED_OF_LIGHT * float(np.min(schedule.code.repetition))
     return SPEED_OF_LIGHT * radar.if_filter.passband / (2.0 * steepest)
 
 

@@ -11,7 +11,7 @@ from polychirp.model.if_frame import IfFrame, SampleTimes
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.decoding.alignment import decoded_chirps
 from polychirp.receiver.decoding.code_limits import refuse_samples, refuse_undecodable
-from polychirp.receiver.decoding.correlation import correlated, decoded_ramps
+from polychirp.receiver.decoding.correlation import correlated, decoded_ramps, present_share
 from polychirp.receiver.decoding.reading import Reading
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.receiver.range_doppler.chain import RangeDoppler
@@ -22,7 +22,7 @@ from polychirp.receiver.settings import DetectorSettings
 class Decoding(DetectorSettings):
     """Receiver of ramps with a code: it removes the code, and reads the frame as `RangeDoppler`.
 
-    The samples are mitigated first. On a carrier of constant frequency (PMCW, noise) they are then
+    The samples are mitigated first; what mitigation takes of an echo is made up for. On a carrier of constant frequency (PMCW, noise) they are then
     correlated with the code over the whole periods that the converter takes of a sweep
     (`decoding.correlation`). Samples of chirps are aligned and multiplied by the code
     (`decoding.alignment`). Both are linear. The result is a frame of chirps without a code, whose
@@ -63,12 +63,17 @@ class Decoding(DetectorSettings):
         refuse_samples(schedule, times, greatest_range=self.greatest_range)
         ramps, moments = read_ramps(schedule, times)
         cleaned = mitigated(self.mitigation, frame)
-        remove = correlated if np.all(schedule.slope == 0.0) else decoded_chirps
-        share = max(float(np.mean(cleaned.weight[frame.times.is_sample])), 1e-300)
+        is_carrier = bool(np.all(schedule.slope == 0.0))
+        remove = correlated if is_carrier else decoded_chirps
+        share = (
+            present_share(cleaned.weight, schedule, times)
+            if is_carrier
+            else np.mean(cleaned.weight, axis=1, keepdims=True)
+        )
+        weight = cleaned.weight / np.maximum(share, 1e-300)
 
         def decode(samples: ComplexArray) -> ComplexArray:
-            repaired = cleaned.repair(samples) * (cleaned.weight / share)
-            return remove(repaired, schedule, times)
+            return remove(cleaned.repair(samples) * weight, schedule, times)
 
         return Reading(
             receiver=self.reader(),

@@ -58,8 +58,8 @@ def refuse_samples(schedule: RampSchedule, times: SampleTimes, *, greatest_range
     CapabilityError
         A period of the code is no whole number of samples, or a sweep has no whole period of them.
     PhysicsError
-        The converter starts before the echoes from the greatest range arrive, or these are as late
-        as a period of the code.
+        The converter starts before the echoes from the greatest range arrive, or these are so late
+        that they look like near ones.
     """
     code = schedule.code
     if code is None or np.any(schedule.slope != 0.0):
@@ -81,9 +81,10 @@ def refuse_samples(schedule: RampSchedule, times: SampleTimes, *, greatest_range
             "converter.start or converter.margin"
         )
     delay = 2.0 * greatest_range / SPEED_OF_LIGHT
-    if delay > period:
+    alike = float(code.repetition[0])
+    if delay > alike:
         raise PhysicsError(
-            f"echoes repeat after {0.5 * SPEED_OF_LIGHT * period:.4g} m with a code of "
+            f"echoes repeat after {0.5 * SPEED_OF_LIGHT * alike:.4g} m with a code of "
             f"{period * 1e6:.4g} µs, nearer than the receiver's greatest range of "
             f"{greatest_range:g} m; use a longer code or lower receiver.greatest_range"
         )
