@@ -27,7 +27,7 @@ from polychirp.receiver.selection import (
 from polychirp.receiver.signal_model.point_signal import path_of
 from polychirp.rng import Streams
 from polychirp.study.kernel_parts import _OF_RECEIVER
-from polychirp.waveform import Noise, PhaseCodedRamp, Pmcw, Sawtooth, Triangular
+from polychirp.waveform import Pmcw, Sawtooth, Triangular
 from tests.support.points import HandPoint, frame_of
 from tests.support.schedules import drawn_chirps
 
@@ -155,7 +155,8 @@ def test_bursts_are_mitigated_before_detection(case):
     """A burst on a twelfth of every ramp, 40 dB above the point, leaves its place and power.
 
     The range-Doppler receiver corrects power by the mean weight of the samples, not by that under
-    its windows, which is lower here.
+    its windows, which is lower here. Chips that no filter has limited are 0.6 dB stronger at the
+    edges of the band than the decoding receiver takes them to be.
     """
     receiver, frame = case
     burst = np.zeros_like(frame.samples)
@@ -164,7 +165,7 @@ def test_bursts_are_mitigated_before_detection(case):
     hit = frame.with_samples(frame.samples + burst)
     found = replace(receiver, mitigation=Blanking(guard=0.5e-6)).detect(hit)
     assert found.range[0] == pytest.approx(9.0, abs=0.15)
-    error = 0.4 if receiver.kind == "range-doppler" else 0.15
+    error = 0.4 if receiver.kind in ("range-doppler", "decoding") else 0.15
     assert found.power[0] == pytest.approx(POINT.power, rel=error)
 
 

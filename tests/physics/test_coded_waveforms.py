@@ -216,7 +216,7 @@ def test_the_floor_of_noise_radar_is_its_time_bandwidth_product_below_the_peak(b
 
 
 def test_the_floor_that_a_chirp_leaves_in_a_correlation():
-    """Rao and Mani: a chirp in the band of a PMCW victim for T_int leaves the floor P T_int/(T_f²B).
+    """Rao and Mani: a chirp in the band of a PMCW victim for T_int leaves P T_int/(T_f² B).
 
     The victim reads T_f = 1.27 µs of B = 200 MS/s. A chirp of 20 MHz/µs stays within its band all
     the time: T_int = T_f. A cell of the correlation then has P/(T_f B), 1/254 of the power. Chips

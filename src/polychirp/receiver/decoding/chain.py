@@ -13,7 +13,9 @@ from polychirp.receiver.decoding.alignment import decoded_chirps
 from polychirp.receiver.decoding.code_limits import refuse_samples, refuse_undecodable
 from polychirp.receiver.decoding.correlation import correlated, decoded_ramps, present_share
 from polychirp.receiver.decoding.reading import Reading
+from polychirp.receiver.mitigation import AnyMitigation
 from polychirp.receiver.mitigation.base import mitigated
+from polychirp.receiver.mitigation.burst_repair import BurstRepair
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.settings import DetectorSettings
 
@@ -22,7 +24,8 @@ from polychirp.receiver.settings import DetectorSettings
 class Decoding(DetectorSettings):
     """Receiver of ramps with a code: it removes the code, and reads the frame as `RangeDoppler`.
 
-    The samples are mitigated first; what mitigation takes of an echo is made up for. On a carrier of constant frequency (PMCW, noise) they are then
+    The samples are mitigated first; what mitigation takes of an echo is made up for. Bursts are
+    found by their amplitude alone, as chips cannot be predicted from their neighbours. On a carrier of constant frequency (PMCW, noise) they are then
     correlated with the code over the whole periods that the converter takes of a sweep
     (`decoding.correlation`). Samples of chirps are aligned and multiplied by the code
     (`decoding.alignment`). Both are linear. The result is a frame of chirps without a code, whose
@@ -62,7 +65,7 @@ class Decoding(DetectorSettings):
         refuse_undecodable(schedule)
         refuse_samples(schedule, times, greatest_range=self.greatest_range)
         ramps, moments = read_ramps(schedule, times)
-        cleaned = mitigated(self.mitigation, frame)
+        cleaned = mitigated(_without_prediction(self.mitigation), frame)
         is_carrier = bool(np.all(schedule.slope == 0.0))
         remove = correlated if is_carrier else decoded_chirps
         share = (
@@ -97,6 +100,13 @@ class Decoding(DetectorSettings):
         """Detections of one frame, as of `RangeDoppler.detect`; errors as of `reading`."""
         read = self.reading(frame)
         return read.receiver.detect(read.frame)
+
+
+def _without_prediction(mitigation: AnyMitigation | None) -> AnyMitigation | None:
+    """The mitigation, whose default detector of bursts does without prediction errors."""
+    if isinstance(mitigation, BurstRepair) and mitigation.detector is None:
+        return replace(mitigation, whitening=0)
+    return mitigation
 
 
 def read_ramps(schedule: RampSchedule, times: SampleTimes) -> tuple[RampSchedule, SampleTimes]:

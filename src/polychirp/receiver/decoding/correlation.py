@@ -42,9 +42,7 @@ def _num_periods(schedule: RampSchedule, times: SampleTimes) -> int:
     return int(times.num_samples.min()) // samples_per_period(schedule, times)
 
 
-def present_share(
-    weight: FloatArray, schedule: RampSchedule, times: SampleTimes
-) -> FloatArray:
+def present_share(weight: FloatArray, schedule: RampSchedule, times: SampleTimes) -> FloatArray:
     """Mean weight over the periods at the place of each sample in the code, ``(ramp, fast)``."""
     size, periods = samples_per_period(schedule, times), _num_periods(schedule, times)
     whole = weight[:, : periods * size].reshape(-1, periods, size).mean(axis=1)

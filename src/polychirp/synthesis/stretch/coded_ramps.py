@@ -26,7 +26,7 @@ from typing import Final
 
 import numpy as np
 
-from polychirp.axes import ComplexArray, FloatArray
+from polychirp.axes import ComplexArray
 from polychirp.model.if_filter import IfFilter
 from polychirp.model.radar import Radar
 from polychirp.model.ramp import RampSchedule
@@ -186,7 +186,7 @@ def _code_table(if_filter: IfFilter, least: float, greatest: float) -> CodeTable
 
 
 def _swept_rule(if_filter: IfFilter, chip: float, change: float) -> SweptRule:
-    """The rule for chips of this duration, s, and beats that ``change`` by so many Hz in a panel."""
+    """The rule for chips of this duration, s, and beats that ``change`` by so much, Hz, a panel."""
     longest = min(CELL_SHARE / if_filter.stopband, CELL_TURN / max(change, 1e-300))
     per_chip = math.ceil(chip / longest)
     turn = math.pi * if_filter.stopband * chip / per_chip
@@ -222,12 +222,12 @@ def sub_ramps(sent: RampSchedule) -> RampSchedule:
     code = sent.code
     assert code is not None
     ramps, begins, values = [], [], []
-    for k in range(sent.num_ramps):
-        chip = float(code.chip_duration[k])
-        count = math.ceil(float(sent.duration[k]) / chip - 1e-9)
-        value = np.resize(code.value[code.row[k]], count)
+    for number in range(sent.num_ramps):
+        chip = float(code.chip_duration[number])
+        count = math.ceil(float(sent.duration[number]) / chip - 1e-9)
+        value = np.resize(code.value[code.row[number]], count)
         first = np.flatnonzero(np.diff(value, prepend=np.nan) != 0.0)
-        ramps.append(np.full(first.size, k))
+        ramps.append(np.full(first.size, number))
         begins.append(first * chip)
         values.append(value[first])
     k, into, value = np.concatenate(ramps), np.concatenate(begins), np.concatenate(values)
