@@ -49,7 +49,7 @@ def carrier_of(plan, frequency):
     return replace(plan, slope=0.0 * flat, start_frequency=flat)
 
 
-@settings(max_examples=15)
+@settings(max_examples=6)
 @given(data=st.data(), own=schedules(between(0.0, 1e-4)), if_filter=FILTERS)
 def test_echoes_of_coded_chirps_are_the_same_from_both_engines(data, own, if_filter):
     plan = data.draw(coded(own))
@@ -59,7 +59,7 @@ def test_echoes_of_coded_chirps_are_the_same_from_both_engines(data, own, if_fil
     assert largest_difference(scene, [plan, plan], snapshots, 0) < AGREEMENT
 
 
-@settings(max_examples=15)
+@settings(max_examples=6)
 @given(data=st.data(), own=schedules(between(0.0, 1e-4)), if_filter=FILTERS)
 def test_echoes_of_coded_carriers_are_the_same_from_both_engines(data, own, if_filter):
     plan = data.draw(coded(carrier_of(own, 79e9)))
@@ -69,7 +69,7 @@ def test_echoes_of_coded_carriers_are_the_same_from_both_engines(data, own, if_f
     assert largest_difference(scene, [plan, plan], snapshots, 0) < AGREEMENT
 
 
-@settings(max_examples=30)
+@settings(max_examples=12)
 @given(
     data=st.data(),
     own=schedules(st.just(0.0)),
@@ -91,7 +91,7 @@ def test_coded_interference_is_the_same_from_both_engines(
     assert largest_difference(two_radars(if_filter), [own, sent], snapshots, 1) < AGREEMENT
 
 
-@settings(max_examples=10)
+@settings(max_examples=5)
 @given(
     data=st.data(),
     own=schedules(st.just(0.0)),
@@ -111,7 +111,7 @@ def test_chirps_reach_a_coded_victim_alike_in_both_engines(data, own, sent, path
     np.testing.assert_array_equal(heard, expected)
 
 
-@settings(max_examples=10)
+@settings(max_examples=5)
 @given(
     data=st.data(),
     own=schedules(st.just(0.0)),

@@ -97,6 +97,8 @@ def add_coded(
     if not is_own:
         tables = tables._replace(links=_audible(radar, sent, tables.links))
     least, greatest, steepest = beat_extremes(tables, work)
+    if greatest < least:
+        return
     turn = steepest * float(own.duration.max()) * radar.if_filter.support
     if turn <= STEADY_TURN:
         code_table = _code_table(radar.if_filter, least, greatest)
@@ -159,7 +161,8 @@ def _audible(radar: Radar, sent: RampSchedule, links: LinkTable) -> LinkTable:
 def _code_table(if_filter: IfFilter, least: float, greatest: float) -> CodeTable:
     """E and its derivative at Chebyshev's nodes of the beats from least to greatest, Hz."""
     centre, width = 0.5 * (least + greatest), max(0.5 * (greatest - least), 1e-3)
-    turn = 0.5 * math.pi * width * if_filter.support
+    # exp(−j2πfs) over these beats has Chebyshev's coefficients 2 J_n(π·width·S) at most
+    turn = math.pi * width * if_filter.support
     count = 2
     while 2.0 * (0.5 * turn) ** count / math.factorial(count) > BEAT_TOLERANCE:
         count += 1

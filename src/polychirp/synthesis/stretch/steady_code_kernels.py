@@ -34,7 +34,10 @@ def drifting(
 
 @compiled
 def beat_extremes(tables: CodedRamps, work: CodeWork) -> tuple[float, float, float]:
-    """Least and greatest beat, Hz, of all links in the work's samples, and steepest rate, Hz/s."""
+    """Least and greatest beat, Hz, of all links in the work's samples, and steepest rate, Hz/s.
+
+    Without a link that meets the victim's ramps, they are ∞, −∞ and 0.
+    """
     least, greatest, steepest = np.inf, -np.inf, 0.0
     links, window = tables.links, tables.window
     for u in range(work.row.size):
@@ -45,6 +48,9 @@ def beat_extremes(tables: CodedRamps, work: CodeWork) -> tuple[float, float, flo
         snapshot = links.snapshot[ramp]
         for p in range(links.start[snapshot], links.start[snapshot + 1]):
             for m in range(links.element_delay.shape[1]):
+                chirp = received(pair, links, p, m)
+                if chirp.end <= chirp.begin:
+                    continue
                 beat = beat_of(pair, links, p, m)
                 one, other = beat.frequency + beat.rate * first, beat.frequency + beat.rate * last
                 least, greatest = min(least, one, other), max(greatest, one, other)
