@@ -26,11 +26,11 @@ class Decoding(DetectorSettings):
 
     The samples are mitigated first; what mitigation takes of an echo is made up for. Bursts are
     found by their amplitude alone, as chips cannot be predicted from their neighbours. On a
-    carrier of constant frequency (PMCW, noise) they are then correlated with the code over the
-    whole periods that the converter takes of a sweep (`decoding.correlation`). Samples of chirps are aligned and multiplied by the code
-    (`decoding.alignment`). Both are linear. The result is a frame of chirps without a code, whose
-    range rates, CFAR, azimuths and codes of several transmitting elements are those of
-    `RangeDoppler`.
+    carrier of constant frequency (PMCW, noise) the samples are then correlated with the code over
+    the whole periods that the converter takes of a sweep (`decoding.correlation`). Samples of
+    chirps are aligned and multiplied by the code (`decoding.alignment`). Both are linear. The
+    result is a frame of chirps without a code, whose range rates, CFAR, azimuths and codes of
+    several transmitting elements are those of `RangeDoppler`.
 
     Examples
     --------
