@@ -155,7 +155,7 @@ def range_spectrum(samples):
 
 @pytest.mark.parametrize("num_chips", [32, 64])
 def test_a_ghost_without_the_code_is_spread_over_its_chips(num_chips):
-    """Uysal 2020: a synchronous uncoded radar is 10 log L_c dB weaker than its ghost without a code.
+    """Uysal 2020: a synchronous radar without the code makes a ghost 10 log L_c dB weaker.
 
     The ghost's power is spread over L_c cells: the mean over the code's band 1/T_c of its power
     density is that share of the peak. The samples of 27 of the 30 µs take 0.5 dB, and the inverse
