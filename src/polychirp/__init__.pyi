@@ -75,6 +75,9 @@ from polychirp.waveform.hopping import Hopping as Hopping
 from polychirp.waveform.phase_codes import PhaseCodedSawtooth as PhaseCodedSawtooth
 from polychirp.waveform.permuted_chirps import PermutedChirps as PermutedChirps
 from polychirp.waveform.slope_sequence import SlopeSequence as SlopeSequence
+from polychirp.waveform.phase_coded_ramp import PhaseCodedRamp as PhaseCodedRamp
+from polychirp.waveform.pmcw import Pmcw as Pmcw
+from polychirp.waveform.noise import Noise as Noise
 from polychirp.waveform.access import Access as Access
 from polychirp.waveform.access import RandomStarts as RandomStarts
 from polychirp.waveform.access import SlottedAloha as SlottedAloha
@@ -85,6 +88,7 @@ from polychirp.waveform.coding import TimeDivision as TimeDivision
 from polychirp.waveform.coding import DopplerDivision as DopplerDivision
 from polychirp.waveform.coding import PhaseCoded as PhaseCoded
 from polychirp.model.ramp import RampSchedule as RampSchedule
+from polychirp.model.ramp_code import RampCode as RampCode
 from polychirp.model.ramp import continuous_phase as continuous_phase
 from polychirp.rng import Streams as Streams
 
@@ -114,6 +118,7 @@ from polychirp.channel.rcs import CrossSections as CrossSections
 from polychirp.receiver.selection import AutoReceiver as AutoReceiver
 from polychirp.receiver.coherent.chain import CoherentReceiver as CoherentReceiver
 from polychirp.receiver.range_doppler.chain import RangeDoppler as RangeDoppler
+from polychirp.receiver.decoding.chain import Decoding as Decoding
 from polychirp.receiver.alternatives.paper_receiver import PaperReceiver as PaperReceiver
 from polychirp.receiver.detection.cfar import CfarWindow as CfarWindow
 from polychirp.receiver.mitigation.base import Mitigation as Mitigation

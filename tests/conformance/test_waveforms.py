@@ -15,8 +15,11 @@ from polychirp.waveform import (
     DiverseTriangular,
     FixedTriangular,
     Hopping,
+    Noise,
     PermutedChirps,
+    PhaseCodedRamp,
     PhaseCodedSawtooth,
+    Pmcw,
     Sawtooth,
     SlopeSequence,
     Subframes,
@@ -46,6 +49,12 @@ FAMILIES = [
     PermutedChirps(num_pieces=3, jump=1e-6),
     SlopeSequence(),
     SlopeSequence(slopes=(1e12, -5e11, 3e11), idle=1e-5),
+    PhaseCodedRamp(),
+    PhaseCodedRamp(num_chips=16, chip_duration=1e-6, direction="down"),
+    Pmcw(),
+    Pmcw(code="gold", order=7, periods=2),
+    Pmcw(code="almost-perfect", order=6, idle=0.0),
+    Noise(num_chips=64),
 ]
 DRAWN = [family for family in FAMILIES if "Diverse" in repr(family) or "Fixed" in repr(family)]
 CODED = (PhaseCodedSawtooth,)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from polychirp.axes import FloatArray
+from polychirp.axes import ComplexArray, FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.antenna import AntennaArray
 from polychirp.model.if_frame import IfFrame, sample_times
@@ -62,8 +62,19 @@ def frame_of(
         cycles = array.position[:, 1, None, None] * sine / wavelength + draw.random()
         distance, _, _ = path_of(motion[None], times.time - schedule.start_time[0])[:, 0]
         growth = (point.range / distance) ** point.spreading
+        signal = signal * np.conj(sent_chips(schedule, into - 2.0 * distance / SPEED_OF_LIGHT))
         samples += np.sqrt(point.power) * growth * np.exp(-2j * np.pi * cycles) * signal
     return IfFrame(samples=samples * times.is_sample, times=times, schedule=schedule, array=array)
+
+
+def sent_chips(schedule: RampSchedule, into: FloatArray) -> ComplexArray:
+    """Chips that are sent at times from the starts of the ramps, s ``(ramp, fast)``."""
+    code = schedule.code
+    if code is None:
+        return np.ones(into.shape, dtype=np.complex128)
+    number = np.floor(into / code.chip_duration[:, None]).astype(np.int64)
+    chips = np.take_along_axis(code.value[code.row], number % code.num_chips, axis=1)
+    return chips * (number >= 0)
 
 
 def true_motions(schedule: RampSchedule, points: Sequence[HandPoint]) -> FloatArray:

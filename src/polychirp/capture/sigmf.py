@@ -331,7 +331,8 @@ def _schedule(fields: Mapping[str, Any], name: str) -> RampSchedule | None:
     if told is None:
         return None
     try:
-        return RampSchedule(**{field: _bounded(told[field]) for field in RAMP_FIELDS})
+        columns: dict[str, Any] = {field: _bounded(told[field]) for field in RAMP_FIELDS}
+        return RampSchedule(**columns)
     except InputError as error:
         raise InputError(f"{name}: polychirp:schedule: {error}") from None
     except (KeyError, TypeError, ValueError, IndexError):

@@ -115,8 +115,17 @@ def _rows(radar: DerivedRadar, victims: tuple[str, ...]) -> dict[str, str]:
         "transmitting elements": _code(*radar.code),
         "unambiguous azimuth": _window(radar.azimuth_window),
         "unambiguous elevation": _window(radar.elevation_window),
-        "greatest range (IF pass band)": f"{radar.greatest_range:.3g} m",
+        "greatest range (IF pass band)": f"{radar.greatest_range:.3g} m"
+        if radar.beat_band[1] > 0.0
+        else _ABSENT,
+        "range after which echoes repeat": f"{radar.greatest_range:.4g} m"
+        if radar.beat_band[1] == 0.0
+        else _ABSENT,
         "beat band": _prefixed_span(radar.beat_band, "Hz"),
+        "chips per ramp": str(radar.chips_per_ramp) if radar.chips_per_ramp else _ABSENT,
+        "peak to average power": f"{10 * math.log10(radar.peak_to_average):.2g} dB"
+        if radar.chips_per_ramp
+        else _ABSENT,
         "receiver": radar.receiver,
         "ramp": _prefixed_span(radar.ramp_duration, "s"),
         "frame": f"{_prefixed_span((radar.frame_duration,) * 2, 's')}, {radar.num_ramps} ramps",

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from polychirp.capture.sigmf import DATA, META, RAMP_FIELDS, SIGMF_EXTENSION, SIGMF_VERSION
+from polychirp.errors import CapabilityError
 from polychirp.study.store.load import StoredRun, StoredVictim
 
 
@@ -19,6 +20,12 @@ def write_sigmf_samples(run: StoredRun, folder: Path) -> list[Path]:
     ``polychirp:`` holds the ramps, as `capture.sigmf` reads them, and the time of each ramp's first
     sample. Padding after short ramps is left out.
     """
+    for victim in run.victims:
+        if victim.frame.schedule.code is not None:
+            raise CapabilityError(
+                f"the ramps of '{victim.name}' carry a code, which SigMF files here do not hold; "
+                "export the run in another format"
+            )
     written = []
     for number, victim in enumerate(run.victims):
         path = folder / f"victim-{number}{DATA}"

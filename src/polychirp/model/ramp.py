@@ -7,6 +7,7 @@ import numpy as np
 
 from polychirp.axes import Axes, ComplexArray, FloatArray, PerRamp, PerRampIndex, seal
 from polychirp.errors import InputError
+from polychirp.model.ramp_code import RampCode
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -22,6 +23,10 @@ class RampSchedule:
     :math:`|w_{kl}| = 1`: every element has an amplifier of its own. The mixer's other input is
     the oscillator's signal, without weights.
 
+    A ramp may carry a code: chips that multiply the transmitted signal and not the oscillator's
+    (`RampCode`). A signal that is no ramp is one of slope zero with chips: phase-modulated
+    continuous waves have chips of ±1, noise has drawn complex ones.
+
     Parameters
     ----------
     start_time, duration : s, ``(ramp,)``
@@ -31,12 +36,14 @@ class RampSchedule:
     sweep : ``(ramp,)``, number of the sweep (triangle) to which the ramp belongs
     transmit_weight : w, ``(ramp, element)`` complex, at most 1 in magnitude; by default the first
         element alone, at full power
+    code : chips within the ramps, the same on all transmitting elements; None for none
 
     Raises
     ------
     InputError
-        The schedule has no ramp; a ramp has no positive duration, reaches zero frequency, or
-        starts before the previous one ends; or an element's weight is above 1 in magnitude.
+        The schedule has no ramp; a ramp has no positive duration, reaches zero frequency, is
+        shorter than its code, or starts before the previous one ends; or an element's weight is
+        above 1 in magnitude.
 
     Examples
     --------
@@ -55,6 +62,7 @@ class RampSchedule:
     transmit_weight: Annotated[ComplexArray, Axes("ramp", "element", dtype=np.complex128)] = field(
         default_factory=lambda: np.ones((0, 1), dtype=np.complex128)
     )
+    code: RampCode | None = None
 
     def __post_init__(self) -> None:
         if not np.size(self.transmit_weight):
@@ -69,6 +77,8 @@ class RampSchedule:
         # 1e-9 (chosen) allows for phase factors that rounding makes greater than 1
         if not np.all(np.abs(self.transmit_weight) <= 1.0 + 1e-9):
             raise InputError("a transmitting element's weight is above 1; 1 is full power")
+        if self.code is not None:
+            _need_room(self.code, self.duration)
         overlap = self.end_time[:-1] - self.start_time[1:]
         # an overlap of up to 1e-12 s, or 1e-12 of a time above 1 s, is taken as rounding
         worst = int(np.argmax(overlap)) if overlap.size else 0
@@ -105,8 +115,12 @@ class RampSchedule:
 
     @property
     def bandwidth(self) -> FloatArray:
-        """Width of the band that each ramp covers, Hz, ``(ramp,)``, never negative."""
-        return np.abs(self.slope * self.duration)
+        """Width of the band that each ramp covers, Hz, ``(ramp,)``, never negative.
+
+        It is that of the sweep, or that of the code if that is more.
+        """
+        swept = np.abs(self.slope * self.duration)
+        return swept if self.code is None else np.maximum(swept, self.code.bandwidth)
 
     def as_clocked(
         self, *, start_time: float = 0.0, clock_offset: float = 0.0, clock_drift: float = 0.0
@@ -154,10 +168,15 @@ class RampSchedule:
         rate = np.sqrt(base**2 + 2.0 * clock_drift * self.start_time)
         # t = (r − r₀)/ρ is computed as 2u/(r₀ + r), which works for ρ = 0 and loses no digits
         ends = np.sqrt(rate**2 + 2.0 * clock_drift * self.duration)
+        faster = 0.5 * (rate + ends)
+        code = self.code
+        if code is not None:
+            code = replace(code, chip_duration=code.chip_duration / faster)
         return replace(
             self,
+            code=code,
             start_time=self.start_time / (0.5 * (base + rate)) + start_time,
-            duration=self.duration / (0.5 * (rate + ends)),
+            duration=self.duration / faster,
             start_frequency=self.start_frequency * rate,
             slope=self.slope * rate**2 + clock_drift * self.start_frequency,
         )
@@ -184,6 +203,21 @@ class RampSchedule:
                 f"{self.sweep[worst]} ends; leave more idle time between sweeps or jitter less"
             )
         return replace(self, start_time=start)
+
+
+def _need_room(code: RampCode, duration: FloatArray) -> None:
+    """Refuse a code that is not of these ramps, or is longer than one of them."""
+    if code.row.size != duration.size:
+        raise InputError(
+            f"a code of {code.row.size} ramps is given to {duration.size} ramps; give each ramp one"
+        )
+    short = int(np.argmin(duration - code.period))
+    if duration[short] < code.period[short] * (1 - 1e-9):
+        raise InputError(
+            f"ramp {short} lasts {duration[short] * 1e6:.4g} µs, shorter than its code of "
+            f"{code.num_chips} chips, which lasts {code.period[short] * 1e6:.4g} µs; lengthen the "
+            "ramp, or use fewer or shorter chips"
+        )
 
 
 def continuous_phase(

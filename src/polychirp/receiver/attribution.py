@@ -1,5 +1,7 @@
 """Attribution of detections and floor to echo, interference and noise, through linear steps."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from polychirp.axes import ComplexArray, FloatArray
@@ -12,7 +14,9 @@ from polychirp.model.truth import Truth
 from polychirp.receiver.angle.beamform import steering
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.coherent.parts import PartPowers
+from polychirp.receiver.decoding.chain import Decoding
 from polychirp.receiver.mitigation.base import mitigated
+from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.selection import FrameReceiver
 from polychirp.receiver.signal_model.point_signal import (
     beat_phase,
@@ -27,10 +31,15 @@ def attribute(receiver: FrameReceiver, frame: IfFrame) -> tuple[Detections, Part
 
     The coherent receiver fits its points to each part (`coherent.parts`). For other receivers it is
     the power of `part_amplitudes`, combined over ramps as the receiver combines them
-    (``combined_power``). The part that has the detection's beats on all ramps causes it.
+    (``combined_power``). The part that has the detection's beats on all ramps causes it. A code is
+    removed from the frame and from its parts first.
     """
     if isinstance(receiver, CoherentReceiver):
         return receiver.attribute(frame)
+    if isinstance(receiver, Decoding):
+        read = receiver.reading(frame)
+        found, of_decoded = attribute(read.receiver, read.frame)
+        return found, lambda samples: of_decoded(read.decode(samples))
     found = receiver.detect(frame)
 
     def powers_of(samples: ComplexArray) -> FloatArray:
@@ -113,6 +122,8 @@ def target_levels(
         snr=still,
     )
     amplitude = part_amplitudes(receiver, frame, parts.samples, cells)
+    if isinstance(receiver, Decoding):
+        return target_levels(*_decoded(receiver, frame, parts), truth)
     name = np.array(parts.names)
     is_own, is_noise = np.isin(name, ("echo", "multipath")), name == "noise"
     echo = amplitude[:, is_own].sum(axis=1)
@@ -132,6 +143,8 @@ def floor_rise(receiver: FrameReceiver, frame: IfFrame, parts: IfParts) -> float
     changes it. The floor of interference, leakage, distortion and noise together is divided by
     that of noise alone, both after the mitigation that was chosen for the whole frame.
     """
+    if isinstance(receiver, Decoding):
+        return floor_rise(*_decoded(receiver, frame, parts))
     cleaned = mitigated(receiver.mitigation, frame)
     weight = hann_weights(cleaned.weight)
     size = spectrum_size(frame.times)
@@ -147,3 +160,12 @@ def floor_rise(receiver: FrameReceiver, frame: IfFrame, parts: IfParts) -> float
 
     disturbance = parts.total("direct", "indirect", "leakage", "distortion", "noise")
     return floor(cleaned.repair(disturbance)) / floor(cleaned.repair(parts.noise))
+
+
+def _decoded(
+    receiver: Decoding, frame: IfFrame, parts: IfParts
+) -> tuple[RangeDoppler, IfFrame, IfParts]:
+    """The receiver of the decoded frame, that frame, and its parts."""
+    read = receiver.reading(frame)
+    samples = read.decode(parts.samples)
+    return read.receiver, read.frame, replace(parts, samples=samples)

@@ -7,6 +7,8 @@ import numpy as np
 
 from polychirp.errors import CapabilityError, InputError, no_such
 from polychirp.model.antenna import AntennaArray
+from polychirp.model.if_frame import sample_times
+from polychirp.model.radar import Converter
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
 from polychirp.receiver.alternatives.triangular_pairing import refuse_unpaired
@@ -14,6 +16,8 @@ from polychirp.receiver.angle.directions import unfit as unfit_array
 from polychirp.receiver.angle.doa import AngleEstimator
 from polychirp.receiver.angle.elements import Elements
 from polychirp.receiver.coherent.chain import CoherentReceiver
+from polychirp.receiver.decoding.chain import Decoding
+from polychirp.receiver.decoding.code_limits import refuse_samples, refuse_undecodable
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.range_doppler.subframes import has_subframes, unreadable
 from polychirp.receiver.range_doppler.transforms import refuse
@@ -31,7 +35,7 @@ from polychirp.receiver.signal_model.transmit_codes import (
 from polychirp.spec import ByKind
 from polychirp.units import Ratio
 
-FrameReceiver = CoherentReceiver | RangeDoppler | PaperReceiver
+FrameReceiver = CoherentReceiver | RangeDoppler | Decoding | PaperReceiver
 """Receivers that read a frame themselves."""
 
 
@@ -40,10 +44,10 @@ class AutoReceiver(SearchSettings):
     """The receiver that suits the ramps.
 
     Equal chirps at equal intervals, or in subframes of such, have one beat for each range, and
-    their speeds come from the phases between chirps: they have range-Doppler processing. The
-    coherent receiver reads all other ramps.
+    their speeds come from the phases between chirps: they have range-Doppler processing, after
+    decoding if chips within them are coded. The coherent receiver reads all other ramps.
 
-    It chooses `RangeDoppler` or `CoherentReceiver`.
+    It chooses `RangeDoppler`, `Decoding` or `CoherentReceiver`.
 
     Parameters
     ----------
@@ -59,24 +63,29 @@ class AutoReceiver(SearchSettings):
 
     def chosen(self, schedule: RampSchedule) -> FrameReceiver:
         """The receiver that reads these ramps, with the settings that it knows."""
+        if schedule.code is not None:
+            return Decoding(**_shared(Decoding, self))
         kind = CoherentReceiver if unreadable(schedule) else RangeDoppler
         return kind(**_shared(kind, self))
 
 
 AnyReceiver = Annotated[
-    AutoReceiver | CoherentReceiver | RangeDoppler | PaperReceiver,
+    AutoReceiver | CoherentReceiver | RangeDoppler | Decoding | PaperReceiver,
     ByKind(default="auto"),
 ]
 """Receivers of a study; a study file that names no kind has the first."""
 
 RECEIVERS: Final = {
-    kind().kind: kind for kind in (AutoReceiver, CoherentReceiver, RangeDoppler, PaperReceiver)
+    kind().kind: kind
+    for kind in (AutoReceiver, CoherentReceiver, RangeDoppler, Decoding, PaperReceiver)
 }
 """Class of every receiver that a study may name, by its kind."""
 
 
 def reason_of_choice(schedule: RampSchedule) -> str:
     """Reason for the choice of `AutoReceiver`, as the end of a sentence."""
+    if schedule.code is not None:
+        return "its ramps carry a code"
     reason = unreadable(schedule)
     if reason:
         return reason
@@ -114,7 +123,7 @@ def readable_elements(
         estimators have the needs of `angle.directions.unfit`.
     """
     place, _ = virtual_channels(array, schedule.num_elements)
-    if not isinstance(receiver, RangeDoppler):
+    if not decodes_elements(receiver):
         need_own_line(array)
         virtual_line(array, schedule.num_elements)
     elements = Elements.of(place, frequency=float(np.mean(schedule.centre_frequency)))
@@ -122,6 +131,11 @@ def readable_elements(
     if reason:
         raise CapabilityError(reason)
     return elements
+
+
+def decodes_elements(receiver: FrameReceiver) -> bool:
+    """True if the receiver itself separates several transmitting elements by their code."""
+    return isinstance(receiver, RangeDoppler | Decoding)
 
 
 def angle_estimator(receiver: FrameReceiver) -> AngleEstimator:
@@ -162,7 +176,15 @@ def _shared(kind: type[ReceiverSettings], settings: ReceiverSettings) -> dict[st
 
 def refuse_unreadable(receiver: AnyReceiver, schedule: RampSchedule) -> None:
     """Refuse ramps that the receiver cannot read, with a `CapabilityError` that says why."""
+    receiver = receiver_for(receiver, schedule)
+    if schedule.code is not None and not isinstance(receiver, Decoding):
+        raise CapabilityError(
+            f"its ramps carry a code, which the receiver '{receiver.kind}' does not remove; the "
+            "receivers 'auto' and 'decoding' read it"
+        )
     match receiver:
+        case Decoding():
+            refuse_undecodable(schedule)
         case RangeDoppler():
             refuse(unreadable(schedule))
         case PaperReceiver():
@@ -173,3 +195,17 @@ def refuse_unreadable(receiver: AnyReceiver, schedule: RampSchedule) -> None:
                 f"ramp {flat} has a constant frequency, from whose beat no receiver here reads a "
                 "range; give it a slope"
             )
+
+
+def refuse_unsampled(receiver: AnyReceiver, schedule: RampSchedule, converter: Converter) -> None:
+    """Refuse a converter whose samples the receiver of these ramps cannot read.
+
+    Raises
+    ------
+    CapabilityError, PhysicsError
+        The samples of a coded carrier are too few, too slow or too early (`decoding.code_limits`).
+    """
+    chosen = receiver_for(receiver, schedule)
+    if isinstance(chosen, Decoding):
+        times = sample_times(schedule, converter)
+        refuse_samples(schedule, times, greatest_range=chosen.greatest_range)

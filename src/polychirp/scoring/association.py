@@ -59,7 +59,7 @@ class Gate(Spec):
         """
         usual = usual or cls()
         wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
-        bandwidth = float(np.mean(np.abs(schedule.slope) * schedule.duration))
+        bandwidth = float(np.mean(schedule.bandwidth))
         end = schedule.start_time + schedule.duration
         frame = float(np.max(end) - np.min(schedule.start_time))
         return cls(

@@ -8,6 +8,7 @@ from typing import Final
 
 import numpy as np
 
+from polychirp.axes import FloatArray
 from polychirp.channel.materials.library import check_materials, material_table
 from polychirp.channel.point_vehicles.tracer import PointVehicles
 from polychirp.channel.scene.ground_truth import refuse_radar_inside_body
@@ -28,6 +29,7 @@ from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
 from polychirp.receiver.angle.ambiguity import Window, ambiguities, unambiguous_window
 from polychirp.receiver.angle.beams import too_large
 from polychirp.receiver.angle.elements import Elements
+from polychirp.receiver.decoding.chain import Decoding
 from polychirp.receiver.mitigation.base import refuse_unfit
 from polychirp.receiver.mitigation.burst_repair import BurstRepair
 from polychirp.receiver.range_doppler.chain import RangeDoppler
@@ -41,6 +43,7 @@ from polychirp.receiver.selection import (
     receiver_for,
     refuse_real_samples,
     refuse_unreadable,
+    refuse_unsampled,
 )
 from polychirp.receiver.signal_model.transmit_codes import code_blocks, virtual_channels
 from polychirp.study.random_draw import sample_street
@@ -97,7 +100,7 @@ class DerivedRadar:
     has_equal_sweeps : True if all sweeps are equal; with different sweeps, speeds above
         ``unambiguous_speed`` can be told apart
     greatest_range : m, range whose beat on the steepest ramp is at the edge of the IF filter's pass
-        band
+        band; of a coded carrier, the range after which echoes repeat
     beat_band : Hz, beats of echoes from 0 m and from the receiver's greatest range, on the steepest
         ramp
     ramp_duration : s
@@ -105,6 +108,8 @@ class DerivedRadar:
     azimuth_window, elevation_window : rad, greatest azimuth and elevation to either side that the
         virtual array tells apart (`angle.ambiguity.unambiguous_window`); None if it does not
         measure them
+    chips_per_ramp : number of chips within a ramp, with repetitions; 0 without a code
+    peak_to_average : ratio of the greatest to the mean power while a ramp lasts
     receiver : kind of the receiver of its frame
     receiver_reason : why `AutoReceiver` chose it, as the end of a sentence
     num_ramps : in a frame
@@ -129,6 +134,8 @@ class DerivedRadar:
     frame_duration: float
     azimuth_window: float | None
     elevation_window: float | None
+    chips_per_ramp: int
+    peak_to_average: float
     receiver: str
     receiver_reason: str
     num_ramps: int
@@ -437,15 +444,15 @@ def _material_problems(
 
 def _derived(radar: StudyRadar, schedule: RampSchedule, receiver: AnyReceiver) -> DerivedRadar:
     times = sample_times(schedule, radar.converter)
+    chosen = receiver_for(receiver, schedule)
     wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
     frame_duration = float(schedule.end_time[-1] - schedule.start_time[0])
     num_sweeps = int(schedule.sweep[-1]) + 1
     steepest = float(np.max(np.abs(schedule.slope)))
-    sampled = np.abs(schedule.slope) * times.num_samples / times.rate
-    resolution = SPEED_OF_LIGHT / (2.0 * sampled)
-    chosen = receiver_for(receiver, schedule)
+    resolution = SPEED_OF_LIGHT / (2.0 * _sampled_band(schedule, times))
+    reader = chosen.reader() if isinstance(chosen, Decoding) else chosen
     code = _code_length(schedule), schedule.num_elements
-    is_unfolded = isinstance(chosen, RangeDoppler) and chosen.tells_folds_apart(
+    is_unfolded = isinstance(reader, RangeDoppler) and reader.tells_folds_apart(
         num_sweeps=code[0], num_elements=code[1], num_channels=radar.array.num_channels
     )
     place, _ = virtual_channels(radar.array, schedule.num_elements)
@@ -457,17 +464,19 @@ def _derived(radar: StudyRadar, schedule: RampSchedule, receiver: AnyReceiver) -
         name=radar.name,
         range_resolution=(float(resolution.min()), float(resolution.max())),
         speed_resolution=_doppler_cell(schedule),
-        unambiguous_speed=_unambiguous_speed(schedule, chosen, code[0]),
-        unfolded_speed=_unambiguous_speed(schedule, chosen, 1 if is_unfolded else code[0]),
+        unambiguous_speed=_unambiguous_speed(schedule, reader, code[0]),
+        unfolded_speed=_unambiguous_speed(schedule, reader, 1 if is_unfolded else code[0]),
         code=code,
         has_equal_sweeps=_has_equal_sweeps(schedule, num_sweeps),
-        has_subframes=isinstance(chosen, RangeDoppler) and has_subframes(schedule),
-        greatest_range=SPEED_OF_LIGHT * radar.if_filter.passband / (2.0 * steepest),
+        has_subframes=isinstance(reader, RangeDoppler) and has_subframes(schedule),
+        greatest_range=_greatest_range(radar, schedule),
         beat_band=(0.0, 2.0 * steepest * receiver.greatest_range / SPEED_OF_LIGHT),
         ramp_duration=(float(schedule.duration.min()), float(schedule.duration.max())),
         frame_duration=frame_duration,
         azimuth_window=window.azimuth,
         elevation_window=window.elevation,
+        chips_per_ramp=_num_chips(schedule),
+        peak_to_average=1.0 if schedule.code is None else 1.0 / schedule.code.mean_power,
         receiver=chosen.kind,
         receiver_reason=reason_of_choice(schedule),
         num_ramps=schedule.num_ramps,
@@ -476,6 +485,31 @@ def _derived(radar: StudyRadar, schedule: RampSchedule, receiver: AnyReceiver) -
         sampling=radar.converter.sampling,
         memory=_memory(times, radar),
     )
+
+
+def _sampled_band(schedule: RampSchedule, times: SampleTimes) -> FloatArray:
+    """Width of the band over which each ramp is sampled, Hz ``(ramp,)``.
+
+    Of a coded carrier, it is the band of the chips, or that of the samples if that is less.
+    """
+    swept = np.abs(schedule.slope) * times.num_samples / times.rate
+    is_flat = schedule.slope == 0.0
+    return np.where(is_flat, np.minimum(schedule.bandwidth, times.rate), swept)
+
+
+def _greatest_range(radar: StudyRadar, schedule: RampSchedule) -> float:
+    """See `DerivedRadar.greatest_range`."""
+    steepest = float(np.max(np.abs(schedule.slope)))
+    if steepest == 0.0 and schedule.code is not None:
+        return 0.5 * SPEED_OF_LIGHT * float(np.min(schedule.code.repetition))
+    return SPEED_OF_LIGHT * radar.if_filter.passband / (2.0 * steepest)
+
+
+def _num_chips(schedule: RampSchedule) -> int:
+    """Greatest number of chips within a ramp, 0 without a code."""
+    if schedule.code is None:
+        return 0
+    return round(float(np.max(schedule.duration / schedule.code.chip_duration)))
 
 
 def _unambiguous_speed(schedule: RampSchedule, receiver: FrameReceiver, code_length: int) -> float:
@@ -538,6 +572,10 @@ def _need_readable(study: Study, schedule: RampSchedule, *, number: int) -> None
             code_blocks(schedule)
         except CapabilityError as error:
             raise CapabilityError(f"radars.{number}.coding: {error}") from None
+    try:
+        refuse_unsampled(study.receiver, schedule, study.radars[number].converter)
+    except (CapabilityError, PhysicsError) as error:
+        raise type(error)(f"radars.{number}: {error}") from None
     try:
         readable_elements(
             receiver_for(study.receiver, schedule), study.radars[number].array, schedule

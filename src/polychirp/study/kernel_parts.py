@@ -21,6 +21,7 @@ PARTS: Final = {
         Part(name="bounces", duration=27.0, kernels=79),
         Part(name="facets", duration=29.0, kernels=68),
         Part(name="synthesis", duration=15.0, kernels=45),
+        Part(name="codes", duration=8.0, kernels=14),
         Part(name="bundles", duration=13.0, kernels=16),
         Part(name="edges", duration=13.0, kernels=43),
         Part(name="tables", duration=1.0, kernels=1),
@@ -35,7 +36,9 @@ PARTS: Final = {
 in s of one core, are estimates from runs on a busy machine, and numbers of kernels are counted;
 only the announcement and the progress use them."""
 
-OF_PAPER: Final = tuple(name for name in PARTS if name not in ("point vehicles", "range-Doppler"))
+OF_PAPER: Final = tuple(
+    name for name in PARTS if name not in ("point vehicles", "range-Doppler", "codes")
+)
 """Parts that the paper's scenarios need."""
 
 FEWEST_BUNDLED: Final = 20
@@ -45,6 +48,7 @@ below 24, the number of paths from which on the engine synthesises them in bundl
 _ANY_TRIAL: Final = ("synthesis", "targets", "tables")
 _OF_RECEIVER: Final = {
     "range-doppler": "range-Doppler",
+    "decoding": "range-Doppler",
     "coherent": "coherent",
     "paper": "profiles",
 }
@@ -67,9 +71,18 @@ def parts_of(study: Study) -> tuple[str, ...]:
     kinds = _receiver_kinds(study)
     names = [_OF_RECEIVER[kind] for kind in kinds]
     names += [*_ANY_TRIAL, *_OF_TRACER.get(study.tracer.kind, _STREET)]
+    if _has_codes(study):
+        names.append("codes")
     if len(study.street.points) + len(study.radars) >= FEWEST_BUNDLED:
         names.append("bundles")
     return _ordered(names)
+
+
+def _has_codes(study: Study) -> bool:
+    """True if the ramps of one of the study's radars carry a code."""
+    from polychirp.study.spec import schedules_of
+
+    return any(schedule.code is not None for schedule in schedules_of(study))
 
 
 def _receiver_kinds(study: Study) -> set[str]:

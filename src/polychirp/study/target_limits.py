@@ -7,6 +7,7 @@ import numpy as np
 
 from polychirp.axes import FloatArray
 from polychirp.model.ramp import RampSchedule
+from polychirp.receiver.decoding.chain import Decoding
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.range_doppler.subframes import unambiguous_span
 from polychirp.receiver.selection import AnyReceiver, receiver_for
@@ -68,6 +69,8 @@ def greatest_speed(
     The sentence says why a target that is faster is not reported as it is, and what would help.
     """
     receiver = receiver_for(receiver, schedule)
+    if isinstance(receiver, Decoding):
+        receiver = receiver.reader()
     if not isinstance(receiver, RangeDoppler):
         return receiver.greatest_speed, (
             f"its receiver searches to {3.6 * receiver.greatest_speed:.0f} km/h; raise "

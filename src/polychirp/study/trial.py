@@ -28,9 +28,11 @@ from polychirp.receiver.mimo import (
 from polychirp.receiver.mitigation.base import refuse_unfit
 from polychirp.receiver.selection import (
     AnyReceiver,
+    decodes_elements,
     readable_elements,
     receiver_for,
     refuse_real_samples,
+    refuse_unsampled,
 )
 from polychirp.receiver.signal_model.transmit_codes import code_blocks
 from polychirp.rng import Streams
@@ -128,6 +130,7 @@ def run_trial(
         radar = study.radars[victim]
         receiver = receiver_for(study.receiver, schedules[victim])
         readable_elements(receiver, scene.radars[victim].array, schedules[victim])
+        refuse_unsampled(receiver, schedules[victim], radar.converter)
         refuse_unfit(
             study.receiver.mitigation,
             schedules[victim],
@@ -248,12 +251,12 @@ def receive_and_score(
 
     ``has_occlusion`` is False if the paths come from a tracer without it: no target is hidden then.
     ``interference`` is that of the parts; without it, the score names no radars of ghosts. If
-    several transmit elements are used (MIMO), all but the range-Doppler receiver need the frame
-    decoded; the result then holds the frame and the parts of the virtual array.
+    several transmit elements are used (MIMO), a receiver that does not separate them itself needs
+    the frame decoded; the result then holds the frame and the parts of the virtual array.
     """
     received = frame
     receiver = receiver_for(receiver, received.schedule)
-    is_coded = received.schedule.num_elements > 1 and receiver.kind != "range-doppler"
+    is_coded = received.schedule.num_elements > 1 and not decodes_elements(receiver)
     if is_coded:
         frame, parts = virtual_array(received), virtual_parts(received, parts)
     found, powers_of = attribute(receiver, frame)

@@ -146,6 +146,27 @@ def synthesis() -> None:
     _synthesize(_street())
 
 
+def codes() -> None:
+    """Compile kernels of the stretch engine for ramps and carriers with a code."""
+    from polychirp.channel.tracers.free_space import FreeSpace
+    from polychirp.rng import Streams
+    from polychirp.synthesis.stretch.engine import Stretch
+    from polychirp.waveform import PhaseCodedRamp, Pmcw
+
+    scene = _street()
+    paths = FreeSpace().trace(scene)
+    ramps, carrier = (
+        waveform.schedule(num_sweeps=1, streams=Streams(seed=1))
+        for waveform in (
+            PhaseCodedRamp(ramp_duration=1e-3, num_chips=16),
+            Pmcw(order=5, chip_duration=1e-5),
+        )
+    )
+    for transmitter in (0, 1):
+        schedules = [ramps, carrier]
+        Stretch().contribution(scene, schedules, [paths], victim=0, transmitter=transmitter)
+
+
 def tables() -> None:
     """Compile kernels of the IF filter's response to chirps, and of phase noise."""
     from polychirp.model.if_filter import IfFilter
@@ -286,6 +307,7 @@ PARTS: Final[Mapping[str, Callable[[], None]]] = {
     "bounces": bounces,
     "facets": facets,
     "synthesis": synthesis,
+    "codes": codes,
     "tables": tables,
     "targets": targets,
     "bundles": bundles,

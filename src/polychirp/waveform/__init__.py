@@ -2,8 +2,9 @@
 
 `base` has the interface, `chirps` the schedule of single ramps. The families: `sawtooth`,
 `subframes` and `triangular`; `diverse_sawtooth`, `hopping`, `phase_codes`, `permuted_chirps` and
-`slope_sequence` against interference. `access` has the rules by which radars share
-time and band, `coding` the codes of several transmitting elements,
+`slope_sequence` against interference; `phase_coded_ramp` with a code within each ramp; `pmcw` and
+`noise` with a code on a carrier (`carriers`, `code_sequences`). `access` has the rules by which
+radars share time and band, `coding` the codes of several transmitting elements,
 `design` equations for sweep time and bandwidth, `playing` a radio's samples.
 """
 
@@ -25,8 +26,11 @@ from polychirp.waveform.coding import TimeDivision as TimeDivision
 from polychirp.waveform.coding import coded as coded
 from polychirp.waveform.diverse_sawtooth import DiverseSawtooth as DiverseSawtooth
 from polychirp.waveform.hopping import Hopping as Hopping
+from polychirp.waveform.noise import Noise as Noise
 from polychirp.waveform.permuted_chirps import PermutedChirps as PermutedChirps
+from polychirp.waveform.phase_coded_ramp import PhaseCodedRamp as PhaseCodedRamp
 from polychirp.waveform.phase_codes import PhaseCodedSawtooth as PhaseCodedSawtooth
+from polychirp.waveform.pmcw import Pmcw as Pmcw
 from polychirp.waveform.sawtooth import Sawtooth as Sawtooth
 from polychirp.waveform.slope_sequence import SlopeSequence as SlopeSequence
 from polychirp.waveform.subframes import Subframes as Subframes
@@ -44,6 +48,9 @@ AnyWaveform = Annotated[
     | Hopping
     | PhaseCodedSawtooth
     | PermutedChirps
-    | SlopeSequence,
+    | SlopeSequence
+    | PhaseCodedRamp
+    | Pmcw
+    | Noise,
     ByKind(group="polychirp.waveforms"),
 ]

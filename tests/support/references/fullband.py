@@ -102,7 +102,7 @@ class _Mixer:
     def corners(self, begin: float, end: float) -> FloatArray:
         """Every time between ``begin`` and ``end`` at which a ramp begins or ends, in order."""
         own = np.concatenate([self.own.start_time, self.own.end_time])
-        sent = np.concatenate([self.sent.start_time, self.sent.end_time])
+        sent = np.concatenate([self.sent.start_time, self.sent.end_time, _chip_ends(self.sent)])
         found = [own]
         for link in self.links:
             # u = t − τ(t) solved for t
@@ -131,7 +131,8 @@ class _Mixer:
                     beat = np.exp(2j * np.pi * turns) * sends
                     weight = self.sent.transmit_weight[other, link.transmit_element[p]]
                     amplitude = link.amplitude[p] + link.amplitude_rate[p] * since
-                    y[link.part[p], m, here] += np.conj(amplitude * weight) * beat
+                    amplitude = amplitude * weight * _chip_at(self.sent, other, u)
+                    y[link.part[p], m, here] += np.conj(amplitude) * beat
         return y
 
 
@@ -155,6 +156,30 @@ def _phase(schedule: RampSchedule, ramp: IntArray, time: FloatArray) -> FloatArr
         + schedule.start_frequency[ramp] * into
         + 0.5 * schedule.slope[ramp] * into**2
     )
+
+
+def _chip_at(schedule: RampSchedule, ramp: IntArray, time: FloatArray) -> ComplexArray:
+    """The chip that is sent at each time; 1 without a code."""
+    code = schedule.code
+    if code is None:
+        return np.ones(time.size, dtype=np.complex128)
+    into = (time - schedule.start_time[ramp]) / code.chip_duration[ramp]
+    number = np.floor(np.maximum(into, 0.0)).astype(np.int64) % code.num_chips
+    return code.value[code.row[ramp], number]
+
+
+def _chip_ends(schedule: RampSchedule) -> FloatArray:
+    """Every time at which a chip ends, s."""
+    code = schedule.code
+    if code is None:
+        return np.zeros(0)
+    ends = [
+        start + chip * np.arange(1.0, duration / chip)
+        for start, duration, chip in zip(
+            schedule.start_time, schedule.duration, code.chip_duration, strict=True
+        )
+    ]
+    return np.concatenate(ends)
 
 
 def _largest_beat(own: RampSchedule, sent: RampSchedule) -> float:

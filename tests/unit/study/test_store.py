@@ -14,6 +14,7 @@ from polychirp.errors import InputError, RunError
 from polychirp.model.front_end import HighPass
 from polychirp.model.if_frame import PARTS, IfParts
 from polychirp.model.paths import PropagationPaths
+from polychirp.model.ramp_code import RampCode
 from polychirp.study.provenance import canonical_json, provenance
 from polychirp.study.store.layout import FOLDERS
 from polychirp.study.store.load import load_run, stored_hash
@@ -106,6 +107,20 @@ def test_the_same_run_gives_the_same_bytes(stored, tmp_path):
     assert files(again) == files(stored)
 
 
+def test_a_code_of_the_ramps_is_stored(tmp_path):
+    victim = BOTH.victims[0]
+    count = victim.frame.schedule.num_ramps
+    code = RampCode(
+        value=[[1, -1, 1j]], row=[0] * count, chip_duration=victim.frame.schedule.duration / 3
+    )
+    schedule = replace(victim.frame.schedule, code=code)
+    coded = replace(victim, frame=replace(victim.frame, schedule=schedule))
+    save_run(tmp_path / "coded.zarr", replace(BOTH, victims=(coded,)), provenance=ORIGIN)
+    read = load_run(tmp_path / "coded.zarr").victims[0].frame.schedule.code
+    for field in ("value", "row", "chip_duration"):
+        np.testing.assert_array_equal(getattr(read, field), getattr(code, field))
+
+
 def test_every_array_names_its_axes_and_its_unit(stored):
     group = zarr.open_group(store=stored, mode="r")["victim-0"]
     arrays = dict(group.members(max_depth=None))
@@ -115,7 +130,10 @@ def test_every_array_names_its_axes_and_its_unit(stored):
         if isinstance(array, zarr.Array)
     }
     assert {name for name in found if "/" not in name} == {"samples", "parts", *PARTS_AXES}
+    assert not any(name.startswith(FOLDERS[RampCode]) for name in found)  # its ramps have no code
     for noun, folder in FOLDERS.items():
+        if noun is RampCode:
+            continue
         assert {f"{folder}/{field}" for field in axes_of(noun)} <= set(found)
     assert found["samples"] == (("channel", "ramp", "fast"), "V")
     assert found["parts"] == (("part", "channel", "ramp", "fast"), "V")

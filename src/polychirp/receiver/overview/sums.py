@@ -20,6 +20,7 @@ from polychirp.receiver.coherent.points import Points
 from polychirp.receiver.coherent.profiles import Profiles
 from polychirp.receiver.coherent.rate_blocks import powers
 from polychirp.receiver.coherent.residual import Residual
+from polychirp.receiver.decoding.chain import Decoding
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.receiver.overview.range_response import log_range_rate_map
 from polychirp.receiver.range_doppler.chain import RangeDoppler
@@ -208,7 +209,11 @@ def sums_of(receiver: FrameReceiver, frame: IfFrame) -> ChirpSums | LongRampMean
 
     Equal chirps at equal intervals have `ChirpSums`, ramps that rise and fall and resolve range
     rates by their beats have `LongRampMeans`, and all others, also those in subframes, `RampSums`.
+    A code is removed first.
     """
+    if isinstance(receiver, Decoding):
+        read = receiver.reading(frame)
+        return sums_of(read.receiver, read.frame)
     schedule = frame.schedule
     kind = "coherent" if unfit(schedule) else "range-doppler"
     reader = receiver_of_kind(kind, receiver)

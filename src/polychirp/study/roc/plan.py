@@ -26,6 +26,7 @@ from polychirp.receiver.mimo import virtual_array
 from polychirp.receiver.selection import (
     AnyReceiver,
     FrameReceiver,
+    decodes_elements,
     receiver_for,
     receiver_of_kind,
 )
@@ -378,9 +379,9 @@ def _window(
 def as_read(receiver: FrameReceiver, frame: IfFrame) -> IfFrame:
     """The frame as the receiver reads it: decoded if several elements transmit.
 
-    The range-Doppler receiver decodes it itself.
+    A receiver that separates the elements itself has the frame as it is.
     """
-    is_coded = frame.schedule.num_elements > 1 and receiver.kind != "range-doppler"
+    is_coded = frame.schedule.num_elements > 1 and not decodes_elements(receiver)
     return virtual_array(frame) if is_coded else frame
 
 

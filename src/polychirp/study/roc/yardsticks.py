@@ -10,9 +10,10 @@ from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.coherent.false_alarms import threshold_of
+from polychirp.receiver.decoding.chain import Decoding
 from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.receiver.range_doppler.transforms import taper
-from polychirp.receiver.selection import FrameReceiver
+from polychirp.receiver.selection import FrameReceiver, decodes_elements
 from polychirp.receiver.settings import DetectorSettings
 from polychirp.receiver.signal_model.transmit_codes import code_blocks
 from polychirp.scoring.ideal_detector import cell_threshold
@@ -41,14 +42,14 @@ def error_limits(receiver: FrameReceiver, schedule: RampSchedule) -> Extent:
     They are chosen above the errors of each receiver at its threshold, and small beside the map:
 
     - coherent: one cell of `resolution`, less than the distance of the first side lobe;
-    - range-Doppler: one and a half cells, the width of its tapered main lobe;
+    - range-Doppler, also after decoding: one and a half cells, the width of its tapered main lobe;
     - paper: one cell in range and half a cell of a ramp, :math:`\lambda/4T_{ramp}`, in range rate.
     """
     cell = resolution(schedule)
     match receiver:
         case CoherentReceiver():
             return cell
-        case RangeDoppler():
+        case RangeDoppler() | Decoding():
             return Extent(1.5 * cell.range, 1.5 * cell.range_rate)
     wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
     return Extent(cell.range, wavelength / (4.0 * float(np.max(schedule.duration))))
@@ -60,7 +61,7 @@ def num_looks(receiver: FrameReceiver, frame: IfFrame) -> int:
     They are the receiving channels; with several transmitting elements those of the virtual array,
     and for the range-Doppler receiver one for each channel and sweep of the code.
     """
-    if isinstance(receiver, RangeDoppler):
+    if decodes_elements(receiver):
         return frame.array.num_channels * len(code_blocks(frame.schedule).weight)
     return frame.array.num_channels
 
@@ -73,6 +74,9 @@ def num_cells(receiver: FrameReceiver, frame: IfFrame) -> float:
     has no such map.
     """
     match receiver:
+        case Decoding():
+            read = receiver.reading(frame)
+            return num_cells(read.receiver, read.frame)
         case CoherentReceiver():
             expected = receiver.expected_false_detections(frame)
             return float(expected / receiver.false_alarm_probability)
@@ -108,6 +112,9 @@ def window_share(receiver: FrameReceiver, frame: IfFrame) -> float:
     """
     if isinstance(receiver, CoherentReceiver):
         return 1.0
+    if isinstance(receiver, Decoding):
+        read = receiver.reading(frame)
+        return window_share(read.receiver, read.frame)
     if not isinstance(receiver, RangeDoppler):
         return float("nan")
     sizes = (frame.times.most_samples, len(code_blocks(frame.schedule).ramps))

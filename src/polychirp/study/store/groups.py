@@ -63,6 +63,7 @@ def groups_of(victim: VictimResult | StoredVictim) -> dict[str, ArrayGroup]:
     attributes: dict[str, dict[str, Any]] = {
         "times": {"rate": frame.times.rate},
         "schedule": {},
+        "code": {},
         "paths": {
             "reference_time": victim.paths.reference_time,
             "frequency": victim.paths.frequency,
@@ -71,7 +72,8 @@ def groups_of(victim: VictimResult | StoredVictim) -> dict[str, ArrayGroup]:
         "truth": {"time": truth.time, "name": list(truth.name)},
         "score": _score_attributes(victim.score),
     }
-    for noun in (frame.times, frame.schedule, victim.paths, found, truth, victim.score):
+    codes = [] if frame.schedule.code is None else [frame.schedule.code]
+    for noun in (frame.times, frame.schedule, *codes, victim.paths, found, truth, victim.score):
         name = FOLDERS[type(noun)]
         groups[name] = _group(attributes[name], dict(_noun_arrays(noun)), coordinates)
     return groups

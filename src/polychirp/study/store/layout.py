@@ -8,6 +8,7 @@ from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame, IfParts, SampleTimes
 from polychirp.model.paths import PropagationPaths
 from polychirp.model.ramp import RampSchedule
+from polychirp.model.ramp_code import RampCode
 from polychirp.model.score import Score
 from polychirp.model.truth import Truth
 
@@ -27,6 +28,7 @@ UNITS: Final[Mapping[type, Mapping[str, str]]] = {
         "sweep": "1",
         "transmit_weight": "1",
     },
+    RampCode: {"value": "1", "row": "1", "chip_duration": "s"},
     PropagationPaths: {
         "transmitter": "1",
         "receiver": "1",
@@ -92,12 +94,14 @@ UNITS: Final[Mapping[type, Mapping[str, str]]] = {
 FOLDERS: Final[Mapping[type, str]] = {
     SampleTimes: "times",
     RampSchedule: "schedule",
+    RampCode: "code",
     PropagationPaths: "paths",
     Detections: "detections",
     Truth: "truth",
     Score: "score",
 }
-"""Name of the group of each data type, within the group of a victim."""
+"""Name of the group of each data type, within the group of a victim. A schedule without
+a code has no group of its code."""
 
 AXIS_NAMES: Final = {"3": "xyz"}
 """Stored names of axes that are named by their length in the data types."""

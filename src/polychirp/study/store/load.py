@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +16,7 @@ from polychirp.model.front_end import HighPass
 from polychirp.model.if_frame import IfFrame, IfParts, SampleTimes
 from polychirp.model.paths import PropagationPaths
 from polychirp.model.ramp import RampSchedule
+from polychirp.model.ramp_code import RampCode
 from polychirp.model.score import Score
 from polychirp.model.truth import Truth
 from polychirp.study.provenance import Provenance
@@ -144,10 +145,13 @@ def _read_victim(folder: Path, is_whole: bool) -> StoredVictim:
     def noun(kind: Any) -> Any:
         return _read_noun(kind, folder / FOLDERS[kind], is_whole)
 
+    schedule = noun(RampSchedule)
+    if (folder / FOLDERS[RampCode]).is_dir():
+        schedule = replace(schedule, code=noun(RampCode))
     frame = IfFrame(
         samples=ZarrArray(folder / "samples", has_all_chunks=is_whole).whole(),
         times=noun(SampleTimes),
-        schedule=noun(RampSchedule),
+        schedule=schedule,
         array=_array_from(str(attributes["array"])),
         high_pass=HighPass(corners=tuple(corners)) if corners else None,
     )

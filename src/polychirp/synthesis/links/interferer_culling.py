@@ -92,7 +92,7 @@ def audible_radars(
 
     An interferer is always audible if its beat frequency comes within the IF filter's stop edge. It
     is audible too if its or the victim's oscillator is not ideal, as its noise may reach the
-    passband.
+    passband, or if its ramps carry a code, whose spectrum has no end.
     """
     radar = scene.radars[victim]
     bounds = interference_bounds(
@@ -101,7 +101,9 @@ def audible_radars(
     noise = math.sqrt(noise_density(radar) * radar.if_filter.noise_bandwidth)
     is_clean = np.array(
         [
-            radar.oscillator.is_ideal and scene.radars[number].oscillator.is_ideal
+            radar.oscillator.is_ideal
+            and scene.radars[number].oscillator.is_ideal
+            and schedules[number].code is None
             for number in interferers
         ],
         dtype=bool,

@@ -28,7 +28,8 @@ from polychirp.spec import Spec
 from polychirp.synthesis.links.leakage import all_links, num_parts
 from polychirp.synthesis.links.links import nearest_snapshots
 from polychirp.synthesis.links.thermal_noise import noise_density
-from polychirp.synthesis.stretch.kernel_records import Tables, WindowSeries
+from polychirp.synthesis.stretch.coded_ramps import add_coded, has_long_chips, sub_ramps
+from polychirp.synthesis.stretch.kernel_records import CodedRamps, Tables, WindowSeries
 from polychirp.synthesis.stretch.kernel_tables import (
     link_table,
     pair_table,
@@ -92,6 +93,17 @@ class Stretch(Spec):
         samples = np.zeros(shape, dtype=np.complex128)
         table = link_table(links, nearest_snapshots(own, snapshots))
         ramps = ramps_of(own), ramps_of(sent)
+        if sent.code is not None and victim != transmitter and has_long_chips(radar, sent):
+            plain = list(schedules)
+            plain[transmitter] = sub_ramps(sent)
+            return self.contribution(
+                scene, plain, snapshots, victim=victim, transmitter=transmitter
+            )
+        if sent.code is not None:
+            window, taps = window_of(own, times), taps_of(radar.if_filter)
+            coded = CodedRamps(*ramps, window, table, taps)
+            add_coded(samples, radar, own, sent, coded, is_own=victim == transmitter)
+            return samples
         overlaps = all_overlaps(radar, own, sent, ramps, table)
         if overlaps:
             strongest = strongest_sample(overlaps)

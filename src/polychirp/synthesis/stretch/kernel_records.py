@@ -358,3 +358,68 @@ class CutExpansion(NamedTuple):
     delay_width: float
     edge_beat: float
     edge_width: float
+
+
+class Chips(NamedTuple):
+    """Conjugate chips ``(code, chip)``; of each sent ramp the row and the chips' duration, s."""
+
+    value: ComplexArray
+    row: IntArray
+    duration: FloatArray
+
+
+class CodedRamps(NamedTuple):
+    """A victim's ramps and samples, the coded ramps of a transmitter, the links and the filter."""
+
+    own: Ramps
+    sent: Ramps
+    window: Window
+    links: LinkTable
+    taps: Taps
+
+
+class CodeWork(NamedTuple):
+    """Rows of samples, each with a ramp of the victim and a coded one, as columns ``(unit,)``."""
+
+    row: IntArray
+    ramp: IntArray
+    sent: IntArray
+
+
+class CodeTable(NamedTuple):
+    """The integral E of `coded_ramps` from −S/2 on, at entries ``step`` s apart.
+
+    ``value`` (order, beat, entry, 2) has E and its derivative times ``step``, at the beats
+    ``node``, Hz; of order 1, they are the derivatives of these by the rate, per Hz/s.
+    """
+
+    node: FloatArray
+    step: float
+    value: ComplexArray
+
+
+class CodedChirp(NamedTuple):
+    """The chirp of a link and channel, with its code, and the rate of its amplitude, V/s.
+
+    ``amplitude`` is that where the victim's ramp starts. The cell at the time t has the number
+    ``into + stretch·t``, counted from the sent ramp's start.
+    """
+
+    chirp: Chirp
+    amplitude: complex
+    drift: complex
+    code: ComplexArray
+    into: float
+    stretch: float
+
+
+class SweptRule(NamedTuple):
+    """Filon's rule for chips whose beat changes; a chip has ``cells_per_chip`` equal cells.
+
+    ``node`` are Gauss's nodes of a cell on [−1, 1]; ``to_node`` (node, order) gives their weights
+    from spherical Bessel functions of half the phase by which the beat turns in a cell.
+    """
+
+    cells_per_chip: int
+    node: FloatArray
+    to_node: ComplexArray

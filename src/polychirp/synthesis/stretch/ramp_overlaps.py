@@ -41,7 +41,7 @@ def all_overlaps(
         band = BandLimits(
             half, float(radar.converter.start), until, float(radar.if_filter.passband), peak
         )
-        for i in _sent_during(own, sent, links, k):
+        for i in sent_during(own, sent, links, k):
             pair = ramp_pair(ramps[0], k, ramps[1], i, links)
             found.append(overlap_of(pair, links, low, high, band))
     return found
@@ -57,7 +57,7 @@ def strongest_sample(overlaps: Sequence[Overlap]) -> float:
     return math.sqrt(max((overlap.power for overlap in overlaps), default=0.0))
 
 
-def _sent_during(own: RampSchedule, sent: RampSchedule, links: LinkTable, k: int) -> range:
+def sent_during(own: RampSchedule, sent: RampSchedule, links: LinkTable, k: int) -> range:
     """Transmitted ramps that arrive, on some path, while ramp k of the victim lasts."""
     snapshot = links.snapshot[k]
     part = slice(int(links.start[snapshot]), int(links.start[snapshot + 1]))

@@ -1,0 +1,88 @@
+r"""Decoding of chirps: alignment of the echoes' delays, and multiplication by the code.
+
+After the mixer an echo of the delay τ on a ramp of slope b has the beat :math:`f = b\tau` and the
+conjugate code, late by τ. A filter with the response
+
+.. math:: G(f) = e^{j\pi f^2/b}
+
+has the group delay −f/b: it advances every echo by its own delay, so that the codes of all echoes
+coincide with that of the transmitter (Uysal, "Phase-Coded FMCW Automotive Radar", IEEE Trans. Veh.
+Technol. 69, 2020). The code's own band passes the same filter, so that the code is dispersed, alike
+for all echoes. The samples are therefore multiplied by the inverse of the dispersed code, and not
+by the code itself; where the dispersed code is weak, its inverse is limited. The inverse filter
+then gives each echo the delay and phase that it has without a code.
+"""
+
+import math
+
+import numpy as np
+from scipy.fft import next_fast_len
+
+from polychirp.axes import ComplexArray, FloatArray
+from polychirp.model.if_frame import SampleTimes
+from polychirp.model.ramp import RampSchedule
+
+LEAST_CODE = 0.5
+"""Magnitude of the dispersed code below which its inverse is limited. Chosen: noise grows by 6 dB
+at most, for a sample at the border of two chips."""
+
+
+def decoded_chirps(
+    samples: ComplexArray, schedule: RampSchedule, times: SampleTimes
+) -> ComplexArray:
+    """Samples ``(…, ramp, fast)`` of coded chirps, as if the chirps had no code."""
+    size = samples.shape[-1]
+    number, frequency = _padded_grid(schedule, times, size)
+    out = np.empty(samples.shape, dtype=np.complex128)
+    for ramp in range(schedule.num_ramps):
+        bend = np.exp(1j * np.pi * frequency**2 / float(schedule.slope[ramp]))
+        into = number / times.rate + float(times.first[ramp] - schedule.start_time[ramp])
+        inverse = _inverse_code(sent_code(schedule, ramp, into, 1.0 / times.rate), bend)
+        spectrum = np.fft.fft(samples[..., ramp, :], n=number.size, axis=-1) * bend
+        aligned = np.fft.ifft(spectrum, axis=-1) * inverse
+        spectrum = np.fft.fft(aligned, axis=-1) * np.conj(bend)
+        out[..., ramp, :] = np.fft.ifft(spectrum, axis=-1)[..., :size]
+    return out
+
+
+def _padded_grid(
+    schedule: RampSchedule, times: SampleTimes, size: int
+) -> tuple[FloatArray, FloatArray]:
+    """Numbers of samples, negative at the end, and frequencies, Hz, of the padded transforms.
+
+    The padding takes the greatest delay and the greatest advance of the filter.
+    """
+    shift = 0.5 * times.rate / float(np.min(np.abs(schedule.slope)))
+    pad = math.ceil(shift * times.rate) + 1
+    total = next_fast_len(size + 2 * pad)
+    number = np.arange(total)
+    number[total - pad :] -= total
+    frequency = np.asarray(np.fft.fftfreq(total, 1.0 / times.rate), dtype=np.float64)
+    return number.astype(np.float64), frequency
+
+
+def _inverse_code(chips: ComplexArray, bend: ComplexArray) -> ComplexArray:
+    """Inverse of the conjugate code behind the filter ``bend``, limited where it is weak."""
+    dispersed = np.fft.ifft(np.fft.fft(np.conj(chips)) * bend)
+    size = np.maximum(np.abs(dispersed), LEAST_CODE)
+    return np.asarray(np.conj(dispersed) / size**2)
+
+
+def sent_code(schedule: RampSchedule, ramp: int, into: FloatArray, width: float) -> ComplexArray:
+    """Mean of a ramp's chips over an interval of ``width`` s about times from its start, s.
+
+    Before and after the ramp the code is zero.
+    """
+    code = schedule.code
+    assert code is not None
+    chip = float(code.chip_duration[ramp])
+    sent = code.value[code.row[ramp]]
+    sums = np.concatenate([[0.0], np.cumsum(sent)])
+
+    def integral(time: FloatArray) -> ComplexArray:
+        chips = np.clip(time, 0.0, float(schedule.duration[ramp])) / chip
+        whole = np.floor(chips).astype(np.int64)
+        repeats, within = np.divmod(whole, sent.size)
+        return np.asarray(repeats * sums[-1] + sums[within] + (chips - whole) * sent[within])
+
+    return (integral(into + 0.5 * width) - integral(into - 0.5 * width)) * (chip / width)

@@ -1,0 +1,116 @@
+"""`Decoding`: the receiver of ramps and carriers with a code."""
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from polychirp.axes import ComplexArray
+from polychirp.model.detection import Detections
+from polychirp.model.if_frame import IfFrame, SampleTimes
+from polychirp.model.ramp import RampSchedule
+from polychirp.receiver.decoding.alignment import decoded_chirps
+from polychirp.receiver.decoding.code_limits import refuse_samples, refuse_undecodable
+from polychirp.receiver.decoding.correlation import correlated, decoded_ramps, present_share
+from polychirp.receiver.decoding.reading import Reading
+from polychirp.receiver.mitigation import AnyMitigation
+from polychirp.receiver.mitigation.base import mitigated
+from polychirp.receiver.mitigation.burst_repair import BurstRepair
+from polychirp.receiver.range_doppler.chain import RangeDoppler
+from polychirp.receiver.settings import DetectorSettings
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Decoding(DetectorSettings):
+    """Receiver of ramps with a code: it removes the code, and reads the frame as `RangeDoppler`.
+
+    The samples are mitigated first; what mitigation takes of an echo is made up for. Bursts are
+    found by their amplitude alone, as chips cannot be predicted from their neighbours. On a
+    carrier of constant frequency (PMCW, noise) the samples are then correlated with the code over
+    the whole periods that the converter takes of a sweep (`decoding.correlation`). Samples of
+    chirps are aligned and multiplied by the code (`decoding.alignment`). Both are linear. The
+    result is a frame of chirps without a code, whose range rates, CFAR, azimuths and codes of
+    several transmitting elements are those of `RangeDoppler`.
+
+    Examples
+    --------
+    A point at 12 m, as strong as the noise of a sample, whose delay is 40 chips of 2 ns:
+
+    >>> from polychirp.model.antenna import AntennaArray
+    >>> from polychirp.rng import Streams
+    >>> from polychirp.waveform import Pmcw
+    >>> sent = Pmcw(order=7).schedule(num_sweeps=32, streams=Streams(seed=1))
+    >>> chips = np.roll(sent.code.value[0].real, 40)
+    >>> samples = np.tile(np.repeat(chips, 2), (1, 32, 2))
+    >>> noise = np.random.default_rng(1).normal(scale=0.7, size=(2, *samples.shape))
+    >>> first, count = sent.start_time + 254.5e-9, np.full(32, 508)
+    >>> times = SampleTimes(first=first, num_samples=count, rate=1e9)
+    >>> frame = IfFrame(samples=samples + noise[0] + 1j * noise[1], times=times, schedule=sent,
+    ...     array=AntennaArray(num_channels=1))
+    >>> Decoding().detect(frame).range.round(1)
+    array([12.])
+    """
+
+    kind: Literal["decoding"] = "decoding"
+
+    def reading(self, frame: IfFrame) -> Reading:
+        """The decoded frame and its receiver.
+
+        Raises
+        ------
+        CapabilityError, PhysicsError
+            The frame cannot be decoded (`code_limits`).
+        """
+        schedule, times = frame.schedule, frame.times
+        refuse_undecodable(schedule)
+        refuse_samples(schedule, times, greatest_range=self.greatest_range)
+        ramps, moments = read_ramps(schedule, times)
+        cleaned = mitigated(_without_prediction(self.mitigation), frame)
+        is_carrier = bool(np.all(schedule.slope == 0.0))
+        remove = correlated if is_carrier else decoded_chirps
+        share = (
+            present_share(cleaned.weight, schedule, times)
+            if is_carrier
+            else np.mean(cleaned.weight, axis=1, keepdims=True)
+        )
+        weight = cleaned.weight / np.maximum(share, 1e-300)
+
+        def decode(samples: ComplexArray) -> ComplexArray:
+            return remove(cleaned.repair(samples) * weight, schedule, times)
+
+        return Reading(
+            receiver=self.reader(),
+            frame=replace(
+                frame, samples=decode(frame.samples), times=moments, schedule=ramps, high_pass=None
+            ),
+            decode=decode,
+        )
+
+    def reader(self) -> RangeDoppler:
+        """The receiver of decoded frames."""
+        return RangeDoppler(
+            least_range=self.least_range,
+            greatest_range=self.greatest_range,
+            grouping=self.grouping,
+            false_alarm_probability=self.false_alarm_probability,
+            angle=self.angle,
+        )
+
+    def detect(self, frame: IfFrame) -> Detections:
+        """Detections of one frame, as of `RangeDoppler.detect`; errors as of `reading`."""
+        read = self.reading(frame)
+        return read.receiver.detect(read.frame)
+
+
+def _without_prediction(mitigation: AnyMitigation | None) -> AnyMitigation | None:
+    """The mitigation, whose default detector of bursts does without prediction errors."""
+    if isinstance(mitigation, BurstRepair) and mitigation.detector is None:
+        return replace(mitigation, whitening=0)
+    return mitigation
+
+
+def read_ramps(schedule: RampSchedule, times: SampleTimes) -> tuple[RampSchedule, SampleTimes]:
+    """Ramps and times of the samples of a decoded frame."""
+    if np.all(schedule.slope == 0.0):
+        return decoded_ramps(schedule, times)
+    return replace(schedule, code=None), times

@@ -1,0 +1,97 @@
+"""Frames that cannot be decoded, with the reason and what would work."""
+
+import math
+
+import numpy as np
+
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.errors import CapabilityError, PhysicsError
+from polychirp.model.if_frame import SampleTimes
+from polychirp.model.ramp import RampSchedule
+from polychirp.receiver.range_doppler.transforms import unfit
+from polychirp.receiver.signal_model.equal_ramps import LARGEST_DIFFERENCE
+
+MOST_UNEVEN_PERIOD = 1e-2
+"""Greatest distance of a period of the code from a whole number of samples, in samples. Chosen: the
+last sample of a period is then wrong by 1 % of a chip, and a clock of 20 ppm remains below it."""
+
+
+def undecodable(schedule: RampSchedule) -> str:
+    """Reason why a schedule cannot be decoded, as the end of a sentence; empty if it can.
+
+    >>> from polychirp.rng import Streams
+    >>> from polychirp.waveform import Sawtooth
+    >>> undecodable(Sawtooth().schedule(num_sweeps=4, streams=Streams(seed=1)))
+    'its ramps carry no code'
+    """
+    code = schedule.code
+    if code is None:
+        return "its ramps carry no code"
+    if not np.allclose(
+        code.chip_duration, code.chip_duration[0], rtol=LARGEST_DIFFERENCE, atol=0.0
+    ):
+        return "its ramps differ in the duration of their chips"
+    return unfit(schedule)
+
+
+def refuse_undecodable(schedule: RampSchedule) -> None:
+    """Refuse a schedule that cannot be decoded, with a `CapabilityError` that says why."""
+    reason = undecodable(schedule)
+    if not reason:
+        return
+    if schedule.code is None:
+        raise CapabilityError(
+            f"the decoding receiver needs ramps with a code, and of this schedule {reason}; the "
+            "receiver 'auto' reads it"
+        )
+    raise CapabilityError(
+        "the decoding receiver needs equal ramps at equal intervals, and of this schedule "
+        f"{reason}; use a coded waveform without changes from sweep to sweep"
+    )
+
+
+def refuse_samples(schedule: RampSchedule, times: SampleTimes, *, greatest_range: float) -> None:
+    """Refuse samples from which a carrier's code cannot be decoded up to ``greatest_range``, m.
+
+    Raises
+    ------
+    CapabilityError
+        A period of the code is no whole number of samples, or a sweep has no whole period of them.
+    PhysicsError
+        The converter starts before the echoes from the greatest range arrive, or these are so late
+        that they look like near ones.
+    """
+    code = schedule.code
+    if code is None or np.any(schedule.slope != 0.0):
+        return
+    period = float(code.period[0])
+    count = period * times.rate
+    if abs(count - round(count)) > MOST_UNEVEN_PERIOD or round(count) < 2:
+        better = max(round(count), 2) / period
+        raise CapabilityError(
+            f"a code of {period * 1e9:.6g} ns has {count:.6g} samples at "
+            f"{times.rate / 1e6:.6g} MS/s, and correlation needs a whole number of two or more; "
+            f"set converter.sample_rate to '{better / 1e6:.9g} MS/s', or to one sample for each "
+            "chip or two"
+        )
+    if times.num_samples.min() < round(count):
+        raise CapabilityError(
+            f"a sweep has {int(times.num_samples.min())} samples, fewer than the "
+            f"{round(count)} of a period of its code; use more periods, or a smaller "
+            "converter.start or converter.margin"
+        )
+    delay = 2.0 * greatest_range / SPEED_OF_LIGHT
+    alike = float(code.repetition[0])
+    if delay > alike:
+        raise PhysicsError(
+            f"echoes repeat after {0.5 * SPEED_OF_LIGHT * alike:.4g} m with a code of "
+            f"{period * 1e6:.4g} µs, nearer than the receiver's greatest range of "
+            f"{greatest_range:g} m; use a longer code or lower receiver.greatest_range"
+        )
+    start = float(np.min(times.first - schedule.start_time))
+    if start < delay * (1 - 1e-9):
+        raise PhysicsError(
+            f"the converter starts {start * 1e6:.4g} µs after a sweep's start, before echoes from "
+            f"the receiver's greatest range of {greatest_range:g} m arrive; set converter.start to "
+            f"'{math.ceil(delay * 1e9)} ns' or more"
+        )

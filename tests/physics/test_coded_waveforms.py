@@ -1,0 +1,236 @@
+"""Codes on carriers and within ramps: side lobes, suppression and floors against closed forms."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.model.antenna import ISOTROPIC, AntennaArray
+from polychirp.model.if_filter import IfFilter
+from polychirp.model.if_frame import IfFrame, sample_times
+from polychirp.model.radar import Converter, Radar
+from polychirp.model.scene import Actor, Scene
+from polychirp.receiver.decoding.alignment import decoded_chirps
+from polychirp.receiver.decoding.chain import Decoding
+from polychirp.receiver.decoding.correlation import correlated
+from polychirp.rng import Streams
+from polychirp.synthesis.stretch.engine import Stretch
+from polychirp.testing.paths import HandPath, paths_of
+from polychirp.units import from_db, to_db
+from polychirp.waveform import Noise, PhaseCodedRamp, Pmcw, Sawtooth
+from polychirp.waveform.code_sequences import (
+    PREFERRED,
+    PRIMITIVE,
+    almost_perfect_sequence,
+    gold_sequence,
+    m_sequence,
+)
+
+ARRAY = AntennaArray(num_channels=1, pattern=ISOTROPIC)
+WIDE = Radar(
+    name="carrier",
+    array=ARRAY,
+    if_filter=IfFilter(passband=90e6, stopband=150e6, attenuation=from_db(60.0)),
+    converter=Converter(sample_rate=200e6, start=0.4e-6, margin=0.0),
+)
+NARROW = Radar(
+    name="chirps",
+    array=ARRAY,
+    if_filter=IfFilter(passband=10e6, stopband=14e6, attenuation=from_db(60.0)),
+    converter=Converter(sample_rate=25e6, start=2e-6, margin=1e-6),
+)
+
+
+def scene_of(*radars):
+    car = Actor(name="car", kind="vehicle")
+    named = tuple(replace(radar, name=f"radar {n}") for n, radar in enumerate(radars))
+    return Scene(time=0.0, actors=(car,), radars=named, carriers=(0,) * len(radars))
+
+
+def received(radars, schedules, *paths, transmitter):
+    """Frame of the first radar, of one transmitter's signal on hand-made paths alone."""
+    samples = Stretch().contribution(
+        scene_of(*radars), schedules, [paths_of(*paths)], victim=0, transmitter=transmitter
+    )
+    return IfFrame(
+        samples=samples.sum(axis=0),
+        times=sample_times(schedules[0], radars[0].converter),
+        schedule=schedules[0],
+        array=ARRAY,
+    )
+
+
+def schedule_of(waveform, *, num_sweeps=1, radar="front"):
+    return waveform.schedule(num_sweeps=num_sweeps, streams=Streams(3).of(radar))
+
+
+def periodic(one, other):
+    return np.fft.ifft(np.fft.fft(one).conj() * np.fft.fft(other)).real.round(6)
+
+
+@pytest.mark.parametrize("order", PRIMITIVE)
+def test_m_sequences_have_side_lobes_of_minus_one(order):
+    """Golomb 1967: the autocorrelation is L at 0 and −1 elsewhere, 1/L of the peak."""
+    code = m_sequence(order)
+    correlation = periodic(code, code)
+    assert correlation[0] == 2**order - 1
+    assert np.all(correlation[1:] == -1)
+
+
+@pytest.mark.parametrize("order", PREFERRED)
+def test_gold_sequences_keep_their_bound_and_exceed_that_of_welch(order):
+    """Gold 1967: |C| ≤ 2^((n+1)/2) + 1 for odd n, 2^((n+2)/2) + 1 for even n, which is reached.
+
+    Welch 1974: M sequences have a correlation of at least L √((M − 1)/(ML − 1)) somewhere.
+    """
+    length = 2**order - 1
+    members = range(0, length + 2, max(1, length // 12))
+    codes = [gold_sequence(order, member) for member in members]
+    worst = 0.0
+    for i, one in enumerate(codes):
+        for j, other in enumerate(codes):
+            correlation = np.abs(periodic(one, other))
+            worst = max(worst, correlation[1:].max(), correlation[0] if i != j else 0.0)
+    half = (order + 1) // 2 if order % 2 else (order + 2) // 2
+    assert worst == 2**half + 1
+    count = len(codes)
+    assert worst >= length * np.sqrt((count - 1) / (count * length - 1))
+
+
+@pytest.mark.parametrize("prime", [3, 7, 127, 251])
+def test_almost_perfect_sequences_have_one_side_lobe(prime):
+    """Wolfmann 1992: C is L at 0, 4 − L at L/2, and 0 elsewhere."""
+    code = almost_perfect_sequence(prime)
+    correlation = periodic(code, code)
+    assert (correlation[0], correlation[code.size // 2]) == (code.size, 4 - code.size)
+    assert np.count_nonzero(correlation) == 2
+
+
+def code_of(name):
+    return Pmcw(code=name, order=7, chip_duration=5e-9, periods=3, idle=0.0)
+
+
+@pytest.mark.parametrize(("name", "least"), [("m-sequence", 41.0), ("almost-perfect", 60.0)])
+def test_side_lobes_behind_the_filter_are_those_of_the_code(name, least):
+    """A point exactly between samples; correlation over chips, so that no taper lowers side lobes.
+
+    With one sample per chip, away from the two samples of the peak, they are 20 log L below it:
+    42.1 dB for L = 127, of which the filter's ripple and the point's place leave 41 dB.
+    """
+    plan = schedule_of(code_of(name))
+    # a whole number of samples, so that the chips' middles are sampled
+    late = 10 * 5e-9
+    frame = received((WIDE,), [plan], HandPath(transmitter=0, delay=late - 2.5e-9), transmitter=0)
+    code = plan.code.value[0].real
+    size = code.size
+    into = round(float(frame.times.first[0] - plan.start_time[0]) * 200e6)
+    samples = frame.samples[0, 0, :size]
+    correlation = np.abs(np.fft.ifft(np.fft.fft(samples) * np.fft.fft(np.roll(code, -into)).conj()))
+    peak = int(np.argmax(correlation))
+    away = np.roll(correlation, -peak)[8 : size // 2 - 8]
+    assert -to_db((away / correlation[peak]) ** 2).max() > least
+
+
+def test_a_point_is_at_its_range_and_has_the_power_of_its_echo():
+    """Range c τ/2 and power |a|², between cells; the cell is 0.75 m, the peak is interpolated."""
+    plan = schedule_of(code_of("m-sequence"), num_sweeps=32)
+    distance = 21.37
+    path = HandPath(transmitter=0, delay=2.0 * distance / SPEED_OF_LIGHT)
+    frame = received((WIDE,), [plan], path, transmitter=0)
+    noise = np.random.default_rng(1).normal(size=(2, *frame.samples.shape))
+    power = float(np.mean(np.abs(frame.samples) ** 2))
+    noisy = frame.with_samples(frame.samples + 0.3 * np.sqrt(power) * (noise[0] + 1j * noise[1]))
+    found = Decoding(greatest_range=50.0).detect(noisy)
+    assert found.range[0] == pytest.approx(distance, abs=0.03)
+    # the samples' power lacks what the filter takes of the chips' band
+    assert abs(to_db(found.power[0] / power)) < 1.5
+
+
+def range_spectrum(samples):
+    """Power over beats of the only channel, without a taper, mean over ramps."""
+    size = samples.shape[-1]
+    return np.mean(np.abs(np.fft.fft(samples[0], n=4 * size, axis=-1) / size) ** 2, axis=0)
+
+
+@pytest.mark.parametrize("num_chips", [32, 64])
+def test_a_ghost_without_the_code_is_spread_over_its_chips(num_chips):
+    """Uysal 2020: a synchronous radar without the code makes a ghost 10 log L_c dB weaker.
+
+    The ghost's power is spread over L_c cells: the mean over the code's band 1/T_c of its power
+    density is that share of the peak. The samples of 27 of the 30 µs take 0.5 dB, and the inverse
+    of the dispersed code up to 0.6 dB.
+    """
+    coded = PhaseCodedRamp(num_chips=num_chips, idle=10e-6)
+    plain = Sawtooth(start_frequency=76.5e9, bandwidth=600e6, ramp_duration=30e-6, idle=10e-6)
+    plan, other = (schedule_of(one, num_sweeps=64) for one in (coded, plain))
+    path = HandPath(transmitter=1, delay=0.2e-6)
+    frame = received((NARROW, NARROW), [plan, other], path, transmitter=1)
+    decoded = decoded_chirps(frame.samples, plan, frame.times)
+    before = range_spectrum(frame.samples)
+    after = range_spectrum(decoded)
+    peak = int(np.argmax(before))
+    suppression = to_db(before[peak] / after[peak])
+    assert float(suppression) == pytest.approx(10.0 * np.log10(num_chips), abs=1.0)
+
+
+def test_an_echo_keeps_its_amplitude_and_phase_behind_its_own_code():
+    """Decoded samples are those of an uncoded chirp, with the same phase.
+
+    The filter smears the borders of chips: 64 of them take some 8 % of the amplitude.
+    """
+    plan = schedule_of(PhaseCodedRamp(), num_sweeps=8)
+    plain = schedule_of(
+        Sawtooth(start_frequency=76.5e9, bandwidth=600e6, ramp_duration=30e-6, idle=5e-6),
+        num_sweeps=8,
+    )
+    path = HandPath(transmitter=0, delay=0.17e-6)
+    coded = received((NARROW,), [plan], path, transmitter=0)
+    expected = received((NARROW,), [plain], path, transmitter=0)
+    decoded = decoded_chirps(coded.samples, plan, coded.times)
+    one, other = (x[0] * np.hanning(x.shape[-1]) for x in (decoded, expected.samples))
+    ratio = np.vdot(other, one) / np.vdot(other, other)
+    assert abs(ratio) == pytest.approx(0.94, abs=0.06)
+    assert np.angle(ratio) == pytest.approx(0.0, abs=0.03)
+
+
+@pytest.mark.parametrize("bandwidth", [50e6, 150e6])
+def test_the_floor_of_noise_radar_is_its_time_bandwidth_product_below_the_peak(bandwidth):
+    """The mean side lobe of a correlation of noise of the band B over T is 1/BT of the peak.
+
+    Chips of 5 ns, 1024 of them, of which one period is correlated.
+    """
+    waveform = Noise(
+        bandwidth=bandwidth, chip_duration=5e-9, num_chips=1024, periods=2, idle=0.0,
+        peak_to_average=from_db(12.0),
+    )  # fmt: skip
+    plan = schedule_of(waveform, num_sweeps=64)
+    frame = received((WIDE,), [plan], HandPath(transmitter=0, delay=0.1e-6), transmitter=0)
+    product = correlated(frame.samples, plan, frame.times)[0]
+    profile = np.abs(np.fft.fft(product, axis=-1)) ** 2
+    peak = profile.max(axis=1)
+    cells = product.shape[-1]
+    away = np.abs((np.arange(cells) - np.argmax(profile[0]) + cells // 2) % cells - cells // 2)
+    floor = np.mean(profile[:, away > 60] / peak[:, None])
+    assert float(to_db(floor)) == pytest.approx(-10.0 * np.log10(bandwidth * 1024 * 5e-9), abs=0.6)
+
+
+def test_the_floor_that_a_chirp_leaves_in_a_correlation():
+    """Rao and Mani: a chirp in the band of a PMCW victim for T_int leaves P T_int/(T_f² B).
+
+    The victim reads T_f = 1.27 µs of B = 200 MS/s. A chirp of 20 MHz/µs stays within its band all
+    the time: T_int = T_f. A cell of the correlation then has P/(T_f B), 1/254 of the power. Chips
+    have 0.6 dB more density in the middle of the band, where the chirp is, than with the taper.
+    """
+    plan = schedule_of(code_of("m-sequence"), num_sweeps=32)
+    chirp = Sawtooth(start_frequency=78.98e9, bandwidth=40e6, ramp_duration=2e-6, idle=0.0)
+    other = schedule_of(chirp, num_sweeps=40)
+    path = HandPath(transmitter=1, delay=0.1e-6)
+    frame = received((WIDE, NARROW), [plan, other], path, transmitter=1)
+    size, periods = 127, frame.samples.shape[-1] // 127
+    power = float(np.mean(np.abs(frame.samples[..., : size * periods]) ** 2))
+    product = correlated(frame.samples, plan, frame.times)[0]
+    cells = np.abs(np.fft.fft(product, axis=-1) / product.shape[-1]) ** 2
+    assert float(to_db(np.mean(cells) / power)) == pytest.approx(
+        -10.0 * np.log10(size * periods), abs=1.5
+    )

@@ -1,0 +1,93 @@
+"""Frames that cannot be decoded are refused with the reason and what would work."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from polychirp.errors import CapabilityError, InputError, PhysicsError
+from polychirp.model.radar import Converter
+from polychirp.model.ramp_code import RampCode
+from polychirp.receiver.coherent.chain import CoherentReceiver
+from polychirp.receiver.decoding.chain import Decoding
+from polychirp.receiver.range_doppler.chain import RangeDoppler
+from polychirp.receiver.selection import (
+    AutoReceiver,
+    reason_of_choice,
+    receiver_for,
+    refuse_unreadable,
+    refuse_unsampled,
+)
+from polychirp.rng import Streams
+from polychirp.waveform import PhaseCodedRamp, Pmcw, Sawtooth
+
+CARRIER = Pmcw(order=7).schedule(num_sweeps=8, streams=Streams(1))
+GOOD = Converter(sample_rate=500e6, start=254e-9, margin=0.0)
+
+
+def test_the_receiver_is_chosen_because_of_the_code():
+    assert receiver_for(AutoReceiver(), CARRIER).kind == "decoding"
+    assert reason_of_choice(CARRIER) == "its ramps carry a code"
+    refuse_unreadable(AutoReceiver(), CARRIER)
+    refuse_unsampled(AutoReceiver(greatest_range=30.0), CARRIER, GOOD)
+
+
+@pytest.mark.parametrize("receiver", [RangeDoppler(), CoherentReceiver()])
+def test_receivers_without_a_decoder_refuse_a_code(receiver):
+    with pytest.raises(CapabilityError, match=r"carry a code, .* 'auto' and 'decoding' read it"):
+        refuse_unreadable(receiver, CARRIER)
+
+
+def test_the_decoder_refuses_ramps_without_a_code():
+    plain = Sawtooth().schedule(num_sweeps=4, streams=Streams(1))
+    with pytest.raises(CapabilityError, match="carry no code; the receiver 'auto' reads it"):
+        refuse_unreadable(Decoding(), plain)
+
+
+def test_the_decoder_refuses_unequal_intervals():
+    late = CARRIER.with_late_sweeps(np.array([0, 0, 1e-6, 0, 0, 0, 0, 0]))
+    with pytest.raises(CapabilityError, match="from equal intervals"):
+        refuse_unreadable(Decoding(), late)
+
+
+@pytest.mark.parametrize(
+    ("change", "greatest", "error", "sentence"),
+    [
+        ({"sample_rate": 499e6}, 30.0, CapabilityError, "set converter.sample_rate to '5"),
+        ({"margin": 400e-9}, 30.0, CapabilityError, "fewer than the 127 of a period"),
+        ({}, 60.0, PhysicsError, "echoes repeat after 38.07 m"),
+        ({"start": 0.1e-6}, 30.0, PhysicsError, "set converter.start to '201 ns' or more"),
+    ],
+)
+def test_samples_that_cannot_be_correlated_are_refused(change, greatest, error, sentence):
+    with pytest.raises(error, match=sentence):
+        refuse_unsampled(Decoding(greatest_range=greatest), CARRIER, replace(GOOD, **change))
+
+
+def test_echoes_of_an_almost_perfect_code_repeat_after_half_its_length():
+    plan = Pmcw(code="almost-perfect", order=6).schedule(num_sweeps=2, streams=Streams(1))
+    assert plan.code.repetition[0] == pytest.approx(0.5 * plan.code.period[0])
+    assert CARRIER.code.repetition[0] == pytest.approx(CARRIER.code.period[0])
+
+
+def test_a_code_longer_than_its_ramp_is_refused():
+    with pytest.raises(InputError, match="longer than its ramp of 30 µs; use fewer"):
+        PhaseCodedRamp(chip_duration=1e-6)
+    code = RampCode(value=np.ones((1, 300)), row=np.zeros(8), chip_duration=np.full(8, 1e-8))
+    with pytest.raises(InputError, match="shorter than its code of 300 chips"):
+        replace(CARRIER, code=code)
+
+
+def test_a_clock_stretches_chips_with_their_ramps():
+    late = CARRIER.as_clocked(clock_offset=1e-3)
+    share = late.code.chip_duration / late.duration
+    np.testing.assert_allclose(share, CARRIER.code.chip_duration / CARRIER.duration, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("value", "sentence"),
+    [([[2.0]], "above 1"), ([[np.nan]], "above 1"), (np.ones((1, 0)), "no chip")],
+)
+def test_chips_without_sense_are_refused(value, sentence):
+    with pytest.raises(InputError, match=sentence):
+        RampCode(value=value, row=[0], chip_duration=[1e-9])
