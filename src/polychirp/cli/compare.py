@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -28,8 +29,9 @@ _TABLES: Final = {
     "errors": "missed targets and ghosts in a frame",
     "detection": "detection probability",
     "ghosts": "ghosts in a frame",
+    "lost": "share of frames lost, under rules from frame to frame",
 }
-"""Fields of `Cell` that are printed, with their titles."""
+"""Fields of `Cell` that are printed, with their titles; one that no cell knows is left out."""
 
 
 def add_parser(subparsers: Any) -> None:
@@ -97,12 +99,11 @@ def run(arguments: argparse.Namespace) -> int:
         results[name] = finished.results
         failures += finished.failures
     cells = comparison(results)
-    (out / "comparison.json").write_text(
-        json.dumps([asdict(cell) for cell in cells], indent=1) + "\n", encoding="utf-8"
-    )
+    rows = [_known(asdict(cell)) for cell in cells]
+    (out / "comparison.json").write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
     scheme_comparison(cells).save(out, "comparison")
     if arguments.json:
-        print(json.dumps([asdict(cell) for cell in cells], indent=2))
+        print(json.dumps(rows, indent=2))
     else:
         _print_tables(plans, cells)
         say(f"stored in {out}: comparison.csv, comparison.json, comparison.png")
@@ -117,6 +118,13 @@ def _executor(arguments: argparse.Namespace) -> Executor:
     return LocalWorkers(count=num_workers(arguments))
 
 
+def _known(value: Any) -> Any:
+    """A value for JSON, which has no NaN: it becomes null."""
+    if isinstance(value, dict):
+        return {key: _known(one) for key, one in value.items()}
+    return None if isinstance(value, float) and math.isnan(value) else value
+
+
 def _name(plan: Plan) -> str:
     return plan.points[0].study.name
 
@@ -129,6 +137,8 @@ def _print_tables(plans: Sequence[Plan], cells: Sequence[Cell]) -> None:
     of = {(cell.scenario, cell.condition, cell.scheme): cell for cell in cells}
     console = tables()
     for field, title in _TABLES.items():
+        if all(math.isnan(getattr(cell, field).value) for cell in cells):
+            continue
         table = Table(title=f"{title}, with 95 % intervals", title_justify="left")
         table.add_column(plans[0].axes[-1].name)
         for scenario, condition in groups:

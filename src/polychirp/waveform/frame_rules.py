@@ -252,8 +252,9 @@ class ListenBeforeTalk(FrameRuleSettings):
     uniform up to ``backoff`` and listens again, ``most_attempts`` times in all; after the last one
     it sends in any case, since a car cannot do without its radar. In the next frame it begins to
     listen where it last did in this one, or, if that was after ``start_spread``, at a time that is
-    drawn anew. Two radars that begin to listen within ``listening`` of each other do not hear each
-    other: their frames collide, and again in every later frame in which both keep their places.
+    drawn anew. Two radars that begin to listen so shortly after each other that the later one has
+    not yet heard enough of the earlier one collide, and again in every later frame in which both
+    keep their places.
 
     Parameters
     ----------

@@ -9,9 +9,10 @@ the rate μ. The filter passes the energy
 of a path of power P, with the beats f₁ and f₂ at both ends of the common time, within which the
 converter takes samples. Energies of paths are added, which is exact in the mean over their phases.
 
-Limits: the gain follows the beat without delay (an error of 0.02 % of a crossing's energy, of more
-where a ramp begins or ends within the band); Doppler shifts, some kHz, are left out of the beats;
-paths below `LEAST_PATH` are left out.
+Limits: the gain follows the beat without delay, also where a ramp begins or ends (the energy of one
+path over 64 chirps was wrong by 0.06 dB at most in 32 draws); products of paths of one radar are
+left out (0.6 dB at most for two paths, 6 dB apart); so are Doppler shifts of beats, some kHz, and
+paths below `LEAST_PATH`.
 """
 
 from collections.abc import Sequence
@@ -98,7 +99,12 @@ def path_powers(scene: Scene, paths: PropagationPaths) -> FloatArray:
 def noise_power(scene: Scene, number: int) -> float:
     """Power of a radar's noise behind its IF filter, W."""
     radar = scene.radars[number]
-    return noise_density(radar) * radar.if_filter.noise_bandwidth
+    return noise_density(radar) * _noise_bandwidth(radar.if_filter)
+
+
+@lru_cache(maxsize=32)
+def _noise_bandwidth(if_filter: IfFilter) -> float:
+    return if_filter.noise_bandwidth
 
 
 def interference_to_noise(
