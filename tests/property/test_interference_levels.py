@@ -5,8 +5,8 @@ import pytest
 
 from polychirp.model.antenna import ISOTROPIC, AntennaArray
 from polychirp.model.if_filter import IfFilter
-from polychirp.model.ramp import RampSchedule
 from polychirp.model.radar import Converter, Radar
+from polychirp.model.ramp import RampSchedule
 from polychirp.model.scene import Actor, Scene
 from polychirp.rng import Streams
 from polychirp.synthesis.links.interference_levels import (

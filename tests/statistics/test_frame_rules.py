@@ -102,7 +102,8 @@ def test_frames_that_hop_are_lost_as_bazzi_says_and_in_a_row_by_a_power():
     # measured on the first frames of other trials, where only the two nearest radars are there
     window = if_window()
     meeting = sum(
-        (1 - abs(n) * 25e-6 / spread) * 2 * window / spread for n in range(-(NUM_CHIRPS - 1), NUM_CHIRPS)
+        (1 - abs(n) * 25e-6 / spread) * 2 * window / spread
+        for n in range(-(NUM_CHIRPS - 1), NUM_CHIRPS)
     )
     single = 1 - (1 - meeting / channels) ** others
     assert is_probability(lost, single)
@@ -142,9 +143,7 @@ def test_hops_after_hits_end_where_nobody_is_hit():
 def test_two_radars_part_after_as_many_frames_as_a_geometric_law_says():
     """Two radars in one channel both draw among M: they meet again with 1/M in every frame."""
     rule = HopAfterHit(num_channels=3, spacing=1e9, num_frames=12, frame_interval=2e-3)
-    until = [
-        one.frames_until_free[0] for one in histories(rule, count=2, trials=150)
-    ]
+    until = [one.frames_until_free[0] for one in histories(rule, count=2, trials=150)]
     assert is_probability(np.array(until) > 0, 1 / 3)
     assert is_probability(np.array(until) > 1, 1 / 9)
 
@@ -184,10 +183,8 @@ def test_the_last_frame_is_simulated_and_begins_at_zero():
     rule = RedrawEachFrame(num_slots=6, slot=4e-6, num_frames=3, frame_interval=2e-3)
     assert frame_begin(rule, 2) == 0.0
     one = study(rule, count=3)
-    one = replace(
-        one, street=replace(one.street, points=(Point(name="post", x=20.0, y=5.0, z=0.5, rcs=10.0),)),
-        victims=("radar-0",),
-    )  # fmt: skip
+    post = Point(name="post", x=20.0, y=5.0, z=0.5, rcs=10.0)
+    one = replace(one, street=replace(one.street, points=(post,)), victims=("radar-0",))
     trial = run_trial(one)
     start = trial.victims[0].frame.schedule.start_time[0]
     assert start == trial.frames.start_time[-1, 0]
@@ -204,7 +201,10 @@ def test_what_a_radar_hears_is_the_interference_of_its_simulated_frame():
     one = replace(
         study(rule, count=2),
         street=Street(
-            vehicles=(Vehicle(name="radar-0", x=0.0, y=0.0), Vehicle(name="radar-1", x=0.0, y=30.0)),
+            vehicles=(
+                Vehicle(name="radar-0", x=0.0, y=0.0),
+                Vehicle(name="radar-1", x=0.0, y=30.0),
+            ),
             points=(Point(name="post", x=20.0, y=5.0, z=0.5, rcs=10.0),),
         ),
     )

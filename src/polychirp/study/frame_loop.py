@@ -8,7 +8,6 @@ at once victim and interferer.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from heapq import heappop, heappush
-from typing import Any
 
 import numpy as np
 
@@ -78,7 +77,7 @@ def last_frame(
         return tuple(received_paths(one, study.tracer.trace(one)) for one in moments)
 
     makers = ("frames", study.tracer, scene, times)
-    known: Any = traced() if traces is None else traces.of(makers, traced)
+    known = traced() if traces is None else traces.of(makers, traced)
     turns = [first_turn(study, radar) for radar in study.radars]
     rows: list[tuple[tuple[RampSchedule, ...], list[Heard]]] = []
     schedules: tuple[RampSchedule, ...] = ()

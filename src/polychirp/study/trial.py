@@ -126,7 +126,8 @@ def run_trial(
     """
     study = sample_street(study)
     scene = scene_of(study)
-    schedules, frames = schedules_of(study), None
+    schedules = schedules_of(study)
+    frames: FrameHistory | None = None
     refuse_too_large(study, schedules)
     victims = victim_indices(study)
     for victim in victims:

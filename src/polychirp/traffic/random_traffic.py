@@ -265,9 +265,8 @@ class RandomTraffic(Spec):
         return not all(are_apart_across(box, other, self.gap) for other in crossing)
 
     def _place(self, draw: np.random.Generator, eye: Eye, reach: float) -> Place:
-        lane = (*self.lanes, *self.crossing)[
-            int(draw.integers(len(self.lanes) + len(self.crossing)))
-        ]
+        lanes: tuple[Lane | CrossingLane, ...] = (*self.lanes, *self.crossing)
+        lane = lanes[int(draw.integers(len(lanes)))]
         body = RANDOM_BODIES[int(draw.integers(len(RANDOM_BODIES)))]
         if isinstance(lane, CrossingLane):
             return Place(

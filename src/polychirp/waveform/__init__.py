@@ -4,7 +4,8 @@
 `subframes` and `triangular`; `diverse_sawtooth`, `hopping`, `phase_codes`, `permuted_chirps` and
 `slope_sequence` against interference. `access` has the rules by which radars share
 time and band before a frame, `frame_rules` those that act from frame to frame, `coding` the codes
-of several transmitting elements, `design` equations for sweep time and bandwidth, `playing` a radio's samples.
+of several transmitting elements, `design` equations for sweep time and bandwidth, `playing` a
+radio's samples.
 """
 
 from typing import Annotated

@@ -64,17 +64,19 @@ class FrameRule(Protocol):
 
     `HopAfterHit` is an example. The method `assign`, which every rule has, gives the turns of the
     first frame, with draw 0.
-
-    Parameters
-    ----------
-    num_frames : number of frames; the last one is simulated, and the others are measured alone
-    frame_interval : s, from the begin of one frame to that of the next
-    tolerated : power ratio of interference to noise above which a frame counts as lost
     """
 
-    num_frames: int
-    frame_interval: float
-    tolerated: float
+    @property
+    def num_frames(self) -> int:
+        """Number of frames; the last one is simulated, and the others are measured alone."""
+
+    @property
+    def frame_interval(self) -> float:
+        """Time from the begin of one frame to that of the next, s."""
+
+    @property
+    def tolerated(self) -> float:
+        """Power ratio of interference to noise above which a frame counts as lost."""
 
     def assign(self, *, names: Sequence[str], heading: FloatArray, streams: Streams) -> Assignment:
         """Delay and shift of every radar in the first frame, as of `Access`."""
@@ -90,12 +92,12 @@ class FrameRule(Protocol):
 class Listening(FrameRule, Protocol):
     """A rule by which a radar listens before it sends, as `ListenBeforeTalk`.
 
-    Parameters
-    ----------
-    listening : s, for which the radar listens; its turn's delay is the begin of the first time
+    The delay of a turn is then the begin of the first time of listening.
     """
 
-    listening: float
+    @property
+    def listening(self) -> float:
+        """Time for which the radar listens, s."""
 
     def wait(self, energy: float, *, samples: float, attempt: int, streams: Streams) -> float:
         """Time, s, that the radar waits before it listens again; 0 for sending at once.

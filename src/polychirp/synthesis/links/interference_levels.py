@@ -22,7 +22,7 @@ from typing import Final
 
 import numpy as np
 
-from polychirp.axes import FloatArray
+from polychirp.axes import FloatArray, IntArray
 from polychirp.model.if_filter import IfFilter
 from polychirp.model.if_frame import sample_times
 from polychirp.model.paths import PropagationPaths
@@ -42,7 +42,7 @@ to 1e-5 of the noise bandwidth."""
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ReceivedPaths:
-    """Paths from other radars that matter to the radars that they reach, strongest noise first.
+    """Paths from other radars that matter to the radars that they reach.
 
     Parameters
     ----------
@@ -52,8 +52,8 @@ class ReceivedPaths:
     time : s, for which the paths were traced
     """
 
-    transmitter: FloatArray
-    receiver: FloatArray
+    transmitter: IntArray
+    receiver: IntArray
     delay: FloatArray
     power: FloatArray
     time: float
@@ -159,7 +159,8 @@ def _energy(
     beat = own.start_frequency[k] + own.slope[k] * (low - own.start_time[k])
     beat -= sent.start_frequency[i] + sent.slope[i] * (low - delay[p] - sent.start_time[i])
     passed = power[p] * _passed_time(if_filter, beat, rate, high - low)
-    return np.bincount(k, weights=passed, minlength=own.num_ramps)
+    energy = np.bincount(k, weights=passed, minlength=own.num_ramps)
+    return np.asarray(energy, dtype=np.float64)
 
 
 def _passed_time(

@@ -144,8 +144,8 @@ def links_of_all(
 class _End(NamedTuple):
     """One end of paths, with its antennas; derivatives by time are per second.
 
-    ``field`` ``(path, 2)`` is that of `antenna_field`. ``lead`` ``(path, element)``, s, is the time by
-    which a plane wave's delay at an element is shorter than at the origin.
+    ``field`` ``(path, 2)`` is that of `antenna_field`. ``lead`` ``(path, element)``, s, is the time
+    by which a plane wave's delay at an element is shorter than at the origin.
     """
 
     field: ComplexArray
@@ -169,7 +169,9 @@ def _end(
     moving = np.flatnonzero(np.any(direction_rate != 0, axis=-1))
     if moving.size:
         step = DERIVATIVE_TIME * direction_rate[moving]
-        later, earlier = (antenna_field(pattern, direction[moving] + way, turn) for way in (step, -step))
+        later, earlier = (
+            antenna_field(pattern, direction[moving] + way, turn) for way in (step, -step)
+        )
         field_rate[moving] = (later - earlier) / (2.0 * DERIVATIVE_TIME)
     return _End(
         field=field,
