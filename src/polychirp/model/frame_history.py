@@ -1,4 +1,4 @@
-"""`FrameHistory`: what the radars of a road did and heard, frame by frame."""
+"""`FrameHistory`: starts and interference of the radars of a road, frame by frame."""
 
 from dataclasses import dataclass
 from typing import Annotated
@@ -43,7 +43,7 @@ class FrameHistory(Sealed):
     is_lost: Annotated[BoolArray, Axes("frame", "radar", dtype=bool)]
 
     def of(self, name: str) -> BoolArray:
-        """Whether each frame of one radar is lost, ``(frame,)``."""
+        """True for each frame of one radar that is lost, ``(frame,)``."""
         return np.asarray(self.is_lost[:, self.names.index(name)])
 
     @property

@@ -146,7 +146,7 @@ class _Frame:
     ) -> tuple[list[Turn], tuple[RampSchedule, ...]]:
         """The same, if every radar listens first: one after the other, in order of time.
 
-        A radar hears those whose ramps are decided, thus all that send while it listens: a radar
+        A radar receives those whose ramps are decided, thus all that send while it listens: a radar
         that begins to listen later sends later.
         """
         kept, on_air = [*turns], dict[int, RampSchedule]()
@@ -186,7 +186,7 @@ class _Frame:
         return float(self.schedule(radar, turn).start_time[0])
 
     def heard(self, schedules: Sequence[RampSchedule]) -> list[Heard]:
-        """What every radar measures in this frame."""
+        """Interference that every radar measures in this frame."""
         ratios = [
             interference_to_noise(self.scene, schedules, self.paths, victim=number)
             for number in range(len(schedules))

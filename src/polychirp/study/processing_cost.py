@@ -17,7 +17,7 @@ from polychirp.study.spec import Study, schedule_of, victim_indices
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProcessingCost:
-    r"""What one frame of a radar costs besides its hardware.
+    r"""Cost of one frame of a radar besides its hardware.
 
     Counted are complex multiplications of the map in which detections are looked for, before angles
     and fits. Two Fourier transforms of M ramps of N samples take, in each channel,

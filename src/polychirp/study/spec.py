@@ -187,7 +187,7 @@ def schedule_in_turn(
 
 
 def first_turn(study: Study, radar: StudyRadar) -> Turn:
-    """What the study's rule lets a radar do in its only frame, or in the first one."""
+    """Turn that the study's rule gives a radar in its only frame, or in the first one."""
     if study.access is None:
         return Turn()
     names = [one.name for one in study.radars]

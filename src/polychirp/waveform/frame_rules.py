@@ -30,7 +30,7 @@ protection criterion of automotive radars in ITU-R M.2057; the floor then rises 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Turn:
-    """What one radar does in one frame.
+    """Start, band and draw of one radar in one frame.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ class Turn:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Heard:
-    """What one radar measured in one frame.
+    """Interference that one radar measured in one frame.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ class FrameRuleSettings(Spec):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DrawnTurns(FrameRuleSettings):
-    """What the rules share that draw a radar's slot, start and channel.
+    """Settings that rules share which draw a radar's slot, start and channel.
 
     Parameters
     ----------
