@@ -111,11 +111,10 @@ def _on_noise(plan: Plan) -> list[dict[str, Any]]:
         for number in range(NOISE_FRAMES):
             study = replace(point.trial(number), traffic=None)
             frame = frame_with(study, (), streams=Streams(study.seed))
-            receiver = replace(
-                receiver_for(study.receiver, frame.schedule),
-                false_alarm_probability=NOISE_PROBABILITY,
-                most_detections=150,
+            settings = replace(
+                study.receiver, false_alarm_probability=NOISE_PROBABILITY, most_detections=150
             )
+            receiver = receiver_for(settings, frame.schedule)
             kind = receiver.kind
             found.append(float(receiver.detect(frame).num_detections))
             stated.append(NOISE_PROBABILITY * num_cells(receiver, frame))
