@@ -9,8 +9,7 @@ from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.if_frame import SampleTimes, sample_times
 from polychirp.model.ramp import RampSchedule
 from polychirp.receiver.range_doppler.chain import RangeDoppler
-from polychirp.receiver.selection import receiver_for
-from polychirp.receiver.settings import SearchSettings
+from polychirp.receiver.selection import FrameReceiver, receiver_for
 from polychirp.study.random_draw import sample_street
 from polychirp.study.spec import Study, schedule_of, victim_indices
 
@@ -80,7 +79,7 @@ def processing_cost(study: Study) -> ProcessingCost:
 def _transform(size: int) -> float:
     """Complex multiplications of a Fourier transform of the next power of two."""
     length = 2 ** max(1, math.ceil(math.log2(max(size, 2))))
-    return 0.5 * length * math.log2(length)
+    return float(0.5 * length * math.log2(length))
 
 
 def _two_transforms(times: SampleTimes) -> float:
@@ -89,7 +88,7 @@ def _two_transforms(times: SampleTimes) -> float:
 
 
 def _coherent_map(
-    receiver: SearchSettings, schedule: RampSchedule, times: SampleTimes, channels: int
+    receiver: FrameReceiver, schedule: RampSchedule, times: SampleTimes, channels: int
 ) -> tuple[float, float]:
     """Multiplications of the map over range and range rate, and its number of cells."""
     wavelength = SPEED_OF_LIGHT / float(np.mean(schedule.centre_frequency))
@@ -97,7 +96,8 @@ def _coherent_map(
     band = schedule.start_frequency, schedule.stop_frequency
     width = float(np.maximum(*band).max() - np.minimum(*band).min())
     ranges = (receiver.greatest_range - receiver.least_range) / (SPEED_OF_LIGHT / (2.0 * width))
-    rates = 2.0 * receiver.greatest_speed / (wavelength / (2.0 * span))
+    speed = getattr(receiver, "greatest_speed", 0.0)
+    rates = 2.0 * speed / (wavelength / (2.0 * span))
     cells = ranges * rates
     ramps = times.num_samples.size
     return (ramps * _transform(times.most_samples) + cells * ramps) * channels, cells
