@@ -25,14 +25,20 @@ class ByKind:
     default : kind of a table that names none; by default there is no such kind
     group : group of entry points by which other packages add members; None: they cannot
     method : method that such a member must have
+    base : class from which such a member must inherit
     """
 
-    __slots__ = ("default", "group", "method")
+    __slots__ = ("base", "default", "group", "method")
 
     def __init__(
-        self, *, default: str | None = None, group: str | None = None, method: str = "schedule"
+        self,
+        *,
+        default: str | None = None,
+        group: str | None = None,
+        method: str = "schedule",
+        base: type = object,
     ) -> None:
-        self.default, self.group, self.method = default, group, method
+        self.default, self.group, self.method, self.base = default, group, method, base
 
     def members(self, union: Any) -> tuple[type, ...]:
         """The members of a union, and those that plug-ins add.
@@ -46,7 +52,7 @@ class ByKind:
         if self.group is None:
             return own
         known = {kind for member in own for kind in kinds_of(member)}
-        added = plugged(self.group, self.method)
+        added = plugged(self.group, self.method, self.base)
         for member in added:
             for kind in kinds_of(member):
                 if kind in known:

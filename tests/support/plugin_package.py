@@ -86,6 +86,75 @@ class FirstHalf(Spec):
 '''
 
 
+PLAIN_FFT = '''
+"""A receiver in a package of its own."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from scipy.special import gammainccinv, gammaincinv
+
+import polychirp as pc
+from polychirp.constants import SPEED_OF_LIGHT
+from polychirp.receiver.mitigation.base import mitigated
+from polychirp.receiver.settings import SearchSettings
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlainFft(SearchSettings):
+    """Two Fourier transforms of equal chirps, without windows; it measures no azimuth."""
+
+    kind: Literal["plain-fft"] = "plain-fft"
+
+    def refuse(self, schedule: pc.RampSchedule) -> None:
+        """Refuse chirps that differ."""
+        if np.ptp(schedule.slope) > 0 or np.ptp(schedule.start_frequency) > 0:
+            raise pc.CapabilityError("chirps differ; the receiver 'coherent' reads them")
+
+    def detect(self, frame: pc.IfFrame) -> pc.Detections:
+        """Local maxima of the mean power of all channels over its floor."""
+        self.refuse(frame.schedule)
+        samples = mitigated(self.mitigation, frame).samples
+        channels, ramps, fast = samples.shape
+        spectra = np.fft.fft2(samples, s=(2 * ramps, 2 * fast), axes=(1, 2)) / (ramps * fast)
+        power = np.mean(np.abs(spectra) ** 2, axis=0)
+        distance, rate = self._axes(frame, *power.shape)
+        power = power[:, distance < self.greatest_range]
+        floor = np.median(power) / gammaincinv(channels, 0.5) * channels
+        least = floor * gammainccinv(channels, self.false_alarm_probability) / channels
+        is_peak = power > least
+        for step in (-1, 1):
+            is_peak &= power > np.roll(power, step, axis=0)
+            is_peak[:, 1:-1] &= power[:, 1:-1] > np.roll(power, step, axis=1)[:, 1:-1]
+        row, column = np.nonzero(is_peak)
+        slope, carrier = frame.schedule.slope[0], frame.schedule.centre_frequency[0]
+        apart = distance[column] - carrier / slope * rate[row]  # a Doppler shift is in the beat
+        is_inside = (apart >= self.least_range) & (apart <= self.greatest_range)
+        is_inside &= np.abs(rate[row]) <= self.greatest_speed
+        strongest = np.argsort(-power[row, column], kind="stable")
+        kept = strongest[is_inside[strongest]][: self.most_detections]
+        middle = 0.5 * (frame.schedule.start_time[0] + frame.schedule.end_time[-1])
+        return pc.Detections(
+            time=float(middle),
+            range=apart[kept] + rate[row][kept] * (middle - frame.schedule.start_time[0]),
+            range_rate=rate[row][kept],
+            azimuth=np.full(kept.size, np.nan),
+            power=power[row, column][kept],
+            snr=power[row, column][kept] / max(floor, 1e-300),
+        )
+
+    def _axes(self, frame, rows, columns):
+        """Ranges, m, of beats, and range rates, m/s, of the Fourier transforms."""
+        interval = np.mean(np.diff(frame.schedule.start_time))
+        beat = np.fft.fftfreq(columns, 1 / frame.times.rate)
+        doppler = np.fft.fftfreq(rows, interval)
+        slope, carrier = frame.schedule.slope[0], frame.schedule.centre_frequency[0]
+        distance = beat * SPEED_OF_LIGHT / (2 * slope)
+        return np.where(distance < 0, np.inf, distance), doppler * SPEED_OF_LIGHT / (2 * carrier)
+'''
+
+
 def install(folder: Path, *, module: str, text: str, entry_points: str) -> None:
     """Write a module and the metadata of a package ``module`` 1.0 into a folder of packages."""
     (folder / f"{module}.py").write_text(text, encoding="utf-8")

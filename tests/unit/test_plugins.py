@@ -9,17 +9,20 @@ import numpy as np
 import pytest
 
 from polychirp.config.load import _reader, build, with_defaults
-from polychirp.errors import InputError
+from polychirp.errors import CapabilityError, InputError
 from polychirp.model.ramp import RampSchedule
 from polychirp.plugins import plugged
+from polychirp.receiver.range_doppler.chain import RangeDoppler
 from polychirp.rng import Streams
+from polychirp.study.check import check
 from polychirp.study.mitigation.own_methods import methods_named
 from polychirp.study.provenance import canonical_json
 from polychirp.study.restored import restored
 from polychirp.study.spec import Study, StudyRadar, schedules_of
-from polychirp.testing.conformance import check_waveform
-from polychirp.waveform import Sawtooth
-from tests.support.plugin_package import HALVES, JITTERED, install
+from polychirp.study.trial import run_trial
+from polychirp.testing.conformance import check_access, check_receiver, check_waveform
+from polychirp.waveform import HopAfterHit, ListenBeforeTalk, Sawtooth, Slots, Turn
+from tests.support.plugin_package import HALVES, JITTERED, PLAIN_FFT, install
 from tests.support.small_study import SMALL_STUDY
 from tests.support.snippets import ROOT, blocks_of
 
@@ -143,6 +146,196 @@ def test_a_mitigation_of_another_package_is_in_study_files_and_in_the_benchmark(
     tables["receiver"] = {"kind": "coherent", "mitigation": {"kind": "first-half", "share": 0.25}}
     assert build(Study, tables).receiver.mitigation.share == 0.25
     assert methods_named((), ())["first-half"].share == 0.5
+
+
+# ── receivers of another package ──────────────────────────────────────────────
+
+
+@pytest.fixture
+def plain_fft(packages):
+    install(
+        packages,
+        module="plain_fft",
+        text=PLAIN_FFT,
+        entry_points="[polychirp.receivers]\nplain-fft = plain_fft:PlainFft\n",
+    )
+    return packages
+
+
+def study_of_chirps(**receiver):
+    import tomllib
+
+    tables = with_defaults(tomllib.loads(SMALL_STUDY))
+    for radar in tables["radars"]:
+        radar["waveform"] = {"kind": "sawtooth", "bandwidth": "300 MHz", "ramp_duration": "40 us"}
+        radar["converter"] = {"sample_rate": "20 MS/s", "start": "1 us", "margin": "0 us"}
+        radar["if_filter"] = {"passband": "6 MHz", "stopband": "9 MHz"}
+    tables["num_sweeps"] = 64
+    tables["receiver"] = {"kind": "plain-fft", **receiver}
+    return build(Study, tables)
+
+
+def test_the_page_shows_the_receiver_that_is_tested():
+    texts = [block.text for block in blocks_of(ROOT / "docs" / "how-to" / "plug-in.md")]
+    assert PLAIN_FFT.strip() in [text.strip() for text in texts]
+
+
+def test_a_receiver_of_another_package_reads_the_frames_of_a_study(plain_fft):
+    study = study_of_chirps(false_alarm_probability=1e-7)
+    assert check(study).radars[0].receiver == "plain-fft"
+    trial = run_trial(study)
+    assert trial.victims[0].detections.num_detections > 0
+    assert restored(Study, json.loads(canonical_json(study))) == study
+    check_receiver(study.receiver)
+
+
+def test_its_own_refusal_of_ramps_is_heard_before_the_run(plain_fft):
+    study = study_of_chirps()
+    drawn = build(StudyRadar, {**RADAR, "waveform": {"kind": "diverse-sawtooth"}}).waveform
+    radars = tuple(replace(radar, waveform=drawn) for radar in study.radars)
+    with pytest.raises(CapabilityError, match=r"radars\.0\.waveform: chirps differ"):
+        check(replace(study, radars=radars))
+
+
+def test_a_receiver_without_the_settings_of_receivers_is_refused(packages):
+    install(
+        packages,
+        module="plain_fft",
+        text=PLAIN_FFT.replace("(SearchSettings)", ""),
+        entry_points="[polychirp.receivers]\nplain-fft = plain_fft:PlainFft\n",
+    )
+    with pytest.raises(InputError, match=r"does not inherit from .*settings\.SearchSettings"):
+        study_of_chirps()
+
+
+class BrokenReceiver:
+    """A range-Doppler receiver with one fault."""
+
+    def __init__(self, change, **settings):
+        self.inner, self.change = RangeDoppler(**settings), change
+        self.calls = 0
+
+    def __getattr__(self, name):
+        return getattr(self.inner, name)
+
+    def detect(self, frame):
+        self.calls += 1
+        return self.change(self.inner.detect(frame), self.calls, frame)
+
+
+@pytest.mark.parametrize(
+    ("broken", "sentence"),
+    [
+        (
+            BrokenReceiver(lambda found, n, _: replace(found, power=found.power * n)),
+            "another power",
+        ),
+        (
+            BrokenReceiver(lambda found, *_: replace(found, power=100.0 * found.power)),
+            "the power of that point is +",
+        ),
+        (
+            BrokenReceiver(lambda found, *_: replace(found, range=2.0 * found.range)),
+            "the strongest detection has the range",
+        ),
+        (
+            BrokenReceiver(lambda found, *_: replace(found, power=-found.power)),
+            "the power of that point is not positive",
+        ),
+        (
+            BrokenReceiver(lambda found, _, frame: frame.samples.__imul__(2.0) is None or found),
+            "read-only",
+        ),
+        (BrokenReceiver(lambda *_: []), "'detect' returns list"),
+        (
+            BrokenReceiver(lambda found, *_: found, false_alarm_probability=1e-2),
+            "10 frames of noise have",
+        ),
+        (object(), "has no method 'detect'"),
+    ],
+)
+def test_a_receiver_that_breaks_a_law_is_one_sentence(broken, sentence):
+    with pytest.raises((InputError, ValueError)) as caught:
+        check_receiver(broken)
+    assert sentence in str(caught.value)
+
+
+# ── rules ─────────────────────────────────────────────────────────────────────
+
+
+class BrokenRule:
+    """A rule from frame to frame, or another one, with one fault."""
+
+    def __init__(self, inner, **faults):
+        self.inner, self.faults = inner, faults
+
+    def __getattr__(self, name):
+        return self.faults.get(name, getattr(self.inner, name))
+
+    def assign(self, **given):
+        return self.faults.get("assign", lambda one: one)(self.inner.assign(**given))
+
+
+def moved(change):
+    """A rule whose assignment is changed, differently at every call."""
+    calls = iter(range(1, 99))
+    return lambda one: change(one, next(calls))
+
+
+@pytest.mark.parametrize(
+    ("broken", "sentence"),
+    [
+        (
+            BrokenRule(Slots(slot=1e-6, num_slots=3),
+                       assign=moved(lambda one, n: replace(one, delay=one.delay + n))),
+            "equal streams give another delay",
+        ),
+        (
+            BrokenRule(Slots(slot=1e-6, num_slots=3),
+                       assign=moved(lambda one, _: replace(one, delay=one.delay - 1.0))),
+            "a delay is negative",
+        ),
+        (
+            BrokenRule(Slots(slot=1e-6, num_slots=3),
+                       assign=moved(lambda one, _: replace(one, shift=one.shift[:3]))),
+            "its shift has the shape (3,) for 12 radars",
+        ),
+        (object(), "has no method 'assign'"),
+    ],
+)  # fmt: skip
+def test_a_rule_that_breaks_a_law_is_one_sentence(broken, sentence):
+    with pytest.raises(InputError) as caught:
+        check_access(broken)
+    assert sentence in str(caught.value)
+
+
+class Forgetful(HopAfterHit):
+    """It starts before its frame."""
+
+    def next_turn(self, last, heard, *, streams):
+        del last, heard, streams
+        return Turn(delay=-1e-6)
+
+
+class Deaf(ListenBeforeTalk):
+    """It waits for ever."""
+
+    def wait(self, energy, *, samples, attempt, streams):
+        del energy, samples, attempt, streams
+        return 1e-3
+
+
+@pytest.mark.parametrize(
+    ("rule", "sentence"),
+    [
+        (Forgetful(), "a next turn has the delay -1e-06 s"),
+        (Deaf(), "it still waits after 1000 attempts"),
+    ],
+)
+def test_a_rule_from_frame_to_frame_that_breaks_a_law_is_one_sentence(rule, sentence):
+    with pytest.raises(InputError) as caught:
+        check_access(rule)
+    assert sentence in str(caught.value)
 
 
 # ── the conformance suite finds what it is for ────────────────────────────────

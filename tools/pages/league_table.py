@@ -1,28 +1,35 @@
 """Tables and figure for docs/validation/league.md: schemes over scenarios.
 
 ``python -m tools.pages.league_table FILE`` runs the studies of studies/league, or continues them in
-out/league, measures detections on noise alone, and stores both as JSON.
+out/league and out/league-mitigation, measures detections on noise alone and the cost of each
+scheme, and stores all as JSON. A second argument is the number of trials: the trials that are there
+are counted, and missing ones are run.
 """
 
 from __future__ import annotations
 
 import json
-import shutil
+import math
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
-from polychirp.cli.app import main
 from polychirp.config.monte_carlo import load_plan
-from polychirp.receiver.coherent.chain import CoherentReceiver
+from polychirp.receiver.selection import receiver_for
+from polychirp.report.figures.comparison import scheme_comparison
 from polychirp.rng import Streams
 from polychirp.scoring.statistics import poisson_mean
+from polychirp.study.monte_carlo.comparison import Cell, comparison
+from polychirp.study.monte_carlo.executor import LocalWorkers
 from polychirp.study.monte_carlo.plan import Plan
+from polychirp.study.monte_carlo.run import run_plan
+from polychirp.study.processing_cost import processing_cost
 from polychirp.study.roc.frames import frame_with
+from polychirp.study.roc.yardsticks import num_cells
 from tools.pages.markdown import table, within
 from tools.sources import ROOT
 
@@ -30,52 +37,92 @@ RECORD: Final = "league.json"
 """File with the numbers of the tables, in the folder of the pages."""
 
 LEAGUE: Final = ROOT / "studies" / "league"
-SCENARIOS: Final = ("oncoming", "car-park")
-"""Study files of the league in the order of the table."""
+SCENARIOS: Final = ("oncoming", "junction", "paper-b", "paper-c", "car-park")
+MITIGATED: Final = ("oncoming", "junction")
+"""Study files of the league, and those of its comparison of mitigations, in the tables' order."""
 
-RUN: Final = ROOT / "out" / "league"
-"""Folder of the trials."""
+TRIALS: Final = {"oncoming": 4, "junction": 4, "paper-b": 4, "paper-c": 4, "car-park": 2}
+"""Number of trials of each cell; a trial of the car park takes as long as four of a street."""
 
-NOISE_FRAMES: Final = 40
-"""Number of frames of noise alone for each scheme."""
+NOISE_FRAMES: Final = 10
+"""Number of frames of noise alone for each waveform."""
 
 NOISE_PROBABILITY: Final = 1e-4
 """Stated false-alarm probability for these frames: 100 times that of the league, since its own
 would need thousands of frames."""
 
 
-def measured() -> dict[str, Any]:
-    """Record of the league: its cells, and detections on noise alone."""
-    files = [str(LEAGUE / f"{name}.toml") for name in SCENARIOS]
-    common = LEAGUE / "common.toml"
-    code = main(["compare", *files, "--common", str(common), "--out", str(RUN), "--workers", "1"])
-    if code:
-        raise SystemExit(code)
-    shutil.copy(RUN / "comparison.png", ROOT / "docs" / "images" / "league.png")
-    cells = json.loads((RUN / "comparison.json").read_text(encoding="utf-8"))
-    return {"cells": cells, "noise": _on_noise(load_plan(files[0], common=common))}
+def measured(trials: Mapping[str, int]) -> dict[str, Any]:
+    """Record of the league: its cells, those with mitigation, noise alone, and cost."""
+    league = [_cells(name, ("common",), "league", trials[name]) for name in SCENARIOS]
+    mitigated = [
+        _cells(name, ("mitigation", "common"), "league-mitigation", trials[name])
+        for name in MITIGATED
+    ]
+    cells = [cell for several in league for cell in several]
+    (ROOT / "docs" / "images" / "league.png").write_bytes(scheme_comparison(cells).png())
+    plan = _plan(SCENARIOS[0], ("common",), 1)
+    return {
+        "cells": [_known(asdict(cell)) for cell in cells],
+        "mitigation": [_known(asdict(cell)) for several in mitigated for cell in several],
+        "noise": _on_noise(plan),
+        "cost": _costs(plan),
+    }
+
+
+def _plan(name: str, common: Sequence[str], trials: int) -> Plan:
+    return load_plan(
+        LEAGUE / f"{name}.toml",
+        common=[LEAGUE / f"{one}.toml" for one in common],
+        overrides=[f"monte_carlo.trials={trials}"],
+    )
+
+
+def _cells(name: str, common: Sequence[str], folder: str, trials: int) -> list[Cell]:
+    plan = _plan(name, common, trials)
+    own = plan.points[0].study.name
+    out = ROOT / "out" / folder / f"{own}-{plan.origin.study_hash[:8]}-trials"
+    finished = run_plan(plan, folder=out, executor=LocalWorkers(count=1))
+    if finished.failures:
+        raise SystemExit("\n".join(finished.failures))
+    return comparison({own: finished.results})
+
+
+def _known(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _known(one) for key, one in value.items()}
+    return None if isinstance(value, float) and math.isnan(value) else value
+
+
+def _first_condition(plan: Plan) -> Sequence[Any]:
+    return plan.points[: len(plan.axes[-1].labels)]
 
 
 def _on_noise(plan: Plan) -> list[dict[str, Any]]:
-    """Detections in a frame of noise for every scheme, and the number that the receiver states."""
-    rows = []
-    first = plan.points[0].labels[0]
-    for point in plan.points:
-        if point.labels[0] != first:
+    """Detections in a frame of noise for every waveform, and the number that is stated for it."""
+    rows: list[dict[str, Any]] = []
+    seen: list[Any] = []
+    for point in _first_condition(plan):
+        maker = (point.study.radars[0].waveform, point.study.receiver.kind)
+        if maker in seen:  # rules do not change what a radar without others receives
             continue
-        receiver = point.study.receiver
-        assert isinstance(receiver, CoherentReceiver)
-        loose = replace(receiver, false_alarm_probability=NOISE_PROBABILITY, most_detections=150)
-        found, stated = [], []
+        seen.append(maker)
+        found, stated, kind = [], [], ""
         for number in range(NOISE_FRAMES):
             study = replace(point.trial(number), traffic=None)
             frame = frame_with(study, (), streams=Streams(study.seed))
-            found.append(float(loose.detect(frame).num_detections))
-            stated.append(loose.expected_false_detections(frame))
+            settings = replace(
+                study.receiver, false_alarm_probability=NOISE_PROBABILITY, most_detections=150
+            )
+            receiver = receiver_for(settings, frame.schedule)
+            kind = receiver.kind
+            found.append(float(receiver.detect(frame).num_detections))
+            stated.append(NOISE_PROBABILITY * num_cells(receiver, frame))
         mean = poisson_mean(np.array(found))
         rows.append(
             {
                 "scheme": point.labels[-1],
+                "receiver": kind,
                 "found": {"value": mean.value, "low": mean.low, "high": mean.high},
                 "stated": sum(stated) / len(stated),
             }
@@ -83,33 +130,40 @@ def _on_noise(plan: Plan) -> list[dict[str, Any]]:
     return rows
 
 
+def _costs(plan: Plan) -> list[dict[str, Any]]:
+    return [
+        {"scheme": point.labels[-1], **asdict(processing_cost(point.trial(0)))}
+        for point in _first_condition(plan)
+    ]
+
+
 def league_tables(folder: Path) -> dict[str, str]:
-    """Blocks of the page: ``league`` and ``league-noise``."""
+    """Blocks of the page: ``league``, ``league-mitigation``, ``league-noise``, ``league-cost``."""
     record = json.loads((folder / RECORD).read_text(encoding="utf-8"))
-    return {"league": _cells_table(record["cells"]), "league-noise": _noise_table(record["noise"])}
+    return {
+        "league": _cells_table(record["cells"], "starts"),
+        "league-mitigation": _cells_table(record["mitigation"], "mitigation"),
+        "league-noise": _noise_table(record["noise"]),
+        "league-cost": _cost_table(record["cost"]),
+    }
 
 
-def _cells_table(cells: Sequence[Mapping[str, Any]]) -> str:
+def _cells_table(cells: Sequence[Mapping[str, Any]], condition: str) -> str:
     head = (
-        "scenario",
-        "starts",
-        "scheme",
-        "targets found",
-        "ghosts in a frame",
-        "of these, unexplained",
-        "missed and ghosts in a frame",
-        "among the best",
+        *("scenario", condition, "scheme", "trials", "targets found", "ghosts in a frame"),
+        *("missed and ghosts in a frame", "among the best", "frames lost"),
     )
     rows = [
         (
             str(cell["scenario"]).removeprefix("league-"),
             ", ".join(cell["condition"]),
             cell["scheme"],
+            str(cell["num_trials"]),
             within(cell["detection"], 2),
             within(cell["ghosts"], 1),
-            within(cell["unexplained"], 1),
             within(cell["errors"], 1),
-            "" if cell["behind"]["low"] > 0 else "yes",
+            "" if cell["behind"]["low"] is not None and cell["behind"]["low"] > 0 else "yes",
+            "" if cell["lost"]["value"] is None else within(cell["lost"], 2),
         )
         for cell in cells
     ]
@@ -117,12 +171,34 @@ def _cells_table(cells: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _noise_table(rows: Sequence[Mapping[str, Any]]) -> str:
-    head = ("scheme", "detections in a frame of noise", "stated by the receiver")
+    head = ("scheme", "receiver", "detections in a frame of noise", "stated")
     return table(
-        head, [(row["scheme"], within(row["found"], 2), f"{row['stated']:.2f}") for row in rows]
+        head,
+        [
+            (row["scheme"], row["receiver"], within(row["found"], 2), f"{row['stated']:.2f}")
+            for row in rows
+        ],
+    )
+
+
+def _cost_table(rows: Sequence[Mapping[str, Any]]) -> str:
+    head = ("scheme", "receiver", "10⁶ complex multiplications", "memory, MB", "peak/mean, dB")
+    return table(
+        head,
+        [
+            (
+                row["scheme"],
+                row["receiver"],
+                f"{row['multiplications'] / 1e6:.1f}",
+                f"{row['memory'] / 1e6:.1f}",
+                f"{10.0 * math.log10(row['peak_to_average']):.1f}",
+            )
+            for row in rows
+        ],
     )
 
 
 if __name__ == "__main__":
-    text = json.dumps(measured(), indent=1, ensure_ascii=False) + "\n"
+    count = {name: int(sys.argv[2]) for name in SCENARIOS} if len(sys.argv) > 2 else TRIALS
+    text = json.dumps(measured(count), indent=1, ensure_ascii=False) + "\n"
     Path(sys.argv[1]).write_text(text, encoding="utf-8")

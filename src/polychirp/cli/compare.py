@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from polychirp.cli.progress import progress_bar
-from polychirp.cli.terminal import command_name, say, tables, usable_folder
+from polychirp.cli.terminal import command_name, decibels, say, tables, usable_folder
 from polychirp.cli.trials import KEPT_TRIALS, add_workers, num_workers, refuse_other_files, shown
 from polychirp.errors import RunError
 
@@ -28,8 +29,9 @@ _TABLES: Final = {
     "errors": "missed targets and ghosts in a frame",
     "detection": "detection probability",
     "ghosts": "ghosts in a frame",
+    "lost": "share of frames lost, under rules from frame to frame",
 }
-"""Fields of `Cell` that are printed, with their titles."""
+"""Fields of `Cell` that are printed, with their titles; one that no cell knows is left out."""
 
 
 def add_parser(subparsers: Any) -> None:
@@ -45,8 +47,11 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument("study", nargs="+", metavar="STUDY", help="study files (TOML)")
     parser.add_argument(
         "--common",
+        action="append",
+        default=[],
         metavar="FILE",
-        help="tables that complete those of every study: the grid, and what all radars share",
+        help="tables that complete those of every study: the grid, and what all radars share; of "
+        "several files, each completes what those before it lack",
     )
     parser.add_argument(
         "--set",
@@ -97,14 +102,14 @@ def run(arguments: argparse.Namespace) -> int:
         results[name] = finished.results
         failures += finished.failures
     cells = comparison(results)
-    (out / "comparison.json").write_text(
-        json.dumps([asdict(cell) for cell in cells], indent=1) + "\n", encoding="utf-8"
-    )
+    rows = [_known(asdict(cell)) for cell in cells]
+    (out / "comparison.json").write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
     scheme_comparison(cells).save(out, "comparison")
     if arguments.json:
-        print(json.dumps([asdict(cell) for cell in cells], indent=2))
+        print(json.dumps(rows, indent=2))
     else:
         _print_tables(plans, cells)
+        _print_costs(plans[0])
         say(f"stored in {out}: comparison.csv, comparison.json, comparison.png")
     if failures:
         raise RunError("\n  ".join([f"trials that failed: {len(failures)}", *failures]))
@@ -115,6 +120,13 @@ def _executor(arguments: argparse.Namespace) -> Executor:
     from polychirp.study.monte_carlo.executor import LocalWorkers
 
     return LocalWorkers(count=num_workers(arguments))
+
+
+def _known(value: Any) -> Any:
+    """A value for JSON, which has no NaN: it becomes null."""
+    if isinstance(value, dict):
+        return {key: _known(one) for key, one in value.items()}
+    return None if isinstance(value, float) and math.isnan(value) else value
 
 
 def _name(plan: Plan) -> str:
@@ -129,6 +141,8 @@ def _print_tables(plans: Sequence[Plan], cells: Sequence[Cell]) -> None:
     of = {(cell.scenario, cell.condition, cell.scheme): cell for cell in cells}
     console = tables()
     for field, title in _TABLES.items():
+        if all(math.isnan(getattr(cell, field).value) for cell in cells):
+            continue
         table = Table(title=f"{title}, with 95 % intervals", title_justify="left")
         table.add_column(plans[0].axes[-1].name)
         for scenario, condition in groups:
@@ -142,6 +156,29 @@ def _print_tables(plans: Sequence[Plan], cells: Sequence[Cell]) -> None:
         f"Up to {most} trials in a cell; a trial counts as one draw. A star marks the scheme with "
         "the fewest errors under a condition, and all whose errors, trials paired, are not more."
     )
+
+
+def _print_costs(plan: Plan) -> None:
+    """Cost of every scheme in the first study, under its first condition."""
+    from rich.table import Table
+
+    from polychirp.study.processing_cost import processing_cost
+
+    table = Table(title="cost of a frame of the first study", title_justify="left")
+    table.add_column(plan.axes[-1].name)
+    for column in ("receiver", "10⁶ multiplications", "memory, MB", "peak/mean", "duty"):
+        table.add_column(column, justify="right")
+    for point in plan.points[: len(plan.axes[-1].labels)]:
+        cost = processing_cost(point.trial(0))
+        table.add_row(
+            str(point.labels[-1]),
+            cost.receiver,
+            f"{cost.multiplications / 1e6:.1f}",
+            f"{cost.memory / 1e6:.1f}",
+            f"{decibels(cost.peak_to_average)}",
+            f"{cost.duty:.2f}",
+        )
+    tables().print(table)
 
 
 def _cell(cell: Cell | None, field: str) -> str:

@@ -77,7 +77,7 @@ def run(arguments: argparse.Namespace) -> int:
     else:
         _print_table(trial)
         print(margins_text(gates_of(study).values()))
-        for note in _unresolved(trial):
+        for note in (*_history(trial), *_unresolved(trial)):
             say(note)
         say(f"stored in {path}")
         say(f"to draw it: {shlex.join([command_name(), 'plot', str(path.parent)])}")
@@ -130,10 +130,43 @@ def _summary(study: Study, path: Path, trial: Trial) -> dict[str, Any]:
                 "levels": _levels(victim),
                 "extents": _extents(victim),
                 "margins": asdict(gates[victim.name]),
+                **_frames(trial, victim.name),
             }
             for victim in trial.victims
         ],
     }
+
+
+def _frames(trial: Trial, name: str) -> dict[str, Any]:
+    """Frames of a radar under a rule from frame to frame; empty under other rules."""
+    history = trial.frames
+    if history is None:
+        return {}
+    number = history.names.index(name)
+    return {
+        "frames": {
+            "interval": history.interval,
+            "inr": history.inr[:, number].tolist(),
+            "hit_ramps": history.hit_ramps[:, number].tolist(),
+            "lost": history.is_lost[:, number].tolist(),
+            "longest_loss": int(history.longest_loss[number]),
+            "until_free": int(history.frames_until_free[number]),
+        }
+    }
+
+
+def _history(trial: Trial) -> Iterator[str]:
+    """A sentence for each radar on its frames under a rule from frame to frame."""
+    history = trial.frames
+    if history is None:
+        return
+    for victim in trial.victims:
+        number = history.names.index(victim.name)
+        lost = int(history.is_lost[:, number].sum())
+        yield (
+            f"'{victim.name}' lost {lost} of {len(history.is_lost)} frames to interference, up to "
+            f"{history.longest_loss[number]} in a row; the last one is simulated here"
+        )
 
 
 def _counts(victim: VictimResult) -> dict[str, int]:

@@ -137,6 +137,8 @@ def _print_tables(name: str, plan: Plan, results: Results) -> None:
     console.print(_table(f"{name}: detections, with 95 % intervals", axes, rows, _detections))
     console.print(_table("errors of targets found, rms", axes, rows, _errors))
     console.print(_table("in the cells of the targets, medians", axes, rows, _levels))
+    if any(not math.isnan(row.lost.value) for row in rows):
+        console.print(_table("frames under a rule from frame to frame", axes, rows, _losses))
     console.print(
         "A trial counts as one draw, however many targets it has. Ghosts, and those of them that "
         f"nothing explains, are means per frame, {_thresholds(plan)}.",
@@ -208,6 +210,14 @@ def _levels(row: Summary) -> dict[str, str]:
         "SINR": _in_db(row.sinr),
         "SINR, mitigated": _in_db(row.mitigated_sinr),
         "floor rise": _in_db(row.floor_rise),
+    }
+
+
+def _losses(row: Summary) -> dict[str, str]:
+    return {
+        "lost": shown(row.lost, digits=3),
+        "longest loss, frames": shown(row.longest_loss),
+        "until free, frames": shown(row.until_free),
     }
 
 

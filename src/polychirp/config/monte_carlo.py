@@ -36,12 +36,13 @@ def load_plan(
     *,
     overrides: Iterable[str] = (),
     program: str = "polychirp",
-    common: Path | str | None = None,
+    common: Path | str | Sequence[Path | str] | None = None,
 ) -> Plan:
     """The Monte Carlo study that a TOML file describes.
 
     The tables of the file ``common``, if there is one, first complete those of the study, so that
-    several studies can share radars, receiver and grid. The ``overrides`` then change the tables,
+    several studies can share radars, receiver and grid; of several such files, each completes what
+    the study and those before it lack. The ``overrides`` then change the tables,
     those of the grid included, as in ``monte_carlo.trials=20``, and each point of the grid sets its
     own values. The command that runs a point begins with ``program``; with a common file no command
     does. `InputError` is raised if there is no table ``[monte_carlo]``, the table is wrong, or
@@ -52,8 +53,9 @@ def load_plan(
     """
     path, overrides = Path(path), [*overrides]
     data = read_toml(path)
-    if common is not None:
-        data = completed(data, read_toml(Path(common)))
+    shared = (common,) if isinstance(common, str | Path) else (common or ())
+    for file in shared:
+        data = completed(data, read_toml(Path(file)))
     with naming_the_file(path):
         for change in overrides:
             apply_override(data, change)
@@ -78,7 +80,7 @@ def load_plan(
                 axes,
                 data,
                 path=path,
-                command=None if common else [program, "run", str(path), *_options(kept)],
+                command=None if shared else [program, "run", str(path), *_options(kept)],
             ),
             trials=table.trials,
             stop_half_width=table.stop_half_width,

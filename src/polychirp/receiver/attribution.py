@@ -9,6 +9,7 @@ from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.frames import direction_of
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import PARTS, IfFrame, IfParts
+from polychirp.model.ramp import RampSchedule
 from polychirp.model.target_levels import TargetLevels
 from polychirp.model.truth import Truth
 from polychirp.receiver.angle.beamform import steering
@@ -31,8 +32,9 @@ def attribute(receiver: FrameReceiver, frame: IfFrame) -> tuple[Detections, Part
 
     The coherent receiver fits its points to each part (`coherent.parts`). For other receivers it is
     the power of `part_amplitudes`, combined over ramps as the receiver combines them
-    (``combined_power``). The part that has the detection's beats on all ramps causes it. A code is
-    removed from the frame and from its parts first.
+    (``combined_power``; a plug-in without it combines them in phase). The part that has the
+    detection's beats on all ramps causes it. A code is removed from the frame and from its parts
+    first.
     """
     if isinstance(receiver, CoherentReceiver):
         return receiver.attribute(frame)
@@ -44,9 +46,16 @@ def attribute(receiver: FrameReceiver, frame: IfFrame) -> tuple[Detections, Part
 
     def powers_of(samples: ComplexArray) -> FloatArray:
         amplitude = part_amplitudes(receiver, frame, samples, found)
-        return receiver.combined_power(amplitude, frame.schedule)
+        combined = getattr(receiver, "combined_power", in_phase)
+        return np.asarray(combined(amplitude, frame.schedule))
 
     return found, powers_of
+
+
+def in_phase(amplitude: ComplexArray, schedule: RampSchedule) -> FloatArray:
+    """Power, W, of amplitudes ``(…, ramp)`` that add up in phase over all ramps."""
+    del schedule
+    return np.asarray(np.abs(np.mean(amplitude, axis=-1)) ** 2)
 
 
 def detected(

@@ -32,7 +32,7 @@ from polychirp.receiver.signal_model.transmit_codes import (
     virtual_channels,
     virtual_line,
 )
-from polychirp.spec import ByKind
+from polychirp.spec import ByKind, chosen_by_kind, kinds_of
 from polychirp.units import Ratio
 
 FrameReceiver = CoherentReceiver | RangeDoppler | Decoding | PaperReceiver
@@ -71,9 +71,9 @@ class AutoReceiver(SearchSettings):
 
 AnyReceiver = Annotated[
     AutoReceiver | CoherentReceiver | RangeDoppler | Decoding | PaperReceiver,
-    ByKind(default="auto"),
+    ByKind(default="auto", group="polychirp.receivers", method="detect", base=SearchSettings),
 ]
-"""Receivers of a study; a study file that names no kind has the first."""
+"""Receivers of a study, and those of plug-ins; a study file that names no kind has the first."""
 
 RECEIVERS: Final = {
     kind().kind: kind
@@ -159,10 +159,12 @@ def receiver_of_kind(kind: str, settings: AnyReceiver) -> AnyReceiver:
     """
     if kind == settings.kind:
         return settings
-    if kind not in RECEIVERS:
-        raise InputError(no_such("receiver", kind, list(RECEIVERS)))
-    chosen = RECEIVERS[kind]
-    return chosen(**_shared(chosen, settings))
+    known = {kinds_of(member)[0]: member for member in chosen_by_kind(AnyReceiver)}
+    if kind not in known:
+        raise InputError(no_such("receiver", kind, list(known)))
+    chosen: Any = known[kind]
+    made: AnyReceiver = chosen(**_shared(chosen, settings))
+    return made
 
 
 def _shared(kind: type[ReceiverSettings], settings: ReceiverSettings) -> dict[str, Any]:
@@ -175,7 +177,14 @@ def _shared(kind: type[ReceiverSettings], settings: ReceiverSettings) -> dict[st
 
 
 def refuse_unreadable(receiver: AnyReceiver, schedule: RampSchedule) -> None:
-    """Refuse ramps that the receiver cannot read, with a `CapabilityError` that says why."""
+    """Refuse ramps that the receiver cannot read, with a `CapabilityError` that says why.
+
+    A receiver of a plug-in refuses them by its own method ``refuse``, if it has one.
+    """
+    own = getattr(receiver, "refuse", None)
+    if own is not None:
+        own(schedule)
+        return
     receiver = receiver_for(receiver, schedule)
     if schedule.code is not None and not isinstance(receiver, Decoding):
         raise CapabilityError(

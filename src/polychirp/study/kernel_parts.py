@@ -69,7 +69,7 @@ def parts_of(study: Study) -> tuple[str, ...]:
     ('visibility', 'bounces', 'facets', 'synthesis', 'bundles')
     """
     kinds = _receiver_kinds(study)
-    names = [_OF_RECEIVER[kind] for kind in kinds]
+    names = [_OF_RECEIVER[kind] for kind in kinds if kind in _OF_RECEIVER]
     names += [*_ANY_TRIAL, *_OF_TRACER.get(study.tracer.kind, _STREET)]
     if _has_codes(study):
         names.append("codes")

@@ -10,11 +10,9 @@ import pickle
 from collections import OrderedDict
 from collections.abc import Callable
 from threading import Lock
-from typing import Any
+from typing import Any, TypeVar, cast
 
-from polychirp.model.paths import PropagationPaths
-
-Snapshots = tuple[PropagationPaths, ...]
+T = TypeVar("T")
 
 
 class RecentTraces:
@@ -32,10 +30,10 @@ class RecentTraces:
 
     def __init__(self, *, most: int) -> None:
         self._most = most
-        self._known: OrderedDict[bytes, Snapshots] = OrderedDict()
+        self._known: OrderedDict[bytes, Any] = OrderedDict()
         self._lock = Lock()
 
-    def of(self, makers: Any, trace: Callable[[], Snapshots]) -> Snapshots:
+    def of(self, makers: Any, trace: Callable[[], T]) -> T:
         """The paths made from ``makers``, all that ``trace`` reads; it is called if need be."""
         key = hashlib.sha256(pickle.dumps(makers)).digest()
         with self._lock:
@@ -46,4 +44,4 @@ class RecentTraces:
             self._known[key] = found
             while len(self._known) > self._most:
                 self._known.popitem(last=False)
-        return found
+        return cast("T", found)

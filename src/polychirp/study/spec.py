@@ -22,7 +22,7 @@ from polychirp.spec import ByKind, Spec
 from polychirp.study.traffic import StudyTraffic
 from polychirp.traffic.street import Street
 from polychirp.units import Between, Fraction, FractionPerSecond, Seconds
-from polychirp.waveform import AnyAccess, AnyCoding, AnyWaveform, coded
+from polychirp.waveform import AnyAccess, AnyCoding, AnyWaveform, Turn, coded
 
 GREATEST_DRIFT: Final = 10e-6
 """Greatest drift of a clock, 1/s; chosen: the cubic phase that `RampSchedule.as_clocked` neglects
@@ -149,17 +149,31 @@ class Study(Spec):
 
 
 def schedule_of(study: Study, radar: StudyRadar) -> RampSchedule:
-    """Ramps of one radar, with the errors of its clock, in the true time of the scene."""
+    """Ramps of one radar, with the errors of its clock, in the true time of the scene.
+
+    Under a rule that acts from frame to frame they are those of the first frame.
+    """
+    return schedule_in_turn(study, radar, first_turn(study, radar))
+
+
+def schedule_in_turn(
+    study: Study, radar: StudyRadar, turn: Turn, *, begin: float = 0.0
+) -> RampSchedule:
+    """Ramps of one radar in one turn, whose frame begins at ``begin``, s, of the radar's clock."""
     num_sweeps = radar.num_sweeps or study.num_sweeps
     streams = Streams(seed=study.seed)
-    schedule = radar.waveform.schedule(
-        num_sweeps=num_sweeps, streams=streams.of("radar", radar.name)
-    )
+    own = streams.of("radar", radar.name)
+    if turn.draw:
+        own = own.of("draw", turn.draw)
+    schedule = radar.waveform.schedule(num_sweeps=num_sweeps, streams=own)
     if radar.coding is not None:
         schedule = coded(schedule, radar.coding, num_elements=radar.array.num_transmitters)
-    delay, shift = _assigned(study, radar, streams)
-    schedule = replace(schedule, start_frequency=schedule.start_frequency + shift)
-    late = delay + float(streams["start", radar.name].uniform(0.0, radar.start_spread))
+    schedule = replace(
+        schedule,
+        start_time=schedule.start_time + begin,
+        start_frequency=schedule.start_frequency + turn.shift,
+    )
+    late = turn.delay + float(streams["start", radar.name].uniform(0.0, radar.start_spread))
     fast = float(streams["clock", radar.name].uniform(-1.0, 1.0)) * radar.clock_spread
     clocked = schedule.as_clocked(
         start_time=radar.start_time + late,
@@ -172,16 +186,17 @@ def schedule_of(study: Study, radar: StudyRadar) -> RampSchedule:
     return clocked.with_late_sweeps(radar.start_jitter * draws)
 
 
-def _assigned(study: Study, radar: StudyRadar, streams: Streams) -> tuple[float, float]:
-    """Delay, s, and shift of all frequencies, Hz, that the study's rule gives to a radar."""
+def first_turn(study: Study, radar: StudyRadar) -> Turn:
+    """Turn that the study's rule gives a radar in its only frame, or in the first one."""
     if study.access is None:
-        return 0.0, 0.0
+        return Turn()
     names = [one.name for one in study.radars]
     heading_of = {vehicle.name: vehicle.heading for vehicle in study.street.vehicles}
     heading = [heading_of.get(one.vehicle, 0.0) + one.mount.yaw for one in study.radars]
+    streams = Streams(seed=study.seed)
     given = study.access.assign(names=names, heading=np.array(heading), streams=streams)
     number = names.index(radar.name)
-    return float(given.delay[number]), float(given.shift[number])
+    return Turn(delay=float(given.delay[number]), shift=float(given.shift[number]))
 
 
 def schedules_of(study: Study) -> tuple[RampSchedule, ...]:

@@ -13,6 +13,7 @@ from polychirp.channel.tracers.path_interpolation import interpolate_paths
 from polychirp.errors import InputError, no_such
 from polychirp.model.baseband import Progress, no_progress
 from polychirp.model.detection import Detections
+from polychirp.model.frame_history import FrameHistory
 from polychirp.model.if_frame import IfFrame, IfParts
 from polychirp.model.paths import PropagationPaths
 from polychirp.model.ramp import RampSchedule
@@ -38,6 +39,7 @@ from polychirp.receiver.signal_model.transmit_codes import code_blocks
 from polychirp.rng import Streams
 from polychirp.scoring.compare import compare
 from polychirp.scoring.echoes import Echoes, echoes_of
+from polychirp.study.frame_loop import last_frame
 from polychirp.study.ghost_radars import Interference, radars_of_ghosts
 from polychirp.study.kernel_parts import compile_parts, parts_of
 from polychirp.study.margins import gate_for
@@ -56,6 +58,7 @@ from polychirp.synthesis.impairments.oscillator_errors import Oscillating
 from polychirp.synthesis.received_frame import synthesize
 from polychirp.synthesis.stretch.engine import Stretch
 from polychirp.threads import side_by_side
+from polychirp.waveform import FrameRule
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -81,12 +84,16 @@ class VictimResult:
 class Trial:
     """Scene, paths (one snapshot per refresh time) and the victims' results of one trial.
 
+    ``frames`` has all frames of a rule that acts from frame to frame; None without such a rule. The
+    victims' results are then those of its last frame.
+
     `run_trial` returns it.
     """
 
     scene: Scene
     snapshots: tuple[PropagationPaths, ...]
     victims: tuple[VictimResult, ...]
+    frames: FrameHistory | None = None
 
     def victim(self, name: str) -> VictimResult:
         """The result of the radar called ``name``.
@@ -122,6 +129,7 @@ def run_trial(
     study = sample_street(study)
     scene = scene_of(study)
     schedules = schedules_of(study)
+    frames: FrameHistory | None = None
     refuse_too_large(study, schedules)
     victims = victim_indices(study)
     for victim in victims:
@@ -140,6 +148,9 @@ def run_trial(
         if radar.converter.is_real:
             refuse_real_samples(study.receiver, schedules[victim], radar=radar.name)
     compile_parts(parts_of(study), progress=progress)
+    if isinstance(study.access, FrameRule):
+        last = last_frame(study, study.access, scene, traces=traces)
+        schedules, frames = last.schedules, last.history
     times = refresh_times([schedules[victim] for victim in victims], study.refresh_interval)
     trace = partial(_traced, study.tracer, scene, times, receivers=victims, progress=progress)
     makers = (study.tracer, scene, times, victims)
@@ -161,7 +172,7 @@ def run_trial(
     for result in side_by_side(simulations):
         results.append(result)
         progress("radars", len(results), len(victims))
-    return Trial(scene=scene, snapshots=snapshots, victims=tuple(results))
+    return Trial(scene=scene, snapshots=snapshots, victims=tuple(results), frames=frames)
 
 
 def simulate_victim(

@@ -3,5 +3,6 @@
 `paths` writes propagation paths (`HandPath`, `paths_of`, `free_space_gain`); `shapes` makes
 canonical bodies (`plate`, `sphere`, `box`, `dihedral`, `trihedral`), meshes of them (`mesh_of`),
 scenes around them (`around`) and transfer matrices (`transfer_at`); `conformance` holds the laws of
-waveforms (`check_waveform`). All these names are public.
+waveforms (`check_waveform`), rules (`check_access`) and receivers (`check_receiver`). All these
+names are public.
 """

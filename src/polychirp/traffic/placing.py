@@ -1,4 +1,4 @@
-"""Tests of places for vehicles on lanes along x: apart from each other, and visible from one."""
+"""Tests of places for vehicles on lanes: apart from each other, and visible from one."""
 
 import math
 from collections.abc import Sequence
@@ -27,18 +27,30 @@ Eye = tuple[float, float]
 
 
 class Place(NamedTuple):
-    """A place for a vehicle of type ``body``: its middle (m), direction, and speed (m/s)."""
+    """A place for a vehicle of type ``body``: its middle (m), direction, and speed (m/s).
+
+    The direction is along x, or along y if ``is_crossing``; ``oncoming`` reverses it.
+    """
 
     body: Body
     x: float
     y: float
     oncoming: bool
     speed: float
+    is_crossing: bool = False
+
+    @property
+    def heading(self) -> float:
+        """Direction, rad."""
+        if self.is_crossing:
+            return -0.5 * math.pi if self.oncoming else 0.5 * math.pi
+        return math.pi if self.oncoming else 0.0
 
     @property
     def rectangle(self) -> Rectangle:
         """Rectangle that the vehicle covers without its side mirrors, m."""
-        length, width = vehicle_size(self.body)
+        along, across = vehicle_size(self.body)
+        length, width = (across, along) if self.is_crossing else (along, across)
         return (self.x - length / 2, self.x + length / 2, self.y - width / 2, self.y + width / 2)
 
 
@@ -88,6 +100,15 @@ def are_apart(first: Rectangle, second: Rectangle, gap: float) -> bool:
         or first[3] <= second[2]
         or second[3] <= first[2]
     )
+
+
+def are_apart_across(first: Rectangle, second: Rectangle, gap: float) -> bool:
+    """True if two rectangles are ``gap`` (m) apart along y, or share no x.
+
+    >>> are_apart_across((0.0, 2.0, 0.0, 4.0), (1.0, 3.0, 5.0, 9.0), 1.5)
+    False
+    """
+    return are_apart((*first[2:], *first[:2]), (*second[2:], *second[:2]), gap)
 
 
 def hides_none(eye: Eye, box: Rectangle, points: Sequence[Eye]) -> bool:

@@ -17,6 +17,7 @@ from polychirp.traffic.placing import (
     Place,
     Rectangle,
     are_apart,
+    are_apart_across,
     hides_none,
     is_ahead,
     is_seen,
@@ -62,6 +63,32 @@ class Lane(Spec):
             )
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CrossingLane(Spec):
+    """A lane along y with its middle at ``x``, m, of a street that crosses.
+
+    Vehicles are between −``reach`` and ``reach``, m, along y and head along +y, or along −y if the
+    lane is ``oncoming``. Their speeds are as those of a `Lane`.
+    """
+
+    x: Metres
+    reach: Metres = 40.0
+    oncoming: bool = False
+    speed: tuple[MetresPerSecond, MetresPerSecond] = (8.0, 14.0)
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.speed[0] <= self.speed[1]:
+            raise InputError(
+                f"the crossing lane at x = {self.x:g} m needs two speeds, from low to high, 0 or "
+                "more"
+            )
+        if not self.reach > 0:
+            raise InputError(
+                f"the crossing lane at x = {self.x:g} m has a reach of {self.reach:g} m; use more "
+                "than 0 m"
+            )
+
+
 URBAN_LANES: Final = (
     Lane(y=-1.75),
     Lane(y=1.75, oncoming=True),
@@ -92,6 +119,7 @@ class RandomTraffic(Spec):
         of the place that the vehicle would cover
     rcs : radar cross section of such a scatterer, m²
     lanes : lanes on which vehicles stand and drive
+    crossing : lanes of a street that crosses, on which they do as well
     max_edge, coarseness : those of every random `Vehicle`
 
     Raises
@@ -115,6 +143,7 @@ class RandomTraffic(Spec):
     shape: Literal["vehicles", "points"] = "vehicles"
     rcs: SquareMetres = from_db(10.0)
     lanes: tuple[Lane, ...] = URBAN_LANES
+    crossing: tuple[CrossingLane, ...] = ()
     max_edge: FacetEdge = 0.05
     coarseness: Coarseness = 1.0
 
@@ -125,7 +154,7 @@ class RandomTraffic(Spec):
             raise InputError(f"the reach of random traffic must exceed {MIN_DISTANCE:g} m")
         if not (self.gap >= 0 and self.rcs >= 0):
             raise InputError("random traffic needs a gap and a radar cross section of 0 or more")
-        if not self.lanes:
+        if not (self.lanes or self.crossing):
             raise InputError("random traffic needs a lane; leave 'lanes' out for a plain street")
 
     @property
@@ -180,6 +209,7 @@ class RandomTraffic(Spec):
         shortest = min(vehicle_size(body)[0] for body in RANDOM_BODIES)
         # bound on the vehicles that fit on all lanes within the carriers' reach, twice the targets'
         room = len(self.lanes) * (2 + 2 * self.reach / (shortest + self.gap))
+        room += sum(2 + 2 * lane.reach / (shortest + self.gap) for lane in self.crossing)
         if self.num_carriers + self.num_targets > room:
             raise InputError(
                 f"there is no room for {self.num_targets} targets within {self.reach:g} m and "
@@ -217,6 +247,7 @@ class RandomTraffic(Spec):
                 if (
                     is_ahead(eye, nearest_point(eye, box), reach)
                     and all(are_apart(box, other, self.gap) for other in (*taken.values(), *boxes))
+                    and not (place.is_crossing and self._is_close(box, places))
                     and hides_none(eye, box, points)
                     and not (is_target and not is_seen(eye, box, [*hiding, *boxes]))
                 ):
@@ -228,9 +259,24 @@ class RandomTraffic(Spec):
             points += [nearest_point(eye, box)] if is_target else []
         return places
 
+    def _is_close(self, box: Rectangle, places: list[Place]) -> bool:
+        """True if another vehicle of a crossing lane is closer than the gap along that lane."""
+        crossing = [place.rectangle for place in places if place.is_crossing]
+        return not all(are_apart_across(box, other, self.gap) for other in crossing)
+
     def _place(self, draw: np.random.Generator, eye: Eye, reach: float) -> Place:
-        lane = self.lanes[int(draw.integers(len(self.lanes)))]
+        lanes: tuple[Lane | CrossingLane, ...] = (*self.lanes, *self.crossing)
+        lane = lanes[int(draw.integers(len(lanes)))]
         body = RANDOM_BODIES[int(draw.integers(len(RANDOM_BODIES)))]
+        if isinstance(lane, CrossingLane):
+            return Place(
+                body=body,
+                x=lane.x,
+                y=float(draw.uniform(-lane.reach, lane.reach)),
+                oncoming=lane.oncoming,
+                speed=float(draw.uniform(*lane.speed)),
+                is_crossing=True,
+            )
         return Place(
             body=body,
             x=float(draw.uniform(eye[0], eye[0] + reach + vehicle_size(body)[0])),
@@ -245,7 +291,7 @@ class RandomTraffic(Spec):
             body=place.body,
             x=place.x,
             y=place.y,
-            heading=math.pi if place.oncoming else 0.0,
+            heading=place.heading,
             speed=place.speed,
             max_edge=self.max_edge,
             coarseness=self.coarseness,
@@ -253,7 +299,8 @@ class RandomTraffic(Spec):
 
     def _point(self, name: str, place: Place, eye: Eye) -> Point:
         x, y = nearest_point(eye, place.rectangle)
-        velocity = (-place.speed if place.oncoming else place.speed, 0.0, 0.0)
+        speed = -place.speed if place.oncoming else place.speed
+        velocity = (0.0, speed, 0.0) if place.is_crossing else (speed, 0.0, 0.0)
         return Point(name=name, x=x, y=y, z=POINT_HEIGHT, rcs=self.rcs, velocity=velocity)
 
 

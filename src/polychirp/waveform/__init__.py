@@ -4,15 +4,15 @@
 `subframes` and `triangular`; `diverse_sawtooth`, `hopping`, `phase_codes`, `permuted_chirps` and
 `slope_sequence` against interference; `phase_coded_ramp` with a code within each ramp; `pmcw` and
 `noise` with a code on a carrier (`carriers`, `code_sequences`). `access` has the rules by which
-radars share time and band, `coding` the codes of several transmitting elements,
-`design` equations for sweep time and bandwidth, `playing` a radio's samples.
+radars share time and band before a frame, `frame_rules` those that act from frame to frame,
+`coding` the codes of several transmitting elements, `design` equations for sweep time and
+bandwidth, `playing` a radio's samples.
 """
 
 from typing import Annotated
 
 from polychirp.spec import ByKind
 from polychirp.waveform.access import Access as Access
-from polychirp.waveform.access import AnyAccess as AnyAccess
 from polychirp.waveform.access import Compass as Compass
 from polychirp.waveform.access import RandomStarts as RandomStarts
 from polychirp.waveform.access import Slots as Slots
@@ -25,6 +25,13 @@ from polychirp.waveform.coding import PhaseCoded as PhaseCoded
 from polychirp.waveform.coding import TimeDivision as TimeDivision
 from polychirp.waveform.coding import coded as coded
 from polychirp.waveform.diverse_sawtooth import DiverseSawtooth as DiverseSawtooth
+from polychirp.waveform.frame_rules import FrameRule as FrameRule
+from polychirp.waveform.frame_rules import Heard as Heard
+from polychirp.waveform.frame_rules import HopAfterHit as HopAfterHit
+from polychirp.waveform.frame_rules import ListenBeforeTalk as ListenBeforeTalk
+from polychirp.waveform.frame_rules import Listening as Listening
+from polychirp.waveform.frame_rules import RedrawEachFrame as RedrawEachFrame
+from polychirp.waveform.frame_rules import Turn as Turn
 from polychirp.waveform.hopping import Hopping as Hopping
 from polychirp.waveform.noise import Noise as Noise
 from polychirp.waveform.permuted_chirps import PermutedChirps as PermutedChirps
@@ -54,3 +61,15 @@ AnyWaveform = Annotated[
     | Noise,
     ByKind(group="polychirp.waveforms"),
 ]
+
+AnyAccess = Annotated[
+    RandomStarts
+    | SlottedAloha
+    | Slots
+    | Compass
+    | RedrawEachFrame
+    | HopAfterHit
+    | ListenBeforeTalk,
+    ByKind(group="polychirp.access", method="assign"),
+]
+"""Rules of a study, before a trial or from frame to frame (`FrameRule`)."""

@@ -15,7 +15,7 @@ import numpy as np
 from polychirp.axes import FloatArray
 from polychirp.errors import InputError
 from polychirp.rng import Streams
-from polychirp.spec import ByKind, Spec
+from polychirp.spec import Spec
 from polychirp.units import Between, Hertz, Seconds
 from polychirp.waveform.base import need_positive
 
@@ -200,8 +200,3 @@ class Compass(Spec):
         return Assignment(
             delay=np.zeros(len(names)), shift=self.spacing * (sector % self.num_bands)
         )
-
-
-AnyAccess = Annotated[
-    RandomStarts | SlottedAloha | Slots | Compass, ByKind(group="polychirp.access", method="assign")
-]

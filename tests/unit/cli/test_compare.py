@@ -15,6 +15,7 @@ from polychirp.study.monte_carlo.comparison import comparison
 from polychirp.study.monte_carlo.records import NATURES
 from polychirp.study.monte_carlo.results import load_results
 from polychirp.study.monte_carlo.run import STORE, run_plan
+from polychirp.study.spec import schedule_of
 from tests.support.small_study import SMALL_GRID, SMALL_STUDY
 from tests.unit.study.test_monte_carlo import MadeUp
 
@@ -149,12 +150,31 @@ def test_a_common_file_that_does_not_exist_is_named(files, capsys):
 
 
 def test_the_league_has_one_grid_and_equal_radars():
+    """Radars that a file lists and those of its traffic, which copy the first, are all alike."""
     folder = ROOT / "studies" / "league"
-    paths = sorted(path for path in folder.glob("*.toml") if path.name != "common.toml")
+    paths = sorted(folder.glob("*.toml"))
+    paths = [path for path in paths if path.name not in ("common.toml", "mitigation.toml")]
     plans = [load_plan(path, common=folder / "common.toml") for path in paths]
-    assert len(plans) >= 2
+    assert len(plans) >= 5
     for point in (point for plan in plans for point in plan.points):
-        (radar,) = point.study.radars
-        assert radar.transmit_power == pytest.approx(10 ** (12 / 10) / 1e3)
-        assert point.study.num_sweeps == 128
+        for radar in point.study.radars:
+            assert radar.transmit_power == pytest.approx(10 ** (12 / 10) / 1e3)
+            assert radar.array.num_channels == 4
+            sent = schedule_of(point.study, radar)
+            assert sent.num_ramps == 128
+            assert np.sum(sent.duration) == pytest.approx(128 * 20e-6, rel=0.02)
+            both = sent.start_frequency, sent.stop_frequency
+            assert np.minimum(*both).min() >= 76.5e9 * (1 - 1e-9)
+            assert np.maximum(*both).max() <= 76.8e9 * (1 + 1e-9)
     assert all(plan.axes == plans[0].axes for plan in plans)
+
+
+def test_the_mitigations_of_the_league_are_an_axis_beside_its_schemes():
+    folder = ROOT / "studies" / "league"
+    plan = load_plan(
+        folder / "junction.toml", common=[folder / "mitigation.toml", folder / "common.toml"]
+    )
+    assert [axis.name for axis in plan.axes] == ["mitigation", "scheme"]
+    kinds = {str(getattr(point.study.receiver.mitigation, "kind", None)) for point in plan.points}
+    assert kinds == {"None", "blanking", "stft-excision"}
+    assert all(point.command is None for point in plan.points)

@@ -4,12 +4,14 @@ This is orthogonal matching pursuit with Newton steps (Mamandipoor, Ramasamy and
 each set of new points all points are fitted again, and the map of what they leave shows the next.
 """
 
+import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
+from polychirp.errors import ModelWarning
 from polychirp.receiver.coherent.acceleration import Accelerations
 from polychirp.receiver.coherent.coherent_map import CoherentMap, channel_covariance, coherent_map
 from polychirp.receiver.coherent.false_alarms import threshold_of
@@ -49,6 +51,12 @@ GAIN_OF_NEW_POINTS = 5.0
 """Fall of the residual's power, in units of a floor, for which a step is taken between two maps;
 chosen: below what makes a peak."""
 
+MOST_MAPS = 24
+"""Greatest number of maps of a search. Chosen: frames of the paper's street take 11 at most, and a
+frame that other radars' signals fill takes 10 to 25, a second each; there, further maps bring one
+new point or none. With half of it such frames have fewer ghosts, with twice of it they take longer.
+"""
+
 SWEEPS_OF_NEW_POINTS, LAST_SWEEPS = 12, 6
 """Greatest numbers of sweeps of fits; chosen: they end before where steps are not worth taking."""
 
@@ -69,6 +77,9 @@ def find_points(
     ----------
     dynamic_range : power ratio of the map's greatest value to the weakest peak that is tried
     most : number of points at which the search ends
+
+    It ends after `MOST_MAPS` maps in any case, with a `ModelWarning` that says how many peaks it
+    did not try.
     """
     channels = seen.samples.shape[0]
     points, top = Points.none(channels), 0.0
@@ -78,7 +89,7 @@ def find_points(
     accelerations = Accelerations.of(seen)
     is_tried = np.zeros((axes.range_rate.size, axes.range.size), dtype=bool)
     is_white = False
-    while True:
+    for number in range(1, MOST_MAPS + 1):
         seen, profiles = adapted(seen, residual, axes, is_white=is_white)
         residual = residual.weighted(seen)
         seen_map = coherent_map(seen, profiles)
@@ -98,6 +109,8 @@ def find_points(
         elif len(fresh):
             points, residual = added(seen, residual, points, fresh)
         is_white = True
+        if number == MOST_MAPS:
+            _warn_of_peaks(int(np.count_nonzero(trial(residual).left(found).is_point)))
     points, residual = settled(seen, residual, points, sweeps=LAST_SWEEPS)
     least = threshold_of(FALSE_PAIR_PROBABILITY, num_channels=channels)
     points, residual = divided(seen, residual, points, least)
@@ -108,6 +121,17 @@ def find_points(
         kept, _ = settled(seen, residual.after(seen, kept), kept, sweeps=LAST_SWEEPS)
         kept = standing_out(seen, kept, threshold, dynamic_range)
     return kept, seen
+
+
+def _warn_of_peaks(number: int) -> None:
+    """Warn of a search that ended before it tried all peaks."""
+    warnings.warn(
+        f"the receiver 'coherent' stopped after {MOST_MAPS} maps of a frame, with {number} peaks "
+        "not tried: signals of other radars fill it; weak points may be missing. A mitigation, "
+        "or a lower false_alarm_probability, leaves fewer peaks",
+        ModelWarning,
+        stacklevel=3,
+    )
 
 
 def standing_out(

@@ -19,6 +19,7 @@ from polychirp.study.monte_carlo.grid import Label
 from polychirp.study.monte_carlo.plan import Plan
 from polychirp.study.monte_carlo.records import NATURES
 from polychirp.study.monte_carlo.results import Results
+from polychirp.study.monte_carlo.summary import losses
 
 _IS_GHOST: Final = np.array([Nature(name).is_ghost for name in NATURES])
 _UNEXPLAINED: Final = NATURES.index(Nature.UNEXPLAINED.value)
@@ -39,6 +40,8 @@ class Cell:
         a radar explains
     errors : mean number of missed targets and ghosts in a trial
     behind : mean number of errors less that of the condition's best scheme, trials paired
+    lost, longest_loss : share of frames that interference takes, and mean of the greatest number
+        in a row; unknown but for rules that act from frame to frame
     """
 
     scenario: str
@@ -50,6 +53,8 @@ class Cell:
     unexplained: Estimate
     errors: Estimate
     behind: Estimate
+    lost: Estimate
+    longest_loss: Estimate
 
     @property
     def is_among_the_best(self) -> bool:
@@ -134,6 +139,7 @@ def _cells(scenario: str, results: Results) -> Iterator[Cell]:
             continue
         best = min(known.values(), key=lambda one: float(one.errors.mean()))
         for point, one in known.items():
+            frames = losses(np.concatenate([*np.moveaxis(results.lost[point], 1, 0)]))
             yield Cell(
                 scenario=scenario,
                 condition=condition,
@@ -144,6 +150,8 @@ def _cells(scenario: str, results: Results) -> Iterator[Cell]:
                 unexplained=mean_count(one.unexplained),
                 errors=mean_count(one.errors),
                 behind=_behind(one, best),
+                lost=frames["lost"],
+                longest_loss=frames["longest_loss"],
             )
 
 
@@ -175,7 +183,8 @@ def columns(cells: Sequence[Cell]) -> dict[str, list[str | int | float]]:
         "scheme": [cell.scheme for cell in cells],
         "trials": [cell.num_trials for cell in cells],
     }
-    for name in ("detection", "ghosts", "unexplained", "errors", "behind"):
+    estimates = ("detection", "ghosts", "unexplained", "errors", "behind", "lost", "longest_loss")
+    for name in estimates:
         for end in ("value", "low", "high"):
             key = name if end == "value" else f"{name}_{end}"
             out[key] = [getattr(getattr(cell, name), end) for cell in cells]

@@ -15,6 +15,7 @@ from polychirp.file_locks import try_to_lock
 from polychirp.scoring.causes import Nature
 
 if TYPE_CHECKING:
+    from polychirp.model.frame_history import FrameHistory
     from polychirp.model.score import Score
     from polychirp.model.truth import Truth
     from polychirp.study.trial import Trial, VictimResult
@@ -52,6 +53,8 @@ class VictimRecord:
     detections : number of detections of each of `NATURES`
     floor_rise : power ratio, floor of the range spectra to that of noise alone
     num_unresolved : number of detections left out by the receiver, as of `Detections`
+    lost : True for each frame that was lost to interference, of a rule that acts from frame to
+        frame (`FrameHistory`); empty for other rules
     """
 
     name: str
@@ -80,6 +83,7 @@ class VictimRecord:
     detections: tuple[int, ...]
     floor_rise: float
     num_unresolved: int
+    lost: tuple[bool, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -107,10 +111,10 @@ class TrialRecord:
 
 def victim_records(trial: "Trial") -> tuple[VictimRecord, ...]:
     """Record of each victim of a trial."""
-    return tuple(_record(victim) for victim in trial.victims)
+    return tuple(_record(victim, trial.frames) for victim in trial.victims)
 
 
-def _record(victim: "VictimResult") -> VictimRecord:
+def _record(victim: "VictimResult", frames: "FrameHistory | None") -> VictimRecord:
     def values(noun: "Truth | Score", *names: str) -> dict[str, Any]:
         return {name: tuple(getattr(noun, name).tolist()) for name in names}
 
@@ -128,6 +132,7 @@ def _record(victim: "VictimResult") -> VictimRecord:
         detections=tuple(victim.score.nature.count(nature) for nature in NATURES),
         floor_rise=float(victim.score.floor_rise),
         num_unresolved=victim.score.num_unresolved,
+        lost=() if frames is None else tuple(frames.of(victim.name).tolist()),
     )
 
 

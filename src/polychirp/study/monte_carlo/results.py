@@ -10,7 +10,9 @@
     ├── detected              (AXIS …, trial, victim, target) 1 detected, 0 missed
     ├── range … sinr          (AXIS …, trial, victim, target)
     ├── num_detections            (AXIS …, trial, victim, nature)
-    └── floor_rise …          (AXIS …, trial, victim)
+    ├── floor_rise …          (AXIS …, trial, victim)
+    └── lost                  (AXIS …, trial, victim, frame) 1 lost, 0 not; of rules from frame to
+                              frame (`FrameHistory`), and without frames for all others
 
 Every array names its axes and its unit, as xarray reads them. **NaN** means that there is no value:
 the trial was not run or failed, the victim does not have this target, or the target was not visible
@@ -47,7 +49,7 @@ if TYPE_CHECKING:
     from zarr import Group
 
 FORMAT: Final = "polychirp monte carlo"
-FORMAT_VERSION: Final = 5
+FORMAT_VERSION: Final = 6
 
 PerTargetOfTrial = Annotated[FloatArray, Axes("point", "trial", "victim", "target")]
 
@@ -77,6 +79,7 @@ _UNITS: Final = {
     "num_detections": "1",
     "floor_rise": "1",
     "num_unresolved": "1",
+    "lost": "1",
 }
 """Unit of every stored array; "1" for numbers and ratios."""
 
@@ -124,6 +127,8 @@ class Results:
     num_detections : number of detections of each of `NATURES`
     floor_rise : power ratio, floor of the range spectra to that of noise alone
     num_unresolved : number of detections left out by the receiver, as of `Detections`
+    lost : 1 if a frame was lost to interference, 0 if it was not, of a rule that acts from frame to
+        frame; there are no frames if no point has such a rule
     origin : provenance of the study without its grid
     """
 
@@ -156,6 +161,7 @@ class Results:
     num_detections: Annotated[FloatArray, Axes("point", "trial", "victim", "nature")]
     floor_rise: Annotated[FloatArray, Axes("point", "trial", "victim")]
     num_unresolved: Annotated[FloatArray, Axes("point", "trial", "victim")]
+    lost: Annotated[FloatArray, Axes("point", "trial", "victim", "frame")]
     origin: Provenance
 
     def __post_init__(self) -> None:
@@ -196,6 +202,8 @@ def gather(plan: Plan, *, num_trials: Sequence[int], records: Iterable[TrialReco
     }
     arrays["num_detections"] = np.full((*of_trial, len(NATURES)), np.nan)
     arrays |= {name: np.full(of_trial, np.nan) for name in _OF_FRAMES}
+    frames = max((len(victim.lost) for record in ordered for victim in record.victims), default=0)
+    arrays["lost"] = np.full((*of_trial, frames), np.nan)
     for (point, trial), record in kept.items():
         for victim in record.victims:
             columns = [targets.index(name) for name in victim.target]
@@ -227,6 +235,7 @@ def _fill(
     arrays["num_detections"][place] = record.detections
     for name in _OF_FRAMES:
         arrays[name][place] = getattr(record, name)
+    arrays["lost"][place][: len(record.lost)] = record.lost
     arrays["detected"][place][columns] = np.where(is_visible, is_detected, np.nan)
     for name in _TRUE_VALUES:
         arrays[name][place][columns] = getattr(record, name)
@@ -360,8 +369,9 @@ def load_results(path: Path | str) -> Results:
 def _stored(root: Group, attributes: dict[str, Any]) -> Results:
     names: list[str] = list(cast("Any", root["num_trials"]).metadata.dimension_names or ())
     stored = {name: _values(root, name) for name in _UNITS}
+    num_points = stored["num_trials"].size
     arrays = {
-        field: stored[field].reshape((-1, *stored[field].shape[len(names) :]))
+        field: stored[field].reshape((num_points, *stored[field].shape[len(names) :]))
         if axes[0] == "point"
         else stored[field]
         for field, axes in axes_of(Results).items()

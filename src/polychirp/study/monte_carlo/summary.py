@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 
 from polychirp.axes import FloatArray
+from polychirp.model.frame_history import frames_until_free, longest_run
 from polychirp.scoring.causes import Nature
 from polychirp.scoring.statistics import (
     Estimate,
@@ -52,6 +53,9 @@ class Summary:
         medians over targets and trials; the last after mitigation, the others before it
     range_rmse, range_rate_rmse, azimuth_rmse, elevation_rmse : rms errors of detected targets, m,
         m/s, rad, rad
+    lost : share of the frames that interference takes, of a rule that acts from frame to frame
+    longest_loss, until_free : mean of the greatest number of frames lost in a row, and of the
+        number lost before the first free one
     """
 
     labels: tuple[Label, ...]
@@ -73,6 +77,9 @@ class Summary:
     range_rate_rmse: Estimate
     azimuth_rmse: Estimate
     elevation_rmse: Estimate
+    lost: Estimate
+    longest_loss: Estimate
+    until_free: Estimate
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -191,7 +198,22 @@ def _summary(results: Results, point: int, victim: int) -> Summary:
         range_rate_rmse=rms(counts.squares["range_rate"], counts.found),
         azimuth_rmse=rms(counts.squares["azimuth"], counts.found),
         elevation_rmse=rms(counts.squares["elevation"], counts.found),
+        **losses(results.lost[point, :, victim]),
     )
+
+
+def losses(lost: FloatArray) -> dict[str, Estimate]:
+    """Estimates of `Summary` from frames that are lost (1) or not (0), ``(trial, frame)``.
+
+    Trials with NaN, which were not run or whose rule has no frames, are left out.
+    """
+    lost = lost[~np.any(np.isnan(lost), axis=1)] if lost.size else np.zeros((0, 0))
+    frames = [row == 1.0 for row in lost]
+    return {
+        "lost": proportion(lost.sum(axis=1), np.full(len(lost), float(lost.shape[1]))),
+        "longest_loss": mean_count(np.array([float(longest_run(row)) for row in frames])),
+        "until_free": mean_count(np.array([float(frames_until_free(row)) for row in frames])),
+    }
 
 
 def _finite(values: FloatArray) -> FloatArray:

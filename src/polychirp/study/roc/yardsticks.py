@@ -7,7 +7,6 @@ import numpy as np
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.if_frame import IfFrame
 from polychirp.model.ramp import RampSchedule
-from polychirp.receiver.alternatives.paper_receiver import PaperReceiver
 from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.coherent.false_alarms import threshold_of
 from polychirp.receiver.decoding.chain import Decoding
@@ -70,8 +69,8 @@ def num_cells(receiver: FrameReceiver, frame: IfFrame) -> float:
     """Number of cells of the frame to which a false-alarm probability refers.
 
     They are the cells of the receiver's map within its limits. The coherent receiver counts
-    resolution cells, whatever its map's steps; they are used for the paper's receiver too, which
-    has no such map.
+    resolution cells, whatever its map's steps; they are used for the paper's receiver and for those
+    of plug-ins too.
     """
     match receiver:
         case Decoding():
@@ -84,7 +83,6 @@ def num_cells(receiver: FrameReceiver, frame: IfFrame) -> float:
             map_ = receiver.spectra(frame).mean_power
             is_near = (map_.range >= receiver.least_range) & (map_.range <= receiver.greatest_range)
             return float(map_.range_rate.size * np.count_nonzero(is_near))
-    assert isinstance(receiver, PaperReceiver)
     cell = resolution(frame.schedule)
     span = receiver.greatest_range - receiver.least_range
     return span / cell.range * 2.0 * receiver.greatest_speed / cell.range_rate

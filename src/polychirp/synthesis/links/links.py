@@ -144,8 +144,8 @@ def links_of_all(
 class _End(NamedTuple):
     """One end of paths, with its antennas; derivatives by time are per second.
 
-    ``field`` ``(path, 2)`` is that of `_field`. ``lead`` ``(path, element)``, s, is the time by
-    which a plane wave's delay at an element is shorter than at the origin.
+    ``field`` ``(path, 2)`` is that of `antenna_field`. ``lead`` ``(path, element)``, s, is the time
+    by which a plane wave's delay at an element is shorter than at the origin.
     """
 
     field: ComplexArray
@@ -164,12 +164,14 @@ def _end(
 ) -> _End:  # fmt: skip
     """End of paths in the world's ``direction``, at elements with the given positions, m."""
     light = position @ turn.T / SPEED_OF_LIGHT
-    field = _field(pattern, direction, turn)
+    field = antenna_field(pattern, direction, turn)
     field_rate = np.zeros_like(field)
     moving = np.flatnonzero(np.any(direction_rate != 0, axis=-1))
     if moving.size:
         step = DERIVATIVE_TIME * direction_rate[moving]
-        later, earlier = (_field(pattern, direction[moving] + way, turn) for way in (step, -step))
+        later, earlier = (
+            antenna_field(pattern, direction[moving] + way, turn) for way in (step, -step)
+        )
         field_rate[moving] = (later - earlier) / (2.0 * DERIVATIVE_TIME)
     return _End(
         field=field,
@@ -208,7 +210,7 @@ def _links(
     )
 
 
-def _field(pattern: ElementPattern, direction: FloatArray, turn: FloatArray) -> ComplexArray:
+def antenna_field(pattern: ElementPattern, direction: FloatArray, turn: FloatArray) -> ComplexArray:
     """Square root of the gain times the polarisation in the world's (V, H) basis, ``(path, 2)``.
 
     The antenna's V and H are defined in the radar's frame, and pitch or roll of the radar turns

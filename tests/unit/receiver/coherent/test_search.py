@@ -1,12 +1,19 @@
-"""New points are added together, or in halves if one of them leads nowhere."""
+"""New points are added together, or in halves if one leads nowhere; the search has an end."""
 
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from polychirp.errors import ModelWarning
+from polychirp.model.radar import Converter
 from polychirp.receiver.coherent import search
+from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.coherent.points import Points
+from tests.support.points import HandPoint, frame_of
+from tests.support.schedules import drawn_chirps
+
+FAST = Converter(sample_rate=20e6, start=2e-6, margin=1e-6)
 
 
 def points_at(distance):
@@ -38,3 +45,18 @@ def test_starts_that_lead_nowhere_do_not_cost_the_others(bad, monkeypatch):
     kept = [8.0, *sorted({1.0, 2.0, 3.0, 4.0, 5.0} - bad)]
     assert after.motion[:, 0].tolist() == kept
     assert residual.energy == 9.0 - (5 - len(bad))
+
+
+def test_a_search_that_reaches_its_greatest_number_of_maps_says_what_it_left(monkeypatch):
+    """Of two points 40 dB apart the stronger one is found in the first maps."""
+    monkeypatch.setattr(search, "MOST_MAPS", 2)
+    points = [HandPoint(range=9.0, power=100.0), HandPoint(range=12.0, range_rate=3.0, power=1e-2)]
+    frame = frame_of(drawn_chirps(32, seed=1), points, converter=FAST)
+    with pytest.warns(ModelWarning, match=r"stopped after 2 maps of a frame, with \d+ peaks not"):
+        found = CoherentReceiver(greatest_range=15.0).detect(frame)
+    assert found.range[0] == pytest.approx(9.0, abs=0.05)
+
+
+def test_an_ordinary_search_ends_before_that_and_warns_of_nothing():
+    frame = frame_of(drawn_chirps(32, seed=1), [HandPoint(range=9.0, power=100.0)], converter=FAST)
+    assert CoherentReceiver(greatest_range=15.0).detect(frame).num_detections == 1
