@@ -111,6 +111,25 @@ def _any_exceeds(value: Any, least: Any) -> bool:  # pragma: no cover - compiled
     return bool(count > 0)
 
 
+@reordered_inner
+def _mark_maxima(
+    above: Any, here: Any, below: Any, least: Any, mark: Any
+) -> None:  # pragma: no cover - compiled
+    """Set marks of the inner cells of a row above the least that no neighbour exceeds, in place.
+
+    The loop has no branches, so that it takes vector instructions.
+    """
+    size = here.size - 2
+    left, middle, right, low = here[:size], here[1 : size + 1], here[2:], least[1 : size + 1]
+    a, b, c = above[:size], above[1 : size + 1], above[2:]
+    d, e, f = below[:size], below[1 : size + 1], below[2:]
+    out = mark[1 : size + 1]
+    for j in range(size):
+        greatest = max(max(max(left[j], right[j]), max(a[j], b[j])), max(max(c[j], d[j]), e[j]))
+        greatest = max(greatest, f[j])
+        out[j] = np.int32(middle[j] > low[j]) & np.int32(middle[j] >= greatest)
+
+
 @inlined
 def _is_maximum(power: Any, row: int, column: int) -> bool:  # pragma: no cover - compiled
     """True if none of eight neighbours exceeds a cell."""
@@ -141,23 +160,30 @@ def _interpolated_into(
     return float(here * np.exp(up + along))
 
 
-@compiled
+@reordered
 def _maxima(power: Any, least: Any) -> Any:  # pragma: no cover - compiled
     """Cells above the least of their column that no neighbour exceeds, ``(maximum, 2)``."""
     rows, columns = power.shape
     cell, n = np.empty((MOST_MAXIMA, 2), dtype=np.int64), 0
+    mark = np.zeros(columns, dtype=np.int32)
     for i in range(rows):
         if n + columns > len(cell):
             more = np.empty((2 * (n + columns), 2), dtype=np.int64)
             for p in range(n):
                 more[p, 0], more[p, 1] = cell[p, 0], cell[p, 1]
             cell = more
+        if not _any_exceeds(power[i], least):
+            continue
+        _mark_maxima(power[max(0, i - 1)], power[i], power[min(rows - 1, i + 1)], least, mark)
+        for j in (0, columns - 1):
+            mark[j] = np.int32(power[i, j] > least[j] and _is_maximum(power, i, j))
         for first in range(0, columns, TOGETHER):
             end = min(first + TOGETHER, columns)
-            if not _any_exceeds(power[i, first:end], least[first:end]):
-                continue
+            count = np.int32(0)
             for j in range(first, end):
-                if power[i, j] > least[j] and _is_maximum(power, i, j):
+                count += mark[j]
+            for j in range(first, end if count else first):
+                if mark[j]:
                     cell[n, 0], cell[n, 1] = i, j
                     n += 1
     return cell[:n].copy()

@@ -45,6 +45,10 @@ CACHE = 2**17
 """Number of bytes of turned profiles that are summed at once; chosen below a core's second cache.
 """
 
+BLOCKS_AT_ONCE = 8
+"""Number of blocks that are summed for one channel after the other; chosen: their powers and the
+profiles of a channel fit in a core's second cache."""
+
 LANES = 16
 """Number of ranges of which a multiple is summed; chosen: no vector instruction is left in part."""
 
@@ -187,28 +191,46 @@ def _powers(  # pragma: no cover - compiled
     rows = np.zeros((lines.cos.shape[1], 2 * width), dtype=np.float32)
     z = np.zeros((TOGETHER, 2 * width), dtype=np.float32)
     a, b = np.empty(2 * width, dtype=np.float32), np.empty(2 * width, dtype=np.float32)
-    power = np.empty((2 * pairs, width), dtype=np.float32)
+    power = np.empty((BLOCKS_AT_ONCE, 2 * pairs, width), dtype=np.float32)
     for left in range(0, num_ranges, width):
         used = min(width, num_ranges - left)
-        for block in range(first.size):
-            for h in range(2 * pairs):
-                for i in range(width):
-                    power[h, i] = np.float32(0.0)
+        for begin in range(0, first.size, BLOCKS_AT_ONCE):
+            end = min(begin + BLOCKS_AT_ONCE, first.size)
+            _fill_zero(power)
             for m in range(value.shape[1]):
-                if lines.length == 0:
-                    _turn_into(value, m, place[block], turn[block], 0, left, used, rows)
-                else:
-                    for k in range(0, place.shape[1], TOGETHER):
-                        _turn_into(value, m, place[block], turn[block], k, left, used, z)
-                        g, is_first = 2 * (k // lines.length), k % lines.length == 0
-                        _add_group(z, lines.share[k : k + TOGETHER], is_first, rows[g : g + 2])
-                for p in range(pairs):
-                    _sum_into(rows, lines.cos[p], lines.sin[p], a, b)
-                    _add_powers(a, b, power[pairs - 1 - p], power[pairs + p])
-            for h in range(2 * pairs):
-                for i in range(used):
-                    out[first[block] + h, left + i] = power[h, i] / weight[block, left + i]
+                for block in range(begin, end):
+                    own = power[block - begin]
+                    if lines.length == 0:
+                        _turn_into(value, m, place[block], turn[block], 0, left, used, rows)
+                    else:
+                        for k in range(0, place.shape[1], TOGETHER):
+                            _turn_into(value, m, place[block], turn[block], k, left, used, z)
+                            g, is_first = 2 * (k // lines.length), k % lines.length == 0
+                            _add_group(z, lines.share[k : k + TOGETHER], is_first, rows[g : g + 2])
+                    for p in range(pairs):
+                        _sum_into(rows, lines.cos[p], lines.sin[p], a, b)
+                        _add_powers(a, b, own[pairs - 1 - p], own[pairs + p])
+            for block in range(begin, end):
+                for h in range(2 * pairs):
+                    _divide_into(
+                        power[block - begin, h, :used],
+                        weight[block, left : left + used],
+                        out[first[block] + h, left : left + used],
+                    )
     return out
+
+
+@reordered_inner
+def _fill_zero(value: Any) -> None:  # pragma: no cover - compiled
+    flat = value.reshape(-1)
+    for i in range(flat.size):
+        flat[i] = np.float32(0.0)
+
+
+@reordered_inner
+def _divide_into(power: Any, weight: Any, out: Any) -> None:  # pragma: no cover - compiled
+    for i in range(out.size):
+        out[i] = power[i] / weight[i]
 
 
 @reordered_inner

@@ -88,8 +88,8 @@ class Residual:
         )
 
     def weighted(self, seen: Observation) -> Self:
-        """The same samples with the energy that follows from other weights."""
-        subtracted = Replicas.of(seen, self.points)
+        """The same samples with the energy that follows from other weights and another mixing."""
+        subtracted = Replicas.of(seen, self.points) if len(self.points) else self.subtracted
         return replace(self, subtracted=subtracted, energy=self.spectra.power(seen))
 
     def sums(self, seen: Observation, at: Replicas, points: Replicas | None = None) -> ComplexArray:
