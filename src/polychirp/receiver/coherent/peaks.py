@@ -125,8 +125,7 @@ def _mark_maxima(
     d, e, f = below[:size], below[1 : size + 1], below[2:]
     out = mark[1 : size + 1]
     for j in range(size):
-        greatest = max(max(max(left[j], right[j]), max(a[j], b[j])), max(max(c[j], d[j]), e[j]))
-        greatest = max(greatest, f[j])
+        greatest = max(left[j], right[j], a[j], b[j], c[j], d[j], e[j], f[j])
         out[j] = np.int32(middle[j] > low[j]) & np.int32(middle[j] >= greatest)
 
 
