@@ -131,7 +131,7 @@ def compared(before: dict[str, Found], after: dict[str, Found]) -> None:
 
 
 def main(command: str, path: str, *others: str) -> None:
-    """What the words of the command line ask for."""
+    """Do as the words of the command line say."""
     if command == "compare":
         files = []
         for one in (path, *others):

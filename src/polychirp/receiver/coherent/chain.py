@@ -37,7 +37,7 @@ class CoherentReceiver(SearchSettings):
 
     A weak point needs no more SNR than a matched filter of the whole frame asks for. Points one
     resolution cell apart in range or range rate are separate, and 60 dB of power apart if they are
-    ideal points. A body beside the radar takes 20 to 40 points, and the frame 0.5 to 1.2 s.
+    ideal points. A body beside the radar takes 20 to 40 points, and the frame 0.5 to 2 s.
 
     ``false_alarm_probability`` is the mean number of detections that noise alone causes, per
     resolution cell of the frame, c/2B by λ/2T (`false_alarms`).
