@@ -13,15 +13,19 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from polychirp.axes import ComplexArray, FloatArray
+from polychirp.axes import FloatArray
 from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.jit import reordered
 from polychirp.receiver.coherent.coherent_map import MapLimits
+from polychirp.receiver.coherent.noise import medians
 from polychirp.receiver.coherent.observation import Observation
-from polychirp.receiver.coherent.points import Points, without
-from polychirp.receiver.signal_model.point_signal import hann_weights
-from polychirp.receiver.signal_model.power_spectra import spectrum_size
+from polychirp.receiver.coherent.residual import Residual
+from polychirp.receiver.coherent.spectra import BINS_PER_SAMPLE
+
+BINS_PER_BEAT = BINS_PER_SAMPLE // 2
+"""Number of bins of `Spectra` in one of the power spectra here, which have two per beat cell."""
 
 MARGIN = 4.0
 """Cells behind the outermost strong point to which the search reaches; chosen: its main lobe is
@@ -55,45 +59,30 @@ GREATEST_DIFFERENCE = 2.0
 most pairs of beats of two points differ by more."""
 
 
-def with_strong_points(seen: Observation, power: FloatArray, limits: MapLimits) -> MapLimits:
+def with_strong_points(
+    seen: Observation, power: NDArray[np.float32], limits: MapLimits
+) -> MapLimits:
     """The limits, with wider ones of range if there are strong points beyond them.
 
-    ``power`` is that of the samples (`ramp_spectra`).
+    ``power`` is that of the samples (`Spectra.hann_power`).
     """
     strong = _strong_ranges(seen, power, limits.range)
     return replace(limits, range=_widened(limits.range, strong))
 
 
 def with_fast_points(
-    seen: Observation, power: FloatArray, points: Points, limits: MapLimits
+    seen: Observation, power: NDArray[np.float32], residual: Residual, limits: MapLimits
 ) -> MapLimits:
-    """The limits, with wider ones of range rate if ``points`` leave strong ones beyond them.
+    """The limits, with wider ones of range rate if points leave strong ones beyond them.
 
-    ``power`` is that of the samples with the points (`ramp_spectra`).
+    ``power`` is that of the samples with the points (`Spectra.hann_power`), and ``residual`` what
+    the points leave.
     """
-    left = ramp_spectra(seen, without(seen, seen.samples, points))
-    noise = np.maximum(np.median(left, axis=1), np.finfo(np.float64).tiny)
+    left = residual.spectra.hann_power(seen, BINS_PER_BEAT)
+    noise = np.maximum(medians(left), np.finfo(np.float32).tiny)
     least = np.maximum(LEAST_ON_A_RAMP * noise, LEAST_SHARE * np.max(power, axis=1))
     fast = _fast_rates(seen, left / least[:, None], limits.range_rate)
     return replace(limits, range_rate=_widened(limits.range_rate, fast))
-
-
-def ramp_spectra(seen: Observation, samples: ComplexArray) -> FloatArray:
-    """Power spectra of all ramps, means over the channels, ``(ramp, bin)``.
-
-    White noise of power σ² per sample has the mean power σ² in every bin. Single precision leaves
-    errors 130 dB below the strongest bin, far below what the limits ask for.
-    """
-    from scipy.fft import fft
-
-    window = hann_weights(seen.present)
-    energy = np.sum(window**2, axis=-1, keepdims=True)
-    window /= np.sqrt(np.maximum(energy, np.finfo(np.float32).tiny))
-    weighted = samples.astype(np.complex64) * window.astype(np.float32)
-    spectrum = fft(weighted, spectrum_size(seen.model.times), axis=-1, overwrite_x=True)
-    # squares of points that nearly cancel each other may exceed single precision
-    real, imag = spectrum.real.astype(np.float64), spectrum.imag.astype(np.float64)
-    return np.asarray(np.mean(real**2 + imag**2, axis=0))
 
 
 def _widened(limits: tuple[float, float], places: FloatArray) -> tuple[float, float]:
@@ -102,7 +91,9 @@ def _widened(limits: tuple[float, float], places: FloatArray) -> tuple[float, fl
     return float(np.min(places, initial=least)), float(np.max(places, initial=greatest))
 
 
-def _strong_ranges(seen: Observation, power: FloatArray, limits: tuple[float, float]) -> FloatArray:
+def _strong_ranges(
+    seen: Observation, power: NDArray[np.float32], limits: tuple[float, float]
+) -> FloatArray:
     """Ranges beyond the limits at which strong points are, with a margin, m.
 
     The spectra of all ramps show the points, averaged at equal ranges without regard to speeds.
@@ -121,7 +112,9 @@ def _strong_ranges(seen: Observation, power: FloatArray, limits: tuple[float, fl
     return np.asarray(strong + margin)
 
 
-def _fast_rates(seen: Observation, power: FloatArray, limits: tuple[float, float]) -> FloatArray:
+def _fast_rates(
+    seen: Observation, power: NDArray[np.float32], limits: tuple[float, float]
+) -> FloatArray:
     """Range rates beyond the limits at which strong points may be, with a margin, m/s.
 
     ``power`` of strong points is above 1.

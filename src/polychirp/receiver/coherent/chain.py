@@ -10,13 +10,14 @@ from polychirp.constants import SPEED_OF_LIGHT
 from polychirp.model.detection import Detections
 from polychirp.model.if_frame import IfFrame
 from polychirp.receiver.clustering import merged
-from polychirp.receiver.coherent.beyond import ramp_spectra, with_fast_points, with_strong_points
+from polychirp.receiver.coherent.beyond import BINS_PER_BEAT, with_fast_points, with_strong_points
 from polychirp.receiver.coherent.coherent_map import MapLimits, map_axes
 from polychirp.receiver.coherent.directions import directions
 from polychirp.receiver.coherent.false_alarms import expected_peaks, map_area, threshold_of
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.parts import PartPowers, part_powers, powers
 from polychirp.receiver.coherent.points import Points
+from polychirp.receiver.coherent.residual import Residual
 from polychirp.receiver.coherent.search import find_points
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.receiver.settings import SearchSettings, need_dynamic_range
@@ -121,21 +122,25 @@ class CoherentReceiver(SearchSettings):
     def _points(self, frame: IfFrame) -> tuple[Points, Observation]:
         """The points within the receiver's limits, and the observation with its noise."""
         seen = Observation.of(frame, mitigated(self.mitigation, frame))
-        power = ramp_spectra(seen, seen.samples)
+        samples = Residual.of(seen, Points.none(len(seen.samples)))
+        power = samples.spectra.hann_power(seen, BINS_PER_BEAT)
         limits = with_strong_points(seen, power, MapLimits.of(self))
-        points, adapted = self._found(seen, limits)
-        wider = with_fast_points(adapted, power, points, limits)
+        points, residual, adapted = self._found(seen, samples, limits)
+        wider = with_fast_points(adapted, power, residual, limits)
         if wider != limits:
-            points, adapted = self._found(seen, wider)
+            points, _, adapted = self._found(seen, samples, wider)
         distance, rate = points.motion[:, 0], points.motion[:, 1]
         is_inside = (distance >= self.least_range) & (distance <= self.greatest_range)
         return points[is_inside & (np.abs(rate) <= self.greatest_speed)], adapted
 
-    def _found(self, seen: Observation, limits: MapLimits) -> tuple[Points, Observation]:
-        """The points within limits, and the observation with the noise that they leave."""
+    def _found(
+        self, seen: Observation, samples: Residual, limits: MapLimits
+    ) -> tuple[Points, Residual, Observation]:
+        """The points within limits, what they leave, and the observation with its noise."""
         threshold = threshold_of(self.false_alarm_probability, num_channels=len(seen.samples))
         return find_points(
             seen,
+            samples,
             map_axes(seen, limits),
             threshold=threshold,
             dynamic_range=self.dynamic_range,

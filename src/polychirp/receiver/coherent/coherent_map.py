@@ -17,7 +17,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from polychirp.axes import ComplexArray, FloatArray, IntArray
+from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.errors import InputError
 from polychirp.receiver.coherent.agreement import Agreement
 from polychirp.receiver.coherent.noise import medians
@@ -53,6 +53,10 @@ NEIGHBOURS = 3
 """Number of ranges on either side over which floors are averaged; chosen."""
 
 
+UNKNOWN, POINT, OTHER = range(3)
+"""Values of `CoherentMap.known`."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CoherentMap:
     """The map, and what tells if its values come from points.
@@ -63,6 +67,7 @@ class CoherentMap:
     range_floor : noise power of a sample at every range (`range_floors`), W, ``(range,)``
     rate_floor : the same at every range rate (`rate_floors`), W, ``(range rate,)``
     seen, profiles : what the map is made of
+    known : what `shows_points` has said of the cells so far, ``(range rate, range)``
     """
 
     power: NDArray[np.float32]
@@ -70,16 +75,30 @@ class CoherentMap:
     rate_floor: FloatArray
     seen: Observation
     profiles: Profiles
+    known: NDArray[np.int8]
 
     @property
     def num_channels(self) -> int:
         """Number of channels whose powers are added."""
-        return len(self.profiles.value)
+        return int(self.profiles.value.shape[1])
 
     def agreement(self, cell: IntArray) -> Agreement:
         """Sums over the ramps at the beats of cells ``(place, 2)``."""
         value, weight = self.profiles.at(self.seen, cell)
         return Agreement.of(self.seen, value, weight)
+
+    def shows_points(self, cell: IntArray, floor: FloatArray, threshold: float) -> BoolArray:
+        """Mask of the cells ``(place, 2)`` at which the ramps show points (`agreement`).
+
+        The answers are kept: the same floors and threshold are asked for again and again.
+        """
+        known = self.known[tuple(cell.T)]
+        new = np.flatnonzero(known == UNKNOWN)
+        if new.size:
+            is_point = self.agreement(cell[new]).shows_points(floor[new], threshold)
+            known[new] = np.where(is_point, POINT, OTHER)
+            self.known[tuple(cell[new].T)] = known[new]
+        return np.asarray(known == POINT)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -127,9 +146,10 @@ def channel_covariance(seen: Observation, profiles: Profiles) -> ComplexArray:
     """Covariance of the channels in cells without strong points, V², ``(channel, channel)``."""
     rates = profiles.axes.range_rate
     sums = profiles.sums(seen, rates[:: max(1, rates.size // RATES_FOR_COVARIANCE)])
-    cells = sums.reshape(len(sums), -1)
-    power = np.sum(np.abs(cells) ** 2, axis=0)
-    cells = cells[:, power <= GREATEST_OF_NOISE * np.median(power)].astype(np.complex128)
+    real, imag = sums.reshape(2, sums.shape[1], -1)
+    power = np.sum(real**2 + imag**2, axis=0)
+    is_noise = power <= GREATEST_OF_NOISE * float(medians(power))
+    cells = real[:, is_noise] + 1j * imag[:, is_noise].astype(np.float64)
     return np.asarray(cells @ cells.conj().T / cells.shape[1])
 
 
@@ -138,10 +158,11 @@ def coherent_map(seen: Observation, profiles: Profiles) -> CoherentMap:
     power = powers(seen, profiles)
     return CoherentMap(
         power=power,
-        range_floor=range_floors(power, len(profiles.value)),
-        rate_floor=rate_floors(power, len(profiles.value)),
+        range_floor=range_floors(power, profiles.value.shape[1]),
+        rate_floor=rate_floors(power, profiles.value.shape[1]),
         seen=seen,
         profiles=profiles,
+        known=np.zeros(power.shape, dtype=np.int8),
     )
 
 

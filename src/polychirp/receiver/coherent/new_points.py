@@ -13,9 +13,10 @@ from polychirp.axes import BoolArray, FloatArray, IntArray
 from polychirp.jit import compiled, inlined
 from polychirp.receiver.coherent.acceleration import Accelerations, accelerated
 from polychirp.receiver.coherent.agreement import Agreement
+from polychirp.receiver.coherent.coherent_map import CoherentMap
 from polychirp.receiver.coherent.least_squares import fitted
 from polychirp.receiver.coherent.observation import Observation
-from polychirp.receiver.coherent.peaks import Peaks
+from polychirp.receiver.coherent.peaks import GREATEST_LOSS, Peaks
 from polychirp.receiver.coherent.points import Points
 from polychirp.receiver.coherent.residual import Residual
 from polychirp.receiver.coherent.residue import Bodies, with_residues
@@ -25,6 +26,9 @@ MOST_AT_ONCE = 20
 
 MOST_SMEARED = 8
 """Number of the strongest peaks that are tried together if they show no points; chosen."""
+
+PEAKS_AT_ONCE = 32
+"""Number of peaks whose ramps are looked at together, at first; chosen: mostly one is a point."""
 
 MOST_AGAIN = 150
 """Number of peaks that are measured again after others are subtracted; chosen: fewer are left after
@@ -48,6 +52,7 @@ class Trial:
 
     Parameters
     ----------
+    seen_map : the map of the peaks
     bodies : those that are subtracted from the residual
     accelerations : that are looked for
     threshold : power of a point over its floor
@@ -56,6 +61,7 @@ class Trial:
     """
 
     seen: Observation
+    seen_map: CoherentMap
     residual: Residual
     bodies: Bodies
     accelerations: Accelerations
@@ -65,7 +71,7 @@ class Trial:
     @classmethod
     def of(
         cls,
-        seen: Observation,
+        seen_map: CoherentMap,
         residual: Residual,
         accelerations: Accelerations,
         *,
@@ -74,9 +80,10 @@ class Trial:
     ) -> "Trial":
         """The trial of peaks that a residual shows."""
         return cls(
-            seen=seen,
+            seen=seen_map.seen,
+            seen_map=seen_map,
             residual=residual,
-            bodies=Bodies.of(seen, residual.points),
+            bodies=Bodies.of(seen_map.seen, residual.points),
             accelerations=accelerations,
             threshold=threshold,
             is_tried=is_tried,
@@ -85,6 +92,10 @@ class Trial:
     def left(self, found: Peaks) -> Peaks:
         """The peaks that have not been tried."""
         return found[~self.is_tried[tuple(found.cell.T)]]
+
+    def shows_points(self, found: Peaks) -> BoolArray:
+        """Mask of the peaks at which the ramps show points."""
+        return self.seen_map.shows_points(found.cell, found.floor, GREATEST_LOSS * self.threshold)
 
     def mark(self, found: Peaks) -> None:
         """Set the cells of peaks and those next to them as tried."""
@@ -118,11 +129,12 @@ def _at(found: Peaks, seen: Observation) -> Points:
 
 def new_points(trial: Trial, found: Peaks) -> Points:
     """The first points that peaks show which have not been tried; none if no peak shows any."""
-    while True:
+    is_any = True
+    fresh = Points.none(trial.seen.samples.shape[0])
+    while is_any and not len(fresh):
         found = trial.left(found)
-        fresh, _ = plain_points(trial, found, smeared_points(trial, found))
-        if len(fresh) or not np.any(found.is_point):
-            return fresh
+        fresh, is_any = plain_points(trial, found, smeared_points(trial, found))
+    return fresh
 
 
 def further_points(trial: Trial, found: Peaks, fresh: Points) -> Points:
@@ -139,11 +151,25 @@ def further_points(trial: Trial, found: Peaks, fresh: Points) -> Points:
 def plain_points(trial: Trial, found: Peaks, fresh: Points) -> tuple[Points, bool]:
     """The new points ``fresh``, those at peaks without their beats, and if any has been tried."""
     is_bright = found.power >= GREATEST_SPREAD * np.max(fresh.strength, initial=0.0)
-    found = apart(trial.seen, found[found.is_point & is_bright], fresh)
+    found = bright_points(trial, apart(trial.seen, found[is_bright], fresh))
     tried = found[distinct(trial.seen, _motion(found), found.power)]
     trial.mark(tried)
     start, is_point = trial.starts(tried)
     return fresh + start[is_point], len(start) > 0
+
+
+def bright_points(trial: Trial, found: Peaks) -> Peaks:
+    """The peaks that show points, without those much weaker than the strongest of them."""
+    found = found[np.argsort(-found.power, kind="stable")]
+    first, count = 0, PEAKS_AT_ONCE
+    while first < found.power.size:
+        is_point = trial.shows_points(found[first : first + count])
+        if np.any(is_point):
+            strongest = found.power[first + int(np.argmax(is_point))]
+            found = found[first:][found.power[first:] >= GREATEST_SPREAD * strongest]
+            return found[trial.shows_points(found)]
+        first, count = first + count, 2 * count
+    return found[:0]
 
 
 def smeared_points(trial: Trial, found: Peaks) -> Points:
@@ -153,7 +179,7 @@ def smeared_points(trial: Trial, found: Peaks) -> Points:
     from some of the peaks that the point causes. Peaks that show no point are marked as tried.
     """
     found = found[np.argsort(-found.power, kind="stable")[:MOST_SMEARED]]
-    if not len(found.power) or found.is_point[0]:
+    if not len(found.power) or trial.shows_points(found[:1])[0]:
         return Points.none(trial.seen.samples.shape[0])
     start, is_point = trial.starts(found)
     trial.mark(found[~is_point])
@@ -170,7 +196,8 @@ def apart(seen: Observation, found: Peaks, fresh: Points) -> Peaks:
 
 def still_shown(trial: Trial, found: Peaks) -> Peaks:
     """The strongest peaks at which the residual still shows points."""
-    found = trial.left(found[found.is_point])
+    found = trial.left(found)
+    found = found[trial.shows_points(found)]
     found = found[np.argsort(-found.power, kind="stable")[:MOST_AGAIN]]
     shown = Agreement.at(trial.seen, trial.residual, _at(found, trial.seen))
     ratio = shown.power / found.floor

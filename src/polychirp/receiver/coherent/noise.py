@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from polychirp.axes import ComplexArray, FloatArray
 from polychirp.receiver.coherent.observation import Observation
-from polychirp.receiver.signal_model.point_signal import hann_weights
+from polychirp.receiver.coherent.spectra import BINS_PER_SAMPLE, Spectra
 
 LEAST_RAMPS = 5
 """Least number of ramps of one direction of which a median tells the usual level; chosen."""
@@ -39,7 +39,7 @@ LEAST_EIGENVALUE = 1e-6
 Real = TypeVar("Real", np.float32, np.float64)
 
 
-def ramp_weights(seen: Observation, residual: ComplexArray) -> FloatArray:
+def ramp_weights(seen: Observation, residual: Spectra) -> FloatArray:
     """Weight of every ramp at every frequency: the median level over its own, or 1.
 
     The median is taken over the ramps of the same direction, at frequencies of the same range: the
@@ -62,19 +62,14 @@ def ramp_weights(seen: Observation, residual: ComplexArray) -> FloatArray:
     return np.asarray(np.fft.ifftshift(weight, axes=-1))
 
 
-def _levels(seen: Observation, residual: ComplexArray) -> FloatArray:
+def _levels(seen: Observation, residual: Spectra) -> FloatArray:
     """Median power of every ramp near frequencies from the lowest to the highest, ``(ramp, bin)``.
 
     There are `LEVELS_PER_WIDTH` bins in each width over which the median is taken.
     """
-    from scipy.fft import fft
-
-    window = hann_weights(seen.present).astype(np.float32)
-    spectrum = fft(residual.astype(np.complex64) * window, axis=-1, overwrite_x=True)
-    power = np.sum(spectrum.real**2 + spectrum.imag**2, axis=0)
-    power /= np.maximum(np.sum(window**2, axis=-1, keepdims=True), np.finfo(np.float32).tiny)
+    power = residual.hann_power(seen, BINS_PER_SAMPLE)
     size = power.shape[1]
-    cells = max(LEAST_CELLS, LEAST_VALUES / len(residual))
+    cells = max(LEAST_CELLS, LEAST_VALUES / len(seen.samples))
     width = round(cells * size / float(np.median(seen.model.times.num_samples)))
     bins = max(1, LEVELS_PER_WIDTH * size // width)
     middle = np.rint(np.fft.fftshift(np.fft.fftfreq(bins)) * size).astype(np.int64)

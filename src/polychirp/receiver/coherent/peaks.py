@@ -6,7 +6,7 @@ from typing import Any, Self
 import numpy as np
 
 from polychirp.axes import BoolArray, FloatArray, IntArray
-from polychirp.jit import compiled, inlined, inner, reordered
+from polychirp.jit import compiled, inlined, inner, reordered, reordered_inner
 from polychirp.receiver.coherent.coherent_map import CoherentMap
 from polychirp.receiver.signal_model.grid import Grid
 
@@ -17,6 +17,9 @@ WINDOW = (129, 9)
 GREATEST_LOSS = 0.6
 """Least value of the map in a cell next to a peak, over the peak's own; 0.66 in theory."""
 
+
+MOST_MAXIMA = 4096
+"""Number of maxima for which memory is taken at first; chosen: few maps have more."""
 
 TOGETHER = 64
 """Number of ranges of a row that are left out at once if none exceeds its least value; chosen."""
@@ -32,7 +35,6 @@ class Peaks:
     range, range_rate : interpolated between cells, m and m/s, ``(peak,)``
     ratio : interpolated value over the noise power of a sample, ``(peak,)``
     floor : that noise power, W, ``(peak,)``
-    is_point : mask of the peaks at which the ramps show points (`agreement`), ``(peak,)``
     """
 
     cell: IntArray
@@ -40,14 +42,13 @@ class Peaks:
     range_rate: FloatArray
     ratio: FloatArray
     floor: FloatArray
-    is_point: BoolArray
 
     @property
     def power(self) -> FloatArray:
         """Interpolated value of the map, W, ``(peak,)``."""
         return self.ratio * self.floor
 
-    def __getitem__(self, which: BoolArray | IntArray) -> Self:
+    def __getitem__(self, which: BoolArray | IntArray | slice) -> Self:
         chosen = {field.name: getattr(self, field.name)[which] for field in fields(self)}
         return replace(self, **chosen)
 
@@ -60,7 +61,8 @@ def floors(seen: CoherentMap, cell: IntArray) -> FloatArray:
     """
     if not len(cell):
         return np.zeros(0)
-    near = _means(seen.power, cell, *WINDOW) / seen.num_channels
+    is_few = len(cell) * WINDOW[0] * WINDOW[1] < seen.power.size
+    near = (_near_means if is_few else _means)(seen.power, cell, *WINDOW) / seen.num_channels
     return np.asarray(np.maximum(near, seen.range_floor[cell[:, 1]]))
 
 
@@ -85,7 +87,6 @@ def peaks(seen: CoherentMap, axes: Grid, threshold: float) -> Peaks:
         range_rate=axes.range_rate[cell[:, 0]] + axes.range_rate_step * place[:, 0],
         ratio=value / np.maximum(floor, np.finfo(np.float64).tiny),
         floor=floor,
-        is_point=seen.agreement(cell).shows_points(floor, GREATEST_LOSS * threshold),
     )
 
 
@@ -98,28 +99,46 @@ def _vertex(left: Any, here: Any, right: Any) -> Any:  # pragma: no cover - comp
     return place, -0.5 * bend * place * place
 
 
-@inlined
+@reordered_inner
 def _any_exceeds(value: Any, least: Any) -> bool:  # pragma: no cover - compiled
     """True if any value exceeds the least one of its place.
 
     The loop has no branches, so that it takes vector instructions.
     """
-    count = 0
+    count = np.int32(0)
     for j in range(value.size):
-        count += value[j] > least[j]
-    return count > 0
+        count += np.int32(value[j] > least[j])
+    return bool(count > 0)
+
+
+@reordered_inner
+def _mark_maxima(
+    above: Any, here: Any, below: Any, least: Any, mark: Any
+) -> None:  # pragma: no cover - compiled
+    """Set marks of the inner cells of a row above the least that no neighbour exceeds, in place.
+
+    The loop has no branches, so that it takes vector instructions.
+    """
+    size = here.size - 2
+    left, middle, right, low = here[:size], here[1 : size + 1], here[2:], least[1 : size + 1]
+    a, b, c = above[:size], above[1 : size + 1], above[2:]
+    d, e, f = below[:size], below[1 : size + 1], below[2:]
+    out = mark[1 : size + 1]
+    for j in range(size):
+        greatest = max(left[j], right[j], a[j], b[j], c[j], d[j], e[j], f[j])
+        out[j] = np.int32(middle[j] > low[j]) & np.int32(middle[j] >= greatest)
 
 
 @inlined
 def _is_maximum(power: Any, row: int, column: int) -> bool:  # pragma: no cover - compiled
     """True if none of eight neighbours exceeds a cell."""
     here, last = power[row, column], power.shape[1] - 1
-    if power[row, max(0, column - 1)] > here or power[row, min(last, column + 1)] > here:
+    before, after = max(0, column - 1), min(last, column + 1)
+    if power[row, before] > here or power[row, after] > here:
         return False  # as at most cells, which saves the loop over all neighbours
-    for p in range(max(0, row - 1), min(len(power), row + 2)):
-        for q in range(max(0, column - 1), min(last, column + 1) + 1):
-            if power[p, q] > here:
-                return False
+    for p in (max(0, row - 1), min(len(power) - 1, row + 1)):
+        if power[p, before] > here or power[p, column] > here or power[p, after] > here:
+            return False
     return True
 
 
@@ -140,19 +159,31 @@ def _interpolated_into(
     return float(here * np.exp(up + along))
 
 
-@compiled
+@reordered
 def _maxima(power: Any, least: Any) -> Any:  # pragma: no cover - compiled
     """Cells above the least of their column that no neighbour exceeds, ``(maximum, 2)``."""
     rows, columns = power.shape
-    cell, n = np.empty((power.size, 2), dtype=np.int64), 0  # memory is taken where it is written
+    cell, n = np.empty((MOST_MAXIMA, 2), dtype=np.int64), 0
+    mark = np.zeros(columns, dtype=np.int32)
     for i in range(rows):
+        if n + columns > len(cell):
+            more = np.empty((2 * (n + columns), 2), dtype=np.int64)
+            for p in range(n):
+                more[p, 0], more[p, 1] = cell[p, 0], cell[p, 1]
+            cell = more
+        if not _any_exceeds(power[i], least):
+            continue
+        _mark_maxima(power[max(0, i - 1)], power[i], power[min(rows - 1, i + 1)], least, mark)
+        for j in (0, columns - 1):
+            mark[j] = np.int32(power[i, j] > least[j] and _is_maximum(power, i, j))
         for first in range(0, columns, TOGETHER):
             end = min(first + TOGETHER, columns)
-            if not _any_exceeds(power[i, first:end], least[first:end]):
-                continue
+            count = np.int32(0)
             for j in range(first, end):
-                if power[i, j] > least[j] and _is_maximum(power, i, j):
-                    cell[n] = i, j
+                count += mark[j]
+            for j in range(first, end if count else first):
+                if mark[j]:
+                    cell[n, 0], cell[n, 1] = i, j
                     n += 1
     return cell[:n].copy()
 
@@ -164,6 +195,26 @@ def _interpolated(power: Any, cell: Any) -> Any:  # pragma: no cover - compiled
     for n in range(len(cell)):
         value[n] = _interpolated_into(power, cell[n, 0], cell[n, 1], place[n])
     return place, value
+
+
+@reordered
+def _near_means(
+    power: Any, cell: Any, height: int, width: int
+) -> Any:  # pragma: no cover - compiled
+    """The same as `_means`, one window after the other, which is faster for few cells."""
+    rows, columns = power.shape
+    half, reach = width // 2, height // 4
+    out = np.empty(len(cell))
+    for n in range(len(cell)):
+        i, j = cell[n]
+        above, below = min(i // 2, reach), min((rows - 1 - i) // 2, reach)
+        first, end = max(0, j - half), min(columns, j + half + 1)
+        total = 0.0
+        for p in range(i - 2 * above, i + 2 * below + 1, 2):
+            for q in range(first, end):
+                total += power[p, q]
+        out[n] = total / ((above + below + 1) * (end - first))
+    return out
 
 
 @reordered

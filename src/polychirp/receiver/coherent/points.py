@@ -77,7 +77,7 @@ class Points:
 
 
 def without(seen: Observation, samples: ComplexArray, points: Points) -> ComplexArray:
-    """``samples`` less the signals of points, ``(channel, ramp, fast)``."""
+    """``samples`` less the signals of points, ``(channel, ramp, fast)``; the twin of `Residual`."""
     out = samples.copy()
     if len(points):
         shape = seen.shape(points.motion, points.sine, points.growth)

@@ -63,7 +63,7 @@ def settled(
         moved, any_grown = grown(seen, residual, moved)
         if not (any_moved or any_grown):
             return moved, residual
-        after = Residual.of(seen, moved)
+        after = residual.after(seen, moved)
         if after.energy >= residual.energy:
             break
         points, residual = moved, after
@@ -159,7 +159,7 @@ def _falls(seen: Observation, residual: Residual, after: Points, least: float) -
     strength = np.append(residual.points.strength[gone], after.strength[come])
     if abs(fall - least) > ERROR_OF_SUMS * float(np.max(strength, initial=0.0)):
         return fall > least
-    return residual.energy - residual.energy_after(seen, after) >= least
+    return residual.energy - residual.after(seen, after).energy >= least
 
 
 def _lobes(seen: Observation, residual: Residual, points: Points) -> tuple[Points, BoolArray]:

@@ -9,15 +9,17 @@ from numpy.typing import NDArray
 from polychirp.axes import BoolArray, ComplexArray, FloatArray, IntArray
 from polychirp.jit import reordered, reordered_inner
 from polychirp.receiver.coherent.observation import Observation
-from polychirp.receiver.coherent.points import Points, without
+from polychirp.receiver.coherent.points import Points
 from polychirp.receiver.coherent.ramps import HALF, HALF_LENGTH
 from polychirp.receiver.coherent.replicas import BEAT, DRIFT, WEIGHT, Replicas, sums_of
 from polychirp.receiver.coherent.spectra import (
     ORDERS,
     TAPS,
     Spectra,
+    from_middle_into,
     interpolated_into,
     lagrange,
+    transform_size,
 )
 from polychirp.receiver.signal_model.unit_signal import unit_signal_into
 
@@ -51,34 +53,44 @@ class Residual:
     @classmethod
     def of(cls, seen: Observation, points: Points) -> Self:
         """The samples of the observation without points."""
-        return cls._of(seen, without(seen, seen.samples, points), points)
+        subtracted = Replicas.of(seen, points)
+        return cls._of(seen, seen.samples, points, subtracted, subtracted)
 
     def after(self, seen: Observation, points: Points) -> Self:
-        """The residual of other points, of which few differ from those that are subtracted."""
-        return self._of(seen, self._samples_after(seen, points), points)
+        """The residual of other points.
 
-    def energy_after(self, seen: Observation, points: Points) -> float:
-        """The energy of the residual `after`, which takes a third of its time."""
-        return _energy(seen, self._samples_after(seen, points))
-
-    def _samples_after(self, seen: Observation, points: Points) -> ComplexArray:
-        gone, come = unlike(self.subtracted, Replicas.of(seen, points))
-        return without(seen, self.samples, self.points[gone].negated + points[come])
+        If few differ from those that are subtracted, only these are changed.
+        """
+        subtracted = Replicas.of(seen, points)
+        gone, come = unlike(self.subtracted, subtracted)
+        if np.count_nonzero(gone) + np.count_nonzero(come) >= len(points):
+            return self._of(seen, seen.samples, points, subtracted, subtracted)
+        change = self.subtracted[gone].negated + subtracted[come]
+        return self._of(seen, self.samples, points, subtracted, change)
 
     @classmethod
-    def _of(cls, seen: Observation, samples: ComplexArray, points: Points) -> Self:
+    def _of(
+        cls,
+        seen: Observation,
+        samples: ComplexArray,
+        points: Points,
+        subtracted: Replicas,
+        change: Replicas,
+    ) -> Self:
+        left, turned = _subtracted(seen, samples, change)
+        spectra = Spectra.of_turned(seen, turned)
         return cls(
-            samples=samples,
-            spectra=Spectra.of(seen, samples),
+            samples=left,
+            spectra=spectra,
             points=points,
-            subtracted=Replicas.of(seen, points),
-            energy=_energy(seen, samples),
+            subtracted=subtracted,
+            energy=spectra.power(seen),
         )
 
     def weighted(self, seen: Observation) -> Self:
-        """The same samples with the energy that follows from other weights."""
-        subtracted = Replicas.of(seen, self.points)
-        return replace(self, subtracted=subtracted, energy=_energy(seen, self.samples))
+        """The same samples with the energy that follows from other weights and another mixing."""
+        subtracted = Replicas.of(seen, self.points) if len(self.points) else self.subtracted
+        return replace(self, subtracted=subtracted, energy=self.spectra.power(seen))
 
     def sums(self, seen: Observation, at: Replicas, points: Replicas | None = None) -> ComplexArray:
         """Sums over the samples without the beats of ``at``, times powers 0, 1 and 2 of the time.
@@ -181,41 +193,60 @@ def _sums(ramps: Any, left: Any, track: Any, sums: Any) -> None:  # pragma: no c
         left_into(ramps, left, track[p], sums[p])
 
 
-def _energy(seen: Observation, samples: ComplexArray) -> float:
-    """Power of all samples of white channels, V², with the weights of ramps and frequencies."""
-    from scipy.fft import fft, next_fast_len
-
-    size = next_fast_len(samples.shape[2])
-    spectrum = fft(samples.astype(np.complex64), size, axis=2, overwrite_x=True)
-    place = np.rint(np.arange(size) * (seen.num_bins / size)).astype(np.int64) % seen.num_bins
-    mixing = seen.mixing.astype(np.complex64)
-    return float(_weighted_power(spectrum, seen.weight, place, mixing.real, mixing.imag) / size)
+def _subtracted(
+    seen: Observation, samples: ComplexArray, points: Replicas
+) -> tuple[ComplexArray, NDArray[np.complex64]]:
+    """The samples without signals, and the same in the order of `from_middle_into`."""
+    channels, ramps, _ = samples.shape
+    left = np.empty(samples.shape, dtype=np.complex128)
+    turned = np.empty((ramps, transform_size(seen), channels), dtype=np.complex64)
+    counts = np.asarray(seen.model.times.num_samples)
+    signals = points.track, points.wave, points.amplitude
+    _subtract(seen.ramps, samples, seen.present, counts, signals, left, turned)
+    return left, turned
 
 
 @reordered
-def _weighted_power(
-    value: Any, weight: Any, place: Any, real: Any, imag: Any
-) -> Any:  # pragma: no cover - compiled
-    """Power of bins ``(channel, ramp, bin)`` after mixing, times the weights at their places."""
-    channels, ramps, bins = value.shape
-    x, y = np.empty((channels, bins), dtype=np.float32), np.empty((channels, bins), np.float32)
-    u, v = np.empty(bins, dtype=np.float32), np.empty(bins, dtype=np.float32)
-    total = 0.0
-    for k in range(ramps):
+def _subtract(
+    ramps: Any, samples: Any, present: Any, counts: Any, signals: Any, left: Any, turned: Any
+) -> None:  # pragma: no cover - compiled
+    """Samples without signals, which are as of `Replicas`, in two orders, in place."""
+    track, wave, amplitude = signals
+    channels, num_ramps, fast = samples.shape
+    real, imag, time = np.empty(fast), np.empty(fast), np.empty(fast)
+    x, y = np.empty((channels, fast)), np.empty((channels, fast))
+    for k in range(num_ramps):
+        count, half = counts[k], ramps.table[HALF, k]
+        for n in range(count):
+            time[n] = n / ramps.rate - half
         for m in range(channels):
-            for i in range(bins):
-                x[m, i], y[m, i] = value[m, k, i].real, value[m, k, i].imag
-        for n in range(channels):
-            for i in range(bins):
-                u[i], v[i] = np.float32(0.0), np.float32(0.0)
+            for n in range(count):
+                x[m, n], y[m, n] = 0.0, 0.0
+        for p in range(len(track)):
+            beat, drift = track[p, BEAT, k], track[p, DRIFT, k]
+            phase = (half * (0.5 * drift * half - beat), beat - drift * half, drift)
+            unit_signal_into(real[:count], imag[:count], phase, ramps.rate)
+            scale = 1.0 / np.sqrt(track[p, WEIGHT, k])
             for m in range(channels):
-                c, s = real[n, m], imag[n, m]
-                for i in range(bins):
-                    u[i] += c * x[m, i] - s * y[m, i]
-                    v[i] += c * y[m, i] + s * x[m, i]
-            for i in range(bins):
-                total += weight[k, place[i]] * (u[i] * u[i] + v[i] * v[i])
-    return total
+                one = scale * amplitude[p, m]
+                q0 = one * complex(wave[p, m, 0, k], wave[p, m, 1, k])
+                q1 = one * complex(wave[p, m, 2, k], wave[p, m, 3, k])
+                q2 = one * complex(wave[p, m, 4, k], wave[p, m, 5, k])
+                a, b, c, d, e, f = q0.real, q0.imag, q1.real, q1.imag, q2.real, q2.imag
+                for n in range(count):
+                    t = time[n]
+                    g, h = a + t * (c + t * e), b + t * (d + t * f)
+                    x[m, n] += g * real[n] - h * imag[n]
+                    y[m, n] += g * imag[n] + h * real[n]
+        for m in range(channels):
+            for n in range(count):
+                is_there = present[k, n]
+                g = x[m, n] if is_there else 0.0
+                h = y[m, n] if is_there else 0.0
+                left[m, k, n] = samples[m, k, n] - complex(g, h)
+            for n in range(count, fast):
+                left[m, k, n] = samples[m, k, n]
+        from_middle_into(left[:, k], count, turned[k])
 
 
 def unlike(first: Replicas, second: Replicas) -> tuple[BoolArray, BoolArray]:

@@ -57,40 +57,44 @@ frame that other radars' signals fill takes 10 to 25, a second each; there, furt
 new point or none. With half of it such frames have fewer ghosts, with twice of it they take longer.
 """
 
+MOST_ROUGH_MAPS = 2
+"""Greatest number of maps of one channel that look for strong points first; chosen: further ones
+show few."""
+
 SWEEPS_OF_NEW_POINTS, LAST_SWEEPS = 12, 6
 """Greatest numbers of sweeps of fits; chosen: they end before where steps are not worth taking."""
 
 
 def find_points(
     seen: Observation,
+    samples: Residual,
     axes: Grid,
     *,
     threshold: float,
     dynamic_range: float,
     most: int,
-) -> tuple[Points, Observation]:
+) -> tuple[Points, Residual, Observation]:
     """Points whose power exceeds ``threshold`` times the noise power of a sample.
 
-    The observation comes back with the noise that they leave.
+    With them come what they leave, and the observation with its noise. The search ends after
+    `MOST_MAPS` maps in any case, with a `ModelWarning` that says how many peaks it did not try.
 
     Parameters
     ----------
+    samples : the residual of no points
     dynamic_range : power ratio of the map's greatest value to the weakest peak that is tried
     most : number of points at which the search ends
-
-    It ends after `MOST_MAPS` maps in any case, with a `ModelWarning` that says how many peaks it
-    did not try.
     """
     channels = seen.samples.shape[0]
     points, top = Points.none(channels), 0.0
     if not np.any(seen.present):
-        return points, seen
-    residual = Residual.of(seen, points)
+        return points, samples, seen
+    residual = samples
     accelerations = Accelerations.of(seen)
     is_tried = np.zeros((axes.range_rate.size, axes.range.size), dtype=bool)
-    is_white = False
+    num_rough = MOST_ROUGH_MAPS
     for number in range(1, MOST_MAPS + 1):
-        seen, profiles = adapted(seen, residual, axes, is_white=is_white)
+        seen, profiles = adapted(seen, residual, axes, is_rough=num_rough > 0)
         residual = residual.weighted(seen)
         seen_map = coherent_map(seen, profiles)
         points = with_floors(points, seen_map, axes)
@@ -99,18 +103,18 @@ def find_points(
         found = peaks(seen_map, axes, threshold)
         found = found[found.power * dynamic_range >= top]
         trial = partial(
-            Trial.of, seen, accelerations=accelerations, threshold=threshold, is_tried=is_tried
+            Trial.of, seen_map, accelerations=accelerations, threshold=threshold, is_tried=is_tried
         )
         fresh = new_points(trial(residual), found)
-        if is_white and (not len(fresh) or len(points) >= most):
+        if num_rough == 0 and (not len(fresh) or len(points) >= most):
             break
-        if is_white:
+        if num_rough == 0:
             points, residual = all_added(trial, residual, points, found, fresh, most=most)
         elif len(fresh):
             points, residual = added(seen, residual, points, fresh)
-        is_white = True
+        num_rough = num_rough - 1 if num_rough and len(fresh) else 0
         if number == MOST_MAPS:
-            _warn_of_peaks(int(np.count_nonzero(trial(residual).left(found).is_point)))
+            _warn_of_peaks(trial(residual), found)
     points, residual = settled(seen, residual, points, sweeps=LAST_SWEEPS)
     least = threshold_of(FALSE_PAIR_PROBABILITY, num_channels=channels)
     points, residual = divided(seen, residual, points, least)
@@ -118,13 +122,14 @@ def find_points(
     bodies = Bodies.of(seen, points)
     kept = standing_out(seen, with_residues(seen, points, bodies), threshold, dynamic_range)
     if len(kept) < len(points):
-        kept, _ = settled(seen, residual.after(seen, kept), kept, sweeps=LAST_SWEEPS)
+        kept, residual = settled(seen, residual.after(seen, kept), kept, sweeps=LAST_SWEEPS)
         kept = standing_out(seen, kept, threshold, dynamic_range)
-    return kept, seen
+    return kept, residual, seen
 
 
-def _warn_of_peaks(number: int) -> None:
+def _warn_of_peaks(trial: Trial, found: Peaks) -> None:
     """Warn of a search that ended before it tried all peaks."""
+    number = int(np.count_nonzero(trial.shows_points(trial.left(found))))
     warnings.warn(
         f"the receiver 'coherent' stopped after {MOST_MAPS} maps of a frame, with {number} peaks "
         "not tried: signals of other radars fill it; weak points may be missing. A mitigation, "
@@ -150,17 +155,18 @@ def standing_out(
 
 
 def adapted(
-    seen: Observation, residual: Residual, axes: Grid, *, is_white: bool
+    seen: Observation, residual: Residual, axes: Grid, *, is_rough: bool
 ) -> tuple[Observation, Profiles]:
     """The observation with the noise that the residual shows, and its profiles.
 
-    The channels are made white only if ``is_white``: side lobes of a strong point fill the map, and
-    would count as noise from its direction.
+    Rough ones are those of the first channel alone. They show strong points, until whose
+    subtraction channels are not made white: side lobes of a strong point fill the map, and would
+    count as noise from its direction.
     """
-    seen = replace(seen, weight=ramp_weights(seen, residual.samples))
+    seen = replace(seen, weight=ramp_weights(seen, residual.spectra))
+    if is_rough:
+        return seen, Profiles.of(seen, residual.spectra, axes, num_channels=1)
     profiles = Profiles.of(seen, residual.spectra, axes)
-    if not is_white:
-        return seen, profiles
     mixing = whitening(channel_covariance(seen, profiles))
     return replace(seen, mixing=mixing), profiles.mixed(mixing)
 
@@ -242,4 +248,4 @@ def refitted(
     )
     every, _ = relaxed(seen, residual, every, sweeps=SWEEPS_OF_ALL, least_gain=GAIN_OF_NEW_POINTS)
     every, _ = grown(seen, residual, every)
-    return every, Residual.of(seen, every)
+    return every, residual.after(seen, every)

@@ -3,8 +3,8 @@
 import pytest
 
 from polychirp.receiver.coherent.beyond import (
+    BINS_PER_BEAT,
     MARGIN,
-    ramp_spectra,
     with_fast_points,
     with_strong_points,
 )
@@ -12,6 +12,7 @@ from polychirp.receiver.coherent.chain import CoherentReceiver
 from polychirp.receiver.coherent.coherent_map import MapLimits
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.points import Points
+from polychirp.receiver.coherent.residual import Residual
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.rng import Streams
 from polychirp.waveform import DiverseTriangular, Triangular
@@ -26,9 +27,16 @@ def frame_with(family, *points):
     return frame_of(ramps, list(points), seed=1)
 
 
-def searched_of(frame):
+def observed(frame):
+    """The observation of a frame, the residual of no points, and its power spectra."""
     seen = Observation.of(frame, mitigated(None, frame))
-    return with_strong_points(seen, ramp_spectra(seen, seen.samples), LIMITS).range, seen.range_cell
+    residual = Residual.of(seen, Points.none(4))
+    return seen, residual, residual.spectra.hann_power(seen, BINS_PER_BEAT)
+
+
+def searched_of(frame):
+    seen, _, power = observed(frame)
+    return with_strong_points(seen, power, LIMITS).range, seen.range_cell
 
 
 @pytest.mark.parametrize("family", FAMILIES)
@@ -83,10 +91,8 @@ def test_the_search_reaches_a_point_faster_than_the_limits(family):
     """It stands 32 dB out of every ramp; two points whose beats pair up on half of them do not."""
 
     def rates(*points):
-        frame = frame_with(family, *points)
-        seen = Observation.of(frame, mitigated(None, frame))
-        power = ramp_spectra(seen, seen.samples)
-        return with_fast_points(seen, power, Points.none(4), LIMITS).range_rate
+        seen, residual, power = observed(frame_with(family, *points))
+        return with_fast_points(seen, power, residual, LIMITS).range_rate
 
     slowest, fastest = rates(HandPoint(range=12.0, range_rate=-50.0, power=5.0))
     assert -55.0 < slowest < -50.0

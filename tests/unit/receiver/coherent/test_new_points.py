@@ -7,11 +7,13 @@ import pytest
 
 from polychirp.receiver.coherent.acceleration import Accelerations
 from polychirp.receiver.coherent.chain import CoherentReceiver
-from polychirp.receiver.coherent.coherent_map import MapLimits, coherent_map, map_axes
+from polychirp.receiver.coherent.coherent_map import OTHER, MapLimits, coherent_map, map_axes
 from polychirp.receiver.coherent.new_points import (
+    GREATEST_SPREAD,
     MOST_AT_ONCE,
     MOST_SMEARED,
     Trial,
+    bright_points,
     distinct,
     further_points,
     new_points,
@@ -20,7 +22,7 @@ from polychirp.receiver.coherent.new_points import (
     still_shown,
 )
 from polychirp.receiver.coherent.observation import Observation
-from polychirp.receiver.coherent.peaks import peaks
+from polychirp.receiver.coherent.peaks import GREATEST_LOSS, peaks
 from polychirp.receiver.coherent.points import Points
 from polychirp.receiver.coherent.profiles import Profiles
 from polychirp.receiver.coherent.refinement import settled
@@ -45,13 +47,24 @@ def shown(points):
     residual = Residual.of(seen, NOTHING)
     whole = coherent_map(seen, Profiles.of(seen, residual.spectra, axes))
     trial = Trial.of(
-        seen,
+        whole,
         residual,
         Accelerations.of(seen),
         threshold=THRESHOLD,
         is_tried=np.zeros(whole.power.shape, dtype=bool),
     )
     return peaks(whole, axes, THRESHOLD), trial
+
+
+def test_bright_peaks_are_all_that_show_points_and_are_near_the_strongest_of_them():
+    found, trial = shown([STRONG, WEAK])
+    is_point = trial.seen_map.agreement(found.cell).shows_points(
+        found.floor, GREATEST_LOSS * THRESHOLD
+    )
+    least = GREATEST_SPREAD * found.power[is_point].max()
+    slow = np.sort(found.power[is_point & (found.power >= least)])
+    assert 0 < slow.size < found.power.size
+    assert np.sort(bright_points(trial, found).power).tolist() == slow.tolist()
 
 
 def ranges(points):
@@ -67,7 +80,7 @@ def test_what_has_been_tried_is_not_tried_again():
     found, trial = shown([STRONG, WEAK])
     new_points(trial, found)
     same = found[np.abs(found.range - 21.0) < 0.1]
-    assert np.any(same.is_point)
+    assert np.any(trial.shows_points(same))
     assert len(further_points(trial, same[same.ratio > 0.9 * same.ratio.max()], NOTHING)) == 0
 
 
@@ -86,7 +99,8 @@ def test_peaks_of_what_is_subtracted_are_not_shown_any_more():
     first = fresh[np.argsort(-fresh.strength)[:1]]
     _, left = settled(trial.seen, Residual.of(trial.seen, first), first)
     again = replace(trial, residual=left, is_tried=np.zeros_like(trial.is_tried))
-    before, after = still_shown(again, found[~found.is_point]), still_shown(again, found)
+    others = found[~trial.shows_points(found)]
+    before, after = still_shown(again, others), still_shown(again, found)
     assert len(before.range) == 0
     assert np.any(np.abs(after.range - 21.0) < 0.3)
     assert not np.any(np.abs(after.range - 12.3) < 0.3)
@@ -96,8 +110,8 @@ def test_peaks_that_show_no_points_are_tried_where_the_strongest_is_one_of_them(
     found, trial = shown([STRONG])
     assert len(smeared_points(trial, found)) == 0
     assert not np.any(trial.is_tried)
-    hidden = replace(found, is_point=np.zeros_like(found.is_point))
-    assert ranges(smeared_points(trial, hidden)) == pytest.approx([12.3], abs=0.3)
+    trial.seen_map.known[:] = OTHER
+    assert ranges(smeared_points(trial, found)) == pytest.approx([12.3], abs=0.3)
     order = np.argsort(-found.power)[:MOST_SMEARED]
     assert np.mean(trial.is_tried[tuple(found.cell[order].T)]) > 0.5
 

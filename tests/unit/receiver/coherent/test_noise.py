@@ -26,6 +26,7 @@ from polychirp.rng import Streams
 from polychirp.waveform import DiverseTriangular, Triangular
 from tests.support.interference import with_noisy_ramps
 from tests.support.points import HandPoint, frame_of
+from tests.support.profiles import in_order
 
 RAMPS = {
     "equal": Triangular(bandwidth=1e9, ramp_duration=1e-3),
@@ -76,8 +77,9 @@ def test_the_agreement_at_cells_is_that_of_shifted_profiles(kind):
     cell = draw.integers(0, (axes.range_rate.size, axes.range.size), (50, 2))
     place, turn = profiles.places(seen, axes.range_rate[cell[:, 0]])
     ramp, place = np.arange(place.shape[1]), place + STEPS_PER_RANGE * cell[:, 1:]
-    value = (profiles.value[:, ramp, place] * turn).transpose(1, 0, 2)
-    weight = profiles.weight[ramp, place].astype(np.float64)
+    real, imag = in_order(profiles.value)
+    value = ((real + 1j * imag)[:, ramp, place] * turn).transpose(1, 0, 2)
+    weight = in_order(profiles.weight)[ramp, place].astype(np.float64)
     shown = Agreement.of(seen, *profiles.at(seen, cell))
 
     def power_of(which):
@@ -95,20 +97,20 @@ def test_the_agreement_at_cells_is_that_of_shifted_profiles(kind):
 @pytest.mark.parametrize("kind", RAMPS)
 def test_ramps_of_white_noise_all_count_fully(kind):
     seen = observed(frame(kind))
-    assert np.min(ramp_weights(seen, seen.samples)) == 1.0
+    assert np.min(ramp_weights(seen, Spectra.of(seen, seen.samples))) == 1.0
 
 
 @pytest.mark.parametrize("kind", RAMPS)
 def test_a_strong_echo_in_motion_does_not_count_as_noise(kind):
     seen = observed(frame(kind, [HandPoint(range=12.0, range_rate=-25.0, power=1.0)]))
-    assert np.min(ramp_weights(seen, seen.samples)) == 1.0
+    assert np.min(ramp_weights(seen, Spectra.of(seen, seen.samples))) == 1.0
 
 
 def test_a_noisy_ramp_counts_by_the_inverse_of_its_noise():
     """Its median is 0.69 of the mean, since it is the same on all channels; else it is 0.92."""
     one = noisy(frame(), [3, 8], 99.0)
     seen = observed(one)
-    weight = ramp_weights(seen, one.samples)
+    weight = ramp_weights(seen, Spectra.of(seen, one.samples))
     others = np.delete(np.arange(one.schedule.num_ramps), [3, 8])
     assert np.min(weight[others]) == 1.0
     assert np.median(weight[[3, 8]]) == pytest.approx(0.01 * 0.918 / 0.693, rel=0.1)
@@ -117,7 +119,8 @@ def test_a_noisy_ramp_counts_by_the_inverse_of_its_noise():
 def test_few_ramps_have_no_usual_level():
     ramps = RAMPS["equal"].schedule(num_sweeps=3, streams=Streams(3))
     one = noisy(frame_of(ramps, []), [1], 99.0)
-    assert np.min(ramp_weights(observed(one), one.samples)) == 1.0
+    seen = observed(one)
+    assert np.min(ramp_weights(seen, Spectra.of(seen, one.samples))) == 1.0
 
 
 def test_whitening_makes_channels_white_and_keeps_their_mean_power():
@@ -131,7 +134,7 @@ def test_whitening_makes_channels_white_and_keeps_their_mean_power():
 
 def adapted(one, axes):
     seen = observed(one)
-    seen = replace(seen, weight=ramp_weights(seen, seen.samples))
+    seen = replace(seen, weight=ramp_weights(seen, Spectra.of(seen, seen.samples)))
     profiles = Profiles.of(seen, Spectra.of(seen, seen.samples), axes)
     mixing = whitening(channel_covariance(seen, profiles))
     return replace(seen, mixing=mixing), profiles.mixed(mixing)
@@ -211,7 +214,8 @@ def with_samples(seen, present):
 
 def detected(left):
     axes = map_axes(left, LIMITS)
-    return find_points(left, axes, threshold=25.0, dynamic_range=1e7, most=50)[0]
+    samples = nothing_from(left)
+    return find_points(left, samples, axes, threshold=25.0, dynamic_range=1e7, most=50)[0]
 
 
 def test_ramps_without_samples_are_as_if_they_were_not_there():
@@ -219,7 +223,7 @@ def test_ramps_without_samples_are_as_if_they_were_not_there():
     present = seen.present.copy()
     present[[3, 8]] = False
     left = with_samples(seen, present)
-    assert np.min(ramp_weights(left, left.samples)) == 1.0
+    assert np.min(ramp_weights(left, Spectra.of(left, left.samples))) == 1.0
     assert len(detected(left)) == 1
 
 

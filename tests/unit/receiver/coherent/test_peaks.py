@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from polychirp.receiver.coherent.noise import medians
-from polychirp.receiver.coherent.peaks import WINDOW, _interpolated, _maxima, _means
+from polychirp.receiver.coherent.peaks import WINDOW, _interpolated, _maxima, _means, _near_means
 
 
 def drawn(shape, seed=1):
@@ -22,6 +22,7 @@ def test_means_of_windows_hold_what_lies_inside_the_map(shape):
         rows = [p for p in range(i - high, i + high + 1) if (p - i) % 2 == 0 and 0 <= p < shape[0]]
         slow.append(power[rows, max(0, j - wide) : j + wide + 1].mean(dtype=np.float64))
     assert _means(power, cell, *WINDOW) == pytest.approx(np.array(slow), rel=1e-6)
+    assert _near_means(power, cell, *WINDOW) == pytest.approx(np.array(slow), rel=1e-6)
 
 
 def test_maxima_exceed_the_least_value_and_their_neighbours():

@@ -4,12 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.fft import next_fast_len
 
 from polychirp.receiver.coherent.observation import Observation
 from polychirp.receiver.coherent.points import Points
 from polychirp.receiver.coherent.residual import Residual
-from polychirp.receiver.coherent.spectra import Spectra
+from polychirp.receiver.coherent.spectra import BINS_PER_SAMPLE, Spectra, transform_size
 from polychirp.receiver.mitigation.base import mitigated
 from polychirp.rng import Streams
 from polychirp.waveform import DiverseTriangular
@@ -52,7 +51,8 @@ def test_values_between_bins_are_right_to_a_per_cent():
     rate, draw = seen.model.times.rate, np.random.default_rng(2)
     first, last = draw.uniform(-0.5 * rate, 0.5 * rate, (2, RAMPS.num_ramps))
     step = (last - first) / 39
-    found = Spectra.of(seen, seen.samples).at(seen, first, step, 40)
+    parts = Spectra.of(seen, seen.samples).at(seen, first, step, 40)
+    found = parts[0::2] + 1j * parts[1::2]
     error = found - transforms(seen, first[:, None] + step[:, None] * np.arange(40))
     assert np.sqrt(np.mean(np.abs(error) ** 2) / seen.count.mean()) < 0.01
 
@@ -64,8 +64,24 @@ def test_energies_hold_the_weights_of_frequencies_and_the_mixing_of_channels():
     weight = draw.uniform(size=(RAMPS.num_ramps, 24))
     seen = replace(seen, mixing=mixing, weight=weight)
     residual = Residual.of(seen, Points.none(4))
-    bins = next_fast_len(seen.samples.shape[2])
+    bins = transform_size(seen) // BINS_PER_SAMPLE
     value = np.fft.fft(seen.samples, bins, axis=2)
     share = weight[:, np.rint(np.arange(bins) * 24 / bins).astype(int) % 24]
     power = np.sum(np.abs(np.einsum("ab,bkn->akn", mixing, value)) ** 2, axis=0)
     assert residual.energy == pytest.approx(np.sum(power * share) / bins, rel=1e-6)
+
+
+def test_powers_with_hanns_window_are_those_of_windowed_samples():
+    """Its length is that of a whole number of bins, so that it ends a little beside the ramp's end;
+    in noise both have the same power in every bin but for the difference of the windows."""
+    seen = observed()
+    found = Spectra.of(seen, seen.samples).hann_power(seen, 2)
+    bins = 2 * found.shape[1]
+    slow = np.empty_like(found)
+    for k, count in enumerate(seen.model.times.num_samples):
+        time = np.arange(count) - 0.5 * (count - 1)
+        window = 0.5 + 0.5 * np.cos(2 * np.pi * np.rint(bins / count) / bins * time)
+        value = np.fft.fft(seen.samples[:, k, :count] * window, bins, axis=1)[:, ::2]
+        slow[k] = np.mean(np.abs(value) ** 2, axis=0) / np.sum(window**2)
+    assert found == pytest.approx(slow, rel=1e-3, abs=1e-5)
+    assert found.mean() == pytest.approx(1.0, rel=0.05)
