@@ -36,6 +36,7 @@ from polychirp.receiver.signal_model.transmit_codes import code_blocks
 from polychirp.rng import Streams
 from polychirp.scoring.compare import compare
 from polychirp.scoring.echoes import Echoes, echoes_of
+from polychirp.study.body_echoes import body_echoes
 from polychirp.study.ghost_radars import Interference, radars_of_ghosts
 from polychirp.study.kernel_parts import compile_parts, parts_of
 from polychirp.study.margins import gate_for
@@ -251,7 +252,7 @@ def receive_and_score(
     several transmit elements are used (MIMO), all but the range-Doppler receiver need the frame
     decoded; the result then holds the frame and the parts of the virtual array.
     """
-    received = frame
+    received, as_received = frame, parts
     receiver = receiver_for(receiver, received.schedule)
     is_coded = received.schedule.num_elements > 1 and receiver.kind != "range-doppler"
     if is_coded:
@@ -266,6 +267,14 @@ def receive_and_score(
     if receiver.mitigation is not None:
         before = target_levels(replace(receiver, mitigation=None), frame, parts, true)
     paths = paths_at(found.time, snapshots)
+    bodies = body_echoes(
+        scene.at(paths.reference_time),
+        paths,
+        victim=victim,
+        targets=targets,
+        frame=received,
+        parts=as_received,
+    )
     score = compare(
         found,
         true,
@@ -274,6 +283,7 @@ def receive_and_score(
         floor_rise=floor_rise(receiver, frame, parts),
         before=before,
         after=after,
+        bodies=bodies,
         gate=gate_for(receiver, received.schedule, received.array),
     )
     if interference is not None:
