@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from polychirp.study.spec import Study
     from polychirp.study.trial import Trial, VictimResult
 
-_COUNTS: Final = ("targets", "found", "missed", "ghosts", "other echoes")
+_COUNTS: Final = ("targets", "found", "missed", "out of sight", "ghosts", "other echoes")
 """Columns of the table of detections that are numbers of `_counts`."""
 
 
@@ -170,12 +170,16 @@ def _history(trial: Trial) -> Iterator[str]:
 
 
 def _counts(victim: VictimResult) -> dict[str, int]:
-    """Numbers of targets, of targets found and missed, of ghosts and of other echoes."""
+    """Numbers of targets, of ghosts and of other echoes.
+
+    Targets are found, missed, or out of sight: no receiver could find these (`scoring.sight`).
+    """
     score = victim.score
     return {
         "targets": len(victim.truth.name),
         "found": int(score.is_detected.sum()),
         "missed": score.num_missed,
+        "out of sight": int((~score.is_in_sight & ~score.is_detected).sum()),
         "ghosts": len(score.ghosts),
         "other echoes": len(score.other_echoes),
         "unresolved": score.num_unresolved,

@@ -20,6 +20,9 @@ class Score:
         not measure the angle
     sinr : power ratio of the own echo to all other parts at the target's detection, ``(target,)``;
         zero where ``is_detected`` is false
+    echo_snr : coherent SNR of each body's echo, its energy in all samples and channels over the
+        noise power of a sample, ``(target,)``
+    is_in_sight : true for a target that a receiver could find, ``(target,)`` (`scoring.sight`)
     snr, inr : power ratio of the own echo, and of interference, to noise in the cell of every
         target before mitigation, ``(target,)`` (`TargetLevels`)
     mitigated_sinr : power ratio of the own echo to all other parts in the cell of every target
@@ -35,7 +38,7 @@ class Score:
     power : power of every detection, W, ``(detection,)``
     target_detection : number of the detection that gives the errors of each detected target, in
         the order of the targets
-    num_missed : number of visible targets without a detection
+    num_missed : number of targets in sight without a detection
     num_unresolved : number of detections left out by the receiver, as of `Detections`
     floor_rise : power ratio of the range spectra's floor to the floor of noise alone
     """
@@ -46,6 +49,8 @@ class Score:
     azimuth_error: PerTarget
     elevation_error: PerTarget
     sinr: PerTarget
+    echo_snr: PerTarget
+    is_in_sight: Annotated[BoolArray, Axes("target", dtype=bool)]
     snr: PerTarget
     inr: PerTarget
     mitigated_sinr: PerTarget

@@ -25,6 +25,8 @@ class Truth:
     azimuth, elevation : of this point, rad (positive left, up), ``(target,)``
     point : its position in the world, m, ``(target, xyz)``
     is_visible : ``(target,)``; if false, the other values are those of the nearest hidden point
+    visible_share : share of the metal towards the radar that is in line of sight, by the solid
+        angle that it fills at the radar, ``(target,)``; by default 1 for visible targets, else 0
     place_target : numbers of the targets on whose visible metal there are places, ``(place,)``,
         ascending; by default every visible target has one place, its nearest point
     place_range, place_range_rate, place_azimuth, place_elevation : of these places, ``(place,)``
@@ -38,6 +40,7 @@ class Truth:
     elevation: PerTarget
     point: Annotated[FloatArray, Axes("target", "3")]
     is_visible: Annotated[BoolArray, Axes("target", dtype=np.bool_)]
+    visible_share: PerTarget = field(default_factory=lambda: np.zeros(0))
     place_target: Annotated[IntArray, Axes("place", dtype=np.int64)] = field(
         default_factory=lambda: np.zeros(0, dtype=np.int64)
     )
@@ -47,6 +50,9 @@ class Truth:
     place_elevation: PerPlace = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
+        if not np.size(self.visible_share):
+            share = np.asarray(self.is_visible, dtype=np.float64)
+            object.__setattr__(self, "visible_share", share)
         if not np.size(self.place_target):
             seen = np.flatnonzero(self.is_visible)
             object.__setattr__(self, "place_target", seen)

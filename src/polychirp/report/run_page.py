@@ -141,10 +141,10 @@ def _dbm(power: FloatArray) -> FloatArray:
 
 def _sentence(victim: StoredVictim) -> str:
     score = victim.score
-    visible = int(np.sum(victim.truth.is_visible))
-    found = int(np.sum(score.is_detected))
+    seen = int(np.sum(score.is_in_sight))
+    found = int(np.sum(score.is_detected & score.is_in_sight))
     return (
-        f"Radar {victim.name} finds {found} of {counted(visible, 'visible target')} and detects "
+        f"Radar {victim.name} finds {found} of {counted(seen, 'target')} in sight and detects "
         f"{counted(len(score.ghosts), 'ghost')}; the floor is "
         f"{decimal(float(to_db(score.floor_rise)), 1)} dB above that of noise."
     )
@@ -159,8 +159,8 @@ def _victim(victim: StoredVictim) -> dict[str, Any]:
             number_cell(decimal(float(truth.range[n]))),
             number_cell(decimal(-float(truth.range_rate[n]))),
             verdict_cell(bool(score.is_detected[n]))
-            if truth.is_visible[n]
-            else text_cell("not visible"),
+            if score.is_in_sight[n] or score.is_detected[n]
+            else text_cell("not in sight"),
             number_cell(decimal(float(score.range_error[n]), 3, signed=True)),
             number_cell(decimal(-float(score.range_rate_error[n]), 3, signed=True)),
             number_cell(decimal(math.degrees(score.azimuth_error[n]), 2, signed=True)),

@@ -12,6 +12,7 @@ from polychirp.model.truth import Truth
 from polychirp.scoring.association import Gate
 from polychirp.scoring.causes import causes
 from polychirp.scoring.echoes import Echoes
+from polychirp.scoring.sight import BodyEchoes, in_sight
 
 
 def compare(
@@ -23,6 +24,7 @@ def compare(
     floor_rise: float,
     before: TargetLevels,
     after: TargetLevels,
+    bodies: BodyEchoes,
     gate: Gate | None = None,
 ) -> Score:
     """Score the detections of one radar, the victim, in one frame.
@@ -33,6 +35,7 @@ def compare(
     echoes : paths from the victim back to itself, at the time of the detections
     floor_rise : ratio of the range spectra's floor to the noise alone; the score passes it on
     before, after : echo and interference over noise at every target, before and after mitigation
+    bodies : echoes of whole bodies, which say with the truth what is in sight
     gate : margins of a detection; None is `Gate` by default
     """
     found = causes(detections, truth, powers=powers, echoes=echoes, gate=gate or Gate())
@@ -46,6 +49,7 @@ def compare(
 
     is_detected = np.zeros(len(truth.name), dtype=bool)
     is_detected[target] = True
+    is_in_sight = in_sight(truth, bodies)
     return Score(
         is_detected=is_detected,
         range_error=per_target(detections.range[detection] - truth.range[target]),
@@ -53,6 +57,8 @@ def compare(
         azimuth_error=per_target(detections.azimuth[detection] - truth.azimuth[target]),
         elevation_error=per_target(detections.elevation[detection] - truth.elevation[target]),
         sinr=per_target(_sinr(powers)[detection]),
+        echo_snr=bodies.snr,
+        is_in_sight=is_in_sight,
         snr=before.snr,
         inr=before.inr,
         mitigated_sinr=after.sinr,
@@ -64,7 +70,7 @@ def compare(
         body=found.body,
         power=detections.power,
         target_detection=tuple(int(n) for n in detection),
-        num_missed=int(np.sum(truth.is_visible & ~is_detected)),
+        num_missed=int(np.sum(is_in_sight & ~is_detected)),
         floor_rise=floor_rise,
         num_unresolved=detections.num_unresolved,
     )

@@ -54,7 +54,7 @@ def echoes_of(paths: PropagationPaths, scene: Scene, radar: int) -> Echoes:
     return Echoes(
         body=tuple(actor.name for actor in scene.actors),
         is_clutter=np.array([actor.kind in CLUTTER for actor in scene.actors], dtype=np.bool_),
-        actor=_sending_back(own),
+        actor=sending_back(own),
         range=0.5 * SPEED_OF_LIGHT * own.delay,
         range_rate=0.5 * SPEED_OF_LIGHT * own.delay_rate,
         azimuth=azimuth,
@@ -75,7 +75,7 @@ def power_by_body(echoes: Echoes, near: BoolArray) -> FloatArray:
     return np.asarray(by_actor @ near)
 
 
-def _sending_back(paths: PropagationPaths) -> IntArray:
+def sending_back(paths: PropagationPaths) -> IntArray:
     """Actor of the last bounce of every path that sends the wave back, or else of its last one."""
     number = np.arange(paths.bounce_kind.size)
     is_sent_back = np.isin(paths.bounce_kind, _REFLECTING)

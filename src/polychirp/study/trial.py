@@ -39,6 +39,7 @@ from polychirp.receiver.signal_model.transmit_codes import code_blocks
 from polychirp.rng import Streams
 from polychirp.scoring.compare import compare
 from polychirp.scoring.echoes import Echoes, echoes_of
+from polychirp.study.body_echoes import body_echoes
 from polychirp.study.frame_loop import last_frame
 from polychirp.study.ghost_radars import Interference, radars_of_ghosts
 from polychirp.study.kernel_parts import compile_parts, parts_of
@@ -265,7 +266,7 @@ def receive_and_score(
     several transmit elements are used (MIMO), a receiver that does not separate them itself needs
     the frame decoded; the result then holds the frame and the parts of the virtual array.
     """
-    received = frame
+    received, as_received = frame, parts
     receiver = receiver_for(receiver, received.schedule)
     is_coded = received.schedule.num_elements > 1 and not decodes_elements(receiver)
     if is_coded:
@@ -280,6 +281,14 @@ def receive_and_score(
     if receiver.mitigation is not None:
         before = target_levels(replace(receiver, mitigation=None), frame, parts, true)
     paths = paths_at(found.time, snapshots)
+    bodies = body_echoes(
+        scene.at(paths.reference_time),
+        paths,
+        victim=victim,
+        targets=targets,
+        frame=received,
+        parts=as_received,
+    )
     score = compare(
         found,
         true,
@@ -288,6 +297,7 @@ def receive_and_score(
         floor_rise=floor_rise(receiver, frame, parts),
         before=before,
         after=after,
+        bodies=bodies,
         gate=gate_for(receiver, received.schedule, received.array),
     )
     if interference is not None:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
@@ -85,11 +85,13 @@ def truth(
     point = np.array([place for place, _ in nearest]).reshape(-1, 3)
     is_visible = np.array([is_seen for _, is_seen in nearest], dtype=np.bool_)
     velocity = np.array([actor.velocity for actor in actors]).reshape(-1, 3)
+    places = [
+        _visible_places(world, actor, eye, scene.time) if is_seen else _NO_PLACES
+        for (_, is_seen), actor in zip(nearest, actors, strict=True)
+    ]
     found = [
-        _with_others(actor, place, _visible_places(world, actor, eye, scene.time))
-        if is_seen
-        else (np.zeros((0, 3)), np.zeros((0, 3)))
-        for (place, is_seen), actor in zip(nearest, actors, strict=True)
+        _with_others(actor, place, some) if is_seen else (some.point, some.velocity)
+        for (place, is_seen), actor, some in zip(nearest, actors, places, strict=True)
     ]
     of_target = np.repeat(np.arange(len(actors)), [len(some) for some, _ in found])
     seen_from = partial(_as_seen, scene, receiver)
@@ -106,6 +108,7 @@ def truth(
         elevation=elevation,
         point=point,
         is_visible=is_visible,
+        visible_share=np.array([some.share for some in places]),
         place_target=of_target,
         place_range=place_distance,
         place_range_rate=place_rate,
@@ -187,23 +190,35 @@ def _points_of(actor: Actor, eye: FloatArray, time: float) -> tuple[FloatArray, 
     )
 
 
+class _Places(NamedTuple):
+    """Visible places on a body, m, and their velocities, m/s, in the world: ``(place, xyz)``.
+
+    ``share`` is that of the surface towards the radar which is visible, by its solid angle.
+    """
+
+    point: FloatArray
+    velocity: FloatArray
+    share: float
+
+
+_NO_PLACES: Final = _Places(np.zeros((0, 3)), np.zeros((0, 3)), 0.0)
+
+
 def _with_others(
-    actor: Actor, nearest: FloatArray, others: tuple[FloatArray, FloatArray]
+    actor: Actor, nearest: FloatArray, others: _Places
 ) -> tuple[FloatArray, FloatArray]:
     """Places and velocities of ``others``, preceded by the nearest point with the body's own."""
-    places, velocity = others
     return (
-        np.concatenate([nearest[None], places]),
-        np.concatenate([np.array([actor.velocity]), velocity]),
+        np.concatenate([nearest[None], others.point]),
+        np.concatenate([np.array([actor.velocity]), others.velocity]),
     )
 
 
-def _visible_places(
-    world: "World | None", actor: Actor, eye: FloatArray, time: float
-) -> tuple[FloatArray, FloatArray]:
-    """Visible places on a body, m, and their velocities, m/s, in the world: ``(place, xyz)``.
+def _visible_places(world: "World | None", actor: Actor, eye: FloatArray, time: float) -> _Places:
+    """Visible places on a body.
 
     On faces, each cube of `PLACE_SPACING` has one place at most, and all have the body's velocity.
+    The pieces of faces in a cube are as visible as its place. Points count alike.
     """
     from polychirp.channel.geometry.closest_point import closest_points
 
@@ -211,19 +226,30 @@ def _visible_places(
     if not len(corners):
         points, velocity = _points_of(actor, eye, time)
         seen = _are_visible(world, points, eye)
-        return points[seen], velocity[seen]
+        return _Places(points[seen], velocity[seen], float(np.mean(seen)) if seen.size else 0.0)
     place = actor.pose.to_inner(eye)
     is_front = closest_points(corners, place)[1]
     if np.any(is_front):
         corners = corners[is_front]
-    inner = closest_points(_cut(corners, PLACE_SPACING), place)[0]
+    pieces = _cut(corners, PLACE_SPACING)
+    inner = closest_points(pieces, place)[0]
     cube = np.floor(inner / PLACE_SPACING).astype(np.int64)
     cube -= cube.min(axis=0)
     number = np.ravel_multi_index(tuple(cube.T), tuple(cube.max(axis=0) + 1))
-    few = np.unique(number, return_index=True)[1]
+    _, few, cube_of = np.unique(number, return_index=True, return_inverse=True)
     places = actor.pose.to_outer(inner[few])
-    places = places[_are_visible(world, places, eye)]
-    return places, np.broadcast_to(np.array(actor.velocity), places.shape)
+    seen = _are_visible(world, places, eye)
+    filled = np.bincount(cube_of.ravel(), _solid_angles(pieces, place))
+    velocity = np.broadcast_to(np.array(actor.velocity), places[seen].shape)
+    return _Places(places[seen], velocity, float(filled[seen].sum() / filled.sum()))
+
+
+def _solid_angles(corners: FloatArray, eye: FloatArray) -> FloatArray:
+    """Solid angles of small triangles ``(face, corner, xyz)`` at a point, sr, ``(face,)``."""
+    area = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    away = corners.mean(axis=1) - eye
+    distance = np.maximum(np.linalg.norm(away, axis=1), 1e-9)
+    return np.asarray(np.abs(np.sum(area * away, axis=1)) / distance**3)
 
 
 def _are_visible(world: "World | None", candidates: FloatArray, eye: FloatArray) -> BoolArray:

@@ -20,6 +20,7 @@ from polychirp.receiver.coherent.peaks import GREATEST_LOSS, Peaks
 from polychirp.receiver.coherent.points import Points
 from polychirp.receiver.coherent.residual import Residual
 from polychirp.receiver.coherent.residue import Bodies, with_residues
+from polychirp.receiver.coherent.smear import likeliest_motions
 
 MOST_AT_ONCE = 20
 """Greatest number of new points that are added together; chosen."""
@@ -176,12 +177,17 @@ def smeared_points(trial: Trial, found: Peaks) -> Points:
     """New points at the strongest peaks if the very strongest shows none.
 
     An acceleration may have smeared it: the ramps agree only after its correction, and it succeeds
-    from some of the peaks that the point causes. Peaks that show no point are marked as tried.
+    from some of the peaks that the point causes, or from where single ramps have most power beside
+    them (`smear`). Peaks that show no point are marked as tried.
     """
     found = found[np.argsort(-found.power, kind="stable")[:MOST_SMEARED]]
     if not len(found.power) or trial.shows_points(found[:1])[0]:
         return Points.none(trial.seen.samples.shape[0])
     start, is_point = trial.starts(found)
+    if not np.any(is_point):
+        motion = likeliest_motions(trial.seen, trial.residual, _at(found, trial.seen))
+        moved = replace(found, range=motion[:, 0], range_rate=motion[:, 1])
+        start, is_point = trial.starts(moved)
     trial.mark(found[~is_point])
     start, found = start[is_point], found[is_point]
     best = distinct(trial.seen, start.motion, start.strength)

@@ -35,7 +35,7 @@ class Cell:
     condition : labels on all axes but the last
     scheme : label on the last axis
     num_trials : number of trials with a result
-    detection : probability that a visible target is detected
+    detection : probability that a target in sight is detected
     ghosts, unexplained : mean number in a trial; ``unexplained`` are those ghosts that no signal of
         a radar explains
     errors : mean number of missed targets and ghosts in a trial

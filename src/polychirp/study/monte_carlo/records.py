@@ -41,11 +41,13 @@ class VictimRecord:
     ----------
     name : name of the radar
     target : names of its targets
-    is_visible, is_detected : True for each target that is in line of sight, that was detected
+    is_visible, is_in_sight, is_detected : True for each target that is in line of sight, that a
+        receiver could find (`scoring.sight`), that was detected
     range, range_rate, azimuth, elevation : true values of each target, m, m/s, rad, rad
     range_error, range_rate_error, azimuth_error, elevation_error : detected minus true value, m,
         m/s, rad, rad
     sinr : power ratio at each target's detection, own echo to all other parts of the samples
+    echo_snr : coherent SNR of the echo of each target's body
     snr, inr, mitigated_sinr : power ratios in the cell of every target, as of `Score`
     num_points : number of detections on each target
     length, width, range_rate_span : extent of these, m, m, m/s, as of `Score`
@@ -60,6 +62,7 @@ class VictimRecord:
     name: str
     target: tuple[str, ...]
     is_visible: tuple[bool, ...]
+    is_in_sight: tuple[bool, ...]
     is_detected: tuple[bool, ...]
     range: tuple[float, ...]
     range_rate: tuple[float, ...]
@@ -70,6 +73,7 @@ class VictimRecord:
     azimuth_error: tuple[float, ...]
     elevation_error: tuple[float, ...]
     sinr: tuple[float, ...]
+    echo_snr: tuple[float, ...]
     snr: tuple[float, ...]
     inr: tuple[float, ...]
     mitigated_sinr: tuple[float, ...]
@@ -84,6 +88,11 @@ class VictimRecord:
     floor_rise: float
     num_unresolved: int
     lost: tuple[bool, ...] = ()
+
+    @property
+    def num_out_of_sight(self) -> int:
+        """Number of targets that no receiver could find."""
+        return len(self.target) - sum(self.is_in_sight)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -126,7 +135,7 @@ def _record(victim: "VictimResult", frames: "FrameHistory | None") -> VictimReco
         name=victim.name,
         target=victim.truth.name,
         **values(victim.truth, "is_visible", "range", "range_rate", "azimuth", "elevation"),
-        **values(victim.score, "is_detected", *errors, "sinr", *levels),
+        **values(victim.score, "is_in_sight", "is_detected", *errors, "sinr", "echo_snr", *levels),
         **values(victim.score, "num_points", *extents),
         **{f"visible_{name}": tuple(getattr(one, name) for one in visible) for name in extents},
         detections=tuple(victim.score.nature.count(nature) for nature in NATURES),

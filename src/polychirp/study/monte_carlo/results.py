@@ -15,9 +15,9 @@
                               frame (`FrameHistory`), and without frames for all others
 
 Every array names its axes and its unit, as xarray reads them. **NaN** means that there is no value:
-the trial was not run or failed, the victim does not have this target, or the target was not visible
-(``detected``) or not detected (errors, ``sinr``). The ``mean`` of ``detected`` over trials is thus
-the detection probability.
+the trial was not run or failed, the victim does not have this target, or the target was not in
+sight (``detected``) or not detected (errors, ``sinr``). The ``mean`` of ``detected`` over trials is
+thus the detection probability.
 """
 
 from __future__ import annotations
@@ -66,6 +66,7 @@ _UNITS: Final = {
     "azimuth_error": "rad",
     "elevation_error": "rad",
     "sinr": "1",
+    "echo_snr": "1",
     "snr": "1",
     "inr": "1",
     "mitigated_sinr": "1",
@@ -80,6 +81,7 @@ _UNITS: Final = {
     "floor_rise": "1",
     "num_unresolved": "1",
     "lost": "1",
+    "num_out_of_sight": "1",
 }
 """Unit of every stored array; "1" for numbers and ratios."""
 
@@ -89,12 +91,12 @@ _OF_DETECTED: Final = (
 )
 _TRUE_VALUES: Final = (
     *("range", "range_rate", "azimuth", "elevation"),
-    *("snr", "inr", "mitigated_sinr", "num_points"),
+    *("echo_snr", "snr", "inr", "mitigated_sinr", "num_points"),
     *("visible_length", "visible_width", "visible_range_rate_span"),
 )
 """Arrays with values for detected targets alone, and for all targets."""
 
-_OF_FRAMES: Final = ("floor_rise", "num_unresolved")
+_OF_FRAMES: Final = ("floor_rise", "num_unresolved", "num_out_of_sight")
 """Arrays with one value for each frame."""
 
 
@@ -117,6 +119,7 @@ class Results:
     range_error, range_rate_error, azimuth_error, elevation_error : detected minus true value, m,
         m/s, rad, rad
     sinr : power ratio at a target's detection, own echo to all other parts of the samples
+    echo_snr : coherent SNR of the echo of each target's body, as of `Score`
     snr, inr : power ratio of own echo, and of interference, to noise in the cell of every target,
         detected or not, before mitigation
     mitigated_sinr : own echo to all other parts there, after mitigation
@@ -129,6 +132,7 @@ class Results:
     num_unresolved : number of detections left out by the receiver, as of `Detections`
     lost : 1 if a frame was lost to interference, 0 if it was not, of a rule that acts from frame to
         frame; there are no frames if no point has such a rule
+    num_out_of_sight : number of targets that no receiver could find (`scoring.sight`)
     origin : provenance of the study without its grid
     """
 
@@ -148,6 +152,7 @@ class Results:
     azimuth_error: PerTargetOfTrial
     elevation_error: PerTargetOfTrial
     sinr: PerTargetOfTrial
+    echo_snr: PerTargetOfTrial
     snr: PerTargetOfTrial
     inr: PerTargetOfTrial
     mitigated_sinr: PerTargetOfTrial
@@ -162,6 +167,7 @@ class Results:
     floor_rise: Annotated[FloatArray, Axes("point", "trial", "victim")]
     num_unresolved: Annotated[FloatArray, Axes("point", "trial", "victim")]
     lost: Annotated[FloatArray, Axes("point", "trial", "victim", "frame")]
+    num_out_of_sight: Annotated[FloatArray, Axes("point", "trial", "victim")]
     origin: Provenance
 
     def __post_init__(self) -> None:
@@ -231,12 +237,13 @@ def _fill(
     record: VictimRecord,
     columns: list[int],
 ) -> None:
-    is_visible, is_detected = np.array(record.is_visible, bool), np.array(record.is_detected, bool)
+    is_detected = np.array(record.is_detected, bool)
+    is_in_sight = np.array(record.is_in_sight, bool)
     arrays["num_detections"][place] = record.detections
     for name in _OF_FRAMES:
         arrays[name][place] = getattr(record, name)
     arrays["lost"][place][: len(record.lost)] = record.lost
-    arrays["detected"][place][columns] = np.where(is_visible, is_detected, np.nan)
+    arrays["detected"][place][columns] = np.where(is_in_sight, is_detected, np.nan)
     for name in _TRUE_VALUES:
         arrays[name][place][columns] = getattr(record, name)
     for name in _OF_DETECTED:

@@ -7,6 +7,7 @@ begun stay in the log and are left out of the results.
 
 import math
 from collections.abc import Sequence
+from operator import and_
 from typing import Final
 
 import numpy as np
@@ -18,12 +19,15 @@ TRIALS_PER_DECISION: Final = 20
 """Number of trials of a point between two decisions on whether it stops; chosen."""
 
 Counts = dict[str, tuple[int, int]]
-"""Number of detected and of visible targets in one trial, by the name of the victim."""
+"""Numbers of targets in sight that are detected, and of all in sight, in one trial, by the name of
+the victim."""
 
 
 def counts_of(victims: Sequence[VictimRecord]) -> Counts:
-    """Number of detected and of visible targets of each victim of a trial."""
-    return {v.name: (sum(v.is_detected), sum(v.is_visible)) for v in victims}
+    """Number of detected targets in sight, and of all in sight, of each victim of a trial."""
+    return {
+        v.name: (sum(map(and_, v.is_detected, v.is_in_sight)), sum(v.is_in_sight)) for v in victims
+    }
 
 
 class Stopping:
@@ -56,7 +60,7 @@ class Stopping:
         return sum(sum(n < limit for n in done) for done, limit in pairs)
 
     def _is_narrow(self, point: int, size: int) -> bool:
-        """True if all victims with visible targets have narrow intervals after ``size`` trials."""
+        """True if all victims with targets in sight have narrow intervals after ``size`` trials."""
         if self._half_width is None:
             return False
         done = self._done[point]

@@ -42,14 +42,15 @@ class Summary:
     study_hash : hash of the study of the point
     victim : name of the radar
     num_trials : number of trials with a result
-    detection : probability that a visible target is detected
+    detection : probability that a target in sight is detected (`scoring.sight`)
     ghost : probability that a frame has at least one ghost
     ghosts, unexplained, missed : mean number in a frame; ``unexplained`` are the ghosts that no
         signal of a radar explains: noise, or errors of the processing
+    out_of_sight : mean number in a frame of the targets that no receiver could find
     unresolved : mean number in a frame of the detections that the receiver left out, since it could
         not resolve their range rates (`Detections`)
     floor_rise : power ratio, median over trials
-    snr, inr, sinr, mitigated_sinr : power ratios in the cells of visible targets, detected or not:
+    snr, inr, sinr, mitigated_sinr : power ratios in the cells of targets in sight, detected or not:
         medians over targets and trials; the last after mitigation, the others before it
     range_rmse, range_rate_rmse, azimuth_rmse, elevation_rmse : rms errors of detected targets, m,
         m/s, rad, rad
@@ -67,6 +68,7 @@ class Summary:
     ghosts: Estimate
     unexplained: Estimate
     missed: Estimate
+    out_of_sight: Estimate
     unresolved: Estimate
     floor_rise: float
     snr: float
@@ -114,7 +116,7 @@ class Difference:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Counts:
-    """Sums per trial, ``(trial,)``: ``found`` counts detected targets, ``seen`` visible ones."""
+    """Sums per trial, ``(trial,)``: ``found`` counts detected targets, ``seen`` those in sight."""
 
     trial: FloatArray
     found: FloatArray
@@ -188,6 +190,7 @@ def _summary(results: Results, point: int, victim: int) -> Summary:
         ghosts=mean_count(counts.ghosts),
         unexplained=mean_count(counts.unexplained),
         missed=mean_count(counts.seen - counts.found),
+        out_of_sight=mean_count(_finite(results.num_out_of_sight[point, :, victim])),
         unresolved=mean_count(_finite(results.num_unresolved[point, :, victim])),
         floor_rise=_median(results.floor_rise[point, :, victim]),
         snr=_median(snr),

@@ -111,7 +111,7 @@ class PaperRow(Sealed):
     ----------
     radar : name of the victim
     synchronous : True if all radars start together, the worst case of the paper
-    missed : number of visible targets that were not detected
+    missed : number of targets in sight that were not detected
     floor_rise_db : dB, floor of the range spectra over that of thermal noise alone
     other_echoes : number of detections that are echoes of walls, road, trees or further bodies
     profile_range : m, ``(range,)``
@@ -223,7 +223,7 @@ class StatisticsRow:
     waveform : waveform of all radars
     situation : interference at the victim, and blanking
     num_targets, num_trials : number of targets on the street, and of trials
-    detection : probability that a visible target is detected
+    detection : probability that a target in sight is detected
     ghosts, unexplained : mean number in a frame: all ghosts; those that no path explains
     range_rmse_m, azimuth_rmse_deg, speed_rmse_kmh : rms errors of detected targets
     range_median_m, azimuth_median_deg, speed_median_kmh : medians of the absolute errors; a few

@@ -13,7 +13,7 @@ from polychirp.model.score import Score
 from polychirp.model.truth import Truth
 
 FORMAT: Final = "polychirp run"
-FORMAT_VERSION: Final = 8
+FORMAT_VERSION: Final = 9
 
 UNITS: Final[Mapping[type, Mapping[str, str]]] = {
     IfFrame: {"samples": "V"},
@@ -66,6 +66,8 @@ UNITS: Final[Mapping[type, Mapping[str, str]]] = {
         "azimuth_error": "rad",
         "elevation_error": "rad",
         "sinr": "1",
+        "echo_snr": "1",
+        "is_in_sight": "1",
         "snr": "1",
         "inr": "1",
         "mitigated_sinr": "1",
@@ -82,6 +84,7 @@ UNITS: Final[Mapping[type, Mapping[str, str]]] = {
         "elevation": "rad",
         "point": "m",
         "is_visible": "1",
+        "visible_share": "1",
         "place_target": "1",
         "place_range": "m",
         "place_range_rate": "m/s",

@@ -1,0 +1,71 @@
+"""Energies of the echoes of single bodies in a frame, from the paths (`scoring.sight`)."""
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from polychirp.axes import FloatArray
+from polychirp.model.if_frame import IfFrame, IfParts
+from polychirp.model.paths import PropagationPaths
+from polychirp.model.scene import Scene
+from polychirp.scoring.echoes import sending_back
+from polychirp.scoring.sight import BodyEchoes
+from polychirp.synthesis.links.links import links_between
+
+NUM_FREQUENCIES: Final = 128
+"""Number of frequencies over which echoes are averaged; chosen: over 1 GHz they are 8 MHz apart, so
+that echoes of a body up to 19 m long are averaged without error."""
+
+
+def body_echoes(
+    scene: Scene,
+    paths: PropagationPaths,
+    *,
+    victim: int,
+    targets: Sequence[str],
+    frame: IfFrame,
+    parts: IfParts,
+) -> BodyEchoes:
+    """Coherent SNRs of the echoes of targets, and of the strongest body, to radar ``victim``.
+
+    Parameters
+    ----------
+    scene, paths : at one instant of the frame, about its middle
+    targets : names of actors
+    frame, parts : as received, before any decoding: their times and noise count
+    """
+    power = echo_powers(scene, paths, victim=victim, frequency=_band(frame))
+    present = np.arange(frame.times.most_samples) < frame.times.num_samples[:, None]
+    noise = float(np.mean(np.abs(parts.noise[:, present]) ** 2))
+    snr = power * (len(frame.samples) * np.count_nonzero(present) / max(noise, 1e-300))
+    number = {actor.name: n for n, actor in enumerate(scene.actors)}
+    return BodyEchoes(
+        snr=snr[[number[name] for name in targets]], strongest=float(np.max(snr, initial=0.0))
+    )
+
+
+def echo_powers(
+    scene: Scene, paths: PropagationPaths, *, victim: int, frequency: FloatArray
+) -> FloatArray:
+    """Power that a channel of radar ``victim`` receives from each actor, W, ``(actor,)``.
+
+    It is the mean over ``frequency``, Hz, of the power of the sum of an actor's paths without
+    mirrors, to and from the first transmitting element.
+    """
+    is_own = (paths.transmitter == victim) & (paths.receiver == victim)
+    own = paths.select(is_own & (paths.num_bounces > 0) & ~paths.is_mirrored)
+    links = links_between(scene, own, victim=victim, transmitter=victim)
+    actor, out = sending_back(own), np.zeros(len(scene.actors))
+    for number in np.unique(actor):
+        mine = actor == number
+        turns = np.exp(-2j * np.pi * frequency[:, None] * links.delay[mine])
+        out[number] = np.mean(np.abs(turns @ links.amplitude[mine]) ** 2)
+    return out
+
+
+def _band(frame: IfFrame) -> FloatArray:
+    """Frequencies over the band of a frame's ramps, Hz, evenly spaced."""
+    start, slope = frame.schedule.start_frequency, frame.schedule.slope
+    ends = np.stack([start, start + slope * frame.schedule.duration])
+    return np.linspace(float(np.min(ends)), float(np.max(ends)), NUM_FREQUENCIES)
