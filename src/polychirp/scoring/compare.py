@@ -12,7 +12,7 @@ from polychirp.model.truth import Truth
 from polychirp.scoring.association import Gate
 from polychirp.scoring.causes import causes
 from polychirp.scoring.echoes import Echoes
-from polychirp.scoring.sight import BodyEchoes, in_sight
+from polychirp.scoring.sight import in_sight
 
 
 def compare(
@@ -24,7 +24,7 @@ def compare(
     floor_rise: float,
     before: TargetLevels,
     after: TargetLevels,
-    bodies: BodyEchoes,
+    echo_snr: FloatArray,
     gate: Gate | None = None,
 ) -> Score:
     """Score the detections of one radar, the victim, in one frame.
@@ -35,7 +35,8 @@ def compare(
     echoes : paths from the victim back to itself, at the time of the detections
     floor_rise : ratio of the range spectra's floor to the noise alone; the score passes it on
     before, after : echo and interference over noise at every target, before and after mitigation
-    bodies : echoes of whole bodies, which say with the truth what is in sight
+    echo_snr : coherent SNR of the whole echo of every target, a ratio, which says with the truth
+        what is in sight, ``(target,)``
     gate : margins of a detection; None is `Gate` by default
     """
     found = causes(detections, truth, powers=powers, echoes=echoes, gate=gate or Gate())
@@ -49,7 +50,7 @@ def compare(
 
     is_detected = np.zeros(len(truth.name), dtype=bool)
     is_detected[target] = True
-    is_in_sight = in_sight(truth, bodies)
+    is_in_sight = in_sight(truth, echo_snr)
     return Score(
         is_detected=is_detected,
         range_error=per_target(detections.range[detection] - truth.range[target]),
@@ -57,7 +58,7 @@ def compare(
         azimuth_error=per_target(detections.azimuth[detection] - truth.azimuth[target]),
         elevation_error=per_target(detections.elevation[detection] - truth.elevation[target]),
         sinr=per_target(_sinr(powers)[detection]),
-        echo_snr=bodies.snr,
+        echo_snr=echo_snr,
         is_in_sight=is_in_sight,
         snr=before.snr,
         inr=before.inr,

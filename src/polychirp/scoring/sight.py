@@ -2,7 +2,7 @@ r"""In sight: when a body counts as a target that a receiver could find.
 
 A gap between two cars may show a hand's breadth of a third one. Its truth has visible metal, but
 its echo may be 60 dB below that of the next car, and no radar reports it. A target is **in sight**
-of a radar in a frame if three conditions hold:
+of a radar in a frame if two conditions hold:
 
 1. **Geometry**: of the metal that faces the radar, at least `LEAST_SHARE` is in line of sight, by
    the solid angle that it fills at the radar (`Truth.visible_share`).
@@ -14,20 +14,18 @@ of a radar in a frame if three conditions hold:
 
    with the amplitudes a and delays τ of its own paths without mirrors, averaged over the band of
    the frame, N samples on each of M channels, and the noise power σ².
-3. **Dynamic range**: it is at most `GREATEST_RATIO` below the strongest echo of any body.
 
-Neither interference nor the receiver's processing enters: they may hide a target, but do not take
-it out of sight. The mean over the band hardly depends on the ramps, so that the same street has the
-same targets in sight with every waveform. Targets out of sight are counted apart; what is detected
-of them is neither a ghost nor part of the detection probability.
+Interference, stronger echoes and the receiver's processing do not enter: they may hide a target,
+but do not take it out of sight. The mean over the band hardly depends on the ramps, so that the
+same street has the same targets in sight with every waveform. Targets out of sight are counted
+apart; what is detected of them is neither a ghost nor part of the detection probability.
 """
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
-from polychirp.axes import BoolArray, PerTarget, Sealed
+from polychirp.axes import BoolArray, FloatArray
 from polychirp.model.truth import Truth
 from polychirp.units import from_db
 
@@ -39,39 +37,20 @@ LEAST_SNR: Final = from_db(24.0)
 """Least coherent SNR of a body's echo, a ratio; chosen: 10 dB above the 14 dB at which four
 channels have one false detection in 10⁶ cells. A body has its energy in up to ten places."""
 
-GREATEST_RATIO: Final = from_db(50.0)
-"""Greatest ratio of the strongest echo of a body to a target's; chosen: 10 dB below the 60 dB of
-dynamic range beyond which receivers do not search, for the same reason as `LEAST_SNR`."""
 
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class BodyEchoes(Sealed):
-    """Coherent SNRs of the noise-free echoes of bodies in one frame, ratios.
-
-    Parameters
-    ----------
-    snr : of every target's echo, ``(target,)``
-    strongest : of the strongest echo of any body, target or not
-    """
-
-    snr: PerTarget
-    strongest: float
-
-
-def in_sight(truth: Truth, bodies: BodyEchoes) -> BoolArray:
-    """Mask of the targets that are in sight, ``(target,)``.
+def in_sight(truth: Truth, snr: FloatArray) -> BoolArray:
+    """Mask of the targets that are in sight, ``(target,)``, given their coherent SNRs, ratios.
 
     Examples
     --------
-    A car in the open, one of which 5 % can be seen, and one 60 dB below the first:
+    A car in the open, one of which 5 % can be seen, and one whose echo is as weak as noise:
 
     >>> zero = np.zeros(3)
     >>> cars = Truth(time=0.0, name=("a", "b", "c"), range=[10.0, 12.0, 25.0], range_rate=zero,
     ...     azimuth=zero, elevation=zero, point=np.zeros((3, 3)), is_visible=np.full(3, True),
     ...     visible_share=[0.8, 0.05, 0.3])
-    >>> in_sight(cars, BodyEchoes(snr=np.array([1e12, 1e9, 1e6]), strongest=1e12)).tolist()
+    >>> in_sight(cars, np.array([1e12, 1e9, 1.0])).tolist()
     [True, False, False]
     """
     is_shown = truth.is_visible & (truth.visible_share >= LEAST_SHARE)
-    is_strong = bodies.snr >= max(LEAST_SNR, bodies.strongest / GREATEST_RATIO)
-    return np.asarray(is_shown & is_strong, dtype=np.bool_)
+    return np.asarray(is_shown & (snr >= LEAST_SNR), dtype=np.bool_)

@@ -10,7 +10,6 @@ from polychirp.model.if_frame import IfFrame, IfParts
 from polychirp.model.paths import PropagationPaths
 from polychirp.model.scene import Scene
 from polychirp.scoring.echoes import sending_back
-from polychirp.scoring.sight import BodyEchoes
 from polychirp.synthesis.links.links import links_between
 
 NUM_FREQUENCIES: Final = 128
@@ -26,8 +25,8 @@ def body_echoes(
     targets: Sequence[str],
     frame: IfFrame,
     parts: IfParts,
-) -> BodyEchoes:
-    """Coherent SNRs of the echoes of targets, and of the strongest body, to radar ``victim``.
+) -> FloatArray:
+    """Coherent SNRs of the echoes of targets to radar ``victim``, ratios ``(target,)``.
 
     Parameters
     ----------
@@ -40,9 +39,7 @@ def body_echoes(
     noise = float(np.mean(np.abs(parts.noise[:, present]) ** 2))
     snr = power * (len(frame.samples) * np.count_nonzero(present) / max(noise, 1e-300))
     number = {actor.name: n for n, actor in enumerate(scene.actors)}
-    return BodyEchoes(
-        snr=snr[[number[name] for name in targets]], strongest=float(np.max(snr, initial=0.0))
-    )
+    return np.asarray(snr[[number[name] for name in targets]])
 
 
 def echo_powers(
@@ -65,7 +62,8 @@ def echo_powers(
 
 
 def _band(frame: IfFrame) -> FloatArray:
-    """Frequencies over the band of a frame's ramps, Hz, evenly spaced."""
-    start, slope = frame.schedule.start_frequency, frame.schedule.slope
-    ends = np.stack([start, start + slope * frame.schedule.duration])
-    return np.linspace(float(np.min(ends)), float(np.max(ends)), NUM_FREQUENCIES)
+    """Frequencies over the band of a frame's ramps and their code, Hz, evenly spaced."""
+    ramps = frame.schedule
+    ends = np.stack([ramps.start_frequency, ramps.start_frequency + ramps.slope * ramps.duration])
+    beside = 0.0 if ramps.code is None else 0.5 * ramps.code.bandwidth
+    return np.linspace(float(ends.min()) - beside, float(ends.max()) + beside, NUM_FREQUENCIES)

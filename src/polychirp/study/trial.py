@@ -281,7 +281,7 @@ def receive_and_score(
     if receiver.mitigation is not None:
         before = target_levels(replace(receiver, mitigation=None), frame, parts, true)
     paths = paths_at(found.time, snapshots)
-    bodies = body_echoes(
+    echo_snr = body_echoes(
         scene.at(paths.reference_time),
         paths,
         victim=victim,
@@ -297,7 +297,7 @@ def receive_and_score(
         floor_rise=floor_rise(receiver, frame, parts),
         before=before,
         after=after,
-        bodies=bodies,
+        echo_snr=echo_snr,
         gate=gate_for(receiver, received.schedule, received.array),
     )
     if interference is not None:

@@ -15,7 +15,6 @@ from polychirp.rng import Streams
 from polychirp.scoring.association import Gate, distances_from_bodies
 from polychirp.scoring.compare import compare
 from polychirp.scoring.echoes import Echoes
-from polychirp.scoring.sight import BodyEchoes
 from polychirp.waveform import DiverseTriangular
 
 TRUTH = Truth(
@@ -71,7 +70,7 @@ def score_of(found, truth=TRUTH, *, powers=None, paths=None):
         floor_rise=1.0,
         before=levels,
         after=levels,
-        bodies=BodyEchoes(snr=np.ones(len(truth.name)) * 1e4, strongest=1e4),
+        echo_snr=np.ones(len(truth.name)) * 1e4,
     )
 
 
