@@ -1,0 +1,74 @@
+"""Motions of bodies that pass nearby, from the powers of single ramps."""
+
+import numpy as np
+import pytest
+
+from polychirp.receiver.coherent.chain import CoherentReceiver
+from polychirp.receiver.coherent.observation import Observation
+from polychirp.receiver.coherent.points import Points
+from polychirp.receiver.coherent.residual import Residual
+from polychirp.receiver.coherent.smear import likeliest_motions
+from polychirp.receiver.mitigation.base import mitigated
+from polychirp.rng import Streams
+from polychirp.waveform import DiverseTriangular
+from tests.support.points import HandPoint, frame_of, true_motions
+
+
+def passer(random):
+    """A point at 15 to 25 m/s, 2.2 to 3.5 m beside the radar and 1 to 3 m ahead."""
+    ahead, speed = random.uniform(1.0, 3.0), random.uniform(15.0, 25.0)
+    beside = random.uniform(2.2, 3.5) * random.choice((-1.0, 1.0))
+    distance = float(np.hypot(ahead, beside))
+    return HandPoint(
+        range=distance,
+        range_rate=-speed * ahead / distance,
+        acceleration=(speed * beside) ** 2 / distance**3,
+        azimuth=float(np.arctan2(beside, ahead)),
+        sine_rate=speed * ahead * beside / distance**3,
+        power=10.0 ** random.uniform(0.0, 4.0),
+    )
+
+
+def observed(number):
+    """A passer on diverse triangles, the schedule and the frame."""
+    point = passer(np.random.default_rng(number))
+    schedule = DiverseTriangular().schedule(num_sweeps=16, streams=Streams(number))
+    return point, schedule, frame_of(schedule, [point], seed=number)
+
+
+@pytest.mark.parametrize("beside", [(0.2, 2.0), (-0.2, -3.0)])
+def test_the_motion_is_found_from_metres_per_second_beside_it(beside):
+    """To a ramp's resolution: 0.19 m and λ/2T, 1.3 m/s for ramps of 1.5 ms."""
+    point, schedule, frame = observed(7003)
+    seen = Observation.of(frame, mitigated(None, frame))
+    true = true_motions(schedule, [point])[0]
+    start = Points(
+        motion=np.array([[true[0] + beside[0], true[1] + beside[1], 0.0, 0.0]]),
+        amplitude=np.zeros((1, 4), dtype=np.complex128),
+        floor=np.ones(1),
+        sine=np.zeros(1),
+        growth=np.zeros(1),
+        power=np.ones(1),
+    )
+    found = likeliest_motions(seen, Residual.of(seen, Points.none(4)), start)[0]
+    assert abs(found[0] - true[0]) < 0.2
+    assert abs(found[1] - true[1]) < 1.3
+
+
+@pytest.mark.slow
+def test_passers_within_four_metres_are_found_without_many_others():
+    """With starts at the map's peaks alone, two of these are lost and 20 detections are false."""
+    found = detections = drawn = 0
+    for number in range(7000, 7030):
+        point, schedule, frame = observed(number)
+        if point.acceleration > 125.0:
+            continue  # faster than the receiver reads
+        seen = CoherentReceiver().detect(frame)
+        distance, rate, *_ = true_motions(schedule, [point])[0]
+        is_near = (np.abs(seen.range - distance) < 0.3) & (np.abs(seen.range_rate - rate) < 0.5)
+        found += bool(np.any(is_near))
+        detections += seen.num_detections
+        drawn += 1
+    assert drawn >= 20
+    assert found == drawn
+    assert detections <= drawn + 4
