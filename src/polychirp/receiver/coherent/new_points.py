@@ -178,16 +178,18 @@ def smeared_points(trial: Trial, found: Peaks) -> Points:
 
     An acceleration may have smeared it: the ramps agree only after its correction, and it succeeds
     from some of the peaks that the point causes, or from where single ramps have most power beside
-    them (`smear`). Peaks that show no point are marked as tried.
+    the strongest (`smear`). Peaks that show no point are marked as tried.
     """
     found = found[np.argsort(-found.power, kind="stable")[:MOST_SMEARED]]
     if not len(found.power) or trial.shows_points(found[:1])[0]:
         return Points.none(trial.seen.samples.shape[0])
     start, is_point = trial.starts(found)
     if not np.any(is_point):
-        motion = likeliest_motions(trial.seen, trial.residual, _at(found, trial.seen))
-        moved = replace(found, range=motion[:, 0], range_rate=motion[:, 1])
-        start, is_point = trial.starts(moved)
+        trial.mark(found)
+        # one start suffices: the strongest peaks are mostly those of one body
+        motion = likeliest_motions(trial.seen, trial.residual, _at(found[:1], trial.seen))
+        found = replace(found[:1], range=motion[:, 0], range_rate=motion[:, 1])
+        start, is_point = trial.starts(found)
     trial.mark(found[~is_point])
     start, found = start[is_point], found[is_point]
     best = distinct(trial.seen, start.motion, start.strength)
