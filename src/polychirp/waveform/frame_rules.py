@@ -192,7 +192,7 @@ class RedrawEachFrame(DrawnTurns):
     >>> quiet = Heard(inr=0.0, hit_ramps=0.0)
     >>> turns = [rule.next_turn(Turn(), quiet, streams=Streams(seed=n)) for n in range(3)]
     >>> [round(turn.delay / 2e-6) for turn in turns], [turn.draw for turn in turns]
-    ([7, 5, 1], [1, 1, 1])
+    ([0, 6, 3], [1, 1, 1])
     """
 
     kind: Literal["redraw-each-frame"] = "redraw-each-frame"

@@ -99,7 +99,7 @@ def trial(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> ModuleType:
         module.runs.append(study)
         progress("ray tracing", 1, 2)
         victims = tuple(silent_victim(study, number) for number in victim_indices(study))
-        return SimpleNamespace(victims=victims, scene=scene_of(study))
+        return SimpleNamespace(victims=victims, scene=scene_of(study), frames=None)
 
     module.run_trial = run_trial  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, "polychirp.study.trial", module)

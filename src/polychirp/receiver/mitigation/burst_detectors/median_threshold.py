@@ -116,7 +116,7 @@ def median_factor(looks: float, probability: float) -> float:
     For one complex channel it is the root of the binary logarithm of 1/p.
 
     >>> round(median_factor(1.0, 2.0**-16), 6), round(median_factor(4.0, 2.0**-16), 2)
-    (4.0, 2.24)
+    (4.0, 2.22)
     """
     from scipy.special import gammainccinv
 
